@@ -1,0 +1,1 @@
+//! Belief process: one belief system per perspective, woken by the percept buffer.

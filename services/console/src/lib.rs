@@ -1,0 +1,1 @@
+//! Console process: tells people what happens.

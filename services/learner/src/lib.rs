@@ -1,0 +1,1 @@
+//! Learner process: what the teacher meant, and doing it.

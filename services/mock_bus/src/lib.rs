@@ -1,0 +1,1 @@
+//! Mock servo bus: the other end of the wire, with whole control tables and faults.

@@ -1,0 +1,1 @@
+//! Motor process: 65 joints on several servo buses.

@@ -1,0 +1,1 @@
+//! Sensor process: acquires observations, publishes the percept buffer.

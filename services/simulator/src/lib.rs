@@ -1,0 +1,1 @@
+//! Simulator process: the workspace, the teacher and Leo's body.

@@ -1,0 +1,1 @@
+//! Supervisor: starts, watches, restarts and stops the processes; the conductor of lockstep time.

@@ -1,0 +1,1 @@
+//! The Belief System: histories, distance, clustering, merging, culling.

@@ -1,0 +1,1 @@
+//! Instants of the machine's monotonic clock, and sleeping until one.

@@ -1,0 +1,1 @@
+//! The files of Leo: configuration and lessons, typed, with errors that name file, line and field.

@@ -1,0 +1,1 @@
+//! The fixed-rate cycle: release times on an absolute grid, overruns, histograms.

@@ -1,0 +1,1 @@
+//! Poses and positions with their frames in the type.

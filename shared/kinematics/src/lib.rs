@@ -1,0 +1,1 @@
+//! The body: joints and links from a URDF, forward and inverse kinematics.

@@ -1,0 +1,1 @@
+//! The words of Leo: fixed layouts that its processes share through memory.

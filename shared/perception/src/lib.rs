@@ -1,0 +1,1 @@
+//! The Perception System: percepts, and the percept snapshot of an observation.

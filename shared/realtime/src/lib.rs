@@ -1,0 +1,1 @@
+//! Real-time rights of a thread: scheduling, affinity, locked memory.

@@ -1,0 +1,1 @@
+//! What is visible from where: convex shapes, cones, rays.

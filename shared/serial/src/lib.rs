@@ -1,0 +1,1 @@
+//! Raw ttys and pseudo-terminals with deadlines below a millisecond.

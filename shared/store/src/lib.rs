@@ -1,0 +1,1 @@
+//! What Leo has learned, in one transactional file.

@@ -1,0 +1,1 @@
+//! Learning from a teacher: actions, schemas, goals, hypotheses.

@@ -1,0 +1,1 @@
+//! Shared memory between Leo's processes: outlets, inlets, bells, health, the janitor.
