@@ -1,1 +1,14 @@
-//! The files of Leo: configuration and lessons, typed, with errors that name file, line and field.
+//! The files of Leo: configuration and lessons, typed.
+//!
+//! Every key is required, carries its unit in its name and is documented where it stands in
+//! `config/`; an unknown key is an error with a suggestion. Every error names the file, the line
+//! and the field, and says what would be right. Nothing is half-applied: a file is read whole or
+//! refused whole.
+
+mod error;
+pub mod leo;
+mod load;
+pub mod number;
+
+pub use error::ConfigError;
+pub use load::{load, parse};

@@ -1,1 +1,272 @@
 //! Poses and positions with their frames in the type.
+//!
+//! `Pose<A, B>` is the pose *of B in A*, so `Pose<A, B> * Pose<B, C>` compiles and
+//! `Pose<A, B> * Pose<C, B>` does not. Locals follow the monogram in snake case:
+//! `x_world_base * p_base_cup`; letters that touch must match.
+//!
+//! ```compile_fail
+//! use geometry::{Base, Pose, World};
+//! let x_world_base = Pose::<World, Base>::identity();
+//! let wrong = x_world_base * x_world_base;
+//! ```
+//!
+//! Lengths are metres, angles radians, quaternions `[x, y, z, w]`, frames right-handed with z
+//! up and, for a body, x forward and y left (REP 103).
+
+use std::fmt;
+use std::marker::PhantomData;
+use std::ops::Mul;
+
+use nalgebra::{Isometry3, Point3, Quaternion, Translation3, UnitQuaternion, Vector3};
+
+/// The room: fixed, z up.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum World {}
+/// The robot's base: x forward, y left, z up. Every observation is made in it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Base {}
+/// A partner's own frame, levelled: x where he faces, y to his left, z up.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Person {}
+/// An eye or camera: x along the line of sight, z up in the picture.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Eye {}
+/// A hand: origin between the fingertips, x along the fingers.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Hand {}
+/// An object of the scene: origin at its centre.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Thing {}
+
+/// A point in frame `A`, in metres.
+pub struct Position<A> {
+    point: Point3<f64>,
+    frame: PhantomData<fn() -> A>,
+}
+
+/// The pose of frame `B` in frame `A`.
+pub struct Pose<A, B> {
+    isometry: Isometry3<f64>,
+    frames: PhantomData<fn() -> (A, B)>,
+}
+
+impl<A> Position<A> {
+    /// The point at `(x, y, z)` metres.
+    #[must_use]
+    pub fn new(x: f64, y: f64, z: f64) -> Self {
+        Self::from_point(Point3::new(x, y, z))
+    }
+
+    /// A point whose frame the caller vouches for.
+    #[must_use]
+    pub fn from_point(point: Point3<f64>) -> Self {
+        Self { point, frame: PhantomData }
+    }
+
+    /// The bare point.
+    #[must_use]
+    pub fn point(&self) -> Point3<f64> {
+        self.point
+    }
+
+    /// Coordinates in metres.
+    #[must_use]
+    pub fn to_array(&self) -> [f64; 3] {
+        [self.point.x, self.point.y, self.point.z]
+    }
+
+    /// Distance to another point of the same frame, in metres.
+    #[must_use]
+    pub fn distance(&self, other: &Self) -> f64 {
+        nalgebra::distance(&self.point, &other.point)
+    }
+}
+
+impl<A, B> Pose<A, B> {
+    /// Frames that coincide.
+    #[must_use]
+    pub fn identity() -> Self {
+        Self::from_isometry(Isometry3::identity())
+    }
+
+    /// A pose whose frames the caller vouches for.
+    #[must_use]
+    pub fn from_isometry(isometry: Isometry3<f64>) -> Self {
+        Self { isometry, frames: PhantomData }
+    }
+
+    /// B's origin at `position_m` in A, B's axes turned by the quaternion `[x, y, z, w]`.
+    ///
+    /// `None` when a number is not finite or the quaternion's norm is further than 1 % from one:
+    /// such numbers are no pose, and normalising them would hide it.
+    #[must_use]
+    pub fn from_parts(position_m: [f64; 3], orientation_xyzw: [f64; 4]) -> Option<Self> {
+        let [x, y, z, w] = orientation_xyzw;
+        let quaternion = Quaternion::new(w, x, y, z);
+        let finite = position_m.iter().chain(&orientation_xyzw).all(|number| number.is_finite());
+        if finite && (quaternion.norm() - 1.0).abs() < 0.01 {
+            let rotation = UnitQuaternion::from_quaternion(quaternion);
+            let translation = Translation3::from(Vector3::from(position_m));
+            Some(Self::from_isometry(Isometry3::from_parts(translation, rotation)))
+        } else {
+            None
+        }
+    }
+
+    /// B's origin at `(x, y, z)` metres in A, turned by `heading_rad` about the vertical.
+    #[must_use]
+    pub fn upright(x: f64, y: f64, z: f64, heading_rad: f64) -> Self {
+        let rotation = UnitQuaternion::from_euler_angles(0.0, 0.0, heading_rad);
+        Self::from_isometry(Isometry3::from_parts(Translation3::new(x, y, z), rotation))
+    }
+
+    /// B at `from` in A, its x axis pointing to `towards`, its y axis level. When the two points
+    /// coincide or lie on one vertical, the heading is A's.
+    #[must_use]
+    pub fn looking(from: &Position<A>, towards: &Position<A>) -> Self {
+        let [dx, dy, dz]: [f64; 3] = (towards.point - from.point).into();
+        let level = dx.hypot(dy);
+        let heading = if level > 1e-9 { dy.atan2(dx) } else { 0.0 };
+        let pitch = if level > 1e-9 || dz.abs() > 1e-9 { -dz.atan2(level) } else { 0.0 };
+        let rotation = UnitQuaternion::from_euler_angles(0.0, pitch, heading);
+        Self::from_isometry(Isometry3::from_parts(Translation3::from(from.point), rotation))
+    }
+
+    /// The bare transform.
+    #[must_use]
+    pub fn isometry(&self) -> &Isometry3<f64> {
+        &self.isometry
+    }
+
+    /// The pose of A in B.
+    #[must_use]
+    pub fn inverse(&self) -> Pose<B, A> {
+        Pose::from_isometry(self.isometry.inverse())
+    }
+
+    /// B's origin in A.
+    #[must_use]
+    pub fn origin(&self) -> Position<A> {
+        Position::from_point(Point3::from(self.isometry.translation.vector))
+    }
+
+    /// B's origin in A, in metres.
+    #[must_use]
+    pub fn position_m(&self) -> [f64; 3] {
+        self.isometry.translation.vector.into()
+    }
+
+    /// B's orientation in A as a unit quaternion `[x, y, z, w]`.
+    #[must_use]
+    pub fn orientation_xyzw(&self) -> [f64; 4] {
+        self.isometry.rotation.coords.into()
+    }
+
+    /// Where B's x axis points, as an angle about A's vertical.
+    #[must_use]
+    pub fn heading_rad(&self) -> f64 {
+        let forward = self.isometry.rotation * Vector3::x();
+        forward.y.atan2(forward.x)
+    }
+
+    /// The same place and heading with roll and pitch taken out.
+    #[must_use]
+    pub fn levelled(&self) -> Self {
+        let [x, y, z] = self.position_m();
+        Self::upright(x, y, z, self.heading_rad())
+    }
+
+    /// Distance in metres and angle in radians between two poses of the same frames.
+    #[must_use]
+    pub fn difference(&self, other: &Self) -> (f64, f64) {
+        let metres = (self.isometry.translation.vector - other.isometry.translation.vector).norm();
+        (metres, self.isometry.rotation.angle_to(&other.isometry.rotation))
+    }
+}
+
+impl<A, B, C> Mul<Pose<B, C>> for Pose<A, B> {
+    type Output = Pose<A, C>;
+
+    fn mul(self, rhs: Pose<B, C>) -> Pose<A, C> {
+        Pose::from_isometry(self.isometry * rhs.isometry)
+    }
+}
+
+impl<A, B> Mul<Position<B>> for Pose<A, B> {
+    type Output = Position<A>;
+
+    fn mul(self, rhs: Position<B>) -> Position<A> {
+        Position::from_point(self.isometry * rhs.point)
+    }
+}
+
+// Derived implementations would ask the frame types for the same traits.
+impl<A> Clone for Position<A> {
+    fn clone(&self) -> Self {
+        *self
+    }
+}
+impl<A> Copy for Position<A> {}
+impl<A> PartialEq for Position<A> {
+    fn eq(&self, other: &Self) -> bool {
+        self.point == other.point
+    }
+}
+impl<A> fmt::Debug for Position<A> {
+    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(out, "Position{:?}", self.to_array())
+    }
+}
+impl<A, B> Clone for Pose<A, B> {
+    fn clone(&self) -> Self {
+        *self
+    }
+}
+impl<A, B> Copy for Pose<A, B> {}
+impl<A, B> PartialEq for Pose<A, B> {
+    fn eq(&self, other: &Self) -> bool {
+        self.isometry == other.isometry
+    }
+}
+impl<A, B> fmt::Debug for Pose<A, B> {
+    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(out, "Pose{:?}{:?}", self.position_m(), self.orientation_xyzw())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    proptest! {
+        #[test]
+        fn a_pose_and_its_inverse_bring_a_point_home(
+            x in -5.0..5.0, y in -5.0..5.0, z in -5.0..5.0, heading in -3.0..3.0,
+            px in -5.0..5.0, py in -5.0..5.0, pz in -5.0..5.0,
+        ) {
+            let x_world_base = Pose::<World, Base>::upright(x, y, z, heading);
+            let p_base = Position::new(px, py, pz);
+            let back = x_world_base.inverse() * (x_world_base * p_base);
+            prop_assert!(back.distance(&p_base) < 1e-9);
+        }
+
+        #[test]
+        fn looking_puts_the_target_on_the_line_of_sight(
+            fx in -5.0..5.0, fy in -5.0..5.0, fz in -5.0..5.0, tx in -5.0..5.0, ty in -5.0..5.0, tz in -5.0..5.0,
+        ) {
+            let (from, towards) = (Position::<World>::new(fx, fy, fz), Position::new(tx, ty, tz));
+            let x_world_eye = Pose::<World, Eye>::looking(&from, &towards);
+            let seen = (x_world_eye.inverse() * towards).to_array();
+            prop_assert!(seen[0] >= 0.0 && seen[1].abs() < 1e-6 && seen[2].abs() < 1e-6, "{:?}", seen);
+        }
+    }
+
+    #[test]
+    fn numbers_that_are_no_pose_are_refused() {
+        let upright = [0.0, 0.0, 0.0, 1.0];
+        assert!(Pose::<World, Base>::from_parts([0.0; 3], upright).is_some());
+        assert!(Pose::<World, Base>::from_parts([f64::NAN, 0.0, 0.0], upright).is_none());
+        assert!(Pose::<World, Base>::from_parts([0.0; 3], [0.0; 4]).is_none());
+    }
+}

@@ -1,1 +1,66 @@
 //! The words of Leo: fixed layouts that its processes share through memory.
+//!
+//! Every buffer is a slice of entries behind a head, written in place in shared memory by its
+//! one writer and read in place. A head begins with a [`Header`]: the instant the frame speaks
+//! about, its sequence number, and the time stamps of every hop behind it.
+//!
+//! The middleware compares the name, size and alignment of a type and nothing else, so each type
+//! name carries a version, and `tests/layout.rs` pins sizes and offsets: a layout that changes
+//! without its version fails there.
+//!
+//! What comes from another process is an allegation: fields that could lie are numbers, and the
+//! accessors return `None` for nonsense. No type here has an invalid bit pattern.
+
+mod belief;
+mod event;
+mod header;
+mod health;
+mod histogram;
+mod joint;
+mod observation;
+mod percept;
+mod scene;
+mod text;
+mod topic;
+mod turn;
+
+pub use belief::{Belief, BeliefHead, Remembered};
+pub use event::{Event, EventKind};
+pub use header::{Head, Header, Hop};
+pub use health::{Health, Process, ProcessState};
+pub use histogram::Histogram;
+pub use joint::{JointCause, JointGoal, JointMode, JointState};
+pub use observation::{Modality, NOBODY, Observation, ObservationKind, STATES, State};
+pub use percept::{Feature, MAX_PERCEPTS, Perceived, PerceptValue, Snapshot};
+pub use scene::SceneObject;
+pub use text::{TEXT_CAPACITY, Text};
+pub use topic::Utterance;
+pub use topic::{Beliefs, Events, JointGoals, JointStates, Observations, Percepts, Scene, Topic, Utterances};
+pub use turn::{Done, Turn, TurnKind, Turns, TurnsDone};
+
+/// Implements `TryFrom<$raw>` for an enum whose variants have explicit numbers.
+macro_rules! numbered {
+    ($(#[$doc:meta])* $name:ident: $raw:ty { $($(#[$variant_doc:meta])* $variant:ident = $value:literal,)+ }) => {
+        $(#[$doc])*
+        #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+        pub enum $name { $($(#[$variant_doc])* $variant = $value,)+ }
+
+        impl $name {
+            /// Every value, in the order of its number.
+            pub const ALL: &'static [Self] = &[$(Self::$variant,)+];
+
+            /// The number that stands for it in shared memory.
+            #[must_use]
+            pub const fn raw(self) -> $raw {
+                match self { $(Self::$variant => $value,)+ }
+            }
+
+            /// What a number from shared memory stands for, if anything.
+            #[must_use]
+            pub const fn from_raw(raw: $raw) -> Option<Self> {
+                match raw { $($value => Some(Self::$variant),)+ _ => None }
+            }
+        }
+    };
+}
+pub(crate) use numbered;

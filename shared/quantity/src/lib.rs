@@ -1,1 +1,83 @@
-//! Numbers with their units in the type.
+//! Numbers with their units in the type, and conversions between number types that say what
+//! they do at the edges.
+//!
+//! A newtype has a public field where every number is legal. Only the operators that mean
+//! something exist.
+
+pub mod number;
+
+use std::ops::{Add, Mul, Neg, Sub};
+
+macro_rules! quantity {
+    ($(#[$doc:meta])* $name:ident) => {
+        $(#[$doc])*
+        #[derive(Clone, Copy, Debug, Default, PartialEq, PartialOrd)]
+        pub struct $name(pub f64);
+
+        impl Add for $name {
+            type Output = Self;
+            fn add(self, rhs: Self) -> Self { Self(self.0 + rhs.0) }
+        }
+        impl Sub for $name {
+            type Output = Self;
+            fn sub(self, rhs: Self) -> Self { Self(self.0 - rhs.0) }
+        }
+        impl Neg for $name {
+            type Output = Self;
+            fn neg(self) -> Self { Self(-self.0) }
+        }
+        impl Mul<f64> for $name {
+            type Output = Self;
+            fn mul(self, rhs: f64) -> Self { Self(self.0 * rhs) }
+        }
+        impl $name {
+            /// The same quantity inside `[low, high]`; `None` when a number is NaN or the
+            /// limits are crossed. (`f64::clamp` passes NaN on and panics on crossed limits.)
+            #[must_use]
+            pub fn within(self, low: Self, high: Self) -> Option<Self> {
+                if self.0.is_finite() && low.0 <= high.0 { Some(Self(self.0.clamp(low.0, high.0))) } else { None }
+            }
+        }
+    };
+}
+
+quantity!(
+    /// An angle, in radians.
+    Radians
+);
+quantity!(
+    /// An angular velocity, in radians per second.
+    RadiansPerSecond
+);
+quantity!(
+    /// An angular acceleration, in radians per second squared.
+    RadiansPerSecondSquared
+);
+quantity!(
+    /// A length, in metres.
+    Metres
+);
+quantity!(
+    /// An electric current, in amperes.
+    Amperes
+);
+quantity!(
+    /// An electric potential, in volts.
+    Volts
+);
+quantity!(
+    /// A temperature, in degrees Celsius.
+    Celsius
+);
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn nan_is_within_no_limits() {
+        assert_eq!(Radians(f64::NAN).within(Radians(-1.0), Radians(1.0)), None);
+        assert_eq!(Radians(0.0).within(Radians(f64::NAN), Radians(1.0)), None);
+        assert_eq!(Radians(2.0).within(Radians(-1.0), Radians(1.0)), Some(Radians(1.0)));
+    }
+}

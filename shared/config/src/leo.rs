@@ -1,0 +1,174 @@
+//! `leo.toml`: the robot as a set of processes.
+
+use serde::Deserialize;
+
+use crate::number::{Capacity, Hertz, Milliseconds, Unit};
+
+/// The whole file.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Leo {
+    /// Sizes of the buffers between the processes.
+    pub buffers: Buffers,
+    /// The sensor process.
+    pub sensor: Sensor,
+    /// The belief process.
+    pub belief: Belief,
+    /// The learner process.
+    pub learner: Learner,
+    /// The motor process.
+    pub motor: Motor,
+    /// The simulator process.
+    pub simulator: Simulator,
+    /// The mock servo bus.
+    pub mock_bus: MockBus,
+    /// The console process.
+    pub console: Console,
+    /// The supervisor.
+    pub supervisor: Supervisor,
+}
+
+/// Sizes of the buffers between the processes.
+#[derive(Clone, Copy, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Buffers {
+    /// Objects that a frame of observations, percepts or beliefs holds.
+    pub objects: Capacity,
+    /// Frames that wait for a reader before the oldest is dropped.
+    pub frames: Capacity,
+}
+
+/// Real-time rights that a process asks for.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Rights {
+    /// Priority of `SCHED_FIFO`, 1 to 99; 0 asks for the ordinary scheduler.
+    pub fifo_priority: Priority,
+    /// Cores the process may run on; none means all.
+    pub cores: Vec<u16>,
+    /// Whether its memory is locked and its stack prefaulted.
+    pub lock_memory: bool,
+}
+
+/// A priority of `SCHED_FIFO`, or zero for none.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
+#[serde(try_from = "u8")]
+pub struct Priority(u8);
+
+impl TryFrom<u8> for Priority {
+    type Error = String;
+
+    fn try_from(value: u8) -> Result<Self, String> {
+        if value <= 99 {
+            Ok(Self(value))
+        } else {
+            Err(format!("{value} is out of range: a priority must be from 0 to 99"))
+        }
+    }
+}
+
+impl Priority {
+    /// The number.
+    #[must_use]
+    pub const fn get(self) -> u8 {
+        self.0
+    }
+}
+
+/// The sensor process.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Sensor {
+    /// Cycles per second.
+    pub rate_hz: Hertz,
+    /// Sensory sources whose observations it reads, numbered from 0.
+    pub sources: u32,
+    /// Real-time rights.
+    pub realtime: Rights,
+}
+
+/// The belief process.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Belief {
+    /// Partners whose perspective is simulated, numbered from 1; 0 disables perspective taking.
+    pub partners: u32,
+    /// Real-time rights.
+    pub realtime: Rights,
+}
+
+/// The learner process.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Learner {
+    /// Hypotheses are reported whose posterior is at least this share of the best.
+    pub high_likelihood: Unit,
+    /// Joint goals are repeated this often while Leo performs or rests.
+    pub goal_rate_hz: Hertz,
+    /// Real-time rights.
+    pub realtime: Rights,
+}
+
+/// The motor process.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Motor {
+    /// Cycles per second.
+    pub rate_hz: Hertz,
+    /// Without joint goals for this long, the joints decelerate and hold.
+    pub command_timeout_ms: Milliseconds,
+    /// Without joint goals for this long after that, they go limp.
+    pub limp_after_ms: Milliseconds,
+    /// Real-time rights.
+    pub realtime: Rights,
+}
+
+/// The simulator process.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Simulator {
+    /// Cycles per second.
+    pub rate_hz: Hertz,
+    /// Real-time rights.
+    pub realtime: Rights,
+}
+
+/// The mock servo bus.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct MockBus {
+    /// Real-time rights.
+    pub realtime: Rights,
+}
+
+/// The console process.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Console {
+    /// How often it looks at what happened.
+    pub rate_hz: Hertz,
+    /// Real-time rights.
+    pub realtime: Rights,
+}
+
+/// The supervisor.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Supervisor {
+    /// A process that is not ready after this long has failed to start.
+    pub ready_within_ms: Milliseconds,
+    /// A process whose heart has not beaten for this long hangs.
+    pub heartbeat_timeout_ms: Milliseconds,
+    /// Wait before the first restart; doubled for every further one until a life lasts.
+    pub backoff_first_ms: Milliseconds,
+    /// The longest wait before a restart.
+    pub backoff_most_ms: Milliseconds,
+    /// Deaths within the window after which the supervisor gives up.
+    pub deaths_most: u32,
+    /// The window.
+    pub deaths_window_ms: Milliseconds,
+    /// A process that has not ended this long after it was told to is killed.
+    pub stop_within_ms: Milliseconds,
+    /// Lockstep: a process that has not done its turn after this long hangs.
+    pub turn_within_ms: Milliseconds,
+}

@@ -1,0 +1,115 @@
+//! Numbers whose range is part of their type: a value out of it is refused where it stands.
+
+use std::time::Duration;
+
+use serde::Deserialize;
+
+/// A number outside the range of its type.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[error("{value} is out of range: it must be {range}")]
+pub struct OutOfRange {
+    value: f64,
+    range: &'static str,
+}
+
+macro_rules! ranged {
+    ($(#[$doc:meta])* $name:ident: $range:literal, |$value:ident| $holds:expr) => {
+        $(#[$doc])*
+        #[derive(Clone, Copy, Debug, PartialEq, PartialOrd, Deserialize)]
+        #[serde(try_from = "f64")]
+        pub struct $name(f64);
+
+        impl TryFrom<f64> for $name {
+            type Error = OutOfRange;
+
+            fn try_from($value: f64) -> Result<Self, OutOfRange> {
+                // Written so that NaN fails.
+                if $holds { Ok(Self($value)) } else { Err(OutOfRange { value: $value, range: $range }) }
+            }
+        }
+
+        impl $name {
+            /// The number.
+            #[must_use]
+            pub const fn get(self) -> f64 {
+                self.0
+            }
+        }
+    };
+}
+
+ranged!(
+    /// A rate in hertz.
+    Hertz: "above 0 and at most 10000 Hz", |value| value > 0.0 && value <= 10_000.0
+);
+ranged!(
+    /// A share, a match, a confidence or a probability.
+    Unit: "from 0 to 1", |value| (0.0..=1.0).contains(&value)
+);
+ranged!(
+    /// A number that may be zero and may not be negative.
+    NotNegative: "finite and not negative", |value| value >= 0.0 && value.is_finite()
+);
+ranged!(
+    /// A number above zero.
+    Positive: "finite and above 0", |value| value > 0.0 && value.is_finite()
+);
+ranged!(
+    /// Any number.
+    Finite: "finite", |value| value.is_finite()
+);
+
+impl Hertz {
+    /// The time between two cycles, rounded to a nanosecond.
+    #[must_use]
+    pub fn period(self) -> Duration {
+        Duration::from_secs_f64(1.0 / self.0)
+    }
+}
+
+/// A time in milliseconds, above zero and at most a day.
+#[derive(Clone, Copy, Debug, PartialEq, PartialOrd, Deserialize)]
+#[serde(try_from = "f64")]
+pub struct Milliseconds(f64);
+
+impl TryFrom<f64> for Milliseconds {
+    type Error = OutOfRange;
+
+    fn try_from(value: f64) -> Result<Self, OutOfRange> {
+        let range = "above 0 and at most 86400000 ms";
+        if value > 0.0 && value <= 86_400_000.0 { Ok(Self(value)) } else { Err(OutOfRange { value, range }) }
+    }
+}
+
+impl Milliseconds {
+    /// The time.
+    #[must_use]
+    pub fn duration(self) -> Duration {
+        Duration::from_secs_f64(self.0 / 1000.0)
+    }
+}
+
+/// A capacity: how many entries a buffer holds.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
+#[serde(try_from = "u32")]
+pub struct Capacity(u32);
+
+impl TryFrom<u32> for Capacity {
+    type Error = String;
+
+    fn try_from(value: u32) -> Result<Self, String> {
+        if (1..=4096).contains(&value) {
+            Ok(Self(value))
+        } else {
+            Err(format!("{value} is out of range: a capacity must be from 1 to 4096"))
+        }
+    }
+}
+
+impl Capacity {
+    /// The number of entries.
+    #[must_use]
+    pub fn get(self) -> usize {
+        usize::try_from(self.0).unwrap_or(usize::MAX)
+    }
+}

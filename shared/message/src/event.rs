@@ -1,0 +1,88 @@
+use iceoryx2_bb_derive_macros::ZeroCopySend;
+use iceoryx2_bb_elementary_traits::zero_copy_send::ZeroCopySend;
+
+use crate::{Text, numbered};
+
+numbered! {
+    /// What the learner reports.
+    EventKind: u16 {
+        /// Leo said something; the text is what.
+        Said = 1,
+        /// A lesson about a task began; the text is its name.
+        TeachingStarted = 2,
+        /// An action was recognised; the text says whose and what.
+        ActionSeen = 3,
+        /// A demonstration ended and became an example; the text is the task's name.
+        DemonstrationEnded = 4,
+        /// A hypothesis with its posterior, tally and rank; the text is its computed name.
+        Hypothesis = 5,
+        /// The primary hypothesis of a task; the text is its computed name.
+        RuleChosen = 6,
+        /// Why the hypotheses of two perspectives differ; the text explains it.
+        Explained = 7,
+        /// Leo began to perform a task; the text is its name.
+        PerformanceStarted = 8,
+        /// A step of the performance began; the text says which.
+        StepStarted = 9,
+        /// A step ended, and the belief of the robot confirms it; the text says which.
+        StepDone = 10,
+        /// A step ended without the effect it should have had; the text says why.
+        StepFailed = 11,
+        /// The performance ended; the text says with what result.
+        PerformanceEnded = 12,
+        /// The belief buffer's continuity was broken: its process began anew.
+        ContinuityBroken = 13,
+    }
+}
+
+/// An event of the learner.
+#[derive(Clone, Copy, Debug, PartialEq, ZeroCopySend)]
+#[repr(C)]
+#[type_name("leo/Event/1")]
+pub struct Event {
+    /// Posterior probability of a hypothesis within its perspective, in [0, 1].
+    pub posterior: f64,
+    /// An [`EventKind`].
+    pub kind: u16,
+    /// Whose perspective it belongs to: 0 the robot's, n partner n's.
+    pub perspective: u16,
+    /// Rank of a hypothesis from 1; hypotheses that tie share their rank.
+    pub rank: u32,
+    /// Examples that a hypothesis is consistent with.
+    pub tally: u32,
+    /// Examples seen.
+    pub examples: u32,
+    /// Whether it is a high-likelihood hypothesis: 1 yes, 0 no.
+    pub high_likelihood: u32,
+    /// Steps of a performance that succeeded.
+    pub succeeded: u32,
+    /// The task it is about.
+    pub task: Text,
+    /// What it says.
+    pub text: Text,
+}
+
+impl Event {
+    /// An event of a kind about a task, everything else zero.
+    #[must_use]
+    pub fn new(kind: EventKind, task: &str, text: &str) -> Self {
+        Self {
+            posterior: 0.0,
+            kind: kind.raw(),
+            perspective: 0,
+            rank: 0,
+            tally: 0,
+            examples: 0,
+            high_likelihood: 0,
+            succeeded: 0,
+            task: Text::new(task),
+            text: Text::new(text),
+        }
+    }
+
+    /// What it reports; `None` for nonsense.
+    #[must_use]
+    pub fn kind(&self) -> Option<EventKind> {
+        EventKind::from_raw(self.kind)
+    }
+}

@@ -1,0 +1,172 @@
+use iceoryx2_bb_derive_macros::ZeroCopySend;
+use iceoryx2_bb_elementary_traits::zero_copy_send::ZeroCopySend;
+
+use crate::numbered;
+
+/// Discrete states that an observation can report.
+pub const STATES: usize = 8;
+
+/// The agent number that stands for nobody. The robot is agent 0, its partners 1, 2, …
+pub const NOBODY: u16 = u16::MAX;
+
+numbered! {
+    /// What an observation is of.
+    ObservationKind: u16 {
+        /// A thing on the table.
+        Object = 1,
+        /// A partner; the pose is that of his eyes (x along his line of sight).
+        Person = 2,
+        /// A thing that hides what lies behind it; the extents are those of a box.
+        Occluder = 3,
+    }
+}
+
+numbered! {
+    /// The sense that made an observation.
+    Modality: u16 {
+        /// Seen.
+        Vision = 1,
+        /// Heard.
+        Hearing = 2,
+        /// Felt, or known from one's own joints.
+        Touch = 3,
+    }
+}
+
+numbered! {
+    /// A discrete state of a thing, observed as a degree in [0, 1].
+    State: u16 {
+        /// Its hole holds a peg.
+        Filled = 0,
+        /// It carries a marker.
+        Marked = 1,
+        /// It sits in a hole.
+        Inserted = 2,
+        /// It is switched on.
+        On = 3,
+    }
+}
+
+/// What one sensory process reported of one thing at one instant, in the robot's base frame.
+///
+/// An observation carries no identity of the thing: finding out which thing it was is the Belief
+/// System's work (Berlin et al. 2006, "Belief Modeling").
+#[derive(Clone, Copy, Debug, PartialEq, ZeroCopySend)]
+#[repr(C)]
+#[type_name("leo/Observation/1")]
+pub struct Observation {
+    /// When the sensory process observed it, in nanoseconds of the clock.
+    pub observed_at_ns: u64,
+    /// The sensory process that reported it.
+    pub source: u16,
+    /// A [`Modality`].
+    pub modality: u16,
+    /// An [`ObservationKind`].
+    pub kind: u16,
+    /// For a person: which partner (1, 2, …).
+    pub partner: u16,
+    /// The agent who holds or moves it, or [`NOBODY`].
+    pub held_by: u16,
+    /// Not used; zero.
+    pub reserved: u16,
+    /// How sure the sensory process is, in [0, 1].
+    pub confidence: f32,
+    /// Position in the robot's base frame, in metres.
+    pub position_m: [f32; 3],
+    /// Orientation in the robot's base frame, quaternion `[x, y, z, w]`.
+    pub orientation_xyzw: [f32; 4],
+    /// Half the extents along the thing's own axes, in metres.
+    pub half_extents_m: [f32; 3],
+    /// Colour, linear red, green and blue in [0, 1].
+    pub colour_rgb: [f32; 3],
+    /// Shape descriptor: how elongated, how flat, how round, how tapered; each in [0, 1].
+    pub shape: [f32; 4],
+    /// Degree of each [`State`]; NaN where the thing has no such state.
+    pub states: [f32; STATES],
+}
+
+impl Observation {
+    /// An object at the origin with no states, to be filled in.
+    #[must_use]
+    pub fn object(source: u16, observed_at_ns: u64) -> Self {
+        Self {
+            observed_at_ns,
+            source,
+            modality: Modality::Vision.raw(),
+            kind: ObservationKind::Object.raw(),
+            partner: NOBODY,
+            held_by: NOBODY,
+            reserved: 0,
+            confidence: 1.0,
+            position_m: [0.0; 3],
+            orientation_xyzw: [0.0, 0.0, 0.0, 1.0],
+            half_extents_m: [0.0; 3],
+            colour_rgb: [0.0; 3],
+            shape: [0.0; 4],
+            states: [f32::NAN; STATES],
+        }
+    }
+
+    /// What it is of; `None` for a number that stands for nothing.
+    #[must_use]
+    pub fn kind(&self) -> Option<ObservationKind> {
+        ObservationKind::from_raw(self.kind)
+    }
+
+    /// The sense that made it; `None` for a number that stands for nothing.
+    #[must_use]
+    pub fn modality(&self) -> Option<Modality> {
+        Modality::from_raw(self.modality)
+    }
+
+    /// The degree of a state in [0, 1]; `None` where the thing has no such state.
+    #[must_use]
+    pub fn state(&self, state: State) -> Option<f32> {
+        self.states.get(usize::from(state.raw())).copied().filter(|degree| (0.0..=1.0).contains(degree))
+    }
+
+    /// Reports a state.
+    pub fn set_state(&mut self, state: State, degree: f32) {
+        if let Some(slot) = self.states.get_mut(usize::from(state.raw())) {
+            *slot = degree;
+        }
+    }
+
+    /// Whether every number is one that the Perception System may use: finite position, extents
+    /// not negative, confidence in [0, 1], a quaternion of norm one within 1 %, a known kind and
+    /// sense. (States may be NaN: the thing has none.)
+    #[must_use]
+    pub fn is_sound(&self) -> bool {
+        let norm: f32 = self.orientation_xyzw.iter().map(|part| part * part).sum();
+        self.kind().is_some()
+            && self.modality().is_some()
+            && self.position_m.iter().all(|part| part.is_finite())
+            && self.half_extents_m.iter().all(|part| part.is_finite() && *part >= 0.0)
+            && self.colour_rgb.iter().chain(&self.shape).all(|part| part.is_finite())
+            && (0.0..=1.0).contains(&self.confidence)
+            && (norm - 1.0).abs() < 0.02
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_observation_with_a_number_that_is_none_is_not_sound() {
+        let sound = Observation::object(1, 5);
+        assert!(sound.is_sound());
+        assert!(!Observation { position_m: [f32::NAN, 0.0, 0.0], ..sound }.is_sound());
+        assert!(!Observation { orientation_xyzw: [0.0; 4], ..sound }.is_sound());
+        assert!(!Observation { confidence: -0.5, ..sound }.is_sound());
+        assert!(!Observation { kind: 77, ..sound }.is_sound());
+    }
+
+    #[test]
+    fn a_state_that_the_thing_lacks_is_none_and_not_zero() {
+        let mut peg = Observation::object(1, 5);
+        assert_eq!(peg.state(State::Filled), None);
+        peg.set_state(State::Inserted, 0.0);
+        assert_eq!(peg.state(State::Inserted), Some(0.0));
+    }
+}

@@ -1,0 +1,182 @@
+use iceoryx2_bb_derive_macros::ZeroCopySend;
+use iceoryx2_bb_elementary_traits::zero_copy_send::ZeroCopySend;
+
+use crate::Observation;
+
+/// Percepts that one snapshot holds at most: the size of the percept set P.
+pub const MAX_PERCEPTS: usize = 12;
+
+/// The feature value d that a percept derives (Eq. 1).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Feature {
+    /// The percept classifies and derives nothing.
+    None,
+    /// A symbol: the index of a prototype in the percept's configuration.
+    Symbol(u16),
+    /// A number, such as the degree of a state.
+    Number(f32),
+    /// A position in the frame of the perspective, or extents, in metres.
+    Vector([f32; 3]),
+    /// An orientation in the frame of the perspective, quaternion `[x, y, z, w]`.
+    Orientation([f32; 4]),
+}
+
+/// A feature as it stands in shared memory: a kind and four numbers.
+const NONE: u16 = 0;
+const SYMBOL: u16 = 1;
+const NUMBER: u16 = 2;
+const VECTOR: u16 = 3;
+const ORIENTATION: u16 = 4;
+
+impl Feature {
+    pub(crate) fn to_raw(self) -> (u16, [f32; 4]) {
+        match self {
+            Self::None => (NONE, [0.0; 4]),
+            Self::Symbol(index) => (SYMBOL, [f32::from(index), 0.0, 0.0, 0.0]),
+            Self::Number(value) => (NUMBER, [value, 0.0, 0.0, 0.0]),
+            Self::Vector([x, y, z]) => (VECTOR, [x, y, z, 0.0]),
+            Self::Orientation(xyzw) => (ORIENTATION, xyzw),
+        }
+    }
+
+    pub(crate) fn from_raw(kind: u16, numbers: [f32; 4]) -> Option<Self> {
+        let [a, b, c, _] = numbers;
+        if !numbers.iter().all(|number| number.is_finite()) {
+            return None;
+        }
+        match kind {
+            NONE => Some(Self::None),
+            SYMBOL if (0.0..=f32::from(u16::MAX)).contains(&a) =>
+            {
+                #[expect(
+                    clippy::cast_possible_truncation,
+                    clippy::cast_sign_loss,
+                    reason = "the guard has checked the range"
+                )]
+                Some(Self::Symbol(a as u16))
+            }
+            NUMBER => Some(Self::Number(a)),
+            VECTOR => Some(Self::Vector([a, b, c])),
+            ORIENTATION => Some(Self::Orientation(numbers)),
+            _ => None,
+        }
+    }
+}
+
+/// One percept's evaluation of one observation: p(o) = (m, c, d) (Eq. 1).
+#[derive(Clone, Copy, Debug, Default, PartialEq, ZeroCopySend)]
+#[repr(C)]
+#[type_name("leo/PerceptValue/1")]
+pub struct PerceptValue {
+    /// The percept: its index in the configured set P.
+    pub percept: u16,
+    feature_kind: u16,
+    /// Match m in [0, 1].
+    pub matching: f32,
+    /// Confidence c in [0, 1].
+    pub confidence: f32,
+    feature: [f32; 4],
+}
+
+impl PerceptValue {
+    /// An evaluation.
+    #[must_use]
+    pub fn new(percept: u16, matching: f32, confidence: f32, feature: Feature) -> Self {
+        let (feature_kind, feature) = feature.to_raw();
+        Self { percept, feature_kind, matching, confidence, feature }
+    }
+
+    /// The derived feature; `None` where the numbers are no feature.
+    #[must_use]
+    pub fn feature(&self) -> Option<Feature> {
+        Feature::from_raw(self.feature_kind, self.feature)
+    }
+}
+
+/// The percepts of one observation that passed the threshold (Eq. 2).
+#[derive(Clone, Copy, Debug, Default, PartialEq, ZeroCopySend)]
+#[repr(C)]
+#[type_name("leo/Snapshot/1")]
+pub struct Snapshot {
+    count: u32,
+    values: [PerceptValue; MAX_PERCEPTS],
+}
+
+impl Snapshot {
+    /// Adds an evaluation; `false`, and nothing added, when the snapshot is full.
+    pub fn push(&mut self, value: PerceptValue) -> bool {
+        let slot = usize::try_from(self.count).ok().and_then(|count| self.values.get_mut(count));
+        match slot {
+            Some(slot) => {
+                *slot = value;
+                self.count += 1;
+                true
+            }
+            None => false,
+        }
+    }
+
+    /// The evaluations.
+    #[must_use]
+    pub fn values(&self) -> &[PerceptValue] {
+        let count = usize::try_from(self.count).unwrap_or(0).min(MAX_PERCEPTS);
+        self.values.get(..count).unwrap_or(&[])
+    }
+
+    /// The evaluation by one percept, if it passed the threshold.
+    #[must_use]
+    pub fn value(&self, percept: u16) -> Option<&PerceptValue> {
+        self.values().iter().find(|value| value.percept == percept)
+    }
+}
+
+/// An entry of the percept buffer: an observation and what the robot perceives in it.
+///
+/// The observation travels along because another perspective perceives it anew in its own frame
+/// (Eq. 7).
+#[derive(Clone, Copy, Debug, PartialEq, ZeroCopySend)]
+#[repr(C)]
+#[type_name("leo/Perceived/1")]
+pub struct Perceived {
+    /// What was observed.
+    pub observation: Observation,
+    /// The robot's own percept snapshot of it.
+    pub snapshot: Snapshot,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_feature_comes_back_as_it_went() {
+        for feature in [
+            Feature::None,
+            Feature::Symbol(7),
+            Feature::Number(0.25),
+            Feature::Vector([1.0, -2.0, 3.0]),
+            Feature::Orientation([0.0, 0.0, 0.0, 1.0]),
+        ] {
+            assert_eq!(PerceptValue::new(1, 1.0, 1.0, feature).feature(), Some(feature));
+        }
+    }
+
+    #[test]
+    fn numbers_that_are_no_feature_read_as_none() {
+        let lie = PerceptValue { feature_kind: 99, ..PerceptValue::default() };
+        assert_eq!(lie.feature(), None);
+        let nan = PerceptValue::new(1, 1.0, 1.0, Feature::Number(f32::NAN));
+        assert_eq!(nan.feature(), None);
+    }
+
+    #[test]
+    fn a_full_snapshot_says_so() {
+        let mut snapshot = Snapshot::default();
+        for index in 0..12 {
+            assert!(snapshot.push(PerceptValue::new(index, 1.0, 1.0, Feature::None)));
+        }
+        assert!(!snapshot.push(PerceptValue::default()));
+        assert_eq!(snapshot.values().len(), MAX_PERCEPTS);
+        assert_eq!(snapshot.value(11).map(|value| value.percept), Some(11));
+    }
+}

@@ -1,0 +1,72 @@
+use std::fmt;
+
+use iceoryx2_bb_derive_macros::ZeroCopySend;
+use iceoryx2_bb_elementary_traits::zero_copy_send::ZeroCopySend;
+
+/// Bytes that a [`Text`] holds.
+pub const TEXT_CAPACITY: usize = 252;
+
+/// A short text of fixed capacity, UTF-8.
+#[derive(Clone, Copy, PartialEq, Eq, ZeroCopySend)]
+#[repr(C)]
+#[type_name("leo/Text/1")]
+pub struct Text {
+    length: u32,
+    bytes: [u8; TEXT_CAPACITY],
+}
+
+impl Text {
+    /// The text, cut at the last whole character that fits.
+    #[must_use]
+    pub fn new(text: &str) -> Self {
+        let mut end = text.len().min(TEXT_CAPACITY);
+        while !text.is_char_boundary(end) {
+            end -= 1;
+        }
+        let mut bytes = [0; TEXT_CAPACITY];
+        for (to, from) in bytes.iter_mut().zip(text.as_bytes().iter().take(end)) {
+            *to = *from;
+        }
+        // At most TEXT_CAPACITY, which fits.
+        Self { length: u32::try_from(end).unwrap_or(0), bytes }
+    }
+
+    /// The text; empty where the writer's bytes are no UTF-8 or its length is out of range.
+    #[must_use]
+    pub fn as_str(&self) -> &str {
+        usize::try_from(self.length)
+            .ok()
+            .and_then(|length| self.bytes.get(..length))
+            .and_then(|bytes| std::str::from_utf8(bytes).ok())
+            .unwrap_or("")
+    }
+}
+
+impl Default for Text {
+    fn default() -> Self {
+        Self { length: 0, bytes: [0; TEXT_CAPACITY] }
+    }
+}
+
+impl fmt::Debug for Text {
+    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.as_str().fmt(out)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_long_text_is_cut_between_characters() {
+        let text = Text::new(&"é".repeat(200));
+        assert_eq!(text.as_str(), "é".repeat(126));
+    }
+
+    #[test]
+    fn a_lying_length_reads_as_nothing() {
+        let lie = Text { length: u32::MAX, ..Text::new("words") };
+        assert_eq!(lie.as_str(), "");
+    }
+}

@@ -1,0 +1,76 @@
+use iceoryx2_bb_derive_macros::ZeroCopySend;
+use iceoryx2_bb_elementary_traits::zero_copy_send::ZeroCopySend;
+
+use crate::{
+    Belief, BeliefHead, Event, Head, Header, JointGoal, JointState, Observation, Perceived, SceneObject, Text,
+};
+
+/// A buffer between processes: what it is called and what a frame of it holds. Each has exactly
+/// one writer.
+pub trait Topic {
+    /// What stands before the entries.
+    type Head: Head;
+    /// An entry.
+    type Entry: ZeroCopySend + Copy + std::fmt::Debug;
+    /// Its name within the domain; a number is appended where there is one buffer per partner,
+    /// source or process.
+    const NAME: &'static str;
+}
+
+macro_rules! topic {
+    ($(#[$doc:meta])* $name:ident = $text:literal: $head:ty, $entry:ty) => {
+        $(#[$doc])*
+        #[derive(Clone, Copy, Debug)]
+        pub enum $name {}
+
+        impl Topic for $name {
+            type Head = $head;
+            type Entry = $entry;
+            const NAME: &'static str = $text;
+        }
+    };
+}
+
+topic!(
+    /// What a sensory source observed; numbered by source. Writer: that source.
+    Observations = "observations": Header, Observation
+);
+topic!(
+    /// The percept buffer. Writer: sensor.
+    Percepts = "percepts": Header, Perceived
+);
+topic!(
+    /// The belief buffer of one perspective; numbered by perspective. Writer: belief.
+    Beliefs = "beliefs": BeliefHead, Belief
+);
+topic!(
+    /// Joint commands: where the joints shall be, and when. Writer: learner.
+    JointGoals = "joint-goals": Header, JointGoal
+);
+topic!(
+    /// Joint states as they came back over the buses. Writer: motor.
+    JointStates = "joint-states": Header, JointState
+);
+topic!(
+    /// What is true in the simulated workspace. Writer: simulator.
+    Scene = "scene": Header, SceneObject
+);
+topic!(
+    /// What the teachers say. Writer: simulator (and, where people teach, the console).
+    Utterances = "utterances": Header, Utterance
+);
+topic!(
+    /// What the learner reports. Writer: learner.
+    Events = "events": Header, Event
+);
+
+/// A sentence that somebody said.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ZeroCopySend)]
+#[repr(C)]
+#[type_name("leo/Utterance/1")]
+pub struct Utterance {
+    /// Who said it: partner 1, 2, …
+    pub speaker: u32,
+    /// What was said.
+    pub text: Text,
+}

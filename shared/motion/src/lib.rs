@@ -1,0 +1,1 @@
+//! What the body does: reach, grasp, carry, insert, as time-parameterised joint goals.
