@@ -12,6 +12,7 @@
 //! Only this crate knows iceoryx2. Per frame, iceoryx2 0.10 allocates once on the heap of the
 //! writer (48 bytes of bookkeeping of the loan) and never at the reader.
 
+pub mod bare;
 mod board;
 mod domain;
 mod error;
