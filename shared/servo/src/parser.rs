@@ -188,7 +188,8 @@ mod tests {
 
     #[test]
     fn one_bad_answer_costs_one_servo() {
-        let spoil: [(&str, fn(&mut Vec<u8>)); 7] = [
+        type Spoil = fn(&mut Vec<u8>);
+        let spoil: [(&str, Spoil); 7] = [
             ("silent", Vec::clear),
             ("bit flip", |frame| frame[9] ^= 4),
             ("truncated by one", |frame| frame.truncate(20)),
