@@ -10,6 +10,7 @@ pub mod leo;
 mod load;
 pub mod motor;
 pub mod number;
+pub mod percepts;
 
 pub use error::ConfigError;
 pub use load::{load, parse};

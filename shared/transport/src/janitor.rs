@@ -1,0 +1,1 @@
+//! Cleans a domain after processes that died.
