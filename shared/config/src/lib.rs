@@ -8,6 +8,7 @@
 mod error;
 pub mod leo;
 mod load;
+pub mod motor;
 pub mod number;
 pub mod percepts;
 
