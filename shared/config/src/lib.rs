@@ -11,6 +11,7 @@ mod load;
 pub mod motor;
 pub mod number;
 pub mod percepts;
+pub mod perspective;
 
 pub use error::ConfigError;
 pub use load::{load, parse};
