@@ -7,6 +7,7 @@
 
 mod error;
 pub mod leo;
+pub mod lesson;
 mod load;
 pub mod motor;
 pub mod number;
