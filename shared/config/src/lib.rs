@@ -13,6 +13,8 @@ pub mod motor;
 pub mod number;
 pub mod percepts;
 pub mod perspective;
+mod robot;
 
 pub use error::ConfigError;
 pub use load::{load, parse};
+pub use robot::Robot;
