@@ -39,8 +39,11 @@ impl BareOutlet {
             .publish_subscribe::<[u8]>()
             .open_or_create()
             .map_err(|error| failed(&error))?;
-        let publisher =
-            service.publisher_builder().initial_max_slice_len(size).create().map_err(|error| failed(&error))?;
+        let publisher = service
+            .publisher_builder()
+            .initial_max_slice_len(size)
+            .create()
+            .map_err(|error| failed(&error))?;
         let bell = node
             .raw()
             .service_builder(&service_name(name, "writing")?)
