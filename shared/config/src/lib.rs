@@ -9,6 +9,7 @@ mod error;
 pub mod leo;
 mod load;
 pub mod number;
+pub mod percepts;
 pub mod perspective;
 
 pub use error::ConfigError;
