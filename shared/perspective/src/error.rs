@@ -18,7 +18,9 @@ pub enum NoPerspective {
         source: scene::NoCone,
     },
     /// The robot's eye is nowhere.
-    #[error("the robot's field of view: eye_m and looks_at_m must be finite, not {eye_m:?} and {looks_at_m:?}")]
+    #[error(
+        "the robot's field of view: eye_m and looks_at_m must be finite, not {eye_m:?} and {looks_at_m:?}"
+    )]
     Eye {
         /// Where the eye is.
         eye_m: [f64; 3],

@@ -142,9 +142,7 @@ impl Partner {
             Some(Modality::Vision) => {
                 sight.visible_share(x_base_thing, half_extents_m, self.samples) > MAJORITY
             }
-            Some(Modality::Hearing) => {
-                sight.eye().distance(&x_base_thing.origin()) <= self.hearing_range_m
-            }
+            Some(Modality::Hearing) => sight.eye().distance(&x_base_thing.origin()) <= self.hearing_range_m,
             // What the robot feels in its own joints, nobody else feels.
             Some(Modality::Touch) | None => false,
         }
