@@ -1,0 +1,20 @@
+use std::path::PathBuf;
+
+/// What a process is told when it is started.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Launch {
+    /// Root directory of the domain to join.
+    pub domain: PathBuf,
+    /// Counts the lives of the process from one.
+    pub incarnation: u64,
+    /// The process to die with, if any: its supervisor.
+    pub parent: Option<i32>,
+    /// The robot's configuration; the built-in one without it.
+    pub config: Option<PathBuf>,
+    /// The lesson to play; the built-in one without it.
+    pub lesson: Option<PathBuf>,
+    /// Whether time is simulated and a conductor gives out the turns.
+    pub lockstep: bool,
+    /// Directory of what Leo remembers; nothing is remembered without it.
+    pub state: Option<PathBuf>,
+}
