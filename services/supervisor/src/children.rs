@@ -80,6 +80,12 @@ impl Children {
         self.signal(process, Signal::KILL);
     }
 
+    /// Whether nobody lives.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.living.is_empty()
+    }
+
     /// Those that died since this was asked last, and how.
     pub fn bury(&mut self) -> Vec<(Process, ExitStatus)> {
         let mut dead = Vec::new();
@@ -136,8 +142,15 @@ fn arguments(launch: &Launch) -> Vec<OsString> {
     if let Some(parent) = launch.parent {
         say("--parent", parent.to_string().into());
     }
-    if launch.lockstep {
-        arguments.push("--lockstep".into());
+    for (key, number) in [("--synthetic", launch.synthetic), ("--partners", launch.partners)] {
+        if let Some(number) = number {
+            arguments.extend([key.into(), number.to_string().into()]);
+        }
+    }
+    for (key, is_so) in [("--stay", launch.stay), ("--lockstep", launch.lockstep)] {
+        if is_so {
+            arguments.push(key.into());
+        }
     }
     arguments
 }
@@ -154,10 +167,16 @@ mod tests {
             parent: Some(42),
             config: Some("a b.toml".into()),
             lesson: None,
+            synthetic: None,
+            partners: Some(0),
+            stay: false,
             lockstep: true,
             state: None,
         };
         let told = arguments(&launch).join(" ".as_ref());
-        assert_eq!(told, "--domain /dev/shm/leo-7 --incarnation 3 --config a b.toml --parent 42 --lockstep");
+        assert_eq!(
+            told,
+            "--domain /dev/shm/leo-7 --incarnation 3 --config a b.toml --parent 42 --partners 0 --lockstep"
+        );
     }
 }

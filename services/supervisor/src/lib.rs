@@ -2,8 +2,11 @@
 
 mod caretaker;
 mod children;
+pub mod conductor;
 pub mod policy;
 mod run;
+mod teach;
 
 pub use children::Children;
 pub use run::{ORDER, Orders, RunError, run};
+pub use teach::{TeachError, Teaching, teach};
