@@ -218,7 +218,8 @@ impl Top {
 impl Check {
     fn run(&self) -> Result<ExitCode, Failure> {
         let mut out = std::io::stdout().lock();
-        let holds = supervisor_process::check(self.config.as_deref(), self.json, &mut out).map_err(Failed::usage)?;
+        let holds =
+            supervisor_process::check(self.config.as_deref(), self.json, &mut out).map_err(Failed::usage)?;
         Ok(if holds { ExitCode::SUCCESS } else { ExitCode::from(1) })
     }
 }

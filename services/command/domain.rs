@@ -5,8 +5,8 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use account::Account;
-use supervisor_process::policy::Outcome;
 use supervisor_process::RunError;
+use supervisor_process::policy::Outcome;
 use transport::Domain;
 
 use super::failure::Failed;
@@ -16,7 +16,8 @@ pub(crate) fn own(root: Option<&Path>) -> Result<Domain, Failed> {
     let name = match root {
         None => std::process::id().to_string(),
         Some(root) => {
-            let name = root.file_name().and_then(|name| name.to_str()).and_then(|name| name.strip_prefix("leo-"));
+            let name =
+                root.file_name().and_then(|name| name.to_str()).and_then(|name| name.strip_prefix("leo-"));
             let parent = root.parent();
             match name {
                 Some(name) if parent == Some(Path::new("/dev/shm")) => name.to_owned(),
@@ -57,7 +58,9 @@ pub(crate) fn print_accounts(accounts: &[(String, String, Account)], json: bool)
             .iter()
             .map(|(file, title, account)| serde_json::json!({ "lesson": file, "title": title, "account": account }))
             .collect();
-        serde_json::to_string_pretty(&lessons).map_err(std::io::Error::from).and_then(|text| writeln!(out, "{text}"))
+        serde_json::to_string_pretty(&lessons)
+            .map_err(std::io::Error::from)
+            .and_then(|text| writeln!(out, "{text}"))
     } else {
         accounts
             .iter()

@@ -18,6 +18,7 @@ use rustix::process::{Pid, PidfdFlags, Signal, pidfd_open, pidfd_send_signal};
 pub struct Children {
     executable: PathBuf,
     living: BTreeMap<Process, Living>,
+    helpers: Vec<Child>,
 }
 
 #[derive(Debug)]
@@ -33,7 +34,7 @@ impl Children {
     ///
     /// The path of this program's file cannot be found out.
     pub fn new() -> io::Result<Self> {
-        Ok(Self { executable: std::env::current_exe()?, living: BTreeMap::new() })
+        Ok(Self { executable: std::env::current_exe()?, living: BTreeMap::new(), helpers: Vec::new() })
     }
 
     /// Starts a process.
@@ -68,6 +69,18 @@ impl Children {
                 Err(error.into())
             }
         }
+    }
+
+    /// Starts this program with another command line, to be killed as this is dropped.
+    ///
+    /// # Errors
+    ///
+    /// The system has no room for another process.
+    pub fn start_command(&mut self, arguments: &[&str]) -> io::Result<()> {
+        let child =
+            Command::new(&self.executable).args(arguments).stdin(Stdio::null()).process_group(0).spawn()?;
+        self.helpers.push(child);
+        Ok(())
     }
 
     /// Asks a process to stop; nothing happens when it does not live.
@@ -122,6 +135,9 @@ impl Drop for Children {
     fn drop(&mut self) {
         for living in self.living.values_mut() {
             let _dead = living.child.kill().and_then(|()| living.child.wait());
+        }
+        for child in &mut self.helpers {
+            let _dead = child.kill().and_then(|()| child.wait());
         }
     }
 }

@@ -160,8 +160,7 @@ mod tests {
     #[test]
     fn turns_come_in_order_of_time_and_then_of_the_data() {
         let ms = Duration::from_millis;
-        let mut timetable =
-            Timetable::new(&[(Simulator, ms(5)), (Sensor, ms(5)), (Motor, ms(4))]);
+        let mut timetable = Timetable::new(&[(Simulator, ms(5)), (Sensor, ms(5)), (Motor, ms(4))]);
         let turns: Vec<(Process, u64)> = std::iter::from_fn(|| timetable.next_turn())
             .take(14)
             .map(|(process, at)| (process, at.as_nanos() / 1_000_000))

@@ -1,5 +1,6 @@
 //! Supervisor: starts, watches, restarts and stops the processes; the conductor of lockstep time.
 
+pub mod bench;
 mod caretaker;
 mod children;
 pub mod conductor;
