@@ -1,1 +1,9 @@
 //! Belief process: one belief system per perspective, woken by the percept buffer.
+//!
+//! The core is [`Believer`]: it takes a frame of the percept buffer and brings every perspective
+//! to the instant of that frame. It reads no clock, opens nothing, and after `new` allocates
+//! nothing.
+
+mod believer;
+
+pub use believer::{Believer, Unbelieving};

@@ -44,8 +44,11 @@ fn rules_of(views: &[View], language: &crate::Language) -> Learned {
     learn(language, &views.iter().collect::<Vec<_>>(), &Prior::default(), SHARE)
 }
 
-/// What a rule says and how it stands, with ties in no particular order.
-fn standing(learned: &Learned) -> BTreeSet<(usize, usize, i64, Vec<String>, BTreeSet<Class>)> {
+/// Rank, tally, posterior in millionths, template and classes of a rule.
+type Standing = (usize, usize, i64, Vec<String>, BTreeSet<Class>);
+
+/// What the rules say and how they stand, with ties in no particular order.
+fn standing(learned: &Learned) -> BTreeSet<Standing> {
     let standing = |rule: &Rule| {
         let posterior = quantity::number::round_i64(rule.posterior * 1e6);
         (rule.rank, rule.tally, posterior, rule.template.clone(), rule.classes.clone())
