@@ -12,6 +12,12 @@ pub struct OutOfRange {
     range: &'static str,
 }
 
+impl OutOfRange {
+    pub(crate) const fn new(value: f64, range: &'static str) -> Self {
+        Self { value, range }
+    }
+}
+
 macro_rules! ranged {
     ($(#[$doc:meta])* $name:ident: $range:literal, |$value:ident| $holds:expr) => {
         $(#[$doc])*

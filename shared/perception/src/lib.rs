@@ -1,1 +1,189 @@
 //! The Perception System: percepts, and the percept snapshot of an observation.
+//!
+//! A percept is a classification function p(o) = (m, c, d) (Eq. 1 of Berlin et al. 2006,
+//! "Belief Modeling"): match and confidence in [0, 1] and, where it has one, a derived feature.
+//! The snapshot of an observation holds the evaluations with m·c > k (Eq. 2). Which percepts
+//! there are is configuration; a program adds its own with [`Classify`].
+//!
+//! Eq. 2 worked, with k = 0.5: an observation of confidence 0.9 has a position, whose match is 1,
+//! so 0.9 passes. It is a red of (0.64, 0.05, 0.05), 0.16 from the prototype red, so with scale
+//! 0.6 the match is 1 − 0.16 / 0.6 = 0.733; no other prototype is as near as wood,
+//! |(0.09, −0.30, −0.13)| = 0.339 away, so the confidence is 0.9 · (1 − (0.16 / 0.339)²) = 0.700,
+//! and 0.733 · 0.700 = 0.513 passes. Were the sensor's confidence 0.8, 0.456 would not.
+//!
+//! ```
+//! use config::percepts::Percepts;
+//! use message::{Feature, Observation};
+//! use perception::{Frame, Perception};
+//!
+//! let percepts = Percepts::builtin();
+//! let perception = Perception::new(&percepts)?;
+//! let (position, colour) = (percepts.index("position").unwrap(), percepts.index("colour").unwrap());
+//!
+//! let mut seen = Observation::object(0, 1_000);
+//! seen.confidence = 0.9;
+//! seen.position_m = [0.75, 0.35, 0.03];
+//! seen.colour_rgb = [0.64, 0.05, 0.05];
+//! let snapshot = perception.perceive(&seen, &Frame { agent: 0 });
+//! let red = snapshot.value(colour).unwrap();
+//! assert_eq!(red.feature(), Some(Feature::Symbol(0)));
+//! assert!((red.matching - 0.733).abs() < 1e-3 && (red.confidence - 0.700).abs() < 1e-3);
+//!
+//! seen.confidence = 0.8;
+//! let snapshot = perception.perceive(&seen, &Frame { agent: 0 });
+//! assert!(snapshot.value(colour).is_none());
+//! assert_eq!(snapshot.value(position).unwrap().feature(), Some(Feature::Vector([0.75, 0.35, 0.03])));
+//! # Ok::<(), perception::Unperceivable>(())
+//! ```
+
+mod kernel;
+mod prototypes;
+
+use std::sync::Arc;
+
+use config::percepts::Percepts;
+use kernel::Kernel;
+use message::{Feature, Observation, PerceptValue, Snapshot};
+
+/// Whose perception it is. Observations come already in this perspective's frame.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Frame {
+    /// 0 the robot, n partner n.
+    pub agent: u16,
+}
+
+/// What a percept says of an observation: p(o) = (m, c, d) (Eq. 1).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Evaluation {
+    /// Match m in [0, 1].
+    pub matching: f32,
+    /// The classifier's own confidence in [0, 1]; that of the observation is multiplied to it.
+    pub confidence: f32,
+    /// The derived feature d.
+    pub feature: Feature,
+}
+
+impl Evaluation {
+    /// No match: such an evaluation never enters a snapshot.
+    pub const NONE: Self = Self { matching: 0.0, confidence: 0.0, feature: Feature::None };
+
+    /// A full match with full confidence.
+    #[must_use]
+    pub const fn certain(feature: Feature) -> Self {
+        Self { matching: 1.0, confidence: 1.0, feature }
+    }
+}
+
+/// A percept of the program's own, for the kernel `{ own = "NAME" }`.
+///
+/// ```
+/// use message::{Feature, Observation};
+/// use perception::{Classify, Evaluation, Frame};
+///
+/// /// Whether I hold it: "mine" means another thing to each perspective.
+/// struct Mine;
+///
+/// impl Classify for Mine {
+///     fn classify(&self, observation: &Observation, frame: &Frame) -> Evaluation {
+///         let mine = observation.held_by == frame.agent;
+///         Evaluation::certain(Feature::Number(if mine { 1.0 } else { 0.0 }))
+///     }
+/// }
+///
+/// let mut held = Observation::object(0, 1);
+/// held.held_by = 1;
+/// assert_eq!(Mine.classify(&held, &Frame { agent: 1 }).feature, Feature::Number(1.0));
+/// assert_eq!(Mine.classify(&held, &Frame { agent: 0 }).feature, Feature::Number(0.0));
+/// ```
+pub trait Classify: Send + Sync {
+    /// Evaluates a sound observation, given in the perspective's frame. A match or confidence
+    /// outside [0, 1], NaN included, or a feature that is not finite counts as no match.
+    fn classify(&self, observation: &Observation, frame: &Frame) -> Evaluation;
+}
+
+/// A program's own percepts, by the name that the configuration calls them.
+pub type Own = Vec<(String, Arc<dyn Classify>)>;
+
+/// Why a percept set cannot be perceived with.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum Unperceivable {
+    /// The configuration names a classifier that the program does not supply.
+    #[error(
+        "percept `{percept}` wants the program's own classifier `{classifier}`, which this program lacks"
+    )]
+    NoSuchClassifier {
+        /// The percept.
+        percept: String,
+        /// The classifier it names.
+        classifier: String,
+    },
+}
+
+/// The Perception System of one perspective or of several: it holds no state.
+#[derive(Clone)]
+pub struct Perception {
+    threshold: f64,
+    percepts: Vec<Percept>,
+}
+
+#[derive(Clone)]
+struct Percept {
+    number: u16,
+    parent: Option<u16>,
+    kernel: Kernel,
+}
+
+impl Perception {
+    /// Makes the configured percepts ready.
+    ///
+    /// # Errors
+    ///
+    /// A percept has the program's own kernel: see [`Self::with_own`].
+    pub fn new(percepts: &Percepts) -> Result<Self, Unperceivable> {
+        Self::with_own(percepts, &Own::new())
+    }
+
+    /// Makes the configured percepts ready, some of them the program's own.
+    ///
+    /// # Errors
+    ///
+    /// The configuration names a classifier that `own` lacks.
+    pub fn with_own(percepts: &Percepts, own: &Own) -> Result<Self, Unperceivable> {
+        let threshold = percepts.threshold;
+        let percepts = (0..).zip(&percepts.percepts).map(|(number, percept)| {
+            Ok(Percept { number, parent: percept.parent, kernel: Kernel::new(percept, own)? })
+        });
+        Ok(Self { threshold, percepts: percepts.collect::<Result<_, _>>()? })
+    }
+
+    /// The percept snapshot of an observation given in the perspective's frame (Eq. 2): the
+    /// evaluations with m·c > k, in the order of the percepts. A percept with a parent is
+    /// evaluated only where its parent passed. An unsound observation has an empty snapshot.
+    #[must_use]
+    pub fn perceive(&self, observation: &Observation, frame: &Frame) -> Snapshot {
+        let mut snapshot = Snapshot::default();
+        if !observation.is_sound() {
+            return snapshot;
+        }
+        for percept in &self.percepts {
+            if percept.parent.is_some_and(|parent| snapshot.value(parent).is_none()) {
+                continue;
+            }
+            let Evaluation { matching, confidence, feature } = percept.kernel.classify(observation, frame);
+            let within = (0.0..=1.0).contains(&matching) && (0.0..=1.0).contains(&confidence);
+            let confidence = observation.confidence * confidence;
+            if !within || f64::from(matching) * f64::from(confidence) <= self.threshold {
+                continue;
+            }
+            let value = PerceptValue::new(percept.number, matching, confidence, feature);
+            if value.feature().is_some() {
+                // There is room: the configuration holds no more percepts than a snapshot.
+                snapshot.push(value);
+            }
+        }
+        snapshot
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,214 @@
+//! The file as it is written, before its names are resolved.
+
+use std::ops::Range;
+
+use message::MAX_PERCEPTS;
+use serde::Deserialize;
+use toml::Spanned;
+
+use super::{
+    Belief, Cull, Distance, History, Kernel, Measure, Nearest, NoTermApplies, Percept, Percepts, Region, Role,
+};
+use crate::number::{Milliseconds, NotNegative, Unit};
+
+/// What is wrong, and where.
+type Fault = (Range<usize>, String);
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct File {
+    threshold: Unit,
+    percept: Spanned<Vec<WrittenPercept>>,
+    belief: WrittenBelief,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct WrittenPercept {
+    name: Spanned<String>,
+    parent: Option<Spanned<String>>,
+    role: Role,
+    decay_per_s: NotNegative,
+    history: Spanned<History>,
+    kernel: Spanned<Kernel>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct WrittenBelief {
+    threshold: NotNegative,
+    normalised: bool,
+    cannot_link_same_source_instant: bool,
+    no_term_applies: NoTermApplies,
+    #[serde(default)]
+    distance: Vec<WrittenDistance>,
+    #[serde(default)]
+    cull: Vec<WrittenCull>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct WrittenDistance {
+    percept: Spanned<String>,
+    measure: Spanned<Measure>,
+    weight: NotNegative,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct WrittenCull {
+    when: When,
+}
+
+#[derive(Deserialize)]
+#[serde(rename_all = "snake_case", deny_unknown_fields)]
+enum When {
+    UnseenLongerThanMs(Milliseconds),
+    ConfidenceBelow { percept: Spanned<String>, floor: Unit },
+    PlaceInViewAndEmpty,
+}
+
+impl File {
+    pub(super) fn resolve(self) -> Result<Percepts, Fault> {
+        let span = self.percept.span();
+        let written = self.percept.into_inner();
+        if written.len() > MAX_PERCEPTS {
+            let reason = format!("{} percepts: a snapshot holds at most {MAX_PERCEPTS}", written.len());
+            return Err((span, reason));
+        }
+        let mut percepts = Vec::with_capacity(written.len());
+        for percept in written {
+            let percept = percept.resolve(&percepts)?;
+            percepts.push(percept);
+        }
+        let belief = self.belief.resolve(&percepts)?;
+        Ok(Percepts { threshold: self.threshold.get(), percepts, belief })
+    }
+}
+
+impl WrittenPercept {
+    fn resolve(self, earlier: &[Percept]) -> Result<Percept, Fault> {
+        if earlier.iter().any(|percept| percept.name == *self.name.get_ref()) {
+            return Err((self.name.span(), format!("a second percept named `{}`", self.name.get_ref())));
+        }
+        let parent = self.parent.map(|parent| number(&parent, earlier)).transpose()?;
+        let kernel_span = self.kernel.span();
+        let kernel = self.kernel.into_inner();
+        check_kernel(&kernel).map_err(|reason| (kernel_span, reason))?;
+        let history = *self.history.get_ref();
+        if matches!(kernel, Kernel::Nearest(_)) && matches!(history, History::LowPass { .. }) {
+            let reason = "symbols cannot be filtered: use lossless or log_timescale".to_owned();
+            return Err((self.history.span(), reason));
+        }
+        Ok(Percept {
+            name: self.name.into_inner(),
+            parent,
+            role: self.role,
+            decay_per_s: self.decay_per_s.get(),
+            history,
+            kernel,
+        })
+    }
+}
+
+impl WrittenBelief {
+    fn resolve(self, percepts: &[Percept]) -> Result<Belief, Fault> {
+        let mut distance = Vec::with_capacity(self.distance.len());
+        for term in self.distance {
+            let percept = number(&term.percept, percepts)?;
+            let measure = *term.measure.get_ref();
+            let kernel = percepts.get(usize::from(percept)).map(|percept| &percept.kernel);
+            if !kernel.is_some_and(|kernel| fits(measure, kernel)) {
+                let reason = format!(
+                    "this measure does not fit what `{}` derives: metres for positions and extents, angle_rad \
+                     for orientations, difference for states and regions, differs for symbols",
+                    term.percept.get_ref()
+                );
+                return Err((term.measure.span(), reason));
+            }
+            distance.push(Distance { percept, measure, weight: term.weight.get() });
+        }
+        let mut cull = Vec::with_capacity(self.cull.len());
+        for written in self.cull {
+            cull.push(match written.when {
+                When::UnseenLongerThanMs(limit) => Cull::UnseenLongerThan(limit.duration()),
+                When::ConfidenceBelow { percept, floor } => {
+                    Cull::ConfidenceBelow { percept: number(&percept, percepts)?, floor: floor.get() }
+                }
+                When::PlaceInViewAndEmpty => Cull::PlaceInViewAndEmpty,
+            });
+        }
+        Ok(Belief {
+            threshold: self.threshold.get(),
+            normalised: self.normalised,
+            cannot_link_same_source_instant: self.cannot_link_same_source_instant,
+            no_term_applies: self.no_term_applies,
+            distance,
+            cull,
+        })
+    }
+}
+
+fn number(name: &Spanned<String>, percepts: &[Percept]) -> Result<u16, Fault> {
+    let index = percepts.iter().position(|percept| percept.name == *name.get_ref());
+    index.and_then(|index| u16::try_from(index).ok()).ok_or_else(|| {
+        let known: Vec<_> = percepts.iter().map(|percept| percept.name.as_str()).collect();
+        let reason =
+            format!("no percept above is named `{}`; there are {}", name.get_ref(), known.join(", "));
+        (name.span(), reason)
+    })
+}
+
+fn fits(measure: Measure, kernel: &Kernel) -> bool {
+    match kernel {
+        Kernel::Position | Kernel::Extents => measure == Measure::Metres,
+        Kernel::Orientation => measure == Measure::AngleRad,
+        Kernel::State(_) | Kernel::Region(_) => measure == Measure::Difference,
+        Kernel::Nearest(_) => measure == Measure::Differs,
+        // What a program's own percept derives is its own affair.
+        Kernel::Own(_) => true,
+    }
+}
+
+fn check_kernel(kernel: &Kernel) -> Result<(), String> {
+    match kernel {
+        Kernel::Nearest(nearest) => check_prototypes(nearest),
+        Kernel::Region(region) => check_region(region),
+        Kernel::Position | Kernel::Orientation | Kernel::Extents | Kernel::State(_) | Kernel::Own(_) => {
+            Ok(())
+        }
+    }
+}
+
+fn check_prototypes(nearest: &Nearest) -> Result<(), String> {
+    if nearest.prototypes.is_empty() {
+        return Err("without a prototype nothing can be nearest: give at least one".to_owned());
+    }
+    if u16::try_from(nearest.prototypes.len()).is_err() {
+        return Err(format!("{} prototypes: at most 65535 can be told apart", nearest.prototypes.len()));
+    }
+    for (index, prototype) in nearest.prototypes.iter().enumerate() {
+        let dimensions = nearest.of.dimensions();
+        let name = &prototype.name;
+        if prototype.at.len() != dimensions {
+            let given = prototype.at.len();
+            return Err(format!("prototype `{name}` has {given} numbers: its space has {dimensions}"));
+        }
+        if !prototype.at.iter().all(|part| part.is_finite()) {
+            return Err(format!("prototype `{name}` has a number that is not finite"));
+        }
+        if nearest.prototypes.iter().take(index).any(|earlier| earlier.name == *name) {
+            return Err(format!("a second prototype named `{name}`"));
+        }
+    }
+    Ok(())
+}
+
+fn check_region(region: &Region) -> Result<(), String> {
+    // Written so that NaN fails.
+    if region.minimum_m.iter().zip(&region.maximum_m).all(|(minimum, maximum)| minimum < maximum) {
+        Ok(())
+    } else {
+        Err("an empty region: every minimum must be below its maximum".to_owned())
+    }
+}

@@ -1,0 +1,92 @@
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use crate::leo::Leo;
+use crate::motor::Motor;
+use crate::percepts::Percepts;
+use crate::perspective::Perspective;
+use crate::{ConfigError, motor, parse};
+
+/// The whole configuration of a robot: `leo.toml` and the files that lie beside it.
+#[derive(Clone, Debug)]
+pub struct Robot {
+    /// `leo.toml`: the processes.
+    pub leo: Leo,
+    /// `percepts.toml`: what is perceived and believed.
+    pub percepts: Percepts,
+    /// `perspective.toml`: what a partner can perceive.
+    pub perspective: Perspective,
+    /// `motor.toml`: buses and joints.
+    pub motor: Motor,
+    /// `leo.urdf`: the body, as text.
+    pub urdf: String,
+}
+
+/// The files that the executable brings along, so that it runs without a configuration folder.
+mod builtin {
+    pub(super) const LEO: &str = include_str!("../../../config/leo.toml");
+    pub(super) const PERCEPTS: &str = include_str!("../../../config/percepts.toml");
+    pub(super) const PERSPECTIVE: &str = include_str!("../../../config/perspective.toml");
+    pub(super) const MOTOR: &str = include_str!("../../../config/motor.toml");
+    pub(super) const URDF: &str = include_str!("../../../config/leo.urdf");
+}
+
+impl Robot {
+    /// Reads `leo` (a `leo.toml`) and its neighbours. A neighbour that is not there is the
+    /// built-in one; without `leo`, all are.
+    ///
+    /// # Errors
+    ///
+    /// `leo` cannot be read, or something in a file is wrong.
+    pub fn load(leo: Option<&Path>) -> Result<Self, ConfigError> {
+        let folder = leo.and_then(Path::parent);
+        let percepts = text(folder, "percepts.toml", builtin::PERCEPTS)?;
+        let perspective = text(folder, "perspective.toml", builtin::PERSPECTIVE)?;
+        let motor = text(folder, "motor.toml", builtin::MOTOR)?;
+        let urdf = text(folder, "leo.urdf", builtin::URDF)?;
+        let leo = match leo {
+            Some(file) => (read(file)?, file.to_owned()),
+            None => (builtin::LEO.to_owned(), PathBuf::from("leo.toml")),
+        };
+        Ok(Self {
+            leo: parse(&leo.0, &leo.1)?,
+            percepts: Percepts::parse(&percepts.0, &percepts.1)?,
+            perspective: parse(&perspective.0, &perspective.1)?,
+            motor: motor::parse(&motor.0, &motor.1)?,
+            urdf: urdf.0,
+        })
+    }
+}
+
+fn read(file: &Path) -> Result<String, ConfigError> {
+    fs::read_to_string(file).map_err(|source| ConfigError::Read { file: file.to_owned(), source })
+}
+
+fn text(folder: Option<&Path>, name: &str, builtin: &str) -> Result<(String, PathBuf), ConfigError> {
+    match folder.map(|folder| folder.join(name)).filter(|file| file.exists()) {
+        Some(file) => Ok((read(&file)?, file)),
+        None => Ok((builtin.to_owned(), PathBuf::from(name))),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_built_in_robot_is_right_and_has_65_joints() {
+        let robot = Robot::load(None).unwrap();
+        assert_eq!(robot.motor.joints.len(), 65);
+    }
+
+    #[test]
+    fn a_neighbour_that_is_wrong_is_named() {
+        let folder = tempfile::tempdir().unwrap();
+        let leo = folder.path().join("leo.toml");
+        fs::write(&leo, builtin::LEO).unwrap();
+        fs::write(folder.path().join("percepts.toml"), "threshhold = 0.5\n").unwrap();
+        let error = Robot::load(Some(&leo)).unwrap_err().to_string();
+        assert!(error.contains("percepts.toml:1:1"), "{error}");
+        assert!(error.contains("did you mean `threshold`?"), "{error}");
+    }
+}
