@@ -47,8 +47,21 @@ enum Command {
     Check(Check),
     /// Measure latencies beside the bare middleware and a bare thread, in one run
     Bench(Bench),
+    /// The other process of `leo bench`
+    #[command(hide = true)]
+    BenchEcho(BenchEcho),
     #[command(flatten)]
     Process(process::Process),
+}
+
+#[derive(Args, Clone, Debug)]
+struct BenchEcho {
+    #[arg(long)]
+    domain: PathBuf,
+    #[arg(long)]
+    name: String,
+    #[arg(long)]
+    bytes: usize,
 }
 
 #[derive(Args, Clone, Debug)]
@@ -134,6 +147,11 @@ impl Leo {
             Command::Top(top) => top.run(),
             Command::Check(check) => check.run(),
             Command::Bench(bench) => bench.run(),
+            Command::BenchEcho(echo) => {
+                supervisor_process::bench::echo(&echo.domain, &echo.name, echo.bytes)
+                    .map_err(Failed::failed)?;
+                Ok(ExitCode::SUCCESS)
+            }
             Command::Process(process) => process.run(),
         }
     }
@@ -229,7 +247,8 @@ impl Bench {
         let seconds = Duration::try_from_secs_f64(self.seconds)
             .map_err(|_| Failed::usage("--seconds: give the seconds to measure as a number above 0"))?;
         let mut out = std::io::stdout().lock();
-        supervisor_process::bench(seconds, self.json, &mut out).map_err(Failed::failed)?;
+        supervisor_process::bench::bench(seconds, self.json, env!("LEO_COMMIT"), &mut out)
+            .map_err(Failed::failed)?;
         Ok(ExitCode::SUCCESS)
     }
 }
