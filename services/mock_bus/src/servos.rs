@@ -5,7 +5,7 @@ use servo::mock::{Line, Servo};
 use servo::table::BAUD_RATE;
 
 /// The servos of one bus, as they come out of the box except for their identifiers and speed.
-/// Each stands where its joint is at rest: at zero, or at the limit nearest to it.
+/// Each stands in the middle of its range, as servos are mounted, or at the limit nearest to it.
 #[must_use]
 pub fn line(robot: &Motor, bus: usize, now: Instant) -> Line {
     let code = robot.buses.get(bus).map_or(3, |bus| baud_code(bus.baud));
@@ -14,7 +14,8 @@ pub fn line(robot: &Motor, bus: usize, now: Instant) -> Line {
             Model::Xm430W350 => servo::Model::Xm430W350,
             Model::Xl330M288 => servo::Model::Xl330M288,
         };
-        let rest_rad = joint.servo_rad(0.0_f64.max(joint.min_rad).min(joint.max_rad));
+        let middle_rad = joint.joint_rad(0.0);
+        let rest_rad = joint.servo_rad(middle_rad.max(joint.min_rad).min(joint.max_rad));
         let mut servo = Servo::new(model, Id::new(joint.id)?, rest_rad, now);
         // Writable: torque is off.
         servo.write(BAUD_RATE.address, &[code]).ok()?;

@@ -217,3 +217,126 @@ impl Port for Line {
         self.note(received)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use config::Robot;
+    use message::{JointCause, JointGoal, JointMode, JointState};
+    use mock_bus_process::Ptys;
+
+    const PERIOD: Duration = Duration::from_millis(4);
+    const LONG: Duration = Duration::from_secs(20);
+
+    /// The whole robot: 65 joints on five buses.
+    struct Rig {
+        robot: Robot,
+        folder: tempfile::TempDir,
+        ptys: Option<Ptys>,
+        threads: Threads,
+        motor: Motor,
+        now: Instant,
+        lockstep: bool,
+    }
+
+    impl Rig {
+        fn new(lockstep: bool) -> Self {
+            let robot = Robot::load(None).unwrap();
+            let folder = tempfile::tempdir().unwrap();
+            let ptys = Ptys::open(&robot.motor, folder.path(), lockstep).unwrap();
+            let patience = if lockstep { LONG } else { 2 * PERIOD };
+            let until = clock::now() + LONG;
+            let threads = Threads::start(&robot.motor.buses, folder.path(), patience, until).unwrap();
+            let motor = Motor::new(&robot.motor, &robot.leo.motor).unwrap();
+            let now = if lockstep { Instant::EPOCH } else { clock::now() };
+            Self { robot, folder, ptys: Some(ptys), threads, motor, now, lockstep }
+        }
+
+        /// A cycle in which every joint shall go a third of the way to its upper limit.
+        fn cycle(&mut self) {
+            self.now += PERIOD;
+            if self.lockstep {
+                self.ptys.as_ref().unwrap().advance(self.now);
+            } else {
+                clock::sleep_until(self.now);
+                self.now = clock::now();
+                self.threads.collect(&mut self.motor).unwrap();
+            }
+            let goals: Vec<_> = (0..)
+                .zip(&self.robot.motor.joints)
+                .map(|(joint, settings)| JointGoal {
+                    joint,
+                    reserved: 0,
+                    goal_position_rad: settings.max_rad / 3.0,
+                    arrive_at_ns: 0,
+                })
+                .collect();
+            self.motor.goals(self.now, &goals);
+            self.motor.step(self.now);
+            self.threads.send(&mut self.motor, self.now).unwrap();
+            if self.lockstep {
+                self.threads.wait(&mut self.motor, self.now, LONG).unwrap();
+            }
+        }
+
+        /// Cycles until all joints are as they should be.
+        fn until(&mut self, what: &str, is_so: impl Fn(&JointState) -> bool) {
+            let give_up = clock::now() + LONG;
+            while !self.motor.states().all(|state| is_so(&state)) {
+                self.cycle();
+                assert!(clock::now() < give_up, "not {what}: {:?}", self.motor.states().collect::<Vec<_>>());
+            }
+        }
+
+        fn is_there(&self) -> impl Fn(&JointState) -> bool + use<> {
+            let goals: Vec<_> = self.robot.motor.joints.iter().map(|joint| joint.max_rad / 3.0).collect();
+            move |state| {
+                let goal = goals[usize::try_from(state.joint).unwrap()];
+                state.present_position_rad().is_some_and(|present| (present - goal).abs() < 0.003)
+            }
+        }
+    }
+
+    fn follows(state: &JointState) -> bool {
+        state.mode() == Some(JointMode::Following)
+    }
+
+    #[test]
+    fn in_lockstep_65_joints_do_the_same_to_the_last_bit_in_every_run() {
+        let run = || {
+            let mut rig = Rig::new(true);
+            let mut trace = String::new();
+            for cycle in 0..700 {
+                rig.cycle();
+                if cycle % 100 == 99 {
+                    trace.push_str(&format!("{:?}\n", rig.motor.states().collect::<Vec<_>>()));
+                }
+            }
+            assert_eq!(rig.motor.states().filter(follows).count(), 65);
+            assert!(rig.motor.states().all(|state| rig.is_there()(&state)));
+            assert_eq!(rig.motor.counts().stale, 0);
+            trace
+        };
+        assert_eq!(run(), run());
+    }
+
+    #[test]
+    fn in_wall_time_joints_come_up_arrive_and_come_back_when_their_buses_were_lost() {
+        let mut rig = Rig::new(false);
+        rig.until("following", follows);
+        let is_there = rig.is_there();
+        rig.until("there", is_there);
+        rig.ptys = None;
+        rig.until("lost", |state| state.cause() == Some(JointCause::BusLost));
+        rig.ptys = Some(Ptys::open(&rig.robot.motor, rig.folder.path(), false).unwrap());
+        rig.until("following again", follows);
+    }
+
+    #[test]
+    fn a_device_that_is_not_there_is_named() {
+        let robot = Robot::load(None).unwrap();
+        let started = Threads::start(&robot.motor.buses, Path::new("/nowhere"), PERIOD, Instant::EPOCH);
+        let said = started.unwrap_err().to_string();
+        assert!(said.starts_with("bus `face_left`: cannot open /nowhere/bus-face_left: "), "{said}");
+    }
+}
