@@ -337,11 +337,10 @@ impl Joint {
         self.cause = cause;
         self.goal = None;
         // A servo that failed stays failed also when it was away, and is told until it confirms.
-        self.stage = match self.stage {
-            Stage::Failed { cause, release_at } => {
-                Stage::Failed { cause, release_at: release_at.map(|_| now + WAIT_FIRST) }
-            }
-            _ => Stage::Absent { ask_at: now + WAIT_FIRST, wait: 2 * WAIT_FIRST },
+        self.stage = if let Stage::Failed { cause, release_at } = self.stage {
+            Stage::Failed { cause, release_at: release_at.map(|_| now + WAIT_FIRST) }
+        } else {
+            Stage::Absent { ask_at: now + WAIT_FIRST, wait: 2 * WAIT_FIRST }
         };
     }
 
