@@ -2,6 +2,7 @@
 
 mod domain;
 mod failure;
+mod output;
 mod process;
 
 use std::io::IsTerminal as _;
@@ -12,6 +13,7 @@ use std::time::Duration;
 use clap::{Args, Parser, Subcommand};
 use config::Robot;
 use config::lesson::Lesson;
+use supervisor_process::readiness::Verdict;
 use supervisor_process::{ORDER, Orders, Teaching};
 
 use failure::Failed;
@@ -47,8 +49,21 @@ enum Command {
     Check(Check),
     /// Measure latencies beside the bare middleware and a bare thread, in one run
     Bench(Bench),
+    /// The other process of `leo bench`
+    #[command(hide = true)]
+    BenchEcho(BenchEcho),
     #[command(flatten)]
     Process(process::Process),
+}
+
+#[derive(Args, Clone, Debug)]
+struct BenchEcho {
+    #[arg(long)]
+    domain: PathBuf,
+    #[arg(long)]
+    name: String,
+    #[arg(long)]
+    bytes: usize,
 }
 
 #[derive(Args, Clone, Debug)]
@@ -108,6 +123,9 @@ struct Check {
     /// The robot's leo.toml [default: built in]
     #[arg(long, value_name = "FILE")]
     config: Option<PathBuf>,
+    /// A lesson to check too
+    #[arg(long, value_name = "FILE")]
+    lesson: Option<PathBuf>,
     /// Print one JSON document
     #[arg(long)]
     json: bool,
@@ -134,6 +152,11 @@ impl Leo {
             Command::Top(top) => top.run(),
             Command::Check(check) => check.run(),
             Command::Bench(bench) => bench.run(),
+            Command::BenchEcho(echo) => {
+                supervisor_process::bench::echo(&echo.domain, &echo.name, echo.bytes)
+                    .map_err(Failed::failed)?;
+                Ok(ExitCode::SUCCESS)
+            }
             Command::Process(process) => process.run(),
         }
     }
@@ -197,7 +220,7 @@ impl Teach {
             let account = supervisor_process::teach(&teaching).map_err(Failed::failed)?;
             accounts.push((file.display().to_string(), lesson.title, account));
         }
-        domain::print_accounts(&accounts, self.json)?;
+        output::print_accounts(&accounts, self.json)?;
         Ok(ExitCode::SUCCESS)
     }
 }
@@ -217,10 +240,13 @@ impl Top {
 
 impl Check {
     fn run(&self) -> Result<ExitCode, Failure> {
-        let mut out = std::io::stdout().lock();
-        let holds =
-            supervisor_process::check(self.config.as_deref(), self.json, &mut out).map_err(Failed::usage)?;
-        Ok(if holds { ExitCode::SUCCESS } else { ExitCode::from(1) })
+        let findings = supervisor_process::check(self.config.as_deref(), self.lesson.as_deref());
+        output::print_findings(&findings, self.json)?;
+        let worst = findings.iter().map(|finding| finding.verdict).max();
+        Ok(ExitCode::from(match worst {
+            Some(Verdict::Broken) => 1,
+            Some(Verdict::Good | Verdict::Slower) | None => 0,
+        }))
     }
 }
 
@@ -229,7 +255,8 @@ impl Bench {
         let seconds = Duration::try_from_secs_f64(self.seconds)
             .map_err(|_| Failed::usage("--seconds: give the seconds to measure as a number above 0"))?;
         let mut out = std::io::stdout().lock();
-        supervisor_process::bench(seconds, self.json, &mut out).map_err(Failed::failed)?;
+        supervisor_process::bench::bench(seconds, self.json, env!("LEO_COMMIT"), &mut out)
+            .map_err(Failed::failed)?;
         Ok(ExitCode::SUCCESS)
     }
 }

@@ -21,7 +21,18 @@ const LAYERS: [&[&str]; 6] = [
         "supervisor-process",
     ],
     &["process", "realtime", "serial", "store", "transport"],
-    &["belief", "cycle", "kinematics", "motion", "perception", "perspective", "scene", "servo", "tasks"],
+    &[
+        "account",
+        "belief",
+        "cycle",
+        "kinematics",
+        "motion",
+        "perception",
+        "perspective",
+        "scene",
+        "servo",
+        "tasks",
+    ],
     &["config", "message"],
     &["clock", "geometry", "quantity"],
 ];
@@ -59,8 +70,13 @@ const MAY_BE_UNSAFE: [&str; 1] = ["shared/realtime"];
 const SHELL_FILES: [&str; 3] = ["lib.rs", "run.rs", "shell.rs"];
 
 /// Further files of a shell, where it has more than one noun.
-const MORE_SHELL_FILES: [&str; 5] = [
+const MORE_SHELL_FILES: [&str; 10] = [
     "console/src/top.rs",
+    "supervisor/src/bench.rs",
+    "supervisor/src/bench/bare.rs",
+    "supervisor/src/bench/leo.rs",
+    "supervisor/src/bench/report.rs",
+    "supervisor/src/teach.rs",
     "supervisor/src/caretaker.rs",
     "supervisor/src/check.rs",
     "supervisor/src/children.rs",

@@ -1,10 +1,8 @@
 //! Where a robot runs and where it remembers; how its end is told.
 
-use std::io::Write as _;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-use account::Account;
 use supervisor_process::RunError;
 use supervisor_process::policy::Outcome;
 use transport::Domain;
@@ -45,26 +43,12 @@ pub(crate) fn state_directory() -> Result<PathBuf, Failed> {
 /// The exit status of a run.
 pub(crate) fn outcome(outcome: Result<Outcome, RunError>) -> Result<ExitCode, Failed> {
     match outcome.map_err(Failed::failed)? {
-        Outcome::Done | Outcome::Stopped => Ok(ExitCode::SUCCESS),
-        other => Err(Failed::failed(other)),
+        Outcome::Done(_) | Outcome::Stopped => Ok(ExitCode::SUCCESS),
+        Outcome::GaveUp(process) => Err(Failed::failed(format!(
+            "gave up: the process `{process}` died too often; what it said of it stands above"
+        ))),
+        Outcome::Refused(process) => {
+            Err(Failed::usage(format!("the process `{process}` refused its configuration; what it said stands above")))
+        }
     }
-}
-
-/// Prints what Leo learned in each lesson.
-pub(crate) fn print_accounts(accounts: &[(String, String, Account)], json: bool) -> Result<(), Failed> {
-    let mut out = std::io::stdout().lock();
-    let written = if json {
-        let lessons: Vec<serde_json::Value> = accounts
-            .iter()
-            .map(|(file, title, account)| serde_json::json!({ "lesson": file, "title": title, "account": account }))
-            .collect();
-        serde_json::to_string_pretty(&lessons)
-            .map_err(std::io::Error::from)
-            .and_then(|text| writeln!(out, "{text}"))
-    } else {
-        accounts
-            .iter()
-            .try_for_each(|(file, title, account)| writeln!(out, "{title} ({file})\n\n{}", account.to_text()))
-    };
-    written.map_err(|error| Failed::failed(format!("cannot write to standard output: {error}")))
 }

@@ -10,6 +10,7 @@ mod hand;
 mod output;
 mod path;
 mod settle;
+mod shell;
 mod teacher;
 #[cfg(test)]
 mod tests;
@@ -17,4 +18,5 @@ mod thing;
 mod world;
 
 pub use hand::Hand;
+pub use shell::run;
 pub use world::World;
