@@ -7,6 +7,7 @@
 mod cue;
 mod gaussian;
 mod hand;
+mod limbs;
 mod output;
 mod path;
 mod settle;
@@ -18,5 +19,6 @@ mod thing;
 mod world;
 
 pub use hand::Hand;
+pub use limbs::Limbs;
 pub use shell::run;
 pub use world::World;
