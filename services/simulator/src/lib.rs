@@ -19,6 +19,5 @@ mod thing;
 mod world;
 
 pub use hand::Hand;
-pub use limbs::Limbs;
 pub use shell::run;
 pub use world::World;

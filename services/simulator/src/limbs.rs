@@ -10,14 +10,15 @@ const FINGERS: [&str; 4] = ["index", "middle", "ring", "little"];
 ///
 /// Allocates nothing after `new`.
 #[derive(Clone, Debug)]
-pub struct Limbs {
+pub(crate) struct Limbs {
     body: Body,
     fingers: [[usize; FINGERS.len()]; 2],
     /// The joints on which both hands depend.
     torso: Vec<usize>,
-    /// The last known position of every joint; NaN where none is.
-    known_rad: Vec<f64>,
-    positions_rad: Vec<f64>,
+    /// The last reading of every joint, if there was one.
+    known_rad: Vec<Option<f64>>,
+    /// The same for the kinematics: a joint of another limb that was never read stands at zero.
+    assumed_rad: Vec<f64>,
 }
 
 impl Limbs {
@@ -26,7 +27,7 @@ impl Limbs {
     /// # Errors
     ///
     /// A finger that closes a hand is not among the body's joints.
-    pub fn new(body: Body) -> Result<Self, BodyError> {
+    pub(crate) fn new(body: Body) -> Result<Self, BodyError> {
         let finger = |side: Side, name: &str| {
             let joint = format!("{}_{name}_pitch_joint", side.name());
             body.joint(&joint).ok_or(BodyError::MissingJoint { joint })
@@ -41,35 +42,39 @@ impl Limbs {
             |(index, joint): (usize, &kinematics::Joint)| joint.name.starts_with("torso").then_some(index);
         let torso = body.joints().iter().enumerate().filter_map(is_torso).collect();
         let count = body.joints().len();
-        Ok(Self { body, fingers, torso, known_rad: vec![f64::NAN; count], positions_rad: vec![0.0; count] })
+        Ok(Self { body, fingers, torso, known_rad: vec![None; count], assumed_rad: vec![0.0; count] })
     }
 
-    /// The left and the right hand, by the newest reading of each joint. A hand is `None` until
-    /// every joint that moves it has been read once.
-    pub fn hands(&mut self, states: &[JointState]) -> [Option<Hand>; 2] {
+    /// Takes note of the joints that were read.
+    pub(crate) fn note(&mut self, states: &[JointState]) {
         for state in states {
-            let known = usize::try_from(state.joint).ok().and_then(|joint| self.known_rad.get_mut(joint));
-            if let (Some(known), Some(position_rad)) = (known, state.present_position_rad()) {
-                *known = position_rad;
+            let Some(position_rad) = state.present_position_rad() else { continue };
+            let joint = usize::try_from(state.joint).unwrap_or(usize::MAX);
+            if let Some(known_rad) = self.known_rad.get_mut(joint) {
+                *known_rad = Some(position_rad);
+            }
+            if let Some(assumed_rad) = self.assumed_rad.get_mut(joint) {
+                *assumed_rad = position_rad;
             }
         }
-        for (position, known) in self.positions_rad.iter_mut().zip(&self.known_rad) {
-            *position = if known.is_finite() { *known } else { 0.0 };
-        }
+    }
+
+    /// The left and the right hand, by the last reading of each joint. A hand is `None` until
+    /// every joint that moves it has been read once.
+    pub(crate) fn hands(&self) -> [Option<Hand>; 2] {
         let [left, right] = self.fingers;
         [self.hand(Side::Left, left), self.hand(Side::Right, right)]
     }
 
     fn hand(&self, side: Side, fingers: [usize; FINGERS.len()]) -> Option<Hand> {
-        let known =
-            |joint: &usize| self.known_rad.get(*joint).copied().filter(|position| position.is_finite());
+        let known = |joint: &usize| self.known_rad.get(*joint).copied().flatten();
         let arm = self.body.arm_joints(side);
         if !self.torso.iter().chain(&arm).all(|joint| known(joint).is_some()) {
             return None;
         }
         let closures: Option<f64> = fingers.iter().map(known).sum();
         let count = quantity::number::float_of_count(fingers.len());
-        Some(Hand { pose: self.body.hand(side, &self.positions_rad), closure_rad: closures? / count })
+        Some(Hand { pose: self.body.hand(side, &self.assumed_rad), closure_rad: closures? / count })
     }
 }
 
@@ -87,6 +92,11 @@ mod tests {
         Limbs::new(Body::from_urdf(urdf, &names).unwrap()).unwrap()
     }
 
+    fn read(limbs: &mut Limbs, states: &[JointState]) -> [Option<Hand>; 2] {
+        limbs.note(states);
+        limbs.hands()
+    }
+
     fn state(joint: usize, position_rad: f64) -> JointState {
         JointState::unread(u32::try_from(joint).unwrap(), JointMode::Following, JointCause::None)
             .with_reading(1, position_rad, 0.0, 0.0)
@@ -100,12 +110,12 @@ mod tests {
         let all: Vec<JointState> = (0..count).map(|joint| state(joint, 0.2)).collect();
         let but_one: Vec<JointState> =
             all.iter().enumerate().filter(|(joint, _)| *joint != elbow).map(|(_, state)| *state).collect();
-        let [left, right] = limbs.hands(&but_one);
+        let [left, right] = read(&mut limbs, &but_one);
         assert!(left.is_none() && right.is_some());
         let unread =
             JointState::unread(u32::try_from(elbow).unwrap(), JointMode::Starting, JointCause::NotStarted);
-        assert!(limbs.hands(&[unread])[0].is_none(), "a missing reading is no position");
-        let [left, _] = limbs.hands(&[state(elbow, 0.2)]);
+        assert!(read(&mut limbs, &[unread])[0].is_none(), "a missing reading is no position");
+        let [left, _] = read(&mut limbs, &[state(elbow, 0.2)]);
         let left = left.unwrap();
         assert!((left.closure_rad - 0.2).abs() < 1e-12);
         assert!(left.pose.difference(&limbs.body.hand(Side::Left, &vec![0.2; count])).0 < 1e-12);
@@ -120,7 +130,7 @@ mod tests {
             let joint = limbs.body.joint(name).unwrap();
             all[joint] = state(joint, 1.2);
         }
-        let [left, right] = limbs.hands(&all).map(|hand| hand.unwrap().closure_rad);
+        let [left, right] = read(&mut limbs, &all).map(|hand| hand.unwrap().closure_rad);
         assert!(left.abs() < 1e-12 && (right - 0.6).abs() < 1e-12, "{left} {right}");
     }
 }
