@@ -3,8 +3,10 @@ use kinematics::{ARM_JOINTS, Aim, Body, Side};
 
 use crate::parts::{MissingJoint, Parts, set};
 
-/// Where a hand waits before the chest, in metres; y outwards.
+/// Where a hand waits before the chest, in metres, before the torso turns; y outwards.
 const READY_M: [f64; 3] = [0.30, 0.20, 0.26];
+/// Height of the shoulders above the waist, in metres.
+const SHOULDER_M: f64 = 0.4;
 /// How the torso may help an arm, as (yaw, pitch) in radians, least first.
 const STANCES: [(f64, f64); 6] =
     [(0.0, 0.0), (0.0, 0.25), (0.4, 0.0), (-0.4, 0.0), (0.4, 0.25), (-0.4, 0.25)];
@@ -50,7 +52,12 @@ impl Model {
                 set(&mut at, joint, position);
             }
             let [x, y, z] = READY_M;
-            self.body.reach(side, &Aim::Down(Position::new(x, y * sign, z)), &at).ok()
+            // Leaning forward carries the shoulders, 0.4 m above the waist, with it.
+            let x = x + SHOULDER_M * pitch_rad.sin();
+            let (sine, cosine) = yaw_rad.sin_cos();
+            let y = y * sign;
+            let ready = Position::new(x * cosine - y * sine, x * sine + y * cosine, z);
+            self.body.reach(side, &Aim::Down(ready), &at).ok()
         });
         stance
     }
