@@ -18,6 +18,7 @@ use rustix::process::{Pid, PidfdFlags, Signal, pidfd_open, pidfd_send_signal};
 pub struct Children {
     executable: PathBuf,
     living: BTreeMap<Process, Living>,
+    helpers: Vec<Child>,
 }
 
 #[derive(Debug)]
@@ -33,7 +34,7 @@ impl Children {
     ///
     /// The path of this program's file cannot be found out.
     pub fn new() -> io::Result<Self> {
-        Ok(Self { executable: std::env::current_exe()?, living: BTreeMap::new() })
+        Ok(Self { executable: std::env::current_exe()?, living: BTreeMap::new(), helpers: Vec::new() })
     }
 
     /// Starts a process.
@@ -70,6 +71,18 @@ impl Children {
         }
     }
 
+    /// Starts this program with another command line, to be killed as this is dropped.
+    ///
+    /// # Errors
+    ///
+    /// The system has no room for another process.
+    pub fn start_command(&mut self, arguments: &[&str]) -> io::Result<()> {
+        let child =
+            Command::new(&self.executable).args(arguments).stdin(Stdio::null()).process_group(0).spawn()?;
+        self.helpers.push(child);
+        Ok(())
+    }
+
     /// Asks a process to stop; nothing happens when it does not live.
     pub fn terminate(&self, process: Process) {
         self.signal(process, Signal::TERM);
@@ -78,6 +91,12 @@ impl Children {
     /// Kills a process; nothing happens when it does not live.
     pub fn kill(&self, process: Process) {
         self.signal(process, Signal::KILL);
+    }
+
+    /// Whether nobody lives.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.living.is_empty()
     }
 
     /// Those that died since this was asked last, and how.
@@ -117,6 +136,9 @@ impl Drop for Children {
         for living in self.living.values_mut() {
             let _dead = living.child.kill().and_then(|()| living.child.wait());
         }
+        for child in &mut self.helpers {
+            let _dead = child.kill().and_then(|()| child.wait());
+        }
     }
 }
 
@@ -136,8 +158,15 @@ fn arguments(launch: &Launch) -> Vec<OsString> {
     if let Some(parent) = launch.parent {
         say("--parent", parent.to_string().into());
     }
-    if launch.lockstep {
-        arguments.push("--lockstep".into());
+    for (key, number) in [("--synthetic", launch.synthetic), ("--partners", launch.partners)] {
+        if let Some(number) = number {
+            arguments.extend([key.into(), number.to_string().into()]);
+        }
+    }
+    for (key, is_so) in [("--stay", launch.stay), ("--lockstep", launch.lockstep)] {
+        if is_so {
+            arguments.push(key.into());
+        }
     }
     arguments
 }
@@ -154,10 +183,16 @@ mod tests {
             parent: Some(42),
             config: Some("a b.toml".into()),
             lesson: None,
+            synthetic: None,
+            partners: Some(0),
+            stay: false,
             lockstep: true,
             state: None,
         };
         let told = arguments(&launch).join(" ".as_ref());
-        assert_eq!(told, "--domain /dev/shm/leo-7 --incarnation 3 --config a b.toml --parent 42 --lockstep");
+        assert_eq!(
+            told,
+            "--domain /dev/shm/leo-7 --incarnation 3 --config a b.toml --parent 42 --partners 0 --lockstep"
+        );
     }
 }

@@ -50,6 +50,10 @@ pub struct Orders {
     pub config: Option<PathBuf>,
     /// The lesson to play.
     pub lesson: Option<PathBuf>,
+    /// A synthetic lesson of so many objects instead.
+    pub synthetic: Option<u32>,
+    /// Partners whose perspective is taken; what the configuration says, without.
+    pub partners: Option<u32>,
     /// Where Leo remembers what it learned.
     pub state: Option<PathBuf>,
     /// How long to run once all processes are ready; until somebody stops it, without.
@@ -119,7 +123,7 @@ fn supervise(orders: &Orders) -> Result<Outcome, RunError> {
 }
 
 /// A pipe that can be read when somebody wants the run to end.
-fn watch_signals() -> io::Result<UnixStream> {
+pub(crate) fn watch_signals() -> io::Result<UnixStream> {
     let (signals, handler) = UnixStream::pair()?;
     signals.set_nonblocking(true)?;
     for signal in [SIGINT, SIGTERM, SIGHUP] {
@@ -226,6 +230,9 @@ impl House<'_> {
             parent: i32::try_from(std::process::id()).ok(),
             config: self.orders.config.clone(),
             lesson: self.orders.lesson.clone(),
+            synthetic: self.orders.synthetic,
+            partners: self.orders.partners,
+            stay: self.orders.run_for.is_some(),
             lockstep: false,
             state: self.orders.state.clone(),
         };

@@ -46,7 +46,9 @@ impl Frames {
             ..Observation::object(0, 0)
         };
         self.push(now, wall);
-        for thing in 0..self.things {
+        // Four of the things are taken away.
+        let things = if self.count > 50 { self.things.saturating_sub(4) } else { self.things };
+        for thing in 0..things {
             self.push(now, block(thing, self.count));
         }
         (now, Header::at(now.as_nanos()), &self.entries)
