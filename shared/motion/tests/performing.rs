@@ -6,31 +6,19 @@
     reason = "helpers of tests may fail them"
 )]
 
+mod leo;
+
 use std::path::Path;
-use std::sync::LazyLock;
 
 use clock::{Duration, Instant};
-use geometry::{Base, Position};
-use kinematics::{Body, Side};
+use config::lesson::{Lesson, Object, Role, Table};
+use geometry::{Base, Pose, Position, World};
+use kinematics::Side;
+use leo::{LEO, MOTOR};
 use motion::{Face, Performer, Phase, Progress, Refusal, Skill, Why};
 
-const URDF: &str = include_str!("../../../config/leo.urdf");
-const MOTOR: &str = include_str!("../../../config/motor.toml");
 const PERIOD: Duration = Duration::from_millis(20);
 const HALF_HEIGHT_M: f64 = 0.04;
-
-struct Leo {
-    body: Body,
-    rest_rad: Vec<f64>,
-}
-
-static LEO: LazyLock<Leo> = LazyLock::new(|| {
-    let motor = config::motor::parse(MOTOR, Path::new("motor.toml")).expect("config/motor.toml is right");
-    let names: Vec<&str> = motor.joints.iter().map(|joint| joint.name.as_str()).collect();
-    let body = Body::from_urdf(URDF, &names).expect("config/leo.urdf is right");
-    let rest_rad = motor.joints.iter().map(|joint| joint.joint_rad(0.0)).collect();
-    Leo { body, rest_rad }
-});
 
 /// The simulator's rules of grasping, and joints that are where they were sent.
 struct Stand {
@@ -97,7 +85,7 @@ impl Stand {
         for _step in 0..5_000 {
             match self.step() {
                 Progress::Running { phase } => look(self, phase),
-                end => return end,
+                end @ (Progress::Idle | Progress::Done | Progress::Failed { .. }) => return end,
             }
         }
         panic!("{skill:?} does not end");
@@ -125,12 +113,20 @@ fn check_insertion(peg: Position<Base>, hole: Position<Base>) -> Duration {
         });
         match phase {
             Phase::Descend | Phase::Close | Phase::Lift => {
-                assert!(at_peg < 0.01, "{phase:?} {at_peg} m aside")
+                assert!(at_peg < 0.01, "{phase:?} {at_peg} m aside");
             }
             Phase::Lower | Phase::Open | Phase::Retreat => {
-                assert!(at_hole < 0.01, "{phase:?} {at_hole} m aside")
+                assert!(at_hole < 0.01, "{phase:?} {at_hole} m aside");
             }
-            _ => assert!(lowest > 0.15, "{phase:?} at {lowest} m, {peg:?} to {hole:?}"),
+            Phase::Look
+            | Phase::Raise
+            | Phase::Ready
+            | Phase::Hover
+            | Phase::Carry
+            | Phase::Rest
+            | Phase::Face => {
+                assert!(lowest > 0.15, "{phase:?} at {lowest} m, {peg:?} to {hole:?}");
+            }
         }
         if phase == Phase::Carry {
             assert!(stand.held.is_some(), "carries nothing");
@@ -324,9 +320,52 @@ fn the_bus_file_and_the_body_agree() {
     assert_eq!([on(0), on(1), on(2), on(3), on(4)], [16, 16, 13, 13, 7]);
     for (servo, joint) in motor.joints.iter().zip(LEO.body.joints()) {
         assert_eq!(servo.name, joint.name);
-        let said = [servo.min_rad, servo.max_rad, servo.velocity_rad_s];
-        assert_eq!(said, [joint.lower_rad, joint.upper_rad, joint.velocity_rad_s], "{}", joint.name);
+        let said = [servo.min_rad, servo.max_rad, servo.velocity_rad_s].map(f64::to_bits);
+        let limits = [joint.lower_rad, joint.upper_rad, joint.velocity_rad_s].map(f64::to_bits);
+        assert_eq!(said, limits, "{}", joint.name);
         let rest = servo.joint_rad(0.0);
         assert!((joint.lower_rad..=joint.upper_rad).contains(&rest), "{} rests at {rest}", joint.name);
     }
+}
+
+/// Performs what may be asked for in a lesson: every peg into every hole, every marker onto every
+/// block that carries one. Gives how many there are.
+fn check_table(table: &Table, x_base_world: &Pose<Base, World>) -> usize {
+    let place = |object: &Object| *x_base_world * Position::from_point(object.place.position_m.into());
+    let performer = Stand::new(Position::new(0.0, 0.0, 0.0));
+    let mut seen = 0;
+    for thing in table.objects.iter().filter(|object| object.kind.role != Role::Block) {
+        for block in &table.objects {
+            let half_height_m = thing.kind.half_extents_m[2];
+            let [x, y, z] = place(block).to_array();
+            let top = Position::new(x, y, z + block.kind.half_extents_m[2]);
+            let skill = match thing.kind.role {
+                Role::Peg if block.kind.hole => {
+                    Skill::Insert { thing: place(thing), half_height_m, hole: top }
+                }
+                Role::Marker if block.kind.markable => {
+                    let to = Position::from_point(top.point() + nalgebra::Vector3::z() * half_height_m);
+                    Skill::Place { thing: place(thing), half_height_m, to }
+                }
+                Role::Peg | Role::Marker | Role::Block => continue,
+            };
+            let begun = performer.performer.clone().begin(performer.now, &skill, &performer.present);
+            assert_eq!(begun, Ok(()), "`{}` to `{}`", thing.name, block.name);
+            seen += 1;
+        }
+    }
+    seen
+}
+
+#[test]
+fn what_a_lesson_asks_leo_to_do_is_within_his_reach() {
+    let lessons = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../config/lessons");
+    let mut seen = 0;
+    for file in std::fs::read_dir(lessons).expect("there are lessons") {
+        let lesson = Lesson::load(&file.expect("a file").path()).expect("a lesson");
+        let [x, y, z] = lesson.robot.position_m;
+        let x_world_base = Pose::<World, Base>::upright(x, y, z, lesson.robot.heading_rad);
+        seen += lesson.novel.iter().map(|table| check_table(table, &x_world_base.inverse())).sum::<usize>();
+    }
+    assert!(seen > 0, "no lesson asks for anything");
 }
