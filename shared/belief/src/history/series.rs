@@ -44,6 +44,11 @@ impl Series {
         self.room
     }
 
+    #[cfg(test)]
+    pub(crate) fn instants(&self) -> Vec<u64> {
+        self.samples.iter().map(|sample| sample.at.as_nanos()).collect()
+    }
+
     pub(crate) fn begin(&mut self, sample: Sample) {
         self.samples.clear();
         self.samples.push_back(sample);
