@@ -1,7 +1,5 @@
 //! What stands in the percept buffer is an allegation: whatever it says, the core goes on.
 
-#![expect(clippy::unwrap_used, reason = "a test fails by panicking")]
-
 use belief_process::Believer;
 use clock::{Duration, Instant};
 use message::{Feature, Header, Observation, Perceived, PerceptValue, Snapshot};
