@@ -64,7 +64,7 @@ fn frame(number: u16, into: &mut Vec<Perceived>, perception: &Perception) {
         }
         let (row, column) = (f32::from(index / 8), f32::from(index % 8));
         let mut observation = Observation::object(index % 2, at.as_nanos());
-        observation.position_m = [row * 0.11 + f32::from(number) * 0.0005, column * 0.11, 0.03];
+        observation.position_m = [row * 0.2 + f32::from(number) * 0.0005, column * 0.2, 0.03];
         observation.half_extents_m = [0.03; 3];
         observation.colour_rgb = if index % 3 == 0 { [0.8, 0.05, 0.05] } else { [0.05, 0.55, 0.1] };
         observation.set_state(State::Filled, f32::from(number / 50 % 2));
@@ -84,7 +84,7 @@ fn a_belief_system_allocates_nothing_after_it_was_made() {
         for number in numbers {
             frame(number, perceived, &perception);
             let now = Instant::from_nanos(1_000_000_000 + u64::from(number) * 5_000_000);
-            system.step(now, &*perceived, |[x, _, _]| x < 0.7);
+            system.step(now, &*perceived, |[x, _, _]| x < 0.9);
             for index in 0..system.len() {
                 black_box(system.write(index, now));
             }
