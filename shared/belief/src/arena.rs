@@ -91,11 +91,13 @@ impl Arena {
         self.apart.settle(&self.live, groups);
     }
 
-    /// D of two beliefs, where it is below the threshold and they may be of one thing.
+    /// Whether two beliefs cannot be of one thing.
+    pub(crate) fn are_apart(&self, a: usize, b: usize) -> bool {
+        self.apart.are(a, b)
+    }
+
+    /// D of two beliefs, where it is below the threshold.
     pub(crate) fn distance(&self, a: usize, b: usize) -> Option<f64> {
-        if self.apart.are(a, b) {
-            return None;
-        }
         self.metric.below_threshold(self.memories.get(a)?, self.memories.get(b)?)
     }
 

@@ -57,7 +57,7 @@ impl Clustering {
             self.neighbourhood.insert(arena, slot);
             // Whoever comes here is younger than all that are here.
             if index >= settled {
-                self.meet(arena, slot);
+                self.settle(arena, slot);
             }
         }
         let mut merged = 0;
@@ -87,8 +87,7 @@ impl Clustering {
                 self.choose(arena, slot);
             }
         }
-        self.choose(arena, kept);
-        self.meet(arena, kept);
+        self.settle(arena, kept);
     }
 
     /// The belief in the slot chooses the nearest younger one.
@@ -96,6 +95,7 @@ impl Clustering {
         let mut nearest: Option<Pair> = None;
         self.neighbourhood.each_near(arena, slot, |other| {
             if let Some(pair) = pair(arena, slot, other)
+                && pair.older_slot == slot
                 && nearest.is_none_or(|nearest| pair.is_before(&nearest))
             {
                 nearest = Some(pair);
@@ -104,14 +104,15 @@ impl Clustering {
         self.set(slot, nearest);
     }
 
-    /// Older beliefs that are nearer to the one in the slot than to their choice choose it.
-    fn meet(&mut self, arena: &Arena, slot: usize) {
+    /// The belief in the slot is new or has changed: the nearest younger one is chosen for it, and
+    /// it for the older ones that it is nearest to.
+    fn settle(&mut self, arena: &Arena, slot: usize) {
         let Self { neighbourhood, tournament, choosers, .. } = self;
         neighbourhood.each_near(arena, slot, |other| {
-            if let Some(pair) = pair(arena, other, slot)
-                && tournament.get(other).is_none_or(|chosen| pair.is_before(&chosen))
+            if let Some(pair) = pair(arena, slot, other)
+                && tournament.get(pair.older_slot).is_none_or(|chosen| pair.is_before(&chosen))
             {
-                set(tournament, choosers, other, Some(pair));
+                set(tournament, choosers, pair.older_slot, Some(pair));
             }
         });
     }
@@ -129,12 +130,16 @@ fn set(tournament: &mut Tournament, choosers: &mut Lists, slot: usize, choice: O
     tournament.set(slot, choice);
 }
 
-/// The pair of an older and a younger belief, if they may be merged.
-fn pair(arena: &Arena, older_slot: usize, younger_slot: usize) -> Option<Pair> {
-    let (older, younger) = (arena.memory(older_slot)?.id, arena.memory(younger_slot)?.id);
-    if older >= younger {
+/// The pair of two beliefs, if they may be merged, in the order of their identities.
+fn pair(arena: &Arena, a: usize, b: usize) -> Option<Pair> {
+    if a == b || arena.are_apart(a, b) {
         return None;
     }
-    let distance = arena.distance(older_slot, younger_slot)?;
-    Some(Pair { distance, older, younger, older_slot, younger_slot })
+    let (id_a, id_b) = (arena.memory(a)?.id, arena.memory(b)?.id);
+    let distance = arena.distance(a, b)?;
+    Some(if id_a < id_b {
+        Pair { distance, older: id_a, younger: id_b, older_slot: a, younger_slot: b }
+    } else {
+        Pair { distance, older: id_b, younger: id_a, older_slot: b, younger_slot: a }
+    })
 }

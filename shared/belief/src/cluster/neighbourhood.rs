@@ -15,7 +15,14 @@ pub(crate) struct Neighbourhood {
     /// One list per cell; the last is of those without a place.
     cells: Lists,
     placeless: usize,
-    places: Box<[Option<[f64; 3]>]>,
+    places: Box<[Option<Place>]>,
+}
+
+#[derive(Clone, Copy, Debug)]
+struct Place {
+    position_m: [f64; 3],
+    /// The cell's number along x and along y.
+    cell: [i64; 2],
 }
 
 impl Neighbourhood {
@@ -34,7 +41,7 @@ impl Neighbourhood {
 
     pub(crate) fn insert(&mut self, arena: &Arena, slot: usize) {
         let place = self.place(arena, slot);
-        let cell = place.map_or(self.placeless, |[x, y, _]| self.hash(self.cell(x), self.cell(y)));
+        let cell = place.map_or(self.placeless, |place| self.hash(place.cell));
         self.cells.insert(cell, slot);
         if let Some(held) = self.places.get_mut(slot) {
             *held = place;
@@ -52,11 +59,10 @@ impl Neighbourhood {
             arena.live().iter().copied().filter(|&slot| arena.lives(slot)).for_each(visit);
             return;
         };
-        let [x, y, _] = here;
-        let (x, y) = (self.cell(x), self.cell(y));
+        let [x, y] = here.cell;
         for dx in -1..=1 {
             for dy in -1..=1 {
-                let cell = self.hash(x.saturating_add(dx), y.saturating_add(dy));
+                let cell = self.hash([x.saturating_add(dx), y.saturating_add(dy)]);
                 for other in self.cells.of(cell).filter(|&other| self.is_within(&here, other)) {
                     visit(other);
                 }
@@ -65,24 +71,26 @@ impl Neighbourhood {
         self.cells.of(self.placeless).for_each(visit);
     }
 
-    fn is_within(&self, here: &[f64; 3], other: usize) -> bool {
+    fn is_within(&self, here: &Place, other: usize) -> bool {
         let Some(there) = self.places.get(other).copied().flatten() else { return true };
-        let squared: f64 = here.iter().zip(&there).map(|(a, b)| (a - b) * (a - b)).sum();
+        let squared: f64 =
+            here.position_m.iter().zip(&there.position_m).map(|(a, b)| (a - b) * (a - b)).sum();
         squared <= self.width_m * self.width_m
     }
 
-    fn place(&self, arena: &Arena, slot: usize) -> Option<[f64; 3]> {
+    fn place(&self, arena: &Arena, slot: usize) -> Option<Place> {
         match arena.memory(slot)?.feature(self.reach?.percept)? {
-            Feature::Vector(place) => Some(place.map(f64::from)),
+            Feature::Vector(position_m) => {
+                let position_m = position_m.map(f64::from);
+                let [x, y, _] = position_m;
+                let cell = |metres: f64| round_i64((metres / self.width_m).floor());
+                Some(Place { position_m, cell: [cell(x), cell(y)] })
+            }
             Feature::None | Feature::Symbol(_) | Feature::Number(_) | Feature::Orientation(_) => None,
         }
     }
 
-    fn cell(&self, metres: f64) -> i64 {
-        round_i64((metres / self.width_m).floor())
-    }
-
-    fn hash(&self, x: i64, y: i64) -> usize {
+    fn hash(&self, [x, y]: [i64; 2]) -> usize {
         let mixed = x.wrapping_mul(73_856_093) ^ y.wrapping_mul(19_349_663);
         // The number of cells is a power of two and small, so no bit of the mask is a sign.
         let mask = i64::try_from(self.placeless).unwrap_or(1) - 1;
