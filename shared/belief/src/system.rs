@@ -143,7 +143,7 @@ impl BeliefSystem {
         }
         self.now = self.now.max(now);
         let first_new = self.next_id;
-        let settled = std::mem::replace(&mut self.settled, true).then_some(self.len()).unwrap_or(0);
+        let settled = if std::mem::replace(&mut self.settled, true) { self.len() } else { 0 };
         self.sources.begin();
         for perceived in perceived {
             self.create(perceived);
