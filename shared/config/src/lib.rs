@@ -7,9 +7,14 @@
 
 mod error;
 pub mod leo;
+pub mod lesson;
 mod load;
+pub mod motor;
 pub mod number;
 pub mod percepts;
+pub mod perspective;
+mod robot;
 
 pub use error::ConfigError;
 pub use load::{load, parse};
+pub use robot::Robot;

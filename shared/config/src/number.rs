@@ -12,6 +12,12 @@ pub struct OutOfRange {
     range: &'static str,
 }
 
+impl OutOfRange {
+    pub(crate) const fn new(value: f64, range: &'static str) -> Self {
+        Self { value, range }
+    }
+}
+
 macro_rules! ranged {
     ($(#[$doc:meta])* $name:ident: $range:literal, |$value:ident| $holds:expr) => {
         $(#[$doc])*
@@ -58,6 +64,23 @@ ranged!(
     /// Any number.
     Finite: "finite", |value| value.is_finite()
 );
+
+ranged!(
+    /// A coordinate in the room, in metres.
+    Coordinate: "from -100 to 100 m", |value| (-100.0..=100.0).contains(&value)
+);
+ranged!(
+    /// A time in seconds, at most a day.
+    Seconds: "from 0 to 86400 s", |value| (0.0..=86_400.0).contains(&value)
+);
+
+impl Seconds {
+    /// The time.
+    #[must_use]
+    pub fn duration(self) -> Duration {
+        Duration::from_secs_f64(self.0)
+    }
+}
 
 impl Hertz {
     /// The time between two cycles, rounded to a nanosecond.

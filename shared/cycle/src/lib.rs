@@ -1,1 +1,27 @@
-//! The fixed-rate cycle: release times on an absolute grid, overruns, histograms.
+//! The fixed-rate cycle: release times on an absolute grid, and the account of how the cycles
+//! kept to it.
+//!
+//! A [`Schedule`] says when the next cycle may start and judges how the last one ended; an
+//! [`Account`] writes what happened into the process's [`message::Health`]. Neither reads a
+//! clock: the shell sleeps until [`Schedule::release`] and passes the time in.
+//!
+//! ```
+//! use clock::{Duration, Instant};
+//! use cycle::{Account, Schedule};
+//! let mut health = message::Health::default();
+//! let mut schedule = Schedule::new(Duration::from_millis(5), None, Instant::from_nanos(0))?;
+//! // clock::sleep_until(schedule.release());
+//! let account = Account::open(&mut health, schedule.release(), Instant::from_nanos(20_000));
+//! // the work of the cycle
+//! let end = Instant::from_nanos(12_000_000);
+//! account.close(&mut health, schedule.finish(end), end);
+//! assert_eq!((health.cycles, health.overruns, health.skipped), (1, 1, 2));
+//! assert_eq!(schedule.release(), Instant::from_nanos(15_000_000));
+//! # Ok::<(), cycle::ScheduleError>(())
+//! ```
+
+mod account;
+mod schedule;
+
+pub use account::Account;
+pub use schedule::{Finished, Overrun, Schedule, ScheduleError};

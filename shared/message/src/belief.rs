@@ -4,7 +4,7 @@ use iceoryx2_bb_elementary_traits::zero_copy_send::ZeroCopySend;
 use crate::{Feature, Head, Header, MAX_PERCEPTS};
 
 /// The head of a belief buffer: whose beliefs, and the frame they are in.
-#[derive(Clone, Copy, Debug, PartialEq, ZeroCopySend)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, ZeroCopySend)]
 #[repr(C)]
 #[type_name("leo/BeliefHead/1")]
 pub struct BeliefHead {

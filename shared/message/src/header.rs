@@ -70,7 +70,7 @@ impl Header {
 }
 
 /// What stands before the entries of a frame and begins with a [`Header`].
-pub trait Head: ZeroCopySend + Copy + std::fmt::Debug {
+pub trait Head: ZeroCopySend + Copy + Default + std::fmt::Debug + 'static {
     /// The frame's header.
     fn header(&self) -> &Header;
     /// The frame's header.

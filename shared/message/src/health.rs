@@ -140,6 +140,31 @@ impl Health {
     }
 }
 
+/// Which life of each process is the newest, as the supervisor knows it: it names the board on
+/// which that life's [`Health`] stands.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ZeroCopySend)]
+#[repr(C)]
+#[type_name("leo/Roster/1")]
+pub struct Roster {
+    /// Newest incarnation of each process by its number; zero where it was never started.
+    pub incarnations: [u64; 8],
+}
+
+impl Roster {
+    /// The newest incarnation of a process, if it was ever started.
+    #[must_use]
+    pub fn incarnation(&self, process: Process) -> Option<u64> {
+        self.incarnations.get(usize::from(process.raw())).copied().filter(|&incarnation| incarnation > 0)
+    }
+
+    /// Notes that a life of a process begins.
+    pub fn set_incarnation(&mut self, process: Process, incarnation: u64) {
+        if let Some(slot) = self.incarnations.get_mut(usize::from(process.raw())) {
+            *slot = incarnation;
+        }
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

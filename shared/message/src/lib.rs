@@ -27,7 +27,7 @@ mod turn;
 pub use belief::{Belief, BeliefHead, Remembered};
 pub use event::{Event, EventKind};
 pub use header::{Head, Header, Hop};
-pub use health::{Health, Process, ProcessState};
+pub use health::{Health, Process, ProcessState, Roster, UnknownProcess};
 pub use histogram::Histogram;
 pub use joint::{JointCause, JointGoal, JointMode, JointState};
 pub use observation::{Modality, NOBODY, Observation, ObservationKind, STATES, State};

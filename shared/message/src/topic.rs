@@ -11,7 +11,7 @@ pub trait Topic {
     /// What stands before the entries.
     type Head: Head;
     /// An entry.
-    type Entry: ZeroCopySend + Copy + std::fmt::Debug;
+    type Entry: ZeroCopySend + Copy + std::fmt::Debug + 'static;
     /// Its name within the domain; a number is appended where there is one buffer per partner,
     /// source or process.
     const NAME: &'static str;

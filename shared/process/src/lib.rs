@@ -1,1 +1,24 @@
-//! What the shells of all processes have in common: joining the domain, the pace, the health they publish.
+//! What the shells of all processes have in common: joining the domain, the pace of the loop,
+//! the health they publish, and the end.
+//!
+//! A process's shell is a loop around its core, the same in wall time and in lockstep:
+//!
+//! ```ignore
+//! let mut member = Member::join(launch, Process::Sensor, &config.buffers, &config.sensor.realtime)?;
+//! let mut observations = member.inlet::<Observations>(Some(0))?;
+//! let mut percepts = member.outlet::<Percepts>(None, capacity)?;
+//! member.begin(Some(config.sensor.rate_hz.period()))?;
+//! while let Some(now) = member.next_cycle()? {
+//!     // receive, step the core, send
+//!     member.end_cycle(Progress::More)?;
+//! }
+//! ```
+
+mod failure;
+mod launch;
+mod member;
+mod pace;
+
+pub use failure::Failure;
+pub use launch::Launch;
+pub use member::{Member, Progress, queues};

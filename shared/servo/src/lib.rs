@@ -1,1 +1,40 @@
-//! Servos: the Dynamixel 2.0 protocol as a pure codec, control tables, a servo that behaves.
+//! Servos of the ROBOTIS X series: their protocol, their control table, and one that behaves.
+//!
+//! A pure codec of Dynamixel Protocol 2.0 (<https://emanual.robotis.com/docs/en/dxl/protocol2/>):
+//! no I/O, no clock, no allocation. [`Instruction`] is what the host says, [`Status`] what a
+//! servo answers; both encode themselves and are parsed from a [`Frame`] that a [`Parser`] finds
+//! in a stream of bytes, whatever else is in it.
+//!
+//! ```
+//! use servo::{Id, Instruction, Parser};
+//! let mut bytes = [0; 16];
+//! let length = Instruction::Ping.encode(Id::new(1).unwrap().into(), &mut bytes)?;
+//! assert_eq!(&bytes[..length], [0xFF, 0xFF, 0xFD, 0x00, 0x01, 0x03, 0x00, 0x01, 0x19, 0x4E]);
+//!
+//! let mut parser = Parser::new();
+//! parser.push(b"noise");
+//! parser.push(&bytes[..length]);
+//! assert_eq!(Instruction::parse(&parser.next_frame().unwrap()), Ok(Instruction::Ping));
+//! # Ok::<(), servo::TooLong>(())
+//! ```
+
+mod crc;
+mod frame;
+mod id;
+mod instruction;
+pub mod mock;
+mod model;
+mod parser;
+mod profile;
+mod reading;
+mod status;
+pub mod table;
+
+pub use frame::{Frame, TooLong};
+pub use id::{Address, Id};
+pub use instruction::Instruction;
+pub use model::{Model, acceleration_count, position_count, position_rad, velocity_count, velocity_rad_s};
+pub use parser::{Losses, Parser};
+pub use profile::{Limits, Motion};
+pub use reading::Reading;
+pub use status::{Fault, Status};

@@ -1,1 +1,47 @@
 //! Learning from a teacher: actions, schemas, goals, hypotheses.
+//!
+//! After "Task and Goal Learning" of M. Berlin, J. Gray, A. L. Thomaz and C. Breazeal,
+//! "Perspective Taking: An Organizing Principle for Learning in Human-Robot Interaction",
+//! AAAI 2006 (below: the paper). The way of a demonstration:
+//!
+//! 1. a [`Snapshot`] is a deep copy of what one perspective believes at an instant, Snp(t, P);
+//! 2. an [`ActionParser`] finds the instants at which somebody completed an act;
+//! 3. a [`Recording`] keeps, for every perspective, the acts with their goals and makes an
+//!    [`Example`] of the snapshots before and after the demonstration;
+//! 4. [`learn`] expands hypotheses from the examples of one perspective and ranks them;
+//! 5. [`decide`] picks the perspective whose rule is followed, and [`explain`] says in words why
+//!    two perspectives differ;
+//! 6. [`Rule::open`] says which objects still lack what the rule wants, for performing it.
+//!
+//! Everything here is pure: no clock, no files, no randomness. Features and states are kept by
+//! their names, so that what was learned can be read by people and outlives a change of the
+//! percepts' order.
+
+mod action;
+mod change;
+mod describe;
+mod dialogue;
+mod explain;
+mod hypothesis;
+mod identity;
+mod language;
+mod learn;
+mod recording;
+mod rule;
+mod snapshot;
+
+pub use action::{Act, ActionParser};
+pub use change::{Change, Effect, Signature, changes};
+pub use describe::{describe_change, describe_classes, describe_object, listed};
+pub use dialogue::{Sentence, key};
+pub use explain::{Explanation, explain};
+pub use hypothesis::{Class, Prior, Template};
+pub use identity::{Identities, Moment};
+pub use language::{FeatureWords, Language, StateWords};
+pub use learn::{Learned, Means, decide, learn};
+pub use recording::{Example, Executable, NothingChanged, Recording, Task, View};
+pub use rule::Rule;
+pub use snapshot::{Object, Snapshot};
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,270 @@
+//! The live table: what every process's loop counted, read from its board without touching it.
+
+use std::collections::BTreeMap;
+use std::fmt::Write as _;
+use std::time::Duration;
+
+use message::{Health, Histogram, Process, ProcessState, Roster};
+use serde::Serialize;
+use transport::{Delivery, Domain, HealthReader, JoinError, Node, PortError, Queues, RosterReader};
+
+/// Why there is nothing to look at.
+#[derive(Debug, thiserror::Error)]
+pub enum TopError {
+    /// No robot runs on this machine, as far as this user may see.
+    #[error("no robot runs here: start one with `leo run`")]
+    NoRobot,
+    /// Several robots run; one must be named.
+    #[error("{} robots run here: name one with --domain {}", .0.len(), .0.join(" or --domain "))]
+    SeveralRobots(Vec<String>),
+    /// The domain could not be joined.
+    #[error(transparent)]
+    Join(#[from] JoinError),
+    /// The supervisor's board is not there.
+    #[error("the robot in this domain is starting, stopping or dead: {0}")]
+    NoRoster(PortError),
+    /// The table could not be written.
+    #[error("cannot write the table: {0}")]
+    Write(#[from] std::io::Error),
+}
+
+/// Looks at the processes of one domain.
+pub struct Top {
+    node: Node,
+    roster: RosterReader,
+    readers: BTreeMap<Process, (u64, HealthReader)>,
+    earlier: BTreeMap<Process, Health>,
+}
+
+/// One row: a process over the last interval.
+#[derive(Clone, Debug, Serialize)]
+pub struct Row {
+    /// The process.
+    pub process: String,
+    /// The operating system's number.
+    pub pid: u32,
+    /// Starting, running or stopping.
+    pub state: &'static str,
+    /// Lives begun after the first.
+    pub restarts: u64,
+    /// Configured rate; none for a process that is woken.
+    pub rate_hz: Option<f64>,
+    /// Cycles since this life began.
+    pub cycles: u64,
+    /// Cycles that ended after their deadline.
+    pub overruns: u64,
+    /// Releases skipped.
+    pub skipped: u64,
+    /// Frames lost at its inlets.
+    pub drops: u64,
+    /// Frames or entries refused as nonsense.
+    pub refused: u64,
+    /// Page faults since its loop began.
+    pub page_faults: u64,
+    /// Release to start.
+    pub wakeup_us: Quantiles,
+    /// Start to end.
+    pub execution_us: Quantiles,
+    /// Age of the input.
+    pub age_us: Quantiles,
+}
+
+/// A distribution in microseconds.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct Quantiles {
+    /// How many.
+    pub count: u64,
+    /// Half are not above.
+    pub p50: f64,
+    /// 99 % are not above.
+    pub p99: f64,
+    /// 99.9 % are not above.
+    pub p999: f64,
+    /// None is above.
+    pub max: f64,
+}
+
+impl Quantiles {
+    /// The quantiles of a histogram.
+    #[must_use]
+    pub fn of(histogram: &Histogram) -> Self {
+        let micros = |nanos: u64| Duration::from_nanos(nanos).as_secs_f64() * 1e6;
+        Self {
+            count: histogram.count(),
+            p50: micros(histogram.quantile_ns(0.5)),
+            p99: micros(histogram.quantile_ns(0.99)),
+            p999: micros(histogram.quantile_ns(0.999)),
+            max: micros(histogram.max_ns()),
+        }
+    }
+}
+
+impl Top {
+    /// Opens the only domain on this machine, or the one named.
+    ///
+    /// # Errors
+    ///
+    /// No robot runs, or several do and none is named.
+    pub fn open(domain: Option<Domain>) -> Result<Self, TopError> {
+        let domain = match domain {
+            Some(domain) => domain,
+            None => only(Domain::all())?,
+        };
+        let queues = Queues { frames: 1, delivery: Delivery::Newest };
+        let node = Node::join(&domain, "top", 1, queues)?;
+        let roster = RosterReader::open(&node, Process::Supervisor, 1).map_err(TopError::NoRoster)?;
+        Ok(Self { node, roster, readers: BTreeMap::new(), earlier: BTreeMap::new() })
+    }
+
+    /// A row for every process, over the time since the last look; over its whole life at the
+    /// first.
+    pub fn rows(&mut self) -> Vec<Row> {
+        let roster = self.roster.read();
+        let mut rows = Vec::new();
+        for &process in Process::ALL {
+            if let Some(health) = self.health(process, &roster) {
+                let earlier = self.earlier.insert(process, health);
+                rows.push(row(process, &health, earlier.filter(|then| then.pid == health.pid)));
+            }
+        }
+        rows
+    }
+
+    fn health(&mut self, process: Process, roster: &Roster) -> Option<Health> {
+        let incarnation = roster.incarnation(process)?;
+        if self.readers.get(&process).is_none_or(|(life, _)| *life != incarnation) {
+            // A life that has not put up its board yet is looked for again next time.
+            let reader = HealthReader::open(&self.node, process, incarnation).ok()?;
+            self.readers.insert(process, (incarnation, reader));
+        }
+        self.readers.get(&process).map(|(_, reader)| reader.read())
+    }
+}
+
+fn only(mut domains: Vec<Domain>) -> Result<Domain, TopError> {
+    match (domains.pop(), domains.is_empty()) {
+        (None, _) => Err(TopError::NoRobot),
+        (Some(domain), true) => Ok(domain),
+        (Some(last), false) => {
+            domains.push(last);
+            let names = domains.iter().map(|domain| domain.root().display().to_string()).collect();
+            Err(TopError::SeveralRobots(names))
+        }
+    }
+}
+
+fn row(process: Process, health: &Health, earlier: Option<Health>) -> Row {
+    let earlier = earlier.unwrap_or_default();
+    let rate_hz = (health.period_ns > 0).then(|| 1.0 / Duration::from_nanos(health.period_ns).as_secs_f64());
+    Row {
+        process: process.to_string(),
+        pid: health.pid,
+        state: match health.state() {
+            Some(ProcessState::Starting) => "starting",
+            Some(ProcessState::Running) => "running",
+            Some(ProcessState::Stopping) => "stopping",
+            Some(ProcessState::Absent) | None => "unknown",
+        },
+        restarts: health.incarnation.saturating_sub(1),
+        rate_hz,
+        cycles: health.cycles,
+        overruns: health.overruns,
+        skipped: health.skipped,
+        drops: health.drops,
+        refused: health.refused,
+        page_faults: health.page_faults,
+        wakeup_us: Quantiles::of(&health.wakeup.since(&earlier.wakeup)),
+        execution_us: Quantiles::of(&health.execution.since(&earlier.execution)),
+        age_us: Quantiles::of(&health.latency.since(&earlier.latency)),
+    }
+}
+
+/// The rows as a table of 100 columns.
+#[must_use]
+pub fn table(rows: &[Row]) -> String {
+    let mut out = String::from(
+        "process     pid     state    rate   cycles  wake-up us      execution us        over  skip  drop  re\n\
+         \x20                             Hz            p50    p99    p50    p99    max    runs  ped   s     st\n",
+    );
+    for row in rows {
+        let rate = row.rate_hz.map_or_else(|| "woken".to_owned(), |rate| format!("{rate:.0}"));
+        // Writing to a string cannot fail.
+        let _ = writeln!(
+            out,
+            "{:<10} {:>7} {:<9} {:>5} {:>8} {:>6.0} {:>6.0} {:>6.0} {:>6.0} {:>7.0} {:>5} {:>5} {:>5} {:>3}",
+            row.process,
+            row.pid,
+            row.state,
+            rate,
+            row.cycles,
+            row.wakeup_us.p50,
+            row.wakeup_us.p99,
+            row.execution_us.p50,
+            row.execution_us.p99,
+            row.execution_us.max,
+            row.overruns,
+            row.skipped,
+            row.drops,
+            row.restarts,
+        );
+    }
+    out
+}
+
+/// Shows the table, anew every second until it cannot be written any more; once, as JSON, with
+/// `json`. On a terminal each table is drawn over the last.
+///
+/// # Errors
+///
+/// As [`Top::open`].
+pub fn show(
+    domain: Option<Domain>,
+    json: bool,
+    is_terminal: bool,
+    out: &mut impl std::io::Write,
+) -> Result<(), TopError> {
+    let mut top = Top::open(domain)?;
+    if json {
+        let rows = serde_json::to_string_pretty(&top.rows()).map_err(std::io::Error::from)?;
+        return Ok(writeln!(out, "{rows}")?);
+    }
+    let mut next = clock::now();
+    loop {
+        let clear = if is_terminal { "\x1b[H\x1b[2J" } else { "" };
+        writeln!(out, "{clear}{}", table(&top.rows()))?;
+        out.flush()?;
+        if !is_terminal {
+            return Ok(());
+        }
+        next += Duration::from_secs(1);
+        clock::sleep_until(next);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_row_counts_what_came_since_the_last_look() {
+        let mut then = Health::default();
+        then.pid = 7;
+        then.execution.record(1_000_000);
+        let mut now = then;
+        now.execution.record(2_000);
+        let row = row(Process::Belief, &now, Some(then));
+        assert_eq!(row.execution_us.count, 1);
+        assert!(row.execution_us.p99 < 3.0);
+    }
+
+    #[test]
+    fn several_robots_must_be_told_apart() {
+        let domains = ["a", "b"].map(|name| Domain::named(name).unwrap());
+        let error = only(domains.to_vec()).unwrap_err().to_string();
+        assert_eq!(
+            error,
+            "2 robots run here: name one with --domain /dev/shm/leo-a or --domain /dev/shm/leo-b"
+        );
+        assert!(matches!(only(Vec::new()), Err(TopError::NoRobot)));
+    }
+}

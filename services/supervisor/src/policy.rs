@@ -1,0 +1,254 @@
+//! What the supervisor decides: pure, over the time and the events it is told.
+//!
+//! Processes start one after the other in the order given, each when those before it are ready,
+//! and stop in the reverse order. A process that dies, is not ready in time or lets its heart
+//! stand still is started anew after a wait that doubles; too many deaths in a window end the run.
+
+mod life;
+
+use clock::{Duration, Instant};
+use config::leo::Supervisor;
+use message::{Process, ProcessState};
+
+use life::{Life, Stage};
+
+/// The bounds that the policy keeps.
+#[derive(Clone, Copy, Debug)]
+pub struct Terms {
+    /// From the start of a process to its being ready.
+    pub ready_within: Duration,
+    /// How long a heart may stand still.
+    pub heartbeat_timeout: Duration,
+    /// Wait before the first restart.
+    pub backoff_first: Duration,
+    /// The longest wait before a restart.
+    pub backoff_most: Duration,
+    /// Deaths of one process within the window that end the run.
+    pub deaths_most: usize,
+    /// The window; a life that lasted as long ends the doubling of the wait.
+    pub deaths_window: Duration,
+    /// From being told to stop to being killed.
+    pub stop_within: Duration,
+}
+
+impl From<&Supervisor> for Terms {
+    fn from(config: &Supervisor) -> Self {
+        Self {
+            ready_within: config.ready_within_ms.duration(),
+            heartbeat_timeout: config.heartbeat_timeout_ms.duration(),
+            backoff_first: config.backoff_first_ms.duration(),
+            backoff_most: config.backoff_most_ms.duration(),
+            deaths_most: usize::try_from(config.deaths_most).unwrap_or(usize::MAX),
+            deaths_window: config.deaths_window_ms.duration(),
+            stop_within: config.stop_within_ms.duration(),
+        }
+    }
+}
+
+/// How a process ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Ended {
+    /// By itself, with nothing left to do: exit status 0.
+    Done,
+    /// By itself, refusing what it was configured to do: exit status 2. Starting it anew would
+    /// change nothing.
+    Refused,
+    /// In any other way.
+    Failed,
+}
+
+/// What happened.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Event {
+    /// A process is dead.
+    Died(Process, Ended),
+    /// The health of a process as it was read just now.
+    Pulse {
+        /// Whose.
+        process: Process,
+        /// Where it is in its life.
+        state: ProcessState,
+        /// Grows while it works.
+        beat: u64,
+    },
+    /// What dead processes left behind is cleaned up.
+    CleanedUp,
+    /// Somebody wants the run to end. Said twice, it ends at once.
+    Stop,
+}
+
+/// Why a process is killed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Why {
+    /// It was not ready in time.
+    NotReady,
+    /// Its heart stood still.
+    Hangs,
+    /// It was told to stop and did not.
+    DoesNotStop,
+}
+
+/// How the run ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Outcome {
+    /// Somebody wanted it to.
+    Stopped,
+    /// This process had nothing left to do.
+    Done(Process),
+    /// This process died too often.
+    GaveUp(Process),
+    /// This process refused its configuration.
+    Refused(Process),
+}
+
+/// What is to be done.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Action {
+    /// Start a process for the `incarnation`th time, counted from one.
+    Start {
+        /// Which.
+        process: Process,
+        /// Counts its lives.
+        incarnation: u64,
+    },
+    /// Ask a process to stop.
+    Terminate(Process),
+    /// Kill a process.
+    Kill(Process, Why),
+    /// Clean up after the dead, and say so with [`Event::CleanedUp`].
+    CleanUp,
+    /// All processes run, for the first time.
+    AllReady,
+    /// All processes are gone: the run is over.
+    End(Outcome),
+}
+
+/// The supervisor's judgement.
+#[derive(Clone, Debug)]
+pub struct Policy {
+    terms: Terms,
+    lives: Vec<Life>,
+    unclean: Unclean,
+    all_were_ready: bool,
+    ending: Option<Outcome>,
+}
+
+/// Whether dead processes left something behind. Nothing starts before it is cleaned up, because
+/// it may be in the way of what starts.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Unclean {
+    No,
+    Yes,
+    Asked,
+    /// Somebody died while we were waiting for the answer.
+    AskAgain,
+}
+
+impl Policy {
+    /// Nothing runs yet; `order` is the order of starting.
+    #[must_use]
+    pub fn new(terms: Terms, order: &[Process], now: Instant) -> Self {
+        let lives = order.iter().map(|&process| Life::new(process, now)).collect();
+        Self { terms, lives, unclean: Unclean::No, all_were_ready: false, ending: None }
+    }
+
+    /// Takes in what happened, and says what is to be done `now`.
+    pub fn step(&mut self, now: Instant, events: &[Event]) -> Vec<Action> {
+        let mut actions = Vec::new();
+        for event in events {
+            self.take_in(now, *event, &mut actions);
+        }
+        for life in &mut self.lives {
+            life.watch(&self.terms, now, &mut actions);
+        }
+        if self.ending.is_none() {
+            self.start_next(now, &mut actions);
+        } else {
+            self.stop_next(now, &mut actions);
+        }
+        actions
+    }
+
+    /// Whether a process is on its way up or down, so that the next step should come soon.
+    #[must_use]
+    pub fn is_busy(&self) -> bool {
+        self.ending.is_some()
+            || self.unclean != Unclean::No
+            || !self.lives.iter().all(|life| matches!(life.stage, Stage::Running { .. }))
+    }
+
+    fn take_in(&mut self, now: Instant, event: Event, actions: &mut Vec<Action>) {
+        match event {
+            Event::Died(process, ended) => self.bury(now, process, ended),
+            Event::Pulse { process, state, beat } => {
+                if let Some(life) = self.lives.iter_mut().find(|life| life.process == process) {
+                    life.feel(state, beat, now);
+                }
+            }
+            Event::CleanedUp => {
+                self.unclean = if self.unclean == Unclean::AskAgain { Unclean::Yes } else { Unclean::No };
+            }
+            Event::Stop => {
+                if self.ending.replace(Outcome::Stopped).is_some() {
+                    actions.extend(self.lives.iter_mut().filter_map(|life| life.kill(Why::DoesNotStop)));
+                }
+            }
+        }
+    }
+
+    fn bury(&mut self, now: Instant, process: Process, ended: Ended) {
+        let Some(life) = self.lives.iter_mut().find(|life| life.process == process) else { return };
+        let asked = matches!(life.stage, Stage::Stopping { .. });
+        let too_often = life.die(&self.terms, now);
+        self.unclean = match self.unclean {
+            Unclean::No | Unclean::Yes => Unclean::Yes,
+            Unclean::Asked | Unclean::AskAgain => Unclean::AskAgain,
+        };
+        if asked || self.ending.is_some() {
+            return;
+        }
+        self.ending = match ended {
+            Ended::Done => Some(Outcome::Done(process)),
+            Ended::Refused => Some(Outcome::Refused(process)),
+            Ended::Failed => too_often.then_some(Outcome::GaveUp(process)),
+        };
+    }
+
+    fn start_next(&mut self, now: Instant, actions: &mut Vec<Action>) {
+        let starting = self.lives.iter().any(|life| matches!(life.stage, Stage::Starting { .. }));
+        if self.unclean == Unclean::Yes && !starting {
+            self.unclean = Unclean::Asked;
+            actions.push(Action::CleanUp);
+        }
+        if self.unclean == Unclean::No {
+            for life in &mut self.lives {
+                if let Stage::Waiting { until } = life.stage
+                    && now >= until
+                {
+                    actions.push(life.start(now));
+                }
+                // Those behind wait until this one was ready once.
+                if !life.was_ready {
+                    break;
+                }
+            }
+        }
+        if !self.all_were_ready && self.lives.iter().all(|life| matches!(life.stage, Stage::Running { .. })) {
+            self.all_were_ready = true;
+            actions.push(Action::AllReady);
+        }
+    }
+
+    fn stop_next(&mut self, now: Instant, actions: &mut Vec<Action>) {
+        for life in self.lives.iter_mut().rev() {
+            actions.extend(life.stop(now));
+            if !life.is_gone() {
+                return;
+            }
+        }
+        actions.extend(self.ending.map(Action::End));
+    }
+}
+
+#[cfg(test)]
+mod tests;

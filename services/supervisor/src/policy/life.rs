@@ -1,0 +1,130 @@
+use std::collections::VecDeque;
+
+use clock::{Duration, Instant};
+use message::{Process, ProcessState};
+
+use super::{Action, Terms, Why};
+
+/// Where a process stands, as the supervisor sees it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Stage {
+    /// Not running, to be started at an instant.
+    Waiting { until: Instant },
+    /// Started, and not ready yet.
+    Starting { since: Instant },
+    /// Ready; its heart last beat then.
+    Running { beat: u64, beat_at: Instant },
+    /// Asked to stop.
+    Stopping { since: Instant },
+    /// Killed, and not dead yet.
+    Killed,
+}
+
+/// One process over all its lives.
+#[derive(Clone, Debug)]
+pub(super) struct Life {
+    pub(super) process: Process,
+    pub(super) stage: Stage,
+    pub(super) was_ready: bool,
+    incarnation: u64,
+    started_at: Instant,
+    /// Within the window, oldest first.
+    deaths: VecDeque<Instant>,
+    /// Wait before the last restart; zero after a life that lasted.
+    backoff: Duration,
+}
+
+impl Life {
+    pub(super) fn new(process: Process, now: Instant) -> Self {
+        Self {
+            process,
+            stage: Stage::Waiting { until: now },
+            was_ready: false,
+            incarnation: 0,
+            started_at: now,
+            deaths: VecDeque::new(),
+            backoff: Duration::ZERO,
+        }
+    }
+
+    pub(super) fn start(&mut self, now: Instant) -> Action {
+        self.incarnation += 1;
+        self.started_at = now;
+        self.stage = Stage::Starting { since: now };
+        Action::Start { process: self.process, incarnation: self.incarnation }
+    }
+
+    /// Takes in what the process says of itself.
+    pub(super) fn feel(&mut self, state: ProcessState, beat: u64, now: Instant) {
+        match self.stage {
+            Stage::Starting { .. } if state == ProcessState::Running => {
+                self.was_ready = true;
+                self.stage = Stage::Running { beat, beat_at: now };
+            }
+            Stage::Running { beat: before, .. } if beat != before => {
+                self.stage = Stage::Running { beat, beat_at: now };
+            }
+            Stage::Waiting { .. }
+            | Stage::Starting { .. }
+            | Stage::Running { .. }
+            | Stage::Stopping { .. }
+            | Stage::Killed => {}
+        }
+    }
+
+    /// Kills a process that overstays.
+    pub(super) fn watch(&mut self, terms: &Terms, now: Instant, actions: &mut Vec<Action>) {
+        let overdue = match self.stage {
+            Stage::Starting { since } if now.since(since) > terms.ready_within => Some(Why::NotReady),
+            Stage::Running { beat_at, .. } if now.since(beat_at) > terms.heartbeat_timeout => {
+                Some(Why::Hangs)
+            }
+            Stage::Stopping { since } if now.since(since) > terms.stop_within => Some(Why::DoesNotStop),
+            Stage::Waiting { .. }
+            | Stage::Starting { .. }
+            | Stage::Running { .. }
+            | Stage::Stopping { .. }
+            | Stage::Killed => None,
+        };
+        actions.extend(overdue.and_then(|why| self.kill(why)));
+    }
+
+    pub(super) fn kill(&mut self, why: Why) -> Option<Action> {
+        if self.is_gone() || self.stage == Stage::Killed {
+            return None;
+        }
+        self.stage = Stage::Killed;
+        Some(Action::Kill(self.process, why))
+    }
+
+    /// Asks a process that runs to stop, once.
+    pub(super) fn stop(&mut self, now: Instant) -> Option<Action> {
+        match self.stage {
+            Stage::Starting { .. } | Stage::Running { .. } => {
+                self.stage = Stage::Stopping { since: now };
+                Some(Action::Terminate(self.process))
+            }
+            Stage::Waiting { .. } | Stage::Stopping { .. } | Stage::Killed => None,
+        }
+    }
+
+    /// Notes a death and when to start anew; whether it was one too many.
+    pub(super) fn die(&mut self, terms: &Terms, now: Instant) -> bool {
+        while self.deaths.front().is_some_and(|&death| now.since(death) > terms.deaths_window) {
+            self.deaths.pop_front();
+        }
+        self.deaths.push_back(now);
+        let lasted = now.since(self.started_at) >= terms.deaths_window;
+        self.backoff = if lasted || self.backoff.is_zero() {
+            terms.backoff_first
+        } else {
+            self.backoff.saturating_mul(2).min(terms.backoff_most)
+        };
+        self.stage = Stage::Waiting { until: now + self.backoff };
+        self.deaths.len() >= terms.deaths_most
+    }
+
+    pub(super) const fn is_gone(&self) -> bool {
+        matches!(self.stage, Stage::Waiting { .. })
+    }
+}

@@ -1,0 +1,289 @@
+use proptest::prelude::*;
+
+use super::*;
+
+const TERMS: Terms = Terms {
+    ready_within: Duration::from_millis(1000),
+    heartbeat_timeout: Duration::from_millis(100),
+    backoff_first: Duration::from_millis(20),
+    backoff_most: Duration::from_millis(100),
+    deaths_most: 5,
+    deaths_window: Duration::from_millis(10_000),
+    stop_within: Duration::from_millis(200),
+};
+
+const ORDER: [Process; 3] = [Process::Motor, Process::Belief, Process::Sensor];
+
+fn at(ms: u64) -> Instant {
+    Instant::from_nanos(ms * 1_000_000)
+}
+
+fn pulse(process: Process, beat: u64) -> Event {
+    Event::Pulse { process, state: ProcessState::Running, beat }
+}
+
+fn start(process: Process, incarnation: u64) -> Action {
+    Action::Start { process, incarnation }
+}
+
+/// A policy whose processes all run, and beat for the first time at 0 ms.
+fn running() -> Policy {
+    let mut policy = Policy::new(TERMS, &ORDER, at(0));
+    policy.step(at(0), &[]);
+    for process in ORDER {
+        policy.step(at(0), &[pulse(process, 1)]);
+    }
+    assert!(!policy.is_busy());
+    policy
+}
+
+fn all_beat(beat: u64) -> Vec<Event> {
+    ORDER.map(|process| pulse(process, beat)).to_vec()
+}
+
+#[test]
+fn processes_start_one_after_the_other_each_when_the_one_before_is_ready() {
+    let mut policy = Policy::new(TERMS, &ORDER, at(0));
+    assert_eq!(policy.step(at(0), &[]), [start(Process::Motor, 1)]);
+    let starting = Event::Pulse { process: Process::Motor, state: ProcessState::Starting, beat: 1 };
+    assert_eq!(policy.step(at(1), &[starting]), []);
+    assert_eq!(policy.step(at(2), &[pulse(Process::Motor, 1)]), [start(Process::Belief, 1)]);
+    assert_eq!(policy.step(at(3), &[pulse(Process::Belief, 1)]), [start(Process::Sensor, 1)]);
+    assert_eq!(policy.step(at(4), &[pulse(Process::Sensor, 1)]), [Action::AllReady]);
+    assert_eq!(policy.step(at(5), &[]), []);
+}
+
+#[test]
+fn a_process_that_is_not_ready_in_time_is_killed_and_counts_as_dead() {
+    let mut policy = Policy::new(TERMS, &ORDER, at(0));
+    policy.step(at(0), &[]);
+    assert_eq!(policy.step(at(1000), &[]), []);
+    assert_eq!(policy.step(at(1001), &[]), [Action::Kill(Process::Motor, Why::NotReady)]);
+    assert_eq!(policy.step(at(1100), &[]), [], "killed once");
+    let died = Event::Died(Process::Motor, Ended::Failed);
+    assert_eq!(policy.step(at(1101), &[died]), [Action::CleanUp]);
+    assert_eq!(policy.step(at(1200), &[Event::CleanedUp]), [start(Process::Motor, 2)]);
+}
+
+#[test]
+fn a_heart_that_stands_still_is_a_process_that_hangs() {
+    let mut policy = running();
+    assert_eq!(policy.step(at(100), &all_beat(1)), [], "just not too long");
+    let mut beats = all_beat(2);
+    beats[1] = pulse(Process::Belief, 1);
+    assert_eq!(policy.step(at(101), &beats), [Action::Kill(Process::Belief, Why::Hangs)]);
+}
+
+#[test]
+fn a_supervisor_that_was_stopped_itself_kills_nobody_whose_heart_went_on() {
+    let mut policy = running();
+    assert_eq!(policy.step(at(60_000), &all_beat(900)), []);
+}
+
+#[test]
+fn nothing_starts_before_the_dead_are_cleaned_up_after() {
+    let mut policy = running();
+    let died = Event::Died(Process::Belief, Ended::Failed);
+    assert_eq!(policy.step(at(1), &[died]), [Action::CleanUp]);
+    assert_eq!(policy.step(at(80), &[]), []);
+    // Another one dies while the first is cleaned up after: that answer is not about it.
+    let died = Event::Died(Process::Sensor, Ended::Failed);
+    assert_eq!(policy.step(at(81), &[died]), []);
+    assert_eq!(policy.step(at(82), &[Event::CleanedUp]), [Action::CleanUp]);
+    let restarts = policy.step(at(101), &[Event::CleanedUp, pulse(Process::Motor, 2)]);
+    assert_eq!(restarts, [start(Process::Belief, 2), start(Process::Sensor, 2)]);
+}
+
+#[test]
+fn nobody_is_cleaned_up_after_while_another_process_starts() {
+    let mut policy = Policy::new(TERMS, &ORDER, at(0));
+    policy.step(at(0), &[]);
+    assert_eq!(policy.step(at(1), &[pulse(Process::Motor, 1)]), [start(Process::Belief, 1)]);
+    assert_eq!(policy.step(at(2), &[Event::Died(Process::Motor, Ended::Failed)]), []);
+    assert_eq!(policy.step(at(30), &[pulse(Process::Belief, 1)]), [Action::CleanUp]);
+}
+
+#[test]
+fn the_wait_before_a_restart_doubles_up_to_its_bound() {
+    let terms = Terms { deaths_most: usize::MAX, ..TERMS };
+    let mut policy = Policy::new(terms, &[Process::Motor], at(0));
+    policy.step(at(0), &[]);
+    let mut now = 0;
+    for (incarnation, wait) in [20, 40, 80, 100, 100].into_iter().enumerate() {
+        policy.step(at(now), &[Event::Died(Process::Motor, Ended::Failed)]);
+        assert_eq!(policy.step(at(now + wait - 1), &[Event::CleanedUp]), []);
+        now += wait;
+        let next = u64::try_from(incarnation).unwrap() + 2;
+        assert_eq!(policy.step(at(now), &[]), [start(Process::Motor, next)]);
+    }
+    // A life that lasted as long as the window ends the doubling.
+    policy.step(at(now), &[pulse(Process::Motor, 1)]);
+    now += 10_000;
+    policy.step(at(now), &[pulse(Process::Motor, 2), Event::Died(Process::Motor, Ended::Failed)]);
+    assert_eq!(policy.step(at(now + 20), &[Event::CleanedUp]).len(), 1);
+}
+
+#[test]
+fn too_many_deaths_within_the_window_end_the_run_and_stop_the_others_in_reverse() {
+    let mut policy = running();
+    let mut now = 0;
+    let mut beat = 1;
+    for _death in 0..4 {
+        beat += 1;
+        assert_eq!(policy.step(at(now), &[Event::Died(Process::Motor, Ended::Failed)]), [Action::CleanUp]);
+        policy.step(at(now), &[Event::CleanedUp]);
+        now += 100;
+        assert_eq!(policy.step(at(now), &all_beat(beat)).len(), 1, "restarted");
+        policy.step(at(now), &all_beat(beat));
+    }
+    let last = policy.step(at(now), &[Event::Died(Process::Motor, Ended::Failed)]);
+    assert_eq!(last, [Action::Terminate(Process::Sensor)]);
+    let next = policy.step(at(now + 1), &[Event::Died(Process::Sensor, Ended::Done)]);
+    assert_eq!(next, [Action::Terminate(Process::Belief)]);
+    let end = policy.step(at(now + 2), &[Event::Died(Process::Belief, Ended::Done)]);
+    assert_eq!(end, [Action::End(Outcome::GaveUp(Process::Motor))]);
+}
+
+#[test]
+fn deaths_spread_wider_than_the_window_never_end_the_run() {
+    let mut policy = running();
+    let mut restarts = 0;
+    for death in 0..50_u64 {
+        let now = death * 2600;
+        policy.step(at(now), &all_beat(3 * death + 2));
+        policy.step(at(now), &[Event::Died(Process::Sensor, Ended::Failed)]);
+        let actions = policy.step(at(now + 100), &[vec![Event::CleanedUp], all_beat(3 * death + 3)].concat());
+        restarts += actions.len();
+        policy.step(at(now + 101), &all_beat(3 * death + 4));
+    }
+    assert_eq!(restarts, 50);
+}
+
+#[test]
+fn a_process_with_nothing_left_to_do_ends_the_run_well() {
+    let mut policy = running();
+    let actions = policy.step(at(1), &[Event::Died(Process::Sensor, Ended::Done)]);
+    assert_eq!(actions, [Action::Terminate(Process::Belief)]);
+    policy.step(at(2), &[Event::Died(Process::Belief, Ended::Failed)]);
+    let end = policy.step(at(3), &[Event::Died(Process::Motor, Ended::Failed)]);
+    assert_eq!(end, [Action::End(Outcome::Done(Process::Sensor))]);
+}
+
+#[test]
+fn a_process_that_refuses_its_configuration_is_not_started_again() {
+    let mut policy = Policy::new(TERMS, &ORDER, at(0));
+    policy.step(at(0), &[]);
+    let end = policy.step(at(1), &[Event::Died(Process::Motor, Ended::Refused)]);
+    assert_eq!(end, [Action::End(Outcome::Refused(Process::Motor))]);
+}
+
+#[test]
+fn a_process_that_does_not_stop_is_killed() {
+    let mut policy = running();
+    assert_eq!(policy.step(at(0), &[Event::Stop]), [Action::Terminate(Process::Sensor)]);
+    policy.step(at(100), &all_beat(2));
+    assert_eq!(policy.step(at(200), &all_beat(3)), []);
+    assert_eq!(policy.step(at(201), &[]), [Action::Kill(Process::Sensor, Why::DoesNotStop)]);
+}
+
+#[test]
+fn whoever_asks_twice_is_obeyed_at_once() {
+    let mut policy = running();
+    policy.step(at(0), &[Event::Stop]);
+    let killed = policy.step(at(1), &[Event::Stop]);
+    assert_eq!(killed, ORDER.map(|process| Action::Kill(process, Why::DoesNotStop)));
+}
+
+/// The world as the policy sees it: processes that die, hang and stop as chance has it.
+#[derive(Clone, Copy, Debug)]
+enum Chance {
+    Die(usize),
+    Hang(usize),
+    Clean,
+    Wait(u64),
+}
+
+fn chance() -> impl Strategy<Value = Chance> {
+    prop_oneof![
+        (0..ORDER.len()).prop_map(Chance::Die),
+        (0..ORDER.len()).prop_map(Chance::Hang),
+        Just(Chance::Clean),
+        (1_u64..150).prop_map(Chance::Wait),
+    ]
+}
+
+proptest! {
+    #[test]
+    fn no_process_ever_runs_twice_and_every_stop_ends(chances in prop::collection::vec(chance(), 0..300)) {
+        let terms = Terms { deaths_most: usize::MAX, ..TERMS };
+        let mut policy = Policy::new(terms, &ORDER, at(0));
+        let mut alive = [false; ORDER.len()];
+        let mut hangs = [false; ORDER.len()];
+        let mut cleaning = false;
+        let mut lives = [0; ORDER.len()];
+        let (mut now, mut beat) = (0, 0);
+        let mut ended = false;
+        let stop = [Chance::Wait(1)];
+        for (turn, chance) in chances.iter().chain(stop.iter().cycle()).enumerate().take(chances.len() + 2000) {
+            beat += 1;
+            let mut events = Vec::new();
+            match *chance {
+                Chance::Die(index) if alive[index] => {
+                    alive[index] = false;
+                    events.push(Event::Died(ORDER[index], Ended::Failed));
+                }
+                Chance::Hang(index) => hangs[index] = true,
+                Chance::Clean if cleaning => {
+                    cleaning = false;
+                    events.push(Event::CleanedUp);
+                }
+                Chance::Wait(ms) => now += ms,
+                Chance::Die(_) | Chance::Clean => {}
+            }
+            if turn == chances.len() {
+                events.push(Event::Stop);
+            }
+            for index in (0..ORDER.len()).filter(|&index| alive[index] && !hangs[index]) {
+                events.push(pulse(ORDER[index], beat));
+            }
+            // What an action causes is told to the policy in a step of its own.
+            while !ended {
+                let actions = policy.step(at(now), &events);
+                events.clear();
+                for action in actions {
+                    let place = |process| ORDER.iter().position(|&it| it == process).unwrap();
+                    match action {
+                        Action::Start { process, incarnation } => {
+                            let index = place(process);
+                            prop_assert!(!alive[index] && !cleaning);
+                            prop_assert!(turn < chances.len());
+                            lives[index] += 1;
+                            prop_assert_eq!(incarnation, lives[index]);
+                            (alive[index], hangs[index]) = (true, false);
+                        }
+                        Action::Terminate(process) if hangs[place(process)] => {}
+                        Action::Terminate(process) | Action::Kill(process, _) => {
+                            prop_assert!(alive[place(process)]);
+                            alive[place(process)] = false;
+                            events.push(Event::Died(process, Ended::Failed));
+                        }
+                        Action::CleanUp => {
+                            prop_assert!(!cleaning);
+                            cleaning = true;
+                        }
+                        Action::AllReady => {}
+                        Action::End(outcome) => {
+                            prop_assert_eq!(outcome, Outcome::Stopped);
+                            prop_assert_eq!(alive, [false; ORDER.len()]);
+                            ended = true;
+                        }
+                    }
+                }
+                if events.is_empty() {
+                    break;
+                }
+            }
+        }
+        prop_assert!(ended);
+    }
+}

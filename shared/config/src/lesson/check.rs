@@ -1,0 +1,227 @@
+//! From a lesson's file to a lesson: what no single value can be wrong about.
+
+mod script;
+
+use std::collections::BTreeMap;
+use std::ops::Range;
+
+use toml::Spanned;
+
+use super::{Kind, Laying, Lesson, Noise, Object, Occluder, Place, Table, Teacher, Territory, raw};
+use crate::number::{Coordinate, Unit};
+
+/// What is wrong with a lesson, what would be right, and where in the text it stands.
+pub(super) struct Fault {
+    pub(super) span: Range<usize>,
+    pub(super) reason: String,
+}
+
+impl Fault {
+    fn at(span: Range<usize>, reason: impl Into<String>) -> Self {
+        Self { span, reason: reason.into() }
+    }
+}
+
+/// What the tables of a lesson refer to.
+struct Catalogue {
+    kinds: BTreeMap<String, Kind>,
+    colours: BTreeMap<String, [Unit; 3]>,
+    teachers: Vec<u16>,
+}
+
+pub(super) fn lesson(raw: raw::Lesson) -> Result<Lesson, Fault> {
+    let laying = laying(&raw.laying)?;
+    let teachers = teachers(&raw.teacher)?;
+    let catalogue = Catalogue {
+        kinds: raw.kind.into_iter().map(|(name, kind)| (name, self::kind(&kind))).collect(),
+        colours: raw.colour,
+        teachers: teachers.iter().map(|teacher| teacher.number).collect(),
+    };
+    if raw.demonstration.is_empty() && raw.novel.is_none() {
+        return Err(Fault::at(0..0, "a lesson needs a [[demonstration]] or a [novel] set: it has neither"));
+    }
+    let demonstrations =
+        raw.demonstration.into_iter().map(|raw| table(raw, &catalogue)).collect::<Result<_, _>>()?;
+    let novel = raw.novel.map(|raw| table(raw, &catalogue)).transpose()?;
+    Ok(Lesson {
+        title: raw.title,
+        watch: raw.watch,
+        seed: raw.seed,
+        robot: Place {
+            position_m: raw.robot.position_m.map(Coordinate::get),
+            heading_rad: raw.robot.heading_deg.get().to_radians(),
+        },
+        teachers,
+        noise: Noise {
+            position_sigma_m: raw.noise.position_sigma_m.get(),
+            confidence: raw.noise.confidence.get(),
+        },
+        laying,
+        demonstrations,
+        novel,
+    })
+}
+
+fn laying(raw: &raw::Laying) -> Result<Laying, Fault> {
+    let first = &raw.occluders_first_s;
+    if first.get_ref() > &raw.empty_s {
+        let reason = format!(
+            "the occluders cannot stand {} s before the objects: the table lies empty for {} s only",
+            first.get_ref().get(),
+            raw.empty_s.get()
+        );
+        return Err(Fault::at(first.span(), reason));
+    }
+    Ok(Laying {
+        empty: raw.empty_s.duration(),
+        occluders_first: first.get_ref().duration(),
+        keep: raw.keep_s.duration(),
+    })
+}
+
+fn teachers(raw: &[raw::Teacher]) -> Result<Vec<Teacher>, Fault> {
+    let mut teachers: Vec<Teacher> = Vec::with_capacity(raw.len());
+    for teacher in raw {
+        let number = *teacher.number.get_ref();
+        let span = teacher.number.span();
+        if number == 0 || number == message::NOBODY {
+            let reason = format!("{number} is no partner: partners are numbered 1, 2, … (0 is the robot)");
+            return Err(Fault::at(span, reason));
+        }
+        if teachers.iter().any(|other| other.number == number) {
+            return Err(Fault::at(
+                span,
+                format!("there is a teacher {number} already: each has his own number"),
+            ));
+        }
+        let eyes_m = teacher.eyes_m.map(Coordinate::get);
+        let looks_at_m = teacher.looks_at_m.get_ref().map(Coordinate::get);
+        if distance(eyes_m, looks_at_m) < 0.01 {
+            return Err(Fault::at(
+                teacher.looks_at_m.span(),
+                "he cannot look at his own eyes: name a point before them",
+            ));
+        }
+        teachers.push(Teacher { number, eyes_m, looks_at_m });
+    }
+    Ok(teachers)
+}
+
+fn distance(a: [f64; 3], b: [f64; 3]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| (a - b) * (a - b)).sum::<f64>().sqrt()
+}
+
+fn kind(raw: &raw::Kind) -> Kind {
+    Kind {
+        role: raw.role,
+        shape: raw.shape.map(Unit::get),
+        half_extents_m: raw.half_extents_m.map(crate::number::Positive::get),
+        hole: raw.hole,
+        markable: raw.markable,
+    }
+}
+
+fn table(raw: Spanned<raw::Table>, catalogue: &Catalogue) -> Result<Table, Fault> {
+    let span = raw.span();
+    let raw = raw.into_inner();
+    unique(raw.objects.iter().map(|object| &object.name), "object")?;
+    unique(raw.occluders.iter().map(|occluder| &occluder.name), "occluder")?;
+    let objects: Vec<Object> =
+        raw.objects.iter().map(|raw| object(raw, catalogue)).collect::<Result<_, _>>()?;
+    Ok(Table {
+        script: script::script(&raw.script, span, &objects, catalogue)?,
+        objects,
+        occluders: raw.occluders.iter().map(occluder).collect::<Result<_, _>>()?,
+        territory: raw.territory.iter().map(|raw| territory(raw, catalogue)).collect::<Result<_, _>>()?,
+    })
+}
+
+fn unique<'a>(names: impl Iterator<Item = &'a Spanned<String>>, what: &str) -> Result<(), Fault> {
+    let mut seen = std::collections::BTreeSet::new();
+    for name in names {
+        if name.get_ref().trim().is_empty() {
+            return Err(Fault::at(name.span(), format!("an {what} needs a name")));
+        }
+        if !seen.insert(name.get_ref()) {
+            let reason =
+                format!("there is an {what} `{0}` already: call this one `{0} 2`, say", name.get_ref());
+            return Err(Fault::at(name.span(), reason));
+        }
+    }
+    Ok(())
+}
+
+fn object(raw: &raw::Object, catalogue: &Catalogue) -> Result<Object, Fault> {
+    let kind = *named(&raw.kind, "kind", catalogue.kinds.iter().map(|(name, kind)| (name.as_str(), kind)))?;
+    let colours = catalogue.colours.iter().map(|(name, colour)| (name.as_str(), colour));
+    let colour = named(&raw.colour, "colour", colours)?;
+    let underside_m = raw.underside_m.map_or(0.0, crate::number::NotNegative::get);
+    Ok(Object {
+        name: raw.name.get_ref().clone(),
+        kind,
+        colour_rgb: colour.map(Unit::get),
+        place: standing(raw.position_m, underside_m, raw.heading_deg.get(), &kind),
+    })
+}
+
+/// Where the centre of an object is whose underside is `underside_m` above the table.
+fn standing(at_m: [Coordinate; 2], underside_m: f64, heading_deg: f64, kind: &Kind) -> Place {
+    let [x, y] = at_m.map(Coordinate::get);
+    let [_, _, half_height_m] = kind.half_extents_m;
+    Place { position_m: [x, y, underside_m + half_height_m], heading_rad: heading_deg.to_radians() }
+}
+
+fn occluder(raw: &raw::Occluder) -> Result<Occluder, Fault> {
+    let from = raw.from_m.map(Coordinate::get);
+    let to = raw.to_m.get_ref().map(Coordinate::get);
+    ascending(&from, &to, raw.to_m.span())?;
+    let [x0, y0, z0] = from;
+    let [x1, y1, z1] = to;
+    Ok(Occluder {
+        name: raw.name.get_ref().clone(),
+        centre_m: [f64::midpoint(x0, x1), f64::midpoint(y0, y1), f64::midpoint(z0, z1)],
+        half_extents_m: [(x1 - x0) / 2.0, (y1 - y0) / 2.0, (z1 - z0) / 2.0],
+    })
+}
+
+fn territory(raw: &raw::Territory, catalogue: &Catalogue) -> Result<Territory, Fault> {
+    let owner = *raw.owner.get_ref();
+    if owner != 0 && !catalogue.teachers.contains(&owner) {
+        let reason =
+            format!("there is no agent {owner}: the owner is 0, the robot, or the number of a teacher");
+        return Err(Fault::at(raw.owner.span(), reason));
+    }
+    let from_m = raw.from_m.map(Coordinate::get);
+    let to_m = raw.to_m.get_ref().map(Coordinate::get);
+    ascending(&from_m, &to_m, raw.to_m.span())?;
+    Ok(Territory { owner, from_m, to_m })
+}
+
+fn ascending(from: &[f64], to: &[f64], span: Range<usize>) -> Result<(), Fault> {
+    if from.iter().zip(to).all(|(from, to)| from < to) {
+        Ok(())
+    } else {
+        Err(Fault::at(span, "every coordinate of `to_m` must be greater than that of `from_m`"))
+    }
+}
+
+/// What a name refers to; an error that lists what there is, and the likeliest first.
+fn named<'a, T>(
+    name: &Spanned<String>,
+    what: &str,
+    known: impl Iterator<Item = (&'a str, T)>,
+) -> Result<T, Fault> {
+    let mut known: Vec<(&str, T)> = known.collect();
+    if let Some(found) = known.iter().position(|(known, _)| known == name.get_ref()) {
+        return Ok(known.swap_remove(found).1);
+    }
+    let list: Vec<String> = known.iter().map(|(known, _)| format!("`{known}`")).collect();
+    let closest = known
+        .iter()
+        .map(|(known, _)| (strsim::jaro_winkler(name.get_ref(), known), known))
+        .filter(|(likeness, _)| *likeness >= 0.6)
+        .max_by(|a, b| a.0.total_cmp(&b.0));
+    let hint = closest.map_or(String::new(), |(_, known)| format!("; did you mean `{known}`?"));
+    let there_is = if list.is_empty() { "none".to_owned() } else { list.join(", ") };
+    Err(Fault::at(name.span(), format!("unknown {what} `{}`: there is {there_is}{hint}", name.get_ref())))
+}

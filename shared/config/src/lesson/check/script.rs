@@ -1,0 +1,246 @@
+//! The script of a table: who does what, and whether he can.
+
+use std::collections::BTreeMap;
+use std::ops::Range;
+use std::time::Duration;
+
+use toml::Spanned;
+
+use super::super::{Act, Destination, Object, Role, Step, raw};
+use super::{Catalogue, Fault, named, standing};
+use crate::number::Coordinate;
+
+/// What the steps so far have led to.
+#[derive(Default)]
+struct Course {
+    last: Duration,
+    /// When each teacher's hand is free again.
+    hand_free: BTreeMap<u16, Duration>,
+    away: Vec<u16>,
+    /// Peg and the block whose hole it sits in.
+    filled: BTreeMap<usize, usize>,
+    said: u32,
+}
+
+pub(super) fn script(
+    raw: &[Spanned<raw::Step>],
+    table: Range<usize>,
+    objects: &[Object],
+    catalogue: &Catalogue,
+) -> Result<Vec<Step>, Fault> {
+    let mut course = Course::default();
+    let mut steps = Vec::with_capacity(raw.len());
+    for raw in raw {
+        let span = raw.span();
+        let raw = raw.get_ref();
+        let step = Step {
+            at: raw.at_s.get_ref().duration(),
+            who: *raw.who.get_ref(),
+            act: act(raw, span, objects)?,
+        };
+        course.take(&step, raw, objects, catalogue)?;
+        steps.push(step);
+    }
+    if course.said == 0 {
+        return Err(Fault::at(
+            table,
+            "nobody says a word here, so Leo cannot know what it is about: add `say` steps",
+        ));
+    }
+    Ok(steps)
+}
+
+impl Course {
+    fn take(
+        &mut self,
+        step: &Step,
+        raw: &raw::Step,
+        objects: &[Object],
+        catalogue: &Catalogue,
+    ) -> Result<(), Fault> {
+        let who = step.who;
+        let at_s = raw.at_s.get_ref().get();
+        if !catalogue.teachers.contains(&who) {
+            let reason = format!("there is no teacher {who}: there is {:?}", catalogue.teachers);
+            return Err(Fault::at(raw.who.span(), reason));
+        }
+        if step.at < self.last {
+            let last = self.last.as_secs_f64();
+            let reason =
+                format!("{at_s} s is before the step above it at {last} s: steps stand in the order of time");
+            return Err(Fault::at(raw.at_s.span(), reason));
+        }
+        self.last = step.at;
+        let is_away = self.away.contains(&who);
+        if is_away && step.act != Act::Return {
+            return Err(Fault::at(raw.who.span(), format!("teacher {who} is away: let him return first")));
+        }
+        match &step.act {
+            Act::Say(_) => self.said += 1,
+            Act::Look { .. } => {}
+            Act::Leave => self.away.push(who),
+            Act::Return if is_away => self.away.retain(|other| *other != who),
+            Act::Return => {
+                return Err(Fault::at(raw.who.span(), format!("teacher {who} is here: he has not left")));
+            }
+            Act::Move { object, to, takes } => {
+                let free = self.hand_free.entry(who).or_default();
+                if step.at < *free {
+                    let free = free.as_secs_f64();
+                    let reason =
+                        format!("teacher {who} still moves something until {free} s: he has one hand");
+                    return Err(Fault::at(raw.at_s.span(), reason));
+                }
+                *free = step.at + *takes;
+                self.filled.remove(object);
+                if let Destination::Hole(block) = *to {
+                    self.fill(*object, block, raw, objects)?;
+                }
+            }
+        }
+        Ok(())
+    }
+
+    fn fill(&mut self, peg: usize, block: usize, raw: &raw::Step, objects: &[Object]) -> Result<(), Fault> {
+        let span = raw.into.as_ref().map_or(0..0, Spanned::span);
+        let name = |index: usize| objects.get(index).map_or("", |object| object.name.as_str());
+        if let Some(sits) = self.filled.iter().find_map(|(peg, hole)| (*hole == block).then_some(*peg)) {
+            let reason = format!("the hole of `{}` holds `{}` already", name(block), name(sits));
+            return Err(Fault::at(span, reason));
+        }
+        self.filled.insert(peg, block);
+        Ok(())
+    }
+}
+
+/// The one thing that a step does.
+fn act(raw: &raw::Step, span: Range<usize>, objects: &[Object]) -> Result<Act, Fault> {
+    let acts = [
+        raw.say.as_ref().map(Spanned::span),
+        raw.object.as_ref().map(Spanned::span),
+        raw.look_at_m.as_ref().map(Spanned::span),
+        raw.leave.as_ref().map(Spanned::span),
+        raw.comes_back.as_ref().map(Spanned::span),
+    ];
+    let mut acts = acts.into_iter().flatten();
+    if acts.next().is_none() {
+        return Err(Fault::at(span, "a step needs one of `say`, `move`, `look_at_m`, `leave` and `return`"));
+    }
+    if let Some(second) = acts.next() {
+        return Err(Fault::at(second, "a step does one thing: make this a step of its own"));
+    }
+    let moves = raw.object.is_some();
+    let places = raw.to_m.is_some();
+    for (given, belongs, rule) in [
+        (raw.into.as_ref().map(Spanned::span), moves, "`into` belongs to a `move`"),
+        (raw.onto.as_ref().map(Spanned::span), moves, "`onto` belongs to a `move`"),
+        (raw.to_m.as_ref().map(Spanned::span), moves, "`to_m` belongs to a `move`"),
+        (raw.underside_m.as_ref().map(Spanned::span), places, "`underside_m` belongs to `to_m`"),
+        (raw.heading_deg.as_ref().map(Spanned::span), places, "`heading_deg` belongs to `to_m`"),
+        (
+            raw.duration_s.as_ref().map(Spanned::span),
+            moves || raw.look_at_m.is_some(),
+            "`duration_s` belongs to a `move` or a `look_at_m`",
+        ),
+    ] {
+        if let Some(span) = given.filter(|_| !belongs) {
+            return Err(Fault::at(span, rule));
+        }
+    }
+    if let Some(text) = &raw.say {
+        return said(text);
+    }
+    if let Some(name) = &raw.object {
+        let (index, object) = find(name, objects)?;
+        let to = destination(raw, span.clone(), index, object, objects)?;
+        return Ok(Act::Move { object: index, to, takes: takes(raw, span)? });
+    }
+    if let Some(point) = &raw.look_at_m {
+        return Ok(Act::Look { at_m: point.get_ref().map(Coordinate::get), takes: takes(raw, span)? });
+    }
+    let (flag, act) = match (&raw.leave, &raw.comes_back) {
+        (Some(flag), _) => (flag, Act::Leave),
+        (None, Some(flag)) => (flag, Act::Return),
+        (None, None) => return Err(Fault::at(span, "a step does one thing")),
+    };
+    if *flag.get_ref() { Ok(act) } else { Err(Fault::at(flag.span(), "write `true`, or take the step out")) }
+}
+
+fn said(text: &Spanned<String>) -> Result<Act, Fault> {
+    let length = text.get_ref().len();
+    if text.get_ref().trim().is_empty() || length > message::TEXT_CAPACITY {
+        let most = message::TEXT_CAPACITY;
+        let reason =
+            format!("a sentence has 1 to {most} bytes, and this one has {length}: say it in several");
+        return Err(Fault::at(text.span(), reason));
+    }
+    Ok(Act::Say(text.get_ref().clone()))
+}
+
+fn takes(raw: &raw::Step, span: Range<usize>) -> Result<Duration, Fault> {
+    let Some(takes) = &raw.duration_s else {
+        return Err(Fault::at(span, "missing `duration_s`: how long it takes"));
+    };
+    if takes.get_ref().get() > 0.0 {
+        Ok(takes.get_ref().duration())
+    } else {
+        Err(Fault::at(takes.span(), "it cannot be done in no time: `duration_s` must be above 0"))
+    }
+}
+
+fn find<'a>(name: &Spanned<String>, objects: &'a [Object]) -> Result<(usize, &'a Object), Fault> {
+    named(
+        name,
+        "object",
+        objects.iter().enumerate().map(|(index, object)| (object.name.as_str(), (index, object))),
+    )
+}
+
+fn destination(
+    raw: &raw::Step,
+    span: Range<usize>,
+    index: usize,
+    object: &Object,
+    objects: &[Object],
+) -> Result<Destination, Fault> {
+    match (&raw.into, &raw.onto, &raw.to_m) {
+        (Some(name), None, None) => {
+            let (block, target) = find(name, objects)?;
+            if !target.kind.hole {
+                return Err(Fault::at(
+                    name.span(),
+                    format!("`{}` has no hole: its kind says `hole = false`", target.name),
+                ));
+            }
+            if object.kind.role != Role::Peg {
+                return Err(Fault::at(
+                    name.span(),
+                    format!("`{}` is no peg and fits into no hole", object.name),
+                ));
+            }
+            Ok(Destination::Hole(block))
+        }
+        (None, Some(name), None) => {
+            let (below, target) = find(name, objects)?;
+            if below == index {
+                return Err(Fault::at(name.span(), "nothing can be put onto itself"));
+            }
+            if object.kind.role == Role::Marker && !target.kind.markable {
+                let reason = format!("`{}` cannot be marked: its kind says `markable = false`", target.name);
+                return Err(Fault::at(name.span(), reason));
+            }
+            Ok(Destination::Top(below))
+        }
+        (None, None, Some(to_m)) => {
+            let heading = raw.heading_deg.as_ref();
+            let heading_deg =
+                heading.map_or(object.place.heading_rad.to_degrees(), |heading| heading.get_ref().get());
+            let underside_m = raw.underside_m.as_ref().map_or(0.0, |underside| underside.get_ref().get());
+            Ok(Destination::Place(standing(*to_m.get_ref(), underside_m, heading_deg, &object.kind)))
+        }
+        (None, None, None) => {
+            Err(Fault::at(span, "where to? A `move` needs one of `into`, `onto` and `to_m`"))
+        }
+        _ => Err(Fault::at(span, "a `move` has one end: keep one of `into`, `onto` and `to_m`")),
+    }
+}

@@ -1,0 +1,69 @@
+//! Lessons of any size, for measuring.
+
+use std::time::Duration;
+
+use quantity::number::float_of_count;
+
+use super::{Act, Destination, Kind, Laying, Lesson, Noise, Object, Place, Role, Step, Table, Teacher};
+
+/// Distance between neighbours in the grid, in metres.
+const SPACING_M: f64 = 0.16;
+/// One block in so many moves.
+const MOVING: usize = 8;
+/// How far it goes, in metres, and how long that takes.
+const STROKE_M: f64 = 0.05;
+const STROKE: Duration = Duration::from_secs(5);
+/// Strokes of every moving block: two minutes of them.
+const STROKES: u32 = 24;
+
+impl Lesson {
+    /// A table with `objects` blocks in a square grid before the robot; every eighth is slowly
+    /// moved to and fro, all of them at the same time, for two minutes. Shapes and colours vary.
+    #[must_use]
+    pub fn synthetic(objects: usize) -> Self {
+        let objects: Vec<Object> = (0..objects).map(|index| block(index, objects)).collect();
+        let script = (0..STROKES).flat_map(|stroke| strokes(stroke, &objects)).collect();
+        Self {
+            title: format!("{} blocks", objects.len()),
+            watch: "How long does it take?".to_owned(),
+            seed: 1,
+            robot: Place { position_m: [0.0; 3], heading_rad: std::f64::consts::FRAC_PI_2 },
+            teachers: vec![Teacher { number: 1, eyes_m: [0.0, 3.5, 0.55], looks_at_m: [0.0, 1.5, 0.0] }],
+            noise: Noise { position_sigma_m: 0.003, confidence: 0.9 },
+            laying: Laying { empty: Duration::ZERO, occluders_first: Duration::ZERO, keep: Duration::ZERO },
+            demonstrations: vec![Table { objects, occluders: Vec::new(), territory: Vec::new(), script }],
+            novel: None,
+        }
+    }
+}
+
+fn block(index: usize, of: usize) -> Object {
+    let columns = of.isqrt().max(1);
+    let x = (float_of_count(index % columns) - float_of_count(columns - 1) / 2.0) * SPACING_M;
+    let y = 0.3 + float_of_count(index / columns) * SPACING_M;
+    let shapes = [[0.0; 4], [0.0, 0.0, 0.0, 1.0], [0.0, 0.0, 1.0, 0.0]];
+    let colours = [[0.80, 0.05, 0.05], [0.05, 0.55, 0.10], [0.05, 0.15, 0.80], [0.85, 0.70, 0.05]];
+    let pick = |count: usize| index % count.max(1);
+    Object {
+        name: format!("block {index}"),
+        kind: Kind {
+            role: Role::Block,
+            shape: shapes.get(pick(shapes.len())).copied().unwrap_or_default(),
+            half_extents_m: [0.03; 3],
+            hole: true,
+            markable: false,
+        },
+        colour_rgb: colours.get(pick(colours.len())).copied().unwrap_or_default(),
+        place: Place { position_m: [x, y, 0.03], heading_rad: 0.0 },
+    }
+}
+
+fn strokes(stroke: u32, objects: &[Object]) -> impl Iterator<Item = Step> {
+    let moving = objects.iter().enumerate().step_by(MOVING);
+    moving.map(move |(object, block)| {
+        let [x, y, z] = block.place.position_m;
+        let there = if stroke.is_multiple_of(2) { STROKE_M } else { 0.0 };
+        let to = Destination::Place(Place { position_m: [x + there, y, z], ..block.place });
+        Step { at: STROKE * stroke, who: 1, act: Act::Move { object, to, takes: STROKE } }
+    })
+}

@@ -1,0 +1,194 @@
+use std::path::Path;
+
+use super::{Act, Destination, Lesson, Place, Role};
+
+const SMALL: &str = r#"
+title = "One hole"
+watch = "The peg"
+seed = 7
+[noise]
+position_sigma_m = 0.0
+confidence = 1.0
+[laying]
+empty_s = 1.0
+occluders_first_s = 0.2
+keep_s = 0.5
+[robot]
+position_m = [0.0, 0.0, 0.0]
+heading_deg = 90.0
+[[teacher]]
+number = 1
+eyes_m = [0.0, 1.5, 0.55]
+looks_at_m = [0.0, 0.75, 0.0]
+[colour]
+red = [1.0, 0.0, 0.0]
+[kind.square]
+role = "block"
+shape = [0.0, 0.0, 0.0, 0.0]
+half_extents_m = [0.03, 0.03, 0.03]
+hole = true
+markable = false
+[kind.peg]
+role = "peg"
+shape = [1.0, 0.0, 1.0, 0.0]
+half_extents_m = [0.011, 0.011, 0.025]
+hole = false
+markable = false
+[[demonstration]]
+objects = [
+  { name = "a", kind = "square", colour = "red", position_m = [0.0, 0.5], heading_deg = 45.0 },
+  { name = "p", kind = "peg", colour = "red", position_m = [0.2, 0.5], heading_deg = 0.0 },
+  { name = "q", kind = "peg", colour = "red", position_m = [0.3, 0.5], heading_deg = 0.0 },
+]
+occluders = [{ name = "wall", from_m = [0.0, 0.3, 0.0], to_m = [0.2, 0.4, 0.2] }]
+territory = [{ owner = 1, from_m = [-1.0, 0.8], to_m = [1.0, 1.5] }]
+script = [
+  { at_s = 1.0, who = 1, say = "Leo, I can teach you to do it" },
+  { at_s = 2.0, who = 1, move = "p", into = "a", duration_s = 1.0 },
+  { at_s = 3.0, who = 1, move = "q", to_m = [0.4, 0.5], duration_s = 1.0 },
+  { at_s = 5.0, who = 1, look_at_m = [0.0, 0.0, 0.0], duration_s = 0.5 },
+  { at_s = 6.0, who = 1, leave = true },
+  { at_s = 7.0, who = 1, return = true },
+  { at_s = 8.0, who = 1, say = "It is done" },
+]
+"#;
+
+fn parse(text: &str) -> Result<Lesson, crate::ConfigError> {
+    Lesson::parse(text, Path::new("x.toml"))
+}
+
+/// The error of the small lesson with one piece replaced, and the line that it must name.
+fn refusal(from: &str, to: &str) -> String {
+    assert_eq!(SMALL.matches(from).count(), 1, "{from}");
+    let line = SMALL[..SMALL.find(from).unwrap()].matches('\n').count() + 1;
+    let said = parse(&SMALL.replace(from, to)).unwrap_err().to_string();
+    assert!(said.starts_with(&format!("x.toml:{line}:")), "{said} (not of line {line})");
+    said
+}
+
+fn is_at(place: Place, position_m: [f64; 3]) -> bool {
+    place.position_m.iter().zip(position_m).all(|(is, shall)| (is - shall).abs() < 1e-12)
+}
+
+#[test]
+fn a_sound_lesson_is_read_as_it_stands() {
+    let lesson = parse(SMALL).unwrap();
+    let table = &lesson.demonstrations[0];
+    assert!(is_at(table.objects[0].place, [0.0, 0.5, 0.03]));
+    assert!((table.objects[0].place.heading_rad - std::f64::consts::FRAC_PI_4).abs() < 1e-12);
+    assert_eq!(table.objects[1].kind.role, Role::Peg);
+    assert!((table.occluders[0].centre_m[1] - 0.35).abs() < 1e-12);
+    assert_eq!(table.territory[0].owner, 1);
+    let moves: Vec<Destination> = table
+        .script
+        .iter()
+        .filter_map(|step| {
+            let Act::Move { to, .. } = step.act else { return None };
+            Some(to)
+        })
+        .collect();
+    assert_eq!(moves.len(), 2);
+    assert_eq!(moves[0], Destination::Hole(0));
+    assert!(matches!(moves[1], Destination::Place(place) if is_at(place, [0.4, 0.5, 0.025])));
+    assert_eq!(lesson.performances(), 0);
+    assert_eq!(lesson.novel, None);
+}
+
+#[test]
+fn an_unknown_key_gets_the_right_one_suggested() {
+    let said = refusal("keep_s = 0.5", "kep_s = 0.5");
+    assert!(said.contains("did you mean `keep_s`?"), "{said}");
+}
+
+#[test]
+fn faults_between_fields_are_named_where_they_stand() {
+    let faults = [
+        (
+            r#"move = "p", into = "a""#,
+            r#"move = "p", into = "aa""#,
+            "unknown object `aa`: there is `a`, `p`, `q`; did you mean `a`?",
+        ),
+        (r#"move = "p", into = "a""#, r#"move = "p", into = "q""#, "`q` has no hole"),
+        (r#"move = "p", into = "a""#, r#"move = "a", into = "a""#, "`a` is no peg"),
+        (
+            r#"move = "q", to_m = [0.4, 0.5]"#,
+            r#"move = "q", into = "a""#,
+            "the hole of `a` holds `p` already",
+        ),
+        (r#"name = "q", kind"#, r#"name = "p", kind"#, "there is an object `p` already"),
+        (r#"name = "p", kind = "peg""#, r#"name = "p", kind = "pig""#, "did you mean `peg`?"),
+        (
+            r#"name = "p", kind = "peg", colour = "red""#,
+            r#"name = "p", kind = "peg", colour = "rod""#,
+            "did you mean `red`?",
+        ),
+        ("at_s = 2.0", "at_s = 0.5", "0.5 s is before the step above it at 1 s"),
+        ("at_s = 3.0", "at_s = 2.5", "teacher 1 still moves something until 3 s"),
+        ("at_s = 7.0, who = 1, return = true", r#"at_s = 7.0, who = 1, say = "x""#, "teacher 1 is away"),
+        ("at_s = 6.0, who = 1, leave = true", "at_s = 6.0, who = 1, return = true", "teacher 1 is here"),
+        ("at_s = 6.0, who = 1, leave = true", "at_s = 6.0, who = 1, leave = false", "write `true`"),
+        ("at_s = 6.0, who = 1, leave = true", "at_s = 6.0, who = 2, leave = true", "there is no teacher 2"),
+        ("at_s = 6.0, who = 1, leave = true", "at_s = 6.0, who = 1", "a step needs one of"),
+        (
+            ", look_at_m = [0.0, 0.0, 0.0], duration_s = 0.5",
+            ", look_at_m = [0.0, 0.0, 0.0]",
+            "missing `duration_s`",
+        ),
+        (
+            "to_m = [0.4, 0.5], duration_s = 1.0",
+            "to_m = [0.4, 0.5], duration_s = 0.0",
+            "it cannot be done in no time",
+        ),
+        (r#""q", to_m = [0.4, 0.5]"#, r#""q""#, "where to?"),
+        (r#""q", to_m = [0.4, 0.5]"#, r#""q", to_m = [0.4, 0.5], onto = "a""#, "a `move` has one end"),
+        ("to_m = [0.2, 0.4, 0.2]", "to_m = [0.2, 0.3, 0.2]", "must be greater"),
+        ("owner = 1", "owner = 3", "there is no agent 3"),
+        ("number = 1", "number = 0", "0 is no partner"),
+        ("looks_at_m = [0.0, 0.75, 0.0]", "looks_at_m = [0.0, 1.5, 0.55]", "his own eyes"),
+        ("occluders_first_s = 0.2", "occluders_first_s = 3.0", "the table lies empty for 1 s only"),
+        (r#"say = "It is done""#, r#"say = " ""#, "a sentence has 1 to"),
+        ("position_sigma_m = 0.0", "position_sigma_m = nan", "out of range"),
+    ];
+    for (from, to, expected) in faults {
+        let said = refusal(from, to);
+        assert!(said.to_lowercase().contains(&expected.to_lowercase()), "{said} (not: {expected})");
+    }
+    assert_eq!(faults.len(), 25);
+}
+
+#[test]
+fn a_demonstration_without_utterances_is_refused() {
+    let dumb: String =
+        SMALL.lines().filter(|line| !line.contains("say =")).map(|line| format!("{line}\n")).collect();
+    let said = parse(&dumb).unwrap_err().to_string();
+    assert!(said.contains("nobody says a word"), "{said}");
+}
+
+#[test]
+fn a_lesson_that_shows_nothing_is_refused() {
+    let (head, _) = SMALL.split_once("[[demonstration]]").unwrap();
+    assert!(parse(head).unwrap_err().to_string().contains("it has neither"));
+}
+
+#[test]
+fn an_order_is_told_from_an_offer_to_teach() {
+    for (text, is_order) in [
+        ("Leo, do task 1", true),
+        ("leo do it!", true),
+        ("Leo, I can teach you to do task 1", false),
+        ("Task 1 is done", false),
+        ("", false),
+    ] {
+        assert_eq!(super::is_order(text), is_order, "{text}");
+    }
+}
+
+#[test]
+fn a_synthetic_lesson_has_the_size_asked_and_some_of_it_moves() {
+    for size in [0, 1, 64, 256] {
+        let lesson = Lesson::synthetic(size);
+        let table = &lesson.demonstrations[0];
+        assert_eq!(table.objects.len(), size);
+        assert_eq!(table.script.is_empty(), size == 0);
+    }
+}

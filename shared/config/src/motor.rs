@@ -1,0 +1,345 @@
+//! `motor.toml`: the servo buses and the joints on them.
+//!
+//! A joint's index, which is its number in every message, is its place in the file.
+
+use std::f64::consts::PI;
+use std::fs;
+use std::ops::Range;
+use std::path::Path;
+
+use serde::Deserialize;
+use toml::Spanned;
+
+use crate::load::invalid;
+use crate::number::{Finite, Positive};
+use crate::{ConfigError, parse as parse_toml};
+
+/// The speeds at which X-series servos speak, in bits per second, from a million up.
+const BAUDS: [u32; 5] = [1_000_000, 2_000_000, 3_000_000, 4_000_000, 4_500_000];
+/// The highest identifier of a servo; 253 and 255 are reserved and 254 is the broadcast.
+const ID_MOST: u8 = 252;
+
+/// The whole file, checked.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Motor {
+    /// The buses.
+    pub buses: Vec<Bus>,
+    /// The joints; a joint's place is its index everywhere.
+    pub joints: Vec<Joint>,
+    /// The names of the groups, in the order in which their torque is switched on: that of the
+    /// first joint of each in the file.
+    pub groups: Vec<String>,
+}
+
+/// One half-duplex line of servos.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Bus {
+    /// Its name, unique in the file.
+    pub name: String,
+    /// Where it is.
+    pub device: Device,
+    /// Bits per second.
+    pub baud: u32,
+}
+
+/// Where a bus is.
+#[derive(Clone, Debug, PartialEq, Eq, Deserialize)]
+#[serde(from = "String")]
+pub enum Device {
+    /// The mock servo bus of this robot.
+    Mock,
+    /// A tty.
+    Tty(std::path::PathBuf),
+}
+
+impl From<String> for Device {
+    fn from(device: String) -> Self {
+        if device == "mock" { Self::Mock } else { Self::Tty(device.into()) }
+    }
+}
+
+/// A kind of servo.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
+pub enum Model {
+    /// ROBOTIS XM430-W350: 12 V, for the body.
+    #[serde(rename = "XM430-W350")]
+    Xm430W350,
+    /// ROBOTIS XL330-M288: 5 V and small, for the face and the fingers.
+    #[serde(rename = "XL330-M288")]
+    Xl330M288,
+}
+
+impl Model {
+    /// The highest speed at which it speaks, in bits per second.
+    #[must_use]
+    pub const fn baud_most(self) -> u32 {
+        match self {
+            Self::Xm430W350 => 4_500_000,
+            Self::Xl330M288 => 4_000_000,
+        }
+    }
+
+    /// The fastest it may be asked to turn, in radians per second: its factory velocity limit
+    /// (item 44 of its control table), 200 and 445 times 0.229 revolutions per minute.
+    #[must_use]
+    pub fn velocity_most_rad_s(self) -> f64 {
+        let counts = match self {
+            Self::Xm430W350 => 200.0,
+            Self::Xl330M288 => 445.0,
+        };
+        counts * 0.229 * 2.0 * PI / 60.0
+    }
+}
+
+/// One joint and its servo. The servo stands at `sign` × joint + `offset_rad`, where the servo's
+/// own zero is the middle of its range.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Joint {
+    /// Its name, unique in the file and the same as in the URDF.
+    pub name: String,
+    /// The index of its bus.
+    pub bus: usize,
+    /// The servo's identifier, unique on its bus.
+    pub id: u8,
+    /// The kind of servo.
+    pub model: Model,
+    /// Whether the servo turns against the joint.
+    pub reversed: bool,
+    /// Servo angle at the joint's zero, in radians.
+    pub offset_rad: f64,
+    /// Lowest position of the joint, in radians.
+    pub min_rad: f64,
+    /// Highest position of the joint, in radians.
+    pub max_rad: f64,
+    /// Highest speed of the joint, in radians per second.
+    pub velocity_rad_s: f64,
+    /// Highest acceleration of the joint, in radians per second squared.
+    pub acceleration_rad_s2: f64,
+    /// The index of its group: joints whose torque is switched on together.
+    pub group: usize,
+}
+
+impl Joint {
+    /// Where the servo stands when the joint stands at `joint_rad`, in radians from the middle
+    /// of the servo's range.
+    #[must_use]
+    pub fn servo_rad(&self, joint_rad: f64) -> f64 {
+        if self.reversed { self.offset_rad - joint_rad } else { self.offset_rad + joint_rad }
+    }
+
+    /// Where the joint stands when the servo stands at `servo_rad`: the inverse of
+    /// [`servo_rad`](Self::servo_rad).
+    #[must_use]
+    pub fn joint_rad(&self, servo_rad: f64) -> f64 {
+        if self.reversed { self.offset_rad - servo_rad } else { servo_rad - self.offset_rad }
+    }
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct RawMotor {
+    bus: Vec<RawBus>,
+    joint: Vec<RawJoint>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct RawBus {
+    name: Spanned<String>,
+    device: Device,
+    baud: Spanned<u32>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct RawJoint {
+    name: Spanned<String>,
+    bus: Spanned<String>,
+    id: Spanned<u8>,
+    model: Model,
+    sign: Spanned<i8>,
+    offset_rad: Spanned<Finite>,
+    min_rad: Spanned<Finite>,
+    max_rad: Spanned<Finite>,
+    velocity_rad_s: Spanned<Positive>,
+    acceleration_rad_s2: Positive,
+    group: String,
+}
+
+/// Reads and checks `motor.toml`.
+///
+/// # Errors
+///
+/// As [`crate::load`]; and a joint on a bus that is not there, a name or a servo given twice,
+/// crossed limits, limits beyond the servo's half turn to either side, a speed beyond the servo's.
+pub fn load(file: &Path) -> Result<Motor, ConfigError> {
+    let text =
+        fs::read_to_string(file).map_err(|source| ConfigError::Read { file: file.to_owned(), source })?;
+    parse(&text, file)
+}
+
+/// Checks the text of `motor.toml`; `file` is what errors call it.
+///
+/// # Errors
+///
+/// As [`load`].
+pub fn parse(text: &str, file: &Path) -> Result<Motor, ConfigError> {
+    let raw: RawMotor = parse_toml(text, file)?;
+    check(raw).map_err(|Wrong { span, reason }| invalid(text, file, span, reason))
+}
+
+struct Wrong {
+    span: Range<usize>,
+    reason: String,
+}
+
+fn wrong<T>(at: &Spanned<T>, reason: String) -> Wrong {
+    Wrong { span: at.span(), reason }
+}
+
+fn check(raw: RawMotor) -> Result<Motor, Wrong> {
+    let mut motor = Motor { buses: Vec::new(), joints: Vec::new(), groups: Vec::new() };
+    for bus in raw.bus {
+        let (name, baud) = (bus.name.get_ref(), *bus.baud.get_ref());
+        if name.is_empty() || !name.chars().all(|letter| letter.is_ascii_alphanumeric() || letter == '_') {
+            let reason =
+                format!("`{name}` cannot name a bus: use letters, digits and `_`, for it names a file");
+            return Err(wrong(&bus.name, reason));
+        }
+        if motor.buses.iter().any(|other| other.name == *name) {
+            return Err(wrong(&bus.name, format!("there are two buses named `{name}`; rename one")));
+        }
+        if !BAUDS.contains(&baud) {
+            return Err(wrong(&bus.baud, format!("no servo speaks at {baud} baud: use one of {BAUDS:?}")));
+        }
+        motor.buses.push(Bus { name: bus.name.into_inner(), device: bus.device, baud });
+    }
+    for joint in raw.joint {
+        let joint = check_joint(joint, &mut motor)?;
+        motor.joints.push(joint);
+    }
+    Ok(motor)
+}
+
+fn check_joint(raw: RawJoint, motor: &mut Motor) -> Result<Joint, Wrong> {
+    let name = raw.name.get_ref();
+    if motor.joints.iter().any(|other| other.name == *name) {
+        return Err(wrong(&raw.name, format!("there are two joints named `{name}`; rename one")));
+    }
+    let Some(bus) = motor.buses.iter().position(|bus| bus.name == *raw.bus.get_ref()) else {
+        let known: Vec<_> = motor.buses.iter().map(|bus| bus.name.as_str()).collect();
+        let reason = format!("there is no bus `{}`; there are {}", raw.bus.get_ref(), known.join(", "));
+        return Err(wrong(&raw.bus, reason));
+    };
+    if motor.buses.get(bus).is_some_and(|bus| bus.baud > raw.model.baud_most()) {
+        let reason = format!("this servo speaks at no more than {} baud", raw.model.baud_most());
+        return Err(wrong(&raw.bus, reason));
+    }
+    let id = *raw.id.get_ref();
+    if id > ID_MOST {
+        return Err(wrong(&raw.id, format!("{id} is out of range: an id must be from 0 to {ID_MOST}")));
+    }
+    if let Some(other) = motor.joints.iter().find(|other| other.bus == bus && other.id == id) {
+        let (bus, other) = (raw.bus.get_ref(), &other.name);
+        return Err(wrong(&raw.id, format!("id {id} on bus `{bus}` belongs to `{other}` already")));
+    }
+    let reversed = match *raw.sign.get_ref() {
+        1 => false,
+        -1 => true,
+        sign => return Err(wrong(&raw.sign, format!("a sign is 1 or -1, not {sign}"))),
+    };
+    let (min_rad, max_rad) = (raw.min_rad.get_ref().get(), raw.max_rad.get_ref().get());
+    if min_rad >= max_rad {
+        let reason = format!("the limits are crossed: min_rad {min_rad} must be below max_rad {max_rad}");
+        return Err(wrong(&raw.max_rad, reason));
+    }
+    let (velocity_rad_s, most) = (raw.velocity_rad_s.get_ref().get(), raw.model.velocity_most_rad_s());
+    if velocity_rad_s > most {
+        let reason =
+            format!("{velocity_rad_s} rad/s is faster than the servo, which turns at {most:.2} rad/s");
+        return Err(wrong(&raw.velocity_rad_s, reason));
+    }
+    let group = motor.groups.iter().position(|group| *group == raw.group).unwrap_or_else(|| {
+        motor.groups.push(raw.group.clone());
+        motor.groups.len() - 1
+    });
+    let joint = Joint {
+        bus,
+        id,
+        model: raw.model,
+        reversed,
+        offset_rad: raw.offset_rad.get_ref().get(),
+        min_rad,
+        max_rad,
+        velocity_rad_s,
+        acceleration_rad_s2: raw.acceleration_rad_s2.get(),
+        group,
+        name: raw.name.into_inner(),
+    };
+    for (limit, at) in [(min_rad, &raw.min_rad), (max_rad, &raw.max_rad)] {
+        let servo = joint.servo_rad(limit);
+        // One count is lost at the upper end: a turn has 4096 counts, from 0 to 4095.
+        if !(-PI..=PI * 2047.0 / 2048.0).contains(&servo) {
+            let reason =
+                format!("the servo would stand at {servo:.3} rad, beyond half a turn from its middle");
+            return Err(wrong(at, reason));
+        }
+    }
+    Ok(joint)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const TWO: &str = include_str!("motor_example.toml");
+
+    fn refusal(from: &str, to: &str) -> String {
+        assert!(TWO.contains(from), "the example has no `{from}`");
+        parse(&TWO.replacen(from, to, 1), Path::new("m.toml")).unwrap_err().to_string()
+    }
+
+    #[test]
+    fn the_example_is_read() {
+        let motor = parse(TWO, Path::new("m.toml")).unwrap();
+        assert_eq!((motor.buses.len(), motor.joints.len()), (2, 2));
+        assert_eq!(motor.buses[0].device, Device::Mock);
+        assert_eq!(motor.buses[1].device, Device::Tty("/dev/ttyUSB0".into()));
+        assert_eq!(motor.groups, ["torso", "face"]);
+        assert_eq!((motor.joints[1].bus, motor.joints[1].group), (1, 1));
+        assert!(motor.joints[1].reversed);
+    }
+
+    #[test]
+    fn servo_and_joint_angles_are_each_others_inverse() {
+        let motor = parse(TWO, Path::new("m.toml")).unwrap();
+        for joint in &motor.joints {
+            assert!((joint.joint_rad(joint.servo_rad(0.3)) - 0.3).abs() < 1e-12);
+        }
+        assert!((motor.joints[1].servo_rad(0.3) - -0.2).abs() < 1e-12);
+    }
+
+    #[test]
+    fn what_contradicts_itself_is_refused_with_its_line() {
+        let cases = [
+            ("bus = \"torso\"", "bus = \"trunk\"", ":16:7: there is no bus `trunk`; there are torso, face"),
+            ("id = 1 ", "id = 253 ", ":17:6: 253 is out of range"),
+            ("sign = 1 ", "sign = 0 ", ":19:8: a sign is 1 or -1, not 0"),
+            ("max_rad = 1.2", "max_rad = -1.2", ":22:11: the limits are crossed"),
+            ("max_rad = 1.2", "max_rad = 3.2", ":22:11: the servo would stand at 3.2"),
+            ("velocity_rad_s = 2.0", "velocity_rad_s = 20.0", ":23:18: 20 rad/s is faster"),
+            ("velocity_rad_s = 2.0", "velocity_rad_s = nan", ":23:18: NaN is out of range"),
+            ("name = \"face\"", "name = \"torso\"", ":10:8: there are two buses named `torso`"),
+            ("name = \"face\"", "name = \"fa/ce\"", ":10:8: `fa/ce` cannot name a bus"),
+            ("baud = 4000000", "baud = 4000001", ":7:8: no servo speaks at 4000001 baud"),
+            ("name = \"jaw_pitch_joint\"", "name = \"torso_yaw_joint\"", ":28:8: there are two joints"),
+            ("bus = \"face\"", "bus = \"torso\"", ":30:6: id 1 on bus `torso` belongs to `torso_yaw_joint`"),
+            ("baud = 2000000", "baud = 4500000", ":29:7: this servo speaks at no more than 4000000 baud"),
+            ("sign = 1 ", "sgn = 1 ", "did you mean `sign`?"),
+        ];
+        for (from, to, expected) in cases {
+            let said = refusal(from, to);
+            assert!(said.contains(expected), "{said}\nlacks {expected}");
+        }
+    }
+}

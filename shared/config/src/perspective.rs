@@ -1,0 +1,166 @@
+//! `perspective.toml`: what Leo takes a partner to perceive.
+
+use std::path::Path;
+
+use serde::Deserialize;
+
+use crate::number::{Capacity, Milliseconds, NotNegative, OutOfRange, Positive};
+use crate::parse;
+
+const BUILTIN: &str = include_str!("../../../config/perspective.toml");
+
+/// The whole file.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Perspective {
+    /// What a partner sees and hears (V, Eq. 8).
+    pub sight: Sight,
+    /// The frame of a partner (P, Eq. 9).
+    pub frame: Frame,
+    /// What is remembered of the things that hide others.
+    pub occluders: Occluders,
+    /// What the robot itself sees.
+    pub robot: Robot,
+}
+
+impl Perspective {
+    /// What Leo comes with: `config/perspective.toml` as it was compiled in.
+    #[must_use]
+    #[expect(clippy::expect_used, reason = "the text is compiled in, and a test parses it")]
+    pub fn builtin() -> Self {
+        parse(BUILTIN, Path::new("config/perspective.toml")).expect("the built-in file is sound")
+    }
+}
+
+/// What a partner sees and hears.
+#[derive(Clone, Copy, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Sight {
+    /// Half the angle of the cone that he sees.
+    pub cone_half_angle_deg: Angle,
+    /// How far he sees.
+    pub range_m: Positive,
+    /// Which points of a thing are looked at.
+    pub samples: Samples,
+    /// How much room round a remembered place must be in view, and empty, before the absence of
+    /// the thing is noticed.
+    pub empty_margin_m: NotNegative,
+    /// How far he hears.
+    pub hearing_range_m: Positive,
+    /// A partner who has not been observed for this long is absent.
+    pub absent_after_ms: Milliseconds,
+}
+
+/// Which points of a thing are looked at; it is seen when the majority of them is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Samples {
+    /// Its centre.
+    Centre,
+    /// Its centre and those of its six faces.
+    Faces,
+    /// Its centre and its eight corners.
+    Corners,
+}
+
+/// The frame of a partner.
+#[derive(Clone, Copy, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Frame {
+    /// It is taken anew when he has moved further than this.
+    pub reanchor_m: Positive,
+    /// It is taken anew when his heading has turned by more than this.
+    pub reanchor_deg: Angle,
+}
+
+/// What is remembered of the things that hide others.
+#[derive(Clone, Copy, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Occluders {
+    /// How many are remembered.
+    pub most: Capacity,
+    /// An occluder observed this near to where one was last is the same.
+    pub same_within_m: Positive,
+    /// One whose place is in view, and that has not been observed for this long, is gone.
+    pub gone_after_ms: Milliseconds,
+}
+
+/// What the robot itself sees.
+#[derive(Clone, Copy, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Robot {
+    /// Where the absence of a thing is noticed.
+    pub field: Field,
+}
+
+/// Where the robot would see a thing if one were there.
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
+#[serde(tag = "kind", rename_all = "lowercase", deny_unknown_fields)]
+pub enum Field {
+    /// Everywhere: its sensory processes survey the whole workspace.
+    Everything,
+    /// In a cone, and not behind an occluder.
+    Cone {
+        /// Where its eye is in its base frame.
+        eye_m: [f64; 3],
+        /// What the eye looks at, in its base frame.
+        looks_at_m: [f64; 3],
+        /// Half the angle of the cone.
+        half_angle_deg: Angle,
+        /// How far it sees.
+        range_m: Positive,
+    },
+}
+
+/// An angle above zero and at most half a turn, in degrees.
+#[derive(Clone, Copy, Debug, PartialEq, PartialOrd, Deserialize)]
+#[serde(try_from = "f64")]
+pub struct Angle(f64);
+
+impl TryFrom<f64> for Angle {
+    type Error = OutOfRange;
+
+    fn try_from(value: f64) -> Result<Self, OutOfRange> {
+        // Written so that NaN fails.
+        if value > 0.0 && value <= 180.0 {
+            Ok(Self(value))
+        } else {
+            Err(OutOfRange::new(value, "above 0 and at most 180 degrees"))
+        }
+    }
+}
+
+impl Angle {
+    /// The angle in radians.
+    #[must_use]
+    pub fn radians(self) -> f64 {
+        self.0.to_radians()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_file_that_comes_with_leo_is_sound() {
+        let perspective = Perspective::builtin();
+        assert!((perspective.sight.cone_half_angle_deg.radians() - 60_f64.to_radians()).abs() < 1e-12);
+        assert_eq!(perspective.robot.field, Field::Everything);
+    }
+
+    #[test]
+    fn a_cone_wider_than_all_round_is_refused_with_its_line() {
+        let text = BUILTIN.replace("cone_half_angle_deg = 60.0", "cone_half_angle_deg = 200.0");
+        let said = parse::<Perspective>(&text, Path::new("p.toml")).unwrap_err().to_string();
+        assert!(said.starts_with("p.toml:") && said.contains("200") && said.contains("180"), "{said}");
+    }
+
+    #[test]
+    fn the_robot_may_have_a_cone_of_its_own() {
+        let cone = r#"field = { kind = "cone", eye_m = [0.0, 0.0, 0.5], looks_at_m = [0.7, 0.0, 0.0], half_angle_deg = 70.0, range_m = 3.0 }"#;
+        let text = BUILTIN.replace(r#"field = { kind = "everything" }"#, cone);
+        let perspective = parse::<Perspective>(&text, Path::new("p.toml")).unwrap();
+        assert!(matches!(perspective.robot.field, Field::Cone { .. }));
+    }
+}

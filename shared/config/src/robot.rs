@@ -1,0 +1,121 @@
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use crate::leo::Leo;
+use crate::motor::Motor;
+use crate::percepts::Percepts;
+use crate::perspective::Perspective;
+use crate::{ConfigError, motor, parse};
+
+/// The whole configuration of a robot: `leo.toml` and the files that lie beside it.
+#[derive(Clone, Debug)]
+pub struct Robot {
+    /// `leo.toml`: the processes.
+    pub leo: Leo,
+    /// `percepts.toml`: what is perceived and believed.
+    pub percepts: Percepts,
+    /// `perspective.toml`: what a partner can perceive.
+    pub perspective: Perspective,
+    /// `motor.toml`: buses and joints.
+    pub motor: Motor,
+    /// `leo.urdf`: the body, as text.
+    pub urdf: String,
+}
+
+/// The files that the executable brings along, so that it runs without a configuration folder.
+mod builtin {
+    pub(super) const LEO: &str = include_str!("../../../config/leo.toml");
+    pub(super) const PERCEPTS: &str = include_str!("../../../config/percepts.toml");
+    pub(super) const PERSPECTIVE: &str = include_str!("../../../config/perspective.toml");
+    pub(super) const MOTOR: &str = include_str!("../../../config/motor.toml");
+    pub(super) const URDF: &str = include_str!("../../../config/leo.urdf");
+}
+
+impl Robot {
+    /// Reads `leo` (a `leo.toml`) and its neighbours. A neighbour that is not there is the
+    /// built-in one; without `leo`, all are.
+    ///
+    /// # Errors
+    ///
+    /// `leo` cannot be read, or something in a file is wrong.
+    pub fn load(leo: Option<&Path>) -> Result<Self, ConfigError> {
+        let folder = leo.and_then(Path::parent);
+        let percepts = text(folder, "percepts.toml", builtin::PERCEPTS)?;
+        let perspective = text(folder, "perspective.toml", builtin::PERSPECTIVE)?;
+        let motor = text(folder, "motor.toml", builtin::MOTOR)?;
+        let urdf = text(folder, "leo.urdf", builtin::URDF)?;
+        let leo = match leo {
+            Some(file) => (read(file)?, file.to_owned()),
+            None => (builtin::LEO.to_owned(), PathBuf::from("leo.toml")),
+        };
+        Ok(Self {
+            leo: parse(&leo.0, &leo.1)?,
+            percepts: Percepts::parse(&percepts.0, &percepts.1)?,
+            perspective: parse(&perspective.0, &perspective.1)?,
+            motor: motor::parse(&motor.0, &motor.1)?,
+            urdf: urdf.0,
+        })
+    }
+}
+
+impl Robot {
+    /// The built-in `leo.toml` with some of its numbers replaced, each named by its table and key:
+    /// `sensor.rate_hz`. Comments are lost. Names that the file does not have change nothing.
+    #[must_use]
+    pub fn leo_text_with(numbers: &[(&str, f64)]) -> String {
+        let mut root: toml::Table = builtin::LEO.parse().unwrap_or_default();
+        for (path, number) in numbers {
+            let Some((table, key)) = path.rsplit_once('.') else { continue };
+            let table =
+                table.split('.').try_fold(&mut root, |table, name| table.get_mut(name)?.as_table_mut());
+            match table.and_then(|table| table.get_mut(key)) {
+                Some(toml::Value::Integer(value)) => *value = quantity::number::round_i64(*number),
+                Some(value) => *value = toml::Value::Float(*number),
+                None => {}
+            }
+        }
+        root.to_string()
+    }
+}
+
+fn read(file: &Path) -> Result<String, ConfigError> {
+    fs::read_to_string(file).map_err(|source| ConfigError::Read { file: file.to_owned(), source })
+}
+
+fn text(folder: Option<&Path>, name: &str, builtin: &str) -> Result<(String, PathBuf), ConfigError> {
+    match folder.map(|folder| folder.join(name)).filter(|file| file.exists()) {
+        Some(file) => Ok((read(&file)?, file)),
+        None => Ok((builtin.to_owned(), PathBuf::from(name))),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_built_in_robot_is_right_and_has_65_joints() {
+        let robot = Robot::load(None).unwrap();
+        assert_eq!(robot.motor.joints.len(), 65);
+    }
+
+    #[test]
+    fn numbers_of_the_built_in_file_can_be_replaced() {
+        let text =
+            Robot::leo_text_with(&[("sensor.rate_hz", 1000.0), ("sensor.realtime.fifo_priority", 0.0)]);
+        let leo: Leo = parse(&text, Path::new("leo.toml")).unwrap();
+        assert!((leo.sensor.rate_hz.get() - 1000.0).abs() < 1e-9);
+        assert_eq!(leo.sensor.realtime.fifo_priority.get(), 0);
+    }
+
+    #[test]
+    fn a_neighbour_that_is_wrong_is_named() {
+        let folder = tempfile::tempdir().unwrap();
+        let leo = folder.path().join("leo.toml");
+        fs::write(&leo, builtin::LEO).unwrap();
+        fs::write(folder.path().join("percepts.toml"), "threshhold = 0.5\n").unwrap();
+        let error = Robot::load(Some(&leo)).unwrap_err().to_string();
+        assert!(error.contains("percepts.toml:1:1"), "{error}");
+        assert!(error.contains("did you mean `threshold`?"), "{error}");
+    }
+}

@@ -1,0 +1,321 @@
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Duration;
+
+use clock::Instant;
+use config::leo::{Buffers, Rights};
+use cycle::{Account, Schedule};
+use message::{Health, Process, ProcessState, Topic};
+use transport::{Delivery, Domain, HealthWriter, Inlet, Node, Outlet, Queues};
+
+use crate::pace::{Lockstep, Pace, Wait, wait_for_call};
+use crate::{Failure, Launch};
+
+/// Health is published this often: often enough for a heartbeat, seldom enough to cost nothing.
+const HEALTH_EVERY: Duration = Duration::from_millis(20);
+/// In lockstep nothing may be dropped, so queues hold what one turn of a fast writer brings.
+const LOCKSTEP_FRAMES: usize = 16;
+
+/// Whether a process has anything left to do.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Progress {
+    /// There is more to come.
+    More,
+    /// Nothing more will come of itself: the lesson's script is over.
+    Finished,
+}
+
+/// A process in its domain.
+pub struct Member {
+    process: Process,
+    node: Node,
+    pace: Pace,
+    stop: Arc<AtomicBool>,
+    board: HealthWriter,
+    health: Health,
+    published_at: Instant,
+    faults_at_start: u64,
+    account: Option<Account>,
+}
+
+impl Member {
+    /// Joins the domain, asks for real-time rights and puts up the health board.
+    ///
+    /// In lockstep no rights are asked for: time is simulated there.
+    ///
+    /// # Errors
+    ///
+    /// The supervisor is gone, the domain is none, or shared memory is full.
+    pub fn join(
+        launch: &Launch,
+        process: Process,
+        buffers: &Buffers,
+        rights: &Rights,
+    ) -> Result<Self, Failure> {
+        if let Some(parent) = launch.parent {
+            realtime::die_with_parent(parent)?;
+        }
+        let stop = stop_flag()?;
+        let missing_rights = if launch.lockstep { 0 } else { realtime::apply(rights).missing_bits() };
+        let domain = Domain::at(&launch.domain)?;
+        let queues = queues(buffers, launch.lockstep);
+        let node = Node::join(&domain, process.name(), launch.incarnation, queues)?;
+        let mut board = HealthWriter::create(&node, process, launch.incarnation)?;
+        let now = clock::now();
+        let mut health = Health::default();
+        health.pid = std::process::id();
+        health.incarnation = launch.incarnation;
+        health.beat_at_ns = now.as_nanos();
+        health.started_at_ns = now.as_nanos();
+        health.missing_rights = missing_rights;
+        health.set_state(ProcessState::Starting);
+        board.write(&health);
+        let pace = if launch.lockstep {
+            Pace::Lockstep(Box::new(Lockstep::open(&node, process)?))
+        } else {
+            Pace::Wall { schedule: None }
+        };
+        Ok(Self {
+            process,
+            node,
+            pace,
+            stop,
+            board,
+            health,
+            published_at: now,
+            faults_at_start: 0,
+            account: None,
+        })
+    }
+
+    /// Opens the writing end of a topic.
+    ///
+    /// # Errors
+    ///
+    /// As [`Node::outlet`].
+    pub fn outlet<T: Topic>(&self, number: Option<u32>, capacity: usize) -> Result<Outlet<T>, Failure> {
+        Ok(self.node.outlet(number, capacity)?)
+    }
+
+    /// Opens a reading end of a topic.
+    ///
+    /// # Errors
+    ///
+    /// As [`Node::inlet`].
+    pub fn inlet<T: Topic>(&self, number: Option<u32>) -> Result<Inlet<T>, Failure> {
+        Ok(self.node.inlet(number)?)
+    }
+
+    /// Opens a reading end of a topic that wakes this process. In lockstep turns wake it, and the
+    /// writer is spared the bell.
+    ///
+    /// # Errors
+    ///
+    /// As [`Node::waking_inlet`].
+    pub fn waking_inlet<T: Topic>(&self, number: Option<u32>) -> Result<Inlet<T>, Failure> {
+        match self.pace {
+            Pace::Wall { .. } => Ok(self.node.waking_inlet(number)?),
+            Pace::Lockstep(_) => Ok(self.node.inlet(number)?),
+        }
+    }
+
+    /// The present instant: of the clock, or of simulated time.
+    #[must_use]
+    pub fn now(&self) -> Instant {
+        match &self.pace {
+            Pace::Wall { .. } => clock::now(),
+            Pace::Lockstep(lockstep) => lockstep.now(),
+        }
+    }
+
+    /// Whether time is simulated.
+    #[must_use]
+    pub fn is_lockstep(&self) -> bool {
+        matches!(self.pace, Pace::Lockstep(_))
+    }
+
+    /// What the loop counts, for counts of the process's own.
+    pub fn health(&mut self) -> &mut Health {
+        &mut self.health
+    }
+
+    /// Says that the process is ready, and begins its cycle: every `period`, or when called.
+    ///
+    /// # Errors
+    ///
+    /// The period is zero.
+    pub fn begin(&mut self, period: Option<Duration>) -> Result<(), Failure> {
+        if let Pace::Wall { schedule } = &mut self.pace {
+            *schedule = match period {
+                Some(period) => Some(Schedule::new(period, None, clock::now() + period)?),
+                None => None,
+            };
+        }
+        self.health.period_ns = period.map_or(0, clock::nanos);
+        self.health.set_state(ProcessState::Running);
+        self.faults_at_start = realtime::page_faults();
+        self.publish(clock::now());
+        Ok(())
+    }
+
+    /// Waits for the next cycle of a process with a period: until its release, or for its turn.
+    /// `None` when the process shall stop.
+    ///
+    /// # Errors
+    ///
+    /// The middleware failed.
+    pub fn next_cycle(&mut self) -> Result<Option<Instant>, Failure> {
+        loop {
+            if self.stop.load(Ordering::Relaxed) {
+                return Ok(self.stopped());
+            }
+            let wait = match &mut self.pace {
+                Pace::Lockstep(lockstep) => lockstep.wait()?,
+                Pace::Wall { schedule: Some(schedule) } => {
+                    clock::sleep_until(schedule.release());
+                    Wait::Go(schedule.release())
+                }
+                Pace::Wall { schedule: None } => Wait::Stop,
+            };
+            match wait {
+                Wait::Go(release) => {
+                    let now = self.now();
+                    self.account = Some(Account::open(&mut self.health, release, now));
+                    return Ok(Some(now));
+                }
+                Wait::Idle => self.beat(),
+                Wait::Stop => return Ok(self.stopped()),
+            }
+        }
+    }
+
+    /// Waits until the writer of `inlet` calls, or for this process's turn. There may be no frame
+    /// when it returns, and there may be several. `None` when the process shall stop.
+    ///
+    /// # Errors
+    ///
+    /// The inlet does not wake, or the middleware failed.
+    pub fn next_call<T: Topic>(&mut self, inlet: &mut Inlet<T>) -> Result<Option<Instant>, Failure> {
+        loop {
+            if self.stop.load(Ordering::Relaxed) {
+                return Ok(self.stopped());
+            }
+            let wait = match &mut self.pace {
+                Pace::Lockstep(lockstep) => lockstep.wait()?,
+                Pace::Wall { .. } => wait_for_call(inlet)?,
+            };
+            match wait {
+                Wait::Go(_) => return Ok(Some(self.now())),
+                Wait::Idle => self.beat(),
+                Wait::Stop => return Ok(self.stopped()),
+            }
+        }
+    }
+
+    /// Begins the step on one frame of a call: accounts for how long the frame, published at
+    /// `published_ns`, waited for it.
+    pub fn begin_step(&mut self, published_ns: u64) -> Instant {
+        let now = self.now();
+        let published = Instant::from_nanos(published_ns);
+        self.health.latency.record(clock::nanos(now.since(published)));
+        self.account = Some(Account::open(&mut self.health, published, now));
+        now
+    }
+
+    /// Ends the step on one frame.
+    pub fn end_step(&mut self) {
+        let now = self.now();
+        if let Some(account) = self.account.take() {
+            account.close_woken(&mut self.health, now);
+        }
+    }
+
+    /// Ends the call: publishes the health, and in lockstep gives the turn back.
+    ///
+    /// # Errors
+    ///
+    /// The middleware failed.
+    pub fn end_call(&mut self, progress: Progress) -> Result<(), Failure> {
+        self.beat();
+        self.give_back(progress)
+    }
+
+    /// Ends the cycle: accounts for its deadline, publishes the health, and in lockstep gives the
+    /// turn back.
+    ///
+    /// # Errors
+    ///
+    /// The middleware failed.
+    pub fn end_cycle(&mut self, progress: Progress) -> Result<(), Failure> {
+        let now = self.now();
+        if let Some(account) = self.account.take() {
+            match &mut self.pace {
+                Pace::Wall { schedule: Some(schedule) } => {
+                    account.close(&mut self.health, schedule.finish(now), now);
+                }
+                Pace::Wall { schedule: None } | Pace::Lockstep(_) => {
+                    account.close_woken(&mut self.health, now);
+                }
+            }
+        }
+        self.beat();
+        self.give_back(progress)
+    }
+
+    fn give_back(&mut self, progress: Progress) -> Result<(), Failure> {
+        match &mut self.pace {
+            Pace::Lockstep(lockstep) => lockstep.done(progress == Progress::Finished),
+            Pace::Wall { .. } => Ok(()),
+        }
+    }
+
+    /// The heartbeat is of the machine's time also in lockstep: whoever watches lives in it.
+    fn beat(&mut self) {
+        let now = clock::now();
+        self.health.beat += 1;
+        self.health.beat_at_ns = now.as_nanos();
+        if now.since(self.published_at) >= HEALTH_EVERY {
+            self.publish(now);
+        }
+    }
+
+    fn publish(&mut self, now: Instant) {
+        self.health.page_faults = realtime::page_faults().saturating_sub(self.faults_at_start);
+        self.board.write(&self.health);
+        self.published_at = now;
+    }
+
+    fn stopped(&mut self) -> Option<Instant> {
+        self.health.set_state(ProcessState::Stopping);
+        self.publish(clock::now());
+        tracing::debug!(process = %self.process, "stops");
+        None
+    }
+}
+
+impl std::fmt::Debug for Member {
+    fn fmt(&self, out: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(out, "Member({})", self.process)
+    }
+}
+
+/// How frames wait for their readers, the same for all processes of a domain.
+#[must_use]
+pub fn queues(buffers: &Buffers, lockstep: bool) -> Queues {
+    if lockstep {
+        Queues { frames: buffers.frames.get().max(LOCKSTEP_FRAMES), delivery: Delivery::Every }
+    } else {
+        Queues { frames: buffers.frames.get(), delivery: Delivery::Newest }
+    }
+}
+
+/// A flag that `SIGTERM` sets. `SIGINT` sets it too where a process was started by hand; under a
+/// supervisor Ctrl-C does not reach it, because it is in a process group of its own.
+fn stop_flag() -> Result<Arc<AtomicBool>, Failure> {
+    let stop = Arc::new(AtomicBool::new(false));
+    for signal in [signal_hook::consts::SIGTERM, signal_hook::consts::SIGINT] {
+        signal_hook::flag::register(signal, Arc::clone(&stop))
+            .map_err(|error| Failure::own(format!("cannot watch for signals: {error}")))?;
+    }
+    Ok(stop)
+}

@@ -1,0 +1,131 @@
+use std::fmt;
+
+use rustix::io::Errno;
+
+const SCHEDULING: u64 = 1;
+const AFFINITY: u64 = 2;
+const MEMORY: u64 = 4;
+
+/// A right that was asked for and not granted.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Refusal {
+    /// The scheduling policy `SCHED_FIFO`.
+    Scheduling {
+        /// The priority asked for.
+        priority: u8,
+        /// The highest priority that the limit `RLIMIT_RTPRIO` allows.
+        limit: u64,
+        /// What the kernel said.
+        source: Errno,
+    },
+    /// Running on these cores only.
+    Affinity {
+        /// The cores asked for.
+        cores: Vec<u16>,
+        /// What the kernel said.
+        source: Errno,
+    },
+    /// Locking all memory, present and future.
+    Memory {
+        /// The limit `RLIMIT_MEMLOCK` in bytes; none when it is unlimited.
+        limit: Option<u64>,
+        /// What the kernel said, or would say to the first allocation beyond the limit.
+        source: Errno,
+    },
+}
+
+impl Refusal {
+    /// Its bit among the missing rights of a process's health.
+    #[must_use]
+    pub const fn bit(&self) -> u64 {
+        match self {
+            Self::Scheduling { .. } => SCHEDULING,
+            Self::Affinity { .. } => AFFINITY,
+            Self::Memory { .. } => MEMORY,
+        }
+    }
+}
+
+/// How to grant each right, by its bit.
+const GRANTS: [(u64, &str, &str); 3] = [
+    (
+        SCHEDULING,
+        "real-time priority",
+        "`<user> - rtprio 99` in /etc/security/limits.conf or `LimitRTPRIO=99` in the systemd unit",
+    ),
+    (AFFINITY, "the cores asked for", "name cores that this machine has and this process may use"),
+    (
+        MEMORY,
+        "locked memory",
+        "`<user> - memlock unlimited` in /etc/security/limits.conf or `LimitMEMLOCK=infinity` in the systemd unit",
+    ),
+];
+
+/// One warning about the rights of some processes whose bits are set: what is missing, and how to
+/// grant it.
+#[must_use]
+pub fn advice(missing_bits: u64) -> String {
+    let missing = GRANTS.iter().filter(|(bit, ..)| missing_bits & bit != 0);
+    let how: Vec<String> = missing.map(|(_, right, how)| format!("{right}: {how}")).collect();
+    if how.is_empty() {
+        "all real-time rights are granted".to_owned()
+    } else {
+        format!("timing is not guaranteed; not granted: {}", how.join("; "))
+    }
+}
+
+impl fmt::Display for Refusal {
+    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Scheduling { priority, limit, source } => {
+                write!(out, "real-time priority {priority} (limit {limit}, {source})")
+            }
+            Self::Affinity { cores, source } => write!(out, "running on the cores {cores:?} ({source})"),
+            Self::Memory { limit: Some(bytes), source } => {
+                write!(out, "locked memory (limit {} KiB, {source})", bytes / 1024)
+            }
+            Self::Memory { limit: None, source } => write!(out, "locked memory ({source})"),
+        }
+    }
+}
+
+/// What was asked for and not granted. Displayed, it is one warning that says how to grant it.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+#[must_use = "a right that is missing must be said"]
+pub struct Report {
+    refusals: Vec<Refusal>,
+}
+
+impl Report {
+    pub(crate) const fn new(refusals: Vec<Refusal>) -> Self {
+        Self { refusals }
+    }
+
+    /// What is missing, in the order in which it was asked for.
+    #[must_use]
+    pub fn refusals(&self) -> &[Refusal] {
+        &self.refusals
+    }
+
+    /// Whether everything was granted.
+    #[must_use]
+    pub fn is_complete(&self) -> bool {
+        self.refusals.is_empty()
+    }
+
+    /// One bit for each right that is missing: 1 scheduling, 2 affinity, 4 memory.
+    #[must_use]
+    pub fn missing_bits(&self) -> u64 {
+        self.refusals.iter().fold(0, |bits, refusal| bits | refusal.bit())
+    }
+}
+
+impl fmt::Display for Report {
+    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
+        out.write_str(&advice(self.missing_bits()))?;
+        for refusal in &self.refusals {
+            write!(out, "; refused: {refusal}")?;
+        }
+        Ok(())
+    }
+}

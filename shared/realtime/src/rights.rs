@@ -1,0 +1,157 @@
+use config::leo::Rights;
+use rustix::io::Errno;
+use rustix::mm::{MlockAllFlags, mlockall};
+use rustix::process::{Resource, getrlimit};
+use rustix::thread::{CapabilitySet, CpuSet, capabilities, sched_setaffinity};
+
+use crate::{Refusal, Report};
+
+/// How much of the stack is touched ahead of time: far more than a cycle uses, and within the
+/// smallest stack that a thread of ours has.
+const STACK_BYTES: usize = 256 * 1024;
+
+/// Asks for `rights` and reports which were not granted; the others hold.
+///
+/// Scheduling and affinity are the calling thread's, and pass on to the threads it starts from
+/// then on; locked memory is the whole process's. To be called before ports are opened: shared
+/// memory that is mapped later is then locked as it is mapped.
+pub fn apply(rights: &Rights) -> Report {
+    let mut refusals = Vec::new();
+    if rights.lock_memory {
+        if let Err(source) = lock_memory() {
+            let limit = getrlimit(Resource::Memlock).current;
+            refusals.push(Refusal::Memory { limit, source });
+        }
+        prefault_stack();
+    }
+    if !rights.cores.is_empty()
+        && let Err(source) = pin(&rights.cores)
+    {
+        refusals.push(Refusal::Affinity { cores: rights.cores.clone(), source });
+    }
+    let priority = rights.fifo_priority.get();
+    if priority > 0
+        && let Err(source) = schedule_fifo(priority)
+    {
+        let limit = getrlimit(Resource::Rtprio).current.unwrap_or(u64::MAX);
+        refusals.push(Refusal::Scheduling { priority, limit, source });
+    }
+    Report::new(refusals)
+}
+
+/// Locks all pages, present and future.
+///
+/// Under a finite limit this is refused even where the kernel would agree: it would agree as
+/// long as the present pages fit, and fail a later allocation instead, in mid-run.
+fn lock_memory() -> Result<(), Errno> {
+    let unlimited = getrlimit(Resource::Memlock).current.is_none()
+        || capabilities(None).is_ok_and(|sets| sets.effective.contains(CapabilitySet::IPC_LOCK));
+    if !unlimited {
+        return Err(Errno::NOMEM);
+    }
+    mlockall(MlockAllFlags::CURRENT | MlockAllFlags::FUTURE)
+}
+
+/// Touches the stack below this frame, so that no cycle is the first to use it.
+#[inline(never)]
+fn prefault_stack() {
+    std::hint::black_box(&mut [1_u8; STACK_BYTES]);
+}
+
+fn pin(cores: &[u16]) -> Result<(), Errno> {
+    let mut set = CpuSet::new();
+    for core in cores.iter().map(|&core| usize::from(core)) {
+        if core >= CpuSet::MAX_CPU {
+            return Err(Errno::INVAL);
+        }
+        set.set(core);
+    }
+    sched_setaffinity(None, &set)?;
+    // The kernel takes a set that names some core it has and silently drops the others.
+    let granted = rustix::thread::sched_getaffinity(None)?;
+    if granted.count() == set.count() { Ok(()) } else { Err(Errno::INVAL) }
+}
+
+fn schedule_fifo(priority: u8) -> Result<(), Errno> {
+    let parameters = libc::sched_param { sched_priority: i32::from(priority) };
+    // SAFETY: `parameters` lives across the call, which only reads it; 0 is the calling thread.
+    if unsafe { libc::sched_setscheduler(0, libc::SCHED_FIFO, &raw const parameters) } == 0 {
+        Ok(())
+    } else {
+        let error = std::io::Error::last_os_error();
+        Err(Errno::from_io_error(&error).unwrap_or(Errno::PERM))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::thread;
+
+    use rustix::process::{Rlimit, setrlimit};
+    use rustix::thread::{CapabilitySets, set_capabilities};
+
+    use super::*;
+
+    fn rights(fifo_priority: u8, cores: &[u16], lock_memory: bool) -> Rights {
+        Rights { fifo_priority: fifo_priority.try_into().unwrap(), cores: cores.to_vec(), lock_memory }
+    }
+
+    /// Runs `body` in a thread without capabilities, under limits that grant nothing.
+    fn unprivileged<T: Send + 'static>(body: impl FnOnce() -> T + Send + 'static) -> T {
+        for resource in [Resource::Memlock, Resource::Rtprio] {
+            let maximum = getrlimit(resource).maximum;
+            setrlimit(resource, Rlimit { current: Some(0), maximum }).unwrap();
+        }
+        let nothing = CapabilitySets {
+            effective: CapabilitySet::empty(),
+            permitted: CapabilitySet::empty(),
+            inheritable: CapabilitySet::empty(),
+        };
+        let unprivileged = move || {
+            set_capabilities(None, nothing).unwrap();
+            body()
+        };
+        thread::spawn(unprivileged).join().unwrap()
+    }
+
+    #[test]
+    fn without_rights_work_goes_on_and_the_report_says_how_to_grant_them() {
+        let report = unprivileged(|| apply(&rights(70, &[0], true)));
+        assert_eq!(report.missing_bits(), 1 | 4, "{report}");
+        let said = report.to_string();
+        for word in ["priority 70", "rtprio", "LimitRTPRIO", "memlock unlimited", "LimitMEMLOCK"] {
+            assert!(said.contains(word), "{said}");
+        }
+        // Not one allocation fails after a lock that was not granted.
+        let fresh = unprivileged(|| vec![1_u8; 64 << 20].len());
+        assert_eq!(fresh, 64 << 20);
+    }
+
+    #[test]
+    fn cores_that_do_not_exist_are_refused_and_named() {
+        let report = thread::spawn(|| apply(&rights(0, &[0, 1023], false))).join().unwrap();
+        assert_eq!(report.missing_bits(), 2);
+        assert!(report.to_string().contains("[0, 1023]"), "{report}");
+        let report = thread::spawn(|| apply(&rights(0, &[u16::MAX], false))).join().unwrap();
+        assert_eq!(report.missing_bits(), 2);
+    }
+
+    #[test]
+    fn asking_for_nothing_is_granted() {
+        assert!(apply(&rights(0, &[], false)).is_complete());
+    }
+
+    #[test]
+    fn what_is_granted_holds() {
+        let held = thread::spawn(|| {
+            let report = apply(&rights(3, &[0], false));
+            let affinity = rustix::thread::sched_getaffinity(None).unwrap();
+            // SAFETY: it takes a number and gives one; 0 is the calling thread.
+            let policy = unsafe { libc::sched_getscheduler(0) };
+            (report, affinity.count(), policy)
+        });
+        let (report, cores, policy) = held.join().unwrap();
+        assert_eq!(cores, 1);
+        assert_eq!(policy == libc::SCHED_FIFO, report.is_complete(), "{report}");
+    }
+}

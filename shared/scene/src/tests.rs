@@ -1,0 +1,160 @@
+use geometry::{Base, Eye, Pose, Position, Thing};
+use nalgebra::{Isometry3, Point3, Translation3, UnitQuaternion};
+use proptest::prelude::*;
+
+use super::*;
+
+/// The slab test, written anew in `f64`: where the segment is inside the box, as an interval of
+/// its parameter; `None` when it misses.
+fn segment_in_box(
+    pose: &Pose<Base, Thing>,
+    half: [f64; 3],
+    from: Point3<f64>,
+    to: Point3<f64>,
+) -> Option<(f64, f64)> {
+    let from = pose.isometry().inverse_transform_point(&from);
+    let to = pose.isometry().inverse_transform_point(&to);
+    let (mut enter, mut leave) = (f64::NEG_INFINITY, f64::INFINITY);
+    for axis in 0..3 {
+        let along = to[axis] - from[axis];
+        if along.abs() < 1e-15 {
+            if from[axis].abs() > half[axis] {
+                return None;
+            }
+            continue;
+        }
+        let (a, b) = ((-half[axis] - from[axis]) / along, (half[axis] - from[axis]) / along);
+        enter = enter.max(a.min(b));
+        leave = leave.min(a.max(b));
+    }
+    (enter <= leave).then_some((enter, leave))
+}
+
+/// `None` where the answer hangs on less than `margin_m`: there single precision may differ.
+fn occluded_slowly(
+    boxes: &[(Pose<Base, Thing>, [f64; 3])],
+    from: Position<Base>,
+    to: Position<Base>,
+    margin_m: f64,
+) -> Option<bool> {
+    let hit = |grow: f64| {
+        boxes.iter().any(|(pose, half)| {
+            let half = half.map(|side| side + grow);
+            half.iter().all(|side| *side >= 0.0)
+                && segment_in_box(pose, half, from.point(), to.point())
+                    .is_some_and(|(enter, leave)| leave >= 0.0 && enter <= 1.0)
+        })
+    };
+    let (thinner, thicker) = (hit(-margin_m), hit(margin_m));
+    (thinner == thicker).then_some(thinner)
+}
+
+fn position() -> impl Strategy<Value = Position<Base>> {
+    (-2.0..2.0, -2.0..2.0, -2.0..2.0).prop_map(|(x, y, z)| Position::new(x, y, z))
+}
+
+fn pose() -> impl Strategy<Value = Pose<Base, Thing>> {
+    (position(), -3.0..3.0, -1.5..1.5, -3.0..3.0).prop_map(|(place, roll, pitch, yaw)| {
+        let turn = UnitQuaternion::from_euler_angles(roll, pitch, yaw);
+        Pose::from_isometry(Isometry3::from_parts(Translation3::from(place.point()), turn))
+    })
+}
+
+fn occluder() -> impl Strategy<Value = (Pose<Base, Thing>, [f64; 3])> {
+    (pose(), 0.01..1.0, 0.01..1.0, 0.01..1.0).prop_map(|(pose, x, y, z)| (pose, [x, y, z]))
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(2000))]
+
+    #[test]
+    fn occlusion_agrees_with_a_slab_test_written_independently(
+        boxes in prop::collection::vec(occluder(), 0..5), from in position(), to in position(),
+    ) {
+        let mut occluders = Occluders::new(boxes.len());
+        for (pose, half) in &boxes {
+            occluders.add(pose, *half).unwrap();
+        }
+        if let Some(expected) = occluded_slowly(&boxes, from, to, 2e-4) {
+            prop_assert_eq!(occluders.occluded(&from, &to), expected);
+        }
+    }
+
+    #[test]
+    fn the_share_is_that_of_the_samples_in_the_cone_and_behind_nothing(
+        wall in occluder(), thing in pose(), x in 0.01..0.3, y in 0.01..0.3, z in 0.01..0.3,
+        from in position(), towards in position(), half_angle in 0.1..3.0_f64, range_m in 0.5..4.0_f64,
+    ) {
+        let eye = Pose::<Base, Eye>::looking(&from, &towards);
+        let gaze = eye.isometry().rotation * nalgebra::Vector3::x();
+        let mut occluders = Occluders::new(1);
+        occluders.add(&wall.0, wall.1).unwrap();
+        let (mut seen, mut doubtful) = (0, 0);
+        for corner in 0..9_u8 {
+            let sign = |bit: u8| if corner == 8 { 0.0 } else if corner & bit == 0 { -1.0 } else { 1.0 };
+            let at = thing.isometry() * Point3::new(x * sign(1), y * sign(2), z * sign(4));
+            let to = at - from.point();
+            let off = gaze.angle(&to);
+            match occluded_slowly(&[wall], from, Position::from_point(at), 2e-4) {
+                Some(hidden) if (off - half_angle).abs() > 1e-6 && (to.norm() - range_m).abs() > 1e-6 => {
+                    seen += u8::from(!hidden && off < half_angle && to.norm() < range_m);
+                }
+                _ => doubtful += 1,
+            }
+        }
+        let cone = Cone::new(half_angle, range_m).unwrap();
+        let share = Sight::new(eye, cone, &occluders).visible_share(&thing, [x, y, z], Samples::Corners);
+        prop_assert!(share * 9.0 >= f64::from(seen) - 1e-9 && share * 9.0 <= f64::from(seen + doubtful) + 1e-9,
+            "{} of 9, expected {} to {}", share * 9.0, seen, seen + doubtful);
+    }
+}
+
+#[test]
+fn the_slab_test_of_these_tests_sees_both_answers() {
+    let wall = (Pose::upright(1.0, 0.0, 0.0, 0.0), [0.1, 0.5, 0.5]);
+    let eye = Position::new(0.0, 0.0, 0.0);
+    assert_eq!(occluded_slowly(&[wall], eye, Position::new(2.0, 0.0, 0.0), 1e-4), Some(true));
+    assert_eq!(occluded_slowly(&[wall], eye, Position::new(0.5, 0.0, 0.0), 1e-4), Some(false));
+    assert_eq!(occluded_slowly(&[wall], eye, Position::new(2.0, 2.0, 0.0), 1e-4), Some(false));
+}
+
+#[test]
+fn a_thing_in_front_of_a_wall_and_one_that_leans_on_it_are_not_hidden() {
+    let mut occluders = Occluders::new(1);
+    occluders.add(&Pose::upright(1.0, 0.0, 0.0, 0.0), [0.1, 0.5, 0.5]).unwrap();
+    let eye = Position::new(0.0, 0.0, 0.0);
+    assert!(!occluders.occluded(&eye, &Position::new(0.8, 0.0, 0.0)));
+    assert!(!occluders.occluded(&eye, &Position::new(0.9, 0.0, 0.0)));
+    assert!(occluders.occluded(&eye, &Position::new(1.0, 0.0, 0.0)));
+    assert!(occluders.occluded(&eye, &Position::new(1.1, 0.0, 0.0)));
+}
+
+#[test]
+fn a_full_set_and_extents_that_are_none_are_refused() {
+    let mut occluders = Occluders::new(1);
+    assert!(matches!(
+        occluders.add(&Pose::identity(), [f64::NAN, 1.0, 1.0]),
+        Err(NoOccluder::Extents { .. })
+    ));
+    assert!(occluders.is_empty());
+    occluders.add(&Pose::identity(), [1.0, 1.0, 1.0]).unwrap();
+    assert_eq!(occluders.add(&Pose::identity(), [1.0, 1.0, 1.0]), Err(NoOccluder::Full { capacity: 1 }));
+    occluders.clear();
+    assert_eq!(occluders.len(), 0);
+}
+
+#[test]
+fn numbers_that_are_no_cone_are_refused() {
+    assert!(matches!(Cone::new(f64::NAN, 1.0), Err(NoCone::HalfAngle { .. })));
+    assert!(matches!(Cone::new(0.0, 1.0), Err(NoCone::HalfAngle { .. })));
+    assert!(matches!(Cone::new(1.0, f64::INFINITY), Err(NoCone::Range { .. })));
+}
+
+#[test]
+fn nobody_sees_a_place_that_is_none() {
+    let occluders = Occluders::new(0);
+    let cone = Cone::new(std::f64::consts::PI, 100.0).unwrap();
+    let sight = Sight::new(Pose::identity(), cone, &occluders);
+    assert!(sight.sees(&Position::new(1.0, 0.0, 0.0)));
+    assert!(!sight.sees(&Position::new(f64::NAN, 0.0, 0.0)));
+}

@@ -1,0 +1,81 @@
+//! Reading and writing until an instant.
+
+use clock::Instant;
+use rustix::event::{PollFd, PollFlags, Timespec, poll};
+use rustix::fd::{AsFd, BorrowedFd};
+use rustix::io::{Errno, read, write};
+
+use crate::Lost;
+
+const NANOS_PER_SECOND: u64 = 1_000_000_000;
+
+/// Reads what is there, or waits for the first of it until `until`: zero bytes when none came.
+pub(crate) fn read_until(fd: impl AsFd, into: &mut [u8], until: Instant) -> Result<usize, Lost> {
+    loop {
+        match read(fd.as_fd(), &mut *into) {
+            Ok(0) if !into.is_empty() => return Err(Lost::HangUp),
+            Ok(count) => return Ok(count),
+            Err(Errno::AGAIN | Errno::INTR) => {}
+            Err(Errno::IO) => return Err(Lost::HangUp),
+            Err(error) => return Err(Lost::Failed(error)),
+        }
+        if !ready(fd.as_fd(), PollFlags::IN, until)? {
+            return Ok(0);
+        }
+    }
+}
+
+/// Writes all of `bytes`, waiting for room until `until`.
+pub(crate) fn write_until(fd: impl AsFd, mut bytes: &[u8], until: Instant) -> Result<(), Lost> {
+    while !bytes.is_empty() {
+        match write(fd.as_fd(), bytes) {
+            Ok(count) => bytes = bytes.get(count..).unwrap_or_default(),
+            Err(Errno::AGAIN) => {
+                if !ready(fd.as_fd(), PollFlags::OUT, until)? {
+                    return Err(Lost::Stuck);
+                }
+            }
+            Err(Errno::INTR) => {}
+            Err(Errno::IO) => return Err(Lost::HangUp),
+            Err(error) => return Err(Lost::Failed(error)),
+        }
+    }
+    Ok(())
+}
+
+/// Throws away what waits to be read, at most `reads` pieces of it: a line that never falls
+/// silent must not hold the cycle.
+pub(crate) fn drain(fd: impl AsFd, reads: u32) -> Result<usize, Lost> {
+    let mut thrown = 0;
+    let mut bin = [0; 512];
+    for _ in 0..reads {
+        match read_until(fd.as_fd(), &mut bin, Instant::EPOCH)? {
+            0 => break,
+            count => thrown += count,
+        }
+    }
+    Ok(thrown)
+}
+
+/// Whether the line became ready before `until`.
+fn ready(fd: BorrowedFd<'_>, flags: PollFlags, until: Instant) -> Result<bool, Lost> {
+    let left = until.since(clock::now());
+    let nanos = clock::nanos(left);
+    let timeout = Timespec {
+        tv_sec: i64::try_from(nanos / NANOS_PER_SECOND).unwrap_or(i64::MAX),
+        tv_nsec: i64::try_from(nanos % NANOS_PER_SECOND).unwrap_or(0),
+    };
+    let mut fds = [PollFd::from_borrowed_fd(fd, flags)];
+    match poll(&mut fds, Some(&timeout)) {
+        Ok(0) => Ok(false),
+        Ok(_) => {
+            let [asked] = &fds;
+            // What came before the line was hung up is still to be read.
+            let hung_up = asked.revents().intersects(PollFlags::HUP | PollFlags::ERR);
+            if hung_up && !asked.revents().contains(flags) { Err(Lost::HangUp) } else { Ok(true) }
+        }
+        // The caller tries again; a time that is over ends the next wait at once.
+        Err(Errno::INTR) => Ok(true),
+        Err(error) => Err(Lost::Failed(error)),
+    }
+}

@@ -1,0 +1,155 @@
+use std::ffi::OsString;
+use std::os::unix::ffi::OsStringExt;
+use std::path::{Path, PathBuf};
+
+use clock::Instant;
+use rustix::fd::OwnedFd;
+use rustix::fs::{Mode, OFlags, fcntl_getfl, fcntl_setfl, open};
+use rustix::io::Errno;
+use rustix::pty::{OpenptFlags, grantpt, openpt, ptsname, unlockpt};
+use rustix::termios::tcgetattr;
+
+use crate::port::{read_until, write_until};
+use crate::tty::make_raw;
+use crate::{Lost, OpenError};
+
+/// A pseudo-terminal: a serial line whose other end this process is.
+#[derive(Debug)]
+pub struct Pty {
+    master: OwnedFd,
+    /// Held open, so that the line does not hang up between two users of the other end.
+    _slave: OwnedFd,
+    path: PathBuf,
+}
+
+impl Pty {
+    /// Makes a line that is raw from the beginning, at `baud` until its user sets another speed.
+    ///
+    /// # Errors
+    ///
+    /// The system has no pseudo-terminals, or no more of them.
+    pub fn new(baud: u32) -> Result<Self, OpenError> {
+        Self::make(baud).map_err(|source| OpenError::Pty { source })
+    }
+
+    fn make(baud: u32) -> Result<Self, Errno> {
+        let master = openpt(OpenptFlags::RDWR | OpenptFlags::NOCTTY | OpenptFlags::CLOEXEC)?;
+        grantpt(&master)?;
+        unlockpt(&master)?;
+        let name = ptsname(&master, Vec::new())?;
+        let path = PathBuf::from(OsString::from_vec(name.into_bytes()));
+        let slave = open(&path, OFlags::RDWR | OFlags::NOCTTY | OFlags::CLOEXEC, Mode::empty())?;
+        make_raw(&slave, baud)?;
+        fcntl_setfl(&master, fcntl_getfl(&master)? | OFlags::NONBLOCK)?;
+        Ok(Self { master, _slave: slave, path })
+    }
+
+    /// Where the other end is.
+    #[must_use]
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// The speed at which the other end believes the line to be, in bits per second.
+    ///
+    /// # Errors
+    ///
+    /// The line is gone.
+    pub fn baud(&self) -> Result<u32, Lost> {
+        tcgetattr(&self.master).map(|mode| mode.output_speed()).map_err(Lost::Failed)
+    }
+
+    /// Reads what is there, or waits for the first of it until `until`: zero when none came.
+    ///
+    /// # Errors
+    ///
+    /// The line is gone.
+    pub fn read(&self, into: &mut [u8], until: Instant) -> Result<usize, Lost> {
+        read_until(&self.master, into, until)
+    }
+
+    /// Writes all of `bytes`, waiting for room until `until`.
+    ///
+    /// # Errors
+    ///
+    /// The line is gone, or nobody reads the other end.
+    pub fn write(&self, bytes: &[u8], until: Instant) -> Result<(), Lost> {
+        write_until(&self.master, bytes, until)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Tty;
+    use clock::Duration;
+
+    fn soon() -> Instant {
+        clock::now() + Duration::from_secs(5)
+    }
+
+    #[test]
+    fn every_byte_arrives_as_it_was_and_none_comes_back() {
+        let pty = Pty::new(1_000_000).unwrap();
+        let tty = Tty::open(pty.path(), 4_000_000).unwrap();
+        let sent: Vec<u8> = (0..=255).collect();
+        for (direction, end) in [("in", 0), ("out", 1)] {
+            let mut got = Vec::new();
+            let mut buffer = [0; 64];
+            if end == 0 { pty.write(&sent, soon()) } else { tty.write(&sent, soon()) }.unwrap();
+            while got.len() < sent.len() {
+                let count =
+                    if end == 0 { tty.read(&mut buffer, soon()) } else { pty.read(&mut buffer, soon()) }
+                        .unwrap();
+                got.extend_from_slice(&buffer[..count]);
+            }
+            assert_eq!(got, sent, "{direction}");
+        }
+        assert_eq!(tty.read(&mut [0; 8], Instant::EPOCH), Ok(0));
+        assert_eq!(pty.read(&mut [0; 8], Instant::EPOCH), Ok(0));
+    }
+
+    #[test]
+    fn the_other_ends_speed_is_seen() {
+        let pty = Pty::new(1_000_000).unwrap();
+        assert_eq!(pty.baud(), Ok(1_000_000));
+        let _tty = Tty::open(pty.path(), 4_500_000).unwrap();
+        assert_eq!(pty.baud(), Ok(4_500_000));
+    }
+
+    #[test]
+    fn silence_ends_at_the_deadline_and_not_before() {
+        let pty = Pty::new(1_000_000).unwrap();
+        let tty = Tty::open(pty.path(), 1_000_000).unwrap();
+        let until = clock::now() + Duration::from_micros(300);
+        assert_eq!(tty.read(&mut [0; 8], until), Ok(0));
+        assert!(clock::now() >= until);
+    }
+
+    #[test]
+    fn the_line_survives_its_user_and_says_when_its_maker_is_gone() {
+        let pty = Pty::new(1_000_000).unwrap();
+        drop(Tty::open(pty.path(), 1_000_000).unwrap());
+        assert_eq!(pty.read(&mut [0; 8], Instant::EPOCH), Ok(0));
+        let tty = Tty::open(pty.path(), 1_000_000).unwrap();
+        drop(pty);
+        assert_eq!(tty.read(&mut [0; 8], soon()), Err(Lost::HangUp));
+    }
+
+    #[test]
+    fn what_waits_is_thrown_away_but_not_for_ever() {
+        let pty = Pty::new(1_000_000).unwrap();
+        let tty = Tty::open(pty.path(), 1_000_000).unwrap();
+        pty.write(&[7; 1500], soon()).unwrap();
+        assert_eq!(tty.drain(2), Ok(1024));
+        assert_eq!(tty.drain(8), Ok(476));
+    }
+
+    #[test]
+    fn what_is_no_tty_is_named() {
+        let said = Tty::open("/dev/null".as_ref(), 1_000_000).unwrap_err().to_string();
+        assert!(said.starts_with("cannot set /dev/null to 1000000 baud"), "{said}");
+        let said = Tty::open("/dev/nowhere".as_ref(), 1_000_000).unwrap_err().to_string();
+        assert!(said.starts_with("cannot open /dev/nowhere: "), "{said}");
+    }
+}

@@ -1,0 +1,71 @@
+use std::path::Path;
+
+use clock::Instant;
+use rustix::fd::{AsFd, OwnedFd};
+use rustix::fs::{Mode, OFlags, open};
+use rustix::io::Errno;
+use rustix::termios::{ControlModes, OptionalActions, SpecialCodeIndex, tcgetattr, tcsetattr};
+
+use crate::port::{drain, read_until, write_until};
+use crate::{Lost, OpenError};
+
+/// A serial line, raw: eight bits, no parity, one stop bit, no flow control, no echo.
+#[derive(Debug)]
+pub struct Tty {
+    fd: OwnedFd,
+}
+
+impl Tty {
+    /// Opens a serial device at any speed that it knows.
+    ///
+    /// # Errors
+    ///
+    /// It cannot be opened, is no tty, or does not know the speed.
+    pub fn open(path: &Path, baud: u32) -> Result<Self, OpenError> {
+        let flags = OFlags::RDWR | OFlags::NOCTTY | OFlags::NONBLOCK | OFlags::CLOEXEC;
+        let fd = open(path, flags, Mode::empty())
+            .map_err(|source| OpenError::Device { path: path.to_owned(), source })?;
+        make_raw(&fd, baud).map_err(|source| OpenError::Mode { path: path.to_owned(), baud, source })?;
+        Ok(Self { fd })
+    }
+
+    /// Reads what is there, or waits for the first of it until `until`: zero when none came.
+    ///
+    /// # Errors
+    ///
+    /// The line is gone.
+    pub fn read(&self, into: &mut [u8], until: Instant) -> Result<usize, Lost> {
+        read_until(&self.fd, into, until)
+    }
+
+    /// Writes all of `bytes`, waiting for room until `until`.
+    ///
+    /// # Errors
+    ///
+    /// The line is gone, or had no room.
+    pub fn write(&self, bytes: &[u8], until: Instant) -> Result<(), Lost> {
+        write_until(&self.fd, bytes, until)
+    }
+
+    /// Throws away what waits to be read, at most `reads` pieces of it, and returns how many
+    /// bytes that were.
+    ///
+    /// # Errors
+    ///
+    /// The line is gone.
+    pub fn drain(&self, reads: u32) -> Result<usize, Lost> {
+        drain(&self.fd, reads)
+    }
+}
+
+/// Puts a tty into raw mode at `baud`.
+pub(crate) fn make_raw(fd: impl AsFd, baud: u32) -> Result<(), Errno> {
+    let mut mode = tcgetattr(fd.as_fd())?;
+    mode.make_raw();
+    mode.control_modes.remove(ControlModes::CSTOPB | ControlModes::CRTSCTS);
+    mode.control_modes.insert(ControlModes::CLOCAL | ControlModes::CREAD);
+    mode.special_codes[SpecialCodeIndex::VMIN] = 1;
+    mode.special_codes[SpecialCodeIndex::VTIME] = 0;
+    mode.set_speed(baud)?;
+    tcsetattr(fd.as_fd(), OptionalActions::Now, &mode)
+}

@@ -1,0 +1,122 @@
+use std::f64::consts::TAU;
+
+use quantity::number::round_i32;
+
+const COUNTS_PER_TURN: f64 = 4096.0;
+/// The count in the middle of the range, which we call zero.
+const MIDDLE: i32 = 2048;
+const RAD_S_PER_COUNT: f64 = 0.229 * TAU / 60.0;
+const RAD_S2_PER_COUNT: f64 = 214.577 * TAU / 3600.0;
+
+/// A kind of servo.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Model {
+    /// XM430-W350.
+    Xm430W350,
+    /// XL330-M288.
+    Xl330M288,
+}
+
+impl Model {
+    /// Every model.
+    pub const ALL: [Self; 2] = [Self::Xm430W350, Self::Xl330M288];
+
+    /// Its model number: item 0 of its table, and in its answer to a ping.
+    #[must_use]
+    pub const fn number(self) -> u16 {
+        match self {
+            Self::Xm430W350 => 1020,
+            Self::Xl330M288 => 1200,
+        }
+    }
+
+    /// The model of a number.
+    #[must_use]
+    pub fn from_number(number: u16) -> Option<Self> {
+        Self::ALL.into_iter().find(|model| model.number() == number)
+    }
+
+    /// Amperes per count of its current.
+    #[must_use]
+    pub const fn amperes_per_count(self) -> f64 {
+        match self {
+            Self::Xm430W350 => 0.002_69,
+            Self::Xl330M288 => 0.001,
+        }
+    }
+
+    /// Its factory velocity limit (item 44), in counts.
+    #[must_use]
+    pub const fn velocity_limit(self) -> u32 {
+        match self {
+            Self::Xm430W350 => 200,
+            Self::Xl330M288 => 445,
+        }
+    }
+
+    /// The voltage that it is made for.
+    #[must_use]
+    pub const fn nominal_volts(self) -> f64 {
+        match self {
+            Self::Xm430W350 => 12.0,
+            Self::Xl330M288 => 5.0,
+        }
+    }
+}
+
+/// The angle of a position count, in radians from the middle of the range.
+#[must_use]
+pub fn position_rad(count: i32) -> f64 {
+    (f64::from(count) - f64::from(MIDDLE)) * TAU / COUNTS_PER_TURN
+}
+
+/// The nearest position count of an angle, in radians from the middle of the range; the middle
+/// for NaN, which a caller has to refuse before.
+#[must_use]
+pub fn position_count(rad: f64) -> i32 {
+    round_i32(rad * COUNTS_PER_TURN / TAU).saturating_add(MIDDLE)
+}
+
+/// The speed of a velocity count, in radians per second.
+#[must_use]
+pub fn velocity_rad_s(count: i32) -> f64 {
+    f64::from(count) * RAD_S_PER_COUNT
+}
+
+/// The nearest velocity count of a speed in radians per second.
+#[must_use]
+pub fn velocity_count(rad_s: f64) -> i32 {
+    round_i32(rad_s / RAD_S_PER_COUNT)
+}
+
+/// The nearest acceleration count of an acceleration in radians per second squared.
+#[must_use]
+pub fn acceleration_count(rad_s2: f64) -> i32 {
+    round_i32(rad_s2 / RAD_S2_PER_COUNT)
+}
+
+/// The acceleration of a count, in radians per second squared.
+#[must_use]
+pub(crate) fn acceleration_rad_s2(count: i32) -> f64 {
+    f64::from(count) * RAD_S2_PER_COUNT
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_position_count_comes_back() {
+        for count in -5000..5000 {
+            assert_eq!(position_count(position_rad(count)), count);
+        }
+    }
+
+    #[test]
+    fn the_middle_is_zero_and_a_quarter_turn_is_1024_counts() {
+        assert_eq!(position_count(0.0), 2048);
+        assert_eq!(position_count(TAU / 4.0), 3072);
+        assert_eq!(velocity_count(velocity_rad_s(-17)), -17);
+        assert_eq!(acceleration_count(acceleration_rad_s2(53)), 53);
+    }
+}

@@ -1,0 +1,264 @@
+use crate::crc::crc;
+use crate::frame::{HEADER, PREFIX, SUFFIX, is_stuffed, unstuff};
+use crate::{Address, Frame};
+
+/// Bytes that wait at most; a whole chain of answers fits.
+const CAPACITY: usize = 4096;
+/// The longest length field taken seriously. A servo's whole control table is shorter, and a
+/// false length must not swallow the frames behind it.
+const LENGTH_MOST: usize = 1024;
+
+/// What was lost on the way.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Losses {
+    /// Bytes that belong to no frame.
+    pub noise: u64,
+    /// Headers with a length or an address that no frame has.
+    pub malformed: u64,
+    /// Frames with a wrong check sum.
+    pub corrupt: u64,
+    /// Frames that were cut short by the next one.
+    pub cut: u64,
+    /// Bytes dropped because more came than fit.
+    pub overrun: u64,
+}
+
+/// Finds frames in a stream of bytes, whatever else is in it. A broken frame costs itself and
+/// never the frames behind it.
+#[derive(Clone, Debug)]
+pub struct Parser {
+    bytes: [u8; CAPACITY],
+    start: usize,
+    end: usize,
+    losses: Losses,
+}
+
+enum Found {
+    /// Nothing can begin within so many bytes.
+    Noise(usize),
+    /// More bytes are needed.
+    Part,
+    Malformed,
+    Corrupt,
+    Cut,
+    /// A whole frame of so many bytes.
+    Whole(Address, usize),
+}
+
+impl Default for Parser {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+impl Parser {
+    /// A parser that has seen nothing.
+    #[must_use]
+    pub const fn new() -> Self {
+        let losses = Losses { noise: 0, malformed: 0, corrupt: 0, cut: 0, overrun: 0 };
+        Self { bytes: [0; CAPACITY], start: 0, end: 0, losses }
+    }
+
+    /// Takes bytes from the wire. When more come than fit, the oldest are dropped.
+    pub fn push(&mut self, bytes: &[u8]) {
+        let kept = bytes.get(bytes.len().saturating_sub(CAPACITY)..).unwrap_or_default();
+        self.bytes.copy_within(self.start..self.end, 0);
+        self.end -= self.start;
+        self.start = 0;
+        let excess = (self.end + kept.len()).saturating_sub(CAPACITY);
+        self.bytes.copy_within(excess..self.end, 0);
+        self.end -= excess;
+        if let Some(place) = self.bytes.get_mut(self.end..self.end + kept.len()) {
+            place.copy_from_slice(kept);
+            self.end += kept.len();
+        }
+        let dropped = excess + (bytes.len() - kept.len());
+        self.losses.overrun += u64::try_from(dropped).unwrap_or(u64::MAX);
+    }
+
+    /// The next whole frame; `None` when more bytes are needed.
+    pub fn next_frame(&mut self) -> Option<Frame<'_>> {
+        let (address, length) = self.find()?;
+        let body = self.start + PREFIX;
+        let body = self.bytes.get_mut(body..body + length - PREFIX - SUFFIX)?;
+        self.start += length;
+        let kept = unstuff(body);
+        let (&instruction, params) = body.get(..kept)?.split_first()?;
+        Some(Frame { address, instruction, params })
+    }
+
+    /// Forgets what waits: it belongs to a transaction that is over.
+    pub fn clear(&mut self) {
+        let waiting = self.end - self.start;
+        self.losses.noise += u64::try_from(waiting).unwrap_or(u64::MAX);
+        (self.start, self.end) = (0, 0);
+    }
+
+    /// What was lost since [`new`](Self::new).
+    #[must_use]
+    pub const fn losses(&self) -> Losses {
+        self.losses
+    }
+
+    fn find(&mut self) -> Option<(Address, usize)> {
+        loop {
+            let (count, skip) = match examine(self.bytes.get(self.start..self.end)?) {
+                Found::Noise(bytes) => {
+                    self.losses.noise += u64::try_from(bytes).unwrap_or(u64::MAX);
+                    self.start += bytes;
+                    continue;
+                }
+                Found::Part => return None,
+                Found::Whole(address, length) => return Some((address, length)),
+                Found::Malformed => (&mut self.losses.malformed, HEADER.len()),
+                // Its length is not to be trusted: the next frame may begin anywhere behind the
+                // header.
+                Found::Corrupt => (&mut self.losses.corrupt, HEADER.len()),
+                Found::Cut => (&mut self.losses.cut, HEADER.len()),
+            };
+            *count += 1;
+            self.start += skip;
+        }
+    }
+}
+
+fn examine(bytes: &[u8]) -> Found {
+    let noise =
+        (0..bytes.len()).find(|&at| begins(bytes.get(at..).unwrap_or_default())).unwrap_or(bytes.len());
+    if noise > 0 {
+        return Found::Noise(noise);
+    }
+    let Some(&[_, _, _, _, address, low, high]) = bytes.first_chunk::<PREFIX>() else { return Found::Part };
+    let length = usize::from(u16::from_le_bytes([low, high]));
+    let Some(address) = Address::from_byte(address) else { return Found::Malformed };
+    if !(SUFFIX + 1..=LENGTH_MOST).contains(&length) {
+        return Found::Malformed;
+    }
+    let body = length - SUFFIX;
+    let begun = bytes.get(PREFIX..bytes.len().min(PREFIX + body)).unwrap_or_default();
+    if !is_stuffed(begun, body) {
+        return Found::Cut;
+    }
+    let whole = PREFIX + length;
+    match (bytes.get(..whole - SUFFIX), bytes.get(whole - SUFFIX..whole)) {
+        (Some(summed), Some(sum)) if crc(summed).to_le_bytes() == sum => Found::Whole(address, whole),
+        (Some(_), Some(_)) => Found::Corrupt,
+        (_, _) => Found::Part,
+    }
+}
+
+/// Whether a header begins here, as far as the bytes go.
+fn begins(bytes: &[u8]) -> bool {
+    let begun = bytes.len().min(HEADER.len());
+    bytes.get(..begun) == HEADER.get(..begun)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{Id, Status};
+    use proptest::prelude::*;
+
+    fn status(id: u8, params: &[u8]) -> Vec<u8> {
+        let mut out = vec![0; 2 * params.len() + 16];
+        let length =
+            Status { id: Id::new(id).unwrap(), alert: false, fault: None, params }.encode(&mut out).unwrap();
+        out.truncate(length);
+        out
+    }
+
+    /// The answers to a sync read of servos 1 to 13, one chunk each.
+    fn chain() -> Vec<Vec<u8>> {
+        (1..=13).map(|id| status(id, &[id, 0, 1, 2, 3, 4, 5, 6, 7, 8])).collect()
+    }
+
+    fn ids(chunks: &[Vec<u8>]) -> (Vec<u8>, Losses) {
+        let mut parser = Parser::new();
+        parser.push(&chunks.concat());
+        let mut ids = Vec::new();
+        while let Some(frame) = parser.next_frame() {
+            ids.push(Status::parse(&frame).unwrap().id.get());
+        }
+        (ids, parser.losses())
+    }
+
+    fn all_but_the_fifth() -> Vec<u8> {
+        (1..=13).filter(|&id| id != 5).collect()
+    }
+
+    #[test]
+    fn one_bad_answer_costs_one_servo() {
+        type Spoil = fn(&mut Vec<u8>);
+        let spoil: [(&str, Spoil); 7] = [
+            ("silent", Vec::clear),
+            ("bit flip", |frame| frame[9] ^= 4),
+            ("truncated by one", |frame| frame.truncate(20)),
+            ("truncated to its length", |frame| frame.truncate(9)),
+            ("length zero", |frame| frame[5] = 0),
+            ("length 65535", |frame| frame[5..7].fill(0xFF)),
+            ("length too long by fifty", |frame| frame[5] += 50),
+        ];
+        for (name, spoil) in spoil {
+            let mut chunks = chain();
+            spoil(&mut chunks[4]);
+            assert_eq!(ids(&chunks).0, all_but_the_fifth(), "{name}");
+        }
+    }
+
+    #[test]
+    fn a_byte_of_noise_costs_no_servo() {
+        for noise in [0x00, 0x55, 0xFD, 0xFF] {
+            let mut chunks = chain();
+            chunks[4].push(noise);
+            let (ids, losses) = ids(&chunks);
+            assert_eq!(ids, (1..=13).collect::<Vec<_>>(), "{noise:#x}");
+            assert_eq!(losses, Losses { noise: 1, ..Losses::default() });
+        }
+    }
+
+    #[test]
+    fn a_flood_drops_the_oldest_bytes() {
+        let mut parser = Parser::new();
+        parser.push(&[0; 3 * CAPACITY]);
+        parser.push(&status(7, &[]));
+        assert!(parser.next_frame().is_some());
+        assert_eq!(parser.losses().overrun, 2 * 4096 + 11);
+    }
+
+    proptest! {
+        #[test]
+        fn a_frame_comes_back_whatever_its_params(params in params(), id in 0..=252u8, cuts in 1..9usize) {
+            let mut parser = Parser::new();
+            for chunk in status(id, &params).chunks(cuts) {
+                parser.push(chunk);
+            }
+            let frame = parser.next_frame().unwrap();
+            let status = Status::parse(&frame).unwrap();
+            prop_assert_eq!((status.id.get(), status.params), (id, &params[..]));
+            prop_assert_eq!(parser.losses(), Losses::default());
+        }
+
+        #[test]
+        fn after_garbage_a_good_frame_is_found(garbage in params()) {
+            let mut parser = Parser::new();
+            parser.push(&garbage);
+            while parser.next_frame().is_some() {}
+            // A false header in the garbage may wait for at most the longest frame.
+            let good = status(9, &[1, 2, 3]);
+            let mut found = 0;
+            for _ in 0..LENGTH_MOST / good.len() + 2 {
+                parser.push(&good);
+                while parser.next_frame().is_some() {
+                    found += 1;
+                }
+            }
+            prop_assert!(found >= LENGTH_MOST / good.len(), "{found}");
+        }
+    }
+
+    /// Bytes in which headers and stuffing are common.
+    fn params() -> impl Strategy<Value = Vec<u8>> {
+        let byte = prop_oneof![4 => Just(0xFF), 3 => Just(0xFD), 2 => Just(0), 1 => any::<u8>()];
+        proptest::collection::vec(byte, 0..200)
+    }
+}

@@ -1,0 +1,169 @@
+/// The highest speed and acceleration of a motion; both above zero.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Limits {
+    /// In radians per second.
+    pub velocity_rad_s: f64,
+    /// In radians per second squared.
+    pub acceleration_rad_s2: f64,
+}
+
+/// Where something is on its way, and how fast.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Motion {
+    /// In radians.
+    pub position_rad: f64,
+    /// In radians per second.
+    pub velocity_rad_s: f64,
+}
+
+impl Motion {
+    /// At rest.
+    #[must_use]
+    pub const fn at(position_rad: f64) -> Self {
+        Self { position_rad, velocity_rad_s: 0.0 }
+    }
+
+    /// The motion `dt_s` later on a trapezoid of velocity that ends at rest at `goal_rad`.
+    ///
+    /// Speed and acceleration stay within the limits; the last step of all, no longer than the
+    /// acceleration times `dt_s`² / 2, lands on the goal itself. What could stop within an
+    /// interval that holds the goal never leaves the interval. `None` when a number is not
+    /// finite or a limit is not above zero.
+    #[must_use]
+    pub fn towards(self, goal_rad: f64, limits: Limits, dt_s: f64) -> Option<Self> {
+        let (acceleration, step) = (limits.acceleration_rad_s2, limits.acceleration_rad_s2 * dt_s);
+        let distance = goal_rad - self.position_rad;
+        let lawful = acceleration > 0.0 && limits.velocity_rad_s > 0.0 && dt_s > 0.0;
+        if !(lawful && step.is_finite() && distance.is_finite() && self.velocity_rad_s.is_finite()) {
+            return None;
+        }
+        // Everything below is written for a goal that lies ahead.
+        let ahead = if distance < 0.0 { -1.0 } else { 1.0 };
+        let (distance, velocity) = (distance * ahead, self.velocity_rad_s * ahead);
+        if distance <= step * dt_s / 2.0 && velocity.abs() <= step {
+            return Some(Self::at(goal_rad));
+        }
+        // The highest velocity v at the end of the step from which it can still stop in time:
+        // v² / (2 a) = distance − (velocity + v) dt / 2.
+        let root = step * step - 4.0 * (step * velocity - 2.0 * acceleration * distance);
+        let stoppable = if root >= 0.0 { (root.sqrt() - step) / 2.0 } else { velocity - step };
+        let fastest = stoppable.min(limits.velocity_rad_s);
+        let next = fastest.max(velocity - step).min(velocity + step);
+        Some(Self {
+            position_rad: self.position_rad + ahead * (velocity + next) / 2.0 * dt_s,
+            velocity_rad_s: ahead * next,
+        })
+    }
+
+    /// The motion `dt_s` later when it slows down as fast as the limits allow.
+    #[must_use]
+    pub fn stopping(self, limits: Limits, dt_s: f64) -> Option<Self> {
+        let step = limits.acceleration_rad_s2 * dt_s;
+        if !(step > 0.0 && step.is_finite() && self.velocity_rad_s.is_finite()) {
+            return None;
+        }
+        let velocity_rad_s = self.velocity_rad_s - self.velocity_rad_s.clamp(-step, step);
+        let position_rad = self.position_rad + (self.velocity_rad_s + velocity_rad_s) / 2.0 * dt_s;
+        Some(Self { position_rad, velocity_rad_s })
+    }
+
+    /// The cruising speed, at most that of the limits, with which the trapezoid ends at the goal
+    /// after `within_s`; that of the limits when the time is too short.
+    #[must_use]
+    pub fn cruise(self, goal_rad: f64, limits: Limits, within_s: f64) -> f64 {
+        let distance = goal_rad - self.position_rad;
+        let velocity = if distance < 0.0 { -self.velocity_rad_s } else { self.velocity_rad_s };
+        let (distance, acceleration) = (distance.abs(), limits.acceleration_rad_s2);
+        // Speeding up from `velocity` to v, cruising and stopping takes
+        // v / a − velocity / a + distance / v + velocity² / (2 a v); the lower v that makes it
+        // `within_s` is the one that cruises.
+        let half = f64::midpoint(acceleration * within_s, velocity);
+        let root = half * half - acceleration * distance - velocity * velocity / 2.0;
+        let rising = half - root.sqrt();
+        // Slowing down from `velocity` to v first.
+        let falling =
+            (distance - velocity * velocity / (2.0 * acceleration)) / (within_s - velocity / acceleration);
+        let speed = if rising >= velocity { rising } else { falling };
+        if speed > 0.0 && speed <= limits.velocity_rad_s { speed } else { limits.velocity_rad_s }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    const DT: f64 = 0.004;
+    const LIMITS: Limits = Limits { velocity_rad_s: 2.0, acceleration_rad_s2: 10.0 };
+
+    fn limits(cruise: f64) -> Limits {
+        Limits { velocity_rad_s: cruise, ..LIMITS }
+    }
+
+    #[test]
+    fn nan_and_limits_that_are_none_move_nothing() {
+        let rest = Motion::at(0.0);
+        assert_eq!(rest.towards(f64::NAN, LIMITS, DT), None);
+        assert_eq!(rest.towards(1.0, limits(f64::NAN), DT), None);
+        assert_eq!(rest.towards(1.0, limits(0.0), DT), None);
+        assert_eq!(Motion::at(f64::INFINITY).towards(1.0, LIMITS, DT), None);
+        assert_eq!(Motion { position_rad: 0.0, velocity_rad_s: f64::NAN }.stopping(LIMITS, DT), None);
+    }
+
+    /// Accelerating to 2 rad/s takes 0.2 s and 0.2 rad, and so does stopping: 1 rad takes 0.7 s.
+    #[test]
+    fn the_fastest_way_takes_the_time_of_the_trapezoid() {
+        let mut motion = Motion::at(0.0);
+        let mut steps = 0;
+        while motion != Motion::at(1.0) {
+            motion = motion.towards(1.0, LIMITS, DT).unwrap();
+            steps += 1;
+        }
+        assert!((175..=177).contains(&steps), "{steps} steps of 4 ms");
+    }
+
+    #[test]
+    fn a_slower_cruise_arrives_when_asked() {
+        for (start_rad_s, within_s) in [(0.0, 1.0), (0.0, 3.0), (1.0, 2.0), (-0.5, 2.0)] {
+            let mut motion = Motion { position_rad: 0.0, velocity_rad_s: start_rad_s };
+            let mut steps: u32 = 0;
+            while motion != Motion::at(1.0) {
+                let left = within_s - f64::from(steps) * DT;
+                let cruise = motion.cruise(1.0, LIMITS, left);
+                motion = motion.towards(1.0, limits(cruise), DT).unwrap();
+                steps += 1;
+            }
+            let took = f64::from(steps) * DT;
+            assert!((took - within_s).abs() < 0.03, "{took} s instead of {within_s} s");
+        }
+    }
+
+    proptest! {
+        /// Goals that jump about at random.
+        #[test]
+        fn no_step_breaks_a_limit_or_leaves_the_interval(goals in proptest::collection::vec(-1.0..1.0, 1..9)) {
+            let mut motion = Motion::at(0.0);
+            for goal in goals {
+                for _ in 0..97 {
+                    let next = motion.towards(goal, LIMITS, DT).unwrap();
+                    let change = (next.velocity_rad_s - motion.velocity_rad_s).abs();
+                    prop_assert!(change <= 10.0 * DT * 1.000_001, "{change}");
+                    prop_assert!(next.velocity_rad_s.abs() <= 2.0 + 1e-9);
+                    // Where it overshoots a goal that it could not reach in time, it stops short
+                    // of the end, to within the last step.
+                    prop_assert!(next.position_rad.abs() <= 1.0 + 1e-4, "{next:?}");
+                    motion = next;
+                }
+            }
+        }
+
+        #[test]
+        fn it_always_arrives(start in -3.0..3.0, speed in -2.0..2.0, goal in -3.0..3.0) {
+            let mut motion = Motion { position_rad: start, velocity_rad_s: speed };
+            for _ in 0..1200 {
+                motion = motion.towards(goal, LIMITS, DT).unwrap();
+            }
+            prop_assert_eq!(motion, Motion::at(goal));
+        }
+    }
+}

@@ -1,0 +1,85 @@
+use std::collections::{BTreeMap, BTreeSet};
+
+use serde::{Deserialize, Serialize};
+
+use crate::{Object, Snapshot};
+
+/// One thing that is different afterwards: an expectation percept of a goal belief.
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Effect {
+    /// A state went on or off.
+    State {
+        /// The state's name.
+        name: String,
+        /// What it is now.
+        on: bool,
+    },
+    /// It is somewhere else.
+    Moved,
+}
+
+/// The expectation signature of a change: what is expected of every object that a rule is about.
+///
+/// An object that changed a state has the states in its signature and not its new place: a block
+/// that was pushed while its hole was filled changed in the same way as one that was not.
+pub type Signature = BTreeSet<Effect>;
+
+/// How one object is different afterwards.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Change {
+    /// Its expectation signature.
+    pub signature: Signature,
+    /// Whether it is somewhere else, too.
+    pub displaced: bool,
+}
+
+/// What changed between two snapshots of one perspective, by the identity of the object.
+///
+/// Net change: what was undone in between is no change. Objects that are in one snapshot only
+/// did not change: that somebody begins to see a thing is no act.
+#[must_use]
+pub fn changes(before: &Snapshot, after: &Snapshot, moved_m: f64) -> BTreeMap<u64, Change> {
+    let mut changes = BTreeMap::new();
+    for now in &after.objects {
+        if let Some(change) = before.object(now.id).and_then(|then| change(then, now, moved_m)) {
+            changes.insert(now.id, change);
+        }
+    }
+    changes
+}
+
+fn change(then: &Object, now: &Object, moved_m: f64) -> Option<Change> {
+    let displaced = match (then.position_m, now.position_m) {
+        (Some(place), Some(_)) => now.distance(place).is_some_and(|distance| distance > moved_m),
+        _ => false,
+    };
+    let mut signature = Signature::new();
+    for (name, &on) in &now.states {
+        if then.states.get(name).is_some_and(|&was| was != on) {
+            signature.insert(Effect::State { name: name.clone(), on });
+        }
+    }
+    if signature.is_empty() && displaced {
+        signature.insert(Effect::Moved);
+    }
+    if signature.is_empty() { None } else { Some(Change { signature, displaced }) }
+}
+
+/// Whether an object has all the percepts that a signature expects something of. A peg has no
+/// hole: no rule about holes is about pegs.
+pub(crate) fn has_percepts(object: &Object, signature: &Signature) -> bool {
+    signature.iter().all(|effect| match effect {
+        Effect::State { name, .. } => object.states.contains_key(name),
+        Effect::Moved => object.position_m.is_some(),
+    })
+}
+
+/// Whether an object is as a signature expects; `moved` says whether it is somewhere else than
+/// at the beginning.
+pub(crate) fn is_achieved(object: &Object, signature: &Signature, moved: bool) -> bool {
+    signature.iter().all(|effect| match effect {
+        Effect::State { name, on } => object.states.get(name) == Some(on),
+        Effect::Moved => moved,
+    })
+}

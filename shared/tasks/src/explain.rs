@@ -1,0 +1,87 @@
+use crate::change::{changes, has_percepts};
+use crate::describe::{describe_object, listed};
+use crate::hypothesis::Evidence;
+use crate::{Language, Object, Rule, Snapshot, Task, View};
+
+/// Objects of two perspectives further apart than this are two objects, in metres.
+const SAME_PLACE_M: f64 = 0.08;
+
+/// Why a partner's rule does not hold in the robot's view, in words that name the objects.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Explanation {
+    /// Objects that contradict it and that the partner knows nothing of.
+    pub unseen: Vec<String>,
+    /// Objects that contradict it and that the partner believes to be as the rule wants them.
+    pub mistaken: Vec<String>,
+    /// Objects that contradict it although the partner knows them as they are.
+    pub unexplained: Vec<String>,
+}
+
+impl Explanation {
+    /// Whether every contradiction is explained by what the partner could not know, and there is
+    /// one.
+    #[must_use]
+    pub fn is_complete(&self) -> bool {
+        self.unexplained.is_empty() && !(self.unseen.is_empty() && self.mistaken.is_empty())
+    }
+
+    /// The explanation, said to the partner; empty when nothing contradicts his rule.
+    #[must_use]
+    pub fn text(&self) -> String {
+        let the = |objects: &[String]| {
+            let objects: Vec<String> = objects.iter().map(|object| format!("the {object}")).collect();
+            listed(&objects)
+        };
+        let mut parts = Vec::new();
+        if !self.unseen.is_empty() {
+            parts.push(format!("you could not see {}", the(&self.unseen)));
+        }
+        if !self.mistaken.is_empty() {
+            parts.push(format!("you could not know how {} had changed", the(&self.mistaken)));
+        }
+        if !self.unexplained.is_empty() {
+            parts.push(format!("I do not know why you treated {} differently", the(&self.unexplained)));
+        }
+        listed(&parts)
+    }
+}
+
+/// Explains why a rule learned in a partner's perspective does not hold in the robot's: which
+/// objects of the robot's view contradict it, and what the partner believes of them.
+#[must_use]
+pub fn explain(language: &Language, task: &Task, partner: u16, rule: &Rule) -> Explanation {
+    let mut explanation = Explanation::default();
+    for example in &task.examples {
+        let (Some(own), Some(theirs)) = (example.view(0), example.view(partner)) else { continue };
+        for object in contradicting(language, own, rule) {
+            let eligible = own.after.objects.iter().filter(|other| has_percepts(other, &rule.expectation));
+            let name = describe_object(language, object, eligible);
+            let list = match counterpart(object, &theirs.after) {
+                None => &mut explanation.unseen,
+                Some(believed) if believed.states != object.states => &mut explanation.mistaken,
+                Some(_) => &mut explanation.unexplained,
+            };
+            if !list.contains(&name) {
+                list.push(name);
+            }
+        }
+    }
+    explanation
+}
+
+/// The objects of a view that a rule is wrong about: those that it is about and that did not
+/// become as it wants, and those that changed as it says although it is not about them.
+fn contradicting<'a>(language: &Language, view: &'a View, rule: &Rule) -> Vec<&'a Object> {
+    let evidence =
+        Evidence { after: &view.after, changes: changes(&view.before, &view.after, language.moved_m) };
+    let undone = evidence
+        .eligible(&rule.expectation)
+        .filter(|object| rule.is_about(object) && !evidence.achieved(object, &rule.expectation));
+    let unexpected = evidence.changed(&rule.expectation).filter(|object| !rule.is_about(object));
+    undone.chain(unexpected).collect()
+}
+
+/// What a partner takes an object to be, if he knows of it.
+fn counterpart<'a>(object: &Object, theirs: &'a Snapshot) -> Option<&'a Object> {
+    object.position_m.and_then(|place| theirs.nearest(&object.features, place, SAME_PLACE_M))
+}

@@ -1,0 +1,119 @@
+use std::collections::{BTreeMap, BTreeSet};
+
+use crate::Snapshot;
+
+/// Identities of beliefs stay below this: each life of the belief process has a range of its own.
+const LIFE: u64 = 1 << 40;
+
+/// Which object a belief is about, across the lives of the belief process.
+///
+/// A belief process that begins anew numbers its beliefs anew. Objects that are found again keep
+/// their identity; the others get one that no earlier object had.
+#[derive(Clone, Debug, Default)]
+pub struct Identities {
+    incarnation: Option<u64>,
+    lives: u64,
+    found_again: BTreeMap<u64, u64>,
+}
+
+/// What a frame's incarnation says about the memory behind it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Moment {
+    /// It is the first one seen, or the same as before.
+    Continued,
+    /// Its writer began anew: identities mean other objects now.
+    Anew,
+}
+
+impl Identities {
+    /// Takes note of the incarnation of a frame.
+    pub fn observe(&mut self, incarnation: u64) -> Moment {
+        let before = self.incarnation.replace(incarnation);
+        if before.is_none_or(|before| before == incarnation) {
+            return Moment::Continued;
+        }
+        self.lives += 1;
+        self.found_again.clear();
+        Moment::Anew
+    }
+
+    /// The object that a belief of the present life is about.
+    #[must_use]
+    pub fn object(&self, belief: u64) -> u64 {
+        let id = self.lives.wrapping_mul(LIFE).wrapping_add(belief);
+        self.found_again.get(&id).copied().unwrap_or(id)
+    }
+
+    /// Finds the objects of an old snapshot again in one of the present life: those of the same
+    /// class features and kinds of states, the nearest pairs first, none further apart than
+    /// `within_m` (infinite for anywhere).
+    ///
+    /// `true` when all were found: then they have their old identities from now on. Otherwise
+    /// nothing changes, because a demonstration with an object mistaken for another, or lost, is
+    /// a wrong example.
+    pub fn find_again(&mut self, old: &Snapshot, new: &Snapshot, within_m: f64) -> bool {
+        let mut pairs = Vec::new();
+        for then in &old.objects {
+            for now in &new.objects {
+                let same = then.features == now.features && then.states.keys().eq(now.states.keys());
+                let distance = then.position_m.and_then(|place| now.distance(place));
+                if let Some(distance) = distance.filter(|&distance| same && distance <= within_m) {
+                    pairs.push((distance, then.id, now.id));
+                }
+            }
+        }
+        pairs.sort_by(|a, b| a.0.total_cmp(&b.0).then((a.1, a.2).cmp(&(b.1, b.2))));
+        let mut taken = BTreeSet::new();
+        let mut found: BTreeMap<u64, u64> = BTreeMap::new();
+        for (_, then, now) in pairs {
+            if !taken.contains(&now) && !found.contains_key(&then) {
+                taken.insert(now);
+                found.insert(then, now);
+            }
+        }
+        let complete = found.len() == old.objects.len();
+        if complete {
+            self.found_again = found.into_iter().map(|(then, now)| (now, then)).collect();
+        }
+        complete
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Object;
+
+    fn snapshot(objects: &[(u64, &str, f64)]) -> Snapshot {
+        let object = |&(id, colour, x): &(u64, &str, f64)| Object {
+            id,
+            features: BTreeMap::from([("colour".to_owned(), colour.to_owned())]),
+            position_m: Some([x, 0.0, 0.0]),
+            ..Object::default()
+        };
+        Snapshot { objects: objects.iter().map(object).collect(), ..Snapshot::default() }
+    }
+
+    #[test]
+    fn objects_keep_their_identity_when_all_are_found_again() {
+        let mut identities = Identities::default();
+        assert_eq!(identities.observe(1), Moment::Continued);
+        let old = snapshot(&[(7, "red", 0.1), (8, "red", 0.3), (9, "blue", 0.2)]);
+        assert_eq!(identities.observe(2), Moment::Anew);
+        let ids = [1, 2, 3].map(|belief| identities.object(belief));
+        let new = snapshot(&[(ids[0], "red", 0.29), (ids[1], "blue", 0.2), (ids[2], "red", 0.11)]);
+        assert!(identities.find_again(&old, &new, 0.05));
+        assert_eq!([1, 2, 3].map(|belief| identities.object(belief)), [8, 9, 7]);
+    }
+
+    #[test]
+    fn one_object_lost_means_that_none_is_found() {
+        let mut identities = Identities::default();
+        identities.observe(1);
+        identities.observe(2);
+        let old = snapshot(&[(7, "red", 0.1), (8, "red", 0.3)]);
+        let new = snapshot(&[(identities.object(7), "red", 0.1)]);
+        assert!(!identities.find_again(&old, &new, f64::INFINITY));
+        assert_ne!(identities.object(7), 7, "a belief of the new life is no object of the old one");
+    }
+}

@@ -1,0 +1,165 @@
+use std::collections::BTreeMap;
+
+use serde::{Deserialize, Serialize};
+
+use crate::{Change, Snapshot, changes};
+
+/// A task as taught so far: S, whose hypotheses are computed from its examples.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Task {
+    /// Its name, as first said.
+    pub name: String,
+    /// Its finished demonstrations, in the order of teaching.
+    pub examples: Vec<Example>,
+}
+
+impl Task {
+    /// What one perspective has of the examples.
+    pub fn views(&self, perspective: u16) -> impl Iterator<Item = &View> {
+        self.examples.iter().filter_map(move |example| example.view(perspective))
+    }
+}
+
+/// What a schema keeps of one demonstration.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Example {
+    /// Who taught it: partner 1, 2, …
+    pub teacher: u16,
+    /// The demonstration as every perspective saw it.
+    pub views: Vec<View>,
+}
+
+impl Example {
+    /// The demonstration as one perspective saw it.
+    #[must_use]
+    pub fn view(&self, perspective: u16) -> Option<&View> {
+        self.views.iter().find(|view| view.perspective == perspective)
+    }
+}
+
+/// A demonstration as one perspective saw it: [(E1 … Ex), G, 1] with G between the snapshots.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct View {
+    /// Whose perspective: 0 the robot's, n partner n's.
+    pub perspective: u16,
+    /// Snp(t0, P).
+    pub before: Snapshot,
+    /// Snp(t_end, P).
+    pub after: Snapshot,
+    /// What was done in between, the same acts in every perspective.
+    #[serde(default)]
+    pub executables: Vec<Executable>,
+}
+
+/// An executable of a schema: a primitive act, or another task (E = a | S), and its goal.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Executable {
+    /// Who did it: 0 the robot, partner 1, 2, …, or `message::NOBODY`.
+    pub actor: u16,
+    /// The task that was performed, where it was one.
+    #[serde(default)]
+    pub task: Option<String>,
+    /// What it changed in this perspective, by the identity of the object.
+    pub changes: BTreeMap<u64, Change>,
+}
+
+/// A demonstration in which no perspective believes that anything changed is no example.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("nothing changed from the beginning of the demonstration to its end: show it again")]
+pub struct NothingChanged;
+
+/// A demonstration under way.
+#[derive(Clone, Debug)]
+pub struct Recording {
+    /// The task's name, as said.
+    pub task: String,
+    /// Who teaches it.
+    pub teacher: u16,
+    views: Vec<ViewUnderWay>,
+}
+
+#[derive(Clone, Debug)]
+struct ViewUnderWay {
+    view: View,
+    /// Snp(t_a, P): at the end of the last act.
+    last: Snapshot,
+}
+
+impl Recording {
+    /// A demonstration that begins with Snp(t0, P) of every perspective.
+    #[must_use]
+    pub fn new(task: &str, teacher: u16, snapshots: &BTreeMap<u16, Snapshot>) -> Self {
+        let views = snapshots
+            .iter()
+            .map(|(&perspective, snapshot)| ViewUnderWay {
+                view: View {
+                    perspective,
+                    before: snapshot.clone(),
+                    after: snapshot.clone(),
+                    executables: Vec::new(),
+                },
+                last: snapshot.clone(),
+            })
+            .collect();
+        Self { task: task.to_owned(), teacher, views }
+    }
+
+    /// What a perspective believed at the end of the last act, Snp(t_a, P).
+    #[must_use]
+    pub fn last(&self, perspective: u16) -> Option<&Snapshot> {
+        self.views.iter().find(|under| under.view.perspective == perspective).map(|under| &under.last)
+    }
+
+    /// Appends [act, G] to the executables of every perspective, with G the changes from
+    /// Snp(t_a, P) to Snp(t_b, P). An act that changed nothing in any perspective is none.
+    /// Gives the changes in the robot's own perspective.
+    pub fn act(
+        &mut self,
+        actor: u16,
+        task: Option<&str>,
+        snapshots: &BTreeMap<u16, Snapshot>,
+        moved_m: f64,
+    ) -> BTreeMap<u64, Change> {
+        let goal = |under: &ViewUnderWay| {
+            let now = snapshots.get(&under.view.perspective);
+            now.map(|now| changes(&under.last, now, moved_m)).unwrap_or_default()
+        };
+        let goals: Vec<BTreeMap<u64, Change>> = self.views.iter().map(goal).collect();
+        if goals.iter().all(BTreeMap::is_empty) {
+            return BTreeMap::new();
+        }
+        let mut own = BTreeMap::new();
+        for (under, changes) in self.views.iter_mut().zip(goals) {
+            if under.view.perspective == 0 {
+                own.clone_from(&changes);
+            }
+            under.view.executables.push(Executable { actor, task: task.map(str::to_owned), changes });
+            if let Some(now) = snapshots.get(&under.view.perspective) {
+                under.last = now.clone();
+            }
+        }
+        own
+    }
+
+    /// The example that ends with Snp(t_end, P) of every perspective.
+    ///
+    /// # Errors
+    /// [`NothingChanged`] when no perspective believes that anything changed.
+    pub fn finish(
+        &self,
+        snapshots: &BTreeMap<u16, Snapshot>,
+        moved_m: f64,
+    ) -> Result<Example, NothingChanged> {
+        let mut changed = false;
+        let mut views = Vec::new();
+        for under in &self.views {
+            let mut view = under.view.clone();
+            if let Some(after) = snapshots.get(&view.perspective) {
+                view.after = after.clone();
+            }
+            changed |= !changes(&view.before, &view.after, moved_m).is_empty();
+            views.push(view);
+        }
+        if changed { Ok(Example { teacher: self.teacher, views }) } else { Err(NothingChanged) }
+    }
+}

@@ -1,0 +1,168 @@
+use std::collections::BTreeMap;
+
+use geometry::{Base, Person, Pose, Position};
+use message::{Belief, BeliefHead, Feature, Remembered};
+use serde::{Deserialize, Serialize};
+
+use crate::{Identities, Language};
+
+/// A state is on from this degree upwards, and off from `1 - ON` downwards; in between it stays
+/// as it was, so that noise about one half is no change.
+const ON: f32 = 0.6;
+
+/// A deep copy of what one perspective believes at an instant: Snp(t, P) in the paper.
+///
+/// It shares nothing with the belief system it was taken from: low-pass histories rewrite their
+/// past, and a snapshot must not change with them.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Snapshot {
+    /// The instant it speaks about, in nanoseconds of the clock.
+    pub at_ns: u64,
+    /// Position of the perspective's own frame in the robot's base frame, in metres.
+    pub frame_position_m: [f64; 3],
+    /// Orientation of that frame, quaternion `[x, y, z, w]`.
+    pub frame_orientation_xyzw: [f64; 4],
+    /// The objects, in the order of their identities.
+    pub objects: Vec<Object>,
+}
+
+/// One remembered object.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Object {
+    /// Its identity within the perspective.
+    pub id: u64,
+    /// Class features by name: `colour` is `red`.
+    pub features: BTreeMap<String, String>,
+    /// States by name; an object has no entry for a state that it cannot be in.
+    #[serde(default)]
+    pub states: BTreeMap<String, bool>,
+    /// Its centre in the robot's base frame, in metres, whatever the perspective.
+    #[serde(default)]
+    pub position_m: Option<[f64; 3]>,
+    /// Half its extents, in metres.
+    #[serde(default)]
+    pub half_extents_m: Option<[f64; 3]>,
+}
+
+impl Snapshot {
+    /// A copy of a belief buffer.
+    ///
+    /// `identities` says which object a belief is about. `previous` is an earlier snapshot of the
+    /// same perspective, if there is one: a state whose degree is near one half stays as it was
+    /// there. Percepts whose numbers are nonsense are left out.
+    #[must_use]
+    pub fn of(
+        language: &Language,
+        head: &BeliefHead,
+        beliefs: &[Belief],
+        identities: &Identities,
+        previous: Option<&Self>,
+    ) -> Self {
+        let frame = head.frame().unwrap_or_else(Pose::identity);
+        let mut objects: Vec<Object> = beliefs
+            .iter()
+            .map(|belief| {
+                let id = identities.object(belief.id);
+                object(language, &frame, belief, id, previous.and_then(|past| past.object(id)))
+            })
+            .collect();
+        objects.sort_by_key(|object| object.id);
+        Self {
+            at_ns: head.header.valid_at_ns,
+            frame_position_m: frame.position_m(),
+            frame_orientation_xyzw: frame.orientation_xyzw(),
+            objects,
+        }
+    }
+
+    /// The object of an identity.
+    #[must_use]
+    pub fn object(&self, id: u64) -> Option<&Object> {
+        self.objects.iter().find(|object| object.id == id)
+    }
+
+    /// The object of the same class features nearest to a place, within `within_m` of it.
+    #[must_use]
+    pub fn nearest(
+        &self,
+        features: &BTreeMap<String, String>,
+        place_m: [f64; 3],
+        within_m: f64,
+    ) -> Option<&Object> {
+        self.objects
+            .iter()
+            .filter(|object| object.features == *features)
+            .filter_map(|object| object.distance(place_m).map(|distance| (distance, object)))
+            .filter(|(distance, _)| *distance <= within_m)
+            .min_by(|(a, _), (b, _)| a.total_cmp(b))
+            .map(|(_, object)| object)
+    }
+}
+
+impl Object {
+    /// Distance of its centre from a place in the robot's base frame, in metres.
+    #[must_use]
+    pub fn distance(&self, place_m: [f64; 3]) -> Option<f64> {
+        let [x, y, z] = place_m;
+        self.position().map(|position| position.distance(&Position::new(x, y, z)))
+    }
+
+    /// Its centre.
+    #[must_use]
+    pub fn position(&self) -> Option<Position<Base>> {
+        self.position_m.map(|[x, y, z]| Position::new(x, y, z))
+    }
+}
+
+fn object(
+    language: &Language,
+    frame: &Pose<Base, Person>,
+    belief: &Belief,
+    id: u64,
+    past: Option<&Object>,
+) -> Object {
+    let mut features = BTreeMap::new();
+    for words in &language.features {
+        if let Some(Feature::Symbol(symbol)) = belief.percept(words.percept).and_then(Remembered::feature)
+            && let Some(value) = words.values.get(usize::from(symbol))
+        {
+            features.insert(words.name.clone(), value.clone());
+        }
+    }
+    let mut states = BTreeMap::new();
+    for words in &language.states {
+        if let Some(Feature::Number(degree)) = belief.percept(words.percept).and_then(Remembered::feature) {
+            let before = past.and_then(|past| past.states.get(&words.name)).copied();
+            states.insert(words.name.clone(), is_on(degree, before));
+        }
+    }
+    Object {
+        id,
+        features,
+        states,
+        position_m: position(language, belief).map(|place| (*frame * place).to_array()),
+        half_extents_m: language.extents.and_then(|percept| vector(belief, percept)),
+    }
+}
+
+/// Whether a state is on, given its degree and what it was.
+pub(crate) fn is_on(degree: f32, before: Option<bool>) -> bool {
+    match before {
+        _ if degree >= ON => true,
+        _ if degree <= 1.0 - ON => false,
+        Some(before) => before,
+        None => degree > 0.5,
+    }
+}
+
+/// Where a belief remembers its object to be, in the frame of its perspective.
+pub(crate) fn position(language: &Language, belief: &Belief) -> Option<Position<Person>> {
+    vector(belief, language.position).map(|[x, y, z]| Position::new(x, y, z))
+}
+
+fn vector(belief: &Belief, percept: u16) -> Option<[f64; 3]> {
+    match belief.percept(percept).and_then(Remembered::feature)? {
+        Feature::Vector(parts) => Some(parts.map(f64::from)),
+        Feature::None | Feature::Symbol(_) | Feature::Number(_) | Feature::Orientation(_) => None,
+    }
+}

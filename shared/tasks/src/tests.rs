@@ -1,0 +1,66 @@
+//! The tasks of the paper as snapshots, and properties of learning over small random worlds.
+
+mod paper;
+mod properties;
+
+use std::collections::BTreeMap;
+
+use crate::{
+    Example, FeatureWords, Language, Learned, Object, Prior, Snapshot, StateWords, Task, View, learn,
+};
+
+/// The share of the best posterior that a high-likelihood rule has at least.
+const SHARE: f64 = 0.01;
+
+fn language() -> Language {
+    let feature = |percept, name: &str, values: &[&str]| FeatureWords {
+        percept,
+        name: name.to_owned(),
+        values: values.iter().map(|&value| value.to_owned()).collect(),
+    };
+    let state = |percept, name: &str| StateWords { percept, name: name.to_owned() };
+    Language {
+        features: vec![
+            feature(3, "size", &["small", "medium", "large"]),
+            feature(5, "colour", &["red", "green", "blue", "yellow", "wood"]),
+            feature(4, "shape", &["square", "triangle", "long", "bridge", "cylinder", "peg"]),
+        ],
+        states: vec![state(6, "filled"), state(7, "marked"), state(8, "inserted")],
+        position: 0,
+        extents: None,
+        moved_m: 0.03,
+    }
+}
+
+fn object(id: u64, words: &str, place_m: [f64; 3], states: &[(&str, bool)]) -> Object {
+    let mut words = words.split(' ');
+    let mut features = BTreeMap::new();
+    for name in ["size", "colour", "shape"] {
+        features.insert(name.to_owned(), words.next().unwrap().to_owned());
+    }
+    let states = states.iter().map(|&(name, on)| (name.to_owned(), on)).collect();
+    Object { id, features, states, position_m: Some(place_m), half_extents_m: None }
+}
+
+fn snapshot(objects: Vec<Object>) -> Snapshot {
+    Snapshot { objects, frame_orientation_xyzw: [0.0, 0.0, 0.0, 1.0], ..Snapshot::default() }
+}
+
+fn view(perspective: u16, before: Vec<Object>, after: Vec<Object>) -> View {
+    View { perspective, before: snapshot(before), after: snapshot(after), executables: Vec::new() }
+}
+
+fn learned(task: &Task, perspective: u16) -> Learned {
+    let views: Vec<&View> = task.views(perspective).collect();
+    learn(&language(), &views, &Prior::default(), SHARE)
+}
+
+fn task(examples: Vec<Vec<View>>) -> Task {
+    let examples = examples.into_iter().map(|views| Example { teacher: 1, views }).collect();
+    Task { name: "task 1".to_owned(), examples }
+}
+
+fn high_likelihood(learned: &Learned) -> Vec<String> {
+    let rules = learned.goals.iter().flatten();
+    rules.filter(|rule| rule.high_likelihood).map(|rule| rule.name.clone()).collect()
+}

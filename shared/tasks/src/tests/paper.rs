@@ -1,0 +1,187 @@
+//! Tasks 1 and 2 of the study: what Table 2 says that the robot believed.
+
+use super::{high_likelihood, language, learned, object, snapshot, task, view};
+use crate::{Object, Task, View, decide, explain};
+use std::collections::BTreeMap;
+
+/// A demonstration of Task 1: squares with holes (the last one hidden from the teacher by a
+/// barrier), and seven pegs of which as many are used as there are holes that he sees.
+fn fill_all_holes(colours: &[&str]) -> Vec<View> {
+    let at = |index: usize, y: f64| [quantity::number::float_of_count(index).mul_add(0.12, -0.3), y, 0.03];
+    let hidden = colours.len() - 1;
+    let squares = |filled: bool| {
+        (0..).zip(colours).enumerate().map(move |(index, (id, colour))| {
+            let words = format!("medium {colour} square");
+            object(id, &words, at(index, 0.7), &[("filled", filled && index != hidden)])
+        })
+    };
+    let pegs = |inserted: bool| {
+        (0..7_usize).map(move |index| {
+            let used = inserted && index < hidden;
+            let place = if used { at(index, 0.7) } else { at(index, 0.4) };
+            object(100 + u64::try_from(index).unwrap(), "small wood peg", place, &[("inserted", used)])
+        })
+    };
+    let all = |done: bool| squares(done).chain(pegs(done)).collect::<Vec<Object>>();
+    let seen = |done: bool| {
+        all(done).into_iter().filter(|object| object.id != u64::try_from(hidden).unwrap()).collect::<Vec<_>>()
+    };
+    vec![view(0, all(false), all(true)), view(1, seen(false), seen(true))]
+}
+
+fn task_1() -> Task {
+    task(vec![
+        fill_all_holes(&["red", "green", "yellow", "red", "blue"]),
+        fill_all_holes(&["green", "yellow", "red", "yellow", "blue"]),
+    ])
+}
+
+/// A demonstration of Task 2: the teacher marks his red and green blocks; he attends to his own.
+fn mark_red_and_green(his: &[&str], others: &[&str]) -> Vec<View> {
+    let blocks = |words: &[&str], from: u64, y: f64, done: bool, mine: bool| {
+        (from..)
+            .zip(words)
+            .map(|(id, words)| {
+                let x = quantity::number::float(id).mul_add(0.1, -0.5);
+                let marked = done && mine && !words.contains("blue");
+                object(id, words, [x, y, 0.03], &[("marked", marked)])
+            })
+            .collect::<Vec<Object>>()
+    };
+    let his_own = |done: bool| blocks(his, 0, 1.0, done, true);
+    let all = |done: bool| [his_own(done), blocks(others, 50, 0.4, done, false)].concat();
+    vec![view(0, all(false), all(true)), view(1, his_own(false), his_own(true))]
+}
+
+fn task_2() -> Task {
+    let others = [
+        "medium red square",
+        "small green cylinder",
+        "large red cylinder",
+        "medium green square",
+        "small blue square",
+        "medium blue cylinder",
+    ];
+    task(vec![
+        mark_red_and_green(
+            &[
+                "small red triangle",
+                "medium green triangle",
+                "large red long",
+                "medium green bridge",
+                "medium blue square",
+                "small blue cylinder",
+            ],
+            &others,
+        ),
+        mark_red_and_green(
+            &[
+                "medium red bridge",
+                "large green long",
+                "small green triangle",
+                "medium red long",
+                "small blue cylinder",
+                "medium blue square",
+            ],
+            &others,
+        ),
+    ])
+}
+
+#[test]
+fn task_1_is_all_for_the_teacher_and_all_but_blue_for_leo() {
+    let task = task_1();
+    assert_eq!(high_likelihood(&learned(&task, 1)), ["all"]);
+    assert_eq!(high_likelihood(&learned(&task, 0)), ["all but blue"]);
+}
+
+#[test]
+fn task_2_is_a_matter_of_colour_for_the_teacher_and_of_shape_for_leo() {
+    let task = task_2();
+    let theirs = learned(&task, 1);
+    assert_eq!(theirs.primary().next().unwrap().name, "all red and green");
+    assert_eq!(high_likelihood(&learned(&task, 0)), ["all triangle, long and bridge"]);
+}
+
+#[test]
+fn pegs_are_means_and_no_goal() {
+    for perspective in [0, 1] {
+        let learned = learned(&task_1(), perspective);
+        assert_eq!(learned.goals.len(), 1);
+        assert_eq!(learned.means.len(), 1);
+        let kinds: Vec<_> = learned.means[0].kinds.iter().map(|kind| kind["shape"].as_str()).collect();
+        assert_eq!(kinds, ["peg"]);
+    }
+}
+
+#[test]
+fn pegs_are_means_even_when_every_peg_was_used() {
+    let mut task = task_1();
+    for view in task.examples.iter_mut().flat_map(|example| &mut example.views) {
+        for snapshot in [&mut view.before, &mut view.after] {
+            snapshot.objects.retain(|object| object.id < 104);
+        }
+    }
+    let learned = learned(&task, 1);
+    assert_eq!(high_likelihood(&learned), ["all"]);
+    assert_eq!(learned.means.len(), 1);
+}
+
+#[test]
+fn the_teachers_rule_is_followed_and_the_difference_explained() {
+    let task = task_1();
+    let by_perspective: BTreeMap<u16, _> = [0, 1].into_iter().map(|p| (p, learned(&task, p))).collect();
+    assert_eq!(decide(&by_perspective, 1), Some(1));
+    assert_eq!(decide(&by_perspective, 2), Some(0), "a teacher who is not simulated has no view");
+    let rule = by_perspective[&1].primary().next().unwrap();
+    let explanation = explain(&language(), &task, 1, rule);
+    assert!(explanation.is_complete(), "{explanation:?}");
+    assert_eq!(explanation.text(), "you could not see the blue square");
+}
+
+#[test]
+fn a_block_that_he_knew_and_left_out_is_not_explained() {
+    let mut task = task_1();
+    // He knows of the block after all.
+    for example in &mut task.examples {
+        let own = example.views[0].clone();
+        example.views[1].after = own.after;
+    }
+    let rule = learned(&task_1(), 1).primary().next().unwrap().clone();
+    let explanation = explain(&language(), &task, 1, &rule);
+    assert!(!explanation.is_complete(), "{explanation:?}");
+    assert_eq!(explanation.unexplained, ["blue square"]);
+}
+
+#[test]
+fn a_rule_finds_what_is_left_to_do_on_new_objects() {
+    let novel = snapshot(vec![
+        object(1, "medium blue square", [0.0; 3], &[("filled", false)]),
+        object(2, "medium red square", [0.0; 3], &[("filled", true)]),
+        object(3, "medium green square", [0.0; 3], &[("filled", false)]),
+        object(4, "small wood peg", [0.0; 3], &[("inserted", false)]),
+    ]);
+    let open = |perspective| {
+        let learned = learned(&task_1(), perspective);
+        let rule = learned.primary().next().unwrap();
+        rule.open(&novel).map(|object| object.id).collect::<Vec<_>>()
+    };
+    assert_eq!(open(1), [1, 3]);
+    assert_eq!(open(0), [3]);
+}
+
+#[test]
+fn after_one_example_the_most_specific_rule_is_chosen() {
+    let before = |done| {
+        vec![
+            object(1, "medium red triangle", [0.0; 3], &[("marked", done)]),
+            object(2, "medium blue square", [0.2, 0.0, 0.0], &[("marked", false)]),
+        ]
+    };
+    let learned = learned(&task(vec![vec![view(0, before(false), before(true))]]), 0);
+    let names: Vec<&str> = learned.goals[0].iter().map(|rule| rule.name.as_str()).collect();
+    assert_eq!(names[0], "all red triangle");
+    let ties: Vec<&str> =
+        learned.goals[0].iter().filter(|rule| rule.rank == 2).map(|rule| rule.name.as_str()).collect();
+    assert_eq!(ties, ["all red", "all triangle"], "colour and shape explain it equally well");
+}

@@ -1,0 +1,205 @@
+use std::collections::{BTreeMap, BTreeSet};
+
+use proptest::prelude::*;
+use proptest::strategy::ValueTree;
+
+use super::{SHARE, language, learned, object, task, view};
+use crate::change::changes;
+use crate::hypothesis::{Class, Evidence, expand};
+use crate::{Effect, Learned, Object, Prior, Rule, Signature, Task, View, learn};
+
+const COLOURS: [&str; 3] = ["red", "green", "blue"];
+const SHAPES: [&str; 3] = ["square", "triangle", "long"];
+const SIZES: [&str; 2] = ["small", "medium"];
+
+/// One block: size, colour, shape, whether it has a hole, filled before, filled after.
+type Block = (usize, usize, usize, bool, bool, bool);
+
+fn block() -> impl Strategy<Value = Block> {
+    (0..2_usize, 0..3_usize, 0..3_usize, prop::bool::weighted(0.8), prop::bool::weighted(0.1), any::<bool>())
+}
+
+fn demonstrations() -> impl Strategy<Value = Vec<Vec<Block>>> {
+    prop::collection::vec(prop::collection::vec(block(), 1..6), 1..4)
+}
+
+/// The demonstrations as one perspective sees them, every value renamed.
+fn views(demonstrations: &[Vec<Block>], rename: impl Fn(&str) -> String) -> Vec<View> {
+    let blocks = |blocks: &[Block], after: bool| -> Vec<Object> {
+        (0..)
+            .zip(blocks)
+            .map(|(id, &(size, colour, shape, hole, was, is))| {
+                let words = [SIZES[size], COLOURS[colour], SHAPES[shape]].map(&rename).join(" ");
+                // What is filled stays filled.
+                let filled = was || (after && is);
+                let states: &[(&str, bool)] = if hole { &[("filled", filled)] } else { &[] };
+                object(id, &words, [0.0; 3], states)
+            })
+            .collect()
+    };
+    demonstrations.iter().map(|one| view(0, blocks(one, false), blocks(one, true))).collect()
+}
+
+fn rules_of(views: &[View], language: &crate::Language) -> Learned {
+    learn(language, &views.iter().collect::<Vec<_>>(), &Prior::default(), SHARE)
+}
+
+/// Rank, tally, posterior in millionths, template and classes of a rule.
+type Standing = (usize, usize, i64, Vec<String>, BTreeSet<Class>);
+
+/// What the rules say and how they stand, with ties in no particular order.
+fn standing(learned: &Learned) -> BTreeSet<Standing> {
+    let standing = |rule: &Rule| {
+        let posterior = quantity::number::round_i64(rule.posterior * 1e6);
+        (rule.rank, rule.tally, posterior, rule.template.clone(), rule.classes.clone())
+    };
+    learned.goals.iter().flatten().map(standing).collect()
+}
+
+/// Written apart from the code under test: one object at a time, no early way out.
+fn is_consistent(template: &[String], classes: &BTreeSet<Class>, view: &View) -> bool {
+    let mut wrong = 0;
+    for after in &view.after.objects {
+        let Some(&filled) = after.states.get("filled") else { continue };
+        let was = view.before.objects.iter().find(|before| before.id == after.id).unwrap().states["filled"];
+        let class: Class = template.iter().map(|feature| after.features[feature].clone()).collect();
+        let covered = classes.contains(&class);
+        if covered && !filled {
+            wrong += 1;
+        }
+        if !covered && filled && !was {
+            wrong += 1;
+        }
+    }
+    wrong == 0
+}
+
+proptest! {
+    #[test]
+    fn expansion_contains_every_consistent_hypothesis(demonstrations in demonstrations()) {
+        let views = views(&demonstrations, str::to_owned);
+        let evidence: Vec<Evidence<'_>> = views
+            .iter()
+            .map(|view| Evidence { after: &view.after, changes: changes(&view.before, &view.after, 0.03) })
+            .collect();
+        let signature = Signature::from([Effect::State { name: "filled".to_owned(), on: true }]);
+        let features: Vec<String> = language().features.iter().map(|feature| feature.name.clone()).collect();
+        let expanded = expand(&features, &signature, &evidence, &Prior::default());
+        for mask in 0..8_usize {
+            let names = ["colour", "shape", "size"];
+            let template: Vec<String> =
+                (0..3).filter(|bit| mask >> bit & 1 == 1).map(|bit| names[bit].to_owned()).collect();
+            let changed: BTreeSet<Class> = evidence
+                .iter()
+                .flat_map(|one| one.changed(&signature))
+                .map(|object| template.iter().map(|feature| object.features[feature].clone()).collect())
+                .collect();
+            let changed: Vec<Class> = changed.into_iter().collect();
+            for subset in 1..1_usize << changed.len() {
+                let classes: BTreeSet<Class> = (0..changed.len())
+                    .filter(|bit| subset >> bit & 1 == 1)
+                    .map(|bit| changed[bit].clone())
+                    .collect();
+                let tally = views.iter().filter(|view| is_consistent(&template, &classes, view)).count();
+                let found = expanded
+                    .iter()
+                    .find(|hypothesis| hypothesis.template == template && hypothesis.classes == classes);
+                prop_assert!(tally < views.len() || found.is_some(), "{template:?} {classes:?} is missing");
+                if let Some(found) = found {
+                    prop_assert_eq!(found.tally, tally);
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn posteriors_sum_to_one_and_follow_the_rank(demonstrations in demonstrations()) {
+        let learned = rules_of(&views(&demonstrations, str::to_owned), &language());
+        for rules in &learned.goals {
+            let sum: f64 = rules.iter().map(|rule| rule.posterior).sum();
+            prop_assert!((sum - 1.0).abs() < 1e-9, "{sum}");
+            for pair in rules.windows(2) {
+                prop_assert!(pair[0].rank <= pair[1].rank && pair[0].tally >= pair[1].tally);
+            }
+        }
+    }
+
+    #[test]
+    fn renaming_the_values_only_renames(demonstrations in demonstrations()) {
+        let rename = |value: &str| format!("{}x", value.chars().rev().collect::<String>());
+        let mut renamed_language = language();
+        for value in renamed_language.features.iter_mut().flat_map(|feature| &mut feature.values) {
+            *value = rename(value);
+        }
+        let plain = rules_of(&views(&demonstrations, str::to_owned), &language());
+        let renamed = rules_of(&views(&demonstrations, rename), &renamed_language);
+        let expected: BTreeSet<_> = standing(&plain)
+            .into_iter()
+            .map(|(rank, tally, posterior, template, classes)| {
+                let classes: BTreeSet<Class> =
+                    classes.iter().map(|class| class.iter().map(|value| rename(value)).collect()).collect();
+                (rank, tally, posterior, template, classes)
+            })
+            .collect();
+        prop_assert_eq!(standing(&renamed), expected);
+    }
+
+    #[test]
+    fn the_order_of_the_demonstrations_does_not_matter(demonstrations in demonstrations()) {
+        let views = views(&demonstrations, str::to_owned);
+        let reversed: Vec<View> = views.iter().rev().cloned().collect();
+        let (a, b) = (rules_of(&views, &language()), rules_of(&reversed, &language()));
+        prop_assert_eq!(standing(&a), standing(&b));
+        let names = |learned: &Learned| -> Vec<String> {
+            learned.goals.iter().flatten().map(|rule| rule.name.clone()).collect()
+        };
+        prop_assert_eq!(names(&a), names(&b));
+    }
+
+    #[test]
+    fn an_object_that_he_does_not_see_changes_nothing_for_him(
+        demonstrations in demonstrations(),
+        hidden in block(),
+    ) {
+        let seen = views(&demonstrations, str::to_owned);
+        let with_hidden: Vec<Vec<Block>> =
+            demonstrations.iter().map(|blocks| blocks.iter().copied().chain([hidden]).collect()).collect();
+        let all = views(&with_hidden, str::to_owned);
+        let his = |own: &[View]| -> Task {
+            let pairs = own.iter().zip(&seen);
+            task(pairs.map(|(own, his)| vec![own.clone(), View { perspective: 1, ..his.clone() }]).collect())
+        };
+        prop_assert_eq!(learned(&his(&all), 1), learned(&his(&seen), 1));
+    }
+
+    #[test]
+    fn the_chosen_rule_leaves_nothing_to_do_where_it_was_shown(demonstrations in demonstrations()) {
+        let views = views(&demonstrations, str::to_owned);
+        let learned = rules_of(&views, &language());
+        for rule in learned.primary().filter(|rule| rule.tally == views.len()) {
+            for view in &views {
+                prop_assert_eq!(rule.open(&view.after).count(), 0);
+            }
+        }
+    }
+}
+
+#[test]
+fn the_random_worlds_are_worth_testing() {
+    let mut runner = proptest::test_runner::TestRunner::deterministic();
+    let mut outcomes: BTreeMap<&str, usize> = BTreeMap::new();
+    for _ in 0..300 {
+        let demonstrations = demonstrations().new_tree(&mut runner).unwrap().current();
+        let learned = rules_of(&views(&demonstrations, str::to_owned), &language());
+        let outcome = match learned.primary().next() {
+            None => "nothing",
+            Some(rule) if rule.template.is_empty() => "everything",
+            Some(rule) if rule.tally < rule.examples => "partly",
+            Some(_) => "classes",
+        };
+        *outcomes.entry(outcome).or_default() += 1;
+    }
+    for outcome in ["nothing", "everything", "classes", "partly"] {
+        assert!(outcomes.get(outcome).is_some_and(|&count| count >= 3), "{outcomes:?}");
+    }
+}

@@ -1,0 +1,132 @@
+//! The middleware alone, without frames, headers and accounts: what a bench compares Leo with.
+
+use std::fmt;
+use std::time::Duration;
+
+use iceoryx2::port::listener::Listener;
+use iceoryx2::port::notifier::Notifier;
+use iceoryx2::port::publisher::Publisher;
+use iceoryx2::port::subscriber::Subscriber;
+use iceoryx2::service::ipc::Service;
+
+use crate::node::service_name;
+use crate::{Node, PortError, ReceiveError, SendError};
+
+/// One direction of a bare exchange of bytes between two processes: publish, notify; wait,
+/// receive.
+pub struct BareOutlet {
+    publisher: Publisher<Service, [u8], ()>,
+    bell: Notifier<Service>,
+}
+
+/// The other end of a [`BareOutlet`].
+pub struct BareInlet {
+    subscriber: Subscriber<Service, [u8], ()>,
+    bell: Listener<Service>,
+}
+
+impl BareOutlet {
+    /// Opens the writing end of `name` for messages of up to `size` bytes.
+    ///
+    /// # Errors
+    ///
+    /// Shared memory is full, or the other end was opened otherwise.
+    pub fn open(node: &Node, name: &str, size: usize) -> Result<Self, PortError> {
+        let failed = |reason: &dyn fmt::Debug| PortError::new(name, "writing", reason);
+        let service = node
+            .raw()
+            .service_builder(&service_name(name, "writing")?)
+            .publish_subscribe::<[u8]>()
+            .open_or_create()
+            .map_err(|error| failed(&error))?;
+        let publisher = service
+            .publisher_builder()
+            .initial_max_slice_len(size)
+            .create()
+            .map_err(|error| failed(&error))?;
+        let bell = node
+            .raw()
+            .service_builder(&service_name(name, "writing")?)
+            .event()
+            .open_or_create()
+            .map_err(|error| failed(&error))?
+            .notifier_builder()
+            .create()
+            .map_err(|error| failed(&error))?;
+        Ok(Self { publisher, bell })
+    }
+
+    /// Copies the bytes into shared memory and wakes the other end.
+    ///
+    /// # Errors
+    ///
+    /// The middleware failed.
+    pub fn send(&self, bytes: &[u8]) -> Result<(), SendError> {
+        let failed = |reason: &dyn fmt::Debug| SendError::Failed {
+            topic: "a bare exchange".to_owned(),
+            reason: format!("{reason:?}"),
+        };
+        let sample = self.publisher.loan_slice_uninit(bytes.len()).map_err(|error| failed(&error))?;
+        sample.write_from_slice(bytes).send().map_err(|error| failed(&error))?;
+        self.bell.notify().map_err(|error| failed(&error))?;
+        Ok(())
+    }
+}
+
+impl BareInlet {
+    /// Opens the reading end of `name`.
+    ///
+    /// # Errors
+    ///
+    /// Shared memory is full, or the other end was opened otherwise.
+    pub fn open(node: &Node, name: &str) -> Result<Self, PortError> {
+        let failed = |reason: &dyn fmt::Debug| PortError::new(name, "reading", reason);
+        let subscriber = node
+            .raw()
+            .service_builder(&service_name(name, "reading")?)
+            .publish_subscribe::<[u8]>()
+            .open_or_create()
+            .map_err(|error| failed(&error))?
+            .subscriber_builder()
+            .create()
+            .map_err(|error| failed(&error))?;
+        let bell = node
+            .raw()
+            .service_builder(&service_name(name, "reading")?)
+            .event()
+            .open_or_create()
+            .map_err(|error| failed(&error))?
+            .listener_builder()
+            .create()
+            .map_err(|error| failed(&error))?;
+        Ok(Self { subscriber, bell })
+    }
+
+    /// Waits up to `most` for a message and reads every byte of it; returns their sum, or `None`
+    /// when none came.
+    ///
+    /// # Errors
+    ///
+    /// The middleware failed.
+    pub fn receive(&self, most: Duration) -> Result<Option<u64>, ReceiveError> {
+        let failed = |reason: &dyn fmt::Debug| ReceiveError {
+            topic: "a bare exchange".to_owned(),
+            reason: format!("{reason:?}"),
+        };
+        self.bell.timed_wait(|_| {}, most).map_err(|error| failed(&error))?;
+        let sample = self.subscriber.receive().map_err(|error| failed(&error))?;
+        Ok(sample.map(|sample| sample.payload().iter().map(|&byte| u64::from(byte)).sum()))
+    }
+}
+
+impl fmt::Debug for BareOutlet {
+    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
+        out.write_str("BareOutlet")
+    }
+}
+
+impl fmt::Debug for BareInlet {
+    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
+        out.write_str("BareInlet")
+    }
+}

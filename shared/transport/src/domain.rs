@@ -1,0 +1,172 @@
+use std::fs;
+use std::io::Write as _;
+use std::os::unix::fs::{DirBuilderExt as _, OpenOptionsExt as _};
+use std::path::{Path, PathBuf};
+
+/// Where the domains live: a file system in memory, because ports are created 20 to 70 times
+/// faster there than on a disk.
+const PARENT: &str = "/dev/shm";
+/// What the names of all domains begin with.
+const NAME: &str = "leo-";
+/// iceoryx2 makes Unix sockets below the root, whose paths hold 108 bytes; beyond 60 bytes of
+/// root they no longer fit.
+const ROOT_MOST: usize = 60;
+
+/// A place of its own for the processes of one robot: a root directory for what iceoryx2 keeps
+/// in files, and a prefix for what it keeps in shared memory.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Domain {
+    root: PathBuf,
+}
+
+/// Why a domain cannot be made or found.
+#[derive(Debug, thiserror::Error)]
+pub enum DomainError {
+    /// The name holds something else than letters, digits and hyphens, or is too long.
+    #[error("`{name}` cannot name a domain: use up to 32 letters, digits and hyphens")]
+    Name {
+        /// The name.
+        name: String,
+    },
+    /// The directory of the domain cannot be written.
+    #[error("cannot write {}: {source}; is {PARENT} mounted, writable and not full?", path.display())]
+    Write {
+        /// What was written.
+        path: PathBuf,
+        /// What the system said.
+        source: std::io::Error,
+    },
+    /// The directory is no domain.
+    #[error("{} is no domain of Leo: `{ROOT_FILE}` is not in it; start one with `leo run`", root.display())]
+    NoDomain {
+        /// The directory.
+        root: PathBuf,
+    },
+    /// The path is too long for the sockets below it.
+    #[error("{} is too long for a domain: at most {ROOT_MOST} bytes", root.display())]
+    TooLong {
+        /// The directory.
+        root: PathBuf,
+    },
+}
+
+/// The middleware's configuration, which makes a directory a domain.
+const ROOT_FILE: &str = "iceoryx2.toml";
+
+impl Domain {
+    /// Names a domain `/dev/shm/leo-<name>`; nothing is written yet.
+    ///
+    /// # Errors
+    ///
+    /// The name holds something else than letters, digits and hyphens, or is too long.
+    pub fn named(name: &str) -> Result<Self, DomainError> {
+        let legal = |letter: char| letter.is_ascii_alphanumeric() || letter == '-';
+        if name.is_empty() || name.len() > 32 || !name.chars().all(legal) {
+            return Err(DomainError::Name { name: name.to_owned() });
+        }
+        Ok(Self { root: Path::new(PARENT).join(format!("{NAME}{name}")) })
+    }
+
+    /// The domain whose root directory this is, as a process is told by its supervisor.
+    ///
+    /// # Errors
+    ///
+    /// The directory is no domain.
+    pub fn at(root: &Path) -> Result<Self, DomainError> {
+        if root.as_os_str().len() > ROOT_MOST {
+            return Err(DomainError::TooLong { root: root.to_owned() });
+        }
+        if !root.join(ROOT_FILE).is_file() {
+            return Err(DomainError::NoDomain { root: root.to_owned() });
+        }
+        Ok(Self { root: root.to_owned() })
+    }
+
+    /// All domains on this machine that this user may see, by name.
+    #[must_use]
+    pub fn all() -> Vec<Self> {
+        let mut roots: Vec<PathBuf> = fs::read_dir(PARENT)
+            .into_iter()
+            .flatten()
+            .flatten()
+            .map(|entry| entry.path())
+            .filter(|path| {
+                let name = path.file_name().and_then(|name| name.to_str());
+                name.is_some_and(|name| name.starts_with(NAME)) && path.join(ROOT_FILE).is_file()
+            })
+            .collect();
+        roots.sort();
+        roots.into_iter().map(|root| Self { root }).collect()
+    }
+
+    /// Makes the directory, for this user alone, and writes the middleware's configuration.
+    ///
+    /// # Errors
+    ///
+    /// Either cannot be written.
+    pub fn make(&self) -> Result<(), DomainError> {
+        if self.root.as_os_str().len() > ROOT_MOST {
+            return Err(DomainError::TooLong { root: self.root.clone() });
+        }
+        let failed = |path: &Path| {
+            let path = path.to_owned();
+            move |source| DomainError::Write { path, source }
+        };
+        fs::DirBuilder::new().recursive(true).mode(0o700).create(&self.root).map_err(failed(&self.root))?;
+        let file = self.middleware_file();
+        let mut options = fs::OpenOptions::new();
+        options.write(true).create(true).truncate(true).mode(0o600);
+        options
+            .open(&file)
+            .and_then(|mut open| open.write_all(self.middleware_configuration().as_bytes()))
+            .map_err(failed(&file))
+    }
+
+    /// The root directory.
+    #[must_use]
+    pub fn root(&self) -> &Path {
+        &self.root
+    }
+
+    /// What the names of all shared-memory files of the domain begin with.
+    #[must_use]
+    pub fn prefix(&self) -> String {
+        let name = self.root.file_name().and_then(|name| name.to_str()).unwrap_or("leo");
+        format!("{name}_")
+    }
+
+    pub(crate) fn middleware_file(&self) -> PathBuf {
+        self.root.join(ROOT_FILE)
+    }
+
+    /// Dead nodes are cleaned up by the janitor, outside the real-time threads and while no
+    /// process is starting, and never in passing by a process that opens a port.
+    fn middleware_configuration(&self) -> String {
+        format!(
+            "[global]\nroot-path = \"{}/\"\nprefix = \"{}\"\n\n\
+             [global.node]\ncleanup-dead-nodes-on-creation = false\ncleanup-dead-nodes-on-destruction = false\n\n\
+             [global.service]\ncleanup-dead-nodes-on-open = false\n",
+            self.root.display(),
+            self.prefix()
+        )
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_name_that_could_leave_the_parent_is_refused() {
+        for name in ["", "../etc", "a b", "a/b", &"x".repeat(33)] {
+            assert!(Domain::named(name).is_err(), "{name}");
+        }
+        assert_eq!(Domain::named("7").unwrap().prefix(), "leo-7_");
+    }
+
+    #[test]
+    fn a_directory_without_a_configuration_is_no_domain() {
+        let error = Domain::at(Path::new("/dev/shm/leo-nobody")).unwrap_err().to_string();
+        assert!(error.contains("leo-nobody is no domain"), "{error}");
+    }
+}

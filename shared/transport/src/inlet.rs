@@ -1,0 +1,155 @@
+use std::fmt;
+use std::time::Duration;
+
+use iceoryx2::node::Node as RawNode;
+use iceoryx2::port::listener::Listener;
+use iceoryx2::port::subscriber::Subscriber;
+use iceoryx2::sample::Sample;
+use iceoryx2::service::ipc::Service;
+use message::{Head as _, Topic};
+
+use crate::node::{BORROWED, NODES, READERS, service_name};
+use crate::outlet::bell_service;
+use crate::{Delivery, PortError, Queues, ReceiveError};
+
+/// A reading end of a topic.
+pub struct Inlet<T: Topic> {
+    subscriber: Subscriber<Service, [T::Entry], T::Head>,
+    bell: Option<Listener<Service>>,
+    topic: String,
+    last: Option<(u64, u64)>,
+    drops: u64,
+}
+
+/// A frame, read in place in shared memory for as long as it is held.
+pub struct Frame<T: Topic> {
+    sample: Sample<Service, [T::Entry], T::Head>,
+}
+
+impl<T: Topic> Frame<T> {
+    /// What stands before the entries.
+    #[must_use]
+    pub fn head(&self) -> &T::Head {
+        self.sample.user_header()
+    }
+
+    /// The entries.
+    #[must_use]
+    pub fn entries(&self) -> &[T::Entry] {
+        self.sample.payload()
+    }
+}
+
+impl<T: Topic> fmt::Debug for Frame<T> {
+    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(out, "Frame({:?}, {} entries)", self.head(), self.entries().len())
+    }
+}
+
+impl<T: Topic> Inlet<T> {
+    pub(crate) fn open(
+        node: &RawNode<Service>,
+        topic: String,
+        queues: Queues,
+        waking: bool,
+    ) -> Result<Self, PortError> {
+        let purpose = "reading";
+        let failed = |reason: &dyn fmt::Debug| PortError::new(&topic, purpose, reason);
+        let name = service_name(&topic, purpose)?;
+        let service = node
+            .service_builder(&name)
+            .publish_subscribe::<[T::Entry]>()
+            .user_header::<T::Head>()
+            .max_publishers(1)
+            .max_subscribers(READERS)
+            .max_nodes(NODES)
+            .history_size(0)
+            .subscriber_max_buffer_size(queues.frames)
+            .subscriber_max_borrowed_samples(BORROWED)
+            .enable_safe_overflow(queues.delivery == Delivery::Newest)
+            .open_or_create()
+            .map_err(|error| failed(&error))?;
+        let subscriber = service
+            .subscriber_builder()
+            .buffer_size(queues.frames)
+            .create()
+            .map_err(|error| failed(&error))?;
+        let bell = if waking {
+            let service = bell_service(node, &topic, purpose)?;
+            Some(service.listener_builder().create().map_err(|error| failed(&error))?)
+        } else {
+            None
+        };
+        Ok(Self { subscriber, bell, topic, last: None, drops: 0 })
+    }
+
+    /// The oldest frame that waits, if any.
+    ///
+    /// # Errors
+    ///
+    /// The middleware failed.
+    pub fn receive(&mut self) -> Result<Option<Frame<T>>, ReceiveError> {
+        let received = self.subscriber.receive().map_err(|error| self.failed(&error))?;
+        Ok(received.map(|sample| {
+            let frame: Frame<T> = Frame { sample };
+            self.account(frame.head().header().incarnation, frame.head().header().sequence);
+            frame
+        }))
+    }
+
+    /// The newest frame that waits, if any; older ones are passed over, which is no drop.
+    ///
+    /// # Errors
+    ///
+    /// The middleware failed.
+    pub fn newest(&mut self) -> Result<Option<Frame<T>>, ReceiveError> {
+        let mut newest = None;
+        while let Some(frame) = self.receive()? {
+            newest = Some(frame);
+        }
+        Ok(newest)
+    }
+
+    /// Waits until the writer sends a frame, or for `most`; returns at once if one was sent since
+    /// the last wait. Wakes early now and then: look whether a frame is there.
+    ///
+    /// # Errors
+    ///
+    /// The inlet was not opened as a waking one, or the middleware failed.
+    pub fn wait(&mut self, most: Duration) -> Result<(), ReceiveError> {
+        let Some(bell) = &self.bell else {
+            return Err(self.failed(&"the inlet was opened without a bell"));
+        };
+        match bell.timed_wait(|_| {}, most) {
+            Ok(_) => Ok(()),
+            // A signal: the caller looks at its stop flag.
+            Err(iceoryx2::port::listener::ListenerWaitError::InterruptSignal) => Ok(()),
+            Err(error) => Err(self.failed(&error)),
+        }
+    }
+
+    /// Frames lost because this reader was slow, by gaps of the sequence.
+    #[must_use]
+    pub fn drops(&self) -> u64 {
+        self.drops
+    }
+
+    fn account(&mut self, incarnation: u64, sequence: u64) {
+        if let Some((last_incarnation, last_sequence)) = self.last
+            && last_incarnation == incarnation
+        {
+            self.drops += sequence.saturating_sub(last_sequence.saturating_add(1));
+        }
+        self.last = Some((incarnation, sequence));
+    }
+
+    fn failed(&self, reason: &dyn fmt::Debug) -> ReceiveError {
+        ReceiveError { topic: self.topic.clone(), reason: format!("{reason:?}") }
+    }
+}
+
+impl<T: Topic> fmt::Debug for Inlet<T> {
+    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(out, "Inlet({}, {:?})", self.topic, self.last)
+    }
+}

@@ -1,0 +1,133 @@
+use super::*;
+use std::fs::File;
+
+/// A claimed domain of the test's own, wiped when the test ends.
+struct Place {
+    domain: Domain,
+    claim: Option<Claim>,
+}
+
+impl Place {
+    fn new(name: &str) -> Self {
+        let domain = Domain::named(&format!("janitor-{name}-{}", std::process::id())).unwrap();
+        let claim = claim(&domain).unwrap();
+        fs::create_dir_all(domain.root().join(NODES)).unwrap();
+        fs::create_dir_all(domain.root().join(SERVICES)).unwrap();
+        Self { domain, claim: Some(claim) }
+    }
+
+    fn shared(&self, name: &str) -> PathBuf {
+        Path::new(SHARED_MEMORY).join(format!("{}{name}", self.domain.prefix()))
+    }
+
+    fn below(&self, name: &str) -> PathBuf {
+        self.domain.root().join(name)
+    }
+}
+
+impl Drop for Place {
+    fn drop(&mut self) {
+        if let Some(claim) = self.claim.take() {
+            Janitor::new(&self.domain).wipe(claim);
+        }
+    }
+}
+
+fn file(path: &Path, bytes: &[u8], mode: u32) {
+    fs::write(path, bytes).unwrap();
+    fs::set_permissions(path, Permissions::from_mode(mode)).unwrap();
+}
+
+const LATER: Instant = Instant::from_nanos(200_000_000);
+
+#[test]
+fn a_half_made_file_is_mended_once_it_has_been_so_for_a_while() {
+    let place = Place::new("mend");
+    file(&place.shared("a.connection"), b"", 0o600);
+    file(&place.below("services/b.service"), b"{", UNFINISHED);
+    fs::create_dir(place.below("nodes/7")).unwrap();
+    file(&place.below(&format!("nodes/{}7.node_monitor", place.domain.prefix())), b"", 0o600);
+    file(&place.below("nodes/7/c.port_tag"), b"", UNFINISHED);
+    fs::create_dir(place.below("nodes/8")).unwrap();
+    file(&place.below("nodes/8/d.details"), b"", 0o400);
+
+    let mut janitor = Janitor::new(&place.domain);
+    assert_eq!(janitor.look(Instant::EPOCH), Look { mended: 0, suspects: 4 });
+    assert_eq!(janitor.look(LATER - Duration::from_nanos(1)), Look { mended: 0, suspects: 4 });
+    assert_eq!(janitor.look(LATER), Look { mended: 4, suspects: 0 });
+
+    assert!(!place.shared("a.connection").exists());
+    assert!(!place.below("services/b.service").exists());
+    assert!(!place.below("nodes/8").exists());
+    let tag = fs::metadata(place.below("nodes/7/c.port_tag")).unwrap();
+    assert_eq!(permissions(tag.mode()), FINISHED);
+    assert_eq!(janitor.look(LATER), Look::default());
+}
+
+#[test]
+fn whole_files_are_left_alone() {
+    let place = Place::new("whole");
+    let whole = [
+        place.shared("a.connection"),
+        place.below("services/b.service"),
+        place.below("nodes/x.node_monitor"),
+    ];
+    for path in &whole {
+        file(path, b"whole", FINISHED);
+    }
+    let mut janitor = Janitor::new(&place.domain);
+    assert_eq!(janitor.look(Instant::EPOCH), Look::default());
+    assert_eq!(janitor.look(LATER), Look::default());
+    assert!(whole.iter().all(|path| path.exists()));
+}
+
+#[test]
+fn a_file_that_was_finished_or_made_anew_in_between_is_no_longer_suspected() {
+    let place = Place::new("anew");
+    let path = place.shared("a.data");
+    file(&path, b"", 0o600);
+    let mut janitor = Janitor::new(&place.domain);
+    assert_eq!(janitor.look(Instant::EPOCH).suspects, 1);
+    // The new file is made before the old one goes, so that it cannot have its inode.
+    let other = place.shared("b.data");
+    file(&other, b"", 0o600);
+    fs::rename(&other, &path).unwrap();
+    assert_eq!(janitor.look(LATER), Look { mended: 0, suspects: 1 });
+    assert!(path.exists());
+}
+
+#[test]
+fn a_domain_is_claimed_once_until_its_holder_is_gone() {
+    let mut place = Place::new("claim");
+    let refused = claim(&place.domain).unwrap_err();
+    assert!(matches!(refused, ClaimError::Held { .. }), "{refused}");
+    drop(place.claim.take());
+    place.claim = Some(claim(&place.domain).unwrap());
+}
+
+#[test]
+fn a_sweep_removes_a_domain_whose_holder_is_gone_and_no_other() {
+    let living = Place::new("living");
+    file(&living.shared("a.data"), b"whole", 0o600);
+    let mut dead = Place::new("dead");
+    file(&dead.shared("a.data"), b"whole", 0o600);
+    file(&dead.below("nodes/x.node_monitor"), b"", 0o600);
+    drop(dead.claim.take());
+    let orphan = dead.domain.root().with_file_name(format!("leo-orphan{}_a.data", std::process::id()));
+    File::create(&orphan).unwrap();
+
+    let swept = sweep_stale();
+    assert!(swept.contains(&format!("janitor-dead-{}", std::process::id())), "{swept:?}");
+    assert!(!dead.domain.root().exists() && !dead.shared("a.data").exists() && !orphan.exists());
+    assert!(living.domain.root().exists() && living.shared("a.data").exists());
+}
+
+#[test]
+fn a_wipe_leaves_nothing() {
+    let mut place = Place::new("wipe");
+    file(&place.shared("a.data"), b"whole", 0o600);
+    file(&place.below("services/b.service"), b"{}", 0o400);
+    let claim = place.claim.take().unwrap();
+    Janitor::new(&place.domain).wipe(claim);
+    assert!(!place.domain.root().exists() && !place.shared("a.data").exists());
+}

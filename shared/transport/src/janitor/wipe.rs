@@ -1,0 +1,59 @@
+use std::fs;
+use std::path::Path;
+
+use super::claim::{CLAIM_FILE, Claim, inherit};
+use super::{SHARED_MEMORY, entries};
+use crate::Domain;
+
+/// What the names of all domains begin with.
+const NAME: &str = "leo-";
+
+/// Removes the shared memory of a domain, then its files, then the claim and the directory: a
+/// wipe that is itself killed leaves the claim for the next sweep to find.
+pub(super) fn wipe(domain: &Domain, claim: Claim) {
+    if !claim.is_on(domain.root()) {
+        return;
+    }
+    let prefix = domain.prefix();
+    remove_shared_memory(|name| name.starts_with(&prefix));
+    for entry in entries(domain.root()).filter(|entry| entry.file_name() != CLAIM_FILE) {
+        let path = entry.path();
+        let _gone = if path.is_dir() { fs::remove_dir_all(&path) } else { fs::remove_file(&path) };
+    }
+    let _gone = fs::remove_file(domain.root().join(CLAIM_FILE));
+    let _gone = fs::remove_dir(domain.root());
+    drop(claim);
+}
+
+/// Removes the domains of this user whose supervisor is dead, and shared memory whose domain is
+/// gone; gives the names of those domains.
+///
+/// Domains that nobody ever claimed are left alone: they may be about to be.
+pub fn sweep_stale() -> Vec<String> {
+    let mut swept = Vec::new();
+    for entry in entries(Path::new(SHARED_MEMORY)) {
+        let name = entry.file_name();
+        let Some(name) = name.to_str().and_then(|name| name.strip_prefix(NAME)) else { continue };
+        let Ok(domain) = Domain::named(name) else { continue };
+        if let Some(claim) = inherit(&domain) {
+            wipe(&domain, claim);
+            swept.push(name.to_owned());
+        }
+    }
+    remove_shared_memory(|name| {
+        let domain = name.split_once('_').and_then(|(domain, _)| domain.strip_prefix(NAME));
+        let domain = domain.and_then(|name| Domain::named(name).ok());
+        domain.is_some_and(|domain| !domain.root().exists())
+    });
+    swept.sort();
+    swept
+}
+
+fn remove_shared_memory(ours: impl Fn(&str) -> bool) {
+    for entry in entries(Path::new(SHARED_MEMORY)) {
+        let is_file = entry.file_type().is_ok_and(|kind| kind.is_file());
+        if is_file && entry.file_name().to_str().is_some_and(&ours) {
+            let _gone = fs::remove_file(entry.path());
+        }
+    }
+}

@@ -1,0 +1,138 @@
+use std::path::Path;
+use std::time::Duration;
+
+use iceoryx2::config::Config;
+use iceoryx2::node::{Node as RawNode, NodeBuilder};
+use iceoryx2::prelude::{
+    FileName, FilePath, LogLevel, NodeName, SemanticString as _, ServiceName, SignalHandlingMode,
+    set_log_level,
+};
+use iceoryx2::service::ipc::Service;
+use message::Topic;
+
+use crate::{Domain, Inlet, JoinError, Outlet, PortError};
+
+/// Readers that a topic has at most: its process, a recorder, a bench and somebody who looks.
+pub(crate) const READERS: usize = 5;
+/// Nodes that use a topic at most, dead ones that the janitor has not seen yet included.
+pub(crate) const NODES: usize = 16;
+/// Frames that a reader holds at a time.
+pub(crate) const BORROWED: usize = 2;
+
+/// What happens when a reader's queue is full.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Delivery {
+    /// Its oldest frame is dropped, and it sees a gap: wall time.
+    Newest,
+    /// Sending fails with an error that names the topic: lockstep time.
+    Every,
+}
+
+/// How frames wait for their readers; the same for every port of a domain.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Queues {
+    /// Frames that wait for a reader.
+    pub frames: usize,
+    /// What happens when there are more.
+    pub delivery: Delivery,
+}
+
+/// This process's place in a domain: what its ports are made from.
+#[derive(Debug)]
+pub struct Node {
+    node: RawNode<Service>,
+    queues: Queues,
+    incarnation: u64,
+}
+
+impl Node {
+    /// Joins a domain under a name, as a given life of the process that bears it.
+    ///
+    /// # Errors
+    ///
+    /// The domain's configuration is damaged, this process is in another domain already, or
+    /// shared memory is not to be had.
+    pub fn join(domain: &Domain, name: &str, incarnation: u64, queues: Queues) -> Result<Self, JoinError> {
+        let config = join_config(domain)?;
+        let failed = |reason: String| JoinError::Node { root: domain.root().to_owned(), reason };
+        let name = NodeName::new(name).map_err(|error| failed(format!("{error:?}")))?;
+        let node = NodeBuilder::new()
+            .name(&name)
+            .config(config)
+            // The processes stop when their supervisor says so; see the crate `process`.
+            .signal_handling_mode(SignalHandlingMode::Disabled)
+            .create::<Service>()
+            .map_err(|error| failed(format!("{error:?}")))?;
+        Ok(Self { node, queues, incarnation })
+    }
+
+    /// Opens the writing end of a topic for frames of up to `capacity` entries.
+    ///
+    /// `number` tells topics of one kind apart: partner, source or process.
+    ///
+    /// # Errors
+    ///
+    /// The topic has a writer already, other frames than asked for, or shared memory is full.
+    pub fn outlet<T: Topic>(&self, number: Option<u32>, capacity: usize) -> Result<Outlet<T>, PortError> {
+        Outlet::open(&self.node, topic_name::<T>(number), capacity, self.queues, self.incarnation)
+    }
+
+    /// Opens a reading end of a topic.
+    ///
+    /// # Errors
+    ///
+    /// The topic has too many readers already, other frames than asked for, or shared memory is
+    /// full.
+    pub fn inlet<T: Topic>(&self, number: Option<u32>) -> Result<Inlet<T>, PortError> {
+        Inlet::open(&self.node, topic_name::<T>(number), self.queues, false)
+    }
+
+    /// Opens a reading end of a topic that can be waited on: its writer rings a bell with every
+    /// frame. Every such end costs the writer one system call per frame.
+    ///
+    /// # Errors
+    ///
+    /// As [`inlet`](Self::inlet).
+    pub fn waking_inlet<T: Topic>(&self, number: Option<u32>) -> Result<Inlet<T>, PortError> {
+        Inlet::open(&self.node, topic_name::<T>(number), self.queues, true)
+    }
+
+    /// Cleans up after dead processes of the domain. Scans and allocates: never in a real-time
+    /// thread, and only while no process of the domain is starting.
+    pub fn clean_up_dead(&self) {
+        self.node.blocking_cleanup_dead_nodes(Duration::from_millis(200));
+    }
+
+    pub(crate) fn raw(&self) -> &RawNode<Service> {
+        &self.node
+    }
+}
+
+fn topic_name<T: Topic>(number: Option<u32>) -> String {
+    number.map_or_else(|| T::NAME.to_owned(), |number| format!("{}/{number}", T::NAME))
+}
+
+pub(crate) fn service_name(topic: &str, purpose: &'static str) -> Result<ServiceName, PortError> {
+    ServiceName::new(topic).map_err(|error| PortError::new(topic, purpose, error))
+}
+
+/// The middleware keeps one configuration per process, and cleans up dead nodes by that one
+/// whatever a node was made with: it must be the domain's.
+fn join_config(domain: &Domain) -> Result<&'static Config, JoinError> {
+    // What the middleware warns of reaches us as an error of the call; it writes to standard error.
+    set_log_level(LogLevel::Error);
+    let file = domain.middleware_file();
+    let damaged = |reason: String| JoinError::Configuration { file: file.clone(), reason };
+    let path = file.to_str().ok_or_else(|| damaged("its path is no UTF-8".to_owned()))?;
+    let path = FilePath::new(path.as_bytes()).map_err(|error| damaged(format!("{error:?}")))?;
+    let config =
+        Config::setup_global_config_from_file(&path).map_err(|error| damaged(format!("{error:?}")))?;
+    let prefix = FileName::new(domain.prefix().as_bytes()).map_err(|error| damaged(format!("{error:?}")))?;
+    let root = config.global.root_path();
+    let same_root = Path::new(&root.to_string()).components().eq(domain.root().components());
+    if config.global.prefix == prefix && same_root {
+        Ok(config)
+    } else {
+        Err(JoinError::AnotherDomain { root: domain.root().to_owned() })
+    }
+}

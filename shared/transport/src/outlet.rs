@@ -1,0 +1,148 @@
+use std::fmt;
+
+use iceoryx2::node::Node as RawNode;
+use iceoryx2::port::BackpressureAction;
+use iceoryx2::port::notifier::Notifier;
+use iceoryx2::port::publisher::Publisher;
+use iceoryx2::prelude::{AllocationStrategy, BackpressureStrategy};
+use iceoryx2::service::ipc::Service;
+use message::{Head as _, Topic};
+
+use crate::node::{BORROWED, NODES, READERS, service_name};
+use crate::{Delivery, PortError, Queues, SendError};
+
+/// The writing end of a topic.
+pub struct Outlet<T: Topic> {
+    publisher: Publisher<Service, [T::Entry], T::Head>,
+    bell: Notifier<Service>,
+    topic: String,
+    capacity: usize,
+    delivery: Delivery,
+    incarnation: u64,
+    sequence: u64,
+    undelivered: u64,
+}
+
+impl<T: Topic> Outlet<T> {
+    pub(crate) fn open(
+        node: &RawNode<Service>,
+        topic: String,
+        capacity: usize,
+        queues: Queues,
+        incarnation: u64,
+    ) -> Result<Self, PortError> {
+        let purpose = "writing";
+        let failed = |reason: &dyn fmt::Debug| PortError::new(&topic, purpose, reason);
+        let name = service_name(&topic, purpose)?;
+        let service = node
+            .service_builder(&name)
+            .publish_subscribe::<[T::Entry]>()
+            .user_header::<T::Head>()
+            .max_publishers(1)
+            .max_subscribers(READERS)
+            .max_nodes(NODES)
+            .history_size(0)
+            .subscriber_max_buffer_size(queues.frames)
+            .subscriber_max_borrowed_samples(BORROWED)
+            .enable_safe_overflow(queues.delivery == Delivery::Newest)
+            .open_or_create()
+            .map_err(|error| failed(&error))?;
+        let publisher = service
+            .publisher_builder()
+            .initial_max_slice_len(capacity)
+            .allocation_strategy(AllocationStrategy::Static)
+            .max_loaned_samples(1)
+            .backpressure_strategy(BackpressureStrategy::DiscardData)
+            // Only without overflow is a queue ever full.
+            .set_backpressure_handler(|_| BackpressureAction::DiscardDataAndFail)
+            .create()
+            .map_err(|error| failed(&error))?;
+        let bell = bell_service(node, &topic, purpose)?
+            .notifier_builder()
+            .create()
+            .map_err(|error| failed(&error))?;
+        let delivery = queues.delivery;
+        Ok(Self { publisher, bell, topic, capacity, delivery, incarnation, sequence: 0, undelivered: 0 })
+    }
+
+    /// Entries that a frame holds.
+    #[must_use]
+    pub fn capacity(&self) -> usize {
+        self.capacity
+    }
+
+    /// Frames that could not be given to some reader.
+    #[must_use]
+    pub fn undelivered(&self) -> u64 {
+        self.undelivered
+    }
+
+    /// Sends a frame of `count` entries and rings the bell; returns its sequence number.
+    ///
+    /// The entries are written in place in shared memory by `entry(index)`; then `seal` sees the
+    /// head, to stamp it. Entries beyond the capacity are left out, and the header says how many.
+    ///
+    /// # Errors
+    ///
+    /// The middleware failed; in lockstep also: a reader's queue is full.
+    pub fn send(
+        &mut self,
+        head: T::Head,
+        count: usize,
+        entry: impl FnMut(usize) -> T::Entry,
+        seal: impl FnOnce(&mut T::Head),
+    ) -> Result<u64, SendError> {
+        let fitting = count.min(self.capacity);
+        let mut sample = match self.publisher.loan_slice_uninit(fitting) {
+            Ok(sample) => sample,
+            Err(error) => return Err(self.failed(&error)),
+        };
+        *sample.user_header_mut() = head;
+        let mut sample = sample.write_from_fn(entry);
+        self.sequence += 1;
+        let header = sample.user_header_mut().header_mut();
+        header.sequence = self.sequence;
+        header.incarnation = self.incarnation;
+        header.left_out = u64::try_from(count - fitting).unwrap_or(u64::MAX);
+        seal(sample.user_header_mut());
+        if let Err(error) = sample.send() {
+            self.undelivered += 1;
+            return match self.delivery {
+                Delivery::Newest => Err(self.failed(&error)),
+                Delivery::Every => Err(SendError::QueueFull { topic: self.topic.clone() }),
+            };
+        }
+        // A reader that died between two looks of the janitor has a bell that cannot be rung:
+        // its loss, and nobody else's.
+        if self.bell.notify().is_err() {
+            self.undelivered += 1;
+        }
+        Ok(self.sequence)
+    }
+
+    fn failed(&self, reason: &dyn fmt::Debug) -> SendError {
+        SendError::Failed { topic: self.topic.clone(), reason: format!("{reason:?}") }
+    }
+}
+
+impl<T: Topic> fmt::Debug for Outlet<T> {
+    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(out, "Outlet({}, {} sent)", self.topic, self.sequence)
+    }
+}
+
+/// The event service that wakes the readers of a topic.
+pub(crate) fn bell_service(
+    node: &RawNode<Service>,
+    topic: &str,
+    purpose: &'static str,
+) -> Result<iceoryx2::service::port_factory::event::PortFactory<Service>, PortError> {
+    node.service_builder(&service_name(topic, purpose)?)
+        .event()
+        .max_notifiers(1)
+        .max_listeners(READERS)
+        .max_nodes(NODES)
+        .event_id_max_value(1)
+        .open_or_create()
+        .map_err(|error| PortError::new(topic, purpose, error))
+}

@@ -1,0 +1,121 @@
+//! Outlets, inlets and boards over real shared memory.
+#![expect(clippy::expect_used, reason = "a test fails by panicking")]
+
+use std::time::Duration;
+
+use message::{Event, EventKind, Events, Header, Health, Hop, Process, ProcessState};
+use transport::{Delivery, Domain, HealthReader, HealthWriter, Node, Queues, SendError};
+
+/// iceoryx2 holds one domain per process, so the tests of this file share one.
+fn node(delivery: Delivery) -> Node {
+    let domain = Domain::named(&format!("ports-{}", std::process::id())).expect("a legal name");
+    domain.make().expect("/dev/shm is writable");
+    Node::join(&domain, "test", 1, Queues { frames: 3, delivery }).expect("the domain was made")
+}
+
+fn event(text: &str) -> Event {
+    Event::new(EventKind::Said, "", text)
+}
+
+#[test]
+fn a_frame_arrives_as_it_was_written_and_in_order() {
+    let node = node(Delivery::Newest);
+    let mut inlet = node.inlet::<Events>(Some(1)).expect("a free reader");
+    let mut outlet = node.outlet::<Events>(Some(1), 4).expect("a free writer");
+    for text in ["one", "two"] {
+        let stamp = |head: &mut Header| head.pass(Hop::Observed, 9);
+        outlet.send(Header::at(7), 2, |_| event(text), stamp).expect("room");
+    }
+    let first = inlet.receive().expect("works").expect("sent");
+    assert_eq!(first.entries().iter().map(|entry| entry.text.as_str()).collect::<Vec<_>>(), ["one", "one"]);
+    assert_eq!((first.head().sequence, first.head().valid_at_ns), (1, 7));
+    assert_eq!(first.head().passed(Hop::Observed), Some(9));
+    drop(first);
+    assert_eq!(inlet.receive().expect("works").expect("sent").head().sequence, 2);
+    assert!(inlet.receive().expect("works").is_none());
+}
+
+#[test]
+fn a_slow_reader_loses_the_oldest_frames_and_knows_how_many() {
+    let node = node(Delivery::Newest);
+    let mut inlet = node.inlet::<Events>(Some(2)).expect("a free reader");
+    let mut outlet = node.outlet::<Events>(Some(2), 1).expect("a free writer");
+    for _ in 0..10 {
+        outlet.send(Header::at(0), 1, |_| event("x"), |_| {}).expect("never blocks");
+    }
+    let mut sequences = Vec::new();
+    while let Some(frame) = inlet.receive().expect("works") {
+        sequences.push(frame.head().sequence);
+    }
+    assert_eq!(sequences, [8, 9, 10]);
+    // The first frame seen may follow others sent before the reader came: that is no drop.
+    assert_eq!(inlet.drops(), 0);
+    for _ in 0..5 {
+        outlet.send(Header::at(0), 1, |_| event("x"), |_| {}).expect("never blocks");
+    }
+    inlet.newest().expect("works").expect("sent");
+    assert_eq!(inlet.drops(), 2);
+}
+
+#[test]
+fn in_lockstep_a_full_queue_is_an_error_that_names_the_topic() {
+    let node = node(Delivery::Every);
+    let mut inlet = node.inlet::<Events>(Some(3)).expect("a free reader");
+    let mut outlet = node.outlet::<Events>(Some(3), 1).expect("a free writer");
+    // A reader counts as connected once it has looked for the first time.
+    assert!(inlet.receive().expect("works").is_none());
+    let mut sent = 0;
+    let refusal = loop {
+        match outlet.send(Header::at(0), 1, |_| event("x"), |_| {}) {
+            Ok(_) => sent += 1,
+            Err(error) => break error,
+        }
+        assert!(sent < 100, "nobody takes these frames");
+    };
+    assert!(sent >= 3, "{sent}");
+    assert!(matches!(&refusal, SendError::QueueFull { topic } if topic == "events/3"), "{refusal}");
+}
+
+#[test]
+fn entries_beyond_the_capacity_are_left_out_and_counted() {
+    let node = node(Delivery::Newest);
+    let mut inlet = node.inlet::<Events>(Some(4)).expect("a free reader");
+    let mut outlet = node.outlet::<Events>(Some(4), 2).expect("a free writer");
+    outlet.send(Header::at(0), 5, |_| event("x"), |_| {}).expect("room");
+    let frame = inlet.receive().expect("works").expect("sent");
+    assert_eq!((frame.entries().len(), frame.head().left_out), (2, 3));
+}
+
+#[test]
+fn a_topic_has_one_writer() {
+    let node = node(Delivery::Newest);
+    let _first = node.outlet::<Events>(Some(5), 1).expect("a free writer");
+    let refused = node.outlet::<Events>(Some(5), 1).expect_err("one writer each");
+    assert!(refused.to_string().contains("events/5"), "{refused}");
+}
+
+#[test]
+fn a_bell_rung_before_the_wait_is_not_lost() {
+    let node = node(Delivery::Newest);
+    let mut inlet = node.waking_inlet::<Events>(Some(6)).expect("a free reader");
+    let mut outlet = node.outlet::<Events>(Some(6), 1).expect("a free writer");
+    outlet.send(Header::at(0), 1, |_| event("x"), |_| {}).expect("room");
+    // Would last an hour if the bell were lost.
+    inlet.wait(Duration::from_secs(3600)).expect("has a bell");
+    assert!(inlet.receive().expect("works").is_some());
+}
+
+#[test]
+fn health_is_read_as_it_was_written() {
+    let node = node(Delivery::Newest);
+    assert!(HealthReader::open(&node, Process::Sensor, 1).is_err());
+    let mut writer = HealthWriter::create(&node, Process::Sensor, 1).expect("a new board");
+    let reader = HealthReader::open(&node, Process::Sensor, 1).expect("the board is there");
+    assert_eq!(reader.read().state(), Some(ProcessState::Absent));
+    let mut health = Health::default();
+    health.beat = 5;
+    health.set_state(ProcessState::Running);
+    health.execution.record(4_000);
+    writer.write(&health);
+    assert_eq!(reader.read(), health);
+}
