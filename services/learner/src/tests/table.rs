@@ -204,7 +204,7 @@ impl Run {
         let table = self.table.borrow();
         let things = (self.first_id..).zip(table.things.iter().enumerate());
         let beliefs = things
-            .filter(|(_, (index, thing))| !self.missing.contains(index) && !(perspective > 0 && thing.hidden))
+            .filter(|(_, (index, thing))| !(self.missing.contains(index) || perspective > 0 && thing.hidden))
             .map(|(id, (_, thing))| {
                 let mut belief = Belief::new(id, 0, self.now.as_nanos(), 1, thing.held_by);
                 let mut push = |name: &str, feature| {
