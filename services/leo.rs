@@ -1,3 +1,19 @@
-//! Reads the command line and hands over to the process it names.
+//! Reads the command line and hands over to what it names.
 
-fn main() {}
+mod command;
+
+use std::process::ExitCode;
+
+use clap::Parser as _;
+
+fn main() -> ExitCode {
+    match command::Leo::parse().run() {
+        Ok(code) => code,
+        Err(failure) => {
+            // The only place where an error of a command reaches its user.
+            let mut out = std::io::stderr().lock();
+            let _ = std::io::Write::write_fmt(&mut out, format_args!("leo: {}\n", failure.text));
+            failure.code
+        }
+    }
+}

@@ -1,1 +1,11 @@
 //! Belief process: one belief system per perspective, woken by the percept buffer.
+//!
+//! Hot path. The core is [`Believer`]: it takes a frame of the percept buffer and brings every perspective
+//! to the instant of that frame. It reads no clock, opens nothing, and after `new` allocates
+//! nothing.
+
+mod believer;
+mod shell;
+
+pub use believer::{Believer, Unbelieving};
+pub use shell::run;

@@ -5,22 +5,26 @@ pub mod top;
 
 use std::io::Write as _;
 
+use account::Account;
 use config::leo::Leo;
 use message::{Events, Process, Utterances};
 use process::{Failure, Launch, Member, Progress};
 
 pub use narrator::Narrator;
 
-/// Runs the process until it is told to stop.
+/// Runs the process until it is told to stop, or until Leo has performed as often as the lesson has
+/// it `performances`. The last it tells is the account of what Leo learned.
 ///
 /// # Errors
 ///
 /// The domain cannot be joined, or the middleware failed.
-pub fn run(launch: &Launch, leo: &Leo) -> Result<(), Failure> {
+pub fn run(launch: &Launch, leo: &Leo, performances: u32) -> Result<(), Failure> {
     let mut member = Member::join(launch, Process::Console, &leo.buffers, &leo.console.realtime)?;
     let mut utterances = member.inlet::<Utterances>(None)?;
     let mut events = member.inlet::<Events>(None)?;
     let mut narrator = Narrator::default();
+    let mut account = Account::default();
+    let performances = usize::try_from(performances).unwrap_or(usize::MAX);
     let mut out = std::io::stdout().lock();
     member.begin(Some(leo.console.rate_hz.period()))?;
     while member.next_cycle()?.is_some() {
@@ -33,12 +37,19 @@ pub fn run(launch: &Launch, leo: &Leo) -> Result<(), Failure> {
         while let Some(frame) = events.receive()? {
             for event in frame.entries() {
                 narrator.event(frame.head().valid_at_ns, event, &mut lines);
+                account.note(event);
             }
         }
         // Nobody reads any more: the robot runs on.
         let _ = out.write_all(lines.as_bytes()).and_then(|()| out.flush());
         member.health().drops = utterances.drops() + events.drops();
         member.end_cycle(Progress::More)?;
+        if !launch.stay && performances > 0 && account.performances_ended() >= performances {
+            break;
+        }
+    }
+    if !account.tasks.is_empty() {
+        let _ = write!(out, "\nWhat Leo learned\n\n{}", account.to_text()).and_then(|()| out.flush());
     }
     Ok(())
 }

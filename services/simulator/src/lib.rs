@@ -1,1 +1,22 @@
 //! Simulator process: the workspace, the teacher and Leo's body.
+//!
+//! [`World`] is the whole of it, pure: it plays a lesson's script from the first step on, lets
+//! Leo's hands grasp and let go, and says what the robot's eyes observe, what is true, and what
+//! was said.
+
+mod cue;
+mod gaussian;
+mod hand;
+mod output;
+mod path;
+mod settle;
+mod shell;
+mod teacher;
+#[cfg(test)]
+mod tests;
+mod thing;
+mod world;
+
+pub use hand::Hand;
+pub use shell::run;
+pub use world::World;

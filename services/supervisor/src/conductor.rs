@@ -14,7 +14,7 @@ const SLICE: Duration = Duration::from_millis(100);
 #[derive(Debug, thiserror::Error)]
 pub enum TurnError {
     /// The process ended in its turn, or before it.
-    #[error("the process `{process}` died at {:.3} s of simulated time ({how})", at.as_nanos() as f64 / 1e9)]
+    #[error("the process `{process}` died at {:.3} s of simulated time ({how})", seconds(*at))]
     Died {
         /// The process.
         process: Process,
@@ -24,7 +24,7 @@ pub enum TurnError {
         how: String,
     },
     /// The process did not end its turn in time.
-    #[error("the process `{process}` hangs: its turn at {:.3} s of simulated time is not done after {} s", at.as_nanos() as f64 / 1e9, within.as_secs())]
+    #[error("the process `{process}` hangs: its turn at {:.3} s of simulated time is not done after {} s", seconds(*at), within.as_secs())]
     Hangs {
         /// The process.
         process: Process,
@@ -42,6 +42,10 @@ pub enum TurnError {
     /// No answer could be received.
     #[error(transparent)]
     Receive(#[from] ReceiveError),
+}
+
+fn seconds(at: Instant) -> f64 {
+    at.since(Instant::EPOCH).as_secs_f64()
 }
 
 /// What the conductor asks between two slices of waiting.
@@ -133,7 +137,8 @@ impl Timetable {
     /// A timetable of processes with their periods, in the order of their turns.
     #[must_use]
     pub fn new(periods: &[(Process, Duration)]) -> Self {
-        let due = periods.iter().map(|&(process, period)| (process, period, Instant::EPOCH + period)).collect();
+        let due =
+            periods.iter().map(|&(process, period)| (process, period, Instant::EPOCH + period)).collect();
         Self { due }
     }
 
@@ -150,20 +155,16 @@ impl Timetable {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use message::Process::{Motor, Sensor, Simulator};
 
     #[test]
     fn turns_come_in_order_of_time_and_then_of_the_data() {
         let ms = Duration::from_millis;
-        let mut timetable = Timetable::new(&[
-            (Process::Simulator, ms(5)),
-            (Process::Sensor, ms(5)),
-            (Process::Motor, ms(4)),
-        ]);
+        let mut timetable = Timetable::new(&[(Simulator, ms(5)), (Sensor, ms(5)), (Motor, ms(4))]);
         let turns: Vec<(Process, u64)> = std::iter::from_fn(|| timetable.next_turn())
             .take(14)
             .map(|(process, at)| (process, at.as_nanos() / 1_000_000))
             .collect();
-        use Process::{Motor, Sensor, Simulator};
         assert_eq!(
             turns,
             [

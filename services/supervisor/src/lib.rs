@@ -1,3 +1,16 @@
 //! Supervisor: starts, watches, restarts and stops the processes; the conductor of lockstep time.
 
+pub mod bench;
+mod caretaker;
+mod check;
+mod children;
+pub mod conductor;
 pub mod policy;
+pub mod readiness;
+mod run;
+mod teach;
+
+pub use check::check;
+pub use children::Children;
+pub use run::{ORDER, Orders, RunError, run};
+pub use teach::{TeachError, Teaching, teach};

@@ -5,7 +5,7 @@ use std::path::Path;
 use serde::Deserialize;
 
 use crate::number::{Capacity, Milliseconds, NotNegative, OutOfRange, Positive};
-use crate::{ConfigError, parse};
+use crate::parse;
 
 const BUILTIN: &str = include_str!("../../../config/perspective.toml");
 
@@ -24,13 +24,11 @@ pub struct Perspective {
 }
 
 impl Perspective {
-    /// The file that comes with Leo.
-    ///
-    /// # Errors
-    ///
-    /// None in a build whose tests pass.
-    pub fn builtin() -> Result<Self, ConfigError> {
-        parse(BUILTIN, Path::new("config/perspective.toml"))
+    /// What Leo comes with: `config/perspective.toml` as it was compiled in.
+    #[must_use]
+    #[expect(clippy::expect_used, reason = "the text is compiled in, and a test parses it")]
+    pub fn builtin() -> Self {
+        parse(BUILTIN, Path::new("config/perspective.toml")).expect("the built-in file is sound")
     }
 }
 
@@ -146,7 +144,7 @@ mod tests {
 
     #[test]
     fn the_file_that_comes_with_leo_is_sound() {
-        let perspective = Perspective::builtin().unwrap();
+        let perspective = Perspective::builtin();
         assert!((perspective.sight.cone_half_angle_deg.radians() - 60_f64.to_radians()).abs() < 1e-12);
         assert_eq!(perspective.robot.field, Field::Everything);
     }

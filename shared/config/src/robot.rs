@@ -58,6 +58,26 @@ impl Robot {
     }
 }
 
+impl Robot {
+    /// The built-in `leo.toml` with some of its numbers replaced, each named by its table and key:
+    /// `sensor.rate_hz`. Comments are lost. Names that the file does not have change nothing.
+    #[must_use]
+    pub fn leo_text_with(numbers: &[(&str, f64)]) -> String {
+        let mut root: toml::Table = builtin::LEO.parse().unwrap_or_default();
+        for (path, number) in numbers {
+            let Some((table, key)) = path.rsplit_once('.') else { continue };
+            let table =
+                table.split('.').try_fold(&mut root, |table, name| table.get_mut(name)?.as_table_mut());
+            match table.and_then(|table| table.get_mut(key)) {
+                Some(toml::Value::Integer(value)) => *value = quantity::number::round_i64(*number),
+                Some(value) => *value = toml::Value::Float(*number),
+                None => {}
+            }
+        }
+        root.to_string()
+    }
+}
+
 fn read(file: &Path) -> Result<String, ConfigError> {
     fs::read_to_string(file).map_err(|source| ConfigError::Read { file: file.to_owned(), source })
 }
@@ -77,6 +97,15 @@ mod tests {
     fn the_built_in_robot_is_right_and_has_65_joints() {
         let robot = Robot::load(None).unwrap();
         assert_eq!(robot.motor.joints.len(), 65);
+    }
+
+    #[test]
+    fn numbers_of_the_built_in_file_can_be_replaced() {
+        let text =
+            Robot::leo_text_with(&[("sensor.rate_hz", 1000.0), ("sensor.realtime.fifo_priority", 0.0)]);
+        let leo: Leo = parse(&text, Path::new("leo.toml")).unwrap();
+        assert!((leo.sensor.rate_hz.get() - 1000.0).abs() < 1e-9);
+        assert_eq!(leo.sensor.realtime.fifo_priority.get(), 0);
     }
 
     #[test]

@@ -1,1 +1,13 @@
 //! The body: joints and links from a URDF, forward and inverse kinematics.
+//!
+//! [`Body`] is immutable. A configuration of it is a slice of joint positions in radians, in the
+//! order of the names that it was read with (that of `motor.toml`); a position that the slice
+//! lacks counts as zero. Poses are in the [`Base`](geometry::Base) frame.
+
+mod body;
+mod reach;
+mod tree;
+
+pub use body::{ARM_JOINTS, Body, BodyError, Joint, Side};
+pub use reach::{Aim, Jacobian, Unreachable};
+pub use tree::Link;

@@ -40,6 +40,8 @@ numbered! {
         BusLost = 6,
         /// Stopped by order.
         Stopped = 7,
+        /// The servo refused an instruction, or is another model than the configured one.
+        Refused = 8,
     }
 }
 

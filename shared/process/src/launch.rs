@@ -13,6 +13,12 @@ pub struct Launch {
     pub config: Option<PathBuf>,
     /// The lesson to play; the built-in one without it.
     pub lesson: Option<PathBuf>,
+    /// The lesson is a synthetic one of so many objects instead.
+    pub synthetic: Option<u32>,
+    /// Partners whose perspective is taken; what the configuration says without it.
+    pub partners: Option<u32>,
+    /// Whether the robot stays up when the lesson is over.
+    pub stay: bool,
     /// Whether time is simulated and a conductor gives out the turns.
     pub lockstep: bool,
     /// Directory of what Leo remembers; nothing is remembered without it.

@@ -21,4 +21,4 @@ mod pace;
 
 pub use failure::Failure;
 pub use launch::Launch;
-pub use member::{Member, Progress};
+pub use member::{Member, Progress, queues};

@@ -57,12 +57,8 @@ impl Member {
         }
         let stop = stop_flag()?;
         let missing_rights = if launch.lockstep { 0 } else { realtime::apply(rights).missing_bits() };
-        let queues = if launch.lockstep {
-            Queues { frames: buffers.frames.get().max(LOCKSTEP_FRAMES), delivery: Delivery::Every }
-        } else {
-            Queues { frames: buffers.frames.get(), delivery: Delivery::Newest }
-        };
         let domain = Domain::at(&launch.domain)?;
+        let queues = queues(buffers, launch.lockstep);
         let node = Node::join(&domain, process.name(), launch.incarnation, queues)?;
         let mut board = HealthWriter::create(&node, process, launch.incarnation)?;
         let now = clock::now();
@@ -300,6 +296,16 @@ impl Member {
 impl std::fmt::Debug for Member {
     fn fmt(&self, out: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         write!(out, "Member({})", self.process)
+    }
+}
+
+/// How frames wait for their readers, the same for all processes of a domain.
+#[must_use]
+pub fn queues(buffers: &Buffers, lockstep: bool) -> Queues {
+    if lockstep {
+        Queues { frames: buffers.frames.get().max(LOCKSTEP_FRAMES), delivery: Delivery::Every }
+    } else {
+        Queues { frames: buffers.frames.get(), delivery: Delivery::Newest }
     }
 }
 

@@ -12,5 +12,5 @@ mod rights;
 
 pub use faults::page_faults;
 pub use parent::{ParentError, die_with_parent};
-pub use report::{Refusal, Report};
+pub use report::{Refusal, Report, advice};
 pub use rights::apply;

@@ -2,6 +2,10 @@ use std::fmt;
 
 use rustix::io::Errno;
 
+const SCHEDULING: u64 = 1;
+const AFFINITY: u64 = 2;
+const MEMORY: u64 = 4;
+
 /// A right that was asked for and not granted.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Refusal {
@@ -35,36 +39,52 @@ impl Refusal {
     #[must_use]
     pub const fn bit(&self) -> u64 {
         match self {
-            Self::Scheduling { .. } => 1,
-            Self::Affinity { .. } => 2,
-            Self::Memory { .. } => 4,
+            Self::Scheduling { .. } => SCHEDULING,
+            Self::Affinity { .. } => AFFINITY,
+            Self::Memory { .. } => MEMORY,
         }
+    }
+}
+
+/// How to grant each right, by its bit.
+const GRANTS: [(u64, &str, &str); 3] = [
+    (
+        SCHEDULING,
+        "real-time priority",
+        "`<user> - rtprio 99` in /etc/security/limits.conf or `LimitRTPRIO=99` in the systemd unit",
+    ),
+    (AFFINITY, "the cores asked for", "name cores that this machine has and this process may use"),
+    (
+        MEMORY,
+        "locked memory",
+        "`<user> - memlock unlimited` in /etc/security/limits.conf or `LimitMEMLOCK=infinity` in the systemd unit",
+    ),
+];
+
+/// One warning about the rights of some processes whose bits are set: what is missing, and how to
+/// grant it.
+#[must_use]
+pub fn advice(missing_bits: u64) -> String {
+    let missing = GRANTS.iter().filter(|(bit, ..)| missing_bits & bit != 0);
+    let how: Vec<String> = missing.map(|(_, right, how)| format!("{right}: {how}")).collect();
+    if how.is_empty() {
+        "all real-time rights are granted".to_owned()
+    } else {
+        format!("timing is not guaranteed; not granted: {}", how.join("; "))
     }
 }
 
 impl fmt::Display for Refusal {
     fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::Scheduling { priority, limit, source } => write!(
-                out,
-                "real-time priority {priority} (limit {limit}, {source}): grant it with `<user> - rtprio 99` \
-                 in /etc/security/limits.conf or `LimitRTPRIO=99` in the systemd unit"
-            ),
-            Self::Affinity { cores, source } => write!(
-                out,
-                "running on the cores {cores:?} ({source}): name cores that this machine has and this process may use"
-            ),
-            Self::Memory { limit, source } => {
-                write!(out, "locked memory (")?;
-                if let Some(bytes) = limit {
-                    write!(out, "limit {} KiB, ", bytes / 1024)?;
-                }
-                write!(
-                    out,
-                    "{source}): grant it with `<user> - memlock unlimited` in /etc/security/limits.conf or \
-                     `LimitMEMLOCK=infinity` in the systemd unit"
-                )
+            Self::Scheduling { priority, limit, source } => {
+                write!(out, "real-time priority {priority} (limit {limit}, {source})")
             }
+            Self::Affinity { cores, source } => write!(out, "running on the cores {cores:?} ({source})"),
+            Self::Memory { limit: Some(bytes), source } => {
+                write!(out, "locked memory (limit {} KiB, {source})", bytes / 1024)
+            }
+            Self::Memory { limit: None, source } => write!(out, "locked memory ({source})"),
         }
     }
 }
@@ -102,13 +122,9 @@ impl Report {
 
 impl fmt::Display for Report {
     fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
-        if self.is_complete() {
-            return out.write_str("all real-time rights are granted");
-        }
-        write!(out, "timing is not guaranteed; not granted: ")?;
-        for (index, refusal) in self.refusals.iter().enumerate() {
-            let between = if index == 0 { "" } else { "; " };
-            write!(out, "{between}{refusal}")?;
+        out.write_str(&advice(self.missing_bits()))?;
+        for refusal in &self.refusals {
+            write!(out, "; refused: {refusal}")?;
         }
         Ok(())
     }

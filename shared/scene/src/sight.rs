@@ -19,6 +19,12 @@ impl<'a> Sight<'a> {
         Self { eye: x_base_eye.origin(), x_eye_base: x_base_eye.inverse(), cone, occluders }
     }
 
+    /// Where the eye is.
+    #[must_use]
+    pub fn eye(&self) -> Position<Base> {
+        self.eye
+    }
+
     /// Whether a point is in the cone and behind no occluder.
     #[must_use]
     pub fn sees(&self, point: &Position<Base>) -> bool {

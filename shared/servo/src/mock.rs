@@ -4,7 +4,10 @@
 //! the same at the same instants do the same to the last bit.
 
 mod dynamics;
+mod line;
 mod memory;
+
+pub use line::Line;
 
 use clock::{Duration, Instant};
 

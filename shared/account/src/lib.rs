@@ -182,7 +182,12 @@ impl Task {
             }
         }
         if let Some(rule) = &self.rule {
-            writeln!(out, "  rule chosen ({}'s perspective): {}", rule.perspective, rule.name.to_uppercase())?;
+            writeln!(
+                out,
+                "  rule chosen ({}'s perspective): {}",
+                rule.perspective,
+                rule.name.to_uppercase()
+            )?;
         }
         if let Some(explanation) = &self.explanation {
             writeln!(out, "  why they differ: {explanation}")?;
@@ -208,7 +213,8 @@ mod tests {
     fn hypotheses_of_an_earlier_demonstration_are_replaced() {
         let mut account = Account::default();
         for round in 1..=2 {
-            let ended = Event { examples: round, ..Event::new(EventKind::DemonstrationEnded, "task 1", "task 1") };
+            let ended =
+                Event { examples: round, ..Event::new(EventKind::DemonstrationEnded, "task 1", "task 1") };
             account.note(&ended);
             account.note(&Event::new(EventKind::Hypothesis, "task 1", "some"));
         }

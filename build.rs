@@ -1,0 +1,17 @@
+//! Tells the program which commit it was built from.
+
+#![expect(clippy::print_stdout, reason = "it is how a build script speaks to Cargo")]
+
+use std::process::Command;
+
+fn main() {
+    // A source tree without git, or with a change, still builds: it only says less.
+    let described = Command::new("git").args(["describe", "--always", "--dirty"]).output();
+    let commit = described
+        .ok()
+        .filter(|output| output.status.success())
+        .and_then(|output| String::from_utf8(output.stdout).ok())
+        .unwrap_or_else(|| "unknown".to_owned());
+    println!("cargo::rustc-env=LEO_COMMIT={}", commit.trim());
+    println!("cargo::rerun-if-changed=.git/HEAD");
+}

@@ -1,0 +1,102 @@
+//! The core of the belief process over frames of the percept buffer.
+
+#![expect(clippy::unwrap_used, reason = "a test fails by panicking")]
+
+mod frames;
+
+use belief_process::{Believer, Unbelieving};
+use clock::{Duration, Instant};
+use frames::{Frames, capacity};
+use message::{Header, Hop, Observation, Perceived, PerceptValue, Snapshot};
+
+fn believer(partners: u32) -> Believer {
+    let percepts = config::percepts::Percepts::builtin();
+    Believer::new(&percepts, &config::perspective::Perspective::builtin(), partners, capacity()).unwrap()
+}
+
+#[test]
+fn without_partners_there_is_the_robots_perspective_alone() {
+    let (mut alone, mut watching) = (believer(0), believer(2));
+    let mut frames = Frames::new(8);
+    for _ in 0..50 {
+        let (now, header, entries) = frames.next();
+        alone.step(now, &header, entries);
+        watching.step(now, &header, entries);
+    }
+    assert_eq!((alone.perspectives(), watching.perspectives()), (1, 3));
+    assert_eq!((alone.len(0), alone.len(1)), (8, 0));
+    assert!(watching.len(1) > 0 && watching.len(2) > 0);
+    // Who else is simulated changes nothing of what the robot believes.
+    for index in 0..8 {
+        assert_eq!(alone.entry(0, index), watching.entry(0, index));
+    }
+}
+
+#[test]
+fn every_perspective_speaks_about_the_instant_of_the_frame() {
+    let mut believer = believer(2);
+    let mut frames = Frames::new(4);
+    let (now, mut header, entries) = frames.next();
+    header.pass(Hop::Perceived, 77);
+    believer.step(now + Duration::from_millis(3), &header, entries);
+    for perspective in 0..3 {
+        let head = believer.head(perspective);
+        assert_eq!(head.perspective, perspective);
+        assert_eq!(head.header.valid_at_ns, header.valid_at_ns);
+        assert_eq!(head.header.passed(Hop::Perceived), Some(77));
+        assert_eq!(head.present, 1);
+    }
+    assert_eq!(believer.head(3).present, 0);
+}
+
+#[test]
+fn time_never_runs_backwards_nor_ahead_of_now() {
+    let mut believer = believer(1);
+    let now = Instant::from_nanos(5_000_000_000);
+    believer.step(now, &Header::at(u64::MAX), &[]);
+    assert_eq!(believer.head(0).header.valid_at_ns, now.as_nanos());
+    believer.step(now, &Header::at(3), &[]);
+    assert_eq!(believer.head(1).header.valid_at_ns, now.as_nanos());
+}
+
+#[test]
+fn unsound_entries_are_refused_and_counted_and_harm_nothing() {
+    let mut believer = believer(1);
+    let mut frames = Frames::new(4);
+    let (now, header, entries) = frames.next();
+    let sound = *entries.last().unwrap();
+    let mut lying = Snapshot::default();
+    assert!(lying.push(PerceptValue::new(0, f32::NAN, 1.0, message::Feature::None)));
+    let observation = sound.observation;
+    let unsound = [
+        Perceived { observation: Observation { position_m: [f32::NAN; 3], ..observation }, ..sound },
+        Perceived { observation: Observation { kind: 99, ..observation }, ..sound },
+        Perceived {
+            observation: Observation { kind: 2, orientation_xyzw: [0.0; 4], ..observation },
+            ..sound
+        },
+        Perceived { snapshot: lying, ..sound },
+    ];
+    let all: Vec<_> = entries.iter().chain(&unsound).copied().collect();
+    believer.step(now, &header, &all);
+    assert_eq!((believer.head(0).refused, believer.head(1).refused), (4, 4));
+    assert_eq!(believer.len(0), 4);
+}
+
+#[test]
+fn entries_beyond_the_capacity_are_left_out_and_counted() {
+    let mut believer = believer(1);
+    let mut frames = Frames::new(4);
+    let (now, header, entries) = frames.next();
+    let many: Vec<_> = entries.iter().cycle().take(capacity() + 5).copied().collect();
+    believer.step(now, &header, &many);
+    assert!(believer.head(0).overflowed >= 5);
+}
+
+#[test]
+fn too_many_partners_are_refused() {
+    let percepts = config::percepts::Percepts::builtin();
+    let config = config::perspective::Perspective::builtin();
+    let refused = Believer::new(&percepts, &config, 65_535, 1).err().expect("nobody can be told apart");
+    assert!(matches!(refused, Unbelieving::Partners { partners: 65_535, .. }));
+}

@@ -1,0 +1,282 @@
+//! The commands: their names, their flags, and whom each hands over to.
+
+mod domain;
+mod failure;
+mod output;
+mod process;
+
+use std::io::IsTerminal as _;
+use std::path::PathBuf;
+use std::process::ExitCode;
+use std::time::Duration;
+
+use clap::{Args, Parser, Subcommand};
+use config::Robot;
+use config::lesson::Lesson;
+use supervisor_process::readiness::Verdict;
+use supervisor_process::{ORDER, Orders, Teaching};
+
+use failure::Failed;
+pub(crate) use failure::Failed as Failure;
+
+/// A robot that learns from people by taking their perspective.
+///
+/// Without a command: `leo run`.
+#[derive(Debug, Parser)]
+#[command(name = "leo", version, after_help = "Example:\n  leo run --lesson config/lessons/task1.toml")]
+pub(crate) struct Leo {
+    #[command(subcommand)]
+    command: Option<Command>,
+    #[command(flatten)]
+    run: Run,
+    /// Say more on standard error (also: RUST_LOG)
+    #[arg(short, long, global = true)]
+    verbose: bool,
+    /// Write what is said on standard error as JSON
+    #[arg(long, global = true)]
+    log_json: bool,
+}
+
+#[derive(Debug, Subcommand)]
+enum Command {
+    /// Run the whole robot: all processes, simulator and mock servo buses included
+    Run(Run),
+    /// Play a lesson in lockstep time, as fast as the machine can, and say what Leo learned
+    Teach(Teach),
+    /// Show a live table of the processes: rates, latencies, overruns, drops, restarts
+    Top(Top),
+    /// Check the whole configuration and what this machine can hold
+    Check(Check),
+    /// Measure latencies beside the bare middleware and a bare thread, in one run
+    Bench(Bench),
+    /// The other process of `leo bench`
+    #[command(hide = true)]
+    BenchEcho(BenchEcho),
+    #[command(flatten)]
+    Process(process::Process),
+}
+
+#[derive(Args, Clone, Debug)]
+struct BenchEcho {
+    #[arg(long)]
+    domain: PathBuf,
+    #[arg(long)]
+    name: String,
+    #[arg(long)]
+    bytes: usize,
+}
+
+#[derive(Args, Clone, Debug)]
+#[command(after_help = "Example:\n  leo run --lesson config/lessons/task1.toml --for 60")]
+struct Run {
+    /// The robot's leo.toml; the files beside it are read too [default: built in]
+    #[arg(long, value_name = "FILE")]
+    config: Option<PathBuf>,
+    /// The lesson to play [default: built in, Task 1 of the study]
+    #[arg(long, value_name = "FILE")]
+    lesson: Option<PathBuf>,
+    /// Stay up for so long; otherwise the robot stops when the lesson is over
+    #[arg(long = "for", value_name = "SECONDS")]
+    run_for: Option<f64>,
+    /// The domain in shared memory to run in [default: one of its own]
+    #[arg(long, value_name = "DIRECTORY")]
+    domain: Option<PathBuf>,
+}
+
+#[derive(Args, Clone, Debug)]
+#[command(after_help = "Example:\n  leo teach config/lessons/task1.toml --perspective robot --json")]
+struct Teach {
+    /// The lessons, one after the other
+    #[arg(required = true, value_name = "LESSON")]
+    lessons: Vec<PathBuf>,
+    /// Whose perspectives to take: `human,robot` or `robot` [default: as configured]
+    #[arg(long, value_name = "WHOSE", value_delimiter = ',')]
+    perspective: Vec<Whose>,
+    /// Print one JSON document
+    #[arg(long)]
+    json: bool,
+    /// The robot's leo.toml [default: built in]
+    #[arg(long, value_name = "FILE")]
+    config: Option<PathBuf>,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+enum Whose {
+    Human,
+    Robot,
+}
+
+#[derive(Args, Clone, Debug)]
+#[command(after_help = "Example:\n  leo top --json")]
+struct Top {
+    /// Print the table once, as JSON
+    #[arg(long)]
+    json: bool,
+    /// The robot to look at, where several run
+    #[arg(long, value_name = "DIRECTORY")]
+    domain: Option<PathBuf>,
+}
+
+#[derive(Args, Clone, Debug)]
+#[command(after_help = "Example:\n  leo check --config config/leo.toml")]
+struct Check {
+    /// The robot's leo.toml [default: built in]
+    #[arg(long, value_name = "FILE")]
+    config: Option<PathBuf>,
+    /// A lesson to check too
+    #[arg(long, value_name = "FILE")]
+    lesson: Option<PathBuf>,
+    /// Print one JSON document
+    #[arg(long)]
+    json: bool,
+}
+
+#[derive(Args, Clone, Debug)]
+#[command(after_help = "Example:\n  leo bench --seconds 10 --json")]
+struct Bench {
+    /// How long to measure each rate and size
+    #[arg(long, value_name = "SECONDS", default_value_t = 5.0)]
+    seconds: f64,
+    /// Print one JSON document
+    #[arg(long)]
+    json: bool,
+}
+
+impl Leo {
+    /// Does what the command line says.
+    pub(crate) fn run(self) -> Result<ExitCode, Failure> {
+        listen(self.verbose, self.log_json);
+        match self.command.unwrap_or(Command::Run(self.run)) {
+            Command::Run(run) => run.run(),
+            Command::Teach(teach) => teach.run(),
+            Command::Top(top) => top.run(),
+            Command::Check(check) => check.run(),
+            Command::Bench(bench) => bench.run(),
+            Command::BenchEcho(echo) => {
+                supervisor_process::bench::echo(&echo.domain, &echo.name, echo.bytes)
+                    .map_err(Failed::failed)?;
+                Ok(ExitCode::SUCCESS)
+            }
+            Command::Process(process) => process.run(),
+        }
+    }
+}
+
+impl Run {
+    fn run(&self) -> Result<ExitCode, Failure> {
+        let robot = Robot::load(self.config.as_deref()).map_err(Failed::usage)?;
+        if let Some(lesson) = &self.lesson {
+            Lesson::load(lesson).map_err(Failed::usage)?;
+        }
+        let run_for = match self.run_for {
+            None => None,
+            Some(seconds) => Some(Duration::try_from_secs_f64(seconds).map_err(|_| {
+                Failed::usage(format!("--for {seconds}: give the seconds to run as a number above 0"))
+            })?),
+        };
+        let orders = Orders {
+            domain: domain::own(self.domain.as_deref())?,
+            processes: ORDER.to_vec(),
+            settings: robot.leo,
+            config: self.config.clone(),
+            lesson: self.lesson.clone(),
+            synthetic: None,
+            partners: None,
+            state: Some(domain::state_directory()?),
+            run_for,
+        };
+        domain::outcome(supervisor_process::run(&orders))
+    }
+}
+
+impl Teach {
+    fn run(&self) -> Result<ExitCode, Failure> {
+        let robot = Robot::load(self.config.as_deref()).map_err(Failed::usage)?;
+        let partners = match self.perspective.as_slice() {
+            [] => None,
+            whose if !whose.contains(&Whose::Robot) => {
+                return Err(Failed::usage(
+                    "--perspective human: the robot's own perspective cannot be left out, because all others \
+                     are made from it; say `--perspective human,robot`",
+                ));
+            }
+            whose => Some(u32::from(whose.contains(&Whose::Human))),
+        };
+        let mut lessons = Vec::new();
+        for file in &self.lessons {
+            lessons.push((file, Lesson::load(file).map_err(Failed::usage)?));
+        }
+        let mut accounts = Vec::new();
+        for (file, lesson) in lessons {
+            let teaching = Teaching {
+                domain: domain::own(None)?,
+                settings: robot.leo.clone(),
+                config: self.config.clone(),
+                lesson: Some(file.clone()),
+                performances: lesson.performances(),
+                partners,
+                state: None,
+            };
+            let account = supervisor_process::teach(&teaching).map_err(Failed::failed)?;
+            accounts.push((file.display().to_string(), lesson.title, account));
+        }
+        output::print_accounts(&accounts, self.json)?;
+        Ok(ExitCode::SUCCESS)
+    }
+}
+
+impl Top {
+    fn run(&self) -> Result<ExitCode, Failure> {
+        let domain = match &self.domain {
+            Some(root) => Some(transport::Domain::at(root).map_err(Failed::usage)?),
+            None => None,
+        };
+        let mut out = std::io::stdout().lock();
+        let is_terminal = out.is_terminal();
+        console_process::top::show(domain, self.json, is_terminal, &mut out).map_err(Failed::failed)?;
+        Ok(ExitCode::SUCCESS)
+    }
+}
+
+impl Check {
+    fn run(&self) -> Result<ExitCode, Failure> {
+        let findings = supervisor_process::check(self.config.as_deref(), self.lesson.as_deref());
+        output::print_findings(&findings, self.json)?;
+        let worst = findings.iter().map(|finding| finding.verdict).max();
+        Ok(ExitCode::from(match worst {
+            Some(Verdict::Broken) => 1,
+            Some(Verdict::Good | Verdict::Slower) | None => 0,
+        }))
+    }
+}
+
+impl Bench {
+    fn run(&self) -> Result<ExitCode, Failure> {
+        let seconds = Duration::try_from_secs_f64(self.seconds)
+            .map_err(|_| Failed::usage("--seconds: give the seconds to measure as a number above 0"))?;
+        let mut out = std::io::stdout().lock();
+        supervisor_process::bench::bench(seconds, self.json, env!("LEO_COMMIT"), &mut out)
+            .map_err(Failed::failed)?;
+        Ok(ExitCode::SUCCESS)
+    }
+}
+
+/// What the processes say goes to standard error: by default warnings, `-v` what they do,
+/// `RUST_LOG` whatever it says.
+fn listen(verbose: bool, json: bool) {
+    use tracing_subscriber::EnvFilter;
+    let default = if verbose { "debug" } else { "warn" };
+    let filter = EnvFilter::try_from_default_env().unwrap_or_else(|_| EnvFilter::new(default));
+    let colour = std::io::stderr().is_terminal() && std::env::var_os("NO_COLOR").is_none();
+    let subscriber = tracing_subscriber::fmt()
+        .with_env_filter(filter)
+        .with_writer(std::io::stderr)
+        .with_target(false)
+        .with_ansi(colour)
+        .without_time();
+    if json {
+        subscriber.json().init();
+    } else {
+        subscriber.init();
+    }
+}

@@ -1,0 +1,25 @@
+use std::fmt::Display;
+use std::process::ExitCode;
+
+/// What a command failed at, and the exit status that says so.
+#[derive(Debug)]
+pub(crate) struct Failed {
+    /// What, where, and what to do.
+    pub(crate) text: String,
+    /// 1: the thing asked did not hold; 2: bad usage or configuration.
+    pub(crate) code: ExitCode,
+}
+
+impl Failed {
+    /// The thing asked did not hold.
+    #[expect(clippy::needless_pass_by_value, reason = "so that it can be given to `map_err`")]
+    pub(crate) fn failed(error: impl Display) -> Self {
+        Self { text: error.to_string(), code: ExitCode::from(1) }
+    }
+
+    /// Bad usage or configuration.
+    #[expect(clippy::needless_pass_by_value, reason = "so that it can be given to `map_err`")]
+    pub(crate) fn usage(error: impl Display) -> Self {
+        Self { text: error.to_string(), code: ExitCode::from(2) }
+    }
+}

@@ -1,0 +1,54 @@
+//! What the commands print.
+
+use std::io::Write as _;
+
+use account::Account;
+use supervisor_process::readiness::{Finding, Verdict};
+
+use super::failure::Failed;
+
+/// Prints what Leo learned in each lesson: its file, its title and the account.
+pub(crate) fn print_accounts(accounts: &[(String, String, Account)], json: bool) -> Result<(), Failed> {
+    let mut text = String::new();
+    if json {
+        let lessons: Vec<serde_json::Value> = accounts
+            .iter()
+            .map(|(file, title, account)| serde_json::json!({ "lesson": file, "title": title, "account": account }))
+            .collect();
+        text = to_json(&lessons)?;
+    } else {
+        for (file, title, account) in accounts {
+            text += &format!("{title} ({file})\n\n{}", account.to_text());
+        }
+    }
+    print(&text)
+}
+
+/// Prints what a check found.
+pub(crate) fn print_findings(findings: &[Finding], json: bool) -> Result<(), Failed> {
+    if json {
+        return print(&to_json(findings)?);
+    }
+    let mut text = String::new();
+    for Finding { verdict, about, text: found } in findings {
+        let mark = match verdict {
+            Verdict::Good => "good  ",
+            Verdict::Slower => "slower",
+            Verdict::Broken => "BROKEN",
+        };
+        text += &format!("{mark}  {about}: {found}\n");
+    }
+    print(&text)
+}
+
+fn to_json(value: &(impl serde::Serialize + ?Sized)) -> Result<String, Failed> {
+    let text = serde_json::to_string_pretty(value).map_err(Failed::failed)?;
+    Ok(text + "\n")
+}
+
+fn print(text: &str) -> Result<(), Failed> {
+    let mut out = std::io::stdout().lock();
+    out.write_all(text.as_bytes())
+        .and_then(|()| out.flush())
+        .map_err(|error| Failed::failed(format!("cannot write to standard output: {error}")))
+}

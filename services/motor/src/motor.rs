@@ -1,0 +1,185 @@
+use clock::{Duration, Instant};
+use message::{JointGoal, JointState};
+use servo::Id;
+
+use crate::bus::Bus;
+use crate::joint::{Joint, Trouble};
+use crate::request::SERVOS_MOST;
+use crate::{Replies, Request};
+
+/// The longest step of the commands: after a longer pause they go on from where they were.
+const STEP_MOST: Duration = Duration::from_millis(20);
+
+/// Why a robot cannot be driven.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum MotorError {
+    /// More servos on one bus than a cycle has room for.
+    #[error(
+        "bus `{bus}` has {servos} servos, and a cycle has room for {SERVOS_MOST}: spread them over more buses"
+    )]
+    Crowded {
+        /// The bus.
+        bus: String,
+        /// Its servos.
+        servos: usize,
+    },
+    /// A servo cannot have this identifier.
+    #[error("joint `{joint}` has id {id}, and a servo's is from 0 to 252")]
+    Id {
+        /// The joint.
+        joint: String,
+        /// The identifier.
+        id: u8,
+    },
+}
+
+/// What the motor counts.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Counts {
+    /// Goals refused: no number, or for no joint.
+    pub refused: u64,
+    /// Goals beyond a joint's limits, which became the limit.
+    pub limited: u64,
+    /// Answers dropped because nobody awaited them.
+    pub stale: u64,
+}
+
+/// The joints and their buses: goals in, one request per bus out, its replies in, joint states
+/// out. Pure: time comes in as an argument, and after [`new`](Self::new) nothing is allocated.
+#[derive(Clone, Debug)]
+pub struct Motor {
+    joints: Vec<Joint>,
+    buses: Vec<Bus>,
+    command_timeout: Duration,
+    limp_after: Duration,
+    /// When the newest goals were decided.
+    decided_at: Option<Instant>,
+    stepped_at: Option<Instant>,
+    period: Duration,
+    live: bool,
+    counts: Counts,
+}
+
+impl Motor {
+    /// A robot whose servos are all still to be found.
+    ///
+    /// # Errors
+    ///
+    /// A bus with more servos than a cycle has room for, or an identifier that no servo has.
+    pub fn new(robot: &config::motor::Motor, settings: &config::leo::Motor) -> Result<Self, MotorError> {
+        let mut joints = Vec::with_capacity(robot.joints.len());
+        for (index, joint) in (0..).zip(&robot.joints) {
+            let id = Id::new(joint.id)
+                .ok_or_else(|| MotorError::Id { joint: joint.name.clone(), id: joint.id })?;
+            joints.push(Joint::new(index, id, joint));
+        }
+        let mut buses = Vec::with_capacity(robot.buses.len());
+        for (number, bus) in robot.buses.iter().enumerate() {
+            let on_bus: Vec<_> = (0..joints.len())
+                .filter(|&index| joints.get(index).is_some_and(|joint| joint.bus() == number))
+                .collect();
+            if on_bus.len() > SERVOS_MOST {
+                return Err(MotorError::Crowded { bus: bus.name.clone(), servos: on_bus.len() });
+            }
+            buses.push(Bus::new(on_bus));
+        }
+        Ok(Self {
+            joints,
+            buses,
+            command_timeout: settings.command_timeout_ms.duration(),
+            limp_after: settings.limp_after_ms.duration(),
+            decided_at: None,
+            stepped_at: None,
+            period: settings.rate_hz.period(),
+            live: false,
+            counts: Counts::default(),
+        })
+    }
+
+    /// Takes a frame of goals that was decided at `decided_at`. A goal that is no number or for
+    /// no joint is refused, and a frame of refused goals alone is no sign of life.
+    pub fn goals(&mut self, decided_at: Instant, goals: &[JointGoal]) {
+        let mut accepted = goals.is_empty();
+        for goal in goals {
+            let joint = usize::try_from(goal.joint).ok().and_then(|index| self.joints.get_mut(index));
+            let arrive_at = Instant::from_nanos(goal.arrive_at_ns);
+            match joint.and_then(|joint| joint.set_goal(goal.goal_position_rad, arrive_at)) {
+                Some(within) => {
+                    accepted = true;
+                    self.counts.limited += u64::from(!within);
+                }
+                None => self.counts.refused += 1,
+            }
+        }
+        if accepted {
+            self.decided_at = self.decided_at.max(Some(decided_at));
+        }
+    }
+
+    /// Moves every command on to `now`. Without goals for the command time-out the joints slow
+    /// down and hold, and later let go.
+    pub fn step(&mut self, now: Instant) {
+        let since = self.stepped_at.map_or(self.period, |before| now.since(before));
+        let dt_s = since.min(STEP_MOST).as_secs_f64();
+        self.stepped_at = Some(now);
+        let age = self.decided_at.map(|decided_at| now.since(decided_at));
+        self.live = age.is_some_and(|age| age <= self.command_timeout);
+        let limp = age.is_none_or(|age| age > self.command_timeout + self.limp_after);
+        for joint in &mut self.joints {
+            if !self.live {
+                joint.forget_goal();
+            }
+            if limp {
+                joint.release();
+            }
+            if dt_s > 0.0 {
+                joint.steer(now, dt_s);
+            }
+        }
+    }
+
+    /// How many buses there are.
+    #[must_use]
+    pub const fn buses(&self) -> usize {
+        self.buses.len()
+    }
+
+    /// Writes what a bus is told and asked in this cycle. Torque comes on one group after the
+    /// other, and only when somebody commands.
+    pub fn request(&mut self, bus: usize, now: Instant, request: &mut Request) {
+        let rising = self.joints.iter().filter(|joint| joint.is_rising()).map(Joint::group).min();
+        let live = self.live;
+        if let Some(bus) = self.buses.get_mut(bus) {
+            bus.plan(
+                now,
+                &mut self.joints,
+                |group| live && rising.is_none_or(|first| group <= first),
+                request,
+            );
+        }
+    }
+
+    /// Takes what a bus answered to its last request.
+    pub fn replies(&mut self, bus: usize, now: Instant, replies: &Replies) {
+        if let Some(bus) = self.buses.get_mut(bus) {
+            bus.digest(now, &mut self.joints, replies);
+        }
+    }
+
+    /// What every joint does, in the order of their indices.
+    pub fn states(&self) -> impl ExactSizeIterator<Item = JointState> {
+        self.joints.iter().map(|joint| joint.state(self.live))
+    }
+
+    /// Why a joint failed, if it did.
+    #[must_use]
+    pub fn trouble(&self, joint: usize) -> Option<Trouble> {
+        self.joints.get(joint).and_then(Joint::trouble)
+    }
+
+    /// What was counted since [`new`](Self::new).
+    #[must_use]
+    pub fn counts(&self) -> Counts {
+        Counts { stale: self.buses.iter().map(Bus::stale).sum(), ..self.counts }
+    }
+}

@@ -1,0 +1,61 @@
+use clock::{Duration, Instant};
+use message::JointCause;
+
+/// How far a joint's servo is brought up. From top to bottom on the way up.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Stage {
+    /// It does not answer; asked again at an instant, then after twice the wait.
+    Absent {
+        /// When it is asked again.
+        ask_at: Instant,
+        /// How long after that it is asked once more.
+        wait: Duration,
+    },
+    /// Is it there, and is it the right model?
+    Ask,
+    /// What does its EEPROM say?
+    Inspect,
+    /// The EEPROM says something else: write it, with torque off.
+    Configure(Configure),
+    /// All is as it should be, and torque is off: waits for goals and for its group's turn.
+    Ready,
+    /// Torque is coming on.
+    Arm(Arm),
+    /// Torque is on.
+    Following,
+    /// Torque is going off.
+    Release,
+    /// It has an alert or refused an instruction. Torque goes off and stays off.
+    Failed {
+        /// Why.
+        cause: JointCause,
+        /// Whether the servo confirmed that its torque is off.
+        released: bool,
+    },
+}
+
+/// Steps of writing the EEPROM.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Configure {
+    /// Torque off: the EEPROM is locked while it is on.
+    Unlock,
+    /// No return delay, position mode.
+    Mode,
+    /// The joint's limits.
+    Limits,
+}
+
+/// Steps of switching torque on.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Arm {
+    /// A bus watchdog that tripped earlier locks the goals: clear it.
+    Clear,
+    /// Low profile, and the goal is where the servo stands.
+    Aim,
+    /// Set the bus watchdog.
+    Watch,
+    /// Torque on.
+    Torque,
+    /// The profile of operation.
+    Profile,
+}

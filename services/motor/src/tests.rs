@@ -1,0 +1,390 @@
+use std::collections::BTreeSet;
+
+use clock::{Duration, Instant};
+use message::{JointCause, JointGoal, JointMode, JointState};
+use serial::Lost;
+use servo::mock::{Line, Servo};
+use servo::{Id, Model, Parser, table};
+
+use super::*;
+
+const PERIOD: Duration = Duration::from_millis(4);
+
+/// Two buses, three joints in two groups. Joint 1 is turned round and shifted.
+const ROBOT: &str = r#"
+bus = [{ name = "left", device = "mock", baud = 4000000 }, { name = "right", device = "mock", baud = 4000000 }]
+[[joint]]
+name = "shoulder"
+bus = "left"
+id = 1
+model = "XM430-W350"
+sign = 1
+offset_rad = 0.0
+min_rad = -1.0
+max_rad = 1.0
+velocity_rad_s = 2.0
+acceleration_rad_s2 = 10.0
+group = "body"
+[[joint]]
+name = "elbow"
+bus = "left"
+id = 2
+model = "XM430-W350"
+sign = -1
+offset_rad = 0.5
+min_rad = -1.0
+max_rad = 1.0
+velocity_rad_s = 2.0
+acceleration_rad_s2 = 10.0
+group = "arm"
+[[joint]]
+name = "brow"
+bus = "right"
+id = 1
+model = "XL330-M288"
+sign = 1
+offset_rad = 0.0
+min_rad = -1.0
+max_rad = 1.0
+velocity_rad_s = 2.0
+acceleration_rad_s2 = 10.0
+group = "arm"
+"#;
+
+const SETTINGS: &str = "rate_hz = 250\ncommand_timeout_ms = 200\nlimp_after_ms = 1000\n\
+                        realtime = { fifo_priority = 0, cores = [], lock_memory = false }";
+
+/// A motor and its buses in simulated time.
+struct Rig {
+    motor: Motor,
+    lines: Vec<Line>,
+    now: Instant,
+    request: Request,
+    replies: Replies,
+    parser: Parser,
+    /// Bus and id of servos whose answers are lost.
+    mute: BTreeSet<(usize, u8)>,
+    lost: Option<usize>,
+}
+
+struct Wire<'a> {
+    line: &'a mut Line,
+    now: Instant,
+    answers: Vec<u8>,
+    mute: Vec<u8>,
+    lost: bool,
+}
+
+impl Port for Wire<'_> {
+    fn send(&mut self, bytes: &[u8], _within: Duration) -> Result<(), Lost> {
+        self.answers.clear();
+        self.line.hear(self.now, bytes, &mut self.answers);
+        if self.lost { Err(Lost::HangUp) } else { Ok(()) }
+    }
+
+    fn receive(&mut self, into: &mut [u8]) -> Result<usize, Lost> {
+        let mut parser = Parser::new();
+        parser.push(&self.answers);
+        let mut heard = Vec::new();
+        let mut frame = [0; 256];
+        while let Some(found) = parser.next_frame() {
+            let status = servo::Status::parse(&found).unwrap();
+            if !self.mute.contains(&status.id.get()) {
+                let length = status.encode(&mut frame).unwrap();
+                heard.extend_from_slice(&frame[..length]);
+            }
+        }
+        self.answers.clear();
+        into[..heard.len()].copy_from_slice(&heard);
+        Ok(heard.len())
+    }
+}
+
+impl Rig {
+    fn new() -> Self {
+        let robot = config::motor::parse(ROBOT, "motor.toml".as_ref()).unwrap();
+        let settings = config::parse(SETTINGS, "leo.toml".as_ref()).unwrap();
+        let servo = |model, id, at| Servo::new(model, Id::new(id).unwrap(), at, Instant::EPOCH);
+        Self {
+            motor: Motor::new(&robot, &settings).unwrap(),
+            lines: vec![
+                Line::new(vec![servo(Model::Xm430W350, 1, 0.3), servo(Model::Xm430W350, 2, 0.3)]),
+                Line::new(vec![servo(Model::Xl330M288, 1, 0.0)]),
+            ],
+            now: Instant::from_nanos(1_000_000_000),
+            request: Request::default(),
+            replies: Replies::default(),
+            parser: Parser::new(),
+            mute: BTreeSet::new(),
+            lost: None,
+        }
+    }
+
+    fn cycle(&mut self) {
+        self.now += PERIOD;
+        self.motor.step(self.now);
+        for bus in 0..self.motor.buses() {
+            self.motor.request(bus, self.now, &mut self.request);
+            let mute = self.mute.iter().filter(|mute| mute.0 == bus).map(|mute| mute.1).collect();
+            let mut wire = Wire {
+                line: &mut self.lines[bus],
+                now: self.now,
+                answers: Vec::new(),
+                mute,
+                lost: self.lost == Some(bus),
+            };
+            exchange(&mut wire, &mut self.parser, &self.request, 4_000_000, PERIOD, &mut self.replies);
+            self.motor.replies(bus, self.now, &self.replies);
+        }
+    }
+
+    /// Cycles in which somebody commands.
+    fn commanded(&mut self, cycles: u32, goal_rad: f64, arrive_at: Instant) {
+        for _ in 0..cycles {
+            let goals = [0, 1, 2].map(|joint| goal(joint, goal_rad, arrive_at));
+            self.motor.goals(self.now, &goals);
+            self.cycle();
+        }
+    }
+
+    fn state(&self, joint: usize) -> JointState {
+        self.motor.states().nth(joint).unwrap()
+    }
+
+    fn modes(&self) -> Vec<JointMode> {
+        self.motor.states().map(|state| state.mode().unwrap()).collect()
+    }
+
+    fn position(&self, joint: usize) -> f64 {
+        self.state(joint).present_position_rad().unwrap()
+    }
+}
+
+fn goal(joint: u32, goal_position_rad: f64, arrive_at: Instant) -> JointGoal {
+    JointGoal { joint, reserved: 0, goal_position_rad, arrive_at_ns: arrive_at.as_nanos() }
+}
+
+/// A rig whose joints all follow, at rest where they were found.
+fn following() -> Rig {
+    let mut rig = Rig::new();
+    for _ in 0..100 {
+        rig.motor.goals(rig.now, &[]);
+        rig.cycle();
+    }
+    assert_eq!(rig.modes(), [JointMode::Following; 3]);
+    rig
+}
+
+#[test]
+fn joints_start_only_for_a_commander_and_where_they_stand() {
+    let mut rig = Rig::new();
+    assert_eq!(rig.state(0).present_position_rad(), None);
+    for _ in 0..100 {
+        rig.cycle();
+    }
+    assert_eq!(rig.modes(), [JointMode::Starting; 3]);
+    assert!((rig.position(0) - 0.3).abs() < 0.002, "the servo's angle is the joint's");
+    assert!((rig.position(1) - 0.2).abs() < 0.002, "the elbow is turned round and shifted");
+    let rig = following();
+    assert!((rig.position(0) - 0.3).abs() < 0.002);
+    assert!((rig.state(1).command_position_rad().unwrap() - 0.2).abs() < 0.002);
+}
+
+#[test]
+fn torque_comes_on_one_group_after_the_other() {
+    let mut rig = Rig::new();
+    let mut orders = 0;
+    for _ in 0..100 {
+        rig.motor.goals(rig.now, &[]);
+        rig.cycle();
+        let torque = |bus: usize, place: usize| rig.lines[bus].servos()[place].read(64, 1).unwrap()[0];
+        if torque(0, 1) == 1 || torque(1, 0) == 1 {
+            assert_eq!(rig.modes()[0], JointMode::Following);
+            orders += 1;
+        }
+    }
+    assert!(orders > 0);
+}
+
+#[test]
+fn goals_are_reached_when_asked_and_within_the_limits() {
+    let mut rig = following();
+    let start = rig.position(0);
+    let arrive_at = rig.now + Duration::from_secs(2);
+    let mut fastest: f64 = 0.0;
+    let mut before = rig.position(0);
+    for cycle in 0..=500 {
+        rig.commanded(1, -0.7, arrive_at);
+        let command = rig.state(0).command_position_rad().unwrap();
+        fastest = fastest.max((command - before).abs() / PERIOD.as_secs_f64());
+        before = command;
+        if cycle == 250 {
+            assert!((rig.position(0) - f64::midpoint(start, -0.7)).abs() < 0.05, "{}", rig.position(0));
+        }
+    }
+    rig.commanded(20, -0.7, arrive_at);
+    assert!(fastest < 0.7, "slow enough to arrive in time: {fastest} rad/s");
+    for joint in 0..3 {
+        assert!((rig.position(joint) - -0.7).abs() < 0.003, "joint {joint} is at {}", rig.position(joint));
+    }
+}
+
+#[test]
+fn a_goal_beyond_a_limit_becomes_the_limit_and_one_that_is_no_number_is_refused() {
+    let mut rig = following();
+    rig.commanded(400, 7.0, rig.now);
+    assert!((rig.position(0) - 1.0).abs() < 0.003);
+    let held = rig.position(0);
+    let nonsense = [goal(0, f64::NAN, rig.now), goal(3, 0.0, rig.now), goal(u32::MAX, 0.0, rig.now)];
+    rig.motor.goals(rig.now, &nonsense);
+    rig.cycle();
+    assert_eq!(rig.motor.counts(), Counts { refused: 3, limited: 1200, stale: 0 });
+    assert!((rig.position(0) - held).abs() < 1e-9);
+    // Nonsense is no sign of life.
+    for _ in 0..60 {
+        rig.motor.goals(rig.now, &nonsense);
+        rig.cycle();
+    }
+    assert_eq!(rig.modes(), [JointMode::Holding; 3]);
+}
+
+#[test]
+fn without_a_commander_joints_slow_down_hold_go_limp_and_come_back_without_a_jump() {
+    let mut rig = following();
+    rig.commanded(60, -1.0, rig.now);
+    let mut trace = vec![rig.state(0).mode().unwrap()];
+    for _ in 0..400 {
+        rig.cycle();
+        let mode = rig.state(0).mode().unwrap();
+        if trace.last() != Some(&mode) {
+            trace.push(mode);
+        }
+    }
+    use JointMode::{Decelerating, Following, Holding, Limp, Starting};
+    assert_eq!(trace, [Following, Decelerating, Holding, Limp]);
+    assert_eq!(rig.state(0).cause(), Some(JointCause::CommandTimeout));
+    assert_eq!(rig.state(0).command_position_rad(), None);
+    assert_eq!(rig.lines[0].servos()[0].read(64, 1).unwrap(), [0]);
+
+    let before = rig.position(0);
+    assert!(before > -0.99, "it stopped on the way");
+    let mut trace = vec![];
+    let mut command = None;
+    for _ in 0..300 {
+        rig.commanded(1, 0.5, rig.now);
+        let mode = rig.state(0).mode().unwrap();
+        if trace.last() != Some(&mode) {
+            trace.push(mode);
+        }
+        if let Some(next) = rig.state(0).command_position_rad() {
+            assert!((next - command.unwrap_or(before)).abs() < 0.02, "from {command:?} to {next}");
+            command = Some(next);
+        }
+    }
+    assert_eq!(trace, [Starting, Following]);
+    assert!((rig.position(0) - 0.5).abs() < 0.003);
+}
+
+#[test]
+fn a_silent_servo_is_quarantined_costs_no_other_and_comes_back() {
+    let mut rig = following();
+    rig.mute.insert((0, 1));
+    rig.commanded(2, 0.0, rig.now);
+    assert_eq!(rig.modes()[0], JointMode::Following, "two misses are forgiven");
+    let seen_at = rig.state(0).sampled_at_ns;
+    rig.commanded(1, 0.0, rig.now);
+    assert_eq!(rig.modes(), [JointMode::Quarantined, JointMode::Following, JointMode::Following]);
+    assert_eq!(rig.state(0).cause(), Some(JointCause::Silent));
+    assert_eq!(rig.state(0).sampled_at_ns, seen_at, "a reading that is missing keeps its age");
+    rig.commanded(200, 0.0, rig.now);
+    assert!((rig.position(1)).abs() < 0.003);
+    assert_eq!(rig.state(1).sampled_at_ns, rig.now.as_nanos());
+    rig.mute.clear();
+    rig.commanded(300, 0.0, rig.now);
+    assert_eq!(rig.modes(), [JointMode::Following; 3]);
+    assert!((rig.position(0)).abs() < 0.003);
+}
+
+#[test]
+fn a_servo_that_never_was_there_keeps_no_other_from_starting() {
+    let mut rig = Rig::new();
+    rig.mute.insert((0, 1));
+    rig.commanded(150, 0.0, rig.now);
+    assert_eq!(rig.modes(), [JointMode::Quarantined, JointMode::Following, JointMode::Following]);
+    assert_eq!(rig.state(0).present_position_rad(), None);
+}
+
+#[test]
+fn a_lost_bus_stops_its_joints_alone() {
+    let mut rig = following();
+    rig.lost = Some(1);
+    rig.commanded(1, 0.0, rig.now);
+    assert_eq!(rig.modes(), [JointMode::Following, JointMode::Following, JointMode::Quarantined]);
+    assert_eq!(rig.state(2).cause(), Some(JointCause::BusLost));
+    rig.lost = None;
+    rig.commanded(100, 0.0, rig.now);
+    assert_eq!(rig.modes(), [JointMode::Following; 3]);
+}
+
+#[test]
+fn a_servo_that_started_anew_or_whose_watchdog_tripped_is_brought_up_again() {
+    let mut rig = following();
+    rig.lines[0].servos_mut()[0].reboot();
+    rig.commanded(3, 0.0, rig.now);
+    assert_eq!(rig.modes()[0], JointMode::Quarantined, "deaf for 0.4 s");
+    rig.commanded(300, 0.0, rig.now);
+    assert_eq!(rig.modes()[0], JointMode::Following);
+    // The whole machine stood still for a second.
+    rig.now += Duration::from_secs(1);
+    rig.commanded(1, 0.0, rig.now);
+    assert_eq!(rig.lines[0].servos()[0].read(table::BUS_WATCHDOG.address, 1).unwrap(), [0xFF]);
+    rig.commanded(50, 0.5, rig.now);
+    rig.commanded(200, 0.5, rig.now);
+    assert_eq!(rig.modes(), [JointMode::Following; 3]);
+    assert!((rig.position(0) - 0.5).abs() < 0.003, "{}", rig.position(0));
+}
+
+#[test]
+fn a_servo_of_another_model_gets_no_torque_and_says_so() {
+    let mut rig = Rig::new();
+    rig.lines[1].servos_mut()[0] = Servo::new(Model::Xm430W350, Id::new(1).unwrap(), 0.0, Instant::EPOCH);
+    rig.commanded(100, 0.0, rig.now);
+    assert_eq!(rig.modes(), [JointMode::Following, JointMode::Following, JointMode::Limp]);
+    assert_eq!(rig.state(2).cause(), Some(JointCause::Refused));
+    let said = rig.motor.trouble(2).unwrap().to_string();
+    assert!(said.starts_with("a servo of model number 1020 answers, and 1200 is configured"), "{said}");
+}
+
+#[test]
+fn an_alert_makes_its_joint_limp() {
+    let mut rig = following();
+    let servo = &mut rig.lines[0].servos_mut()[1];
+    servo.write(table::TORQUE_ENABLE.address, &[0]).unwrap();
+    servo.write(table::TEMPERATURE_LIMIT.address, &[20]).unwrap();
+    rig.commanded(10, 0.0, rig.now);
+    assert_eq!(rig.modes(), [JointMode::Following, JointMode::Limp, JointMode::Following]);
+    assert_eq!(rig.state(1).cause(), Some(JointCause::Alert));
+}
+
+#[test]
+fn two_runs_are_the_same_to_the_last_bit() {
+    let run = || {
+        let mut rig = Rig::new();
+        rig.commanded(300, 0.4, Instant::from_nanos(2_500_000_000));
+        rig.motor.states().map(|state| format!("{state:?}")).collect::<Vec<_>>()
+    };
+    assert_eq!(run(), run());
+}
+
+#[test]
+fn a_crowded_bus_is_refused() {
+    let mut robot = config::motor::parse(ROBOT, "motor.toml".as_ref()).unwrap();
+    let settings = config::parse(SETTINGS, "leo.toml".as_ref()).unwrap();
+    for id in 3..40 {
+        let mut joint = robot.joints[0].clone();
+        joint.id = id;
+        robot.joints.push(joint);
+    }
+    let refused = Motor::new(&robot, &settings).err();
+    assert_eq!(refused, Some(MotorError::Crowded { bus: "left".to_owned(), servos: 39 }));
+}

@@ -1,0 +1,95 @@
+//! Leo's hands: when they grasp and when they let go.
+
+use clock::Instant;
+use config::lesson::{Object, Role};
+use geometry::{Base, Pose, World};
+
+use crate::settle;
+use crate::thing::{Motion, Thing};
+
+/// A hand is closed from this mean finger closure on, in radians …
+const CLOSED_RAD: f64 = 0.7;
+/// … and open again below this one.
+const OPEN_RAD: f64 = 0.5;
+/// A thing is grasped when its centre is within this distance of the grasp point, in metres.
+const REACH_M: f64 = 0.03;
+
+/// One of Leo's hands, as his joints say.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Hand {
+    /// The pose of the hand, its origin at the grasp point.
+    pub pose: Pose<Base, geometry::Hand>,
+    /// Mean closure of the fingers, in radians; 0 is open.
+    pub closure_rad: f64,
+}
+
+/// What is known of a hand from step to step.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Grasp {
+    /// Whether it is closed; unknown until it is first seen.
+    is_closed: Option<bool>,
+}
+
+/// What happens to a hand's grasp in a step.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Change {
+    None,
+    Closes,
+    Opens,
+}
+
+impl Grasp {
+    /// Takes note of the closure. Between the two thresholds a hand stays as it is, and so it
+    /// does where the closure is no number.
+    pub(crate) fn note(&mut self, closure_rad: f64) -> Change {
+        let before = self.is_closed;
+        let after = if closure_rad > CLOSED_RAD {
+            true
+        } else if closure_rad < OPEN_RAD {
+            false
+        } else {
+            before.unwrap_or(false)
+        };
+        self.is_closed = Some(after);
+        match (before, after) {
+            (Some(false), true) => Change::Closes,
+            (Some(true), false) => Change::Opens,
+            // A hand that is first seen closed has closed on nothing that is known.
+            (None | Some(false), false) | (None | Some(true), true) => Change::None,
+        }
+    }
+}
+
+/// Takes the loose peg or marker next to the grasp point, if one is near enough.
+pub(crate) fn grasp(
+    things: &mut [Thing],
+    objects: &[Object],
+    hand: usize,
+    x_world_hand: &Pose<World, geometry::Hand>,
+) {
+    let point = x_world_hand.origin();
+    let nearest = things
+        .iter_mut()
+        .zip(objects)
+        .filter(|(thing, object)| thing.is_loose() && object.kind.role != Role::Block)
+        .map(|(thing, _)| (thing.pose.origin().distance(&point), thing))
+        .filter(|(distance, _)| *distance <= REACH_M)
+        .min_by(|a, b| a.0.total_cmp(&b.0));
+    if let Some((_, thing)) = nearest {
+        let x_hand_thing = x_world_hand.inverse() * thing.pose;
+        thing.motion = Motion::Grasped { hand, x_hand_thing };
+        thing.seat = None;
+    }
+}
+
+/// Lets go what the hand holds: into a hole where the rule says so, else down.
+pub(crate) fn release(things: &mut [Thing], objects: &[Object], hand: usize, now: Instant) {
+    let holds =
+        |thing: &Thing| matches!(thing.motion, Motion::Grasped { hand: holder, .. } if holder == hand);
+    let Some(index) = things.iter().position(holds) else { return };
+    let rest =
+        settle::hole_below(things, objects, index).or_else(|| settle::support_below(things, objects, index));
+    let (Some(rest), Some(thing)) = (rest, things.get_mut(index)) else { return };
+    thing.seat = rest.seat;
+    thing.motion = Motion::Settling { path: rest.path(thing.pose, now) };
+}

@@ -1,0 +1,174 @@
+//! What the world gives away: observations, the truth, and what was said.
+
+use config::lesson::{Act, Object, Occluder, Role};
+use geometry::{Pose, Thing as Frame};
+use message::{Modality, NOBODY, Observation, ObservationKind, STATES, SceneObject, State, Text, Utterance};
+use quantity::number::single;
+
+use crate::World;
+use crate::cue::Event;
+use crate::settle;
+use crate::teacher::Teacher;
+use crate::thing::{Motion, SeatKind, Thing};
+
+/// The number of this sensory source.
+const SOURCE: u16 = 0;
+/// Half the extents of a head, in metres.
+const HEAD_M: [f64; 3] = [0.10, 0.08, 0.12];
+/// The colour of what has none in the lesson.
+const GREY: [f32; 3] = [0.5; 3];
+
+impl World {
+    /// What the robot's eyes observe at the instant of the last step, in its base frame and with
+    /// noise: the objects, the teachers who are present (the pose is that of their eyes) and the
+    /// occluders. The robot looks down on the table: nothing there is hidden from it.
+    pub fn observations(&self) -> impl Iterator<Item = Observation> {
+        let observed_at_ns = self.state.now.as_nanos();
+        let confidence = single(self.lesson.noise.confidence);
+        let truth = self.truths().zip(&self.state.offsets_m);
+        truth.map(move |(truth, offset_m)| {
+            let pose = self.x_base_world * truth.pose;
+            let mut position_m = pose.position_m();
+            for (coordinate, offset) in position_m.iter_mut().zip(offset_m) {
+                *coordinate += offset;
+            }
+            Observation {
+                observed_at_ns,
+                source: SOURCE,
+                modality: Modality::Vision.raw(),
+                kind: truth.kind.raw(),
+                partner: truth.partner,
+                held_by: truth.held_by,
+                reserved: 0,
+                confidence,
+                position_m: position_m.map(single),
+                orientation_xyzw: pose.orientation_xyzw().map(single),
+                half_extents_m: truth.half_extents_m.map(single),
+                colour_rgb: truth.colour_rgb,
+                shape: truth.shape,
+                states: truth.states,
+            }
+        })
+    }
+
+    /// What is true at the instant of the last step, in the world frame, in the order of
+    /// [`World::observations`].
+    pub fn scene(&self) -> impl Iterator<Item = SceneObject> {
+        self.truths().map(|truth| SceneObject {
+            position_m: truth.pose.position_m(),
+            orientation_xyzw: truth.pose.orientation_xyzw(),
+            half_extents_m: truth.half_extents_m,
+            colour_rgb: truth.colour_rgb,
+            states: truth.states,
+            kind: truth.kind.raw(),
+            held_by: truth.held_by,
+            name: truth.name,
+        })
+    }
+
+    /// What was said since the step before the last one, in the order of time.
+    pub fn utterances(&self) -> impl Iterator<Item = Utterance> {
+        self.recent_cues().iter().filter_map(|cue| {
+            let Event::Step(index) = cue.event else { return None };
+            let step = self.lesson.tables().nth(cue.table)?.script.get(index)?;
+            let Act::Say(text) = &step.act else { return None };
+            Some(Utterance { speaker: u32::from(step.who), text: Text::new(text) })
+        })
+    }
+
+    fn truths(&self) -> impl Iterator<Item = Truth> {
+        let table = self.table();
+        let objects = table.map_or(&[][..], |table| &table.objects);
+        let occluders = table.filter(|_| self.state.has_occluders).map_or(&[][..], |table| &table.occluders);
+        let things = &self.state.things;
+        let things = things
+            .iter()
+            .zip(objects)
+            .enumerate()
+            .map(|(index, (thing, object))| self.object(index, thing, object));
+        let present = self.state.teachers.iter().filter(|teacher| teacher.is_present);
+        things.chain(present.map(|teacher| self.person(teacher))).chain(occluders.iter().map(occluder))
+    }
+
+    fn object(&self, index: usize, thing: &Thing, object: &Object) -> Truth {
+        let things = &self.state.things;
+        let mut states = [f32::NAN; STATES];
+        let mut set = |state: State, holds: bool| {
+            if let Some(slot) = states.get_mut(usize::from(state.raw())) {
+                *slot = if holds { 1.0 } else { 0.0 };
+            }
+        };
+        if object.kind.hole {
+            set(State::Filled, settle::is_filled(things, index));
+        }
+        if object.kind.markable {
+            set(State::Marked, self.is_marked(index));
+        }
+        if object.kind.role == Role::Peg {
+            set(State::Inserted, thing.seat.is_some_and(|seat| seat.kind == SeatKind::Hole));
+        }
+        Truth {
+            pose: thing.pose,
+            kind: ObservationKind::Object,
+            partner: NOBODY,
+            held_by: thing.held_by(),
+            half_extents_m: object.kind.half_extents_m,
+            colour_rgb: object.colour_rgb.map(single),
+            shape: object.kind.shape.map(single),
+            states,
+            name: Text::new(&object.name),
+        }
+    }
+
+    fn is_marked(&self, index: usize) -> bool {
+        let objects = self.table().map_or(&[][..], |table| &table.objects);
+        self.state.things.iter().zip(objects).any(|(thing, object)| {
+            object.kind.role == Role::Marker
+                && matches!(thing.motion, Motion::AtRest)
+                && thing.seat.is_some_and(|seat| seat.on == index && seat.kind == SeatKind::Top)
+        })
+    }
+
+    fn person(&self, teacher: &Teacher) -> Truth {
+        let eye = teacher.eye(self.state.now);
+        Truth {
+            pose: Pose::from_isometry(*eye.isometry()),
+            kind: ObservationKind::Person,
+            partner: teacher.number,
+            held_by: NOBODY,
+            half_extents_m: HEAD_M,
+            colour_rgb: GREY,
+            shape: [0.0; 4],
+            states: [f32::NAN; STATES],
+            name: teacher.name,
+        }
+    }
+}
+
+fn occluder(occluder: &Occluder) -> Truth {
+    let [x, y, z] = occluder.centre_m;
+    Truth {
+        pose: Pose::upright(x, y, z, 0.0),
+        kind: ObservationKind::Occluder,
+        partner: NOBODY,
+        held_by: NOBODY,
+        half_extents_m: occluder.half_extents_m,
+        colour_rgb: GREY,
+        shape: [0.0; 4],
+        states: [f32::NAN; STATES],
+        name: Text::new(&occluder.name),
+    }
+}
+
+/// What is true of one thing, person or occluder.
+struct Truth {
+    pose: Pose<geometry::World, Frame>,
+    kind: ObservationKind,
+    partner: u16,
+    held_by: u16,
+    half_extents_m: [f64; 3],
+    colour_rgb: [f32; 3],
+    shape: [f32; 4],
+    states: [f32; STATES],
+    name: Text,
+}

@@ -1,0 +1,130 @@
+//! Where a thing comes to rest that Leo lets go.
+
+use clock::{Duration, Instant};
+use config::lesson::{Object, Role};
+use geometry::{Pose, Position, Thing as Frame, World};
+
+use crate::path::{Manner, Path};
+use crate::thing::{Motion, Seat, SeatKind, Thing, above};
+
+/// A peg that is let go slides into a hole whose axis is within this distance, in metres …
+const ASIDE_M: f64 = 0.02;
+/// … when its lower end is this far below the hole's top, in metres.
+const DEPTH_M: std::ops::RangeInclusive<f64> = 0.005..=0.06;
+/// How long it takes to slide down in a hole.
+const SLIDE: Duration = Duration::from_millis(150);
+/// The shortest fall, in seconds: within it the thing also turns upright.
+const FALL_LEAST_S: f64 = 0.1;
+/// Acceleration of free fall, in metres per second squared.
+const GRAVITY_M_S2: f64 = 9.81;
+
+/// Where a thing will rest.
+pub(crate) struct Rest {
+    pub(crate) pose: Pose<World, Frame>,
+    pub(crate) seat: Option<Seat>,
+}
+
+impl Rest {
+    /// The way there.
+    pub(crate) fn path(&self, from: Pose<World, Frame>, begins: Instant) -> Path {
+        let ([.., high], [.., low]) = (from.position_m(), self.pose.position_m());
+        let slides = self.seat.is_some_and(|seat| seat.kind == SeatKind::Hole);
+        let (manner, takes) = if slides || high <= low {
+            (Manner::Glide, SLIDE)
+        } else {
+            let seconds = (2.0 * (high - low) / GRAVITY_M_S2).sqrt().max(FALL_LEAST_S);
+            (Manner::Fall, Duration::from_secs_f64(seconds))
+        };
+        Path { from, to: self.pose, begins, takes, manner }
+    }
+}
+
+/// Half the height of an object, in metres.
+pub(crate) fn half_height_m(object: &Object) -> f64 {
+    let [.., half_height_m] = object.kind.half_extents_m;
+    half_height_m
+}
+
+/// Whether something sits in the hole of the object.
+pub(crate) fn is_filled(things: &[Thing], block: usize) -> bool {
+    things.iter().any(|thing| is_in(thing.seat, block))
+}
+
+/// Whether nothing sits in the hole of the object, and nothing is being carried into it.
+pub(crate) fn is_free(things: &[Thing], block: usize) -> bool {
+    let is_coming = |thing: &Thing| match thing.motion {
+        Motion::Carried { to, .. } => is_in(to, block),
+        Motion::AtRest | Motion::Settling { .. } | Motion::Grasped { .. } => false,
+    };
+    !is_filled(things, block) && !things.iter().any(is_coming)
+}
+
+fn is_in(seat: Option<Seat>, block: usize) -> bool {
+    seat.is_some_and(|seat| seat.on == block && seat.kind == SeatKind::Hole)
+}
+
+/// The free hole into which a peg goes that is let go where it is.
+pub(crate) fn hole_below(things: &[Thing], objects: &[Object], peg: usize) -> Option<Rest> {
+    let object = objects.get(peg).filter(|object| object.kind.role == Role::Peg)?;
+    let pose = things.get(peg)?.pose;
+    let half_height_m = half_height_m(object);
+    let [x, y, lower_end_m] = (pose * Position::new(0.0, 0.0, -half_height_m)).to_array();
+    let holes = things
+        .iter()
+        .zip(objects)
+        .enumerate()
+        .filter(|(_, (thing, object))| object.kind.hole && matches!(thing.motion, Motion::AtRest));
+    let (_, depth_m, block) = holes
+        .map(|(index, (thing, object))| {
+            let [hole_x, hole_y, top_m] = above(&thing.pose, self::half_height_m(object)).position_m();
+            ((x - hole_x).hypot(y - hole_y), top_m - lower_end_m, index)
+        })
+        .filter(|(aside_m, depth_m, _)| *aside_m <= ASIDE_M && DEPTH_M.contains(depth_m))
+        .filter(|(.., index)| is_free(things, *index))
+        .min_by(|a, b| a.0.total_cmp(&b.0))?;
+    // The hole goes right through. The peg slides on until half of it is in, and stays where it
+    // is when it is deeper: nothing lifts it.
+    let raised_m = self::half_height_m(objects.get(block)?) + half_height_m - depth_m.max(half_height_m);
+    seated(things, block, SeatKind::Hole, raised_m)
+}
+
+/// Where a thing comes to rest that is let go and falls: the highest top below it, or the table.
+pub(crate) fn support_below(things: &[Thing], objects: &[Object], index: usize) -> Option<Rest> {
+    let pose = things.get(index)?.pose;
+    let half_height_m = half_height_m(objects.get(index)?);
+    let [x, y, centre_m] = pose.position_m();
+    let top_m = centre_m + half_height_m;
+    let supports = things.iter().zip(objects).enumerate().filter(|&(other, (thing, object))| {
+        // What is put beside a hole stands on the block's top even where it was let go lower:
+        // two bodies do not share a place.
+        other != index
+            && object.kind.role == Role::Block
+            && matches!(thing.motion, Motion::AtRest)
+            && is_over(&thing.pose, object, x, y)
+            && thing.pose.position_m()[2] + self::half_height_m(object) <= top_m
+    });
+    let highest = supports
+        .map(|(other, (thing, object))| (thing.pose.position_m()[2] + self::half_height_m(object), other))
+        .max_by(|a, b| a.0.total_cmp(&b.0));
+    let (support_m, on) = highest.map_or((0.0, None), |(top_m, other)| (top_m, Some(other)));
+    let pose = Pose::upright(x, y, support_m + half_height_m, pose.heading_rad());
+    let seat = on.and_then(|on| {
+        let x_on_thing = things.get(on)?.pose.inverse() * pose;
+        Some(Seat { on, kind: SeatKind::Top, x_on_thing })
+    });
+    Some(Rest { pose, seat })
+}
+
+/// Upright in the middle of another thing, `raised_m` above that one's centre.
+pub(crate) fn seated(things: &[Thing], on: usize, kind: SeatKind, raised_m: f64) -> Option<Rest> {
+    let below = things.get(on)?.pose;
+    let pose = above(&below, raised_m);
+    Some(Rest { pose, seat: Some(Seat { on, kind, x_on_thing: below.inverse() * pose }) })
+}
+
+fn is_over(pose: &Pose<World, Frame>, object: &Object, x: f64, y: f64) -> bool {
+    let [_, _, z] = pose.position_m();
+    let [x, y, _] = (pose.inverse() * Position::new(x, y, z)).to_array();
+    let [half_x, half_y, _] = object.kind.half_extents_m;
+    x.abs() <= half_x && y.abs() <= half_y
+}

@@ -1,0 +1,243 @@
+use clock::{Duration, Instant};
+use config::lesson::{Act, Destination, Lesson, Object, Table};
+use geometry::{Base, Pose};
+
+use crate::cue::{Cue, Event, timeline};
+use crate::gaussian::Gaussian;
+use crate::hand::{self, Change, Grasp, Hand};
+use crate::path::{Manner, Path};
+use crate::settle::{self, Rest, half_height_m};
+use crate::teacher::Teacher;
+use crate::thing::{Motion, SeatKind, Thing};
+
+/// The workspace: the table with its objects, the teachers, and Leo's hands.
+///
+/// Deterministic: the same lesson, seed and steps give the same observations, bit for bit. After
+/// `new` nothing is allocated.
+#[derive(Clone, Debug)]
+pub struct World {
+    pub(crate) lesson: Lesson,
+    pub(crate) cues: Vec<Cue>,
+    lasts: Duration,
+    pub(crate) x_base_world: Pose<Base, geometry::World>,
+    pub(crate) state: State,
+}
+
+/// All that changes.
+#[derive(Clone, Debug)]
+pub(crate) struct State {
+    began: Option<Instant>,
+    pub(crate) now: Instant,
+    next_cue: usize,
+    /// The cues of this step begin here; they end where the next ones begin.
+    first_cue: usize,
+    /// Which of the lesson's tables is laid.
+    table: Option<usize>,
+    pub(crate) has_occluders: bool,
+    pub(crate) things: Vec<Thing>,
+    pub(crate) teachers: Vec<Teacher>,
+    grasps: [Grasp; 2],
+    noise: Gaussian,
+    /// What the noise adds to each observation of this step, in their order, in metres.
+    pub(crate) offsets_m: Vec<[f64; 3]>,
+}
+
+impl World {
+    /// The world of a lesson, before its script begins. `seed` is the noise's.
+    #[must_use]
+    pub fn new(lesson: &Lesson, seed: u64) -> Self {
+        let (cues, lasts) = timeline(lesson);
+        let [x, y, z] = lesson.robot.position_m;
+        let x_world_base = Pose::<geometry::World, Base>::upright(x, y, z, lesson.robot.heading_rad);
+        let most = |count: fn(&Table) -> usize| lesson.tables().map(count).max().unwrap_or(0);
+        let objects = most(|table| table.objects.len());
+        let observations = objects + most(|table| table.occluders.len()) + lesson.teachers.len();
+        Self {
+            cues,
+            lasts,
+            x_base_world: x_world_base.inverse(),
+            state: State {
+                began: None,
+                now: Instant::EPOCH,
+                next_cue: 0,
+                first_cue: 0,
+                table: None,
+                has_occluders: false,
+                things: Vec::with_capacity(objects),
+                teachers: lesson.teachers.iter().map(Teacher::new).collect(),
+                grasps: [Grasp::default(); 2],
+                noise: Gaussian::new(seed),
+                offsets_m: vec![[0.0; 3]; observations],
+            },
+            lesson: lesson.clone(),
+        }
+    }
+
+    /// Lets the script begin at an instant; without it, it begins with the first step.
+    pub fn begin(&mut self, at: Instant) {
+        self.state.began = Some(at);
+    }
+
+    /// How long the script lasts.
+    #[must_use]
+    pub fn lasts(&self) -> Duration {
+        self.lasts
+    }
+
+    /// Whether the script is over; Leo may still be at work.
+    #[must_use]
+    pub fn is_finished(&self) -> bool {
+        let is_over = |began| self.state.now >= began + self.lasts;
+        self.state.next_cue == self.cues.len() && self.state.began.is_some_and(is_over)
+    }
+
+    /// Moves the world on to `now`; an instant before that of the last step is taken for that one.
+    ///
+    /// `hands` are Leo's left and right hand at `now`, `None` where nobody knows. A hand that
+    /// closes takes the loose peg or marker whose centre is within 3 cm of its grasp point, and
+    /// the thing then moves rigidly with it. When it opens, a peg whose lower end is 5 to 60 mm
+    /// below the top of a free hole and within 2 cm of its axis slides into it; anything else
+    /// falls upright onto what is below it.
+    pub fn step(&mut self, now: Instant, hands: [Option<Hand>; 2]) {
+        let now = now.max(self.state.now);
+        let began = *self.state.began.get_or_insert(now);
+        self.state.first_cue = self.state.next_cue;
+        while let Some(&cue) = self.cues.get(self.state.next_cue).filter(|cue| began + cue.at <= now) {
+            self.state.next_cue += 1;
+            self.advance(began + cue.at);
+            self.take(cue, began + cue.at);
+        }
+        self.advance(now);
+        self.state.now = now;
+        for (index, hand) in hands.into_iter().enumerate() {
+            if let Some(hand) = hand.filter(|hand| is_finite(&hand.pose)) {
+                self.move_hand(index, &hand);
+            }
+        }
+        self.follow();
+        for offset in &mut self.state.offsets_m {
+            *offset = [(); 3].map(|()| self.state.noise.next() * self.lesson.noise.position_sigma_m);
+        }
+    }
+
+    /// What the lesson says of the table that is laid or being laid.
+    pub(crate) fn table(&self) -> Option<&Table> {
+        self.state.table.and_then(|table| self.lesson.tables().nth(table))
+    }
+
+    /// The cues of the last step.
+    pub(crate) fn recent_cues(&self) -> &[Cue] {
+        self.cues.get(self.state.first_cue..self.state.next_cue).unwrap_or(&[])
+    }
+
+    fn advance(&mut self, now: Instant) {
+        for thing in &mut self.state.things {
+            thing.advance(now);
+        }
+        self.follow();
+    }
+
+    /// Things that sit in or on another one go where it goes.
+    fn follow(&mut self) {
+        for index in 0..self.state.things.len() {
+            let seat = self.state.things.get(index).filter(|thing| matches!(thing.motion, Motion::AtRest));
+            let Some(seat) = seat.and_then(|thing| thing.seat) else { continue };
+            let Some(below) = self.state.things.get(seat.on).map(|thing| thing.pose) else { continue };
+            if let Some(thing) = self.state.things.get_mut(index) {
+                thing.pose = below * seat.x_on_thing;
+            }
+        }
+    }
+
+    fn take(&mut self, cue: Cue, now: Instant) {
+        let Some(table) = self.lesson.tables().nth(cue.table) else { return };
+        let state = &mut self.state;
+        match cue.event {
+            Event::Clear => {
+                state.things.clear();
+                state.has_occluders = false;
+                state.table = None;
+            }
+            Event::Occlude => {
+                state.table = Some(cue.table);
+                state.has_occluders = true;
+            }
+            Event::Lay => state.things.extend(table.objects.iter().map(Thing::laid)),
+            Event::Step(index) => {
+                let Some(step) = table.script.get(index) else { return };
+                let teacher = state.teachers.iter_mut().find(|teacher| teacher.number == step.who);
+                match (&step.act, teacher) {
+                    (Act::Move { object, to, takes }, _) => {
+                        begin_move(&mut state.things, &table.objects, *object, *to, (step.who, now, *takes));
+                    }
+                    (Act::Look { at_m, takes }, Some(teacher)) => teacher.look(now, *at_m, *takes),
+                    (Act::Leave, Some(teacher)) => teacher.is_present = false,
+                    (Act::Return, Some(teacher)) => teacher.is_present = true,
+                    (Act::Say(_), _) | (Act::Look { .. } | Act::Leave | Act::Return, None) => {}
+                }
+            }
+        }
+    }
+
+    fn move_hand(&mut self, index: usize, hand: &Hand) {
+        let now = self.state.now;
+        let x_world_hand = self.x_base_world.inverse() * hand.pose;
+        let change =
+            self.state.grasps.get_mut(index).map_or(Change::None, |grasp| grasp.note(hand.closure_rad));
+        let Some(table) = self.state.table.and_then(|table| self.lesson.tables().nth(table)) else { return };
+        let things = &mut self.state.things;
+        for thing in things.iter_mut() {
+            if let Motion::Grasped { hand, x_hand_thing } = thing.motion
+                && hand == index
+            {
+                thing.pose = x_world_hand * x_hand_thing;
+            }
+        }
+        match change {
+            Change::None => {}
+            Change::Closes => hand::grasp(things, &table.objects, index, &x_world_hand),
+            Change::Opens => hand::release(things, &table.objects, index, now),
+        }
+    }
+}
+
+/// A teacher takes an object, unless Leo has it or its end is no longer free.
+fn begin_move(
+    things: &mut [Thing],
+    objects: &[Object],
+    index: usize,
+    to: Destination,
+    (by, begins, takes): (u16, Instant, Duration),
+) {
+    let Some(rest) = destination(things, objects, index, to) else { return };
+    let Some(thing) = things.get_mut(index) else { return };
+    match thing.motion {
+        Motion::AtRest | Motion::Settling { .. } => {}
+        Motion::Carried { .. } | Motion::Grasped { .. } => return,
+    }
+    let path = Path { from: thing.pose, to: rest.pose, begins, takes, manner: Manner::Carry };
+    thing.seat = None;
+    thing.motion = Motion::Carried { by, path, to: rest.seat };
+}
+
+fn destination(things: &[Thing], objects: &[Object], index: usize, to: Destination) -> Option<Rest> {
+    match to {
+        Destination::Place(place) => {
+            let [x, y, z] = place.position_m;
+            Some(Rest { pose: Pose::upright(x, y, z, place.heading_rad), seat: None })
+        }
+        // Half of a peg that is put into a hole stands out of it: its centre is at the hole's top.
+        Destination::Hole(block) if settle::is_free(things, block) => {
+            settle::seated(things, block, SeatKind::Hole, half_height_m(objects.get(block)?))
+        }
+        Destination::Hole(_) => None,
+        Destination::Top(below) => {
+            let raised_m = half_height_m(objects.get(below)?) + half_height_m(objects.get(index)?);
+            settle::seated(things, below, SeatKind::Top, raised_m)
+        }
+    }
+}
+
+fn is_finite(pose: &Pose<Base, geometry::Hand>) -> bool {
+    pose.position_m().iter().chain(&pose.orientation_xyzw()).all(|number| number.is_finite())
+}

@@ -1,0 +1,155 @@
+//! Leo's own processes, measured where the beliefs are read.
+
+use std::time::Duration;
+
+use message::{BeliefHead, Beliefs, Health, Histogram, Hop, Process, ProcessState};
+use process::Launch;
+use transport::{Domain, HealthReader, Inlet, Node};
+
+use super::{BenchError, Case};
+use crate::Children;
+
+/// The processes between an observation and a belief, in the order of starting.
+const PROCESSES: [Process; 3] = [Process::Belief, Process::Sensor, Process::Simulator];
+/// How long they have to get ready.
+const READY_WITHIN: Duration = Duration::from_secs(10);
+/// The perspective whose buffer is published last.
+const LAST_PERSPECTIVE: u32 = 1;
+/// Frames before counting begins: caches, page tables and connections are warm then.
+const WARM_UP_FRAMES: u64 = 100;
+
+/// What was measured.
+#[derive(Default)]
+pub(super) struct Measured {
+    /// Percept buffer published to belief buffers read.
+    pub(super) latency: Histogram,
+    /// The belief process's step, its publishing included.
+    pub(super) step: Histogram,
+    /// How late the sensor process woke.
+    pub(super) sensor_wakeup: Histogram,
+    /// Belief frames that did not come.
+    pub(super) lost: u64,
+}
+
+/// Runs simulator, sensor and belief at the case's rate and size, and reads the beliefs.
+pub(super) fn percept_to_belief(domain: &Domain, node: &Node, case: Case) -> Result<Measured, BenchError> {
+    let folder = std::env::temp_dir().join(format!(
+        "leo-bench-{}-{}-{}",
+        std::process::id(),
+        case.rate_hz,
+        case.objects
+    ));
+    std::fs::create_dir_all(&folder)?;
+    let file = folder.join("leo.toml");
+    let capacity = f64::from(case.objects).max(64.0) + 8.0;
+    let rate = f64::from(case.rate_hz);
+    let text = config::Robot::leo_text_with(&[
+        ("buffers.objects", capacity),
+        ("sensor.rate_hz", rate),
+        ("simulator.rate_hz", rate),
+    ]);
+    std::fs::write(&file, text)?;
+    let mut children = Children::new().map_err(crate::RunError::Executable)?;
+    // A name for each life of each process, because the boards of one domain are told apart by it.
+    let incarnation = u64::from(case.rate_hz) * 100_000 + u64::from(case.objects);
+    let mut beliefs = node.waking_inlet::<Beliefs>(Some(LAST_PERSPECTIVE)).map_err(BenchError::port)?;
+    let measured = (|| {
+        for process in PROCESSES {
+            let launch = Launch {
+                domain: domain.root().to_owned(),
+                incarnation,
+                parent: i32::try_from(std::process::id()).ok(),
+                config: Some(file.clone()),
+                lesson: None,
+                synthetic: Some(case.objects),
+                partners: Some(1),
+                stay: true,
+                lockstep: false,
+                state: None,
+            };
+            children.start(process, &launch)?;
+            await_running(node, process, incarnation)?;
+        }
+        read(&mut beliefs, node, case, incarnation)
+    })();
+    for process in PROCESSES {
+        children.terminate(process);
+    }
+    let give_up = clock::now() + READY_WITHIN;
+    let mut look = clock::now();
+    while !children.is_empty() && clock::now() < give_up {
+        children.bury();
+        look += Duration::from_millis(5);
+        clock::sleep_until(look);
+    }
+    drop(children);
+    drop(beliefs);
+    node.clean_up_dead();
+    std::fs::remove_dir_all(&folder)?;
+    measured
+}
+
+fn await_running(node: &Node, process: Process, incarnation: u64) -> Result<(), BenchError> {
+    let give_up = clock::now() + READY_WITHIN;
+    let mut look = clock::now();
+    loop {
+        let health = health(node, process, incarnation);
+        if health.and_then(|health| health.state()) == Some(ProcessState::Running) {
+            return Ok(());
+        }
+        if clock::now() > give_up {
+            return Err(BenchError::NotReady(process.name()));
+        }
+        look += Duration::from_millis(5);
+        clock::sleep_until(look);
+    }
+}
+
+fn health(node: &Node, process: Process, incarnation: u64) -> Option<Health> {
+    HealthReader::open(node, process, incarnation).ok().map(|board| board.read())
+}
+
+fn read(
+    beliefs: &mut Inlet<Beliefs>,
+    node: &Node,
+    case: Case,
+    incarnation: u64,
+) -> Result<Measured, BenchError> {
+    let mut measured = Measured::default();
+    let mut before = None;
+    let give_up = clock::now() + READY_WITHIN;
+    let mut end = give_up + case.lasting;
+    let mut frames = 0;
+    while clock::now() < end {
+        beliefs.wait(Duration::from_millis(100)).map_err(BenchError::port)?;
+        while let Some(frame) = beliefs.receive().map_err(BenchError::port)? {
+            let now = clock::now().as_nanos();
+            frames += 1;
+            if frames == WARM_UP_FRAMES {
+                before = health(node, Process::Sensor, incarnation);
+                measured.lost = beliefs.drops();
+                end = clock::now() + case.lasting;
+            } else if frames > WARM_UP_FRAMES {
+                note(&mut measured, frame.head(), now);
+            }
+        }
+        if frames == 0 && clock::now() > give_up {
+            return Err(BenchError::NotReady(Process::Belief.name()));
+        }
+    }
+    measured.lost = beliefs.drops() - measured.lost;
+    if let (Some(before), Some(after)) = (before, health(node, Process::Sensor, incarnation)) {
+        measured.sensor_wakeup = after.wakeup.since(&before.wakeup);
+    }
+    Ok(measured)
+}
+
+fn note(measured: &mut Measured, head: &BeliefHead, now_ns: u64) {
+    let header = &head.header;
+    if let (Some(perceived), Some(started), Some(believed)) =
+        (header.passed(Hop::Perceived), header.passed(Hop::BeliefStarted), header.passed(Hop::Believed))
+    {
+        measured.latency.record(now_ns.saturating_sub(perceived));
+        measured.step.record(believed.saturating_sub(started));
+    }
+}

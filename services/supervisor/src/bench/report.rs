@@ -1,0 +1,166 @@
+//! What `leo bench` prints.
+
+use std::fmt;
+use std::time::Duration;
+
+use message::Histogram;
+use serde::Serialize;
+
+use super::Case;
+use super::leo::Measured;
+
+/// Everything that was measured, and on what.
+#[derive(Clone, Debug, Serialize)]
+pub(super) struct Report {
+    pub(super) machine: Machine,
+    pub(super) rows: Vec<Row>,
+}
+
+/// The machine that was measured on.
+#[derive(Clone, Debug, Serialize)]
+pub(super) struct Machine {
+    processor: String,
+    cores: usize,
+    kernel: String,
+    scheduling: &'static str,
+    commit: String,
+}
+
+/// One rate and size.
+#[derive(Clone, Debug, Serialize)]
+pub(super) struct Row {
+    rate_hz: u32,
+    objects: u32,
+    /// Percept buffer published to belief buffers read.
+    percept_to_belief_us: Quantiles,
+    /// The belief process's step, its publishing included.
+    belief_step_us: Quantiles,
+    /// As many bytes there and back with the bare middleware.
+    bare_round_trip_us: Quantiles,
+    /// (percept to belief - step) / round trip: what Leo adds to the middleware, at p50 and p99.
+    ratio_p50: f64,
+    ratio_p99: f64,
+    /// How late the sensor process woke.
+    sensor_wakeup_us: Quantiles,
+    /// How late a bare thread of about the same priority woke.
+    bare_wakeup_us: Quantiles,
+    /// Sensor / bare at p99.9.
+    wakeup_ratio_p999: f64,
+    /// Belief frames that did not come.
+    lost: u64,
+    /// Upper bound in nanoseconds and count of every bucket of the percept-to-belief latency.
+    histogram: Vec<(u64, u32)>,
+}
+
+#[derive(Clone, Copy, Debug, Serialize)]
+struct Quantiles {
+    count: u64,
+    p50: f64,
+    p99: f64,
+    p999: f64,
+    max: f64,
+}
+
+impl From<&Histogram> for Quantiles {
+    fn from(histogram: &Histogram) -> Self {
+        let micros = |nanos: u64| Duration::from_nanos(nanos).as_secs_f64() * 1e6;
+        Self {
+            count: histogram.count(),
+            p50: micros(histogram.quantile_ns(0.5)),
+            p99: micros(histogram.quantile_ns(0.99)),
+            p999: micros(histogram.quantile_ns(0.999)),
+            max: micros(histogram.max_ns()),
+        }
+    }
+}
+
+impl Machine {
+    pub(super) fn here(realtime: bool, commit: &str) -> Self {
+        let cpuinfo = std::fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
+        let processor = cpuinfo
+            .lines()
+            .find_map(|line| line.strip_prefix("model name")?.split_once(':'))
+            .map_or_else(|| "unknown".to_owned(), |(_, name)| name.trim().to_owned());
+        let system = rustix::system::uname();
+        Self {
+            processor,
+            cores: std::thread::available_parallelism().map_or(0, usize::from),
+            kernel: format!("{} {}", system.release().to_string_lossy(), system.version().to_string_lossy()),
+            scheduling: if realtime {
+                "SCHED_FIFO, memory locked"
+            } else {
+                "ordinary: real-time rights are missing"
+            },
+            commit: commit.to_owned(),
+        }
+    }
+}
+
+pub(super) fn row(case: Case, leo: &Measured, round_trip: &Histogram, sleep: &Histogram) -> Row {
+    let latency = Quantiles::from(&leo.latency);
+    let step = Quantiles::from(&leo.step);
+    let bare = Quantiles::from(round_trip);
+    let (sensor_wakeup, bare_wakeup) = (Quantiles::from(&leo.sensor_wakeup), Quantiles::from(sleep));
+    Row {
+        rate_hz: case.rate_hz,
+        objects: case.objects,
+        percept_to_belief_us: latency,
+        belief_step_us: step,
+        bare_round_trip_us: bare,
+        ratio_p50: (latency.p50 - step.p50) / bare.p50,
+        ratio_p99: (latency.p99 - step.p99) / bare.p99,
+        sensor_wakeup_us: sensor_wakeup,
+        bare_wakeup_us: bare_wakeup,
+        wakeup_ratio_p999: sensor_wakeup.p999 / bare_wakeup.p999,
+        lost: leo.lost,
+        histogram: leo.latency.buckets().collect(),
+    }
+}
+
+impl fmt::Display for Report {
+    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let machine = &self.machine;
+        writeln!(out, "{} ({} cores), kernel {}", machine.processor, machine.cores, machine.kernel)?;
+        writeln!(out, "scheduling: {}; commit {}\n", machine.scheduling, machine.commit)?;
+        writeln!(out, "us             objects      p50      p99    p99.9      max   count")?;
+        for row in &self.rows {
+            writeln!(out, "{} Hz, {} objects", row.rate_hz, row.objects)?;
+            for (name, quantiles) in [
+                ("percept to belief", &row.percept_to_belief_us),
+                ("  the belief step", &row.belief_step_us),
+                ("  bare round trip", &row.bare_round_trip_us),
+                ("sensor wake-up", &row.sensor_wakeup_us),
+                ("  bare wake-up", &row.bare_wakeup_us),
+            ] {
+                let Quantiles { count, p50, p99, p999, max } = quantiles;
+                writeln!(out, "  {name:<20} {p50:>8.1} {p99:>8.1} {p999:>8.1} {max:>8.1} {count:>7}")?;
+            }
+            writeln!(
+                out,
+                "  (latency - step) / round trip: p50 {:.2}, p99 {:.2}; wake-up / bare at p99.9 {:.2}; lost {}",
+                row.ratio_p50, row.ratio_p99, row.wakeup_ratio_p999, row.lost
+            )?;
+            draw(out, &row.histogram)?;
+        }
+        Ok(())
+    }
+}
+
+/// The distribution of percept to belief as bars, one line per octave.
+fn draw(out: &mut fmt::Formatter<'_>, buckets: &[(u64, u32)]) -> fmt::Result {
+    let mut octaves: Vec<(u32, u64)> = Vec::new();
+    for &(bound_ns, count) in buckets {
+        let octave = bound_ns.max(1).ilog2();
+        match octaves.last_mut() {
+            Some((last, sum)) if *last == octave => *sum += u64::from(count),
+            _ => octaves.push((octave, u64::from(count))),
+        }
+    }
+    let most = octaves.iter().map(|(_, count)| *count).max().unwrap_or(1).max(1);
+    for (octave, count) in octaves {
+        let below_us = Duration::from_nanos(1 << (octave + 1)).as_secs_f64() * 1e6;
+        let width = usize::try_from(count * 50 / most).unwrap_or(50);
+        writeln!(out, "  < {below_us:>8.1} us {count:>7} {}", "#".repeat(width.max(1)))?;
+    }
+    Ok(())
+}

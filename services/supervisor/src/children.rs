@@ -1,0 +1,198 @@
+use std::collections::BTreeMap;
+use std::ffi::OsString;
+use std::io;
+use std::os::fd::{AsFd, BorrowedFd, OwnedFd};
+use std::os::unix::process::CommandExt as _;
+use std::path::PathBuf;
+use std::process::{Child, Command, ExitStatus, Stdio};
+
+use clock::Duration;
+use message::Process;
+use process::Launch;
+use rustix::event::{PollFd, PollFlags, Timespec, poll};
+use rustix::io::Errno;
+use rustix::process::{Pid, PidfdFlags, Signal, pidfd_open, pidfd_send_signal};
+
+/// The processes that live, started from this program's own file. Dropping it kills them.
+#[derive(Debug)]
+pub struct Children {
+    executable: PathBuf,
+    living: BTreeMap<Process, Living>,
+    helpers: Vec<Child>,
+}
+
+#[derive(Debug)]
+struct Living {
+    child: Child,
+    pidfd: OwnedFd,
+}
+
+impl Children {
+    /// Nobody lives yet.
+    ///
+    /// # Errors
+    ///
+    /// The path of this program's file cannot be found out.
+    pub fn new() -> io::Result<Self> {
+        Ok(Self { executable: std::env::current_exe()?, living: BTreeMap::new(), helpers: Vec::new() })
+    }
+
+    /// Starts a process.
+    ///
+    /// It is in a process group of its own, so that Ctrl-C reaches the supervisor alone, which
+    /// then stops everybody in order. It is told this process's number, so that it can die with
+    /// it.
+    ///
+    /// # Errors
+    ///
+    /// The system has no room for another process.
+    pub fn start(&mut self, process: Process, launch: &Launch) -> io::Result<()> {
+        let mut child = Command::new(&self.executable)
+            .arg(process.name())
+            .args(arguments(launch))
+            .stdin(Stdio::null())
+            .process_group(0)
+            .spawn()?;
+        let watched = i32::try_from(child.id())
+            .ok()
+            .and_then(Pid::from_raw)
+            .ok_or(Errno::SRCH)
+            .and_then(|pid| pidfd_open(pid, PidfdFlags::empty()));
+        match watched {
+            Ok(pidfd) => {
+                self.living.insert(process, Living { child, pidfd });
+                Ok(())
+            }
+            Err(error) => {
+                child.kill()?;
+                child.wait()?;
+                Err(error.into())
+            }
+        }
+    }
+
+    /// Starts this program with another command line, to be killed as this is dropped.
+    ///
+    /// # Errors
+    ///
+    /// The system has no room for another process.
+    pub fn start_command(&mut self, arguments: &[&str]) -> io::Result<()> {
+        let child =
+            Command::new(&self.executable).args(arguments).stdin(Stdio::null()).process_group(0).spawn()?;
+        self.helpers.push(child);
+        Ok(())
+    }
+
+    /// Asks a process to stop; nothing happens when it does not live.
+    pub fn terminate(&self, process: Process) {
+        self.signal(process, Signal::TERM);
+    }
+
+    /// Kills a process; nothing happens when it does not live.
+    pub fn kill(&self, process: Process) {
+        self.signal(process, Signal::KILL);
+    }
+
+    /// Whether nobody lives.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.living.is_empty()
+    }
+
+    /// Those that died since this was asked last, and how.
+    pub fn bury(&mut self) -> Vec<(Process, ExitStatus)> {
+        let mut dead = Vec::new();
+        self.living.retain(|process, living| match living.child.try_wait() {
+            Ok(Some(status)) => {
+                dead.push((*process, status));
+                false
+            }
+            Ok(None) | Err(_) => true,
+        });
+        dead
+    }
+
+    /// Waits until somebody dies, `other` can be read, or the time is over.
+    pub fn wait(&self, other: BorrowedFd<'_>, within: Duration) {
+        let pidfds = self.living.values().map(|living| living.pidfd.as_fd());
+        let mut fds: Vec<PollFd<'_>> =
+            pidfds.chain([other]).map(|fd| PollFd::from_borrowed_fd(fd, PollFlags::IN)).collect();
+        // An interrupted wait is a wait that ended early: whoever waits looks anew anyway.
+        let _woken = poll(&mut fds, Timespec::try_from(within).ok().as_ref());
+    }
+
+    fn signal(&self, process: Process, signal: Signal) {
+        if let Some(living) = self.living.get(&process)
+            && let Err(error) = pidfd_send_signal(&living.pidfd, signal)
+            && error != Errno::SRCH
+        {
+            tracing::error!(%process, %error, "cannot be signalled");
+        }
+    }
+}
+
+impl Drop for Children {
+    fn drop(&mut self) {
+        for living in self.living.values_mut() {
+            let _dead = living.child.kill().and_then(|()| living.child.wait());
+        }
+        for child in &mut self.helpers {
+            let _dead = child.kill().and_then(|()| child.wait());
+        }
+    }
+}
+
+/// The command line that says what `launch` says.
+fn arguments(launch: &Launch) -> Vec<OsString> {
+    let mut arguments: Vec<OsString> = Vec::new();
+    let mut say = |key: &str, value: OsString| arguments.extend([key.into(), value]);
+    say("--domain", launch.domain.clone().into());
+    say("--incarnation", launch.incarnation.to_string().into());
+    for (key, path) in
+        [("--config", &launch.config), ("--lesson", &launch.lesson), ("--state", &launch.state)]
+    {
+        if let Some(path) = path {
+            say(key, path.into());
+        }
+    }
+    if let Some(parent) = launch.parent {
+        say("--parent", parent.to_string().into());
+    }
+    for (key, number) in [("--synthetic", launch.synthetic), ("--partners", launch.partners)] {
+        if let Some(number) = number {
+            arguments.extend([key.into(), number.to_string().into()]);
+        }
+    }
+    for (key, is_so) in [("--stay", launch.stay), ("--lockstep", launch.lockstep)] {
+        if is_so {
+            arguments.push(key.into());
+        }
+    }
+    arguments
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_child_is_told_everything() {
+        let launch = Launch {
+            domain: "/dev/shm/leo-7".into(),
+            incarnation: 3,
+            parent: Some(42),
+            config: Some("a b.toml".into()),
+            lesson: None,
+            synthetic: None,
+            partners: Some(0),
+            stay: false,
+            lockstep: true,
+            state: None,
+        };
+        let told = arguments(&launch).join(" ".as_ref());
+        assert_eq!(
+            told,
+            "--domain /dev/shm/leo-7 --incarnation 3 --config a b.toml --parent 42 --partners 0 --lockstep"
+        );
+    }
+}

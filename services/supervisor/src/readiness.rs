@@ -1,0 +1,227 @@
+//! Whether a machine can keep the robot's promises, judged from facts about it.
+
+use serde::Serialize;
+
+/// Shared memory that the processes need at least.
+const SHARED_MEMORY_LEAST: u64 = 64 << 20;
+/// Descriptors that one process may need.
+const DESCRIPTORS_LEAST: u64 = 1024;
+
+/// How grave a finding is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Verdict {
+    /// As it should be.
+    Good,
+    /// The robot runs, and its timing is not guaranteed.
+    Slower,
+    /// The robot does not run.
+    Broken,
+}
+
+/// One thing that was looked at.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+pub struct Finding {
+    /// How grave it is.
+    pub verdict: Verdict,
+    /// What was looked at.
+    pub about: &'static str,
+    /// What was found, and where that is not good, what to change.
+    pub text: String,
+}
+
+impl Finding {
+    pub(crate) fn new(verdict: Verdict, about: &'static str, text: impl Into<String>) -> Self {
+        Self { verdict, about, text: text.into() }
+    }
+}
+
+/// What was read of a machine; `None` where it could not be read.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Machine {
+    /// Cores that this process may use.
+    pub cores: usize,
+    /// Free bytes of the file system under shared memory.
+    pub shared_memory_free: Option<u64>,
+    /// Descriptors that a process may have; none when unlimited.
+    pub descriptors: Option<u64>,
+    /// The kernel's answer to whether it is fully preemptible.
+    pub kernel_is_realtime: bool,
+    /// Cores whose frequency governor is another than `performance`, with its name.
+    pub governors: Vec<(usize, String)>,
+    /// Microseconds of each second that real-time threads may use; negative for all of them.
+    pub realtime_share: Option<(i64, i64)>,
+    /// Swap in use or not, in bytes.
+    pub swap_total: Option<u64>,
+    /// Real-time rights that were asked for as configured and not granted, and how to grant them.
+    pub missing_rights: Option<String>,
+}
+
+/// Judges everything about a machine.
+#[must_use]
+pub fn judge(machine: &Machine) -> Vec<Finding> {
+    vec![
+        shared_memory(machine.shared_memory_free),
+        descriptors(machine.descriptors),
+        rights(machine.missing_rights.as_deref()),
+        cores(machine.cores),
+        kernel(machine.kernel_is_realtime),
+        governors(&machine.governors),
+        realtime_share(machine.realtime_share),
+        swap(machine.swap_total),
+    ]
+}
+
+fn shared_memory(free: Option<u64>) -> Finding {
+    let about = "shared memory";
+    let mib = |bytes: u64| bytes >> 20;
+    match free {
+        Some(free) if free >= SHARED_MEMORY_LEAST => {
+            Finding::new(Verdict::Good, about, format!("{} MiB are free in /dev/shm", mib(free)))
+        }
+        Some(free) => Finding::new(
+            Verdict::Broken,
+            about,
+            format!(
+                "only {} MiB are free in /dev/shm: free some, or enlarge it to {} MiB or more \
+                 (`mount -o remount,size=256M /dev/shm`; in a container `--shm-size=256m`)",
+                mib(free),
+                mib(SHARED_MEMORY_LEAST)
+            ),
+        ),
+        None => Finding::new(
+            Verdict::Broken,
+            about,
+            "/dev/shm is not there or cannot be written: mount a tmpfs on it that this user may write",
+        ),
+    }
+}
+
+fn descriptors(limit: Option<u64>) -> Finding {
+    let about = "open files";
+    match limit {
+        Some(limit) if limit < DESCRIPTORS_LEAST => Finding::new(
+            Verdict::Broken,
+            about,
+            format!(
+                "a process may have {limit} open files: raise it to {DESCRIPTORS_LEAST} or more with \
+                 `<user> - nofile 4096` in /etc/security/limits.conf or `LimitNOFILE=4096` in the systemd unit"
+            ),
+        ),
+        Some(limit) => Finding::new(Verdict::Good, about, format!("a process may have {limit}")),
+        None => Finding::new(Verdict::Good, about, "a process may have any number"),
+    }
+}
+
+fn rights(missing: Option<&str>) -> Finding {
+    match missing {
+        None => Finding::new(Verdict::Good, "real-time rights", "all that are configured are granted"),
+        Some(advice) => Finding::new(Verdict::Slower, "real-time rights", advice),
+    }
+}
+
+fn cores(cores: usize) -> Finding {
+    if cores >= 2 {
+        Finding::new(Verdict::Good, "cores", format!("{cores} may be used"))
+    } else {
+        Finding::new(Verdict::Slower, "cores", "one core may be used: the hot path needs two or more")
+    }
+}
+
+fn kernel(is_realtime: bool) -> Finding {
+    if is_realtime {
+        Finding::new(Verdict::Good, "kernel", "fully preemptible (PREEMPT_RT)")
+    } else {
+        let text = "not fully preemptible: boot a PREEMPT_RT kernel for a bound on the latency";
+        Finding::new(Verdict::Slower, "kernel", text)
+    }
+}
+
+fn governors(others: &[(usize, String)]) -> Finding {
+    match others.first() {
+        None => Finding::new(Verdict::Good, "frequency governor", "no core is slowed down to save power"),
+        Some((core, governor)) => Finding::new(
+            Verdict::Slower,
+            "frequency governor",
+            format!(
+                "`{governor}` on core {core}{}: waking takes longer; `cpupower frequency-set -g performance`",
+                if others.len() > 1 { format!(" and {} more", others.len() - 1) } else { String::new() }
+            ),
+        ),
+    }
+}
+
+fn realtime_share(share: Option<(i64, i64)>) -> Finding {
+    let about = "real-time share";
+    match share {
+        Some((runtime, period)) if 0 <= runtime && runtime < period / 2 => Finding::new(
+            Verdict::Slower,
+            about,
+            format!(
+                "real-time threads get {runtime} of every {period} µs: `sysctl kernel.sched_rt_runtime_us=950000`"
+            ),
+        ),
+        Some(_) | None => Finding::new(Verdict::Good, about, "real-time threads get most of a core"),
+    }
+}
+
+fn swap(total: Option<u64>) -> Finding {
+    match total {
+        Some(bytes) if bytes > 0 => Finding::new(
+            Verdict::Slower,
+            "swap",
+            format!(
+                "{} MiB of swap are on: a page of memory that is not locked may be away; `swapoff -a`",
+                bytes >> 20
+            ),
+        ),
+        Some(_) | None => Finding::new(Verdict::Good, "swap", "off"),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn good() -> Machine {
+        Machine {
+            cores: 4,
+            shared_memory_free: Some(1 << 30),
+            descriptors: Some(4096),
+            kernel_is_realtime: true,
+            governors: vec![],
+            realtime_share: Some((950_000, 1_000_000)),
+            swap_total: Some(0),
+            missing_rights: None,
+        }
+    }
+
+    #[test]
+    fn a_machine_as_it_should_be_has_nothing_to_change() {
+        let findings = judge(&good());
+        assert_eq!(findings.len(), 8);
+        assert!(findings.iter().all(|finding| finding.verdict == Verdict::Good), "{findings:?}");
+    }
+
+    #[test]
+    fn every_shortcoming_is_found_and_says_what_to_change() {
+        let cases = [
+            (Machine { shared_memory_free: Some(1 << 20), ..good() }, Verdict::Broken, "remount"),
+            (Machine { shared_memory_free: None, ..good() }, Verdict::Broken, "mount a tmpfs"),
+            (Machine { descriptors: Some(256), ..good() }, Verdict::Broken, "LimitNOFILE"),
+            (Machine { cores: 1, ..good() }, Verdict::Slower, "two"),
+            (Machine { kernel_is_realtime: false, ..good() }, Verdict::Slower, "PREEMPT_RT"),
+            (Machine { governors: vec![(3, "powersave".into())], ..good() }, Verdict::Slower, "cpupower"),
+            (Machine { realtime_share: Some((0, 1_000_000)), ..good() }, Verdict::Slower, "sysctl"),
+            (Machine { swap_total: Some(1 << 30), ..good() }, Verdict::Slower, "swapoff"),
+            (Machine { missing_rights: Some("rtprio".into()), ..good() }, Verdict::Slower, "rtprio"),
+        ];
+        for (machine, verdict, word) in cases {
+            let findings = judge(&machine);
+            let bad: Vec<_> = findings.iter().filter(|finding| finding.verdict != Verdict::Good).collect();
+            assert_eq!(bad.len(), 1, "{machine:?}");
+            assert_eq!(bad[0].verdict, verdict);
+            assert!(bad[0].text.contains(word), "{}", bad[0].text);
+        }
+    }
+}

@@ -1,0 +1,278 @@
+use std::collections::BTreeMap;
+use std::io::{self, Read as _};
+use std::os::fd::AsFd as _;
+use std::os::unix::net::UnixStream;
+use std::path::PathBuf;
+use std::process::ExitStatus;
+
+use clock::{Duration, Instant};
+use config::leo::Leo;
+use message::{Process, Roster};
+use process::Launch;
+use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
+use transport::janitor::{ClaimError, Janitor, claim, sweep_stale};
+use transport::{
+    Delivery, Domain, DomainError, HealthReader, JoinError, Node, PortError, Queues, RosterWriter,
+};
+
+use crate::Children;
+use crate::caretaker::Caretaker;
+use crate::policy::{Action, Ended, Event, Outcome, Policy, Terms, Why};
+
+/// How soon to look again while a process is on its way up or down.
+const BUSY: Duration = Duration::from_millis(5);
+/// Hearts are felt this many times within the time that they may stand still.
+const PULSES: u32 = 4;
+/// The exit status of a process that refuses its configuration.
+const REFUSED: i32 = 2;
+/// The order of starting: readers before their writers, so that no frame finds nobody there, and
+/// the servos before who moves them.
+pub const ORDER: [Process; 7] = [
+    Process::Console,
+    Process::MockBus,
+    Process::Motor,
+    Process::Learner,
+    Process::Belief,
+    Process::Sensor,
+    Process::Simulator,
+];
+
+/// What to run.
+#[derive(Clone, Debug)]
+pub struct Orders {
+    /// The domain of its own that the robot runs in.
+    pub domain: Domain,
+    /// The processes, in the order of starting: [`ORDER`], or a part of it.
+    pub processes: Vec<Process>,
+    /// The configuration, checked.
+    pub settings: Leo,
+    /// The file of the configuration, as the processes read it themselves.
+    pub config: Option<PathBuf>,
+    /// The lesson to play.
+    pub lesson: Option<PathBuf>,
+    /// A synthetic lesson of so many objects instead.
+    pub synthetic: Option<u32>,
+    /// Partners whose perspective is taken; what the configuration says, without.
+    pub partners: Option<u32>,
+    /// Where Leo remembers what it learned.
+    pub state: Option<PathBuf>,
+    /// How long to run once all processes are ready; until somebody stops it, without.
+    pub run_for: Option<Duration>,
+}
+
+/// Why the robot could not run at all.
+#[derive(Debug, thiserror::Error)]
+pub enum RunError {
+    /// The domain cannot be had.
+    #[error(transparent)]
+    Claim(#[from] ClaimError),
+    /// The domain cannot be made.
+    #[error(transparent)]
+    Domain(#[from] DomainError),
+    /// The supervisor cannot join the domain.
+    #[error(transparent)]
+    Join(#[from] JoinError),
+    /// The roster cannot be put up.
+    #[error(transparent)]
+    Port(#[from] PortError),
+    /// Signals cannot be watched for.
+    #[error("cannot watch for signals: {0}")]
+    Signals(io::Error),
+    /// The program's own file cannot be found.
+    #[error("cannot find the file of this program, from which the processes are started: {0}")]
+    Executable(io::Error),
+}
+
+/// Runs the robot until somebody stops it, a process has nothing left to do, or one cannot be
+/// kept alive. Nothing is left behind, in shared memory or among the processes.
+///
+/// # Errors
+///
+/// The domain cannot be had, or the system refuses what the supervisor itself needs.
+pub fn run(orders: &Orders) -> Result<Outcome, RunError> {
+    for name in sweep_stale() {
+        tracing::info!(domain = name, "removed what a killed robot left behind");
+    }
+    let claim = claim(&orders.domain)?;
+    let outcome = orders.domain.make().map_err(RunError::from).and_then(|()| supervise(orders));
+    Janitor::new(&orders.domain).wipe(claim);
+    outcome
+}
+
+fn supervise(orders: &Orders) -> Result<Outcome, RunError> {
+    let signals = watch_signals().map_err(RunError::Signals)?;
+    let queues = Queues { frames: orders.settings.buffers.frames.get(), delivery: Delivery::Newest };
+    let node = Node::join(&orders.domain, Process::Supervisor.name(), 1, queues)?;
+    let roster = RosterWriter::create(&node, Process::Supervisor, 1)?;
+    let children = Children::new().map_err(RunError::Executable)?;
+    let caretaker = Caretaker::hire(&orders.domain);
+    let mut house = House {
+        orders,
+        node,
+        children,
+        caretaker,
+        board: roster,
+        roster: Roster::default(),
+        hearts: BTreeMap::new(),
+        events: Vec::new(),
+        end_at: None,
+    };
+    let outcome = house.live(signals);
+    house.caretaker.dismiss();
+    Ok(outcome)
+}
+
+/// A pipe that can be read when somebody wants the run to end.
+pub(crate) fn watch_signals() -> io::Result<UnixStream> {
+    let (signals, handler) = UnixStream::pair()?;
+    signals.set_nonblocking(true)?;
+    for signal in [SIGINT, SIGTERM, SIGHUP] {
+        signal_hook::low_level::pipe::register(signal, handler.try_clone()?)?;
+    }
+    Ok(signals)
+}
+
+/// The world that the policy decides about.
+struct House<'orders> {
+    orders: &'orders Orders,
+    node: Node,
+    children: Children,
+    caretaker: Caretaker,
+    board: RosterWriter,
+    roster: Roster,
+    /// Boards of the living, opened once they stand.
+    hearts: BTreeMap<Process, Heart>,
+    /// What happened since the policy was told.
+    events: Vec<Event>,
+    end_at: Option<Instant>,
+}
+
+struct Heart {
+    incarnation: u64,
+    board: Option<HealthReader>,
+}
+
+impl House<'_> {
+    fn live(&mut self, mut signals: UnixStream) -> Outcome {
+        let terms = Terms::from(&self.orders.settings.supervisor);
+        let mut policy = Policy::new(terms, &self.orders.processes, clock::now());
+        loop {
+            self.look_around(&mut signals);
+            // Read after the hearts were felt, so that none seems to stand still for longer.
+            let now = clock::now();
+            for action in policy.step(now, &std::mem::take(&mut self.events)) {
+                if let Some(outcome) = self.act(now, action) {
+                    return outcome;
+                }
+            }
+            let pause = if policy.is_busy() { BUSY } else { terms.heartbeat_timeout / PULSES };
+            let pause = self.end_at.map_or(pause, |end| pause.min(end.since(now).max(BUSY)));
+            self.children.wait(signals.as_fd(), pause);
+        }
+    }
+
+    fn look_around(&mut self, signals: &mut UnixStream) {
+        let mut bytes = [0; 16];
+        if let Ok(count) = signals.read(&mut bytes) {
+            self.events.extend(std::iter::repeat_n(Event::Stop, count));
+        }
+        if self.end_at.is_some_and(|end| clock::now() >= end) {
+            self.end_at = None;
+            self.events.push(Event::Stop);
+        }
+        for (process, status) in self.children.bury() {
+            self.hearts.remove(&process);
+            tracing::debug!(%process, %status, "ended");
+            self.events.push(Event::Died(process, ended(process, status)));
+        }
+        for (&process, heart) in &mut self.hearts {
+            if heart.board.is_none() {
+                heart.board = HealthReader::open(&self.node, process, heart.incarnation).ok();
+            }
+            let Some(health) = heart.board.as_ref().map(HealthReader::read) else { continue };
+            if let Some(state) = health.state() {
+                self.events.push(Event::Pulse { process, state, beat: health.beat });
+            }
+        }
+        if self.caretaker.says_clean() {
+            self.node.clean_up_dead();
+            self.events.push(Event::CleanedUp);
+        }
+    }
+
+    fn act(&mut self, now: Instant, action: Action) -> Option<Outcome> {
+        match action {
+            Action::Start { process, incarnation } => self.start(process, incarnation),
+            Action::Terminate(process) => self.children.terminate(process),
+            Action::Kill(process, why) => {
+                tracing::warn!(%process, "{}", complaint(why));
+                self.children.kill(process);
+            }
+            Action::CleanUp => self.caretaker.ask(),
+            Action::AllReady => {
+                self.end_at = self.orders.run_for.map(|run_for| now + run_for);
+                self.welcome();
+            }
+            Action::End(outcome) => return Some(outcome),
+        }
+        None
+    }
+
+    fn start(&mut self, process: Process, incarnation: u64) {
+        if incarnation > 1 {
+            tracing::warn!(%process, life = incarnation, "died and starts anew");
+        }
+        self.roster.set_incarnation(process, incarnation);
+        self.board.write(&self.roster);
+        let launch = Launch {
+            domain: self.orders.domain.root().to_owned(),
+            incarnation,
+            parent: i32::try_from(std::process::id()).ok(),
+            config: self.orders.config.clone(),
+            lesson: self.orders.lesson.clone(),
+            synthetic: self.orders.synthetic,
+            partners: self.orders.partners,
+            stay: self.orders.run_for.is_some(),
+            lockstep: false,
+            state: self.orders.state.clone(),
+        };
+        match self.children.start(process, &launch) {
+            Ok(()) => {
+                self.hearts.insert(process, Heart { incarnation, board: None });
+            }
+            Err(error) => {
+                tracing::error!(%process, %error, "cannot be started");
+                self.events.push(Event::Died(process, Ended::Failed));
+            }
+        }
+    }
+
+    fn welcome(&self) {
+        let domain = self.orders.domain.root().display();
+        tracing::info!(%domain, processes = self.hearts.len(), "the robot runs");
+        let boards = self.hearts.values().filter_map(|heart| heart.board.as_ref());
+        let missing = boards.fold(0, |bits, board| bits | board.read().missing_rights);
+        if missing != 0 {
+            tracing::warn!("{}", realtime::advice(missing));
+        }
+    }
+}
+
+/// Only the source of a lesson and who tells people about it may have nothing left to do; for
+/// everybody else ending unasked is failing.
+fn ended(process: Process, status: ExitStatus) -> Ended {
+    let may_finish = matches!(process, Process::Simulator | Process::Console);
+    match status.code() {
+        Some(0) if may_finish => Ended::Done,
+        Some(REFUSED) => Ended::Refused,
+        Some(_) | None => Ended::Failed,
+    }
+}
+
+const fn complaint(why: Why) -> &'static str {
+    match why {
+        Why::NotReady => "is not ready in time: killed",
+        Why::Hangs => "hangs, its heart stands still: killed",
+        Why::DoesNotStop => "does not stop in time: killed",
+    }
+}

@@ -1,0 +1,23 @@
+use crate::arena::Arena;
+
+/// The paper's loop as it stands there: the reference for [`super::Clustering`].
+pub(crate) fn run(arena: &mut Arena) -> u64 {
+    let mut merged = 0;
+    loop {
+        let live: Vec<_> = arena.live().iter().copied().filter(|&slot| arena.lives(slot)).collect();
+        let mut minimal: Option<(f64, usize, usize)> = None;
+        // In the order of the identities, so the first of equally near pairs is the one.
+        for (index, &a) in live.iter().enumerate() {
+            for &b in &live[index + 1..] {
+                if let Some(distance) = arena.distance(a, b)
+                    && minimal.is_none_or(|(least, ..)| distance < least)
+                {
+                    minimal = Some((distance, a, b));
+                }
+            }
+        }
+        let Some((_, a, b)) = minimal else { return merged };
+        arena.merge(a, b);
+        merged += 1;
+    }
+}

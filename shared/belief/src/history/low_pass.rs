@@ -1,0 +1,156 @@
+use std::cmp::Ordering;
+
+use clock::Instant;
+use message::Feature;
+use quantity::number::single;
+
+use crate::sample::{Sample, order};
+
+/// The low-pass history: y = a·x + (1 − a)·y, with a the share of the newest sample x.
+///
+/// Numbers and vectors are filtered component by component, orientations on the sphere; symbols
+/// are not filtered, the newest holds. It keeps no past: any instant between its first and its
+/// last sample is answered with the present value. Who needs the past takes a snapshot.
+#[derive(Clone, Debug)]
+pub(crate) struct LowPass {
+    share: f64,
+    filter: Option<Filter>,
+}
+
+#[derive(Clone, Copy, Debug)]
+struct Filter {
+    first_at: Instant,
+    /// The newest sample, unfiltered.
+    newest: Sample,
+    samples: u32,
+    /// y
+    value: Feature,
+    /// y before the newest sample: needed when a better sample of the same instant arrives.
+    before: Option<Feature>,
+}
+
+impl LowPass {
+    pub(crate) fn new(share: f64) -> Self {
+        Self { share, filter: None }
+    }
+
+    pub(crate) fn begin(&mut self, sample: Sample) {
+        self.filter = Some(Filter {
+            first_at: sample.at,
+            newest: sample,
+            samples: 1,
+            value: sample.feature,
+            before: None,
+        });
+    }
+
+    pub(crate) fn clear(&mut self) {
+        self.filter = None;
+    }
+
+    pub(crate) fn newest(&self) -> Option<Sample> {
+        self.filter.map(|filter| filter.present())
+    }
+
+    pub(crate) fn at(&self, instant: Instant, decay_per_s: f64) -> Option<Sample> {
+        let filter = self.filter.filter(|filter| filter.first_at <= instant)?;
+        Some(filter.present().decayed(instant, decay_per_s))
+    }
+
+    pub(crate) fn map(&mut self, change: impl Fn(Feature) -> Feature) {
+        if let Some(filter) = &mut self.filter {
+            filter.newest.feature = change(filter.newest.feature);
+            filter.value = change(filter.value);
+            filter.before = filter.before.map(change);
+        }
+    }
+
+    /// Exact where all of one's samples are newer than the other's, up to the weight of the first
+    /// of them: that it is the first of its belief is no reason to let it weigh more, but it
+    /// already does.
+    pub(crate) fn merge(&mut self, other: &Self) {
+        self.filter = match (self.filter, other.filter) {
+            (Some(a), Some(b)) if a.order(&b) == Ordering::Less => Some(self.chain(&a, &b)),
+            (Some(a), Some(b)) => Some(self.chain(&b, &a)),
+            (one, None) | (None, one) => one,
+        };
+    }
+
+    /// `later` filtered on top of `earlier`. When both end at one instant, `earlier` is the one
+    /// whose last sample counts less, and that sample is taken back.
+    fn chain(&self, earlier: &Filter, later: &Filter) -> Filter {
+        let same_instant = earlier.newest.at == later.newest.at;
+        let past = if same_instant { earlier.before } else { Some(earlier.value) };
+        let first_at = earlier.first_at.min(later.first_at);
+        let Some(past) = past else { return Filter { first_at, ..*later } };
+        let before = match later.before {
+            Some(before) => self.filtered(&before, &past, later.samples.saturating_sub(1)),
+            None => past,
+        };
+        Filter {
+            first_at,
+            newest: later.newest,
+            samples: earlier.samples.saturating_add(later.samples).saturating_sub(u32::from(same_instant)),
+            value: self.filtered(&later.value, &past, later.samples),
+            before: Some(before),
+        }
+    }
+
+    /// The value after `samples` samples, filtered among themselves to `value`, came on top of
+    /// `past`.
+    fn filtered(&self, value: &Feature, past: &Feature, samples: u32) -> Feature {
+        let (new, old) = match samples {
+            0 | 1 => (self.share, 1.0 - self.share),
+            more => {
+                let old = (1.0 - self.share).powi(i32::try_from(more).unwrap_or(i32::MAX));
+                (1.0 - old, old)
+            }
+        };
+        mix(value, new, past, old)
+    }
+}
+
+impl Filter {
+    fn present(&self) -> Sample {
+        Sample { feature: self.value, ..self.newest }
+    }
+
+    /// Who is later; among equals the numbers decide, so that merging is commutative.
+    fn order(&self, other: &Self) -> Ordering {
+        (self.newest.at.cmp(&other.newest.at))
+            .then_with(|| self.newest.rank(&other.newest))
+            .then_with(|| self.samples.cmp(&other.samples))
+            .then_with(|| order(&self.value, &other.value))
+            .then_with(|| match (&self.before, &other.before) {
+                (Some(a), Some(b)) => order(a, b),
+                (a, b) => a.is_some().cmp(&b.is_some()),
+            })
+    }
+}
+
+/// a·x + b·y for two features of one kind, a + b = 1; x for others.
+fn mix(x: &Feature, a: f64, y: &Feature, b: f64) -> Feature {
+    let weigh = |x: f32, y: f32| single(a * f64::from(x) + b * f64::from(y));
+    match (*x, *y) {
+        (Feature::Number(x), Feature::Number(y)) => Feature::Number(weigh(x, y)),
+        (Feature::Vector([x1, x2, x3]), Feature::Vector([y1, y2, y3])) => {
+            Feature::Vector([weigh(x1, y1), weigh(x2, y2), weigh(x3, y3)])
+        }
+        (Feature::Orientation(x), Feature::Orientation(y)) => Feature::Orientation(mix_on_sphere(x, a, y, b)),
+        (newest, _) => newest,
+    }
+}
+
+/// The weighted mean of two unit quaternions along the shorter way, x where there is none.
+fn mix_on_sphere(x: [f32; 4], a: f64, y: [f32; 4], b: f64) -> [f32; 4] {
+    let (wide_x, wide_y) = (x.map(f64::from), y.map(f64::from));
+    let dot: f64 = wide_x.iter().zip(&wide_y).map(|(x, y)| x * y).sum();
+    // q and −q are one orientation.
+    let b = if dot < 0.0 { -b } else { b };
+    let mut mean = wide_x;
+    for (x, y) in mean.iter_mut().zip(&wide_y) {
+        *x = a * *x + b * y;
+    }
+    let norm = mean.iter().map(|part| part * part).sum::<f64>().sqrt();
+    if norm > 1e-6 { mean.map(|part| single(part / norm)) } else { x }
+}

@@ -1,0 +1,198 @@
+use config::number::{Capacity, Unit};
+use proptest::prelude::*;
+
+use super::*;
+
+const DECAY: f64 = 0.1;
+
+fn sample(at: u64, feature: Feature) -> Sample {
+    Sample { at: Instant::from_nanos(at), matching: 1.0, confidence: 0.9, feature }
+}
+
+fn series(room: u32, when_full: WhenFull) -> percepts::History {
+    percepts::History::Lossless { samples: Capacity::try_from(room).unwrap(), when_full }
+}
+
+fn log_timescale(room: u32) -> percepts::History {
+    percepts::History::LogTimescale { samples: Capacity::try_from(room).unwrap() }
+}
+
+fn low_pass(share: f64) -> percepts::History {
+    percepts::History::LowPass { share: Unit::try_from(share).unwrap() }
+}
+
+/// A history of samples that came one by one.
+fn grown(generator: percepts::History, samples: &[Sample]) -> History {
+    let mut history = History::new(generator);
+    let mut scratch = Vec::with_capacity(2 * history.room());
+    for sample in samples {
+        let mut one = History::new(generator);
+        one.begin(*sample);
+        history.merge(&one, &mut scratch);
+    }
+    history
+}
+
+fn number(sample: Sample) -> f32 {
+    match sample.feature {
+        Feature::Number(number) => number,
+        other => panic!("{other:?} is no number"),
+    }
+}
+
+#[test]
+fn before_the_first_sample_there_is_none_and_after_the_last_confidence_decays() {
+    for generator in [series(4, WhenFull::ForgetOldest), log_timescale(4), low_pass(0.5)] {
+        let history =
+            grown(generator, &[sample(1_000, Feature::Number(1.0)), sample(2_000, Feature::Number(1.0))]);
+        assert_eq!(history.at(Instant::from_nanos(999), DECAY), None);
+        let last = history.at(Instant::from_nanos(2_000), DECAY).unwrap();
+        assert_eq!(last, sample(2_000, Feature::Number(1.0)));
+        let later = history.at(Instant::from_nanos(5_000_002_000), DECAY).unwrap();
+        assert!((later.confidence - 0.9 * (-0.5_f32).exp()).abs() < 1e-6);
+        assert_eq!(later.at, last.at);
+    }
+}
+
+#[test]
+fn a_full_lossless_history_forgets_as_told() {
+    let samples: Vec<_> = [10, 20, 21, 40, 80].map(|at| sample(at, Feature::None)).into();
+    let instants = |when_full| match grown(series(4, when_full), &samples) {
+        History::Series(series) => series.instants(),
+        History::LowPass(_) => Vec::new(),
+    };
+    assert_eq!(instants(WhenFull::ForgetOldest), [20, 21, 40, 80]);
+    // Without 20 the gap is from 10 to 21, the shortest.
+    assert_eq!(instants(WhenFull::Thin), [10, 21, 40, 80]);
+}
+
+#[test]
+fn the_low_pass_is_the_recurrence() {
+    let xs = [1.0_f32, 2.0, -3.0, 0.5];
+    let samples: Vec<_> = (1..).zip(xs).map(|(at, x)| sample(at, Feature::Number(x))).collect();
+    let history = grown(low_pass(0.3), &samples);
+    let mut y = xs[0];
+    for x in &xs[1..] {
+        y = quantity::number::single(0.3 * f64::from(*x) + (1.0 - 0.3) * f64::from(y));
+    }
+    assert_eq!(history.newest().map(number).map(f32::to_bits), Some(y.to_bits()));
+}
+
+#[test]
+fn of_two_samples_of_one_instant_the_higher_match_times_confidence_counts() {
+    let weak = Sample { confidence: 0.6, ..sample(9, Feature::Number(5.0)) };
+    let strong = sample(9, Feature::Number(1.0));
+    let first = sample(5, Feature::Number(0.0));
+    for generator in [series(8, WhenFull::ForgetOldest), log_timescale(8), low_pass(0.5)] {
+        let alone = grown(generator, &[first, strong]);
+        for samples in [[first, weak, strong], [first, strong, weak]] {
+            let history = grown(generator, &samples);
+            assert_eq!(history.newest(), alone.newest(), "{generator:?}");
+        }
+    }
+}
+
+#[test]
+fn an_orientation_is_filtered_on_the_sphere_along_the_shorter_way() {
+    let half = std::f32::consts::FRAC_1_SQRT_2;
+    // The same turn about z as two quaternions of opposite sign.
+    let quarter = Feature::Orientation([0.0, 0.0, -half, -half]);
+    let none = Feature::Orientation([0.0, 0.0, 0.0, 1.0]);
+    let history = grown(low_pass(0.5), &[sample(1, none), sample(2, quarter)]);
+    let Some(Feature::Orientation([_, _, z, w])) = history.newest().map(|sample| sample.feature) else {
+        panic!("an orientation is remembered")
+    };
+    let eighth = std::f32::consts::FRAC_PI_8;
+    let (sin, cos) = (eighth.sin(), eighth.cos());
+    assert!((z.abs() - sin).abs() < 1e-6 && (w.abs() - cos).abs() < 1e-6 && z * w > 0.0, "{z} {w}");
+}
+
+#[test]
+fn half_a_day_at_200_hz_fits_a_log_timescale_of_64_and_reaches_back_to_its_beginning() {
+    let period = 5_000_000;
+    let mut history = History::new(log_timescale(64));
+    let mut scratch = Vec::with_capacity(128);
+    let mut one = History::new(log_timescale(1));
+    let frames = 12 * 3_600 * 200;
+    // Nearly nine million samples are many for an unoptimised test: one in ten.
+    for frame in (1..=frames).step_by(10) {
+        one.begin(sample(frame * period, Feature::None));
+        history.merge(&one, &mut scratch);
+    }
+    assert_eq!(history.at(Instant::from_nanos(period), DECAY).unwrap().at.as_nanos(), period);
+}
+
+fn samples(most: usize) -> impl Strategy<Value = Vec<Sample>> {
+    let one = (1..60_u64, 0..4_u8, prop::sample::select(vec![0.6_f32, 0.8]));
+    prop::collection::vec(one, 0..most).prop_map(|drawn| {
+        let drawn = drawn
+            .into_iter()
+            .map(|(at, x, confidence)| Sample { confidence, ..sample(at, Feature::Number(f32::from(x))) });
+        drawn.collect()
+    })
+}
+
+fn generators() -> impl Strategy<Value = percepts::History> {
+    prop::sample::select(vec![
+        series(1, WhenFull::ForgetOldest),
+        series(5, WhenFull::ForgetOldest),
+        series(1, WhenFull::Thin),
+        series(2, WhenFull::Thin),
+        series(5, WhenFull::Thin),
+        log_timescale(1),
+        log_timescale(5),
+        log_timescale(64),
+        low_pass(0.3),
+        low_pass(1.0),
+    ])
+}
+
+proptest! {
+    #[test]
+    fn merging_is_commutative(generator in generators(), a in samples(12), b in samples(12)) {
+        let (mut one, mut other) = (grown(generator, &a), grown(generator, &b));
+        let (first, second) = (one.clone(), other.clone());
+        let mut scratch = Vec::with_capacity(2 * one.room());
+        one.merge(&second, &mut scratch);
+        other.merge(&first, &mut scratch);
+        prop_assert_eq!(format!("{one:?}"), format!("{other:?}"));
+    }
+
+    #[test]
+    fn a_lossless_history_with_room_answers_exactly_in_whatever_order_its_samples_came(
+        drawn in samples(30), instant in 0..70_u64,
+    ) {
+        let history = grown(series(64, WhenFull::ForgetOldest), &drawn);
+        let instant = Instant::from_nanos(instant);
+        let expected = drawn
+            .iter()
+            .filter(|sample| sample.at <= instant)
+            .max_by(|a, b| a.at.cmp(&b.at).then_with(|| a.rank(b)));
+        prop_assert_eq!(history.at(instant, 0.0), expected.copied());
+    }
+
+    #[test]
+    fn a_log_timescale_answers_a_question_about_any_age_within_a_factor_of_two(
+        gaps in prop::collection::vec(1..1_000_u64, 1..400), wait in 0..5_000_u64, share in 0.0..=1.0_f64,
+    ) {
+        let mut at = 0;
+        let drawn: Vec<_> = gaps.iter().map(|gap| { at += gap; sample(at, Feature::None) }).collect();
+        let history = grown(log_timescale(48), &drawn);
+        let (first, now) = (drawn[0].at, drawn[drawn.len() - 1].at.as_nanos() + wait);
+        let age = quantity::number::floor_u64(share * quantity::number::float(now - first.as_nanos()));
+        let asked = Instant::from_nanos(now - age);
+        let exact = drawn.iter().rev().find(|sample| sample.at <= asked).unwrap();
+        let answered = history.at(asked, 0.0).unwrap();
+        prop_assert!(answered.at <= asked);
+        let answered_age = now - answered.at.as_nanos();
+        prop_assert!(answered.at == exact.at || answered_age <= 2 * age, "{answered_age} for {age}");
+    }
+
+    #[test]
+    fn no_history_outgrows_its_room(generator in generators(), drawn in samples(40)) {
+        if let History::Series(series) = grown(generator, &drawn) {
+            prop_assert!(series.instants().len() <= series.room());
+            prop_assert!(series.instants().is_sorted_by(|a, b| a < b));
+        }
+    }
+}

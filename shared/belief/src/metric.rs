@@ -1,0 +1,87 @@
+use config::percepts::{self, Measure, NoTermApplies};
+use message::Feature;
+
+use crate::memory::Memory;
+
+/// The belief distance D (Eq. 4): Σ wᵢ·qᵢ·dᵢ over the configured terms, in their order.
+#[derive(Clone, Debug)]
+pub(crate) struct Metric {
+    terms: Vec<percepts::Distance>,
+    threshold: f64,
+    normalised: bool,
+    no_term_applies: NoTermApplies,
+}
+
+/// A percept whose features no two beliefs of one thing have further apart than this.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Reach {
+    pub(crate) percept: u16,
+    pub(crate) metres: f64,
+}
+
+impl Metric {
+    pub(crate) fn new(config: &percepts::Belief) -> Self {
+        // A term without weight says nothing, not even that it applies.
+        let terms = config.distance.iter().copied().filter(|term| term.weight > 0.0).collect();
+        Self {
+            terms,
+            threshold: config.threshold,
+            normalised: config.normalised,
+            no_term_applies: config.no_term_applies,
+        }
+    }
+
+    /// D of two beliefs, where it is below the threshold.
+    pub(crate) fn below_threshold(&self, a: &Memory, b: &Memory) -> Option<f64> {
+        let (mut sum, mut weights) = (0.0, 0.0);
+        for term in &self.terms {
+            let features = (a.feature(term.percept), b.feature(term.percept));
+            let (Some(of_a), Some(of_b)) = features else { continue };
+            let Some(distance) = measure(term.measure, &of_a, &of_b) else { continue };
+            sum += term.weight * distance;
+            weights += term.weight;
+            // No term is negative and addition rounds monotonically: it will not fall again.
+            if !self.normalised && sum >= self.threshold {
+                return None;
+            }
+        }
+        let distance = if weights > 0.0 {
+            if self.normalised { sum / weights } else { sum }
+        } else {
+            match self.no_term_applies {
+                NoTermApplies::Infinite => return None,
+                NoTermApplies::Zero => 0.0,
+            }
+        };
+        // Written so that NaN is no small distance.
+        if distance < self.threshold { Some(distance) } else { None }
+    }
+
+    /// How far apart two beliefs may be and still be closer than the threshold, in the features
+    /// of the first percept measured in metres: D is at least that term alone.
+    pub(crate) fn reach(&self) -> Option<Reach> {
+        let term = self.terms.iter().find(|term| term.measure == Measure::Metres)?;
+        let total: f64 = self.terms.iter().map(|term| term.weight).sum();
+        let share = if self.normalised { total } else { 1.0 };
+        Some(Reach { percept: term.percept, metres: self.threshold * share / term.weight })
+    }
+}
+
+/// d of two features; `None` (q = 0) where the measure does not apply to them.
+fn measure(measure: Measure, a: &Feature, b: &Feature) -> Option<f64> {
+    match (measure, a, b) {
+        (Measure::Metres, Feature::Vector(a), Feature::Vector(b)) => {
+            let squared = a.iter().zip(b).map(|(a, b)| (f64::from(*a) - f64::from(*b)).powi(2));
+            Some(squared.sum::<f64>().sqrt())
+        }
+        (Measure::AngleRad, Feature::Orientation(a), Feature::Orientation(b)) => {
+            let dot: f64 = a.iter().zip(b).map(|(a, b)| f64::from(*a) * f64::from(*b)).sum();
+            Some(2.0 * dot.abs().min(1.0).acos())
+        }
+        (Measure::Difference, Feature::Number(a), Feature::Number(b)) => {
+            Some((f64::from(*a) - f64::from(*b)).abs())
+        }
+        (Measure::Differs, Feature::Symbol(a), Feature::Symbol(b)) => Some(if a == b { 0.0 } else { 1.0 }),
+        (Measure::Metres | Measure::AngleRad | Measure::Difference | Measure::Differs, _, _) => None,
+    }
+}

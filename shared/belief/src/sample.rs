@@ -1,0 +1,58 @@
+use std::cmp::Ordering;
+
+use clock::Instant;
+use message::Feature;
+use quantity::number::single;
+
+/// One evaluation (m, c, d) of a percept and when it was made.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Sample {
+    pub(crate) at: Instant,
+    pub(crate) matching: f32,
+    pub(crate) confidence: f32,
+    pub(crate) feature: Feature,
+}
+
+impl Sample {
+    /// Which of two samples counts at one instant: that of the higher m·c. Among equals the
+    /// numbers decide, so that the outcome does not depend on who came first.
+    pub(crate) fn rank(&self, other: &Self) -> Ordering {
+        let strength = |sample: &Self| f64::from(sample.matching) * f64::from(sample.confidence);
+        strength(self)
+            .total_cmp(&strength(other))
+            .then_with(|| self.matching.total_cmp(&other.matching))
+            .then_with(|| order(&self.feature, &other.feature))
+    }
+
+    /// The sample as it is remembered at `now`, after the newest: its confidence decays
+    /// exponentially.
+    pub(crate) fn decayed(self, now: Instant, decay_per_s: f64) -> Self {
+        let age = now.since(self.at);
+        if age.is_zero() {
+            return self;
+        }
+        let confidence = f64::from(self.confidence) * (-decay_per_s * age.as_secs_f64()).exp();
+        Self { confidence: single(confidence), ..self }
+    }
+}
+
+/// A total order of features; it has no other meaning than to be one.
+pub(crate) fn order(a: &Feature, b: &Feature) -> Ordering {
+    let (kind_a, numbers_a) = numbers(a);
+    let (kind_b, numbers_b) = numbers(b);
+    let mut ordering = kind_a.cmp(&kind_b);
+    for (a, b) in numbers_a.iter().zip(&numbers_b) {
+        ordering = ordering.then_with(|| a.total_cmp(b));
+    }
+    ordering
+}
+
+fn numbers(feature: &Feature) -> (u8, [f32; 4]) {
+    match *feature {
+        Feature::None => (0, [0.0; 4]),
+        Feature::Symbol(symbol) => (1, [f32::from(symbol), 0.0, 0.0, 0.0]),
+        Feature::Number(number) => (2, [number, 0.0, 0.0, 0.0]),
+        Feature::Vector([x, y, z]) => (3, [x, y, z, 0.0]),
+        Feature::Orientation(xyzw) => (4, xyzw),
+    }
+}

@@ -1,0 +1,363 @@
+#[cfg(test)]
+mod tests;
+
+use clock::{Duration, Instant};
+use config::percepts::{Cull, Kernel, Percept, Percepts};
+use geometry::{Pose, Position};
+use message::{Belief, Feature, Perceived, Remembered};
+use quantity::number::single;
+
+use crate::arena::Arena;
+use crate::cluster::Clustering;
+use crate::sample::Sample;
+use crate::sources::{Admission, Sources};
+
+/// An observation may be this much ahead of the step's instant: sensory processes go on while a
+/// frame is on its way. Beyond it, the source's clock is wrong.
+const AHEAD: Duration = Duration::from_secs(1);
+
+/// Beliefs that a system can be asked to hold.
+const MOST: usize = 4096;
+
+/// The belief system of one perspective: (B, G, M, d, q, w, c).
+///
+/// All memory is allocated by [`BeliefSystem::new`]. A clone is a snapshot Snp(t): a deep copy
+/// that goes its own way.
+///
+/// ```
+/// use belief::BeliefSystem;
+/// use clock::Instant;
+/// use config::percepts::Percepts;
+/// use message::{Observation, Perceived};
+/// use perception::{Frame, Perception};
+///
+/// let percepts = Percepts::builtin();
+/// let perception = Perception::new(&percepts).unwrap();
+/// let mut system = BeliefSystem::new(&percepts, 64).unwrap();
+/// for millis in [0, 5, 10] {
+///     let now = Instant::from_nanos(1 + millis * 1_000_000);
+///     let observation = Observation::object(0, now.as_nanos());
+///     let snapshot = perception.perceive(&observation, &Frame { agent: 0 });
+///     system.step(now, &[Perceived { observation, snapshot }], |_place| true);
+/// }
+/// assert_eq!(system.len(), 1);
+/// let belief = system.beliefs().next().unwrap();
+/// assert_eq!((belief.id, belief.observations), (1, 3));
+/// ```
+#[derive(Clone, Debug)]
+pub struct BeliefSystem {
+    percepts: Vec<Percept>,
+    /// The percept that says where a thing is.
+    place: Option<u16>,
+    cull: Vec<Cull>,
+    cannot_link: bool,
+    capacity: usize,
+    arena: Arena,
+    clustering: Clustering,
+    sources: Sources,
+    next_id: u64,
+    now: Instant,
+    counts: Counts,
+}
+
+/// What happened since the system was made.
+///
+/// The beliefs it holds are those created, less those merged, culled and evicted.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Counts {
+    /// Observations refused because their numbers were unsound or their instant far ahead.
+    pub refused: u64,
+    /// Observations refused because they were not newer than those of their source in an
+    /// earlier step.
+    pub stale: u64,
+    /// Steps whose instant was before that of the step before; they were taken at the latter.
+    pub backwards: u64,
+    /// Beliefs created, one per snapshot (Eq. 6).
+    pub created: u64,
+    /// Pairs of beliefs merged.
+    pub merged: u64,
+    /// Beliefs culled (Eq. 5).
+    pub culled: u64,
+    /// Observations dropped because no belief was free.
+    pub overflowed: u64,
+    /// Beliefs dropped for the same reason: new ones that no older one took in.
+    pub evicted: u64,
+}
+
+/// Why there can be no such belief system.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum Unbelievable {
+    /// The capacity is out of its range.
+    #[error("a belief system for {capacity} beliefs: the capacity must be from 1 to 4096")]
+    Capacity {
+        /// Beliefs asked for.
+        capacity: usize,
+    },
+}
+
+impl BeliefSystem {
+    /// An empty belief system that holds at most `capacity` beliefs; together with them, it takes
+    /// in at most twice as many new observations in a step.
+    ///
+    /// # Errors
+    ///
+    /// The capacity is zero or above 4096.
+    pub fn new(percepts: &Percepts, capacity: usize) -> Result<Self, Unbelievable> {
+        if !(1..=MOST).contains(&capacity) {
+            return Err(Unbelievable::Capacity { capacity });
+        }
+        let place = percepts.percepts.iter().position(|percept| percept.kernel == Kernel::Position);
+        let arena = Arena::new(percepts, 2 * capacity);
+        Ok(Self {
+            percepts: percepts.percepts.clone(),
+            place: place.and_then(|index| u16::try_from(index).ok()),
+            cull: percepts.belief.cull.clone(),
+            cannot_link: percepts.belief.cannot_link_same_source_instant,
+            capacity,
+            clustering: Clustering::new(&arena),
+            arena,
+            sources: Sources::new(),
+            next_id: 1,
+            now: Instant::EPOCH,
+            counts: Counts::default(),
+        })
+    }
+
+    /// Takes in what the perspective perceived at `now`: creates beliefs, merges them, culls.
+    ///
+    /// Observations and snapshots are in the perspective's frame. `in_view` says of a place in
+    /// that frame, in metres, whether the perspective now sees what is there. An observation
+    /// whose snapshot is empty creates nothing. An instant before that of the step before is
+    /// taken as the latter; observations that may not enter are counted.
+    pub fn step<'a>(
+        &mut self,
+        now: Instant,
+        perceived: impl IntoIterator<Item = &'a Perceived>,
+        in_view: impl Fn([f32; 3]) -> bool,
+    ) {
+        if now < self.now {
+            self.counts.backwards += 1;
+        }
+        self.now = self.now.max(now);
+        let first_new = self.next_id;
+        self.sources.begin();
+        for perceived in perceived {
+            self.create(perceived);
+        }
+        self.counts.merged += self.clustering.run(&mut self.arena);
+        self.arena.bury();
+        self.cull(in_view);
+        self.evict();
+        self.arena.settle(self.sources.groups());
+        self.number(first_new);
+    }
+
+    /// How many beliefs there are.
+    #[must_use]
+    pub fn len(&self) -> usize {
+        self.arena.live().len()
+    }
+
+    /// Whether there is no belief.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.arena.live().is_empty()
+    }
+
+    /// What happened since the system was made.
+    #[must_use]
+    pub const fn counts(&self) -> Counts {
+        self.counts
+    }
+
+    /// The instant of the last step.
+    #[must_use]
+    pub const fn now(&self) -> Instant {
+        self.now
+    }
+
+    /// The beliefs in the order of their identities, evaluated at the instant of the last step.
+    pub fn beliefs(&self) -> impl Iterator<Item = Belief> {
+        (0..self.len()).filter_map(|index| self.write(index, self.now))
+    }
+
+    /// The belief at `index` in the order of the identities, all its percepts evaluated at
+    /// `instant` (Eq. 3): those whose first sample is later are left out.
+    #[must_use]
+    pub fn write(&self, index: usize, instant: Instant) -> Option<Belief> {
+        let memory = self.arena.memory(*self.arena.live().get(index)?)?;
+        let (born_at, perceived_at) = (memory.born_at.as_nanos(), memory.perceived_at.as_nanos());
+        let mut belief = Belief::new(memory.id, born_at, perceived_at, memory.observations, memory.held_by);
+        for (number, percept) in (0..).zip(&self.percepts) {
+            let history = memory.history(number);
+            if let Some(sample) = history.and_then(|history| history.at(instant, percept.decay_per_s)) {
+                let Sample { at, matching, confidence, feature } = sample;
+                // There is room: a belief holds as many percepts as a percept set has.
+                belief.push(Remembered::new(number, at.as_nanos(), matching, confidence, feature));
+            }
+        }
+        Some(belief)
+    }
+
+    /// Where the belief at `index` was last perceived to be, in metres in the perspective's
+    /// frame; `None` where it has no place.
+    #[must_use]
+    pub fn position(&self, index: usize) -> Option<[f32; 3]> {
+        self.place_of(*self.arena.live().get(index)?)
+    }
+
+    /// The perspective's frame has moved: expresses all remembered places and orientations in
+    /// the new one. `x_new_old` is the pose of the old frame in the new.
+    ///
+    /// Regions are indexical, so they begin anew with what they say of the remembered place now.
+    /// Of a program's own percepts, vectors are taken as they are.
+    pub fn reanchor<New, Old>(&mut self, x_new_old: &Pose<New, Old>) {
+        for index in 0..self.len() {
+            let Some(&slot) = self.arena.live().get(index) else { return };
+            for (number, percept) in (0..).zip(&self.percepts) {
+                let Some(memory) = self.arena.memory_mut(slot) else { return };
+                let Some(history) = memory.history_mut(number) else { return };
+                match &percept.kernel {
+                    Kernel::Position => history.map(|feature| moved(x_new_old, feature)),
+                    Kernel::Orientation => history.map(|feature| turned(x_new_old, feature)),
+                    Kernel::Region(_)
+                    | Kernel::Extents
+                    | Kernel::State(_)
+                    | Kernel::Nearest(_)
+                    | Kernel::Own(_) => {}
+                }
+            }
+            self.see_regions_anew(slot);
+        }
+    }
+
+    fn see_regions_anew(&mut self, slot: usize) {
+        let place = self.place_of(slot);
+        for (number, percept) in (0..).zip(&self.percepts) {
+            let Kernel::Region(region) = &percept.kernel else { continue };
+            let Some(memory) = self.arena.memory_mut(slot) else { return };
+            let Some(history) = memory.history_mut(number) else { return };
+            match (place, history.newest()) {
+                (Some(place), Some(newest)) => {
+                    let degree = if region.holds(place) { 1.0 } else { 0.0 };
+                    history.begin(Sample { feature: Feature::Number(degree), ..newest });
+                }
+                (None, _) | (_, None) => history.clear(),
+            }
+        }
+    }
+
+    fn create(&mut self, perceived: &Perceived) {
+        let Perceived { observation, snapshot } = perceived;
+        let observed_at = Instant::from_nanos(observation.observed_at_ns);
+        if !observation.is_sound() || observed_at > self.now + AHEAD {
+            self.counts.refused += 1;
+            return;
+        }
+        if snapshot.values().is_empty() {
+            return;
+        }
+        let group = match self.sources.admit(observation.source, observed_at) {
+            Admission::Group(group) => group,
+            Admission::Stale => {
+                self.counts.stale += 1;
+                return;
+            }
+            Admission::NoRoom => {
+                self.counts.overflowed += 1;
+                return;
+            }
+        };
+        // What is remembered is not later than now, or h(now) would not know of it.
+        let at = observed_at.min(self.now);
+        match self.arena.create(self.next_id, at, observation, snapshot) {
+            Some(slot) => {
+                self.counts.created += 1;
+                self.next_id += 1;
+                if self.cannot_link {
+                    self.arena.join(slot, group);
+                }
+            }
+            None => self.counts.overflowed += 1,
+        }
+    }
+
+    /// C: removes the beliefs on which all culling functions agree (Eq. 5).
+    fn cull(&mut self, in_view: impl Fn([f32; 3]) -> bool) {
+        if self.cull.is_empty() {
+            return;
+        }
+        for index in 0..self.len() {
+            let Some(&slot) = self.arena.live().get(index) else { break };
+            if self.cull.iter().all(|cull| self.agrees(cull, slot, &in_view)) {
+                self.arena.release(slot);
+                self.counts.culled += 1;
+            }
+        }
+        self.arena.bury();
+    }
+
+    /// A culling function c of a belief.
+    fn agrees(&self, cull: &Cull, slot: usize, in_view: impl Fn([f32; 3]) -> bool) -> bool {
+        let Some(memory) = self.arena.memory(slot) else { return false };
+        match cull {
+            Cull::UnseenLongerThan(limit) => self.now.since(memory.perceived_at) > *limit,
+            Cull::ConfidenceBelow { percept, floor } => {
+                let decay =
+                    self.percepts.get(usize::from(*percept)).map_or(0.0, |percept| percept.decay_per_s);
+                let remembered = memory.history(*percept).and_then(|history| history.at(self.now, decay));
+                remembered.is_none_or(|sample| f64::from(sample.confidence) < *floor)
+            }
+            // What stands there now, if anything, was not taken for this belief: its place is
+            // empty of it.
+            Cull::PlaceInViewAndEmpty => {
+                memory.perceived_at < self.now && self.place_of(slot).is_some_and(in_view)
+            }
+        }
+    }
+
+    /// Beliefs beyond the capacity go, the youngest first.
+    fn evict(&mut self) {
+        for index in self.capacity..self.len() {
+            let Some(&slot) = self.arena.live().get(index) else { break };
+            self.counts.evicted += 1;
+            self.counts.overflowed += self.arena.memory(slot).map_or(0, |memory| memory.observations);
+            self.arena.release(slot);
+        }
+        self.arena.bury();
+    }
+
+    /// Most new beliefs merge into older ones; those that remain are numbered without gaps.
+    fn number(&mut self, first_new: u64) {
+        self.next_id = first_new;
+        for index in 0..self.len() {
+            let slot = self.arena.live().get(index).copied();
+            let Some(memory) = slot.and_then(|slot| self.arena.memory_mut(slot)) else { return };
+            if memory.id >= first_new {
+                memory.id = self.next_id;
+                self.next_id += 1;
+            }
+        }
+    }
+
+    fn place_of(&self, slot: usize) -> Option<[f32; 3]> {
+        match self.arena.memory(slot)?.feature(self.place?)? {
+            Feature::Vector(place) => Some(place),
+            Feature::None | Feature::Symbol(_) | Feature::Number(_) | Feature::Orientation(_) => None,
+        }
+    }
+}
+
+fn moved<New, Old>(x_new_old: &Pose<New, Old>, feature: Feature) -> Feature {
+    let Feature::Vector([x, y, z]) = feature else { return feature };
+    let p_old = Position::<Old>::new(f64::from(x), f64::from(y), f64::from(z));
+    Feature::Vector((*x_new_old * p_old).to_array().map(single))
+}
+
+fn turned<New, Old>(x_new_old: &Pose<New, Old>, feature: Feature) -> Feature {
+    let Feature::Orientation(xyzw) = feature else { return feature };
+    match Pose::<Old, geometry::Thing>::from_parts([0.0; 3], xyzw.map(f64::from)) {
+        Some(x_old_thing) => Feature::Orientation((*x_new_old * x_old_thing).orientation_xyzw().map(single)),
+        None => feature,
+    }
+}

@@ -1,0 +1,280 @@
+use config::percepts::NoTermApplies;
+use message::{NOBODY, Observation, State};
+use perception::{Frame, Perception};
+
+use super::*;
+
+const RED: [f32; 3] = [0.80, 0.05, 0.05];
+const BLUE: [f32; 3] = [0.05, 0.15, 0.80];
+
+fn ms(millis: u64) -> Instant {
+    Instant::from_nanos(1_000_000_000 + millis * 1_000_000)
+}
+
+fn block(at: Instant, position_m: [f32; 3], colour_rgb: [f32; 3]) -> Observation {
+    let mut block = Observation {
+        confidence: 0.9,
+        position_m,
+        colour_rgb,
+        half_extents_m: [0.03; 3],
+        ..Observation::object(0, at.as_nanos())
+    };
+    block.set_state(State::Filled, 0.0);
+    block
+}
+
+/// A system with its perception.
+struct Robot {
+    perception: Perception,
+    system: BeliefSystem,
+}
+
+impl Robot {
+    fn new(percepts: &Percepts) -> Self {
+        Self {
+            perception: Perception::new(percepts).unwrap(),
+            system: BeliefSystem::new(percepts, 16).unwrap(),
+        }
+    }
+
+    fn see(&mut self, now: Instant, seen: &[Observation], in_view: bool) {
+        let perceived: Vec<_> = seen
+            .iter()
+            .map(|observation| {
+                let snapshot = self.perception.perceive(observation, &Frame { agent: 0 });
+                Perceived { observation: *observation, snapshot }
+            })
+            .collect();
+        self.system.step(now, &perceived, |_| in_view);
+        let counts = self.system.counts();
+        let len = u64::try_from(self.system.len()).unwrap();
+        assert_eq!(counts.created - counts.merged - counts.culled - counts.evicted, len);
+    }
+
+    fn ids(&self) -> Vec<u64> {
+        self.system.beliefs().map(|belief| belief.id).collect()
+    }
+}
+
+#[test]
+fn a_thing_that_moves_keeps_its_identity() {
+    let mut robot = Robot::new(&Percepts::builtin());
+    let mut x = 0.0;
+    for step in 0..200 {
+        x += 0.004;
+        robot.see(ms(5 * step), &[block(ms(5 * step), [0.5, x, 0.0], RED)], true);
+    }
+    assert_eq!(robot.ids(), [1]);
+    let belief = robot.system.beliefs().next().unwrap();
+    assert_eq!(belief.observations, 200);
+    assert_eq!(belief.born_at_ns, ms(0).as_nanos());
+    let y = robot.system.position(0).unwrap()[1];
+    assert!((y - 0.796).abs() < 1e-4, "the low-pass lags by one step of 4 mm: {y}");
+}
+
+#[test]
+fn two_alike_that_are_seen_at_once_stay_two_and_literally_merge() {
+    let mut percepts = Percepts::builtin();
+    for cannot_link in [true, false] {
+        percepts.belief.cannot_link_same_source_instant = cannot_link;
+        let mut robot = Robot::new(&percepts);
+        for step in 0..3 {
+            let now = ms(5 * step);
+            let tower: Vec<_> =
+                [0.03, 0.09, 0.15, 0.21, 0.27, 0.33].map(|z| block(now, [0.5, 0.0, z], RED)).into();
+            robot.see(now, &tower, true);
+        }
+        assert_eq!(robot.system.len() == 6, cannot_link, "{}", robot.system.len());
+    }
+}
+
+#[test]
+fn alike_at_one_place_for_two_sensors_are_one() {
+    let mut robot = Robot::new(&Percepts::builtin());
+    let now = ms(0);
+    let other_sensor = Observation { source: 1, ..block(now, [0.51, 0.0, 0.0], RED) };
+    robot.see(now, &[block(now, [0.5, 0.0, 0.0], RED), other_sensor], true);
+    assert_eq!(robot.ids(), [1]);
+    assert_eq!(robot.system.beliefs().next().unwrap().observations, 2);
+}
+
+#[test]
+fn another_colour_is_another_thing() {
+    let mut robot = Robot::new(&Percepts::builtin());
+    robot.see(ms(0), &[block(ms(0), [0.5, 0.0, 0.0], RED)], false);
+    robot.see(ms(5), &[block(ms(5), [0.5, 0.0, 0.0], BLUE)], false);
+    assert_eq!(robot.ids(), [1, 2]);
+}
+
+#[test]
+fn an_unseen_thing_is_culled_where_the_view_is_free_and_kept_where_it_is_not() {
+    for (in_view, left) in [(true, 0), (false, 1)] {
+        let mut robot = Robot::new(&Percepts::builtin());
+        robot.see(ms(0), &[block(ms(0), [0.5, 0.0, 0.0], RED)], true);
+        for step in 1..=120 {
+            robot.see(ms(5 * step), &[], in_view);
+        }
+        assert_eq!(robot.system.len(), 1, "600 ms are not longer than 600 ms");
+        robot.see(ms(605), &[], in_view);
+        assert_eq!(robot.system.len(), left);
+        assert_eq!(robot.system.counts().culled, 1 - u64::try_from(left).unwrap());
+    }
+}
+
+#[test]
+fn without_culling_functions_nothing_is_culled() {
+    let mut percepts = Percepts::builtin();
+    percepts.belief.cull.clear();
+    let mut robot = Robot::new(&percepts);
+    robot.see(ms(0), &[block(ms(0), [0.5, 0.0, 0.0], RED)], true);
+    robot.see(ms(100_000), &[], true);
+    assert_eq!(robot.system.len(), 1);
+}
+
+#[test]
+fn confidence_decays_and_may_cull() {
+    let mut percepts = Percepts::builtin();
+    let position = percepts.index("position").unwrap();
+    percepts.belief.cull = vec![Cull::ConfidenceBelow { percept: position, floor: 0.5 }];
+    let mut robot = Robot::new(&percepts);
+    robot.see(ms(0), &[block(ms(0), [0.5, 0.0, 0.0], RED)], true);
+    let confidence = |robot: &Robot, instant| {
+        robot.system.write(0, instant).unwrap().percept(position).unwrap().confidence
+    };
+    assert!((confidence(&robot, ms(0)) - 0.9).abs() < 1e-6);
+    let expected = 0.9 * (-0.2_f32 * 2.0).exp();
+    assert!((confidence(&robot, ms(2000)) - expected).abs() < 1e-6);
+    robot.see(ms(2900), &[], true);
+    assert_eq!(robot.system.len(), 1);
+    robot.see(ms(2950), &[], true);
+    assert_eq!(robot.system.len(), 0);
+}
+
+#[test]
+fn unsound_and_repeated_observations_are_refused_and_counted() {
+    let mut robot = Robot::new(&Percepts::builtin());
+    let seen = block(ms(5), [0.5, 0.0, 0.0], RED);
+    robot.see(ms(5), &[seen, Observation { confidence: f32::NAN, ..seen }], true);
+    robot.see(ms(10), &[seen], true);
+    robot.see(ms(15), &[block(ms(4), [0.5, 0.0, 0.0], RED)], true);
+    robot.see(ms(20), &[block(ms(1100), [0.5, 0.0, 0.0], RED)], true);
+    let counts = robot.system.counts();
+    assert_eq!((counts.refused, counts.stale, counts.created), (2, 2, 1));
+    assert_eq!(robot.system.beliefs().next().unwrap().observations, 1);
+}
+
+#[test]
+fn an_observation_a_little_ahead_of_the_step_is_remembered_at_the_step() {
+    let mut robot = Robot::new(&Percepts::builtin());
+    robot.see(ms(0), &[block(ms(2), [0.5, 0.0, 0.0], RED)], true);
+    assert!(!robot.system.beliefs().next().unwrap().percepts().is_empty());
+}
+
+#[test]
+fn time_that_goes_backwards_is_counted_and_does_no_harm() {
+    let mut robot = Robot::new(&Percepts::builtin());
+    robot.see(ms(50), &[block(ms(50), [0.5, 0.0, 0.0], RED)], true);
+    robot.see(ms(20), &[block(ms(51), [0.5, 0.0, 0.0], RED)], true);
+    assert_eq!(robot.system.counts().backwards, 1);
+    assert_eq!(robot.system.now(), ms(50));
+    assert_eq!(robot.ids(), [1]);
+}
+
+#[test]
+fn a_full_system_keeps_what_it_knows_and_counts_what_it_drops() {
+    let mut robot = Robot::new(&Percepts::builtin());
+    let row = |now, count: u16| -> Vec<_> {
+        (0..count).map(|index| block(now, [f32::from(index), 0.0, 0.0], RED)).collect()
+    };
+    robot.see(ms(0), &row(ms(0), 16), false);
+    assert_eq!((robot.system.len(), robot.system.counts().overflowed), (16, 0));
+    // Sixteen of these are known; of the others none finds room, and one not even a slot.
+    robot.see(ms(5), &row(ms(5), 17), false);
+    assert_eq!((robot.system.len(), robot.system.counts().overflowed), (16, 1));
+    let mut far = row(ms(10), 3);
+    far.iter_mut().for_each(|block| block.position_m[1] = 9.0);
+    robot.see(ms(10), &far, false);
+    assert_eq!((robot.system.len(), robot.system.counts().overflowed), (16, 4));
+    assert_eq!(robot.ids(), (1..=16).collect::<Vec<_>>());
+    assert_eq!(robot.system.counts().evicted, 3);
+}
+
+#[test]
+fn identities_have_no_gaps() {
+    let mut robot = Robot::new(&Percepts::builtin());
+    let (here, there) = ([0.5, 0.0, 0.0], [0.5, 0.4, 0.0]);
+    robot.see(ms(0), &[block(ms(0), here, RED)], false);
+    robot.see(ms(5), &[block(ms(5), here, RED)], false);
+    robot.see(ms(10), &[block(ms(10), here, RED), block(ms(10), there, RED)], false);
+    assert_eq!(robot.ids(), [1, 2]);
+}
+
+#[test]
+fn the_one_who_holds_it_is_remembered() {
+    let mut robot = Robot::new(&Percepts::builtin());
+    let here = [0.5, 0.0, 0.0];
+    robot.see(ms(0), &[Observation { held_by: 1, ..block(ms(0), here, RED) }], true);
+    assert_eq!(robot.system.beliefs().next().unwrap().held_by, 1);
+    robot.see(ms(5), &[block(ms(5), here, RED)], true);
+    assert_eq!(robot.system.beliefs().next().unwrap().held_by, NOBODY);
+}
+
+#[test]
+fn nothing_perceived_is_nothing_believed() {
+    let mut robot = Robot::new(&Percepts::builtin());
+    let doubtful = Observation { confidence: 0.4, ..block(ms(0), [0.5, 0.0, 0.0], RED) };
+    robot.see(ms(0), &[doubtful], true);
+    assert!(robot.system.is_empty());
+}
+
+#[test]
+fn strangers_that_no_term_compares_merge_only_literally() {
+    let mut percepts = Percepts::builtin();
+    percepts.belief.distance.clear();
+    for (no_term_applies, expected) in [(NoTermApplies::Infinite, 2), (NoTermApplies::Zero, 1)] {
+        percepts.belief.no_term_applies = no_term_applies;
+        let mut robot = Robot::new(&percepts);
+        robot.see(ms(0), &[block(ms(0), [0.5, 0.0, 0.0], RED)], false);
+        robot.see(ms(5), &[block(ms(5), [2.5, 0.0, 0.0], BLUE)], false);
+        assert_eq!(robot.system.len(), expected);
+    }
+}
+
+#[test]
+fn a_moved_frame_moves_what_is_remembered_and_turns_left_into_right() {
+    let percepts = Percepts::builtin();
+    let (left, orientation) = (percepts.index("left").unwrap(), percepts.index("orientation").unwrap());
+    let mut robot = Robot::new(&percepts);
+    robot.see(ms(0), &[block(ms(0), [0.5, 0.3, 0.1], RED)], false);
+    // The new frame stands 1 m ahead and looks back.
+    let x_old_new = Pose::<geometry::Base, geometry::Person>::upright(1.0, 0.0, 0.0, std::f64::consts::PI);
+    robot.system.reanchor(&x_old_new.inverse());
+    let [x, y, z] = robot.system.position(0).unwrap();
+    assert!((x - 0.5).abs() < 1e-6 && (y + 0.3).abs() < 1e-6 && (z - 0.1).abs() < 1e-6, "{x} {y} {z}");
+    let belief = robot.system.beliefs().next().unwrap();
+    assert_eq!(belief.percept(left).unwrap().feature(), Some(Feature::Number(0.0)));
+    let Some(Feature::Orientation([qx, qy, qz, qw])) = belief.percept(orientation).unwrap().feature() else {
+        panic!("an orientation is remembered")
+    };
+    assert!(qx.abs() + qy.abs() + qw.abs() < 1e-6 && (qz.abs() - 1.0).abs() < 1e-6);
+    // In the new frame it is seen where it is remembered.
+    robot.see(ms(5), &[block(ms(5), [0.5, -0.3, 0.1], RED)], false);
+    assert_eq!(robot.ids(), [1]);
+}
+
+#[test]
+fn a_snapshot_goes_its_own_way() {
+    let mut robot = Robot::new(&Percepts::builtin());
+    robot.see(ms(0), &[block(ms(0), [0.5, 0.0, 0.0], RED)], true);
+    let snapshot = robot.system.clone();
+    robot.see(ms(5), &[block(ms(5), [0.6, 0.0, 0.0], RED)], true);
+    assert_eq!(snapshot.position(0), Some([0.5, 0.0, 0.0]));
+    assert_eq!(snapshot.beliefs().next().unwrap().observations, 1);
+    assert_ne!(robot.system.position(0), snapshot.position(0));
+}
+
+#[test]
+fn a_capacity_out_of_range_is_refused() {
+    let percepts = Percepts::builtin();
+    assert!(BeliefSystem::new(&percepts, 0).is_err() && BeliefSystem::new(&percepts, 4097).is_err());
+}

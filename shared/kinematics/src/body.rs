@@ -1,0 +1,304 @@
+use geometry::{Base, Eye, Hand, Pose};
+use nalgebra::Isometry3;
+
+use crate::Link;
+use crate::tree::{Step, Tree};
+
+/// Joints of an arm, from the shoulder to the wrist.
+pub const ARM_JOINTS: usize = 7;
+
+/// A side of the body; left is +y.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Side {
+    /// The body's own left.
+    Left,
+    /// The body's own right.
+    Right,
+}
+
+impl Side {
+    /// Both, left first.
+    pub const BOTH: [Self; 2] = [Self::Left, Self::Right];
+
+    /// The word that names of its joints begin with.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Left => "left",
+            Self::Right => "right",
+        }
+    }
+
+    const fn index(self) -> usize {
+        match self {
+            Self::Left => 0,
+            Self::Right => 1,
+        }
+    }
+}
+
+/// What the URDF says of a revolute joint.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Joint {
+    /// Its name.
+    pub name: String,
+    /// Lowest position, in radians.
+    pub lower_rad: f64,
+    /// Highest position, in radians.
+    pub upper_rad: f64,
+    /// Highest speed, in radians per second.
+    pub velocity_rad_s: f64,
+}
+
+impl Joint {
+    /// The position, or the limit that it exceeds; the limits are never NaN or crossed, and a
+    /// position that is NaN becomes the lower one.
+    #[must_use]
+    pub fn limited(&self, position_rad: f64) -> f64 {
+        position_rad.max(self.lower_rad).min(self.upper_rad)
+    }
+}
+
+/// Why a URDF is not a body of ours.
+#[derive(Debug, thiserror::Error)]
+pub enum BodyError {
+    /// It is not a URDF.
+    #[error("not a URDF: {source}")]
+    Urdf {
+        /// What the reader said.
+        source: urdf_rs::UrdfError,
+    },
+    /// A joint that was asked for is not in it.
+    #[error("no revolute joint `{joint}` in the URDF; the names there and in motor.toml must be the same")]
+    MissingJoint {
+        /// Its name.
+        joint: String,
+    },
+    /// A joint in it was not asked for.
+    #[error("the URDF's joint `{joint}` moves and has no servo; add it to motor.toml or make it fixed")]
+    UnlistedJoint {
+        /// Its name.
+        joint: String,
+    },
+    /// Limits that are crossed, or no numbers, or no speed.
+    #[error("joint `{joint}`: lower {lower_rad}, upper {upper_rad}, velocity {velocity_rad_s} are no limits")]
+    Limits {
+        /// The joint.
+        joint: String,
+        /// Lowest position, in radians.
+        lower_rad: f64,
+        /// Highest position, in radians.
+        upper_rad: f64,
+        /// Highest speed, in radians per second.
+        velocity_rad_s: f64,
+    },
+    /// A joint's axis has no direction.
+    #[error("joint `{joint}`: its axis has no length")]
+    NoAxis {
+        /// The joint.
+        joint: String,
+    },
+    /// A joint joins a link that is not there.
+    #[error("joint `{joint}` joins a link `{link}`, which is not in the URDF")]
+    UnknownLink {
+        /// The joint.
+        joint: String,
+        /// The link.
+        link: String,
+    },
+    /// A link hangs on two joints.
+    #[error("link `{link}` is the child of two joints")]
+    TwoParents {
+        /// The link.
+        link: String,
+    },
+    /// Every link has a parent.
+    #[error("no link is the root: every one is the child of a joint")]
+    NoRoot,
+    /// Two links have no parent.
+    #[error("links `{one}` and `{other}` both have no parent: join them")]
+    TwoRoots {
+        /// One of them.
+        one: String,
+        /// Another.
+        other: String,
+    },
+    /// A link is its own ancestor.
+    #[error("link `{link}` hangs on a ring of joints")]
+    Ring {
+        /// The link.
+        link: String,
+    },
+    /// A frame that the body needs is not there.
+    #[error("no link `{link}` in the URDF: hands are `<side>_grasp`, eyes `<side>_eye`")]
+    MissingLink {
+        /// Its name.
+        link: String,
+    },
+    /// Fewer than seven joints move a hand.
+    #[error("{found} joints move `{link}`; an arm needs {ARM_JOINTS}")]
+    ShortArm {
+        /// The hand.
+        link: String,
+        /// Joints between it and the root.
+        found: usize,
+    },
+}
+
+/// An arm: the last seven joints before the hand, and what carries them.
+#[derive(Clone, Debug)]
+pub(crate) struct Arm {
+    /// The steps from the root up to and without the first joint of the arm.
+    pub(crate) mount: Vec<Step>,
+    /// The steps from the first joint of the arm to the hand.
+    pub(crate) chain: Vec<Step>,
+    /// The indices of its joints.
+    pub(crate) joints: [usize; ARM_JOINTS],
+}
+
+/// The joints and links of a humanoid: two hands, two eyes.
+#[derive(Clone, Debug)]
+pub struct Body {
+    joints: Vec<Joint>,
+    tree: Tree,
+    arms: [Arm; 2],
+    hands: [Link; 2],
+    eyes: [Link; 2],
+}
+
+impl Body {
+    /// Reads a URDF. A joint's index is its place in `names`, which lists every joint that
+    /// moves. The URDF's root is the base; hands are the frames `left_grasp` and `right_grasp`,
+    /// eyes `left_eye` and `right_eye`.
+    ///
+    /// # Errors
+    ///
+    /// The text is no URDF, its joints are not those of `names`, or it is not one tree with two
+    /// arms and two eyes.
+    pub fn from_urdf(text: &str, names: &[&str]) -> Result<Self, BodyError> {
+        let robot = urdf_rs::read_from_string(text).map_err(|source| BodyError::Urdf { source })?;
+        let moves = |joint: &&urdf_rs::Joint| joint.joint_type != urdf_rs::JointType::Fixed;
+        if let Some(joint) =
+            robot.joints.iter().filter(moves).find(|joint| !names.contains(&joint.name.as_str()))
+        {
+            return Err(BodyError::UnlistedJoint { joint: joint.name.clone() });
+        }
+        let joints = names.iter().map(|name| joint(&robot, name)).collect::<Result<Vec<_>, _>>()?;
+        let tree = Tree::new(&robot, |name| names.iter().position(|known| *known == name))?;
+        let link = |name: String| tree.link(&name).ok_or(BodyError::MissingLink { link: name });
+        let [left, right] = Side::BOTH.map(|side| format!("{}_grasp", side.name()));
+        let hands = [link(left)?, link(right)?];
+        let [left, right] = Side::BOTH.map(|side| format!("{}_eye", side.name()));
+        let eyes = [link(left)?, link(right)?];
+        let [left, right] = hands;
+        let arms = [arm(&tree, left, Side::Left)?, arm(&tree, right, Side::Right)?];
+        Ok(Self { joints, tree, arms, hands, eyes })
+    }
+
+    /// Its joints, in the order of their indices.
+    #[must_use]
+    pub fn joints(&self) -> &[Joint] {
+        &self.joints
+    }
+
+    /// The index of a joint.
+    #[must_use]
+    pub fn joint(&self, name: &str) -> Option<usize> {
+        self.joints.iter().position(|joint| joint.name == name)
+    }
+
+    /// The indices of an arm's joints, from the shoulder to the wrist.
+    #[must_use]
+    pub fn arm_joints(&self, side: Side) -> [usize; ARM_JOINTS] {
+        self.arm(side).joints
+    }
+
+    /// A link by its name in the URDF.
+    #[must_use]
+    pub fn link(&self, name: &str) -> Option<Link> {
+        self.tree.link(name)
+    }
+
+    /// The pose of a link, whose frame the caller names.
+    #[must_use]
+    pub fn pose<F>(&self, link: Link, positions_rad: &[f64]) -> Pose<Base, F> {
+        Pose::from_isometry(self.tree.pose(link, positions_rad))
+    }
+
+    /// The pose of a hand: origin between the fingertips, x along the fingers.
+    ///
+    /// ```
+    /// use geometry::Position;
+    /// use kinematics::{Body, Side};
+    /// # let urdf = include_str!(concat!(env!("CARGO_MANIFEST_DIR"), "/../../config/leo.urdf"));
+    /// # let names: Vec<&str> = urdf.lines().filter(|line| line.contains("revolute"))
+    /// #     .filter_map(|line| line.split('"').nth(1)).collect();
+    /// let body = Body::from_urdf(urdf, &names)?;
+    /// let mut positions_rad = vec![0.0; body.joints().len()];
+    /// // The arm hangs: shoulder at (0, 0.18, 0.40), then 0.34 + 0.32 + 0.12 m straight down, and
+    /// // the grasp point 0.012 m in front of the palm, which faces back.
+    /// let hanging = body.hand(Side::Left, &positions_rad).origin();
+    /// assert!(hanging.distance(&Position::new(-0.012, 0.18, 0.40 - 0.78)) < 1e-12);
+    /// // The elbow bent by a right angle points the forearm forwards; the palm then faces down.
+    /// let elbow = body.joint("left_elbow_pitch_joint").ok_or("no elbow")?;
+    /// positions_rad[elbow] = -std::f64::consts::FRAC_PI_2;
+    /// let bent = body.hand(Side::Left, &positions_rad).origin();
+    /// assert!(bent.distance(&Position::new(0.44, 0.18, 0.06 - 0.012)) < 1e-12);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    #[must_use]
+    pub fn hand(&self, side: Side, positions_rad: &[f64]) -> Pose<Base, Hand> {
+        let [left, right] = self.hands;
+        self.pose(if side == Side::Left { left } else { right }, positions_rad)
+    }
+
+    /// The pose of an eye: x along the line of sight.
+    #[must_use]
+    pub fn eye(&self, side: Side, positions_rad: &[f64]) -> Pose<Base, Eye> {
+        let [left, right] = self.eyes;
+        self.pose(if side == Side::Left { left } else { right }, positions_rad)
+    }
+
+    pub(crate) fn arm(&self, side: Side) -> &Arm {
+        let [left, right] = &self.arms;
+        if side.index() == 0 { left } else { right }
+    }
+}
+
+fn joint(robot: &urdf_rs::Robot, name: &str) -> Result<Joint, BodyError> {
+    let joint = robot
+        .joints
+        .iter()
+        .find(|joint| joint.name == name && joint.joint_type == urdf_rs::JointType::Revolute)
+        .ok_or_else(|| BodyError::MissingJoint { joint: name.to_owned() })?;
+    let urdf_rs::JointLimit { lower, upper, velocity, .. } = joint.limit;
+    // Written so that NaN fails.
+    if lower <= upper && velocity > 0.0 && [lower, upper, velocity].iter().all(|limit| limit.is_finite()) {
+        let name = name.to_owned();
+        Ok(Joint { name, lower_rad: lower, upper_rad: upper, velocity_rad_s: velocity })
+    } else {
+        let joint = name.to_owned();
+        Err(BodyError::Limits { joint, lower_rad: lower, upper_rad: upper, velocity_rad_s: velocity })
+    }
+}
+
+fn arm(tree: &Tree, hand: Link, side: Side) -> Result<Arm, BodyError> {
+    let mut mount = tree.chain(hand);
+    let turning: Vec<usize> = mount.iter().filter_map(|step| Some(step.turn?.joint)).collect();
+    let short = || BodyError::ShortArm { link: format!("{}_grasp", side.name()), found: turning.len() };
+    let joints: [usize; ARM_JOINTS] = *turning.last_chunk().ok_or_else(short)?;
+    let [shoulder, ..] = joints;
+    let first = mount
+        .iter()
+        .position(|step| step.turn.is_some_and(|turn| turn.joint == shoulder))
+        .ok_or_else(short)?;
+    let chain = mount.split_off(first);
+    Ok(Arm { mount, chain, joints })
+}
+
+impl Arm {
+    /// Where the arm is fixed, in the base.
+    pub(crate) fn mount(&self, positions_rad: &[f64]) -> Isometry3<f64> {
+        self.mount.iter().fold(Isometry3::identity(), |inner, step| inner * step.pose(positions_rad))
+    }
+}

@@ -1,0 +1,142 @@
+use nalgebra::{Isometry3, Translation3, Unit, UnitQuaternion, Vector3};
+
+use crate::BodyError;
+
+/// A link of a body: a handle that is good for the body that gave it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Link(usize);
+
+/// A link as its parent sees it.
+#[derive(Clone, Debug)]
+struct Node {
+    name: String,
+    parent: Option<usize>,
+    /// Its frame in its parent's, at the zero of its joint.
+    origin: Isometry3<f64>,
+    turn: Option<Turn>,
+}
+
+/// What turns a link: the index of its joint, and the axis in the link's own frame.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Turn {
+    pub(crate) joint: usize,
+    pub(crate) axis: Unit<Vector3<f64>>,
+}
+
+/// The links of a body, each with its parent.
+#[derive(Clone, Debug)]
+pub(crate) struct Tree {
+    nodes: Vec<Node>,
+}
+
+/// One step outwards along a chain of links.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Step {
+    pub(crate) origin: Isometry3<f64>,
+    pub(crate) turn: Option<Turn>,
+}
+
+impl Step {
+    /// The link's frame in its parent's.
+    pub(crate) fn pose(&self, positions_rad: &[f64]) -> Isometry3<f64> {
+        match self.turn {
+            None => self.origin,
+            Some(Turn { joint, axis }) => {
+                let angle = positions_rad.get(joint).copied().unwrap_or(0.0);
+                self.origin * UnitQuaternion::from_axis_angle(&axis, angle)
+            }
+        }
+    }
+}
+
+impl Tree {
+    /// Reads the links and the joints between them; `index` numbers the revolute ones.
+    pub(crate) fn new(
+        robot: &urdf_rs::Robot,
+        index: impl Fn(&str) -> Option<usize>,
+    ) -> Result<Self, BodyError> {
+        let find = |name: &str| robot.links.iter().position(|link| link.name == name);
+        let mut nodes: Vec<Node> = robot
+            .links
+            .iter()
+            .map(|link| Node {
+                name: link.name.clone(),
+                parent: None,
+                origin: Isometry3::identity(),
+                turn: None,
+            })
+            .collect();
+        for joint in &robot.joints {
+            let unknown =
+                |link: &str| BodyError::UnknownLink { joint: joint.name.clone(), link: link.to_owned() };
+            let parent = find(&joint.parent.link).ok_or_else(|| unknown(&joint.parent.link))?;
+            let node = find(&joint.child.link)
+                .and_then(|child| nodes.get_mut(child))
+                .ok_or_else(|| unknown(&joint.child.link))?;
+            if node.parent.is_some() {
+                return Err(BodyError::TwoParents { link: node.name.clone() });
+            }
+            node.parent = Some(parent);
+            node.origin = origin(&joint.origin);
+            node.turn = match index(&joint.name) {
+                None => None,
+                Some(number) => {
+                    let axis = Unit::try_new(Vector3::from(*joint.axis.xyz), 1e-6)
+                        .ok_or_else(|| BodyError::NoAxis { joint: joint.name.clone() })?;
+                    Some(Turn { joint: number, axis })
+                }
+            };
+        }
+        let tree = Self { nodes };
+        // One root: then every link hangs on it or in a ring, and a chain of a ring never ends.
+        let mut roots = tree.nodes.iter().filter(|node| node.parent.is_none());
+        match (roots.next(), roots.next()) {
+            (Some(_), None) => {}
+            (None, _) => return Err(BodyError::NoRoot),
+            (Some(one), Some(other)) => {
+                return Err(BodyError::TwoRoots { one: one.name.clone(), other: other.name.clone() });
+            }
+        }
+        for link in 0..tree.nodes.len() {
+            if tree.towards_root(Link(link)).count() > tree.nodes.len() {
+                let name = tree.nodes.get(link).map(|node| node.name.clone()).unwrap_or_default();
+                return Err(BodyError::Ring { link: name });
+            }
+        }
+        Ok(tree)
+    }
+
+    pub(crate) fn link(&self, name: &str) -> Option<Link> {
+        self.nodes.iter().position(|node| node.name == name).map(Link)
+    }
+
+    /// The link's frame in the root's.
+    pub(crate) fn pose(&self, link: Link, positions_rad: &[f64]) -> Isometry3<f64> {
+        self.towards_root(link).fold(Isometry3::identity(), |outer, step| step.pose(positions_rad) * outer)
+    }
+
+    /// The steps from the root out to the link.
+    pub(crate) fn chain(&self, link: Link) -> Vec<Step> {
+        let mut steps: Vec<Step> = self.towards_root(link).collect();
+        steps.reverse();
+        steps
+    }
+
+    /// The steps from the link to the root; of a ring, one more than there are links.
+    fn towards_root(&self, link: Link) -> impl Iterator<Item = Step> + '_ {
+        let mut at = self.nodes.get(link.0);
+        std::iter::from_fn(move || {
+            let node = at?;
+            at = node.parent.and_then(|parent| self.nodes.get(parent));
+            Some(Step { origin: node.origin, turn: node.turn })
+        })
+        .take(self.nodes.len() + 1)
+    }
+}
+
+/// A URDF origin: roll, pitch and yaw about fixed axes, in that order.
+fn origin(pose: &urdf_rs::Pose) -> Isometry3<f64> {
+    let [roll, pitch, yaw] = *pose.rpy;
+    let rotation = UnitQuaternion::from_euler_angles(roll, pitch, yaw);
+    Isometry3::from_parts(Translation3::from(Vector3::from(*pose.xyz)), rotation)
+}

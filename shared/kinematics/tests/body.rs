@@ -1,0 +1,194 @@
+//! What the robot's own body can do.
+#![expect(clippy::expect_used, clippy::indexing_slicing, reason = "helpers of tests may fail them")]
+
+use std::sync::LazyLock;
+
+use geometry::Position;
+use kinematics::{ARM_JOINTS, Aim, Body, Side};
+use proptest::prelude::*;
+
+const URDF: &str = include_str!("../../../config/leo.urdf");
+
+fn names() -> Vec<&'static str> {
+    URDF.lines()
+        .filter(|line| line.contains("\"revolute\""))
+        .filter_map(|line| line.split('"').nth(1))
+        .collect()
+}
+
+fn leo() -> &'static Body {
+    static LEO: LazyLock<Body> =
+        LazyLock::new(|| Body::from_urdf(URDF, &names()).expect("config/leo.urdf is a body"));
+    &LEO
+}
+
+/// Arm hanging a little forward with the elbow out: a fair start for a grasp from above.
+fn seed(body: &Body) -> Vec<f64> {
+    let mut seed = vec![0.0; body.joints().len()];
+    for (side, sign) in [("left", 1.0), ("right", -1.0)] {
+        for (part, position) in [
+            ("shoulder_pitch", -0.5),
+            ("shoulder_roll", 0.5 * sign),
+            ("elbow_pitch", -1.4),
+            ("wrist_pitch", 1.2),
+        ] {
+            let joint = body.joint(&format!("{side}_{part}_joint")).expect("a joint of the arm");
+            seed[joint] = position;
+        }
+    }
+    seed
+}
+
+fn with_arm(body: &Body, side: Side, positions: &[f64], arm: [f64; ARM_JOINTS]) -> Vec<f64> {
+    let mut all = positions.to_vec();
+    for (joint, position) in body.arm_joints(side).into_iter().zip(arm) {
+        all[joint] = position;
+    }
+    all
+}
+
+fn assert_within_limits(body: &Body, side: Side, arm: [f64; ARM_JOINTS]) {
+    for (joint, position) in body.arm_joints(side).into_iter().zip(arm) {
+        let joint = &body.joints()[joint];
+        assert!((joint.lower_rad..=joint.upper_rad).contains(&position), "{} at {position}", joint.name);
+    }
+}
+
+#[test]
+fn the_body_has_sixty_five_joints_seven_in_each_arm() {
+    let body = leo();
+    assert_eq!(body.joints().len(), 65);
+    for side in Side::BOTH {
+        let arm = body.arm_joints(side).map(|joint| body.joints()[joint].name.clone());
+        let parts = ["shoulder_pitch", "shoulder_roll", "shoulder_yaw", "elbow_pitch"];
+        let wrist = ["wrist_yaw", "wrist_pitch", "wrist_roll"];
+        let expected: Vec<_> =
+            parts.iter().chain(&wrist).map(|part| format!("{}_{part}_joint", side.name())).collect();
+        assert_eq!(arm.to_vec(), expected);
+    }
+}
+
+#[test]
+fn every_point_of_the_table_is_in_reach_from_above() {
+    let body = leo();
+    let seed = seed(body);
+    let (mut seen, mut failed) = (0, Vec::new());
+    for x in [0.26, 0.34, 0.42, 0.50] {
+        for y in [-0.30, -0.20, -0.10, -0.02, 0.0, 0.02, 0.10, 0.20, 0.30] {
+            for z in [0.02, 0.09, 0.16, 0.23, 0.30] {
+                // Each arm serves its own half of the table and a tenth of a metre beyond.
+                for (side, serves) in [(Side::Left, y >= -0.10), (Side::Right, y <= 0.10)] {
+                    if !serves {
+                        continue;
+                    }
+                    seen += 1;
+                    let goal = Position::new(x, y, z);
+                    match body.reach(side, &Aim::Down(goal), &seed) {
+                        Ok(arm) => {
+                            assert_within_limits(body, side, arm);
+                            let hand = body.hand(side, &with_arm(body, side, &seed, arm));
+                            assert!(hand.origin().distance(&goal) < 1e-3);
+                            let fingers = hand.isometry().rotation * nalgebra::Vector3::x();
+                            assert!(fingers.z < -0.9999, "fingers point to {fingers}");
+                        }
+                        Err(why) => failed.push((side, goal, why)),
+                    }
+                }
+            }
+        }
+    }
+    assert_eq!(seen, 4 * 5 * (7 + 7));
+    assert!(failed.is_empty(), "{} of {seen}: {failed:#?}", failed.len());
+}
+
+proptest! {
+    #[test]
+    fn an_arm_finds_back_to_any_pose_that_it_can_take(
+        left in any::<bool>(), shares in prop::array::uniform7(0.0..=1.0), lean in -0.2..0.5,
+    ) {
+        let body = leo();
+        let side = if left { Side::Left } else { Side::Right };
+        let mut seed = seed(body);
+        seed[body.joint("torso_pitch_joint").expect("a torso")] = lean;
+        let arm = {
+            let mut shares = shares.into_iter();
+            body.arm_joints(side).map(|joint| {
+                let joint = &body.joints()[joint];
+                let share: f64 = shares.next().expect("a share for each joint");
+                joint.lower_rad + share * (joint.upper_rad - joint.lower_rad)
+            })
+        };
+        let goal = body.hand(side, &with_arm(body, side, &seed, arm));
+        let found = body.reach(side, &Aim::Pose(goal), &seed);
+        prop_assert!(found.is_ok(), "{:?}", found);
+        let found = found.expect("just checked");
+        assert_within_limits(body, side, found);
+        let (distance_m, angle_rad) = goal.difference(&body.hand(side, &with_arm(body, side, &seed, found)));
+        prop_assert!(distance_m < 1e-3 && angle_rad < 0.5_f64.to_radians(), "{distance_m} m, {angle_rad} rad");
+    }
+
+    #[test]
+    fn the_jacobian_is_the_derivative_of_the_hand(shares in prop::array::uniform7(0.0..=1.0)) {
+        let body = leo();
+        let side = Side::Right;
+        let positions = with_arm(body, side, &seed(body), shares);
+        let jacobian = body.jacobian(side, &positions);
+        let step = 1e-6;
+        for (column, joint) in body.arm_joints(side).into_iter().enumerate() {
+            let (mut before, mut after) = (positions.clone(), positions.clone());
+            before[joint] -= step;
+            after[joint] += step;
+            let (before, after) = (body.hand(side, &before), body.hand(side, &after));
+            let way = (after.isometry().translation.vector - before.isometry().translation.vector) / (2.0 * step);
+            let turn = (after.isometry().rotation * before.isometry().rotation.inverse()).scaled_axis() / (2.0 * step);
+            prop_assert!((jacobian.fixed_view::<3, 1>(0, column) - way).norm() < 1e-6);
+            prop_assert!((jacobian.fixed_view::<3, 1>(3, column) - turn).norm() < 1e-6);
+        }
+    }
+}
+
+#[test]
+fn a_point_out_of_reach_says_how_far_away_the_hand_stays() {
+    let body = leo();
+    let error =
+        body.reach(Side::Left, &Aim::Down(Position::new(2.0, 0.0, 0.2)), &seed(body)).expect_err("2 m away");
+    assert!(error.distance_m > 1.0, "{error}");
+}
+
+#[test]
+fn the_same_question_gets_the_same_answer() {
+    let body = leo();
+    let goal = Aim::Down(Position::new(0.3, -0.3, 0.3));
+    let ask = || body.reach(Side::Right, &goal, &vec![0.0; 65]).map(|arm| arm.map(f64::to_bits));
+    assert_eq!(ask(), ask());
+}
+
+#[test]
+fn the_eyes_look_ahead_from_above_the_shoulders() {
+    let body = leo();
+    for (side, y) in [(Side::Left, 0.03), (Side::Right, -0.03)] {
+        let eye = body.eye(side, &[]);
+        assert!(eye.origin().distance(&Position::new(0.06, y, 0.62)) < 1e-9, "{eye:?}");
+        assert!((eye.isometry().rotation * nalgebra::Vector3::x() - nalgebra::Vector3::x()).norm() < 1e-9);
+    }
+}
+
+fn refusal(text: &str, names: &[&str]) -> String {
+    Body::from_urdf(text, names).expect_err("it is wrong").to_string()
+}
+
+#[test]
+fn what_is_wrong_with_a_urdf_is_named() {
+    let mut all = names();
+    assert!(refusal("<robot", &all).starts_with("not a URDF: "));
+    assert!(refusal(URDF, &all[1..]).contains("`torso_yaw_joint` moves and has no servo"));
+    all.push("tail_joint");
+    assert!(refusal(URDF, &all).contains("no revolute joint `tail_joint`"));
+    all.pop();
+    let crossed = URDF.replacen("lower=\"-0.8\" upper=\"0.8\"", "lower=\"0.8\" upper=\"-0.8\"", 1);
+    assert!(refusal(&crossed, &all).contains("joint `torso_yaw_joint`: lower 0.8, upper -0.8"));
+    let ring = URDF.replacen("<parent link=\"base_link\"/>", "<parent link=\"neck_yaw_link\"/>", 1);
+    assert!(refusal(&ring, &all).contains("ring"), "{}", refusal(&ring, &all));
+    let handless = URDF.replace("left_grasp", "left_paw");
+    assert!(refusal(&handless, &all).contains("no link `left_grasp`"));
+}

@@ -1,0 +1,111 @@
+use clock::{Duration, Instant};
+use geometry::{Base, Pose, Thing};
+use message::Observation;
+use scene::Occluders;
+
+use crate::field::Field;
+use crate::transform::place_of_thing;
+
+/// An occluder as it was last observed.
+#[derive(Clone, Copy, Debug)]
+struct Remembered {
+    x_base_box: Pose<Base, Thing>,
+    half_extents_m: [f64; 3],
+    observed_at: Instant,
+    /// The source that observed it in the present frame.
+    taken_by: Option<u16>,
+}
+
+/// The occluders that a perspective remembers, observed at this instant or not.
+///
+/// They are no beliefs about objects of the table: nobody learns a rule about them. Allocates in
+/// `new` alone.
+#[derive(Clone, Debug)]
+pub(crate) struct RememberedOccluders {
+    remembered: Vec<Remembered>,
+    capacity: usize,
+    same_within_m: f64,
+    gone_after: Duration,
+    shapes: Occluders,
+}
+
+impl RememberedOccluders {
+    pub(crate) fn new(config: &config::perspective::Occluders) -> Self {
+        let capacity = config.most.get();
+        Self {
+            remembered: Vec::with_capacity(capacity),
+            capacity,
+            same_within_m: config.same_within_m.get(),
+            gone_after: config.gone_after_ms.duration(),
+            shapes: Occluders::new(capacity),
+        }
+    }
+
+    /// The boxes, in the base frame.
+    pub(crate) fn shapes(&self) -> &Occluders {
+        &self.shapes
+    }
+
+    /// A frame begins.
+    pub(crate) fn begin(&mut self) {
+        for remembered in &mut self.remembered {
+            remembered.taken_by = None;
+        }
+    }
+
+    /// An occluder was observed: the nearest one that this source has not yet observed in this
+    /// frame is the same, if it is near enough. When there is no room, the one longest not
+    /// observed is forgotten for it; `false` when all were observed in this frame, and the new
+    /// one is left out.
+    pub(crate) fn observe(&mut self, observation: &Observation, observed_at: Instant) -> bool {
+        let Some((x_base_box, half_extents_m)) = place_of_thing(observation) else { return false };
+        let taken_by = Some(observation.source);
+        let new = Remembered { x_base_box, half_extents_m, observed_at, taken_by };
+        let nearest = self
+            .remembered
+            .iter_mut()
+            .filter(|old| old.taken_by != taken_by)
+            .map(|old| (old.x_base_box.origin().distance(&x_base_box.origin()), old))
+            .min_by(|a, b| a.0.total_cmp(&b.0))
+            .filter(|(distance, _)| *distance <= self.same_within_m);
+        if let Some((_, old)) = nearest {
+            *old = new;
+            return true;
+        }
+        if self.remembered.len() < self.capacity {
+            self.remembered.push(new);
+            return true;
+        }
+        let oldest =
+            self.remembered.iter_mut().filter(|old| old.taken_by.is_none()).min_by_key(|old| old.observed_at);
+        match oldest {
+            Some(old) => {
+                *old = new;
+                true
+            }
+            None => false,
+        }
+    }
+
+    /// A frame ends: forgets what is gone.
+    pub(crate) fn end(&mut self, at: Instant, field: &Field) {
+        self.rebuild();
+        let (shapes, gone_after) = (&self.shapes, self.gone_after);
+        self.remembered.retain(|old| {
+            at.since(old.observed_at) <= gone_after
+                || !field.glimpses(shapes, &old.x_base_box, old.half_extents_m)
+        });
+        if self.remembered.len() < self.shapes.len() {
+            self.rebuild();
+        }
+    }
+
+    fn rebuild(&mut self) {
+        self.shapes.clear();
+        for old in &self.remembered {
+            // There is room for as many boxes as are remembered, and only sound observations
+            // come here: nothing is refused.
+            let _added = self.shapes.add(&old.x_base_box, old.half_extents_m);
+        }
+    }
+}

@@ -1,0 +1,215 @@
+use belief::BeliefSystem;
+use clock::Instant;
+use config::percepts::Percepts;
+use config::perspective::Perspective;
+use geometry::{Base, Eye, Person, Pose, Thing};
+use message::{Belief, BeliefHead, Header, Modality, Observation, Perceived};
+use perception::{Frame, Perception};
+use quantity::number::saturating_u32;
+use scene::{Cone, Samples, Sight};
+
+use crate::field::Field;
+use crate::robot::is_object;
+use crate::transform::{observed_from, place_in_base, place_of_thing};
+use crate::{Anchor, Awareness, NoPerspective};
+
+/// A thing is seen when more than this share of its sample points is.
+const MAJORITY: f64 = 0.5;
+
+/// What the robot takes a partner to perceive and to believe.
+///
+/// Allocates in `new` alone.
+#[derive(Clone)]
+pub struct Partner {
+    frame: Frame,
+    perception: Perception,
+    system: BeliefSystem,
+    cone: Cone,
+    samples: Samples,
+    hearing_range_m: f64,
+    empty_margin_m: f64,
+    anchor: Anchor,
+    eye: Option<Pose<Base, Eye>>,
+    present: bool,
+    /// The last instant at which he was present: his beliefs are those of then.
+    at: Instant,
+    /// O' (Eq. 7).
+    perceived: Vec<Perceived>,
+    hidden: usize,
+}
+
+impl Partner {
+    /// Partner `agent` (1, 2, …), of whom nothing is known yet, with the Perception System made
+    /// from the same percepts. `capacity` is that of a frame of observations and of his belief
+    /// system. Allocates all that it will ever need.
+    ///
+    /// # Errors
+    ///
+    /// The configuration's beliefs or cone cannot be.
+    pub fn new(
+        agent: u16,
+        perception: Perception,
+        percepts: &Percepts,
+        config: &Perspective,
+        capacity: usize,
+    ) -> Result<Self, NoPerspective> {
+        let sight = &config.sight;
+        Ok(Self {
+            frame: Frame { agent },
+            perception,
+            system: BeliefSystem::new(percepts, capacity)
+                .map_err(|source| NoPerspective::Belief { agent, source })?,
+            cone: Cone::new(sight.cone_half_angle_deg.radians(), sight.range_m.get())
+                .map_err(|source| NoPerspective::Cone { agent, source })?,
+            samples: match sight.samples {
+                config::perspective::Samples::Centre => Samples::Centre,
+                config::perspective::Samples::Faces => Samples::Faces,
+                config::perspective::Samples::Corners => Samples::Corners,
+            },
+            hearing_range_m: sight.hearing_range_m.get(),
+            empty_margin_m: sight.empty_margin_m.get(),
+            anchor: Anchor::new(config.frame.reanchor_m.get(), config.frame.reanchor_deg.radians()),
+            eye: None,
+            present: false,
+            at: Instant::EPOCH,
+            perceived: Vec::with_capacity(capacity),
+            hidden: 0,
+        })
+    }
+
+    /// One instant, as he perceives it, out of what the perspective that contains his is aware of
+    /// (`entries` are those that `parent` took note of).
+    ///
+    /// While he is absent, or his pose is unknown, nothing happens to his beliefs.
+    pub fn step(&mut self, at: Instant, entries: &[Perceived], parent: &Awareness) {
+        self.perceived.clear();
+        let eye = parent.eye(self.frame.agent, at);
+        self.present = eye.is_some();
+        let Some(x_base_eye) = eye else {
+            self.hidden = aware(entries, parent).count();
+            return;
+        };
+        self.eye = eye;
+        self.at = at;
+        let (x_base_person, anew) = self.anchor.follow(&x_base_eye);
+        if let Some(x_new_old) = anew {
+            self.system.reanchor(&x_new_old);
+        }
+        self.perceive(entries, parent, &x_base_eye, &x_base_person);
+        let field = Field::Cone { x_base_eye, cone: self.cone };
+        let margin_m = self.empty_margin_m;
+        self.system.step(at, &self.perceived, |place_m| {
+            field.surveys(parent.occluders(), place_in_base(&x_base_person, place_m), margin_m)
+        });
+    }
+
+    /// O' = {P(o') | o' ∈ O, V(o') = 1} (Eq. 7), perceived again in his frame.
+    fn perceive(
+        &mut self,
+        entries: &[Perceived],
+        parent: &Awareness,
+        x_base_eye: &Pose<Base, Eye>,
+        x_base_person: &Pose<Base, Person>,
+    ) {
+        let x_person_base = x_base_person.inverse();
+        let sight = Sight::new(*x_base_eye, self.cone, parent.occluders());
+        self.hidden = 0;
+        for entry in aware(entries, parent) {
+            let seen = place_of_thing(&entry.observation)
+                .filter(|(place, half)| self.perceives(&entry.observation, place, *half, &sight));
+            let Some((x_base_thing, _)) = seen else {
+                self.hidden += 1;
+                continue;
+            };
+            let observation = observed_from(&x_person_base, &x_base_thing, &entry.observation);
+            let snapshot = self.perception.perceive(&observation, &self.frame);
+            self.perceived.push(Perceived { observation, snapshot });
+        }
+    }
+
+    /// V (Eq. 8), for each sense its own; an actor perceives what he himself handles.
+    fn perceives(
+        &self,
+        observation: &Observation,
+        x_base_thing: &Pose<Base, Thing>,
+        half_extents_m: [f64; 3],
+        sight: &Sight<'_>,
+    ) -> bool {
+        if observation.held_by == self.frame.agent {
+            return true;
+        }
+        match observation.modality() {
+            Some(Modality::Vision) => {
+                sight.visible_share(x_base_thing, half_extents_m, self.samples) > MAJORITY
+            }
+            Some(Modality::Hearing) => sight.eye().distance(&x_base_thing.origin()) <= self.hearing_range_m,
+            // What the robot feels in its own joints, nobody else feels.
+            Some(Modality::Touch) | None => false,
+        }
+    }
+
+    /// Who he is: 1, 2, …
+    #[must_use]
+    pub fn agent(&self) -> u16 {
+        self.frame.agent
+    }
+
+    /// Whether he could perceive anything at the last step's instant.
+    #[must_use]
+    pub fn is_present(&self) -> bool {
+        self.present
+    }
+
+    /// His frame, if he was ever perceived.
+    #[must_use]
+    pub fn frame(&self) -> Option<Pose<Base, Person>> {
+        self.anchor.frame()
+    }
+
+    /// What he believes, in his frame.
+    #[must_use]
+    pub fn beliefs(&self) -> &BeliefSystem {
+        &self.system
+    }
+
+    /// The head of his belief buffer. Frame and eye are the last known ones; `perceivable` and
+    /// `hidden` count observations of objects.
+    #[must_use]
+    pub fn head(&self, header: Header) -> BeliefHead {
+        let counts = self.system.counts();
+        let mut head = BeliefHead::of(u32::from(self.frame.agent), header);
+        if let Some(x_base_person) = self.anchor.frame() {
+            head.frame_position_m = x_base_person.position_m();
+            head.frame_orientation_xyzw = x_base_person.orientation_xyzw();
+        }
+        if let Some(x_base_eye) = self.eye {
+            head.eye_position_m = x_base_eye.position_m();
+            head.eye_orientation_xyzw = x_base_eye.orientation_xyzw();
+        }
+        head.present = u32::from(self.present);
+        head.perceivable = saturating_u32(self.perceived.len());
+        head.hidden = saturating_u32(self.hidden);
+        head.refused = counts.refused;
+        head.created = counts.created;
+        head.merged = counts.merged;
+        head.culled = counts.culled;
+        head.overflowed = counts.overflowed;
+        head
+    }
+
+    /// A belief by its place in the order of identities, evaluated at the last instant at which
+    /// he was present: while he is not, his beliefs do not even fade.
+    #[must_use]
+    pub fn entry(&self, index: usize) -> Option<Belief> {
+        self.system.write(index, self.at)
+    }
+}
+
+/// The observations of objects that a perspective is aware of.
+fn aware<'a>(entries: &'a [Perceived], parent: &'a Awareness) -> impl Iterator<Item = &'a Perceived> {
+    entries
+        .iter()
+        .zip(parent.perceives())
+        .filter(|(entry, perceives)| **perceives && is_object(entry))
+        .map(|(entry, _)| entry)
+}

@@ -1,0 +1,4 @@
+mod equivariance;
+mod occlusion;
+mod timeline;
+mod workspace;

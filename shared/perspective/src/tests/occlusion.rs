@@ -1,0 +1,96 @@
+use clock::Duration;
+use config::perspective::{Field, Perspective};
+use message::{Header, Observation};
+
+use super::workspace::{EYES, TABLE, Workspace, block, person, wall};
+
+const SECOND: Duration = Duration::from_secs(1);
+/// Behind the wall for him.
+const HIDDEN: [f32; 3] = [0.4, 0.0, 0.03];
+const OPEN: [f32; 3] = [0.9, 0.0, 0.03];
+const WALL: [f32; 3] = [0.5, 0.0, 0.125];
+
+#[test]
+fn a_block_behind_a_barrier_never_enters_his_beliefs() {
+    let mut world = Workspace::new();
+    world.run(SECOND * 3, &[wall(WALL), person(EYES, TABLE), block(HIDDEN), block(OPEN)]);
+    assert_eq!(world.robots().len(), 2);
+    let his = world.his();
+    assert_eq!(his.len(), 1);
+    assert!((world.his_place(&his[0]).to_array()[0] - 0.9).abs() < 1e-3);
+    let head = world.partner.head(Header::at(0));
+    assert_eq!((head.perceivable, head.hidden), (1, 1));
+    // The same scene without the barrier: it was the barrier that hid the block.
+    let mut open = Workspace::new();
+    open.run(SECOND, &[person(EYES, TABLE), block(HIDDEN), block(OPEN)]);
+    assert_eq!(open.his().len(), 2);
+}
+
+#[test]
+fn persons_and_barriers_become_nobodys_beliefs() {
+    let mut world = Workspace::new();
+    let other = Observation { partner: 2, ..person([0.7, 0.5, 0.3], EYES) };
+    world.run(SECOND, &[wall(WALL), person(EYES, TABLE), other]);
+    assert_eq!((world.robots().len(), world.his().len()), (0, 0));
+}
+
+/// The robot looks at its left; the wall and the block behind it are out of its view.
+fn looking_aside(looks_at_m: [f64; 3]) -> Perspective {
+    let mut config = Perspective::builtin();
+    config.robot.field = Field::Cone {
+        eye_m: [0.0, 0.0, 0.5],
+        looks_at_m,
+        half_angle_deg: 40.0.try_into().unwrap(),
+        range_m: 3.0.try_into().unwrap(),
+    };
+    config
+}
+
+#[test]
+fn a_barrier_hides_while_it_is_not_observed_itself() {
+    let mut world = Workspace::with(&looking_aside([0.0, 1.0, 0.0]));
+    world.run(SECOND, &[wall(WALL), person(EYES, TABLE)]);
+    world.run(SECOND * 5, &[person(EYES, TABLE), block(HIDDEN)]);
+    assert_eq!((world.robots().len(), world.his().len()), (1, 0));
+}
+
+#[test]
+fn a_barrier_that_is_not_where_the_robot_looks_is_gone() {
+    let mut world = Workspace::with(&looking_aside([0.5, 0.0, 0.0]));
+    world.run(SECOND, &[wall(WALL), person(EYES, TABLE)]);
+    world.step(&[person(EYES, TABLE), block(HIDDEN)]);
+    assert_eq!(world.his().len(), 0);
+    world.run(SECOND, &[person(EYES, TABLE), block(HIDDEN)]);
+    assert_eq!(world.his().len(), 1);
+}
+
+#[test]
+fn a_barrier_that_is_pushed_aside_is_one_barrier() {
+    let mut world = Workspace::new();
+    for millimetre in 0..60_u8 {
+        let aside = [0.5, f32::from(millimetre) * 0.01, 0.125];
+        world.step(&[wall(aside), person(EYES, TABLE), block(HIDDEN)]);
+    }
+    assert_eq!(world.robot.awareness().occluders().len(), 1);
+    assert_eq!(world.his().len(), 1);
+}
+
+#[test]
+fn barriers_beyond_those_that_can_be_remembered_replace_the_longest_unseen() {
+    let mut config = looking_aside([0.0, -1.0, 0.0]);
+    config.occluders.most = 2.try_into().unwrap();
+    let mut world = Workspace::with(&config);
+    world.step(&[wall([0.5, 1.0, 0.125]), person(EYES, TABLE)]);
+    world.step(&[wall([0.5, 2.0, 0.125]), person(EYES, TABLE)]);
+    world.step(&[wall(WALL), person(EYES, TABLE), block(HIDDEN)]);
+    assert_eq!(world.robot.awareness().occluders().len(), 2);
+    assert_eq!(world.his().len(), 0);
+}
+
+#[test]
+fn he_does_not_miss_what_a_barrier_hides_from_him() {
+    let mut world = Workspace::new();
+    world.run(SECOND, &[person(EYES, TABLE), block(HIDDEN)]);
+    world.run(SECOND * 3, &[wall(WALL), person(EYES, TABLE)]);
+    assert_eq!((world.robots().len(), world.his().len()), (0, 1));
+}

@@ -1,0 +1,124 @@
+use clock::Duration;
+use message::{Modality, Observation};
+
+use super::workspace::{AWAY, EYES, TABLE, Workspace, block, button, person};
+
+const SECOND: Duration = Duration::from_secs(1);
+
+/// What both believe of the only thing there is.
+fn believed(world: &Workspace) -> (Option<f32>, Option<f32>) {
+    let (robots, his) = (world.robots(), world.his());
+    assert_eq!((robots.len(), his.len()), (1, 1));
+    (world.number(&robots[0], "on"), world.number(&his[0], "on"))
+}
+
+#[test]
+fn a_false_belief_persists_until_he_looks_again() {
+    let mut world = Workspace::new();
+    world.run(SECOND, &[person(EYES, TABLE), button(0.0)]);
+    assert_eq!(believed(&world), (Some(0.0), Some(0.0)));
+    world.run(SECOND, &[person(EYES, AWAY), button(0.0)]);
+    world.run(SECOND * 5, &[person(EYES, AWAY), button(1.0)]);
+    assert_eq!(believed(&world), (Some(1.0), Some(0.0)));
+    world.step(&[person(EYES, TABLE), button(1.0)]);
+    assert_eq!(believed(&world), (Some(1.0), Some(1.0)));
+}
+
+#[test]
+fn the_beliefs_of_one_who_left_freeze_until_he_is_back() {
+    let mut world = Workspace::new();
+    world.run(SECOND, &[person(EYES, TABLE), button(0.0)]);
+    // For a moment he counts as there: an observation may have been missed.
+    world.run(SECOND, &[button(0.0)]);
+    assert!(!world.partner.is_present());
+    let frozen = world.his();
+    world.run(SECOND * 10, &[button(1.0)]);
+    assert_eq!(world.his(), frozen);
+    assert_eq!(believed(&world), (Some(1.0), Some(0.0)));
+    let head = world.partner.head(message::Header::at(0));
+    assert_eq!((head.present, head.perceivable, head.hidden), (0, 0, 1));
+    world.step(&[person(EYES, TABLE), button(1.0)]);
+    assert!(world.partner.is_present());
+    assert_eq!(believed(&world), (Some(1.0), Some(1.0)));
+    assert_eq!(world.his()[0].id, frozen[0].id);
+}
+
+#[test]
+fn one_who_was_never_seen_believes_nothing() {
+    let mut world = Workspace::new();
+    world.run(SECOND, &[button(0.0)]);
+    assert_eq!((world.robots().len(), world.his().len()), (1, 0));
+}
+
+#[test]
+fn he_notices_that_a_thing_is_gone_only_where_he_looks() {
+    let mut world = Workspace::new();
+    world.run(SECOND, &[person(EYES, TABLE), block([0.6, 0.0, 0.03])]);
+    world.run(SECOND * 3, &[person(EYES, AWAY)]);
+    assert_eq!((world.robots().len(), world.his().len()), (0, 1));
+    world.run(SECOND * 3, &[person(EYES, TABLE)]);
+    assert_eq!(world.his().len(), 0);
+}
+
+#[test]
+fn a_thing_moved_behind_his_back_is_where_he_left_it() {
+    let mut world = Workspace::new();
+    world.run(SECOND, &[person(EYES, TABLE), block([0.6, 0.0, 0.03])]);
+    world.run(SECOND * 3, &[person(EYES, AWAY), block([0.6, 0.5, 0.03])]);
+    let his = world.his();
+    assert_eq!(his.len(), 1);
+    let [x, y, z] = world.his_place(&his[0]).to_array();
+    assert!((x - 0.6).abs() < 1e-3 && y.abs() < 1e-3 && (z - 0.03).abs() < 1e-3, "{x} {y} {z}");
+}
+
+#[test]
+fn what_he_handles_he_perceives_without_looking() {
+    let mut world = Workspace::new();
+    world.run(SECOND, &[person(EYES, AWAY), block([0.6, 0.0, 0.03])]);
+    assert_eq!(world.his().len(), 0);
+    let others = Observation { held_by: 2, ..block([0.6, 0.0, 0.03]) };
+    world.step(&[person(EYES, AWAY), others]);
+    assert_eq!(world.his().len(), 0);
+    let held = Observation { held_by: 1, ..block([0.6, 0.0, 0.03]) };
+    world.step(&[person(EYES, AWAY), held]);
+    assert_eq!(world.his().len(), 1);
+}
+
+#[test]
+fn what_is_heard_needs_no_look_and_what_the_robot_feels_is_its_own() {
+    let mut world = Workspace::new();
+    let felt = Observation { modality: Modality::Touch.raw(), ..block([0.6, 0.0, 0.03]) };
+    world.step(&[person(EYES, TABLE), felt]);
+    assert_eq!((world.robots().len(), world.his().len()), (1, 0));
+    let heard = Observation { modality: Modality::Hearing.raw(), ..felt };
+    world.step(&[person(EYES, AWAY), heard]);
+    assert_eq!(world.his().len(), 1);
+}
+
+#[test]
+fn his_left_is_not_the_robots_left() {
+    let mut world = Workspace::new();
+    world.step(&[person(EYES, TABLE), block([0.75, 0.3, 0.03])]);
+    assert_eq!(world.number(&world.robots()[0], "left"), Some(1.0));
+    assert_eq!(world.number(&world.his()[0], "left"), Some(0.0));
+    let [x, y, z] = world.position(&world.his()[0]);
+    assert!((x - 0.75).abs() < 1e-5 && (y + 0.3).abs() < 1e-5 && (z - 0.03).abs() < 1e-5, "{x} {y} {z}");
+}
+
+#[test]
+fn when_he_walks_round_the_table_what_he_remembers_stays_where_it_is() {
+    let mut world = Workspace::new();
+    world.run(SECOND, &[person(EYES, TABLE), block([0.6, 0.2, 0.03])]);
+    let first = world.partner.frame().unwrap();
+    // He walks with his back to the table: nothing is perceived anew.
+    world.run(SECOND, &[person([0.75, 1.2, 0.55], [0.75, 3.0, 0.55])]);
+    let (moved_m, turned_rad) = first.difference(&world.partner.frame().unwrap());
+    assert!(moved_m > 1.0 && turned_rad > 1.0, "the frame was not taken anew");
+    let his = world.his();
+    assert_eq!(his.len(), 1);
+    let [x, y, z] = world.his_place(&his[0]).to_array();
+    assert!((x - 0.6).abs() < 1e-5 && (y - 0.2).abs() < 1e-5 && (z - 0.03).abs() < 1e-5, "{x} {y} {z}");
+    // And when he looks again, it is the same thing.
+    world.run(SECOND, &[person([0.75, 1.2, 0.55], TABLE), block([0.6, 0.2, 0.03])]);
+    assert_eq!(world.his().iter().map(|belief| belief.id).collect::<Vec<_>>(), [his[0].id]);
+}

@@ -1,0 +1,140 @@
+//! A workspace for the tests: things, a robot and a partner, in steps of 5 ms.
+
+use clock::{Duration, Instant};
+use config::percepts::Percepts;
+use config::perspective::Perspective;
+use geometry::{Base, Eye, Pose, Position};
+use message::{Belief, Feature, NOBODY, Observation, ObservationKind, Perceived, State};
+use perception::{Frame, Perception};
+use quantity::number::single;
+
+use crate::{Partner, Robot};
+
+pub(super) const STEP: Duration = Duration::from_millis(5);
+/// The teacher opposite, his eyes, and what he looks at while he teaches.
+pub(super) const EYES: [f64; 3] = [1.5, 0.0, 0.55];
+pub(super) const TABLE: [f64; 3] = [0.75, 0.0, 0.0];
+/// Behind him.
+pub(super) const AWAY: [f64; 3] = [3.0, 0.0, 0.55];
+
+pub(super) struct Workspace {
+    pub(super) percepts: Percepts,
+    perception: Perception,
+    pub(super) robot: Robot,
+    pub(super) partner: Partner,
+    pub(super) now: Instant,
+}
+
+impl Workspace {
+    pub(super) fn new() -> Self {
+        Self::with(&Perspective::builtin())
+    }
+
+    pub(super) fn with(config: &Perspective) -> Self {
+        let percepts = Percepts::builtin();
+        let perception = Perception::new(&percepts).unwrap();
+        let robot = Robot::new(&percepts, config, 1, 16).unwrap();
+        let partner = Partner::new(1, perception.clone(), &percepts, config, 16).unwrap();
+        Self { percepts, perception, robot, partner, now: Instant::from_nanos(1_000_000_000) }
+    }
+
+    /// One step in which these things were observed.
+    pub(super) fn step(&mut self, things: &[Observation]) {
+        self.now += STEP;
+        let entries: Vec<_> = things
+            .iter()
+            .map(|thing| {
+                let observation = Observation { observed_at_ns: self.now.as_nanos(), ..*thing };
+                let snapshot = self.perception.perceive(&observation, &Frame { agent: 0 });
+                Perceived { observation, snapshot }
+            })
+            .collect();
+        self.robot.step(self.now, &entries);
+        self.partner.step(self.now, &entries, self.robot.awareness());
+    }
+
+    /// Steps for a while.
+    pub(super) fn run(&mut self, time: Duration, things: &[Observation]) {
+        let end = self.now + time;
+        while self.now < end {
+            self.step(things);
+        }
+    }
+
+    /// What the robot believes.
+    pub(super) fn robots(&self) -> Vec<Belief> {
+        (0..self.robot.beliefs().len()).map(|index| self.robot.entry(index).unwrap()).collect()
+    }
+
+    /// What the partner is taken to believe.
+    pub(super) fn his(&self) -> Vec<Belief> {
+        (0..self.partner.beliefs().len()).map(|index| self.partner.entry(index).unwrap()).collect()
+    }
+
+    /// Where a belief of his is, in the base frame.
+    pub(super) fn his_place(&self, belief: &Belief) -> Position<Base> {
+        let [x, y, z] = self.position(belief).map(f64::from);
+        self.partner.frame().unwrap() * Position::new(x, y, z)
+    }
+
+    /// The remembered position, in the frame of its perspective.
+    pub(super) fn position(&self, belief: &Belief) -> [f32; 3] {
+        match self.feature(belief, "position") {
+            Some(Feature::Vector(position_m)) => position_m,
+            other => panic!("a belief of the tests has a position, not {other:?}"),
+        }
+    }
+
+    pub(super) fn number(&self, belief: &Belief, percept: &str) -> Option<f32> {
+        match self.feature(belief, percept) {
+            Some(Feature::Number(number)) => Some(number),
+            _ => None,
+        }
+    }
+
+    fn feature(&self, belief: &Belief, percept: &str) -> Option<Feature> {
+        belief.percept(self.percepts.index(percept).unwrap()).and_then(message::Remembered::feature)
+    }
+}
+
+/// A red square block.
+pub(super) fn block(position_m: [f32; 3]) -> Observation {
+    Observation {
+        position_m,
+        half_extents_m: [0.03; 3],
+        colour_rgb: [0.8, 0.05, 0.05],
+        confidence: 0.95,
+        ..Observation::object(0, 0)
+    }
+}
+
+/// A button that is on or off.
+pub(super) fn button(on: f32) -> Observation {
+    let mut button = block([0.6, 0.0, 0.03]);
+    button.set_state(State::On, on);
+    button
+}
+
+/// The teacher, his eyes at one place and looking at another.
+pub(super) fn person(from: [f64; 3], towards: [f64; 3]) -> Observation {
+    let position = |[x, y, z]: [f64; 3]| Position::<Base>::new(x, y, z);
+    let eye = Pose::<Base, Eye>::looking(&position(from), &position(towards));
+    Observation {
+        kind: ObservationKind::Person.raw(),
+        partner: 1,
+        position_m: eye.position_m().map(single),
+        orientation_xyzw: eye.orientation_xyzw().map(single),
+        held_by: NOBODY,
+        ..Observation::object(0, 0)
+    }
+}
+
+/// A barrier across his line of sight, hiding what lies beyond it.
+pub(super) fn wall(position_m: [f32; 3]) -> Observation {
+    Observation {
+        kind: ObservationKind::Occluder.raw(),
+        position_m,
+        half_extents_m: [0.01, 0.18, 0.125],
+        ..Observation::object(0, 0)
+    }
+}

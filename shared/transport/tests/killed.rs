@@ -1,0 +1,153 @@
+//! Killing a process at any moment of its start leaves nothing behind that keeps the next one out.
+#![expect(clippy::expect_used, reason = "a test fails by panicking")]
+
+use std::path::Path;
+use std::process::{Child, Command, Stdio};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+use std::time::Duration;
+use std::{env, fs, thread};
+
+use message::{Event, EventKind, Events, Header, Health, Process, ProcessState, Utterance, Utterances};
+use transport::janitor::{Janitor, claim};
+use transport::{Delivery, Domain, HealthReader, HealthWriter, Inlet, Node, Queues};
+
+const QUEUES: Queues = Queues { frames: 3, delivery: Delivery::Newest };
+/// Tells this program's child what it is.
+const ROOT: &str = "LEO_TEST_DOMAIN";
+const LIFE: &str = "LEO_TEST_LIFE";
+const WARM_UP: u64 = 3;
+const KILLS: u64 = 120;
+
+/// The process that is killed: it joins, opens every kind of port, and works.
+#[test]
+#[ignore = "not a test: what the test below starts"]
+fn child() {
+    let domain = Domain::at(Path::new(&env::var(ROOT).expect("told"))).expect("a domain");
+    let life = env::var(LIFE).expect("told").parse().expect("a number");
+    let node = Node::join(&domain, "child", life, QUEUES).expect("joins");
+    let mut board = HealthWriter::create(&node, Process::Learner, life).expect("a new board");
+    let mut events = node.waking_inlet::<Events>(None).expect("a free reader");
+    let mut utterances = node.outlet::<Utterances>(None, 1).expect("a free writer");
+    let mut health = Health::default();
+    health.set_state(ProcessState::Running);
+    board.write(&health);
+    loop {
+        events.wait(Duration::from_millis(1)).expect("works");
+        let _frame = events.newest().expect("works");
+        let utterance = Utterance { speaker: 1, text: message::Text::new("alive") };
+        utterances.send(Header::at(life), 1, |_| utterance, |_| {}).expect("never blocks");
+    }
+}
+
+fn start(domain: &Domain, life: u64) -> Child {
+    Command::new(env::current_exe().expect("this program"))
+        .args(["--exact", "child", "--ignored"])
+        .env(ROOT, domain.root())
+        .env(LIFE, life.to_string())
+        .stdout(Stdio::null())
+        .spawn()
+        .expect("starts")
+}
+
+fn is_running(node: &Node, life: u64) -> bool {
+    let board = HealthReader::open(node, Process::Learner, life).ok();
+    board.is_some_and(|board| board.read().state() == Some(ProcessState::Running))
+}
+
+fn time_to_start(domain: &Domain, node: &Node, utterances: &mut Inlet<Utterances>, life: u64) -> Duration {
+    let begun = clock::now();
+    let mut child = start(domain, life);
+    while !hears(utterances, life) {
+        assert!(child.try_wait().expect("asked").is_none(), "it ended before it was ready");
+        pause(Duration::from_micros(200));
+    }
+    let took = clock::now().since(begun);
+    child.kill().expect("lives");
+    child.wait().expect("dies");
+    node.clean_up_dead();
+    took
+}
+
+fn hears(utterances: &mut Inlet<Utterances>, life: u64) -> bool {
+    let frame = utterances.newest().expect("works");
+    frame.is_some_and(|frame| frame.head().valid_at_ns == life)
+}
+
+fn pause(time: Duration) {
+    clock::sleep_until(clock::now() + time);
+}
+
+/// Looks from a thread of its own, because whoever opens a half-made file waits for ever.
+fn look_until(stop: &AtomicBool, mended: &AtomicUsize, domain: &Domain) {
+    let mut janitor = Janitor::new(domain);
+    while !stop.load(Ordering::Relaxed) {
+        mended.fetch_add(janitor.look(clock::now()).mended, Ordering::Relaxed);
+        pause(Duration::from_millis(20));
+    }
+}
+
+#[test]
+fn a_process_killed_at_any_moment_of_its_start_keeps_nobody_out() {
+    let domain = Domain::named(&format!("killed-{}", std::process::id())).expect("a legal name");
+    let claim = claim(&domain).expect("free");
+    domain.make().expect("/dev/shm is writable");
+    let node = Node::join(&domain, "run", 1, QUEUES).expect("joins");
+    let mut events = node.outlet::<Events>(None, 1).expect("a free writer");
+    let mut utterances = node.inlet::<Utterances>(None).expect("a free reader");
+    let (stop, mended) = (Arc::new(AtomicBool::new(false)), Arc::new(AtomicUsize::new(0)));
+    let looks = {
+        let (stop, mended, domain) = (Arc::clone(&stop), Arc::clone(&mended), domain.clone());
+        thread::spawn(move || look_until(&stop, &mended, &domain))
+    };
+
+    // Many kills shall hit the start, however loaded the machine is.
+    let usual =
+        (1..=WARM_UP).map(|life| time_to_start(&domain, &node, &mut utterances, life)).min().expect("some");
+    let most = u64::try_from(usual.as_micros()).expect("no century");
+    let (mut early, mut late) = (0, 0);
+    let mut chance = 7_u64;
+    for life in WARM_UP + 1..=KILLS {
+        let mut child = start(&domain, life);
+        chance = chance.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        pause(Duration::from_micros((chance >> 33) % most));
+        child.kill().expect("lives");
+        child.wait().expect("dies");
+        events.send(Header::at(life), 1, |_| Event::new(EventKind::Said, "", "x"), |_| {}).expect("sends");
+        if is_running(&node, life) {
+            late += 1;
+        } else {
+            early += 1;
+        }
+        node.clean_up_dead();
+    }
+    // What was left half made needs a while to be judged so.
+    pause(Duration::from_millis(400));
+    node.clean_up_dead();
+
+    let mut last = start(&domain, KILLS + 1);
+    let patience = clock::now() + Duration::from_secs(20);
+    let mut heard = false;
+    while !heard && clock::now() < patience && last.try_wait().expect("asked").is_none() {
+        events.send(Header::at(0), 1, |_| Event::new(EventKind::Said, "", "x"), |_| {}).expect("sends");
+        heard = hears(&mut utterances, KILLS + 1);
+        pause(Duration::from_millis(2));
+    }
+    last.kill().expect("lives");
+    last.wait().expect("dies");
+    stop.store(true, Ordering::Relaxed);
+    looks.join().expect("ends");
+    drop((events, utterances, node));
+    Janitor::new(&domain).wipe(claim);
+
+    let said = format!("{early} killed early, {late} late, {} files mended", mended.load(Ordering::Relaxed));
+    assert!(heard, "the last one was kept out; {said}");
+    assert!(early > 0 && late > 0, "{said}");
+    let prefix = domain.prefix();
+    let left: Vec<_> =
+        fs::read_dir("/dev/shm").expect("there").flatten().map(|entry| entry.file_name()).collect();
+    let left: Vec<_> = left.iter().filter(|name| name.to_string_lossy().starts_with(&prefix)).collect();
+    assert!(left.is_empty(), "{left:?}");
+    assert!(!domain.root().exists());
+    println!("{said}");
+}
