@@ -108,7 +108,54 @@ impl Apart {
 
 #[cfg(test)]
 mod tests {
+    use std::collections::BTreeSet;
+
+    use proptest::prelude::*;
+
     use super::*;
+
+    proptest! {
+        /// The matrix against sets of all that every belief ever held.
+        #[test]
+        fn two_are_apart_exactly_when_they_hold_observations_of_one_source_and_instant(
+            steps in prop::collection::vec(
+                (prop::collection::vec(0..3_usize, 0..6), prop::collection::vec((0..64_usize, 0..64_usize, any::<bool>()), 0..8)),
+                1..6,
+            ),
+        ) {
+            let mut apart = Apart::new(70);
+            let mut held: Vec<(usize, BTreeSet<(usize, usize)>)> = Vec::new();
+            let mut free: Vec<usize> = (0..70).collect();
+            for (step, (new, ends)) in steps.iter().enumerate() {
+                for &group in new {
+                    let slot = free.pop().unwrap();
+                    apart.join(slot, group);
+                    held.push((slot, BTreeSet::from([(step, group)])));
+                }
+                for &(one, other, merge) in ends {
+                    if held.len() < 2 {
+                        continue;
+                    }
+                    let gone = held.remove(one % held.len());
+                    if merge {
+                        let index = other % held.len();
+                        apart.merge(held[index].0, gone.0);
+                        held[index].1.extend(gone.1);
+                    } else {
+                        apart.forget(gone.0);
+                    }
+                    // Not before the step ends is a slot used again.
+                }
+                apart.settle(&held.iter().map(|(slot, _)| *slot).collect::<Vec<_>>(), 3);
+                free = (0..70).filter(|slot| held.iter().all(|(held, _)| held != slot)).collect();
+                for (a, of_a) in &held {
+                    for (b, of_b) in held.iter().filter(|(b, _)| b != a) {
+                        prop_assert_eq!(apart.are(*a, *b), !of_a.is_disjoint(of_b));
+                    }
+                }
+            }
+        }
+    }
 
     #[test]
     fn what_was_seen_at_once_is_apart_now_and_later() {

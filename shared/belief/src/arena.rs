@@ -5,6 +5,7 @@ use message::{Observation, Snapshot};
 use crate::apart::Apart;
 use crate::memory::Memory;
 use crate::metric::Metric;
+use crate::room::Room;
 use crate::sample::Sample;
 
 /// B, the current set of beliefs, in slots that exist from the start.
@@ -14,27 +15,27 @@ pub(crate) struct Arena {
     lives: Box<[bool]>,
     /// Slots in use, in the order of the identities; those merged away since the last
     /// [`Self::bury`] are still among them.
-    live: Vec<usize>,
-    free: Vec<usize>,
+    live: Room<usize>,
+    free: Room<usize>,
     metric: Metric,
     apart: Apart,
-    scratch: Vec<Sample>,
+    scratch: Room<Sample>,
 }
 
 impl Arena {
     pub(crate) fn new(percepts: &Percepts, slots: usize) -> Self {
         let memory = Memory::new(&percepts.percepts);
         let most_samples = memory.most_samples();
-        let mut free = Vec::with_capacity(slots);
+        let mut free = Room::for_most(slots);
         free.extend((0..slots).rev());
         Self {
             memories: vec![memory; slots].into_boxed_slice(),
             lives: vec![false; slots].into_boxed_slice(),
-            live: Vec::with_capacity(slots),
+            live: Room::for_most(slots),
             free,
             metric: Metric::new(&percepts.belief),
             apart: Apart::new(slots),
-            scratch: Vec::with_capacity(2 * most_samples),
+            scratch: Room::for_most(2 * most_samples),
         }
     }
 
@@ -90,11 +91,13 @@ impl Arena {
         self.apart.settle(&self.live, groups);
     }
 
-    /// D of two beliefs, where it is below the threshold and they may be of one thing.
+    /// Whether two beliefs cannot be of one thing.
+    pub(crate) fn are_apart(&self, a: usize, b: usize) -> bool {
+        self.apart.are(a, b)
+    }
+
+    /// D of two beliefs, where it is below the threshold.
     pub(crate) fn distance(&self, a: usize, b: usize) -> Option<f64> {
-        if self.apart.are(a, b) {
-            return None;
-        }
         self.metric.below_threshold(self.memories.get(a)?, self.memories.get(b)?)
     }
 

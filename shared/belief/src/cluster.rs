@@ -2,6 +2,7 @@
 //! globally minimal D. Of equally near pairs that of the lowest identities comes first; D is
 //! computed anew on every merged belief.
 
+mod lists;
 #[cfg(test)]
 mod naive;
 mod neighbourhood;
@@ -9,15 +10,17 @@ mod neighbourhood;
 mod tests;
 mod tournament;
 
+use lists::Lists;
 use neighbourhood::Neighbourhood;
 use tournament::{Pair, Tournament};
 
 use crate::arena::Arena;
+use crate::room::Room;
 
 /// Finds the pairs to merge without looking at all pairs: with bit for bit the outcome of the
 /// naive loop.
 ///
-/// Each belief keeps the nearest of the younger beliefs within reach, in the sense of the
+/// Each belief chooses the nearest of the younger beliefs within its reach, in the sense of the
 /// position term alone, and a tournament over the beliefs keeps the nearest pair of all. A merge
 /// changes one belief and ends another, so only those that had chosen one of the two, and the
 /// merged one's new neighbours, choose anew.
@@ -25,7 +28,9 @@ use crate::arena::Arena;
 pub(crate) struct Clustering {
     neighbourhood: Neighbourhood,
     tournament: Tournament,
-    widowed: Vec<usize>,
+    /// By the slot chosen, the slots that chose it.
+    choosers: Lists,
+    widowed: Room<usize>,
 }
 
 impl Clustering {
@@ -34,20 +39,26 @@ impl Clustering {
         Self {
             neighbourhood: Neighbourhood::new(slots, arena.metric().reach()),
             tournament: Tournament::new(slots),
-            widowed: Vec::with_capacity(slots),
+            choosers: Lists::new(slots, slots),
+            widowed: Room::for_most(slots),
         }
     }
 
     /// Merges until no pair is closer than the threshold; how many were merged. The arena has
     /// nothing to bury before, and may have after.
-    pub(crate) fn run(&mut self, arena: &mut Arena) -> u64 {
+    ///
+    /// No two of the first `settled` beliefs are closer than the threshold: neither has changed
+    /// since this was last run, which ended with no such pair.
+    pub(crate) fn run(&mut self, arena: &mut Arena, settled: usize) -> u64 {
         self.neighbourhood.clear();
         self.tournament.clear();
-        for &slot in arena.live() {
+        self.choosers.clear();
+        for (index, &slot) in arena.live().iter().enumerate() {
             self.neighbourhood.insert(arena, slot);
-        }
-        for &slot in arena.live() {
-            self.choose(arena, slot);
+            // Whoever comes here is younger than all that are here.
+            if index >= settled {
+                self.settle(arena, slot);
+            }
         }
         let mut merged = 0;
         while let Some(pair) = self.tournament.winner() {
@@ -59,38 +70,24 @@ impl Clustering {
 
     fn merge(&mut self, arena: &mut Arena, kept: usize, gone: usize) {
         self.widowed.clear();
-        let Self { neighbourhood, tournament, widowed } = self;
+        self.set(gone, None);
+        self.set(kept, None);
         for ended in [kept, gone] {
-            tournament.set(ended, None);
-            neighbourhood.each_near(arena, ended, |slot| {
-                let chose_ended = tournament
-                    .get(slot)
-                    .is_some_and(|pair| pair.younger_slot == kept || pair.younger_slot == gone);
-                if chose_ended {
-                    tournament.set(slot, None);
-                    widowed.push(slot);
-                }
-            });
+            while let Some(slot) = self.choosers.first_of(ended) {
+                self.set(slot, None);
+                self.widowed.push(slot);
+            }
         }
-        neighbourhood.remove(gone);
-        neighbourhood.remove(kept);
+        self.neighbourhood.remove(gone);
+        self.neighbourhood.remove(kept);
         arena.merge(kept, gone);
-        neighbourhood.insert(arena, kept);
-
+        self.neighbourhood.insert(arena, kept);
         for index in 0..self.widowed.len() {
             if let Some(&slot) = self.widowed.get(index) {
                 self.choose(arena, slot);
             }
         }
-        self.choose(arena, kept);
-        let Self { neighbourhood, tournament, .. } = self;
-        neighbourhood.each_near(arena, kept, |slot| {
-            if let Some(pair) = pair(arena, slot, kept)
-                && tournament.get(slot).is_none_or(|chosen| pair.is_before(&chosen))
-            {
-                tournament.set(slot, Some(pair));
-            }
-        });
+        self.settle(arena, kept);
     }
 
     /// The belief in the slot chooses the nearest younger one.
@@ -98,21 +95,51 @@ impl Clustering {
         let mut nearest: Option<Pair> = None;
         self.neighbourhood.each_near(arena, slot, |other| {
             if let Some(pair) = pair(arena, slot, other)
+                && pair.older_slot == slot
                 && nearest.is_none_or(|nearest| pair.is_before(&nearest))
             {
                 nearest = Some(pair);
             }
         });
-        self.tournament.set(slot, nearest);
+        self.set(slot, nearest);
+    }
+
+    /// The belief in the slot is new or has changed: the nearest younger one is chosen for it, and
+    /// it for the older ones that it is nearest to.
+    fn settle(&mut self, arena: &Arena, slot: usize) {
+        let Self { neighbourhood, tournament, choosers, .. } = self;
+        neighbourhood.each_near(arena, slot, |other| {
+            if let Some(pair) = pair(arena, slot, other)
+                && tournament.get(pair.older_slot).is_none_or(|chosen| pair.is_before(&chosen))
+            {
+                set(tournament, choosers, pair.older_slot, Some(pair));
+            }
+        });
+    }
+
+    fn set(&mut self, slot: usize, choice: Option<Pair>) {
+        set(&mut self.tournament, &mut self.choosers, slot, choice);
     }
 }
 
-/// The pair of an older and a younger belief, if they may be merged.
-fn pair(arena: &Arena, older_slot: usize, younger_slot: usize) -> Option<Pair> {
-    let (older, younger) = (arena.memory(older_slot)?.id, arena.memory(younger_slot)?.id);
-    if older >= younger {
+fn set(tournament: &mut Tournament, choosers: &mut Lists, slot: usize, choice: Option<Pair>) {
+    choosers.remove(slot);
+    if let Some(pair) = choice {
+        choosers.insert(pair.younger_slot, slot);
+    }
+    tournament.set(slot, choice);
+}
+
+/// The pair of two beliefs, if they may be merged, in the order of their identities.
+fn pair(arena: &Arena, a: usize, b: usize) -> Option<Pair> {
+    if a == b || arena.are_apart(a, b) {
         return None;
     }
-    let distance = arena.distance(older_slot, younger_slot)?;
-    Some(Pair { distance, older, younger, older_slot, younger_slot })
+    let (id_a, id_b) = (arena.memory(a)?.id, arena.memory(b)?.id);
+    let distance = arena.distance(a, b)?;
+    Some(if id_a < id_b {
+        Pair { distance, older: id_a, younger: id_b, older_slot: a, younger_slot: b }
+    } else {
+        Pair { distance, older: id_b, younger: id_a, older_slot: b, younger_slot: a }
+    })
 }

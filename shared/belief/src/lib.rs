@@ -10,6 +10,7 @@ mod cluster;
 mod history;
 mod memory;
 mod metric;
+mod room;
 mod sample;
 mod sources;
 mod system;

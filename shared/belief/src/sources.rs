@@ -1,6 +1,7 @@
 use clock::Instant;
 
 use crate::apart::GROUPS;
+use crate::room::Room;
 
 /// The sources of observations, with the newest instant each has reported.
 ///
@@ -9,9 +10,9 @@ use crate::apart::GROUPS;
 #[derive(Clone, Debug)]
 pub(crate) struct Sources {
     /// Source, newest instant of earlier steps, newest of this step.
-    newest: Vec<(u16, Option<Instant>, Instant)>,
+    newest: Room<(u16, Option<Instant>, Instant)>,
     /// The groups of this step: source and instant.
-    groups: Vec<(u16, Instant)>,
+    groups: Room<(u16, Instant)>,
 }
 
 /// Sources that a belief system tells apart.
@@ -30,13 +31,13 @@ pub(crate) enum Admission {
 
 impl Sources {
     pub(crate) fn new() -> Self {
-        Self { newest: Vec::with_capacity(SOURCES), groups: Vec::with_capacity(GROUPS) }
+        Self { newest: Room::for_most(SOURCES), groups: Room::for_most(GROUPS) }
     }
 
     /// Begins a step.
     pub(crate) fn begin(&mut self) {
         self.groups.clear();
-        for (_, earlier, newest) in &mut self.newest {
+        for (_, earlier, newest) in self.newest.iter_mut() {
             *earlier = Some(*newest);
         }
     }

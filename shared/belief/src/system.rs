@@ -54,6 +54,8 @@ pub struct BeliefSystem {
     capacity: usize,
     arena: Arena,
     clustering: Clustering,
+    /// Whether no belief has changed since the clustering.
+    settled: bool,
     sources: Sources,
     next_id: u64,
     now: Instant,
@@ -116,6 +118,7 @@ impl BeliefSystem {
             capacity,
             clustering: Clustering::new(&arena),
             arena,
+            settled: true,
             sources: Sources::new(),
             next_id: 1,
             now: Instant::EPOCH,
@@ -140,11 +143,12 @@ impl BeliefSystem {
         }
         self.now = self.now.max(now);
         let first_new = self.next_id;
+        let settled = if std::mem::replace(&mut self.settled, true) { self.len() } else { 0 };
         self.sources.begin();
         for perceived in perceived {
             self.create(perceived);
         }
-        self.counts.merged += self.clustering.run(&mut self.arena);
+        self.counts.merged += self.clustering.run(&mut self.arena, settled);
         self.arena.bury();
         self.cull(in_view);
         self.evict();
@@ -212,6 +216,8 @@ impl BeliefSystem {
     /// Regions are indexical, so they begin anew with what they say of the remembered place now.
     /// Of a program's own percepts, vectors are taken as they are.
     pub fn reanchor<New, Old>(&mut self, x_new_old: &Pose<New, Old>) {
+        // Rounding may have brought two closer than they were.
+        self.settled = false;
         for index in 0..self.len() {
             let Some(&slot) = self.arena.live().get(index) else { return };
             for (number, percept) in (0..).zip(&self.percepts) {

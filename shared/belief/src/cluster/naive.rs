@@ -9,7 +9,8 @@ pub(crate) fn run(arena: &mut Arena) -> u64 {
         // In the order of the identities, so the first of equally near pairs is the one.
         for (index, &a) in live.iter().enumerate() {
             for &b in &live[index + 1..] {
-                if let Some(distance) = arena.distance(a, b)
+                if !arena.are_apart(a, b)
+                    && let Some(distance) = arena.distance(a, b)
                     && minimal.is_none_or(|(least, ..)| distance < least)
                 {
                     minimal = Some((distance, a, b));

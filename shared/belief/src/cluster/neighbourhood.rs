@@ -1,119 +1,99 @@
 use message::Feature;
 use quantity::number::round_i64;
 
+use super::lists::Lists;
 use crate::arena::Arena;
 use crate::metric::Reach;
 
-const NOBODY: usize = usize::MAX;
-
-/// Who is within reach of whom: a hashed grid over x and y whose cells are as wide as the reach,
-/// each a linked list of slots. What has no place is within everybody's reach.
+/// Who is within reach of whom: a hashed grid over x and y whose cells are as wide as the reach.
+/// What has no place is within everybody's reach.
 #[derive(Clone, Debug)]
 pub(crate) struct Neighbourhood {
     reach: Option<Reach>,
-    cell_m: f64,
-    /// First of each cell's list; the last list is of those without a place.
-    first: Box<[usize]>,
-    next: Box<[usize]>,
-    previous: Box<[usize]>,
-    cell: Box<[usize]>,
+    /// A little more than the reach, so that no rounding puts what is within it out of sight.
+    width_m: f64,
+    /// One list per cell; the last is of those without a place.
+    cells: Lists,
+    placeless: usize,
+    places: Box<[Option<Place>]>,
+}
+
+#[derive(Clone, Copy, Debug)]
+struct Place {
+    position_m: [f64; 3],
+    /// The cell's number along x and along y.
+    cell: [i64; 2],
 }
 
 impl Neighbourhood {
     /// Without a reach, everybody is near everybody.
     pub(crate) fn new(slots: usize, reach: Option<Reach>) -> Self {
-        let cells = (2 * slots).next_power_of_two();
-        let list = |length: usize| vec![NOBODY; length].into_boxed_slice();
-        // A little wider than the reach, so that no rounding puts two within reach two cells
-        // apart; and not so narrow that the numbers of the cells lose their meaning.
-        let cell_m = reach.map_or(1.0, |reach| (reach.metres * 1.001).max(1e-3));
-        Self {
-            reach,
-            cell_m,
-            first: list(cells + 1),
-            next: list(slots),
-            previous: list(slots),
-            cell: list(slots),
-        }
+        let placeless = (2 * slots).next_power_of_two();
+        // Not so narrow that the numbers of the cells lose their meaning.
+        let width_m = reach.map_or(1.0, |reach| (reach.metres * 1.001).max(1e-3));
+        let places = vec![None; slots].into_boxed_slice();
+        Self { reach, width_m, cells: Lists::new(placeless + 1, slots), placeless, places }
     }
 
     pub(crate) fn clear(&mut self) {
-        self.first.fill(NOBODY);
+        self.cells.clear();
     }
 
     pub(crate) fn insert(&mut self, arena: &Arena, slot: usize) {
-        let cell = match self.place(arena, slot) {
-            Some((x, y)) => self.hash(x, y),
-            None => self.placeless(),
-        };
-        let Some(first) = self.first.get_mut(cell) else { return };
-        let follower = std::mem::replace(first, slot);
-        put(&mut self.previous, follower, slot);
-        put(&mut self.next, slot, follower);
-        put(&mut self.previous, slot, NOBODY);
-        put(&mut self.cell, slot, cell);
+        let place = self.place(arena, slot);
+        let cell = place.map_or(self.placeless, |place| self.hash(place.cell));
+        self.cells.insert(cell, slot);
+        if let Some(held) = self.places.get_mut(slot) {
+            *held = place;
+        }
     }
 
     pub(crate) fn remove(&mut self, slot: usize) {
-        let (next, previous) = (get(&self.next, slot), get(&self.previous, slot));
-        if previous == NOBODY {
-            put(&mut self.first, get(&self.cell, slot), next);
-        } else {
-            put(&mut self.next, previous, next);
-        }
-        put(&mut self.previous, next, previous);
+        self.cells.remove(slot);
     }
 
     /// Visits every slot that may be within reach of the one in `slot`, which itself and others
     /// may be among them, and some more than once.
     pub(crate) fn each_near(&self, arena: &Arena, slot: usize, mut visit: impl FnMut(usize)) {
-        let Some((x, y)) = self.place(arena, slot) else {
+        let Some(here) = self.places.get(slot).copied().flatten() else {
             arena.live().iter().copied().filter(|&slot| arena.lives(slot)).for_each(visit);
             return;
         };
+        let [x, y] = here.cell;
         for dx in -1..=1 {
             for dy in -1..=1 {
-                self.each_in(self.hash(x.saturating_add(dx), y.saturating_add(dy)), &mut visit);
+                let cell = self.hash([x.saturating_add(dx), y.saturating_add(dy)]);
+                for other in self.cells.of(cell).filter(|&other| self.is_within(&here, other)) {
+                    visit(other);
+                }
             }
         }
-        self.each_in(self.placeless(), &mut visit);
+        self.cells.of(self.placeless).for_each(visit);
     }
 
-    fn each_in(&self, cell: usize, visit: &mut impl FnMut(usize)) {
-        let mut slot = get(&self.first, cell);
-        while slot != NOBODY {
-            visit(slot);
-            slot = get(&self.next, slot);
+    fn is_within(&self, here: &Place, other: usize) -> bool {
+        let Some(there) = self.places.get(other).copied().flatten() else { return true };
+        let squared: f64 =
+            here.position_m.iter().zip(&there.position_m).map(|(a, b)| (a - b) * (a - b)).sum();
+        squared <= self.width_m * self.width_m
+    }
+
+    fn place(&self, arena: &Arena, slot: usize) -> Option<Place> {
+        match arena.memory(slot)?.feature(self.reach?.percept)? {
+            Feature::Vector(position_m) => {
+                let position_m = position_m.map(f64::from);
+                let [x, y, _] = position_m;
+                let cell = |metres: f64| round_i64((metres / self.width_m).floor());
+                Some(Place { position_m, cell: [cell(x), cell(y)] })
+            }
+            Feature::None | Feature::Symbol(_) | Feature::Number(_) | Feature::Orientation(_) => None,
         }
     }
 
-    /// The cell of the belief's place, if it has one.
-    fn place(&self, arena: &Arena, slot: usize) -> Option<(i64, i64)> {
-        let feature = arena.memory(slot)?.feature(self.reach?.percept)?;
-        let Feature::Vector([x, y, _]) = feature else { return None };
-        let cell = |metres: f32| round_i64((f64::from(metres) / self.cell_m).floor());
-        Some((cell(x), cell(y)))
-    }
-
-    fn placeless(&self) -> usize {
-        self.first.len().saturating_sub(1)
-    }
-
-    fn hash(&self, x: i64, y: i64) -> usize {
+    fn hash(&self, [x, y]: [i64; 2]) -> usize {
         let mixed = x.wrapping_mul(73_856_093) ^ y.wrapping_mul(19_349_663);
-        // The number of cells is a power of two and below 2^32, so the mask fits and no bit of
-        // it is a sign.
-        let mask = i64::try_from(self.placeless()).unwrap_or(1) - 1;
+        // The number of cells is a power of two and small, so no bit of the mask is a sign.
+        let mask = i64::try_from(self.placeless).unwrap_or(1) - 1;
         usize::try_from(mixed & mask).unwrap_or(0)
-    }
-}
-
-fn get(list: &[usize], index: usize) -> usize {
-    list.get(index).copied().unwrap_or(NOBODY)
-}
-
-fn put(list: &mut [usize], index: usize, value: usize) {
-    if let Some(slot) = list.get_mut(index) {
-        *slot = value;
     }
 }

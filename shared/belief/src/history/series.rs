@@ -63,9 +63,12 @@ impl Series {
     }
 
     pub(crate) fn at(&self, instant: Instant, decay_per_s: f64) -> Option<Sample> {
+        let newest = self.samples.back()?;
+        if newest.at <= instant {
+            return Some(newest.decayed(instant, decay_per_s));
+        }
         let until = self.samples.partition_point(|sample| sample.at <= instant);
-        let sample = *self.samples.get(until.checked_sub(1)?)?;
-        if until == self.samples.len() { Some(sample.decayed(instant, decay_per_s)) } else { Some(sample) }
+        self.samples.get(until.checked_sub(1)?).copied()
     }
 
     pub(crate) fn map(&mut self, change: impl Fn(Feature) -> Feature) {
@@ -75,17 +78,15 @@ impl Series {
     }
 
     pub(crate) fn merge(&mut self, other: &Self, scratch: &mut Vec<Sample>) {
-        let after = |newest: &Sample, first: &Sample| first.at > newest.at;
-        match (self.samples.back(), other.samples.front()) {
-            (_, None) => return,
-            // What comes every time: one sample newer than all, and room for it.
-            (Some(newest), Some(first))
-                if after(newest, first) && self.samples.len() + other.samples.len() <= self.room =>
-            {
+        let Some(first) = other.samples.front() else { return };
+        // What comes every time: one sample, newer than all.
+        if self.samples.back().is_none_or(|newest| newest.at < first.at) {
+            let excess = (self.samples.len() + other.samples.len()).saturating_sub(self.room);
+            if excess == 0 || (self.thinning == Thinning::ForgetOldest && excess <= self.samples.len()) {
+                self.samples.drain(..excess);
                 self.samples.extend(&other.samples);
                 return;
             }
-            (Some(_) | None, Some(_)) => {}
         }
         scratch.clear();
         union(&self.samples, &other.samples, scratch);

@@ -34,10 +34,8 @@ fn grown(generator: percepts::History, samples: &[Sample]) -> History {
 }
 
 fn number(sample: Sample) -> f32 {
-    match sample.feature {
-        Feature::Number(number) => number,
-        other => panic!("{other:?} is no number"),
-    }
+    let Feature::Number(number) = sample.feature else { panic!("{sample:?} is no number") };
+    number
 }
 
 #[test]

@@ -1,0 +1,111 @@
+//! The promise that a belief system allocates nothing after it was made.
+
+#![expect(unsafe_code, reason = "an allocator that counts is an allocator")]
+#![expect(clippy::expect_used, reason = "a broken helper of a test should say so")]
+
+use std::alloc::{GlobalAlloc, Layout, System};
+use std::cell::Cell;
+use std::hint::black_box;
+
+use belief::BeliefSystem;
+use clock::Instant;
+use config::percepts::Percepts;
+use geometry::{Base, Person, Pose};
+use message::{Observation, Perceived, State};
+use perception::{Frame, Perception};
+
+struct Counting;
+
+thread_local! {
+    static ALLOCATIONS: Cell<u64> = const { Cell::new(0) };
+}
+
+fn count() {
+    // The thread's storage may be gone when the thread ends.
+    let _gone = ALLOCATIONS.try_with(|count| count.set(count.get() + 1));
+}
+
+// SAFETY: every call is handed to the system's allocator as it came, which keeps its promises.
+unsafe impl GlobalAlloc for Counting {
+    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
+        count();
+        // SAFETY: the caller's promises about `layout` are passed on.
+        unsafe { System.alloc(layout) }
+    }
+
+    unsafe fn dealloc(&self, pointer: *mut u8, layout: Layout) {
+        // SAFETY: the pointer came from `alloc` above with the same layout, says the caller.
+        unsafe { System.dealloc(pointer, layout) }
+    }
+
+    unsafe fn realloc(&self, pointer: *mut u8, layout: Layout, size: usize) -> *mut u8 {
+        count();
+        // SAFETY: the pointer came from `alloc` above with the same layout, says the caller.
+        unsafe { System.realloc(pointer, layout, size) }
+    }
+}
+
+#[global_allocator]
+static ALLOCATOR: Counting = Counting;
+
+fn allocations_in(act: impl FnOnce()) -> u64 {
+    let before = ALLOCATIONS.get();
+    act();
+    ALLOCATIONS.get() - before
+}
+
+/// Sixty-four things on a slow walk, some of which are now and then not seen.
+fn frame(number: u16, into: &mut Vec<Perceived>, perception: &Perception) {
+    into.clear();
+    let at = Instant::from_nanos(1_000_000_000 + u64::from(number) * 5_000_000);
+    for index in 0..64_u16 {
+        if (number / 200 + index) % 5 == 0 {
+            continue;
+        }
+        let (row, column) = (f32::from(index / 8), f32::from(index % 8));
+        let mut observation = Observation::object(index % 2, at.as_nanos());
+        observation.position_m = [row * 0.2 + f32::from(number) * 0.0005, column * 0.2, 0.03];
+        observation.half_extents_m = [0.03; 3];
+        observation.colour_rgb = if index % 3 == 0 { [0.8, 0.05, 0.05] } else { [0.05, 0.55, 0.1] };
+        observation.set_state(State::Filled, f32::from(number / 50 % 2));
+        let snapshot = perception.perceive(&observation, &Frame { agent: 0 });
+        into.push(Perceived { observation, snapshot });
+    }
+}
+
+#[test]
+fn a_belief_system_allocates_nothing_after_it_was_made() {
+    let percepts = Percepts::builtin();
+    let perception = Perception::new(&percepts).expect("the built-in percepts need no program");
+    let mut system = BeliefSystem::new(&percepts, 64).expect("64 is in range");
+    let mut perceived = Vec::with_capacity(64);
+    let x_new_old = Pose::<Person, Base>::upright(0.0, 0.0, 0.0, 0.0);
+    let run = |system: &mut BeliefSystem, perceived: &mut Vec<Perceived>, numbers: std::ops::Range<u16>| {
+        for number in numbers {
+            frame(number, perceived, &perception);
+            let now = Instant::from_nanos(1_000_000_000 + u64::from(number) * 5_000_000);
+            system.step(now, &*perceived, |[x, _, _]| x < 0.9);
+            for index in 0..system.len() {
+                black_box(system.write(index, now));
+            }
+            if number % 100 == 0 {
+                system.reanchor(&x_new_old);
+            }
+        }
+    };
+    let allocated = allocations_in(|| run(&mut system, &mut perceived, 0..1_000));
+    assert_eq!(allocated, 0);
+    // A snapshot that goes on has its own room.
+    let mut snapshot = system.clone();
+    let allocated = allocations_in(|| run(&mut snapshot, &mut perceived, 1_000..1_500));
+    assert_eq!(allocated, 0);
+
+    let counts = snapshot.counts();
+    assert!(counts.merged > 50_000 && counts.culled > 20 && snapshot.len() > 40, "{counts:?}");
+}
+
+#[test]
+fn the_counter_counts() {
+    assert_eq!(allocations_in(|| drop(black_box(Box::new(7)))), 1);
+    assert_eq!(allocations_in(|| drop(black_box(Vec::<u8>::new()))), 0);
+}
