@@ -5,6 +5,7 @@
 
 mod body;
 mod learner;
+mod leo_body;
 mod performance;
 mod report;
 mod teaching;
@@ -13,6 +14,7 @@ mod vocabulary;
 
 pub use body::{Body, Motion, Skill};
 pub use learner::{Input, Learner, Output, Settings};
+pub use leo_body::{LeoBody, LeoBodyError};
 pub use vocabulary::{Vocabulary, VocabularyError};
 
 #[cfg(test)]
