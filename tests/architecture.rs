@@ -70,8 +70,10 @@ const MAY_BE_UNSAFE: [&str; 1] = ["shared/realtime"];
 const SHELL_FILES: [&str; 3] = ["lib.rs", "run.rs", "shell.rs"];
 
 /// Further files of a shell, where it has more than one noun.
-const MORE_SHELL_FILES: [&str; 10] = [
+const MORE_SHELL_FILES: [&str; 12] = [
     "console/src/top.rs",
+    "mock_bus/src/ptys.rs",
+    "motor/src/threads.rs",
     "supervisor/src/bench.rs",
     "supervisor/src/bench/bare.rs",
     "supervisor/src/bench/leo.rs",

@@ -146,12 +146,12 @@ def arm_and_hand(side, torso):
         rest = REST_ARM.get(part, 0.0) * (s if axis != "pitch" else 1)
         return joint(f"{side}_{part}", parent, xyz, lower, upper, LARGE, bus, mass, *shapes, rest=rest)
 
-    shoulder = large("shoulder_pitch", torso, (0, s * SHOULDER[0], SHOULDER[1]), -2.8, 1.2, 0.25, cylinder(0.04, 0.06, (0, -s * 0.02, 0), "fur", (math.pi / 2, 0, 0)))
+    shoulder = large("shoulder_pitch", torso, (0, s * SHOULDER[0], SHOULDER[1]), -2.6, 1.2, 0.25, cylinder(0.04, 0.06, (0, -s * 0.02, 0), "fur", (math.pi / 2, 0, 0)))
     shoulder = large("shoulder_roll", shoulder, (0, 0, 0), -0.5, 2.2, 0.25, sphere(0.05))
     upper = large("shoulder_yaw", shoulder, (0, 0, 0), -1.7, 1.7, 0.6, cylinder(0.038, UPPER_ARM - 0.06, (0, 0, -UPPER_ARM / 2)))
     forearm = large("elbow_pitch", upper, (0, 0, -UPPER_ARM), -2.45, 0.0, 0.2, sphere(0.04), cylinder(0.034, FOREARM / 2, (0, 0, -FOREARM / 4)))
     wrist = large("wrist_yaw", forearm, (0, 0, -FOREARM), -1.8, 1.8, 0.3, cylinder(0.030, FOREARM / 2, (0, 0, FOREARM / 4)))
-    wrist = large("wrist_pitch", wrist, (0, 0, 0), -1.75, 1.75, 0.08, sphere(0.028))
+    wrist = large("wrist_pitch", wrist, (0, 0, 0), -1.9, 1.9, 0.08, sphere(0.028))
     palm = large("wrist_roll", wrist, (0, 0, 0), -0.9, 0.9, 0.12, box(0.028, 0.072, 0.055, (0, 0, -0.032), "cream"))
 
     def finger(part, xyz, radius, length, **more):

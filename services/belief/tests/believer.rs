@@ -67,6 +67,8 @@ fn unsound_entries_are_refused_and_counted_and_harm_nothing() {
     let sound = *entries.last().unwrap();
     let mut lying = Snapshot::default();
     assert!(lying.push(PerceptValue::new(0, f32::NAN, 1.0, message::Feature::None)));
+    let mut shapeless = Snapshot::default();
+    assert!(shapeless.push(PerceptValue::new(0, 1.0, 1.0, message::Feature::Number(f32::NAN))));
     let observation = sound.observation;
     let unsound = [
         Perceived { observation: Observation { position_m: [f32::NAN; 3], ..observation }, ..sound },
@@ -76,10 +78,11 @@ fn unsound_entries_are_refused_and_counted_and_harm_nothing() {
             ..sound
         },
         Perceived { snapshot: lying, ..sound },
+        Perceived { snapshot: shapeless, ..sound },
     ];
     let all: Vec<_> = entries.iter().chain(&unsound).copied().collect();
     believer.step(now, &header, &all);
-    assert_eq!((believer.head(0).refused, believer.head(1).refused), (4, 4));
+    assert_eq!((believer.head(0).refused, believer.head(1).refused), (5, 5));
     assert_eq!(believer.len(0), 4);
 }
 

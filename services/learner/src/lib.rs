@@ -1,1 +1,19 @@
 //! Learner process: what the teacher meant, and doing it.
+//!
+//! [`Learner`] is the core: beliefs and sentences in; events, joint goals and what is to be
+//! stored out. It knows no clock, no files and no shared memory.
+
+mod body;
+mod learner;
+mod performance;
+mod report;
+mod teaching;
+mod views;
+mod vocabulary;
+
+pub use body::{Body, Motion, Skill};
+pub use learner::{Input, Learner, Output, Settings};
+pub use vocabulary::{Vocabulary, VocabularyError};
+
+#[cfg(test)]
+mod tests;

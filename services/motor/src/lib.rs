@@ -9,12 +9,15 @@ mod job;
 mod joint;
 mod motor;
 mod request;
+mod shell;
 mod stage;
+mod threads;
 
 pub use exchange::{Port, exchange};
 pub use joint::Trouble;
 pub use motor::{Counts, Motor, MotorError};
 pub use request::{Part, Replies, Request, SERVOS_MOST};
+pub use shell::run;
 
 #[cfg(test)]
 mod tests;

@@ -7,6 +7,7 @@
 mod cue;
 mod gaussian;
 mod hand;
+mod limbs;
 mod output;
 mod path;
 mod settle;

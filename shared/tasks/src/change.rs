@@ -83,3 +83,37 @@ pub(crate) fn is_achieved(object: &Object, signature: &Signature, moved: bool) -
         Effect::Moved => moved,
     })
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn block(x: f64, filled: bool) -> Snapshot {
+        let states = BTreeMap::from([("filled".to_owned(), filled)]);
+        let object = Object { id: 1, states, position_m: Some([x, 0.0, 0.0]), ..Object::default() };
+        Snapshot { objects: vec![object], ..Snapshot::default() }
+    }
+
+    #[test]
+    fn a_block_pushed_while_it_was_filled_was_filled() {
+        let still = &changes(&block(0.1, false), &block(0.1, true), 0.03)[&1];
+        let pushed = &changes(&block(0.1, false), &block(0.2, true), 0.03)[&1];
+        assert_eq!(still.signature, pushed.signature);
+        assert!(pushed.displaced && !still.displaced);
+    }
+
+    #[test]
+    fn a_movement_counts_from_the_stated_distance_on() {
+        assert!(changes(&block(0.1, true), &block(0.129, true), 0.03).is_empty());
+        assert_eq!(
+            changes(&block(0.1, true), &block(0.14, true), 0.03)[&1].signature,
+            Signature::from([Effect::Moved])
+        );
+        assert!(changes(&block(0.1, true), &block(f64::NAN, true), 0.03).is_empty());
+    }
+
+    #[test]
+    fn what_comes_into_view_is_no_change() {
+        assert!(changes(&Snapshot::default(), &block(0.1, true), 0.03).is_empty());
+    }
+}

@@ -166,3 +166,30 @@ fn vector(belief: &Belief, percept: u16) -> Option<[f64; 3]> {
         Feature::None | Feature::Symbol(_) | Feature::Number(_) | Feature::Orientation(_) => None,
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_state_in_doubt_stays_as_it_was() {
+        assert!(is_on(0.45, Some(true)) && !is_on(0.55, Some(false)));
+        assert!(is_on(0.65, Some(false)) && !is_on(0.35, Some(true)));
+        assert!(is_on(0.55, None) && !is_on(0.45, None));
+    }
+
+    #[test]
+    fn places_are_in_the_base_frame_whoever_believes_them() {
+        let language =
+            Language { features: Vec::new(), states: Vec::new(), position: 0, extents: None, moved_m: 0.03 };
+        let mut head = BeliefHead::of(1, message::Header::at(5));
+        let x_base_person = Pose::<Base, Person>::upright(1.5, 0.0, 0.0, std::f64::consts::PI);
+        head.frame_position_m = x_base_person.position_m();
+        head.frame_orientation_xyzw = x_base_person.orientation_xyzw();
+        let mut belief = Belief::new(7, 0, 0, 1, message::NOBODY);
+        belief.push(Remembered::new(0, 0, 1.0, 1.0, Feature::Vector([1.0, 0.25, 0.0])));
+        let snapshot = Snapshot::of(&language, &head, &[belief], &Identities::default(), None);
+        let place = snapshot.objects[0].position().unwrap();
+        assert!(place.distance(&Position::new(0.5, -0.25, 0.0)) < 1e-9, "{place:?}");
+    }
+}

@@ -192,3 +192,30 @@ fn a_synthetic_lesson_has_the_size_asked_and_some_of_it_moves() {
         assert_eq!(table.script.is_empty(), size == 0);
     }
 }
+
+#[test]
+fn the_lesson_of_the_manual_is_sound() {
+    let manual = include_str!("../../../../docs/lessons.md");
+    let (_, after) = manual.split_once("```toml").unwrap();
+    let (text, _) = after.split_once("```").unwrap();
+    let lesson = parse(text).unwrap();
+    assert_eq!((lesson.demonstrations.len(), lesson.performances()), (1, 1));
+}
+
+#[test]
+fn every_key_is_in_the_manual() {
+    let manual = include_str!("../../../../docs/lessons.md");
+    let raw = include_str!("raw.rs");
+    let mut keys = 0;
+    let mut renamed = None;
+    for line in raw.lines().map(str::trim) {
+        if let Some((_, name)) = line.split_once("rename = \"") {
+            renamed = name.split('"').next();
+        } else if let Some(field) = line.strip_prefix("pub(super) ").filter(|line| line.contains(": ")) {
+            let key = renamed.take().or(field.split(':').next()).unwrap();
+            keys += 1;
+            assert!(manual.contains(&format!("`{key}")) || manual.contains(&format!("[{key}")), "{key}");
+        }
+    }
+    assert!(keys > 40, "{keys}");
+}

@@ -94,3 +94,27 @@ fn he_does_not_miss_what_a_barrier_hides_from_him() {
     world.run(SECOND * 3, &[wall(WALL), person(EYES, TABLE)]);
     assert_eq!((world.robots().len(), world.his().len()), (0, 1));
 }
+
+/// A place of the study's workspace, whose y axis is the robot's x axis, as the robot has it.
+fn in_base(x: f32, y: f32, z: f32) -> [f32; 3] {
+    [y, -x, z]
+}
+
+#[test]
+fn in_the_first_task_he_sees_every_square_but_the_blue_one() {
+    let squares = [
+        [(-0.35, 0.75), (-0.10, 0.85), (0.15, 0.70), (0.38, 0.90), (0.10, 0.40)],
+        [(0.35, 0.75), (-0.30, 0.90), (-0.05, 0.72), (0.15, 0.95), (-0.25, 0.42)],
+    ];
+    let walls = [in_base(0.10, 0.51, 0.125), in_base(-0.25, 0.53, 0.125)];
+    for (squares, barrier) in squares.iter().zip(walls) {
+        let mut world = Workspace::new();
+        let mut things = vec![person(EYES, TABLE), wall(barrier)];
+        things.extend(squares.iter().map(|(x, y)| block(in_base(*x, *y, 0.03))));
+        world.run(SECOND, &things);
+        let blue = squares[4].1;
+        let seen: Vec<_> = world.his().iter().map(|belief| world.his_place(belief).to_array()[0]).collect();
+        assert_eq!((world.robots().len(), seen.len()), (5, 4));
+        assert!(seen.iter().all(|x| (x - f64::from(blue)).abs() > 0.1), "{seen:?}");
+    }
+}

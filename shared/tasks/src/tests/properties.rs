@@ -94,6 +94,14 @@ proptest! {
                 .flat_map(|one| one.changed(&signature))
                 .map(|object| template.iter().map(|feature| object.features[feature].clone()).collect())
                 .collect();
+            for demonstration in &evidence {
+                let own: BTreeSet<Class> = demonstration
+                    .changed(&signature)
+                    .map(|object| template.iter().map(|feature| object.features[feature].clone()).collect())
+                    .collect();
+                let found = |one: &crate::hypothesis::Hypothesis| one.template == template && one.classes == own;
+                prop_assert!(own.is_empty() || expanded.iter().any(found), "{template:?} {own:?} is missing");
+            }
             let changed: Vec<Class> = changed.into_iter().collect();
             for subset in 1..1_usize << changed.len() {
                 let classes: BTreeSet<Class> = (0..changed.len())

@@ -1,0 +1,346 @@
+use std::collections::{BTreeMap, VecDeque};
+
+use clock::{Duration, Instant};
+use message::{Belief, BeliefHead, Event, EventKind, JointGoal, Utterance};
+use tasks::{Language, Sentence, Task, key};
+
+use crate::performance::{HalfHeights, Performance, Stage};
+use crate::report::{Verdict, spoken};
+use crate::teaching::Teaching;
+use crate::views::{Continuity, Views};
+use crate::{Body, Motion, Skill, Vocabulary};
+
+/// What the learner does not decide for itself.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Settings {
+    /// The share of the best posterior that a high-likelihood hypothesis has at least.
+    pub high_likelihood: f64,
+    /// Time between two joint goals frames.
+    pub goal_period: Duration,
+    /// Half the height of a block whose extents are not perceived, in metres.
+    pub block_half_height_m: f64,
+    /// Half the height of a peg whose extents are not perceived, in metres.
+    pub peg_half_height_m: f64,
+}
+
+impl Settings {
+    /// The settings of a configuration, with blocks and pegs as in the study.
+    #[must_use]
+    pub fn of(learner: &config::leo::Learner) -> Self {
+        Self {
+            high_likelihood: learner.high_likelihood.get(),
+            goal_period: learner.goal_rate_hz.period(),
+            block_half_height_m: 0.03,
+            peg_half_height_m: 0.025,
+        }
+    }
+}
+
+/// What happened since the last step.
+#[derive(Clone, Copy, Debug)]
+pub struct Input<'a> {
+    /// The belief buffers of all perspectives, of one instant; none when there is nothing new.
+    pub beliefs: &'a [(&'a BeliefHead, &'a [Belief])],
+    /// New sentences, in the order in which they were said.
+    pub utterances: &'a [Utterance],
+    /// Present joint positions, in radians and in the order of the configuration.
+    pub present_rad: &'a [Option<f64>],
+}
+
+/// What the learner wants done, in this order: what is to be saved has to be durable before the
+/// events are published, since they say that it was learned.
+#[derive(Clone, Debug, Default)]
+pub struct Output {
+    /// Tasks to store under the key of their name ([`tasks::key`]), in place of what was there.
+    pub save: Vec<(String, Task)>,
+    /// What to report.
+    pub events: Vec<Event>,
+    /// Joint goals to publish; none when it is not time for them.
+    pub goals: Vec<JointGoal>,
+}
+
+/// The learner's core.
+#[derive(Clone, Debug)]
+pub struct Learner<B> {
+    settings: Settings,
+    vocabulary: Vocabulary,
+    perspectives: Vec<u16>,
+    body: B,
+    tasks: BTreeMap<String, Task>,
+    views: Views,
+    /// Sentences not yet answered: they wait while objects are being looked for.
+    heard: VecDeque<(u16, String)>,
+    teaching: Option<Teaching>,
+    performance: Option<Performance>,
+    begun: bool,
+    goals_at: Option<Instant>,
+}
+
+impl<B: Body> Learner<B> {
+    /// A learner that knows `tasks` already. `perspectives` are those whose beliefs it is given,
+    /// 0 (the robot's own) among them.
+    #[must_use]
+    pub fn new(
+        settings: Settings,
+        vocabulary: Vocabulary,
+        perspectives: &[u16],
+        body: B,
+        tasks: impl IntoIterator<Item = Task>,
+    ) -> Self {
+        Self {
+            settings,
+            vocabulary,
+            perspectives: perspectives.to_vec(),
+            body,
+            tasks: tasks.into_iter().map(|task| (key(&task.name), task)).collect(),
+            views: Views::default(),
+            heard: VecDeque::new(),
+            teaching: None,
+            performance: None,
+            begun: false,
+            goals_at: None,
+        }
+    }
+
+    /// Whether a performance is under way.
+    #[must_use]
+    pub fn is_performing(&self) -> bool {
+        self.performance.is_some()
+    }
+
+    /// Goes on to an instant.
+    pub fn step(&mut self, now: Instant, input: &Input<'_>) -> Output {
+        let mut output = Output::default();
+        self.believe(now, input, &mut output);
+        let heard = input.utterances.iter().map(|utterance| {
+            let speaker = u16::try_from(utterance.speaker).unwrap_or(message::NOBODY);
+            (speaker, utterance.text.as_str().to_owned())
+        });
+        self.heard.extend(heard);
+        if self.is_sure_of_objects(now, &mut output) && !self.views.is_settling(now) {
+            while let Some((speaker, text)) = self.heard.pop_front() {
+                self.answer(now, speaker, &text, input.present_rad, &mut output);
+            }
+            self.watch(now, &mut output);
+        }
+        self.act(now, input.present_rad, &mut output);
+        output
+    }
+
+    fn believe(&mut self, now: Instant, input: &Input<'_>, output: &mut Output) {
+        if self.views.update(now, input.beliefs) {
+            let text = "the belief process began anew: its objects have new identities";
+            let task = self.teaching.as_ref().map_or("", |teaching| &teaching.recording.task);
+            output.events.push(Event::new(EventKind::ContinuityBroken, task, text));
+            if let Some(teaching) = &mut self.teaching {
+                teaching.break_off();
+            }
+        }
+    }
+
+    /// Whether identities can be relied on. A demonstration with an object that was not found
+    /// again would be a wrong example: it is given up, aloud.
+    fn is_sure_of_objects(&mut self, now: Instant, output: &mut Output) -> bool {
+        let Some(teaching) = &self.teaching else {
+            self.views.forget();
+            return true;
+        };
+        match self.views.resume(now, &self.vocabulary.language) {
+            Continuity::Kept => true,
+            Continuity::Searching => false,
+            Continuity::Lost => {
+                let task = teaching.recording.task.clone();
+                let text = format!(
+                    "I lost sight of things: this showing of {task} does not count, please show it again"
+                );
+                output.events.push(Event::new(EventKind::Said, &task, &text));
+                self.teaching = None;
+                true
+            }
+        }
+    }
+
+    /// Looks for acts of the demonstration under way.
+    fn watch(&mut self, now: Instant, output: &mut Output) {
+        let Some(teaching) = &mut self.teaching else { return };
+        let language = &self.vocabulary.language;
+        self.views.remember(now, language, &self.perspectives);
+        let act = teaching.parse(now, language, self.views.own_beliefs());
+        // While Leo performs a task, the task as a whole is the executable.
+        if let Some(act) = act.filter(|_| self.performance.is_none()) {
+            let snapshots = self.views.snapshots(now, language, &self.perspectives);
+            output.events.extend(teaching.record(language, act.actor, None, &snapshots));
+        }
+    }
+
+    fn answer(
+        &mut self,
+        now: Instant,
+        speaker: u16,
+        text: &str,
+        present_rad: &[Option<f64>],
+        output: &mut Output,
+    ) {
+        match Sentence::of(text) {
+            Sentence::Teach(name) => self.begin_teaching(now, speaker, &name, present_rad, output),
+            Sentence::Done(name) => self.end_teaching(now, &name, output),
+            Sentence::Do(name) => self.begin_performance(&name, output),
+            Sentence::Unknown => {
+                say(output, "", &format!("I did not understand \"{text}\"; {}", Sentence::help()));
+                self.show(now, Skill::Puzzled, present_rad);
+            }
+        }
+    }
+
+    /// A face, unless the body has work to do.
+    fn show(&mut self, now: Instant, face: Skill, present_rad: &[Option<f64>]) {
+        if self.performance.is_none() {
+            self.begun = true;
+            self.body.begin(now, face, present_rad);
+        }
+    }
+
+    fn begin_teaching(
+        &mut self,
+        now: Instant,
+        speaker: u16,
+        name: &str,
+        present_rad: &[Option<f64>],
+        output: &mut Output,
+    ) {
+        if let Some(teaching) = self.teaching.take() {
+            let unfinished = &teaching.recording.task;
+            say(
+                output,
+                unfinished,
+                &format!("the showing of {unfinished} was not finished and does not count"),
+            );
+        }
+        // The first name stays the task's name.
+        let name = self.tasks.get(&key(name)).map_or(name, |task| &task.name).to_owned();
+        let snapshots = self.views.snapshots(now, &self.vocabulary.language, &self.perspectives);
+        if !snapshots.contains_key(&0) {
+            say(output, &name, "I cannot see anything yet: please begin again in a moment");
+            return;
+        }
+        self.teaching = Some(Teaching::new(&name, speaker, &snapshots));
+        output.events.push(Event::new(EventKind::TeachingStarted, &name, &name));
+        say(output, &name, &format!("I am watching; say \"{name} is done\" at the end"));
+        self.show(now, Skill::Attentive, present_rad);
+    }
+
+    fn end_teaching(&mut self, now: Instant, name: &str, output: &mut Output) {
+        let language = &self.vocabulary.language;
+        let Some(teaching) = self.teaching.take_if(|teaching| key(&teaching.recording.task) == key(name))
+        else {
+            let text = match &self.teaching {
+                Some(other) => format!("I am being shown {}, not {name}", other.recording.task),
+                None => {
+                    format!("nobody is showing me {name}; say \"Leo, I can teach you to do {name}\" first")
+                }
+            };
+            say(output, name, &text);
+            return;
+        };
+        let name = teaching.recording.task.clone();
+        let snapshots = self.views.snapshots(now, language, &self.perspectives);
+        let (last_act, example) = teaching.finish(language, &snapshots);
+        output.events.extend(last_act);
+        let example = match example {
+            Ok(example) => example,
+            Err(nothing) => {
+                say(output, &name, &nothing.to_string());
+                return;
+            }
+        };
+        let task =
+            self.tasks.entry(key(&name)).or_insert_with(|| Task { name: name.clone(), examples: Vec::new() });
+        task.examples.push(example);
+        output.save.push((key(&name), task.clone()));
+        output.events.push(Event::new(EventKind::DemonstrationEnded, &name, &name));
+        let verdict = Verdict::of(language, task, &self.perspectives, self.settings.high_likelihood);
+        output.events.extend(verdict.events(language, task));
+        let examples = task.examples.len();
+        let text = match verdict.learned() {
+            Some(learned) => {
+                format!("I learned {name} from {}: {}", counted(examples, "example"), spoken(learned))
+            }
+            None => {
+                format!("I saw what changed, but no rule that I know explains {name}; please show it again")
+            }
+        };
+        say(output, &name, &text);
+    }
+
+    fn begin_performance(&mut self, name: &str, output: &mut Output) {
+        if let Some(performance) = &self.performance {
+            let busy = performance.task.clone();
+            say(output, &busy, &format!("I am still busy with {busy}"));
+            return;
+        }
+        let Some(task) = self.tasks.get(&key(name)) else {
+            let known: Vec<String> = self.tasks.values().map(|task| task.name.clone()).collect();
+            let known = if known.is_empty() { "nothing yet".to_owned() } else { tasks::listed(&known) };
+            say(output, name, &format!("I have not learned {name}; I know {known}"));
+            return;
+        };
+        let language: &Language = &self.vocabulary.language;
+        let verdict = Verdict::of(language, task, &self.perspectives, self.settings.high_likelihood);
+        let Some(learned) = verdict.learned() else {
+            say(output, name, &format!("I know no rule for {name}; please show it again"));
+            return;
+        };
+        output.events.push(Event::new(EventKind::PerformanceStarted, &task.name, &task.name));
+        self.performance = Some(Performance::new(&task.name, learned));
+    }
+
+    /// Moves the body on, and the performance with it.
+    fn act(&mut self, now: Instant, present_rad: &[Option<f64>], output: &mut Output) {
+        if !self.begun {
+            self.begun = true;
+            self.body.begin(now, Skill::Rest, present_rad);
+        }
+        let mut goals = Vec::new();
+        let motion = self.body.step(now, present_rad, &mut goals);
+        self.perform(now, motion, present_rad, output);
+        if self.goals_at.is_none_or(|at| now.since(at) >= self.settings.goal_period) {
+            self.goals_at = Some(now);
+            output.goals = goals;
+        }
+    }
+
+    fn perform(&mut self, now: Instant, motion: Motion, present_rad: &[Option<f64>], output: &mut Output) {
+        let Some(performance) = self.performance.take() else { return };
+        let task = performance.task.clone();
+        let language = &self.vocabulary.language;
+        let own = if self.views.is_settling(now) { None } else { self.views.own(language) };
+        let mut stage = Stage {
+            now,
+            vocabulary: &self.vocabulary,
+            half_heights: HalfHeights {
+                block_m: self.settings.block_half_height_m,
+                peg_m: self.settings.peg_half_height_m,
+            },
+            own: own.as_ref(),
+            present_rad,
+            body: &mut self.body,
+            motion,
+        };
+        self.performance = performance.step(&mut stage, &mut output.events);
+        if self.performance.is_none()
+            && let Some(teaching) = &mut self.teaching
+        {
+            let snapshots = self.views.snapshots(now, language, &self.perspectives);
+            output.events.extend(teaching.record(language, 0, Some(&task), &snapshots));
+        }
+    }
+}
+
+fn say(output: &mut Output, task: &str, text: &str) {
+    output.events.push(Event::new(EventKind::Said, task, text));
+}
+
+/// "1 example", "2 examples".
+fn counted(count: usize, noun: &str) -> String {
+    if count == 1 { format!("{count} {noun}") } else { format!("{count} {noun}s") }
+}

@@ -1,0 +1,143 @@
+//! Events about what was learned.
+
+use std::collections::BTreeMap;
+
+use message::{Event, EventKind};
+use quantity::number::saturating_u32;
+use tasks::{
+    Change, Language, Learned, Prior, Rule, Snapshot, Task, decide, describe_change, describe_object,
+    explain, learn, listed,
+};
+
+/// Rules reported per perspective and goal at most, beyond those of high likelihood.
+const REPORTED: usize = 8;
+
+/// What all perspectives make of a task, and whose rules are followed.
+#[derive(Clone, Debug)]
+pub(crate) struct Verdict {
+    pub(crate) by_perspective: BTreeMap<u16, Learned>,
+    pub(crate) chosen: Option<u16>,
+}
+
+impl Verdict {
+    /// Learns a task anew from all its examples.
+    pub(crate) fn of(language: &Language, task: &Task, perspectives: &[u16], share: f64) -> Self {
+        let by_perspective: BTreeMap<u16, Learned> = perspectives
+            .iter()
+            .map(|&perspective| {
+                let views: Vec<_> = task.views(perspective).collect();
+                (perspective, learn(language, &views, &Prior::default(), share))
+            })
+            .collect();
+        let teacher = task.examples.last().map_or(0, |example| example.teacher);
+        let chosen = decide(&by_perspective, teacher);
+        Self { by_perspective, chosen }
+    }
+
+    /// What the chosen perspective learned.
+    pub(crate) fn learned(&self) -> Option<&Learned> {
+        self.chosen.and_then(|perspective| self.by_perspective.get(&perspective))
+    }
+
+    /// The events that tell of it: every perspective's hypotheses, the rule chosen, and why
+    /// another perspective sees it differently.
+    pub(crate) fn events(&self, language: &Language, task: &Task) -> Vec<Event> {
+        let mut events = Vec::new();
+        for (&perspective, learned) in &self.by_perspective {
+            let several = learned.goals.len() > 1;
+            for rules in &learned.goals {
+                let reported = rules.iter().enumerate();
+                for (_, rule) in reported.filter(|(index, rule)| *index < REPORTED || rule.high_likelihood) {
+                    let text = if several { with_expectation(rule) } else { rule.name.clone() };
+                    events.push(rule_event(EventKind::Hypothesis, task, perspective, rule, &text));
+                }
+            }
+        }
+        let (Some(chosen), Some(learned)) = (self.chosen, self.learned()) else { return events };
+        if let Some(first) = learned.primary().next() {
+            let text = if learned.goals.len() > 1 { spoken(learned) } else { first.name.clone() };
+            events.push(rule_event(EventKind::RuleChosen, task, chosen, first, &text));
+        }
+        if let Some(text) = self.explanation(language, task, chosen, learned) {
+            let mut event = Event::new(EventKind::Explained, &task.name, &text);
+            event.perspective = chosen;
+            events.push(event);
+        }
+        events
+    }
+
+    /// Why the robot's own view speaks against the rule that it follows.
+    fn explanation(
+        &self,
+        language: &Language,
+        task: &Task,
+        chosen: u16,
+        learned: &Learned,
+    ) -> Option<String> {
+        if chosen == 0 {
+            return None;
+        }
+        let rule = learned.primary().next()?;
+        let own = self.by_perspective.get(&0).and_then(|own| own.primary().next());
+        if own.is_some_and(|own| own.agrees_with(rule)) {
+            return None;
+        }
+        let why = explain(language, task, chosen, rule).text();
+        if why.is_empty() {
+            return None;
+        }
+        Some(match own {
+            Some(own) => format!("to me it looked like \"{}\", but {why}", own.name),
+            None => why,
+        })
+    }
+}
+
+/// What a task is, in words: "all filled".
+pub(crate) fn spoken(learned: &Learned) -> String {
+    listed(&learned.primary().map(with_expectation).collect::<Vec<_>>())
+}
+
+fn with_expectation(rule: &Rule) -> String {
+    format!("{} {}", rule.name, expectation(rule))
+}
+
+/// What a rule expects, in words: "filled".
+pub(crate) fn expectation(rule: &Rule) -> String {
+    describe_change(&Change { signature: rule.expectation.clone(), displaced: false })
+}
+
+fn rule_event(kind: EventKind, task: &Task, perspective: u16, rule: &Rule, text: &str) -> Event {
+    let mut event = Event::new(kind, &task.name, text);
+    event.perspective = perspective;
+    event.posterior = rule.posterior;
+    event.rank = saturating_u32(rule.rank);
+    event.tally = saturating_u32(rule.tally);
+    event.examples = saturating_u32(rule.examples);
+    event.high_likelihood = u32::from(rule.high_likelihood);
+    event
+}
+
+/// What somebody did, in words: "partner 1: red square filled, small peg inserted".
+pub(crate) fn act(
+    language: &Language,
+    actor: u16,
+    changes: &BTreeMap<u64, Change>,
+    now: &Snapshot,
+) -> String {
+    let who = match actor {
+        0 => "I".to_owned(),
+        message::NOBODY => "somebody".to_owned(),
+        partner => format!("partner {partner}"),
+    };
+    let what: Vec<String> = changes
+        .iter()
+        .filter_map(|(id, change)| {
+            let object = now.object(*id)?;
+            // Things are told apart from those of their kind: blocks from blocks, pegs from pegs.
+            let like = now.objects.iter().filter(|other| other.states.keys().eq(object.states.keys()));
+            Some(format!("{} {}", describe_object(language, object, like), describe_change(change)))
+        })
+        .collect();
+    format!("{who}: {}", listed(&what))
+}

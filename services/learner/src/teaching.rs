@@ -1,0 +1,55 @@
+use std::collections::BTreeMap;
+
+use clock::Instant;
+use message::{Belief, Event, EventKind, NOBODY};
+use tasks::{Act, ActionParser, Example, Language, NothingChanged, Recording, Snapshot};
+
+use crate::report;
+
+/// A demonstration under way, and the parser that finds its acts.
+#[derive(Clone, Debug)]
+pub(crate) struct Teaching {
+    pub(crate) recording: Recording,
+    parser: ActionParser,
+}
+
+impl Teaching {
+    pub(crate) fn new(task: &str, teacher: u16, snapshots: &BTreeMap<u16, Snapshot>) -> Self {
+        Self { recording: Recording::new(task, teacher, snapshots), parser: ActionParser::default() }
+    }
+
+    /// The parser's identities are void.
+    pub(crate) fn break_off(&mut self) {
+        self.parser.reset();
+    }
+
+    /// Looks for an act that has just been completed.
+    pub(crate) fn parse(&mut self, now: Instant, language: &Language, own: &[Belief]) -> Option<Act> {
+        self.parser.step(now, language, own)
+    }
+
+    /// Records an act, or a task that Leo performed in the course of the demonstration; gives the
+    /// event that tells of it.
+    pub(crate) fn record(
+        &mut self,
+        language: &Language,
+        actor: u16,
+        task: Option<&str>,
+        snapshots: &BTreeMap<u16, Snapshot>,
+    ) -> Option<Event> {
+        let changes = self.recording.act(actor, task, snapshots, language.moved_m);
+        let own = snapshots.get(&0).filter(|_| !changes.is_empty())?;
+        let text = report::act(language, actor, &changes, own);
+        Some(Event::new(EventKind::ActionSeen, &self.recording.task, &text))
+    }
+
+    /// Ends the demonstration; an act under way ends with it.
+    pub(crate) fn finish(
+        mut self,
+        language: &Language,
+        snapshots: &BTreeMap<u16, Snapshot>,
+    ) -> (Option<Event>, Result<Example, NothingChanged>) {
+        let last = self.record(language, NOBODY, None, snapshots);
+        (last, self.recording.finish(snapshots, language.moved_m))
+    }
+}

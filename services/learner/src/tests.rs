@@ -1,0 +1,190 @@
+mod table;
+
+use message::{Event, EventKind};
+use table::Run;
+use tasks::Task;
+
+use crate::Skill;
+
+fn kinds(events: &[Event]) -> Vec<EventKind> {
+    events.iter().map(|event| event.kind().unwrap()).collect()
+}
+
+fn last_high_likelihood(run: &Run, perspective: u16) -> Vec<String> {
+    let last =
+        run.events.iter().rposition(|event| event.kind() == Some(EventKind::DemonstrationEnded)).unwrap();
+    run.events[last..]
+        .iter()
+        .filter(|event| event.kind() == Some(EventKind::Hypothesis))
+        .filter(|event| event.perspective == perspective && event.high_likelihood == 1)
+        .map(|event| event.text.as_str().to_owned())
+        .collect()
+}
+
+#[test]
+fn leo_learns_the_teachers_rule_explains_it_and_fills_every_hole() {
+    let mut run = Run::new(1, Vec::new());
+    run.teach();
+    assert_eq!(last_high_likelihood(&run, 0), ["all but blue"]);
+    assert_eq!(last_high_likelihood(&run, 1), ["all"]);
+    assert_eq!(run.texts(EventKind::RuleChosen), ["all", "all"]);
+    let explained = run.texts(EventKind::Explained);
+    assert!(explained.iter().all(|text| text.contains("you could not see the blue square")), "{explained:?}");
+    assert_eq!(explained.len(), 2);
+    assert_eq!(run.texts(EventKind::ActionSeen).len(), 8, "four pegs in each demonstration");
+    run.perform(&[]);
+    assert_eq!(run.texts(EventKind::PerformanceEnded), ["filled 5 of 5"]);
+    assert_eq!(run.table.borrow().filled().len(), 5);
+    assert_eq!(run.texts(EventKind::StepFailed), [""; 0]);
+}
+
+#[test]
+fn without_perspective_taking_leo_leaves_the_blue_ones_out() {
+    let mut run = Run::new(0, Vec::new());
+    run.teach();
+    assert_eq!(run.texts(EventKind::RuleChosen), ["all but blue", "all but blue"]);
+    assert_eq!(run.texts(EventKind::Explained), [""; 0]);
+    run.perform(&[]);
+    assert_eq!(run.texts(EventKind::PerformanceEnded), ["filled 3 of 3"]);
+    assert_eq!(run.table.borrow().filled(), ["red", "green", "yellow"]);
+}
+
+#[test]
+fn an_act_tells_who_did_what() {
+    let mut run = Run::new(1, Vec::new());
+    run.demonstrate(&["red", "green", "blue"], |_| {});
+    let acts = run.texts(EventKind::ActionSeen);
+    assert_eq!(acts[0], "partner 1: red square filled and peg inserted");
+}
+
+#[test]
+fn a_demonstration_is_saved_in_the_step_that_says_so() {
+    let mut run = Run::new(1, Vec::new());
+    run.teach();
+    let examples: Vec<(String, usize)> =
+        run.saved.iter().map(|(key, task)| (key.clone(), task.examples.len())).collect();
+    assert_eq!(examples, [("task 1".to_owned(), 1), ("task 1".to_owned(), 2)]);
+}
+
+#[test]
+fn a_learner_that_begins_anew_performs_what_was_saved() {
+    let mut run = Run::new(1, Vec::new());
+    run.teach();
+    let json = serde_json::to_string(&run.saved.last().unwrap().1).unwrap();
+    let task: Task = serde_json::from_str(&json).unwrap();
+    assert!(task == run.saved.last().unwrap().1, "a number changed on its way through the file");
+    let mut later = Run::new(1, vec![task]);
+    later.perform(&[]);
+    assert_eq!(later.texts(EventKind::PerformanceEnded), ["filled 5 of 5"]);
+}
+
+#[test]
+fn a_step_is_tried_again_and_given_up_in_the_end() {
+    let mut run = Run::new(1, Vec::new());
+    run.teach();
+    run.perform(&["red", "red", "green", "green", "green"]);
+    assert_eq!(run.texts(EventKind::PerformanceEnded), ["filled 4 of 5"]);
+    assert_eq!(run.texts(EventKind::StepFailed), ["green square: the green square is still not filled"]);
+    assert_eq!(run.table.borrow().filled(), ["blue", "red", "blue", "yellow"]);
+    let inserts =
+        run.table.borrow().skills.iter().filter(|skill| matches!(skill, Skill::Insert { .. })).count();
+    assert_eq!(inserts, 3 + 3 + 3);
+}
+
+#[test]
+fn a_demonstration_outlives_the_belief_process() {
+    let mut whole = Run::new(1, Vec::new());
+    whole.teach();
+    let mut broken = Run::new(1, Vec::new());
+    broken.demonstrate(&["red", "green", "yellow", "red", "blue"], |run| {
+        run.restart_belief();
+        run.steps(100);
+    });
+    broken.demonstrate(&["green", "yellow", "red", "yellow", "blue"], |_| {});
+    assert_eq!(broken.texts(EventKind::ContinuityBroken).len(), 1);
+    let hypotheses = |run: &Run| {
+        let events = run.events.iter().filter(|event| event.kind() == Some(EventKind::Hypothesis));
+        events.copied().collect::<Vec<Event>>()
+    };
+    assert_eq!(hypotheses(&broken), hypotheses(&whole));
+}
+
+#[test]
+fn a_demonstration_with_an_object_lost_does_not_count() {
+    let mut run = Run::new(1, Vec::new());
+    run.demonstrate(&["red", "green", "yellow", "red", "blue"], |run| {
+        run.restart_belief();
+        run.missing = vec![2];
+        run.steps(300);
+    });
+    assert_eq!(run.saved, []);
+    assert!(!kinds(&run.events).contains(&EventKind::DemonstrationEnded));
+    let said = run.texts(EventKind::Said);
+    assert!(said.iter().any(|text| text.contains("does not count")), "{said:?}");
+}
+
+#[test]
+fn the_end_of_a_demonstration_waits_until_its_objects_are_found_again() {
+    let mut run = Run::new(1, Vec::new());
+    run.table.borrow_mut().lay(&["red", "green", "blue"], Some(2));
+    run.steps(10);
+    run.say("Leo, I can teach you to do task 1.");
+    run.insert(0, 0);
+    run.insert(1, 1);
+    run.restart_belief();
+    run.missing = vec![0];
+    run.say("Task 1 is done");
+    run.steps(30);
+    assert_eq!(run.saved, []);
+    run.missing.clear();
+    run.steps(60);
+    assert_eq!(run.saved.len(), 1);
+    assert_eq!(last_high_likelihood(&run, 1), ["all"]);
+}
+
+#[test]
+fn sentences_at_the_wrong_time_are_answered() {
+    let mut run = Run::new(1, Vec::new());
+    run.table.borrow_mut().lay(&["red", "blue"], None);
+    run.steps(5);
+    run.say("What a nice day");
+    run.say("Task 1 is done");
+    run.say("Leo, do task 1");
+    run.say("Leo, I can teach you to do task 1");
+    run.say("task 2 is done");
+    run.say("task 1 is done");
+    run.say("Leo, do task 1");
+    let said = run.texts(EventKind::Said);
+    let expected = [
+        "I did not understand \"What a nice day\"",
+        "nobody is showing me Task 1",
+        "I have not learned task 1; I know nothing yet",
+        "I am watching",
+        "I am being shown task 1, not task 2",
+        "nothing changed",
+        "I have not learned task 1",
+    ];
+    assert_eq!(said.len(), expected.len(), "{said:#?}");
+    for (said, expected) in said.iter().zip(expected) {
+        assert!(said.starts_with(expected), "{said:?} should begin with {expected:?}");
+    }
+    assert_eq!(run.saved, []);
+}
+
+#[test]
+fn goals_are_a_sign_of_life_at_their_rate() {
+    let mut run = Run::new(1, Vec::new());
+    run.steps(100);
+    assert_eq!(run.goal_frames, 50);
+}
+
+#[test]
+fn the_same_input_gives_the_same_output() {
+    let run = || {
+        let mut run = Run::new(1, Vec::new());
+        run.teach();
+        run.perform(&["red"]);
+        (run.events, run.saved)
+    };
+    assert_eq!(run(), run());
+}

@@ -1,0 +1,310 @@
+//! A table with blocks and pegs, what two perspectives believe of it, and a body that moves pegs.
+
+use std::cell::RefCell;
+use std::rc::Rc;
+
+use clock::{Duration, Instant};
+use config::percepts::Percepts;
+use geometry::{Base, Person, Pose, Position};
+use message::{
+    Belief, BeliefHead, Event, EventKind, Feature, Header, JointGoal, NOBODY, Remembered, Text, Utterance,
+};
+use tasks::Task;
+
+use crate::{Body, Input, Learner, Motion, Output, Settings, Skill, Vocabulary};
+
+const STEP: Duration = Duration::from_millis(10);
+
+#[derive(Clone)]
+pub(super) struct Thing {
+    pub(super) colour: &'static str,
+    pub(super) shape: &'static str,
+    pub(super) place_m: [f64; 3],
+    /// Filled for a block, inserted for a peg.
+    pub(super) on: bool,
+    pub(super) held_by: u16,
+    pub(super) hidden: bool,
+}
+
+/// What is on the table, and what the body is allowed to do.
+#[derive(Default)]
+pub(super) struct Table {
+    pub(super) things: Vec<Thing>,
+    /// Insertions that go wrong before one succeeds, by the colour of the block.
+    pub(super) failures: Vec<&'static str>,
+    pub(super) skills: Vec<Skill>,
+}
+
+impl Table {
+    /// Squares with holes in a row, and seven pegs before them.
+    pub(super) fn lay(&mut self, colours: &[&'static str], hidden: Option<usize>) {
+        self.things.clear();
+        for (index, colour) in colours.iter().enumerate() {
+            let y = quantity::number::float_of_count(index).mul_add(0.12, -0.24);
+            self.things.push(Thing {
+                colour,
+                shape: "square",
+                place_m: [0.4, y, 0.03],
+                on: false,
+                held_by: NOBODY,
+                hidden: hidden == Some(index),
+            });
+        }
+        for index in 0..7 {
+            let y = quantity::number::float_of_count(index).mul_add(0.08, -0.24);
+            self.things.push(Thing {
+                colour: "wood",
+                shape: "peg",
+                place_m: [0.28, y, 0.025],
+                on: false,
+                held_by: NOBODY,
+                hidden: false,
+            });
+        }
+    }
+
+    pub(super) fn filled(&self) -> Vec<&'static str> {
+        self.things
+            .iter()
+            .filter(|thing| thing.shape == "square" && thing.on)
+            .map(|thing| thing.colour)
+            .collect()
+    }
+
+    fn insert(&mut self, thing: Position<Base>, hole: Position<Base>) {
+        let at = |place: [f64; 3], point: Position<Base>| {
+            let [x, y, _] = place;
+            let [px, py, _] = point.to_array();
+            (x - px).hypot(y - py) < 0.005
+        };
+        let block =
+            self.things.iter().position(|block| block.shape == "square" && at(block.place_m, hole)).unwrap();
+        let peg = self.things.iter().position(|peg| peg.shape == "peg" && at(peg.place_m, thing)).unwrap();
+        let colour = self.things[block].colour;
+        if let Some(failure) = self.failures.iter().position(|&failing| failing == colour) {
+            self.failures.remove(failure);
+            return;
+        }
+        let top = hole.to_array();
+        self.things[peg].place_m = top;
+        self.things[peg].on = true;
+        self.things[block].on = true;
+    }
+}
+
+/// A body whose every skill takes five steps.
+pub(super) struct StandIn {
+    table: Rc<RefCell<Table>>,
+    under_way: Option<(Skill, u32)>,
+}
+
+impl Body for StandIn {
+    fn begin(&mut self, _now: Instant, skill: Skill, _present_rad: &[Option<f64>]) {
+        self.table.borrow_mut().skills.push(skill);
+        self.under_way = Some((skill, 5));
+    }
+
+    fn step(&mut self, now: Instant, _present_rad: &[Option<f64>], goals: &mut Vec<JointGoal>) -> Motion {
+        goals.push(JointGoal { joint: 0, reserved: 0, goal_position_rad: 0.0, arrive_at_ns: now.as_nanos() });
+        match &mut self.under_way {
+            None => Motion::Done,
+            Some((skill, 0)) => {
+                if let Skill::Insert { thing, hole, .. } = skill {
+                    self.table.borrow_mut().insert(*thing, *hole);
+                }
+                self.under_way = None;
+                Motion::Done
+            }
+            Some((_, left)) => {
+                *left -= 1;
+                Motion::Running
+            }
+        }
+    }
+}
+
+/// A learner at a table, and all that it put out.
+pub(super) struct Run {
+    pub(super) table: Rc<RefCell<Table>>,
+    pub(super) learner: Learner<StandIn>,
+    pub(super) events: Vec<Event>,
+    pub(super) saved: Vec<(String, Task)>,
+    pub(super) goal_frames: usize,
+    pub(super) incarnation: u64,
+    /// Identities that the present belief process gives.
+    first_id: u64,
+    /// Which things a belief process that began anew has not perceived.
+    pub(super) missing: Vec<usize>,
+    partners: u16,
+    now: Instant,
+    percepts: Percepts,
+}
+
+impl Run {
+    pub(super) fn new(partners: u16, tasks: Vec<Task>) -> Self {
+        let table = Rc::new(RefCell::new(Table::default()));
+        let settings = Settings {
+            high_likelihood: 0.01,
+            goal_period: Duration::from_millis(20),
+            block_half_height_m: 0.03,
+            peg_half_height_m: 0.025,
+        };
+        let vocabulary = Vocabulary::of(&Percepts::builtin()).unwrap();
+        let body = StandIn { table: Rc::clone(&table), under_way: None };
+        let perspectives: Vec<u16> = (0..=partners).collect();
+        Self {
+            learner: Learner::new(settings, vocabulary, &perspectives, body, tasks),
+            table,
+            events: Vec::new(),
+            saved: Vec::new(),
+            goal_frames: 0,
+            incarnation: 1,
+            first_id: 10,
+            missing: Vec::new(),
+            partners,
+            now: Instant::EPOCH,
+            percepts: Percepts::builtin(),
+        }
+    }
+
+    pub(super) fn steps(&mut self, steps: usize) {
+        for _ in 0..steps {
+            self.step(&[]);
+        }
+    }
+
+    pub(super) fn say(&mut self, text: &str) {
+        self.step(&[Utterance { speaker: 1, text: Text::new(text) }]);
+    }
+
+    fn step(&mut self, utterances: &[Utterance]) {
+        let frames: Vec<(BeliefHead, Vec<Belief>)> = (0..=self.partners).map(|p| self.frame(p)).collect();
+        let beliefs: Vec<(&BeliefHead, &[Belief])> =
+            frames.iter().map(|(head, entries)| (head, entries.as_slice())).collect();
+        let input = Input { beliefs: &beliefs, utterances, present_rad: &[] };
+        let Output { save, events, goals } = self.learner.step(self.now, &input);
+        self.saved.extend(save);
+        self.events.extend(events);
+        self.goal_frames += usize::from(!goals.is_empty());
+        self.now += STEP;
+    }
+
+    fn frame(&self, perspective: u16) -> (BeliefHead, Vec<Belief>) {
+        let percepts = &self.percepts;
+        let mut header = Header::at(self.now.as_nanos());
+        header.incarnation = self.incarnation;
+        let mut head = BeliefHead::of(u32::from(perspective), header);
+        let x_base_person: Pose<Base, Person> = if perspective == 0 {
+            Pose::identity()
+        } else {
+            Pose::upright(1.5, 0.0, 0.0, std::f64::consts::PI)
+        };
+        head.frame_position_m = x_base_person.position_m();
+        head.frame_orientation_xyzw = x_base_person.orientation_xyzw();
+        let table = self.table.borrow();
+        let things = (self.first_id..).zip(table.things.iter().enumerate());
+        let beliefs = things
+            .filter(|(_, (index, thing))| !(self.missing.contains(index) || perspective > 0 && thing.hidden))
+            .map(|(id, (_, thing))| {
+                let mut belief = Belief::new(id, 0, self.now.as_nanos(), 1, thing.held_by);
+                let mut push = |name: &str, feature| {
+                    let percept = percepts.index(name).unwrap();
+                    belief.push(Remembered::new(percept, self.now.as_nanos(), 1.0, 0.9, feature));
+                };
+                let [x, y, z] = thing.place_m;
+                let place = x_base_person.inverse() * Position::new(x, y, z);
+                push("position", Feature::Vector(place.to_array().map(quantity::number::single)));
+                push("colour", symbol(percepts, "colour", thing.colour));
+                push("shape", symbol(percepts, "shape", thing.shape));
+                push("size", symbol(percepts, "size", if thing.shape == "peg" { "small" } else { "medium" }));
+                let state = if thing.shape == "peg" { "inserted" } else { "filled" };
+                push(state, Feature::Number(if thing.on { 1.0 } else { 0.0 }));
+                belief
+            })
+            .collect();
+        (head, beliefs)
+    }
+
+    /// A belief process that begins anew and numbers its beliefs anew.
+    pub(super) fn restart_belief(&mut self) {
+        self.incarnation += 1;
+        self.first_id = 1;
+    }
+
+    /// The teacher takes peg `peg` and puts it into block `block`.
+    pub(super) fn insert(&mut self, peg: usize, block: usize) {
+        let pegs = self.table.borrow().things.iter().position(|thing| thing.shape == "peg").unwrap();
+        let (from, to) = {
+            let table = self.table.borrow();
+            (table.things[pegs + peg].place_m, table.things[block].place_m)
+        };
+        for step in 1..=40_i32 {
+            let share = f64::from(step) / 40.0;
+            {
+                let mut table = self.table.borrow_mut();
+                let thing = &mut table.things[pegs + peg];
+                thing.held_by = 1;
+                for (place, (from, to)) in thing.place_m.iter_mut().zip(from.iter().zip(&to)) {
+                    *place = (to - from).mul_add(share, *from);
+                }
+            }
+            self.step(&[]);
+        }
+        {
+            let mut table = self.table.borrow_mut();
+            table.things[pegs + peg].held_by = NOBODY;
+            table.things[pegs + peg].on = true;
+            table.things[block].on = true;
+        }
+        self.steps(50);
+    }
+
+    /// A demonstration of Task 1: every hole that the teacher sees is filled.
+    pub(super) fn demonstrate(&mut self, colours: &[&'static str], meanwhile: impl FnOnce(&mut Self)) {
+        let hidden = colours.len() - 1;
+        self.table.borrow_mut().lay(colours, Some(hidden));
+        self.first_id += 100;
+        self.steps(10);
+        self.say("Leo, I can teach you to do task 1.");
+        self.steps(20);
+        self.insert(0, 0);
+        meanwhile(self);
+        for block in 1..hidden {
+            self.insert(block, block);
+        }
+        self.say("Task 1 is done!");
+        self.steps(10);
+    }
+
+    pub(super) fn teach(&mut self) {
+        self.demonstrate(&["red", "green", "yellow", "red", "blue"], |_| {});
+        self.demonstrate(&["green", "yellow", "red", "yellow", "blue"], |_| {});
+    }
+
+    /// The novel set, and the order to work on it.
+    pub(super) fn perform(&mut self, failures: &[&'static str]) {
+        self.table.borrow_mut().lay(&["blue", "red", "green", "blue", "yellow"], None);
+        self.table.borrow_mut().failures = failures.to_vec();
+        self.first_id += 100;
+        self.steps(10);
+        self.say("Leo, do task 1");
+        for _ in 0..100 {
+            self.steps(50);
+            if !self.learner.is_performing() {
+                break;
+            }
+        }
+        assert!(!self.learner.is_performing(), "it ended");
+    }
+
+    pub(super) fn texts(&self, kind: EventKind) -> Vec<String> {
+        let of_kind = self.events.iter().filter(|event| event.kind() == Some(kind));
+        of_kind.map(|event| event.text.as_str().to_owned()).collect()
+    }
+}
+
+fn symbol(percepts: &Percepts, percept: &str, value: &str) -> Feature {
+    let index = percepts.index(percept).unwrap();
+    let symbol = percepts.get(index).unwrap().symbols().position(|symbol| symbol == value).unwrap();
+    Feature::Symbol(u16::try_from(symbol).unwrap())
+}

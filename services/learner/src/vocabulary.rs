@@ -1,0 +1,101 @@
+use config::percepts::{Kernel, Percepts, Role, Space, StateName};
+use tasks::{FeatureWords, Language, StateWords};
+
+/// The words in which the learner speaks of percepts, from the percepts' configuration.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Vocabulary {
+    /// What rules may speak of.
+    pub language: Language,
+    /// The state that the skill [`crate::Skill::Insert`] brings about, and that of the thing it
+    /// inserts; `None` where the configuration has no percepts of them.
+    pub(crate) insertion: Option<Insertion>,
+}
+
+/// What people call a filled hole and an inserted peg.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) struct Insertion {
+    pub(crate) filled: String,
+    pub(crate) inserted: String,
+}
+
+/// Why percepts cannot be spoken of.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum VocabularyError {
+    /// No percept says where things are.
+    #[error("percepts: no percept has the kernel \"position\": tasks cannot be learned without; add one")]
+    NoPosition,
+    /// No state can be the expectation of a goal.
+    #[error("percepts: no percept with a state has the role \"expectation\": add one, such as \"filled\"")]
+    NoExpectation,
+}
+
+/// A thing has moved when its place differs by more than this.
+const MOVED_M: f64 = 0.03;
+
+impl Vocabulary {
+    /// The words of a percept set. The shape is the noun and comes last.
+    ///
+    /// # Errors
+    /// [`VocabularyError`] when nothing could be learned with these percepts.
+    pub fn of(percepts: &Percepts) -> Result<Self, VocabularyError> {
+        let (mut features, mut nouns, mut states) = (Vec::new(), Vec::new(), Vec::new());
+        let (mut position, mut extents) = (None, None);
+        let (mut filled, mut inserted) = (None, None);
+        for (index, percept) in (0_u16..).zip(&percepts.percepts) {
+            let is_criterion = percept.role == Role::Criteria;
+            match &percept.kernel {
+                Kernel::Position => position = position.or(Some(index)),
+                Kernel::Extents => extents = extents.or(Some(index)),
+                Kernel::Nearest(nearest) if is_criterion => {
+                    let words = FeatureWords {
+                        percept: index,
+                        name: percept.name.clone(),
+                        values: percept.symbols().map(str::to_owned).collect(),
+                    };
+                    if nearest.of == Space::Shape { nouns.push(words) } else { features.push(words) }
+                }
+                Kernel::State(state) if percept.role == Role::Expectation => {
+                    match state {
+                        StateName::Filled => filled = Some(percept.name.clone()),
+                        StateName::Inserted => inserted = Some(percept.name.clone()),
+                        StateName::Marked | StateName::On => {}
+                    }
+                    states.push(StateWords { percept: index, name: percept.name.clone() });
+                }
+                Kernel::State(_)
+                | Kernel::Nearest(_)
+                | Kernel::Orientation
+                | Kernel::Region(_)
+                | Kernel::Own(_) => {}
+            }
+        }
+        features.append(&mut nouns);
+        if states.is_empty() {
+            return Err(VocabularyError::NoExpectation);
+        }
+        let position = position.ok_or(VocabularyError::NoPosition)?;
+        let insertion = filled.zip(inserted).map(|(filled, inserted)| Insertion { filled, inserted });
+        Ok(Self { language: Language { features, states, position, extents, moved_m: MOVED_M }, insertion })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_built_in_percepts_can_be_spoken_of_and_the_noun_comes_last() {
+        let vocabulary = Vocabulary::of(&Percepts::builtin()).unwrap();
+        let names: Vec<&str> = vocabulary.language.features.iter().map(|words| words.name.as_str()).collect();
+        assert_eq!(names, ["size", "colour", "shape"]);
+        assert!(vocabulary.language.states.iter().any(|words| words.name == "filled"));
+        assert!(vocabulary.insertion.is_some());
+    }
+
+    #[test]
+    fn percepts_without_a_place_are_refused() {
+        let mut percepts = Percepts::builtin();
+        percepts.percepts.retain(|percept| percept.kernel != Kernel::Position);
+        assert_eq!(Vocabulary::of(&percepts), Err(VocabularyError::NoPosition));
+    }
+}

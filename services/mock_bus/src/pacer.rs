@@ -1,0 +1,45 @@
+use clock::{Duration, Instant};
+
+/// Nothing paces the bytes on a pseudo-terminal, so the mock does: it says when an answer would
+/// have come over a wire of a given speed.
+#[derive(Clone, Copy, Debug)]
+pub struct Pacer {
+    baud: u32,
+    /// When the wire is free again.
+    free_at: Instant,
+}
+
+impl Pacer {
+    /// A wire of `baud` bits per second.
+    #[must_use]
+    pub const fn new(baud: u32) -> Self {
+        Self { baud, free_at: Instant::EPOCH }
+    }
+
+    /// When the last byte of an answer of `said` bytes may leave to an instruction of `heard`
+    /// bytes that was written to the wire at `at`, before which the servos waited for `delay`.
+    /// Ten bits a byte; what is on the wire already comes first.
+    pub fn leave_at(&mut self, at: Instant, heard: usize, delay: Duration, said: usize) -> Instant {
+        let bits = u64::try_from(10 * (heard + said)).unwrap_or(u64::MAX);
+        let on_wire = Duration::from_nanos(bits.saturating_mul(1_000_000_000) / u64::from(self.baud.max(1)));
+        self.free_at = self.free_at.max(at) + on_wire + delay;
+        self.free_at
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn us(micros: u64) -> Instant {
+        Instant::EPOCH + Duration::from_micros(micros)
+    }
+
+    #[test]
+    fn bytes_take_their_time_and_wait_for_each_other() {
+        let mut pacer = Pacer::new(1_000_000);
+        assert_eq!(pacer.leave_at(us(1000), 14, Duration::ZERO, 15), us(1290));
+        assert_eq!(pacer.leave_at(us(1100), 10, Duration::from_micros(500), 0), us(1890));
+        assert_eq!(pacer.leave_at(us(5000), 10, Duration::ZERO, 0), us(5100));
+    }
+}

@@ -1,0 +1,36 @@
+use clock::Instant;
+use config::motor::{Model, Motor};
+use servo::Id;
+use servo::mock::{Line, Servo};
+use servo::table::BAUD_RATE;
+
+/// The servos of one bus, as they come out of the box except for their identifiers and speed.
+/// Each stands in the middle of its range, as servos are mounted, or at the limit nearest to it.
+#[must_use]
+pub fn line(robot: &Motor, bus: usize, now: Instant) -> Line {
+    let code = robot.buses.get(bus).map_or(3, |bus| baud_code(bus.baud));
+    let servos = robot.joints.iter().filter(|joint| joint.bus == bus).filter_map(|joint| {
+        let model = match joint.model {
+            Model::Xm430W350 => servo::Model::Xm430W350,
+            Model::Xl330M288 => servo::Model::Xl330M288,
+        };
+        let middle_rad = joint.joint_rad(0.0);
+        let rest_rad = joint.servo_rad(middle_rad.max(joint.min_rad).min(joint.max_rad));
+        let mut servo = Servo::new(model, Id::new(joint.id)?, rest_rad, now);
+        // Writable: torque is off.
+        servo.write(BAUD_RATE.address, &[code]).ok()?;
+        Some(servo)
+    });
+    Line::new(servos.collect())
+}
+
+/// Item 8 of the control table for a speed in bits per second.
+const fn baud_code(baud: u32) -> u8 {
+    match baud {
+        2_000_000 => 4,
+        3_000_000 => 5,
+        4_000_000 => 6,
+        4_500_000 => 7,
+        _ => 3,
+    }
+}

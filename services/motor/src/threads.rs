@@ -1,0 +1,342 @@
+use std::path::{Path, PathBuf};
+use std::thread::JoinHandle;
+
+use clock::{Duration, Instant};
+use config::motor::{Bus, Device};
+use crossbeam::channel::{Receiver, RecvTimeoutError, Sender, TryRecvError, bounded};
+use serial::{Lost, OpenError, Tty};
+use servo::Parser;
+
+use crate::{Motor, Port, Replies, Request, exchange};
+
+/// A line that could not be opened is tried again after this long.
+const REOPEN_AFTER: Duration = Duration::from_millis(100);
+/// Pieces of stale bytes that are thrown away before a request at most.
+const DRAINS: u32 = 8;
+
+/// One thread per bus, each with its line. What a thread carries goes to and fro in the same
+/// memory: nothing is allocated in a cycle.
+#[derive(Debug)]
+pub(crate) struct Threads {
+    ends: Vec<End>,
+    /// Requests that had to be left out because the bus was still busy.
+    skipped: u64,
+}
+
+#[derive(Debug)]
+struct End {
+    name: String,
+    to: Option<Sender<Box<Exchange>>>,
+    from: Receiver<Box<Exchange>>,
+    /// Here while the bus is idle, with the thread while it is busy.
+    exchange: Option<Box<Exchange>>,
+    thread: Option<JoinHandle<()>>,
+}
+
+#[derive(Debug, Default)]
+struct Exchange {
+    request: Request,
+    replies: Replies,
+    /// When the replies were complete.
+    done_at: Instant,
+}
+
+/// Why the threads of the buses cannot go on.
+#[derive(Debug, thiserror::Error)]
+pub(crate) enum ThreadError {
+    #[error("bus `{bus}`: {source}")]
+    Open { bus: String, source: OpenError },
+    #[error("no thread for bus `{bus}`: {source}")]
+    Spawn { bus: String, source: std::io::Error },
+    #[error("bus `{bus}` has not answered within {} s: its device hangs", within.as_secs())]
+    Hangs { bus: String, within: Duration },
+    #[error("the thread of bus `{bus}` ended")]
+    Ended { bus: String },
+}
+
+impl Threads {
+    /// Opens the line of every bus, those of the mock servo bus in `folder`, and starts its
+    /// thread. Lines may appear until `until`. A servo may be silent for `patience` beyond the
+    /// time on the wire.
+    pub(crate) fn start(
+        buses: &[Bus],
+        folder: &Path,
+        patience: Duration,
+        until: Instant,
+    ) -> Result<Self, ThreadError> {
+        let ends =
+            buses.iter().map(|bus| End::start(bus, folder, patience, until)).collect::<Result<_, _>>()?;
+        Ok(Self { ends, skipped: 0 })
+    }
+
+    /// Requests left out because the bus was still busy with the one before.
+    pub(crate) const fn skipped(&self) -> u64 {
+        self.skipped
+    }
+
+    /// Hands every idle bus its request. A bus that is still busy goes without one this time.
+    pub(crate) fn send(&mut self, motor: &mut Motor, now: Instant) -> Result<(), ThreadError> {
+        for (bus, end) in self.ends.iter_mut().enumerate() {
+            let Some(mut exchange) = end.exchange.take() else {
+                self.skipped += 1;
+                continue;
+            };
+            motor.request(bus, now, &mut exchange.request);
+            let ended = || ThreadError::Ended { bus: end.name.clone() };
+            end.to.as_ref().ok_or_else(ended)?.send(exchange).map_err(|_| ended())?;
+        }
+        Ok(())
+    }
+
+    /// Takes the replies that are there.
+    pub(crate) fn collect(&mut self, motor: &mut Motor) -> Result<(), ThreadError> {
+        for (bus, end) in self.ends.iter_mut().enumerate() {
+            match end.from.try_recv() {
+                Ok(exchange) => {
+                    motor.replies(bus, exchange.done_at, &exchange.replies);
+                    end.exchange = Some(exchange);
+                }
+                Err(TryRecvError::Empty) => {}
+                Err(TryRecvError::Disconnected) => return Err(ThreadError::Ended { bus: end.name.clone() }),
+            }
+        }
+        Ok(())
+    }
+
+    /// Lockstep: waits for the replies of every bus, which are of the instant `now` whenever they
+    /// come.
+    pub(crate) fn wait(
+        &mut self,
+        motor: &mut Motor,
+        now: Instant,
+        within: Duration,
+    ) -> Result<(), ThreadError> {
+        for (bus, end) in self.ends.iter_mut().enumerate() {
+            let name = || end.name.clone();
+            let exchange = end.from.recv_timeout(within).map_err(|error| match error {
+                RecvTimeoutError::Timeout => ThreadError::Hangs { bus: name(), within },
+                RecvTimeoutError::Disconnected => ThreadError::Ended { bus: name() },
+            })?;
+            motor.replies(bus, now, &exchange.replies);
+            end.exchange = Some(exchange);
+        }
+        Ok(())
+    }
+}
+
+impl End {
+    fn start(bus: &Bus, folder: &Path, patience: Duration, until: Instant) -> Result<Self, ThreadError> {
+        let path = match &bus.device {
+            Device::Mock => folder.join(format!("bus-{}", bus.name)),
+            Device::Tty(path) => path.clone(),
+        };
+        let (name, baud) = (bus.name.clone(), bus.baud);
+        let tty = open_until(&path, baud, until)
+            .map_err(|source| ThreadError::Open { bus: name.clone(), source })?;
+        let (to, inbox) = bounded::<Box<Exchange>>(1);
+        let (outbox, from) = bounded(1);
+        let mut line = Line { tty: Some(tty), path, baud, until: Instant::EPOCH, reopen_at: Instant::EPOCH };
+        let thread = std::thread::Builder::new()
+            .name(format!("bus {name}"))
+            .spawn(move || {
+                let mut parser = Parser::new();
+                while let Ok(mut job) = inbox.recv() {
+                    let Exchange { request, replies, done_at } = job.as_mut();
+                    exchange(&mut line, &mut parser, request, baud, patience, replies);
+                    *done_at = clock::now();
+                    if outbox.send(job).is_err() {
+                        break;
+                    }
+                }
+            })
+            .map_err(|source| ThreadError::Spawn { bus: name.clone(), source })?;
+        Ok(Self { name, to: Some(to), from, exchange: Some(Box::default()), thread: Some(thread) })
+    }
+}
+
+impl Drop for End {
+    /// Ends the thread: it finishes the request that it carries, and finds nobody behind it.
+    fn drop(&mut self) {
+        self.to = None;
+        if let Some(thread) = self.thread.take() {
+            // A thread that panicked has said so.
+            let _ended = thread.join();
+        }
+    }
+}
+
+fn open_until(path: &Path, baud: u32, until: Instant) -> Result<Tty, OpenError> {
+    loop {
+        match Tty::open(path, baud) {
+            Ok(tty) => return Ok(tty),
+            Err(error) if clock::now() >= until => return Err(error),
+            Err(_) => clock::sleep_until(clock::now() + Duration::from_millis(10)),
+        }
+    }
+}
+
+/// A line that is opened again when it was lost.
+struct Line {
+    tty: Option<Tty>,
+    path: PathBuf,
+    baud: u32,
+    /// When the time for the answers is over.
+    until: Instant,
+    reopen_at: Instant,
+}
+
+impl Line {
+    fn reopen(&mut self) -> Result<&Tty, Lost> {
+        let now = clock::now();
+        if self.tty.is_none() && now >= self.reopen_at {
+            self.reopen_at = now + REOPEN_AFTER;
+            self.tty = Tty::open(&self.path, self.baud).ok();
+        }
+        self.tty.as_ref().ok_or(Lost::HangUp)
+    }
+
+    fn note<T>(&mut self, result: Result<T, Lost>) -> Result<T, Lost> {
+        if result.is_err() {
+            self.tty = None;
+        }
+        result
+    }
+}
+
+impl Port for Line {
+    fn send(&mut self, bytes: &[u8], within: Duration) -> Result<(), Lost> {
+        self.until = clock::now() + within;
+        let until = self.until;
+        let tty = self.reopen()?;
+        let sent = tty.drain(DRAINS).and_then(|_| tty.write(bytes, until));
+        self.note(sent)
+    }
+
+    fn receive(&mut self, into: &mut [u8]) -> Result<usize, Lost> {
+        let received = self.tty.as_ref().ok_or(Lost::HangUp)?.read(into, self.until);
+        self.note(received)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use config::Robot;
+    use message::{JointCause, JointGoal, JointMode, JointState};
+    use mock_bus_process::Ptys;
+
+    const PERIOD: Duration = Duration::from_millis(4);
+    const LONG: Duration = Duration::from_secs(20);
+
+    /// The whole robot: 65 joints on five buses.
+    struct Rig {
+        robot: Robot,
+        folder: tempfile::TempDir,
+        ptys: Option<Ptys>,
+        threads: Threads,
+        motor: Motor,
+        now: Instant,
+        lockstep: bool,
+    }
+
+    impl Rig {
+        fn new(lockstep: bool) -> Self {
+            let robot = Robot::load(None).unwrap();
+            let folder = tempfile::tempdir().unwrap();
+            let ptys = Ptys::open(&robot.motor, folder.path(), lockstep).unwrap();
+            let patience = if lockstep { LONG } else { 2 * PERIOD };
+            let until = clock::now() + LONG;
+            let threads = Threads::start(&robot.motor.buses, folder.path(), patience, until).unwrap();
+            let motor = Motor::new(&robot.motor, &robot.leo.motor).unwrap();
+            let now = if lockstep { Instant::EPOCH } else { clock::now() };
+            Self { robot, folder, ptys: Some(ptys), threads, motor, now, lockstep }
+        }
+
+        /// A cycle in which every joint shall go a third of the way to its upper limit.
+        fn cycle(&mut self) {
+            self.now += PERIOD;
+            if self.lockstep {
+                self.ptys.as_ref().unwrap().advance(self.now);
+            } else {
+                clock::sleep_until(self.now);
+                self.now = clock::now();
+                self.threads.collect(&mut self.motor).unwrap();
+            }
+            let goals: Vec<_> = (0..)
+                .zip(&self.robot.motor.joints)
+                .map(|(joint, settings)| JointGoal {
+                    joint,
+                    reserved: 0,
+                    goal_position_rad: settings.max_rad / 3.0,
+                    arrive_at_ns: 0,
+                })
+                .collect();
+            self.motor.goals(self.now, &goals);
+            self.motor.step(self.now);
+            self.threads.send(&mut self.motor, self.now).unwrap();
+            if self.lockstep {
+                self.threads.wait(&mut self.motor, self.now, LONG).unwrap();
+            }
+        }
+
+        /// Cycles until all joints are as they should be.
+        fn until(&mut self, what: &str, is_so: impl Fn(&JointState) -> bool) {
+            let give_up = clock::now() + LONG;
+            while !self.motor.states().all(|state| is_so(&state)) {
+                self.cycle();
+                assert!(clock::now() < give_up, "not {what}: {:?}", self.motor.states().collect::<Vec<_>>());
+            }
+        }
+
+        fn is_there(&self) -> impl Fn(&JointState) -> bool + use<> {
+            let goals: Vec<_> = self.robot.motor.joints.iter().map(|joint| joint.max_rad / 3.0).collect();
+            move |state| {
+                let goal = goals[usize::try_from(state.joint).unwrap()];
+                state.present_position_rad().is_some_and(|present| (present - goal).abs() < 0.003)
+            }
+        }
+    }
+
+    fn follows(state: &JointState) -> bool {
+        state.mode() == Some(JointMode::Following)
+    }
+
+    #[test]
+    fn in_lockstep_65_joints_do_the_same_to_the_last_bit_in_every_run() {
+        let run = || {
+            let mut rig = Rig::new(true);
+            let mut trace = String::new();
+            for cycle in 0..700 {
+                rig.cycle();
+                if cycle % 100 == 99 {
+                    trace.push_str(&format!("{:?}\n", rig.motor.states().collect::<Vec<_>>()));
+                }
+            }
+            assert_eq!(rig.motor.states().filter(follows).count(), 65);
+            assert!(rig.motor.states().all(|state| rig.is_there()(&state)));
+            assert_eq!(rig.motor.counts().stale, 0);
+            trace
+        };
+        assert_eq!(run(), run());
+    }
+
+    #[test]
+    fn in_wall_time_joints_come_up_arrive_and_come_back_when_their_buses_were_lost() {
+        let mut rig = Rig::new(false);
+        rig.until("following", follows);
+        let is_there = rig.is_there();
+        rig.until("there", is_there);
+        rig.ptys = None;
+        rig.until("lost", |state| state.cause() == Some(JointCause::BusLost));
+        rig.ptys = Some(Ptys::open(&rig.robot.motor, rig.folder.path(), false).unwrap());
+        rig.until("following again", follows);
+    }
+
+    #[test]
+    fn a_device_that_is_not_there_is_named() {
+        let robot = Robot::load(None).unwrap();
+        let started = Threads::start(&robot.motor.buses, Path::new("/nowhere"), PERIOD, Instant::EPOCH);
+        let said = started.unwrap_err().to_string();
+        assert!(said.starts_with("bus `face_left`: cannot open /nowhere/bus-face_left: "), "{said}");
+    }
+}

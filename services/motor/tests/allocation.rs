@@ -1,0 +1,126 @@
+//! The hot path of the motor process allocates nothing: not while 65 joints start, not while they
+//! move, not when the commander falls silent or servos do.
+
+#![expect(unsafe_code, reason = "an allocator that counts is a `GlobalAlloc`, whose methods are unsafe")]
+#![expect(clippy::indexing_slicing, reason = "a test fails by panicking")]
+
+use std::alloc::{GlobalAlloc, Layout, System};
+use std::cell::Cell;
+
+use clock::{Duration, Instant};
+use config::Robot;
+use message::{JointGoal, JointMode};
+use motor_process::{Motor, Port, Replies, Request, exchange};
+use serial::Lost;
+use servo::Parser;
+use servo::mock::Line;
+
+const PERIOD: Duration = Duration::from_millis(4);
+const JOINTS: usize = 65;
+
+thread_local! {
+    static ALLOCATIONS: Cell<u64> = const { Cell::new(0) };
+}
+
+struct Counting;
+
+// SAFETY: every call is handed to the system's allocator, which keeps the promises of the trait;
+// counting in a constant-initialised thread local allocates nothing.
+unsafe impl GlobalAlloc for Counting {
+    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
+        ALLOCATIONS.with(|count| count.set(count.get() + 1));
+        // SAFETY: the caller's promises about `layout` are those that `System` asks for.
+        unsafe { System.alloc(layout) }
+    }
+
+    unsafe fn dealloc(&self, pointer: *mut u8, layout: Layout) {
+        // SAFETY: the pointer came from `System` with this layout, since `alloc` hands on to it.
+        unsafe { System.dealloc(pointer, layout) }
+    }
+}
+
+#[global_allocator]
+static ALLOCATOR: Counting = Counting;
+
+fn allocations_in(work: impl FnOnce()) -> u64 {
+    let before = ALLOCATIONS.with(Cell::get);
+    work();
+    ALLOCATIONS.with(Cell::get) - before
+}
+
+/// A bus whose servos are in this process, and which can be cut.
+struct Wire {
+    line: Line,
+    now: Instant,
+    said: Vec<u8>,
+    mute: bool,
+}
+
+impl Port for Wire {
+    fn send(&mut self, bytes: &[u8], _within: Duration) -> Result<(), Lost> {
+        self.said.clear();
+        self.line.hear(self.now, bytes, &mut self.said);
+        Ok(())
+    }
+
+    fn receive(&mut self, into: &mut [u8]) -> Result<usize, Lost> {
+        let count = if self.mute { 0 } else { self.said.len().min(into.len()) };
+        into[..count].copy_from_slice(&self.said[..count]);
+        self.said.drain(..count);
+        Ok(count)
+    }
+}
+
+#[test]
+fn the_counter_counts() {
+    let mut kept = Vec::new();
+    assert!(allocations_in(|| kept.push(vec![0_u8; 16])) >= 2);
+}
+
+#[test]
+fn thousands_of_cycles_of_65_joints_allocate_nothing() {
+    let robot = Robot::load(None).unwrap();
+    let mut now = Instant::EPOCH;
+    let mut motor = Motor::new(&robot.motor, &robot.leo.motor).unwrap();
+    let mut wires: Vec<Wire> = (0..robot.motor.buses.len())
+        .map(|bus| Wire {
+            line: mock_bus_process::line(&robot.motor, bus, now),
+            now,
+            said: Vec::with_capacity(4096),
+            mute: false,
+        })
+        .collect();
+    let (mut request, mut replies, mut parser) = (Request::default(), Replies::default(), Parser::new());
+    let mut goals = [JointGoal { joint: 0, reserved: 0, goal_position_rad: 0.1, arrive_at_ns: 0 }; JOINTS];
+    for (joint, goal) in (0..).zip(&mut goals) {
+        goal.joint = joint;
+    }
+    let mut seen = [0; JointMode::ALL.len()];
+    let allocations = allocations_in(|| {
+        for cycle in 0..4000 {
+            now += PERIOD;
+            if !(1000..2800).contains(&cycle) {
+                goals[7].goal_position_rad = [0.5, -0.5, f64::NAN][cycle / 20 % 3];
+                // Never there, so that it still moves when the commander falls silent.
+                goals[8] =
+                    JointGoal { joint: 8, reserved: 0, goal_position_rad: 1.0, arrive_at_ns: 5_000_000_000 };
+                motor.goals(now, &goals);
+            }
+            motor.step(now);
+            for (bus, wire) in wires.iter_mut().enumerate() {
+                wire.now = now;
+                wire.mute = bus == 1 && (3200..3400).contains(&cycle);
+                motor.request(bus, now, &mut request);
+                exchange(wire, &mut parser, &request, 4_000_000, PERIOD, &mut replies);
+                motor.replies(bus, now, &replies);
+            }
+            for state in motor.states() {
+                seen[usize::from(state.mode().unwrap().raw())] += 1;
+            }
+        }
+    });
+    assert_eq!(allocations, 0);
+    // The cycles were not idle: joints were in every mode, and all came back.
+    assert!(seen.iter().all(|count| *count > 0), "{seen:?}");
+    assert!(motor.states().all(|state| state.mode() == Some(JointMode::Following)));
+}

@@ -1,0 +1,136 @@
+use kinematics::{Body, BodyError, Side};
+use message::JointState;
+
+use crate::Hand;
+
+/// The fingers that close a hand; the thumb only opposes them.
+const FINGERS: [&str; 4] = ["index", "middle", "ring", "little"];
+
+/// Leo's hands in the workspace, as his joint states say.
+///
+/// Allocates nothing after `new`.
+#[derive(Clone, Debug)]
+pub(crate) struct Limbs {
+    body: Body,
+    fingers: [[usize; FINGERS.len()]; 2],
+    /// The joints on which both hands depend.
+    torso: Vec<usize>,
+    /// The last reading of every joint, if there was one.
+    known_rad: Vec<Option<f64>>,
+    /// The same for the kinematics: a joint of another limb that was never read stands at zero.
+    assumed_rad: Vec<f64>,
+}
+
+impl Limbs {
+    /// The hands of a body, nothing known of them yet.
+    ///
+    /// # Errors
+    ///
+    /// A finger that closes a hand is not among the body's joints.
+    pub(crate) fn new(body: Body) -> Result<Self, BodyError> {
+        let finger = |side: Side, name: &str| {
+            let joint = format!("{}_{name}_pitch_joint", side.name());
+            body.joint(&joint).ok_or(BodyError::MissingJoint { joint })
+        };
+        let mut fingers = [[0; FINGERS.len()]; 2];
+        for (side, fingers) in Side::BOTH.into_iter().zip(&mut fingers) {
+            for (index, name) in fingers.iter_mut().zip(FINGERS) {
+                *index = finger(side, name)?;
+            }
+        }
+        let is_torso =
+            |(index, joint): (usize, &kinematics::Joint)| joint.name.starts_with("torso").then_some(index);
+        let torso = body.joints().iter().enumerate().filter_map(is_torso).collect();
+        let count = body.joints().len();
+        Ok(Self { body, fingers, torso, known_rad: vec![None; count], assumed_rad: vec![0.0; count] })
+    }
+
+    /// Takes note of the joints that were read.
+    pub(crate) fn note(&mut self, states: &[JointState]) {
+        for state in states {
+            let Some(position_rad) = state.present_position_rad() else { continue };
+            let joint = usize::try_from(state.joint).unwrap_or(usize::MAX);
+            if let Some(known_rad) = self.known_rad.get_mut(joint) {
+                *known_rad = Some(position_rad);
+            }
+            if let Some(assumed_rad) = self.assumed_rad.get_mut(joint) {
+                *assumed_rad = position_rad;
+            }
+        }
+    }
+
+    /// The left and the right hand, by the last reading of each joint. A hand is `None` until
+    /// every joint that moves it has been read once.
+    pub(crate) fn hands(&self) -> [Option<Hand>; 2] {
+        let [left, right] = self.fingers;
+        [self.hand(Side::Left, left), self.hand(Side::Right, right)]
+    }
+
+    fn hand(&self, side: Side, fingers: [usize; FINGERS.len()]) -> Option<Hand> {
+        let known = |joint: &usize| self.known_rad.get(*joint).copied().flatten();
+        let arm = self.body.arm_joints(side);
+        if !self.torso.iter().chain(&arm).all(|joint| known(joint).is_some()) {
+            return None;
+        }
+        let closures: Option<f64> = fingers.iter().map(known).sum();
+        let count = quantity::number::float_of_count(fingers.len());
+        Some(Hand { pose: self.body.hand(side, &self.assumed_rad), closure_rad: closures? / count })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use message::{JointCause, JointMode};
+
+    use super::*;
+
+    fn limbs() -> Limbs {
+        let urdf = include_str!("../../../config/leo.urdf");
+        let revolute = urdf.lines().filter(|line| line.contains("revolute"));
+        let names: Vec<&str> = revolute.filter_map(|line| line.split('"').nth(1)).collect();
+        assert_eq!(names.len(), 65);
+        Limbs::new(Body::from_urdf(urdf, &names).unwrap()).unwrap()
+    }
+
+    fn read(limbs: &mut Limbs, states: &[JointState]) -> [Option<Hand>; 2] {
+        limbs.note(states);
+        limbs.hands()
+    }
+
+    fn state(joint: usize, position_rad: f64) -> JointState {
+        JointState::unread(u32::try_from(joint).unwrap(), JointMode::Following, JointCause::None)
+            .with_reading(1, position_rad, 0.0, 0.0)
+    }
+
+    #[test]
+    fn a_hand_is_known_once_every_joint_that_moves_it_was_read() {
+        let mut limbs = limbs();
+        let count = limbs.body.joints().len();
+        let elbow = limbs.body.joint("left_elbow_pitch_joint").unwrap();
+        let all: Vec<JointState> = (0..count).map(|joint| state(joint, 0.2)).collect();
+        let but_one: Vec<JointState> =
+            all.iter().enumerate().filter(|(joint, _)| *joint != elbow).map(|(_, state)| *state).collect();
+        let [left, right] = read(&mut limbs, &but_one);
+        assert!(left.is_none() && right.is_some());
+        let unread =
+            JointState::unread(u32::try_from(elbow).unwrap(), JointMode::Starting, JointCause::NotStarted);
+        assert!(read(&mut limbs, &[unread])[0].is_none(), "a missing reading is no position");
+        let [left, _] = read(&mut limbs, &[state(elbow, 0.2)]);
+        let left = left.unwrap();
+        assert!((left.closure_rad - 0.2).abs() < 1e-12);
+        assert!(left.pose.difference(&limbs.body.hand(Side::Left, &vec![0.2; count])).0 < 1e-12);
+    }
+
+    #[test]
+    fn the_closure_is_the_mean_of_four_fingers() {
+        let mut limbs = limbs();
+        let count = limbs.body.joints().len();
+        let mut all: Vec<JointState> = (0..count).map(|joint| state(joint, 0.0)).collect();
+        for name in ["right_index_pitch_joint", "right_little_pitch_joint", "right_thumb_pitch_joint"] {
+            let joint = limbs.body.joint(name).unwrap();
+            all[joint] = state(joint, 1.2);
+        }
+        let [left, right] = read(&mut limbs, &all).map(|hand| hand.unwrap().closure_rad);
+        assert!(left.abs() < 1e-12 && (right - 0.6).abs() < 1e-12, "{left} {right}");
+    }
+}

@@ -1,0 +1,125 @@
+use geometry::{Base, Pose, Position};
+use kinematics::{ARM_JOINTS, Aim, Side, Unreachable};
+
+use crate::gaze::look;
+use crate::model::Model;
+use crate::parts::set;
+use crate::plan::{Await, Plan};
+use crate::{Phase, Refusal};
+
+/// The furthest that a hand goes between two waypoints, in metres.
+const STEP_M: f64 = 0.025;
+/// The furthest that a joint of the arm goes between them: further is a leap to another solution,
+/// and the hand would leave the line.
+const LEAP_RAD: f64 = 0.5;
+/// How far closed fingers are bent; a hand counts as closed from 0.7 and as open below 0.5.
+const CLOSED_RAD: f64 = 1.05;
+const THUMB_CLOSED_RAD: f64 = 0.6;
+
+/// A plan being made.
+pub(crate) struct Draft<'a> {
+    pub(crate) model: &'a Model,
+    pub(crate) plan: &'a mut Plan,
+    /// Where the joints are now.
+    pub(crate) start: &'a [f64],
+    /// Where they shall be next.
+    pub(crate) at: &'a mut [f64],
+}
+
+impl Draft<'_> {
+    /// Empties the plan: the draft stands where the joints are.
+    pub(crate) fn restart(&mut self) {
+        self.at.copy_from_slice(self.start);
+        self.plan.restart(self.start);
+    }
+
+    /// Adds the configuration that the draft stands at.
+    pub(crate) fn push(&mut self, phase: Phase, awaits: Await) -> Result<(), Refusal> {
+        self.plan.push(&self.model.body, phase, awaits, self.at)
+    }
+
+    pub(crate) fn look(&mut self, target: &Position<Base>) {
+        look(self.model, self.at, target);
+    }
+
+    pub(crate) fn set_arm(&mut self, side: Side, arm_rad: [f64; ARM_JOINTS]) {
+        for (joint, position_rad) in self.model.body.arm_joints(side).into_iter().zip(arm_rad) {
+            set(self.at, joint, position_rad);
+        }
+    }
+
+    pub(crate) fn open(&mut self, side: Side) {
+        self.bend(side, 0.0, 0.0);
+    }
+
+    pub(crate) fn close(&mut self, side: Side) {
+        self.bend(side, CLOSED_RAD, THUMB_CLOSED_RAD);
+    }
+
+    fn bend(&mut self, side: Side, fingers_rad: f64, thumb_rad: f64) {
+        let fingers = self.model.parts.fingers(side);
+        for joint in fingers.pitch {
+            set(self.at, joint, fingers_rad);
+        }
+        set(self.at, fingers.thumb_pitch, thumb_rad);
+    }
+
+    /// Moves a hand along a straight line, fingers down.
+    pub(crate) fn line(&mut self, side: Side, phase: Phase, to: &Position<Base>) -> Result<(), Refusal> {
+        let from = self.model.body.hand(side, self.at).origin();
+        self.points(side, phase, from.distance(to), |share| {
+            let point = from.point() + (to.point() - from.point()) * share;
+            Aim::Down(Position::from_point(point))
+        })
+    }
+
+    /// Lifts a hand straight up to a height without turning it, as far as the arm goes.
+    pub(crate) fn raise(&mut self, side: Side, height_m: f64) -> Result<(), Refusal> {
+        let x_base_hand = self.model.body.hand(side, self.at);
+        let way = height_m - x_base_hand.origin().point().z;
+        let raised = self.points(side, Phase::Raise, way, |share| {
+            let mut isometry = *x_base_hand.isometry();
+            isometry.translation.z += way * share;
+            Aim::Pose(Pose::from_isometry(isometry))
+        });
+        match raised {
+            // Higher is better, and no height is needed: what follows goes on from here.
+            Err(Refusal::Unreachable { .. }) => Ok(()),
+            other => other,
+        }
+    }
+
+    /// Waypoints at shares of a way, dense enough that the hand keeps to it.
+    fn points(
+        &mut self,
+        side: Side,
+        phase: Phase,
+        way_m: f64,
+        aim: impl Fn(f64) -> Aim,
+    ) -> Result<(), Refusal> {
+        let steps = u32::try_from(quantity::number::round_i32((way_m / STEP_M).ceil())).unwrap_or(0).max(1);
+        for step in 1..=steps {
+            let arm_rad = self
+                .model
+                .body
+                .reach_on(side, &aim(f64::from(step) / f64::from(steps)), self.at)
+                .and_then(|arm_rad| self.near(side, arm_rad))
+                .map_err(|why| Refusal::Unreachable { phase, why })?;
+            self.set_arm(side, arm_rad);
+            self.push(phase, Await::MovedButGaze)?;
+        }
+        Ok(())
+    }
+
+    fn near(&self, side: Side, arm_rad: [f64; ARM_JOINTS]) -> Result<[f64; ARM_JOINTS], Unreachable> {
+        let leap =
+            self.model.body.arm_joints(side).into_iter().zip(arm_rad).fold(0.0_f64, |leap, (joint, to)| {
+                leap.max((to - self.at.get(joint).copied().unwrap_or(0.0)).abs())
+            });
+        if leap <= LEAP_RAD {
+            Ok(arm_rad)
+        } else {
+            Err(Unreachable { side, distance_m: 0.0, angle_rad: leap })
+        }
+    }
+}

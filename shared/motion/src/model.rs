@@ -1,0 +1,84 @@
+use geometry::Position;
+use kinematics::{ARM_JOINTS, Aim, Body, Side};
+
+use crate::parts::{MissingJoint, Parts, set};
+
+/// Where a hand waits before the chest, in metres, before the torso turns; y outwards.
+const READY_M: [f64; 3] = [0.30, 0.20, 0.26];
+/// Height of the shoulders above the waist, in metres.
+const SHOULDER_M: f64 = 0.4;
+/// How the torso may help an arm, as (yaw, pitch) in radians, least first.
+const STANCES: [(f64, f64); 6] =
+    [(0.0, 0.0), (0.0, 0.25), (0.4, 0.0), (-0.4, 0.0), (0.4, 0.25), (-0.4, 0.25)];
+/// Where the search for the ready arm starts: the elbow out and bent, the hand down.
+const ELBOW_OUT: [f64; ARM_JOINTS] = [-0.5, 0.5, 0.0, -1.4, 0.0, 1.2, 0.0];
+
+/// What never changes of a performer.
+#[derive(Clone, Debug)]
+pub(crate) struct Model {
+    pub(crate) body: Body,
+    pub(crate) parts: Parts,
+    pub(crate) rest_rad: Vec<f64>,
+    pub(crate) stances: Vec<Stance>,
+}
+
+/// A way to stand, and the arms with their hands ready before the chest, fingers down.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Stance {
+    yaw_rad: f64,
+    pitch_rad: f64,
+    ready: [Option<[f64; ARM_JOINTS]>; 2],
+}
+
+impl Model {
+    pub(crate) fn new(body: &Body, rest_rad: &[f64]) -> Result<Self, MissingJoint> {
+        let parts = Parts::new(body)?;
+        let rest = |joint: usize| rest_rad.get(joint).copied().unwrap_or(0.0);
+        let limited = body.joints().iter().enumerate().map(|(index, joint)| joint.limited(rest(index)));
+        let mut model = Self { body: body.clone(), parts, rest_rad: limited.collect(), stances: Vec::new() };
+        model.stances = STANCES.iter().map(|(yaw, pitch)| model.stance(*yaw, *pitch)).collect();
+        Ok(model)
+    }
+
+    fn stance(&self, yaw_rad: f64, pitch_rad: f64) -> Stance {
+        let mut stance = Stance { yaw_rad, pitch_rad, ready: [None; 2] };
+        let mut at = self.rest_rad.clone();
+        stance.stand(&self.parts, &mut at);
+        stance.ready = Side::BOTH.map(|side| {
+            let sign = if side == Side::Left { 1.0 } else { -1.0 };
+            let [pitch, roll, yaw, elbow, wrist_yaw, wrist_pitch, wrist_roll] = ELBOW_OUT;
+            let arm = [pitch, roll * sign, yaw, elbow, wrist_yaw, wrist_pitch, wrist_roll];
+            for (joint, position) in self.body.arm_joints(side).into_iter().zip(arm) {
+                set(&mut at, joint, position);
+            }
+            let [x, y, z] = READY_M;
+            // Leaning forward carries the shoulders, 0.4 m above the waist, with it.
+            let x = x + SHOULDER_M * pitch_rad.sin();
+            let (sine, cosine) = yaw_rad.sin_cos();
+            let y = y * sign;
+            let ready = Position::new(x * cosine - y * sine, x * sine + y * cosine, z);
+            self.body.reach(side, &Aim::Down(ready), &at).ok()
+        });
+        stance
+    }
+
+    /// The position that a joint may take nearest to the one asked for; zero of no joint.
+    pub(crate) fn limited(&self, joint: usize, position_rad: f64) -> f64 {
+        self.body.joints().get(joint).map_or(0.0, |joint| joint.limited(position_rad))
+    }
+}
+
+impl Stance {
+    /// Puts the torso into a configuration.
+    pub(crate) fn stand(&self, parts: &Parts, at: &mut [f64]) {
+        set(at, parts.torso_yaw, self.yaw_rad);
+        set(at, parts.torso_pitch, self.pitch_rad);
+        set(at, parts.torso_roll, 0.0);
+    }
+
+    /// The arm with its hand ready, if it gets there.
+    pub(crate) fn ready(&self, side: Side) -> Option<[f64; ARM_JOINTS]> {
+        let [left, right] = self.ready;
+        if side == Side::Left { left } else { right }
+    }
+}

@@ -1,0 +1,163 @@
+use std::mem;
+
+use clock::{Duration, Instant};
+use kinematics::Body;
+use message::JointGoal;
+
+use crate::draft::Draft;
+use crate::model::Model;
+use crate::parts::MissingJoint;
+use crate::plan::{Await, Leg, Plan};
+use crate::{Phase, Progress, Refusal, Skill, Why};
+
+/// Joints that have not arrived this long after their time have failed.
+const PATIENCE: Duration = Duration::from_secs(3);
+
+/// Performs skills: plans them when they begin, streams joint goals, watches the joints arrive.
+#[derive(Clone, Debug)]
+pub struct Performer {
+    model: Model,
+    ahead: Duration,
+    /// What is performed, and room for planning what comes next.
+    plan: Plan,
+    next_plan: Plan,
+    start: Vec<f64>,
+    at: Vec<f64>,
+    goals: Vec<JointGoal>,
+    state: State,
+}
+
+#[derive(Clone, Copy, Debug)]
+enum State {
+    Idle,
+    Running { leg: usize, since: Instant },
+    Done,
+    Failed { phase: Phase, why: Why },
+}
+
+impl Performer {
+    /// A performer with a body's joints. `rest_rad` is where each joint rests: for a body whose
+    /// servos stand in their middle then, `joint_rad(0.0)` of each joint of `motor.toml`; a joint
+    /// that it lacks rests at zero. Goals are sent for `ahead` from now: two periods of the
+    /// caller are enough.
+    ///
+    /// # Errors
+    ///
+    /// The body lacks a joint of a hand, an eye, the neck, the torso or the face.
+    pub fn new(body: &Body, rest_rad: &[f64], ahead: Duration) -> Result<Self, MissingJoint> {
+        let count = body.joints().len();
+        Ok(Self {
+            model: Model::new(body, rest_rad)?,
+            ahead,
+            plan: Plan::new(count),
+            next_plan: Plan::new(count),
+            start: vec![0.0; count],
+            at: vec![0.0; count],
+            goals: Vec::with_capacity(count),
+            state: State::Idle,
+        })
+    }
+
+    /// Plans a skill from where the joints are and begins it, in place of what was performed.
+    /// A joint whose position is not known is taken to be where it was last sent, or at rest.
+    ///
+    /// # Errors
+    ///
+    /// The skill cannot be done; what was performed goes on.
+    pub fn begin(&mut self, now: Instant, skill: &Skill, present_rad: &[Option<f64>]) -> Result<(), Refusal> {
+        for (joint, (start, rest)) in self.start.iter_mut().zip(&self.model.rest_rad).enumerate() {
+            let present = present_rad.get(joint).copied().flatten().filter(|position| position.is_finite());
+            let sent = self.goals.get(joint).map(|goal| goal.goal_position_rad);
+            *start = self.model.limited(joint, present.or(sent).unwrap_or(*rest));
+        }
+        let (model, plan) = (&self.model, &mut self.next_plan);
+        Draft { model, plan, start: &self.start, at: &mut self.at }.skill(skill)?;
+        mem::swap(&mut self.plan, &mut self.next_plan);
+        self.state = State::Running { leg: 0, since: now };
+        Ok(())
+    }
+
+    /// Looks where the joints are (`None` where that is not known) and says how the skill goes;
+    /// then [`goals`](Self::goals) are those to send now.
+    pub fn step(&mut self, now: Instant, present_rad: &[Option<f64>]) -> Progress {
+        if let State::Running { leg, since } = self.state
+            && let Some(current) = self.plan.leg(leg)
+            && now.since(since) >= current.duration
+        {
+            match self.unready(current, present_rad) {
+                Some(why) if now.since(since) > current.duration + PATIENCE => {
+                    self.state = State::Failed { phase: current.phase, why };
+                }
+                Some(_) => {}
+                None if self.plan.leg(leg + 1).is_some() => {
+                    self.state = State::Running { leg: leg + 1, since: now };
+                }
+                None => self.state = State::Done,
+            }
+        }
+        self.renew_goals(now);
+        self.progress()
+    }
+
+    /// The goals to send, one for each joint, in the order of the joints; none before a first
+    /// skill was begun.
+    #[must_use]
+    pub fn goals(&self) -> &[JointGoal] {
+        &self.goals
+    }
+
+    /// How the skill goes, as [`step`](Self::step) last said.
+    #[must_use]
+    pub fn progress(&self) -> Progress {
+        match self.state {
+            State::Idle => Progress::Idle,
+            State::Done => Progress::Done,
+            State::Failed { phase, why } => Progress::Failed { phase, why },
+            State::Running { leg, .. } => {
+                self.plan.leg(leg).map_or(Progress::Done, |leg| Progress::Running { phase: leg.phase })
+            }
+        }
+    }
+
+    /// The first joint that a leg waits for and that has not arrived, and what is wrong with it.
+    fn unready(&self, leg: &Leg, present_rad: &[Option<f64>]) -> Option<Why> {
+        let parts = &self.model.parts;
+        let (from, to) = self.plan.ends(leg);
+        let gaze = parts.gaze();
+        let awaited = |joint: usize| match leg.awaits {
+            Await::Moved => true,
+            Await::MovedButGaze => !gaze.contains(&joint),
+            Await::Nothing => false,
+        };
+        let ways = from.iter().zip(to).zip(&parts.tolerance_rad).enumerate();
+        ways.filter(|(joint, ((from, to), _))| (*to - *from).abs() > 1e-9 && awaited(*joint)).find_map(
+            |(joint, ((_, to), tolerance))| match present_rad.get(joint).copied().flatten() {
+                None => Some(Why::Silent { joint }),
+                // Written so that NaN has not arrived.
+                Some(present) if (present - to).abs() <= *tolerance => None,
+                Some(present) => Some(Why::Late { joint, away_rad: (present - to).abs() }),
+            },
+        )
+    }
+
+    /// Of a running skill, the goals further along its way; otherwise those last sent, again.
+    fn renew_goals(&mut self, now: Instant) {
+        let arrive_at_ns = (now + self.ahead).as_nanos();
+        if let State::Running { leg, since } = self.state
+            && let Some(leg) = self.plan.leg(leg)
+        {
+            self.plan.sample(leg, now.since(since) + self.ahead, &mut self.at);
+            self.goals.clear();
+            self.goals.extend((0_u32..).zip(&self.at).map(|(joint, goal_position_rad)| JointGoal {
+                joint,
+                reserved: 0,
+                goal_position_rad: *goal_position_rad,
+                arrive_at_ns,
+            }));
+        } else {
+            for goal in &mut self.goals {
+                goal.arrive_at_ns = arrive_at_ns;
+            }
+        }
+    }
+}

@@ -1,0 +1,135 @@
+use clock::{Duration, nanos};
+use kinematics::Body;
+use quantity::number::float;
+
+use crate::{Phase, Refusal};
+
+/// Room for waypoints: the longest way across the table and back needs about half of it.
+pub(crate) const WAYPOINTS_MOST: usize = 256;
+const LEGS_MOST: usize = 32;
+/// The share of a joint's highest speed that a way uses.
+const SPEED_SHARE: f64 = 0.4;
+/// A smooth start and end make the middle of a leg 1.5 times as fast as the mean.
+const SMOOTH_PEAK: f64 = 1.5;
+const LEG_LEAST_S: f64 = 0.2;
+
+/// Which joints must have arrived before a leg ends.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Await {
+    /// Every joint that the leg moves.
+    Moved,
+    /// Those of them that are not neck or eyes: a hand does not wait for the gaze.
+    MovedButGaze,
+    /// None: time alone ends the leg.
+    Nothing,
+}
+
+/// A stretch of the plan with one smooth start and end.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Leg {
+    pub(crate) phase: Phase,
+    pub(crate) awaits: Await,
+    /// The waypoint that it starts from, which ends the leg before.
+    first: usize,
+    last: usize,
+    pub(crate) duration: Duration,
+}
+
+/// Waypoints, each a configuration of the whole body, in legs.
+#[derive(Clone, Debug)]
+pub(crate) struct Plan {
+    joints: usize,
+    rows: Vec<f64>,
+    /// For each waypoint, the time from the start of its leg at the plan's speed.
+    reached_s: Vec<f64>,
+    legs: Vec<Leg>,
+}
+
+impl Plan {
+    pub(crate) fn new(joints: usize) -> Self {
+        Self {
+            joints,
+            rows: Vec::with_capacity(joints * WAYPOINTS_MOST),
+            reached_s: Vec::with_capacity(WAYPOINTS_MOST),
+            legs: Vec::with_capacity(LEGS_MOST),
+        }
+    }
+
+    /// Forgets everything, and starts from a configuration.
+    pub(crate) fn restart(&mut self, from_rad: &[f64]) {
+        self.rows.clear();
+        self.reached_s.clear();
+        self.legs.clear();
+        self.rows.extend_from_slice(from_rad);
+        self.reached_s.push(0.0);
+    }
+
+    pub(crate) fn leg(&self, leg: usize) -> Option<&Leg> {
+        self.legs.get(leg)
+    }
+
+    /// Adds a waypoint, to the last leg when that is of this phase, otherwise to a new one.
+    pub(crate) fn push(
+        &mut self,
+        body: &Body,
+        phase: Phase,
+        awaits: Await,
+        to_rad: &[f64],
+    ) -> Result<(), Refusal> {
+        let here = self.reached_s.len();
+        if here >= WAYPOINTS_MOST || self.legs.len() >= LEGS_MOST {
+            return Err(Refusal::TooLong { most: WAYPOINTS_MOST });
+        }
+        let from = here.saturating_sub(1);
+        let seconds = seconds_between(body, self.row(from), to_rad);
+        let continued = self.legs.last().is_some_and(|leg| leg.phase == phase && leg.awaits == awaits);
+        let before = if continued { self.reached_s.last().copied().unwrap_or(0.0) } else { 0.0 };
+        self.rows.extend_from_slice(to_rad);
+        self.reached_s.push(before + seconds);
+        let duration = Duration::from_secs_f64(((before + seconds) * SMOOTH_PEAK).max(LEG_LEAST_S));
+        match self.legs.last_mut() {
+            Some(leg) if continued => {
+                leg.last = here;
+                leg.duration = duration;
+            }
+            _ => self.legs.push(Leg { phase, awaits, first: from, last: here, duration }),
+        }
+        Ok(())
+    }
+
+    /// Where the body shall be some time into a leg, slow at its ends.
+    pub(crate) fn sample(&self, leg: &Leg, elapsed: Duration, out: &mut [f64]) {
+        let share = float(nanos(elapsed)) / float(nanos(leg.duration)).max(1.0);
+        let share = share.clamp(0.0, 1.0);
+        let smooth = share * share * (3.0 - 2.0 * share);
+        let whole = self.reached_s.get(leg.last).copied().unwrap_or(0.0);
+        let time = smooth * whole;
+        // The first waypoint of a leg ends the one before, so its time is not of this leg.
+        let time_of = |waypoint: usize| {
+            if waypoint == leg.first { 0.0 } else { self.reached_s.get(waypoint).copied().unwrap_or(0.0) }
+        };
+        let next = (leg.first + 1..leg.last).find(|waypoint| time_of(*waypoint) > time).unwrap_or(leg.last);
+        let (begin, end) = (time_of(next - 1), time_of(next));
+        let way = if end > begin { ((time - begin) / (end - begin)).clamp(0.0, 1.0) } else { 1.0 };
+        for ((out, from), to) in out.iter_mut().zip(self.row(next - 1)).zip(self.row(next)) {
+            *out = from + way * (to - from);
+        }
+    }
+
+    /// Where a leg starts and ends.
+    pub(crate) fn ends(&self, leg: &Leg) -> (&[f64], &[f64]) {
+        (self.row(leg.first), self.row(leg.last))
+    }
+
+    fn row(&self, waypoint: usize) -> &[f64] {
+        self.rows.get(waypoint * self.joints..(waypoint + 1) * self.joints).unwrap_or(&[])
+    }
+}
+
+/// How long the slowest joint takes.
+fn seconds_between(body: &Body, from_rad: &[f64], to_rad: &[f64]) -> f64 {
+    let times = body.joints().iter().zip(from_rad.iter().zip(to_rad));
+    times
+        .map(|(joint, (from, to))| (to - from).abs() / (SPEED_SHARE * joint.velocity_rad_s))
+        .fold(0.0, f64::max)
+}

@@ -1,0 +1,371 @@
+//! Skills, performed by a body that follows its goals exactly.
+#![expect(
+    clippy::expect_used,
+    clippy::indexing_slicing,
+    clippy::panic,
+    reason = "helpers of tests may fail them"
+)]
+
+mod leo;
+
+use std::path::Path;
+
+use clock::{Duration, Instant};
+use config::lesson::{Lesson, Object, Role, Table};
+use geometry::{Base, Pose, Position, World};
+use kinematics::Side;
+use leo::{LEO, MOTOR};
+use motion::{Face, Performer, Phase, Progress, Refusal, Skill, Why};
+
+const PERIOD: Duration = Duration::from_millis(20);
+const HALF_HEIGHT_M: f64 = 0.04;
+
+/// The simulator's rules of grasping, and joints that are where they were sent.
+struct Stand {
+    performer: Performer,
+    now: Instant,
+    present: Vec<Option<f64>>,
+    peg: Position<Base>,
+    /// The hand that holds the peg, and where the peg is from its grasp point.
+    held: Option<(Side, nalgebra::Vector3<f64>)>,
+    dropped: Option<Position<Base>>,
+}
+
+impl Stand {
+    fn new(peg: Position<Base>) -> Self {
+        let performer = Performer::new(&LEO.body, &LEO.rest_rad, PERIOD * 2).expect("a whole body");
+        let present = LEO.rest_rad.iter().copied().map(Some).collect();
+        Self { performer, now: Instant::from_nanos(1_000), present, peg, held: None, dropped: None }
+    }
+
+    fn positions(&self) -> Vec<f64> {
+        self.present.iter().map(|position| position.expect("all are known")).collect()
+    }
+
+    fn hand(&self, side: Side) -> Position<Base> {
+        LEO.body.hand(side, &self.positions()).origin()
+    }
+
+    fn closure(&self, side: Side) -> f64 {
+        let pitch = ["index", "middle", "ring", "little"].map(|finger| {
+            let joint = LEO.body.joint(&format!("{}_{finger}_pitch_joint", side.name())).expect("a finger");
+            self.present[joint].expect("all are known")
+        });
+        pitch.iter().sum::<f64>() / 4.0
+    }
+
+    fn step(&mut self) -> Progress {
+        let progress = self.performer.step(self.now, &self.present);
+        for goal in self.performer.goals() {
+            self.present[usize::try_from(goal.joint).expect("small")] = Some(goal.goal_position_rad);
+        }
+        self.now += PERIOD;
+        for side in Side::BOTH {
+            let (hand, closure) = (self.hand(side), self.closure(side));
+            match self.held {
+                None if closure > 0.7 && hand.distance(&self.peg) < 0.03 => {
+                    self.held = Some((side, self.peg.point() - hand.point()));
+                }
+                Some((holder, offset)) if holder == side => {
+                    self.peg = Position::from_point(hand.point() + offset);
+                    if closure < 0.5 {
+                        self.held = None;
+                        self.dropped = Some(self.peg);
+                    }
+                }
+                _ => {}
+            }
+        }
+        progress
+    }
+
+    /// Performs a skill to its end; `look` sees the stand and the phase after every step.
+    fn perform(&mut self, skill: &Skill, mut look: impl FnMut(&Self, Phase)) -> Progress {
+        self.performer.begin(self.now, skill, &self.present).expect("within reach");
+        for _step in 0..5_000 {
+            match self.step() {
+                Progress::Running { phase } => look(self, phase),
+                end @ (Progress::Idle | Progress::Done | Progress::Failed { .. }) => return end,
+            }
+        }
+        panic!("{skill:?} does not end");
+    }
+}
+
+fn insert(peg: Position<Base>, hole: Position<Base>) -> Skill {
+    Skill::Insert { thing: peg, half_height_m: HALF_HEIGHT_M, hole }
+}
+
+/// Performs an insertion and checks every step of it; gives the time that it took.
+fn check_insertion(peg: Position<Base>, hole: Position<Base>) -> Duration {
+    let mut stand = Stand::new(peg);
+    let begun = stand.now;
+    let mut seen = Vec::new();
+    let mut before: Option<[Position<Base>; 2]> = None;
+    let end = stand.perform(&insert(peg, hole), |stand, phase| {
+        if seen.last() != Some(&phase) {
+            seen.push(phase);
+        }
+        let hands = Side::BOTH.map(|side| stand.hand(side));
+        let lowest = hands.iter().map(|hand| hand.point().z).fold(f64::INFINITY, f64::min);
+        let [at_peg, at_hole] = [peg, hole].map(|place| {
+            hands.iter().map(|hand| (hand.point() - place.point()).xy().norm()).fold(f64::INFINITY, f64::min)
+        });
+        match phase {
+            Phase::Descend | Phase::Close | Phase::Lift => {
+                assert!(at_peg < 0.01, "{phase:?} {at_peg} m aside");
+            }
+            Phase::Lower | Phase::Open | Phase::Retreat => {
+                assert!(at_hole < 0.01, "{phase:?} {at_hole} m aside");
+            }
+            Phase::Look
+            | Phase::Raise
+            | Phase::Ready
+            | Phase::Hover
+            | Phase::Carry
+            | Phase::Rest
+            | Phase::Face => {
+                assert!(lowest > 0.15, "{phase:?} at {lowest} m, {peg:?} to {hole:?}");
+            }
+        }
+        if phase == Phase::Carry {
+            assert!(stand.held.is_some(), "carries nothing");
+            assert!(stand.peg.point().z - HALF_HEIGHT_M > 0.10, "the peg sweeps the blocks");
+        }
+        // No leaps: a joint that found another solution would throw the hand.
+        if let Some(before) = before {
+            let furthest = before.iter().zip(&hands).map(|(a, b)| a.distance(b)).fold(0.0, f64::max);
+            assert!(furthest < 0.04, "{phase:?}: {furthest} m in one step");
+        }
+        before = Some(hands);
+    });
+    assert_eq!(end, Progress::Done);
+    assert!(seen.ends_with(&[
+        Phase::Look,
+        Phase::Ready,
+        Phase::Hover,
+        Phase::Descend,
+        Phase::Close,
+        Phase::Lift,
+        Phase::Carry,
+        Phase::Lower,
+        Phase::Open,
+        Phase::Retreat,
+        Phase::Rest
+    ]));
+    let dropped = stand.dropped.expect("the peg was let go");
+    let lower_end_m = dropped.point().z - HALF_HEIGHT_M;
+    assert!((dropped.point() - hole.point()).xy().norm() < 0.005, "{dropped:?} beside {hole:?}");
+    assert!((0.005..0.06).contains(&(hole.point().z - lower_end_m)), "{lower_end_m} m in {hole:?}");
+    let resting = stand.positions().iter().zip(&LEO.rest_rad).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+    assert!(resting < 1e-9, "{resting} rad from rest");
+    stand.now.since(begun)
+}
+
+#[test]
+fn pegs_come_into_holes_without_sweeping_the_table() {
+    let mut longest = Duration::ZERO;
+    let mut seen = 0;
+    for peg_x in [0.27, 0.38, 0.49] {
+        for peg_y in [-0.28, -0.10, 0.05, 0.28] {
+            for (hole_x, hole_y) in [(0.30, 0.12), (0.45, -0.02), (0.36, -0.25)] {
+                let peg = Position::new(peg_x, peg_y, HALF_HEIGHT_M);
+                longest = longest.max(check_insertion(peg, Position::new(hole_x, hole_y, 0.05)));
+                seen += 1;
+            }
+        }
+    }
+    assert_eq!(seen, 36);
+    println!("the longest takes {longest:?}");
+}
+
+#[test]
+fn a_thing_is_placed_where_it_was_asked_for() {
+    let (thing, to) = (Position::new(0.32, 0.2, 0.03), Position::new(0.42, 0.0, 0.09));
+    let mut stand = Stand::new(thing);
+    assert_eq!(stand.perform(&Skill::Place { thing, half_height_m: 0.03, to }, |_, _| {}), Progress::Done);
+    assert!(stand.dropped.expect("it was let go").distance(&to) < 1e-3);
+}
+
+#[test]
+fn both_eyes_look_at_a_point() {
+    let mut stand = Stand::new(Position::new(0.0, 0.0, 0.0));
+    for target in [Position::new(0.4, 0.3, 0.0), Position::new(0.3, -0.25, 0.1), Position::new(1.5, 0.4, 0.9)]
+    {
+        assert_eq!(stand.perform(&Skill::LookAt(target), |_, _| {}), Progress::Done);
+        for side in Side::BOTH {
+            let eye = LEO.body.eye(side, &stand.positions());
+            let [x, y, z] = (eye.inverse() * target).to_array();
+            assert!(x > 0.0 && y.hypot(z) < 0.01 * x, "{side:?} eye misses {target:?}: {y} {z} at {x}");
+        }
+    }
+}
+
+#[test]
+fn faces_differ_and_end() {
+    let mut stand = Stand::new(Position::new(0.0, 0.0, 0.0));
+    let mut faces = Vec::new();
+    for face in [Face::Attentive, Face::Puzzled, Face::Pleased, Face::Neutral] {
+        assert_eq!(
+            stand.perform(&Skill::Show(face), |_, phase| assert_eq!(phase, Phase::Face)),
+            Progress::Done
+        );
+        faces.push(stand.positions());
+    }
+    for (number, face) in faces.iter().enumerate() {
+        assert!(!faces[..number].contains(face), "face {number} is one before");
+    }
+    assert_eq!(faces[3], LEO.rest_rad);
+}
+
+#[test]
+fn a_skill_given_up_half_way_is_left_upwards() {
+    let peg = Position::new(0.4, 0.1, HALF_HEIGHT_M);
+    let mut stand = Stand::new(peg);
+    stand
+        .performer
+        .begin(stand.now, &insert(peg, Position::new(0.35, 0.25, 0.05)), &stand.present)
+        .expect("in reach");
+    while stand.step() != (Progress::Running { phase: Phase::Close }) {}
+    let place = stand.hand(Side::Left);
+    assert!(place.point().z < 0.06);
+    let mut raised = false;
+    let end = stand.perform(&Skill::Rest, |stand, phase| {
+        let hand = stand.hand(Side::Left);
+        if phase == Phase::Raise {
+            raised = true;
+            assert!((hand.point() - place.point()).xy().norm() < 0.01, "{hand:?} leaves {place:?} sideways");
+        } else {
+            assert!(hand.point().z > 0.15, "{phase:?} at {hand:?}");
+        }
+    });
+    assert!(raised);
+    assert_eq!(end, Progress::Done);
+}
+
+#[test]
+fn what_is_out_of_reach_is_refused_and_nothing_begins() {
+    let mut stand = Stand::new(Position::new(0.0, 0.0, 0.0));
+    let peg = Position::new(0.4, 0.1, HALF_HEIGHT_M);
+    let far = stand.performer.begin(stand.now, &insert(peg, Position::new(1.5, 0.0, 0.05)), &stand.present);
+    assert!(matches!(far, Err(Refusal::Unreachable { phase: Phase::Carry, .. })), "{far:?}");
+    let nonsense = insert(peg, Position::new(f64::NAN, 0.0, 0.05));
+    assert_eq!(stand.performer.begin(stand.now, &nonsense, &stand.present), Err(Refusal::NoNumber));
+    assert_eq!(stand.step(), Progress::Idle);
+    assert!(stand.performer.goals().is_empty());
+}
+
+#[test]
+fn a_joint_that_stays_behind_fails_the_phase_and_a_silent_neck_does_not() {
+    let peg = Position::new(0.4, 0.1, HALF_HEIGHT_M);
+    let skill = insert(peg, Position::new(0.35, 0.25, 0.05));
+    let elbow = LEO.body.joint("left_elbow_pitch_joint").expect("an elbow");
+    let neck = LEO.body.joint("neck_yaw_joint").expect("a neck");
+    let outcome = |joint: usize, reading: Option<f64>| {
+        let mut stand = Stand::new(peg);
+        stand.performer.begin(stand.now, &skill, &stand.present).expect("in reach");
+        loop {
+            let mut present = stand.present.clone();
+            present[joint] = reading;
+            let progress = stand.performer.step(stand.now, &present);
+            for goal in stand.performer.goals() {
+                stand.present[usize::try_from(goal.joint).expect("small")] = Some(goal.goal_position_rad);
+            }
+            stand.now += PERIOD;
+            if !matches!(progress, Progress::Running { .. }) {
+                return progress;
+            }
+        }
+    };
+    let stuck = outcome(elbow, Some(LEO.rest_rad[elbow]));
+    assert!(
+        matches!(stuck, Progress::Failed { phase: Phase::Ready, why: Why::Late { joint, .. } } if joint == elbow)
+    );
+    let nan = outcome(elbow, Some(f64::NAN));
+    assert!(matches!(nan, Progress::Failed { why: Why::Late { joint, .. }, .. } if joint == elbow));
+    let silent = outcome(elbow, None);
+    assert_eq!(silent, Progress::Failed { phase: Phase::Ready, why: Why::Silent { joint: elbow } });
+    assert_eq!(outcome(neck, None), Progress::Done);
+}
+
+#[test]
+fn goals_keep_to_the_limits_of_position_and_speed() {
+    let peg = Position::new(0.45, -0.2, HALF_HEIGHT_M);
+    let mut stand = Stand::new(peg);
+    let mut before = LEO.rest_rad.clone();
+    let mut seen = 0;
+    stand.perform(&insert(peg, Position::new(0.3, 0.0, 0.05)), |stand, _| {
+        let goals: Vec<f64> = stand.performer.goals().iter().map(|goal| goal.goal_position_rad).collect();
+        assert_eq!(goals.len(), 65);
+        for ((joint, goal), before) in LEO.body.joints().iter().zip(&goals).zip(&before) {
+            assert!((joint.lower_rad..=joint.upper_rad).contains(goal), "{} to {goal}", joint.name);
+            let speed = (goal - before).abs() / PERIOD.as_secs_f64();
+            assert!(speed <= joint.velocity_rad_s, "{} at {speed} rad/s", joint.name);
+            seen += usize::from(speed > 0.0);
+        }
+        before = goals;
+    });
+    assert!(seen > 1_000, "hardly anything moved: {seen}");
+}
+
+#[test]
+fn the_bus_file_and_the_body_agree() {
+    let motor = config::motor::parse(MOTOR, Path::new("motor.toml")).expect("right");
+    assert_eq!(motor.joints.len(), 65);
+    assert_eq!(
+        motor.buses.iter().map(|bus| bus.name.as_str()).collect::<Vec<_>>(),
+        ["face_left", "face_right", "left_arm", "right_arm", "torso"]
+    );
+    let on = |bus: usize| motor.joints.iter().filter(|joint| joint.bus == bus).count();
+    assert_eq!([on(0), on(1), on(2), on(3), on(4)], [16, 16, 13, 13, 7]);
+    for (servo, joint) in motor.joints.iter().zip(LEO.body.joints()) {
+        assert_eq!(servo.name, joint.name);
+        let said = [servo.min_rad, servo.max_rad, servo.velocity_rad_s].map(f64::to_bits);
+        let limits = [joint.lower_rad, joint.upper_rad, joint.velocity_rad_s].map(f64::to_bits);
+        assert_eq!(said, limits, "{}", joint.name);
+        let rest = servo.joint_rad(0.0);
+        assert!((joint.lower_rad..=joint.upper_rad).contains(&rest), "{} rests at {rest}", joint.name);
+    }
+}
+
+/// Performs what may be asked for in a lesson: every peg into every hole, every marker onto every
+/// block that carries one. Gives how many there are.
+fn check_table(table: &Table, x_base_world: &Pose<Base, World>) -> usize {
+    let place = |object: &Object| *x_base_world * Position::from_point(object.place.position_m.into());
+    let performer = Stand::new(Position::new(0.0, 0.0, 0.0));
+    let mut seen = 0;
+    for thing in table.objects.iter().filter(|object| object.kind.role != Role::Block) {
+        for block in &table.objects {
+            let half_height_m = thing.kind.half_extents_m[2];
+            let [x, y, z] = place(block).to_array();
+            let top = Position::new(x, y, z + block.kind.half_extents_m[2]);
+            let skill = match thing.kind.role {
+                Role::Peg if block.kind.hole => {
+                    Skill::Insert { thing: place(thing), half_height_m, hole: top }
+                }
+                Role::Marker if block.kind.markable => {
+                    let to = Position::from_point(top.point() + nalgebra::Vector3::z() * half_height_m);
+                    Skill::Place { thing: place(thing), half_height_m, to }
+                }
+                Role::Peg | Role::Marker | Role::Block => continue,
+            };
+            let begun = performer.performer.clone().begin(performer.now, &skill, &performer.present);
+            assert_eq!(begun, Ok(()), "`{}` to `{}`", thing.name, block.name);
+            seen += 1;
+        }
+    }
+    seen
+}
+
+#[test]
+fn what_a_lesson_asks_leo_to_do_is_within_his_reach() {
+    let lessons = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../config/lessons");
+    let mut seen = 0;
+    for file in std::fs::read_dir(lessons).expect("there are lessons") {
+        let lesson = Lesson::load(&file.expect("a file").path()).expect("a lesson");
+        let [x, y, z] = lesson.robot.position_m;
+        let x_world_base = Pose::<World, Base>::upright(x, y, z, lesson.robot.heading_rad);
+        seen += lesson.novel.iter().map(|table| check_table(table, &x_world_base.inverse())).sum::<usize>();
+    }
+    assert!(seen > 0, "no lesson asks for anything");
+}
