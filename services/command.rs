@@ -13,7 +13,6 @@ use std::time::Duration;
 use clap::{Args, Parser, Subcommand};
 use config::Robot;
 use config::lesson::Lesson;
-use supervisor_process::readiness::Verdict;
 use supervisor_process::{ORDER, Orders, Teaching};
 
 use failure::Failed;
@@ -123,9 +122,6 @@ struct Check {
     /// The robot's leo.toml [default: built in]
     #[arg(long, value_name = "FILE")]
     config: Option<PathBuf>,
-    /// A lesson to check too
-    #[arg(long, value_name = "FILE")]
-    lesson: Option<PathBuf>,
     /// Print one JSON document
     #[arg(long)]
     json: bool,
@@ -240,13 +236,10 @@ impl Top {
 
 impl Check {
     fn run(&self) -> Result<ExitCode, Failure> {
-        let findings = supervisor_process::check(self.config.as_deref(), self.lesson.as_deref());
-        output::print_findings(&findings, self.json)?;
-        let worst = findings.iter().map(|finding| finding.verdict).max();
-        Ok(ExitCode::from(match worst {
-            Some(Verdict::Broken) => 1,
-            Some(Verdict::Good | Verdict::Slower) | None => 0,
-        }))
+        let mut out = std::io::stdout().lock();
+        let holds =
+            supervisor_process::check(self.config.as_deref(), self.json, &mut out).map_err(Failed::usage)?;
+        Ok(ExitCode::from(u8::from(!holds)))
     }
 }
 

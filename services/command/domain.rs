@@ -47,8 +47,8 @@ pub(crate) fn outcome(outcome: Result<Outcome, RunError>) -> Result<ExitCode, Fa
         Outcome::GaveUp(process) => Err(Failed::failed(format!(
             "gave up: the process `{process}` died too often; what it said of it stands above"
         ))),
-        Outcome::Refused(process) => {
-            Err(Failed::usage(format!("the process `{process}` refused its configuration; what it said stands above")))
-        }
+        Outcome::Refused(process) => Err(Failed::usage(format!(
+            "the process `{process}` refused its configuration; what it said stands above"
+        ))),
     }
 }

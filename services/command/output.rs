@@ -3,7 +3,6 @@
 use std::io::Write as _;
 
 use account::Account;
-use supervisor_process::readiness::{Finding, Verdict};
 
 use super::failure::Failed;
 
@@ -20,23 +19,6 @@ pub(crate) fn print_accounts(accounts: &[(String, String, Account)], json: bool)
         for (file, title, account) in accounts {
             text += &format!("{title} ({file})\n\n{}", account.to_text());
         }
-    }
-    print(&text)
-}
-
-/// Prints what a check found.
-pub(crate) fn print_findings(findings: &[Finding], json: bool) -> Result<(), Failed> {
-    if json {
-        return print(&to_json(findings)?);
-    }
-    let mut text = String::new();
-    for Finding { verdict, about, text: found } in findings {
-        let mark = match verdict {
-            Verdict::Good => "good  ",
-            Verdict::Slower => "slower",
-            Verdict::Broken => "BROKEN",
-        };
-        text += &format!("{mark}  {about}: {found}\n");
     }
     print(&text)
 }

@@ -5,14 +5,17 @@
 
 mod body;
 mod learner;
+mod leo_body;
 mod performance;
 mod report;
+mod shell;
 mod teaching;
 mod views;
 mod vocabulary;
 
 pub use body::{Body, Motion, Skill};
 pub use learner::{Input, Learner, Output, Settings};
+pub use shell::run;
 pub use vocabulary::{Vocabulary, VocabularyError};
 
 #[cfg(test)]
