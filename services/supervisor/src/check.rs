@@ -1,35 +1,58 @@
 use std::fs;
+use std::io::Write;
 use std::path::Path;
 use std::str::FromStr;
 use std::thread;
 
 use config::leo::{Leo, Rights};
-use config::lesson::Lesson;
 use config::{ConfigError, Robot};
 use rustix::process::{Resource, getrlimit};
 use rustix::thread::{CpuSet, sched_getaffinity};
 
 use crate::readiness::{Finding, Machine, Verdict, judge};
 
-/// Checks a whole configuration, and whether this machine can keep what it promises.
-///
-/// Without `config`, the built-in configuration is checked. Nothing stays changed: rights are
-/// asked for in threads of their own, which end.
-#[must_use]
-pub fn check(config: Option<&Path>, lesson: Option<&Path>) -> Vec<Finding> {
-    let (robot, lesson) = (Robot::load(config), lesson.map(Lesson::load));
-    let mut findings = vec![file("configuration", &robot)];
-    findings.extend(lesson.map(|lesson| file("lesson", &lesson)));
-    let missing_rights = robot.ok().and_then(|robot| missing_rights(&robot.leo));
-    findings.extend(judge(&Machine { missing_rights, ..machine() }));
-    findings
+/// Why nothing could be checked.
+#[derive(Debug, thiserror::Error)]
+pub enum CheckError {
+    /// A file of the configuration is wrong.
+    #[error(transparent)]
+    Config(#[from] ConfigError),
+    /// The findings cannot be written.
+    #[error("cannot write what was found: {0}")]
+    Write(#[from] std::io::Error),
 }
 
-fn file<T>(about: &'static str, loaded: &Result<T, ConfigError>) -> Finding {
-    match loaded {
-        Ok(_) => Finding::new(Verdict::Good, about, "right in every file"),
-        Err(error) => Finding::new(Verdict::Broken, about, error.to_string()),
+/// Checks a whole configuration (the built-in one without `config`) and whether this machine can
+/// keep what it promises; writes what was found to `out`, one line each or one JSON document.
+/// Whether the robot can run here.
+///
+/// # Errors
+///
+/// A file of the configuration is wrong, or `out` cannot be written.
+pub fn check(config: Option<&Path>, json: bool, out: &mut impl Write) -> Result<bool, CheckError> {
+    let findings = inspect(config)?;
+    if json {
+        serde_json::to_writer_pretty(&mut *out, &findings).map_err(std::io::Error::from)?;
+        writeln!(out)?;
+    } else {
+        for finding in &findings {
+            writeln!(out, "{:<8} {:<20} {}", finding.verdict.name(), finding.about, finding.text)?;
+        }
     }
+    Ok(findings.iter().all(|finding| finding.verdict != Verdict::Broken))
+}
+
+/// Looks at the configuration and the machine. Nothing stays changed: rights are asked for in
+/// threads of their own, which end.
+fn inspect(config: Option<&Path>) -> Result<Vec<Finding>, ConfigError> {
+    let robot = Robot::load(config)?;
+    let what = config.map_or_else(|| "the built-in one".to_owned(), |file| file.display().to_string());
+    let joints = robot.motor.joints.len();
+    let configuration = format!("{what} and its neighbours are right: {joints} joints");
+    let mut findings = vec![Finding::new(Verdict::Good, "configuration", configuration)];
+    let missing_rights = missing_rights(&robot.leo);
+    findings.extend(judge(&Machine { missing_rights, ..machine() }));
+    Ok(findings)
 }
 
 /// Asks for what the processes will ask for; what to change when it is not granted.
@@ -98,10 +121,17 @@ mod tests {
     }
 
     #[test]
-    fn a_wrong_file_is_found_and_named() {
-        let findings = check(Some(Path::new("/nowhere/leo.toml")), Some(Path::new("/nowhere/lesson.toml")));
-        let said: Vec<_> = findings.iter().map(|finding| (finding.verdict, finding.text.as_str())).collect();
-        assert!(said[0].1.contains("/nowhere/leo.toml") && said[0].0 == Verdict::Broken, "{said:?}");
-        assert!(said[1].1.contains("/nowhere/lesson.toml") && said[1].0 == Verdict::Broken, "{said:?}");
+    fn a_wrong_file_is_named() {
+        let refused = check(Some(Path::new("/nowhere/leo.toml")), false, &mut Vec::new()).unwrap_err();
+        assert!(refused.to_string().contains("/nowhere/leo.toml"), "{refused}");
+    }
+
+    #[test]
+    fn what_is_found_is_one_json_document() {
+        let mut out = Vec::new();
+        check(None, true, &mut out).unwrap();
+        let findings: serde_json::Value = serde_json::from_slice(&out).unwrap();
+        assert_eq!(findings.as_array().unwrap().len(), 9);
+        assert_eq!(findings[0]["verdict"], "good");
     }
 }

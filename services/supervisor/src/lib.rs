@@ -10,7 +10,7 @@ pub mod readiness;
 mod run;
 mod teach;
 
-pub use check::check;
+pub use check::{CheckError, check};
 pub use children::Children;
 pub use run::{ORDER, Orders, RunError, run};
 pub use teach::{TeachError, Teaching, teach};

@@ -19,6 +19,18 @@ pub enum Verdict {
     Broken,
 }
 
+impl Verdict {
+    /// Its word.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Good => "good",
+            Self::Slower => "slower",
+            Self::Broken => "broken",
+        }
+    }
+}
+
 /// One thing that was looked at.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct Finding {
