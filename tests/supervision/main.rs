@@ -1,5 +1,5 @@
 //! The supervisor over real processes: whatever is killed, the robot goes on or ends cleanly.
-#![expect(clippy::expect_used, clippy::indexing_slicing, reason = "a test fails by panicking")]
+#![expect(clippy::expect_used, reason = "a test fails by panicking")]
 
 mod robot;
 
