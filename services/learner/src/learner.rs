@@ -257,7 +257,8 @@ impl<B: Body> Learner<B> {
             self.tasks.entry(key(&name)).or_insert_with(|| Task { name: name.clone(), examples: Vec::new() });
         task.examples.push(example);
         output.save.push((key(&name), task.clone()));
-        output.events.push(Event::new(EventKind::DemonstrationEnded, &name, &name));
+        let examples = u32::try_from(task.examples.len()).unwrap_or(u32::MAX);
+        output.events.push(Event { examples, ..Event::new(EventKind::DemonstrationEnded, &name, &name) });
         let verdict = Verdict::of(language, task, &self.perspectives, self.settings.high_likelihood);
         output.events.extend(verdict.events(language, task));
         let examples = task.examples.len();

@@ -15,6 +15,7 @@ mod vocabulary;
 
 pub use body::{Body, Motion, Skill};
 pub use learner::{Input, Learner, Output, Settings};
+pub use leo_body::{LeoBody, LeoBodyError};
 pub use shell::run;
 pub use vocabulary::{Vocabulary, VocabularyError};
 

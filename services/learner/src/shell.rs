@@ -1,16 +1,13 @@
 use std::path::Path;
 
 use config::Robot;
-use message::{
-    Beliefs, Event, Events, Header, Hop, JointGoals, JointStates, Process, Utterance, Utterances,
-};
+use message::{Beliefs, Event, Events, Header, Hop, JointGoals, JointStates, Process, Utterance, Utterances};
 use process::{Failure, Launch, Member, Progress};
 use store::{OpenError, Store};
 use tasks::Task;
 use transport::{Frame, Inlet, Outlet};
 
-use crate::leo_body::LeoBody;
-use crate::{Input, Learner, Output, Settings, Vocabulary};
+use crate::{Input, Learner, LeoBody, Output, Settings, Vocabulary};
 
 /// Events that one frame holds; more go into further frames.
 const EVENTS: usize = 64;
@@ -46,7 +43,9 @@ pub fn run(launch: &Launch, robot: &Robot) -> Result<(), Failure> {
         if let Some(frame) = joint_states.newest()? {
             for state in frame.entries() {
                 let joint = usize::try_from(state.joint).unwrap_or(usize::MAX);
-                if let (Some(position), Some(slot)) = (state.present_position_rad(), present_rad.get_mut(joint)) {
+                if let (Some(position), Some(slot)) =
+                    (state.present_position_rad(), present_rad.get_mut(joint))
+                {
                     *slot = Some(position);
                 }
             }
@@ -104,7 +103,8 @@ fn publish(
         let mut header = header.onwards();
         header.valid_at_ns = now_ns;
         let goal = |index| wanted.get(index).copied().unwrap_or(first);
-        goals.send(header, wanted.len(), goal, |header| header.pass(Hop::Decided, member.now().as_nanos()))?;
+        goals
+            .send(header, wanted.len(), goal, |header| header.pass(Hop::Decided, member.now().as_nanos()))?;
     }
     Ok(())
 }
@@ -153,7 +153,8 @@ impl BeliefInlets {
                     return Ok(None);
                 }
             }
-            let place = |frame: &Frame<Beliefs>| (frame.head().header.incarnation, frame.head().header.sequence);
+            let place =
+                |frame: &Frame<Beliefs>| (frame.head().header.incarnation, frame.head().header.sequence);
             let newest = self.waiting.iter().flatten().map(place).max();
             let mut is_one_instant = true;
             for slot in &mut self.waiting {

@@ -107,6 +107,25 @@ fn a_demonstration_outlives_the_belief_process() {
         events.copied().collect::<Vec<Event>>()
     };
     assert_eq!(hypotheses(&broken), hypotheses(&whole));
+    assert_eq!(broken.texts(EventKind::ActionSeen), whole.texts(EventKind::ActionSeen));
+}
+
+#[test]
+fn a_performance_outlives_the_belief_process() {
+    let mut run = Run::new(1, Vec::new());
+    run.teach();
+    run.perform_with(&[], |run| {
+        for _ in 0..3 {
+            run.steps(9);
+            run.restart_belief();
+            // At first it has perceived nothing: that is not the end of the work.
+            run.missing = (0..12).collect();
+            run.steps(20);
+            run.missing.clear();
+        }
+    });
+    assert_eq!(run.texts(EventKind::ContinuityBroken).len(), 3);
+    assert_eq!(run.texts(EventKind::PerformanceEnded), ["filled 5 of 5"]);
 }
 
 #[test]

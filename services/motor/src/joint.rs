@@ -198,7 +198,9 @@ impl Joint {
                 self.settings.acceleration_rad_s2 * ACCELERATION_MARGIN,
                 self.settings.velocity_rad_s * VELOCITY_MARGIN,
             ))),
-            Stage::Failed { released, .. } => (!released).then_some(Job::Torque(false)),
+            Stage::Failed { release_at, .. } => {
+                release_at.filter(|at| now >= *at).map(|_| Job::Torque(false))
+            }
             Stage::Ready | Stage::Following => None,
         }
     }
@@ -319,14 +321,14 @@ impl Joint {
 
     fn fail(&mut self, cause: JointCause, trouble: Trouble) {
         if !matches!(self.stage, Stage::Failed { .. }) {
-            self.stage = Stage::Failed { cause, released: false };
+            self.stage = Stage::Failed { cause, release_at: Some(Instant::EPOCH) };
             self.trouble = Some(trouble);
         }
     }
 
     fn released(&mut self) {
-        if let Stage::Failed { released, .. } = &mut self.stage {
-            *released = true;
+        if let Stage::Failed { release_at, .. } = &mut self.stage {
+            *release_at = None;
         }
     }
 
@@ -334,10 +336,12 @@ impl Joint {
         self.misses = 0;
         self.cause = cause;
         self.goal = None;
-        // A servo that failed stays failed also when it was away.
-        if !matches!(self.stage, Stage::Failed { released: true, .. }) {
-            self.stage = Stage::Absent { ask_at: now + WAIT_FIRST, wait: 2 * WAIT_FIRST };
-        }
+        // A servo that failed stays failed also when it was away, and is told until it confirms.
+        self.stage = if let Stage::Failed { cause, release_at } = self.stage {
+            Stage::Failed { cause, release_at: release_at.map(|_| now + WAIT_FIRST) }
+        } else {
+            Stage::Absent { ask_at: now + WAIT_FIRST, wait: 2 * WAIT_FIRST }
+        };
     }
 
     fn identified(&mut self, answer: &[u8]) -> Stage {

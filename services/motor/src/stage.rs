@@ -29,8 +29,8 @@ pub(crate) enum Stage {
     Failed {
         /// Why.
         cause: JointCause,
-        /// Whether the servo confirmed that its torque is off.
-        released: bool,
+        /// When it is told next to switch torque off; none once it has confirmed it.
+        release_at: Option<Instant>,
     },
 }
 

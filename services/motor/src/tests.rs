@@ -1,5 +1,8 @@
 use std::collections::BTreeSet;
 
+use rand_chacha::ChaCha8Rng;
+use rand_chacha::rand_core::{Rng as _, SeedableRng as _};
+
 use clock::{Duration, Instant};
 use message::{JointCause, JointGoal, JointMode, JointState};
 use serial::Lost;
@@ -65,6 +68,8 @@ struct Rig {
     /// Bus and id of servos whose answers are lost.
     mute: BTreeSet<(usize, u8)>,
     lost: Option<usize>,
+    /// Spoils the bytes of both directions now and then.
+    noise: Option<ChaCha8Rng>,
 }
 
 struct Wire<'a> {
@@ -73,12 +78,29 @@ struct Wire<'a> {
     answers: Vec<u8>,
     mute: Vec<u8>,
     lost: bool,
+    noise: Option<&'a mut ChaCha8Rng>,
+}
+
+/// One time in eight, flips a bit, cuts the bytes off or puts one in.
+fn spoil(bytes: &mut Vec<u8>, noise: &mut ChaCha8Rng) {
+    let dice = noise.next_u32();
+    let at = usize::try_from(dice >> 8).unwrap() % (bytes.len() + 1);
+    match dice % 24 {
+        0 if at < bytes.len() => bytes[at] ^= 1 << (dice >> 5 & 7),
+        1 => bytes.truncate(at),
+        2 => bytes.insert(at, 0xFF),
+        _ => {}
+    }
 }
 
 impl Port for Wire<'_> {
     fn send(&mut self, bytes: &[u8], _within: Duration) -> Result<(), Lost> {
         self.answers.clear();
-        self.line.hear(self.now, bytes, &mut self.answers);
+        let mut bytes = bytes.to_vec();
+        if let Some(noise) = &mut self.noise {
+            spoil(&mut bytes, noise);
+        }
+        self.line.hear(self.now, &bytes, &mut self.answers);
         if self.lost { Err(Lost::HangUp) } else { Ok(()) }
     }
 
@@ -95,6 +117,9 @@ impl Port for Wire<'_> {
             }
         }
         self.answers.clear();
+        if let Some(noise) = &mut self.noise {
+            spoil(&mut heard, noise);
+        }
         into[..heard.len()].copy_from_slice(&heard);
         Ok(heard.len())
     }
@@ -117,6 +142,7 @@ impl Rig {
             parser: Parser::new(),
             mute: BTreeSet::new(),
             lost: None,
+            noise: None,
         }
     }
 
@@ -132,6 +158,7 @@ impl Rig {
                 answers: Vec::new(),
                 mute,
                 lost: self.lost == Some(bus),
+                noise: self.noise.as_mut(),
             };
             exchange(&mut wire, &mut self.parser, &self.request, 4_000_000, PERIOD, &mut self.replies);
             self.motor.replies(bus, self.now, &self.replies);
@@ -387,4 +414,34 @@ fn a_crowded_bus_is_refused() {
     }
     let refused = Motor::new(&robot, &settings).err();
     assert_eq!(refused, Some(MotorError::Crowded { bus: "left".to_owned(), servos: 39 }));
+}
+
+#[test]
+fn on_a_noisy_wire_every_joint_goes_on_or_comes_back_and_no_command_jumps() {
+    let mut rig = following();
+    let mut interrupted = 0;
+    for seed in 0..6 {
+        rig.noise = Some(ChaCha8Rng::seed_from_u64(seed));
+        let mut before = [None; 3];
+        for cycle in 0..400 {
+            let goal_rad = if cycle % 100 < 50 { 0.9 } else { -0.9 };
+            rig.commanded(1, goal_rad, rig.now);
+            for (joint, before) in before.iter_mut().enumerate() {
+                let command = rig.state(joint).command_position_rad();
+                if let (Some(before), Some(command)) = (*before, command) {
+                    let step: f64 = command - before;
+                    assert!(step.abs() <= 2.0 * PERIOD.as_secs_f64() + 1e-9, "joint {joint} jumps by {step}");
+                    assert!(command.abs() <= 1.0);
+                }
+                interrupted += u32::from(before.is_some() && command.is_none());
+                *before = command;
+            }
+        }
+        assert!((0..3).all(|joint| rig.motor.trouble(joint).is_none()), "noise is no fault of a servo");
+        rig.noise = None;
+        rig.commanded(600, 0.0, rig.now);
+        assert_eq!(rig.modes(), [JointMode::Following; 3], "seed {seed}");
+        assert!((rig.position(0)).abs() < 0.003);
+    }
+    assert!(interrupted > 0, "the noise did not matter");
 }

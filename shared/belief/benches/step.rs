@@ -24,7 +24,7 @@ fn observation(at: Instant, frame: u64, index: u16) -> Observation {
     seen.confidence = 0.9;
     seen.position_m = [f32::from(index / 16) * 0.11 + wobble, f32::from(index % 16) * 0.11 - wobble, 0.03];
     seen.half_extents_m = [0.03; 3];
-    seen.colour_rgb = if index % 3 == 0 { [0.8, 0.05, 0.05] } else { [0.05, 0.55, 0.1] };
+    seen.colour_rgb = if index.is_multiple_of(3) { [0.8, 0.05, 0.05] } else { [0.05, 0.55, 0.1] };
     seen.set_state(State::Filled, 0.0);
     seen
 }

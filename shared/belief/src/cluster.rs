@@ -130,13 +130,11 @@ fn set(tournament: &mut Tournament, choosers: &mut Lists, slot: usize, choice: O
     tournament.set(slot, choice);
 }
 
-/// The pair of two beliefs, if they may be merged, in the order of their identities.
+/// The pair of two beliefs that are not apart, if they are near enough, in the order of their
+/// identities.
 fn pair(arena: &Arena, a: usize, b: usize) -> Option<Pair> {
-    if a == b || arena.are_apart(a, b) {
-        return None;
-    }
-    let (id_a, id_b) = (arena.memory(a)?.id, arena.memory(b)?.id);
     let distance = arena.distance(a, b)?;
+    let (id_a, id_b) = (arena.memory(a)?.id, arena.memory(b)?.id);
     Some(if id_a < id_b {
         Pair { distance, older: id_a, younger: id_b, older_slot: a, younger_slot: b }
     } else {

@@ -1,7 +1,6 @@
 //! The promise that a belief system allocates nothing after it was made.
 
 #![expect(unsafe_code, reason = "an allocator that counts is an allocator")]
-#![expect(clippy::expect_used, reason = "a broken helper of a test should say so")]
 
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell;
@@ -59,7 +58,7 @@ fn frame(number: u16, into: &mut Vec<Perceived>, perception: &Perception) {
     into.clear();
     let at = Instant::from_nanos(1_000_000_000 + u64::from(number) * 5_000_000);
     for index in 0..64_u16 {
-        if (number / 200 + index) % 5 == 0 {
+        if (number / 200 + index).is_multiple_of(5) {
             continue;
         }
         let (row, column) = (f32::from(index / 8), f32::from(index % 8));

@@ -16,6 +16,12 @@ pub enum OpenError {
         /// What the system said.
         source: Errno,
     },
+    /// Another program uses it.
+    #[error("{} is in use by another program: two masters on one bus would talk at once; end the other one", path.display())]
+    Busy {
+        /// The device.
+        path: PathBuf,
+    },
     /// It is no tty, or does not know the speed.
     #[error("cannot set {} to {baud} baud, raw: {source}; is it a serial line that is as fast?", path.display())]
     Mode {

@@ -137,6 +137,16 @@ mod tests {
     }
 
     #[test]
+    fn a_line_has_one_user_at_a_time() {
+        let pty = Pty::new(1_000_000).unwrap();
+        let tty = Tty::open(pty.path(), 1_000_000).unwrap();
+        let said = Tty::open(pty.path(), 1_000_000).unwrap_err().to_string();
+        assert!(said.contains("is in use by another program"), "{said}");
+        drop(tty);
+        assert!(Tty::open(pty.path(), 1_000_000).is_ok());
+    }
+
+    #[test]
     fn what_waits_is_thrown_away_but_not_for_ever() {
         let pty = Pty::new(1_000_000).unwrap();
         let tty = Tty::open(pty.path(), 1_000_000).unwrap();

@@ -2,7 +2,7 @@ use std::path::Path;
 
 use clock::Instant;
 use rustix::fd::{AsFd, OwnedFd};
-use rustix::fs::{Mode, OFlags, open};
+use rustix::fs::{FlockOperation, Mode, OFlags, flock, open};
 use rustix::io::Errno;
 use rustix::termios::{ControlModes, OptionalActions, SpecialCodeIndex, tcgetattr, tcsetattr};
 
@@ -16,15 +16,19 @@ pub struct Tty {
 }
 
 impl Tty {
-    /// Opens a serial device at any speed that it knows.
+    /// Opens a serial device at any speed that it knows, for this program alone among those that
+    /// open it so.
     ///
     /// # Errors
     ///
-    /// It cannot be opened, is no tty, or does not know the speed.
+    /// It cannot be opened, is in use, is no tty, or does not know the speed.
     pub fn open(path: &Path, baud: u32) -> Result<Self, OpenError> {
         let flags = OFlags::RDWR | OFlags::NOCTTY | OFlags::NONBLOCK | OFlags::CLOEXEC;
         let fd = open(path, flags, Mode::empty())
             .map_err(|source| OpenError::Device { path: path.to_owned(), source })?;
+        // `TIOCEXCL` would outlive this program where somebody holds the line open, as a mock does.
+        flock(&fd, FlockOperation::NonBlockingLockExclusive)
+            .map_err(|_| OpenError::Busy { path: path.to_owned() })?;
         make_raw(&fd, baud).map_err(|source| OpenError::Mode { path: path.to_owned(), baud, source })?;
         Ok(Self { fd })
     }

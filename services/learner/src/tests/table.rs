@@ -225,10 +225,11 @@ impl Run {
         (head, beliefs)
     }
 
-    /// A belief process that begins anew and numbers its beliefs anew.
+    /// A belief process that begins anew and numbers its beliefs anew: each number is now that of
+    /// a neighbour.
     pub(super) fn restart_belief(&mut self) {
         self.incarnation += 1;
-        self.first_id = 1;
+        self.first_id += 1;
     }
 
     /// The teacher takes peg `peg` and puts it into block `block`.
@@ -283,11 +284,16 @@ impl Run {
 
     /// The novel set, and the order to work on it.
     pub(super) fn perform(&mut self, failures: &[&'static str]) {
+        self.perform_with(failures, |_| {});
+    }
+
+    pub(super) fn perform_with(&mut self, failures: &[&'static str], meanwhile: impl FnOnce(&mut Self)) {
         self.table.borrow_mut().lay(&["blue", "red", "green", "blue", "yellow"], None);
         self.table.borrow_mut().failures = failures.to_vec();
         self.first_id += 100;
         self.steps(10);
         self.say("Leo, do task 1");
+        meanwhile(self);
         for _ in 0..100 {
             self.steps(50);
             if !self.learner.is_performing() {

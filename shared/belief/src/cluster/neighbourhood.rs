@@ -52,23 +52,27 @@ impl Neighbourhood {
         self.cells.remove(slot);
     }
 
-    /// Visits every slot that may be within reach of the one in `slot`, which itself and others
-    /// may be among them, and some more than once.
+    /// Visits every other slot that may be within reach of the one in `slot` and is not apart from
+    /// it, some more than once and some that are not within reach.
     pub(crate) fn each_near(&self, arena: &Arena, slot: usize, mut visit: impl FnMut(usize)) {
+        let may_meet = |other| other != slot && !arena.are_apart(slot, other);
         let Some(here) = self.places.get(slot).copied().flatten() else {
-            arena.live().iter().copied().filter(|&slot| arena.lives(slot)).for_each(visit);
+            let others = arena.live().iter().copied().filter(|&other| arena.lives(other));
+            others.filter(|&other| may_meet(other)).for_each(visit);
             return;
         };
         let [x, y] = here.cell;
         for dx in -1..=1 {
             for dy in -1..=1 {
                 let cell = self.hash([x.saturating_add(dx), y.saturating_add(dy)]);
-                for other in self.cells.of(cell).filter(|&other| self.is_within(&here, other)) {
-                    visit(other);
+                for other in self.cells.of(cell) {
+                    if may_meet(other) && self.is_within(&here, other) {
+                        visit(other);
+                    }
                 }
             }
         }
-        self.cells.of(self.placeless).for_each(visit);
+        self.cells.of(self.placeless).filter(|&other| may_meet(other)).for_each(visit);
     }
 
     fn is_within(&self, here: &Place, other: usize) -> bool {

@@ -65,9 +65,10 @@ impl LowPass {
         }
     }
 
-    /// Exact where all of one's samples are newer than the other's, up to the weight of the first
-    /// of them: that it is the first of its belief is no reason to let it weigh more, but it
-    /// already does.
+    /// What came later is filtered on top of what came earlier. That is the recurrence itself
+    /// where the later history has one sample, which is what comes every time; of two longer
+    /// ones, whose samples cannot be told apart any more, the later counts by its number of
+    /// samples.
     pub(crate) fn merge(&mut self, other: &Self) {
         self.filter = match (self.filter, other.filter) {
             (Some(a), Some(b)) if a.order(&b) == Ordering::Less => Some(self.chain(&a, &b)),

@@ -278,3 +278,41 @@ fn a_capacity_out_of_range_is_refused() {
     let percepts = Percepts::builtin();
     assert!(BeliefSystem::new(&percepts, 0).is_err() && BeliefSystem::new(&percepts, 4097).is_err());
 }
+
+/// Noise of a few millimetres, the same in every run.
+fn wobble(seed: &mut u32) -> f32 {
+    *seed = seed.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+    // The sum of a few uniform numbers is nearly normal; this one has a deviation of 3 mm.
+    let parts = seed.to_le_bytes().map(|byte| f32::from(byte) / 255.0 - 0.5);
+    parts.iter().sum::<f32>() * 0.0052
+}
+
+#[test]
+fn alike_things_close_together_keep_their_identities_while_one_is_carried_over_them() {
+    let mut robot = Robot::new(&Percepts::builtin());
+    let mut seed = 1;
+    let home = |index: u16| [0.5, f32::from(index) * 0.09, 0.025];
+    for step in 0..600_u16 {
+        let now = ms(5 * u64::from(step));
+        let seen: Vec<_> = (0..7)
+            .map(|index| {
+                let mut place = home(index);
+                if index == 0 {
+                    // Up, over all others in a second, down beyond them, then at rest.
+                    let way = (f32::from(step) / 200.0).min(1.0);
+                    place[1] += way * 0.7;
+                    place[2] += 0.6 * way * (1.0 - way);
+                }
+                block(now, place.map(|part| part + wobble(&mut seed)), RED)
+            })
+            .collect();
+        robot.see(now, &seen, true);
+        assert_eq!(robot.ids(), [1, 2, 3, 4, 5, 6, 7]);
+    }
+    for index in 1..7 {
+        let [x, y, _] = robot.system.position(usize::from(index)).unwrap();
+        let [home_x, home_y, _] = home(index);
+        assert!((x - home_x).abs() < 0.01 && (y - home_y).abs() < 0.01, "{index} is at {x} {y}");
+    }
+    assert!((robot.system.position(0).unwrap()[1] - 0.7).abs() < 0.01);
+}
