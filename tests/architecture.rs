@@ -1,5 +1,5 @@
 //! Who may know whom: the layers, what is wrapped by one crate alone, and what a core may not do.
-#![expect(clippy::expect_used, clippy::panic, reason = "a test that cannot read the sources has failed")]
+#![expect(clippy::expect_used, reason = "a test that cannot read the sources has failed")]
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;

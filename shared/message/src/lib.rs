@@ -5,7 +5,7 @@
 //! about, its sequence number, and the time stamps of every hop behind it.
 //!
 //! The middleware compares the name, size and alignment of a type and nothing else, so each type
-//! name carries a version, and `tests/layout.rs` pins sizes and offsets: a layout that changes
+//! name carries a version, and `tests/layout.rs` pins sizes and fields: a layout that changes
 //! without its version fails there.
 //!
 //! What comes from another process is an allegation: fields that could lie are numbers, and the
