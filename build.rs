@@ -1,7 +1,5 @@
 //! Tells the program which commit it was built from.
 
-#![expect(clippy::print_stdout, reason = "it is how a build script speaks to Cargo")]
-
 use std::process::Command;
 
 fn main() {

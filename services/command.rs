@@ -150,7 +150,7 @@ impl Leo {
             Command::Bench(bench) => bench.run(),
             Command::BenchEcho(echo) => {
                 supervisor_process::bench::echo(&echo.domain, &echo.name, echo.bytes)
-                    .map_err(Failed::failed)?;
+                    .map_err(Failed::because)?;
                 Ok(ExitCode::SUCCESS)
             }
             Command::Process(process) => process.run(),
@@ -213,7 +213,7 @@ impl Teach {
                 partners,
                 state: None,
             };
-            let account = supervisor_process::teach(&teaching).map_err(Failed::failed)?;
+            let account = supervisor_process::teach(&teaching).map_err(Failed::because)?;
             accounts.push((file.display().to_string(), lesson.title, account));
         }
         output::print_accounts(&accounts, self.json)?;
@@ -229,7 +229,7 @@ impl Top {
         };
         let mut out = std::io::stdout().lock();
         let is_terminal = out.is_terminal();
-        console_process::top::show(domain, self.json, is_terminal, &mut out).map_err(Failed::failed)?;
+        console_process::top::show(domain, self.json, is_terminal, &mut out).map_err(Failed::because)?;
         Ok(ExitCode::SUCCESS)
     }
 }
@@ -249,7 +249,7 @@ impl Bench {
             .map_err(|_| Failed::usage("--seconds: give the seconds to measure as a number above 0"))?;
         let mut out = std::io::stdout().lock();
         supervisor_process::bench::bench(seconds, self.json, env!("LEO_COMMIT"), &mut out)
-            .map_err(Failed::failed)?;
+            .map_err(Failed::because)?;
         Ok(ExitCode::SUCCESS)
     }
 }

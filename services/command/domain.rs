@@ -42,9 +42,9 @@ pub(crate) fn state_directory() -> Result<PathBuf, Failed> {
 
 /// The exit status of a run.
 pub(crate) fn outcome(outcome: Result<Outcome, RunError>) -> Result<ExitCode, Failed> {
-    match outcome.map_err(Failed::failed)? {
+    match outcome.map_err(Failed::because)? {
         Outcome::Done(_) | Outcome::Stopped => Ok(ExitCode::SUCCESS),
-        Outcome::GaveUp(process) => Err(Failed::failed(format!(
+        Outcome::GaveUp(process) => Err(Failed::because(format!(
             "gave up: the process `{process}` died too often; what it said of it stands above"
         ))),
         Outcome::Refused(process) => Err(Failed::usage(format!(

@@ -12,13 +12,11 @@ pub(crate) struct Failed {
 
 impl Failed {
     /// The thing asked did not hold.
-    #[expect(clippy::needless_pass_by_value, reason = "so that it can be given to `map_err`")]
-    pub(crate) fn failed(error: impl Display) -> Self {
+    pub(crate) fn because(error: impl Display) -> Self {
         Self { text: error.to_string(), code: ExitCode::from(1) }
     }
 
     /// Bad usage or configuration.
-    #[expect(clippy::needless_pass_by_value, reason = "so that it can be given to `map_err`")]
     pub(crate) fn usage(error: impl Display) -> Self {
         Self { text: error.to_string(), code: ExitCode::from(2) }
     }

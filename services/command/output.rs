@@ -24,7 +24,7 @@ pub(crate) fn print_accounts(accounts: &[(String, String, Account)], json: bool)
 }
 
 fn to_json(value: &(impl serde::Serialize + ?Sized)) -> Result<String, Failed> {
-    let text = serde_json::to_string_pretty(value).map_err(Failed::failed)?;
+    let text = serde_json::to_string_pretty(value).map_err(Failed::because)?;
     Ok(text + "\n")
 }
 
@@ -32,5 +32,5 @@ fn print(text: &str) -> Result<(), Failed> {
     let mut out = std::io::stdout().lock();
     out.write_all(text.as_bytes())
         .and_then(|()| out.flush())
-        .map_err(|error| Failed::failed(format!("cannot write to standard output: {error}")))
+        .map_err(|error| Failed::because(format!("cannot write to standard output: {error}")))
 }

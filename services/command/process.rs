@@ -82,7 +82,7 @@ impl Process {
             Self::MockBus(_) => mock_bus_process::run(&launch, &robot),
             Self::Console(_) => console_process::run(&launch, &robot.leo, lesson(&launch)?.performances()),
         }
-        .map_err(Failed::failed)?;
+        .map_err(Failed::because)?;
         Ok(ExitCode::SUCCESS)
     }
 }

@@ -333,6 +333,26 @@ fn a_silent_servo_is_quarantined_costs_no_other_and_comes_back() {
 }
 
 #[test]
+fn a_servo_that_answers_now_and_then_is_not_quarantined() {
+    let mut rig = following();
+    for cycle in 0..30 {
+        rig.mute = if cycle % 3 < 2 { BTreeSet::from([(0, 1)]) } else { BTreeSet::new() };
+        rig.commanded(1, 0.0, rig.now);
+        assert_eq!(rig.modes()[0], JointMode::Following);
+    }
+}
+
+#[test]
+fn where_a_whole_bus_is_silent_its_servos_are_blamed_later() {
+    let mut rig = following();
+    rig.mute = BTreeSet::from([(0, 1), (0, 2)]);
+    rig.commanded(10, 0.0, rig.now);
+    assert_eq!(rig.modes(), [JointMode::Following; 3]);
+    rig.commanded(4, 0.0, rig.now);
+    assert_eq!(rig.modes(), [JointMode::Quarantined, JointMode::Quarantined, JointMode::Following]);
+}
+
+#[test]
 fn a_servo_that_never_was_there_keeps_no_other_from_starting() {
     let mut rig = Rig::new();
     rig.mute.insert((0, 1));
@@ -444,4 +464,21 @@ fn on_a_noisy_wire_every_joint_goes_on_or_comes_back_and_no_command_jumps() {
         assert!((rig.position(0)).abs() < 0.003);
     }
     assert!(interrupted > 0, "the noise did not matter");
+}
+
+#[test]
+fn an_answer_that_comes_a_cycle_late_is_dropped() {
+    let mut rig = following();
+    rig.commanded(1, 0.0, rig.now);
+    // Bus 1 was asked last: these are its answers.
+    let late = rig.replies.clone();
+    let seen_at = rig.state(2).sampled_at_ns;
+    assert_eq!(seen_at, rig.now.as_nanos());
+    rig.now += PERIOD;
+    rig.motor.goals(rig.now, &[]);
+    rig.motor.step(rig.now);
+    rig.motor.request(1, rig.now, &mut rig.request);
+    rig.motor.replies(1, rig.now, &late);
+    assert_eq!(rig.state(2).sampled_at_ns, seen_at);
+    assert_eq!(rig.motor.counts().stale, 1);
 }

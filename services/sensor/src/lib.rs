@@ -58,6 +58,6 @@ pub fn run(launch: &Launch, leo: &Leo, percepts: &PerceptConfig) -> Result<(), F
 /// Where no source had anything new, it speaks about `now` and was observed by nobody: time
 /// passes for the beliefs, and nothing is taken to have vanished.
 fn header(frames: &[Option<Frame<Observations>>], now_ns: u64) -> Header {
-    let newest = frames.iter().flatten().map(|frame| frame.head()).max_by_key(|head| head.valid_at_ns);
+    let newest = frames.iter().flatten().map(Frame::head).max_by_key(|head| head.valid_at_ns);
     newest.map_or_else(|| Header::at(now_ns), Header::onwards)
 }

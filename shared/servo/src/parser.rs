@@ -206,6 +206,15 @@ mod tests {
     }
 
     #[test]
+    fn a_false_length_keeps_nobody_waiting() {
+        let mut chunks = chain();
+        chunks[11][5..7].copy_from_slice(&1000_u16.to_le_bytes());
+        let (ids, losses) = ids(&chunks);
+        assert_eq!(ids, (1..=13).filter(|&id| id != 12).collect::<Vec<_>>());
+        assert_eq!(losses.cut, 1);
+    }
+
+    #[test]
     fn a_byte_of_noise_costs_no_servo() {
         for noise in [0x00, 0x55, 0xFD, 0xFF] {
             let mut chunks = chain();

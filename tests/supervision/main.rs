@@ -1,0 +1,167 @@
+//! The supervisor over real processes: whatever is killed, the robot goes on or ends cleanly.
+#![expect(clippy::expect_used, reason = "a test fails by panicking")]
+
+mod robot;
+
+use std::fs;
+use std::process::Output;
+
+use clock::Duration;
+use rustix::process::Signal;
+
+use robot::{PROCESSES, Robot, domain, is_alive, left_behind, leo, pause, signal, wait_until};
+
+/// A supervisor that never loses patience with processes that tests kill.
+const PATIENT: [(&str, &str); 2] = [("deaths_most", "1000000"), ("backoff_most_ms", "40.0")];
+/// How often each process is killed.
+const KILLS: u32 = 50;
+
+/// Numbers that look random and are the same in every run.
+struct Chance(u64);
+
+impl Chance {
+    fn below(&mut self, bound: u64) -> u64 {
+        self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (self.0 >> 33) % bound
+    }
+}
+
+#[test]
+fn the_robot_survives_any_process_killed_at_any_moment() {
+    let robot = Robot::ready("kill", &PATIENT);
+    assert!(robot.works(), "{}", robot.said());
+    let held = |robot: &Robot| (left_behind(robot.domain()).len(), robot.descriptors());
+    let (files, descriptors) = held(&robot);
+    let mut chance = Chance(2006);
+    let mut kills = 0;
+    for _round in 0..KILLS {
+        for name in PROCESSES {
+            let mut victim = None;
+            let lives = wait_until(|| {
+                victim = robot.processes().get(name).copied();
+                victim.is_some()
+            });
+            assert!(lives, "`{name}` was not started anew\n{}", robot.said());
+            // Now and then while it starts, now and then while it works.
+            pause(Duration::from_micros(chance.below(60_000)));
+            signal(victim.expect("lives"), Signal::KILL);
+            kills += 1;
+        }
+    }
+    assert!(robot.works(), "after {kills} kills: {:?}\n{}", robot.cycles(), robot.said());
+    let restarts = robot.said().matches("starts anew").count();
+    assert!(restarts >= kills * 9 / 10, "{restarts} restarts after {kills} kills");
+    let now = held(&robot);
+    let said = format!("{files} files in shared memory and {descriptors} descriptors became {now:?}");
+    assert!(files > 0 && descriptors > 0 && now.0 <= files + 5 && now.1 <= descriptors + 5, "{said}");
+    let domain = robot.domain().to_owned();
+    let (status, said) = robot.stop(Signal::INT);
+    assert!(status.success(), "{status}\n{said}");
+    assert_eq!(left_behind(&domain), [""; 0]);
+}
+
+#[test]
+fn a_process_that_hangs_is_replaced() {
+    let robot = Robot::ready("hang", &PATIENT);
+    for name in PROCESSES {
+        let hung = robot.processes()[name];
+        signal(hung, Signal::STOP);
+        let replaced = wait_until(|| robot.processes().get(name).is_some_and(|&pid| pid != hung));
+        assert!(replaced, "`{name}` hangs on\n{}", robot.said());
+    }
+    assert!(robot.works(), "{}", robot.said());
+    assert_eq!(robot.said().matches("hangs").count(), PROCESSES.len(), "{}", robot.said());
+}
+
+#[test]
+fn a_killed_supervisor_takes_every_process_with_it_and_the_next_run_clears_up() {
+    let robot = Robot::ready("orphan", &[]);
+    let processes = robot.processes();
+    assert_eq!(processes.len(), PROCESSES.len());
+    let domain = robot.domain().to_owned();
+    let (status, _) = robot.stop(Signal::KILL);
+    assert!(!status.success());
+    assert!(wait_until(|| !processes.values().any(|&pid| is_alive(pid))), "{processes:?} live on");
+    assert!(!left_behind(&domain).is_empty(), "nothing was left to clear up");
+    let next = Robot::ready("heir", &[]);
+    assert_eq!(left_behind(&domain), [""; 0]);
+    next.stop(Signal::TERM);
+}
+
+#[test]
+fn two_robots_run_side_by_side_and_one_ends_without_the_other() {
+    let (one, other) = (Robot::ready("one", &[]), Robot::ready("other", &[]));
+    assert!(one.works() && other.works());
+    let gone = one.domain().to_owned();
+    let (status, said) = one.stop(Signal::TERM);
+    assert!(status.success(), "{status}\n{said}");
+    assert_eq!(left_behind(&gone), [""; 0]);
+    assert!(other.works(), "{}", other.said());
+    let gone = other.domain().to_owned();
+    other.stop(Signal::TERM);
+    assert_eq!(left_behind(&gone), [""; 0]);
+}
+
+#[test]
+fn a_process_that_cannot_be_kept_alive_ends_the_run_loudly() {
+    let mut robot = Robot::ready("giving-up", &[("deaths_most", "3")]);
+    let domain = robot.domain().to_owned();
+    for _death in 0..3 {
+        let mut victim = None;
+        let lives = wait_until(|| {
+            victim = robot.processes().get("sensor").copied();
+            victim.is_some()
+        });
+        assert!(lives, "{}", robot.said());
+        signal(victim.expect("lives"), Signal::KILL);
+        wait_until(|| !is_alive(victim.expect("lived")));
+    }
+    assert_eq!(robot.end().code(), Some(1), "{}", robot.said());
+    assert!(robot.said().contains("sensor"), "{}", robot.said());
+    assert_eq!(left_behind(&domain), [""; 0]);
+}
+
+#[test]
+fn a_run_ends_when_its_time_is_over_and_leaves_nothing() {
+    let domain = domain("timed");
+    let state = tempfile::tempdir().expect("a folder");
+    let ended = leo(&["run", "--for", "0.5", "--domain"])
+        .arg(&domain)
+        .env("XDG_STATE_HOME", state.path())
+        .output()
+        .expect("runs");
+    assert!(ended.status.success(), "{}", said(&ended));
+    assert_eq!(left_behind(&domain), [""; 0]);
+}
+
+#[test]
+fn a_second_supervisor_in_a_domain_is_refused() {
+    let robot = Robot::ready("taken", &[]);
+    let second = leo(&["run", "--for", "1", "--domain"]).arg(robot.domain()).output().expect("runs");
+    assert_eq!(second.status.code(), Some(1), "{}", said(&second));
+    assert!(said(&second).contains("already runs"), "{}", said(&second));
+    assert!(robot.works(), "the first one suffered\n{}", robot.said());
+}
+
+#[test]
+fn a_wrong_or_missing_file_is_refused_before_anything_starts() {
+    let files = tempfile::tempdir().expect("a folder");
+    let wrong = files.path().join("leo.toml");
+    fs::write(&wrong, "[buffers]\nobject = 3\n").expect("writes");
+    let missing = files.path().join("nowhere.toml");
+    let domain = domain("refused");
+    for (flag, file, word) in [
+        ("--config", &wrong, "leo.toml:2:1"),
+        ("--config", &missing, "nowhere.toml"),
+        ("--lesson", &missing, "nowhere.toml"),
+    ] {
+        let refused = leo(&["run", "--domain"]).arg(&domain).arg(flag).arg(file).output().expect("runs");
+        assert_eq!(refused.status.code(), Some(2), "{}", said(&refused));
+        assert!(said(&refused).contains(word), "{}", said(&refused));
+        assert_eq!(left_behind(&domain), [""; 0]);
+    }
+}
+
+fn said(ended: &Output) -> String {
+    String::from_utf8_lossy(&ended.stderr).into_owned()
+}

@@ -1,0 +1,200 @@
+use std::collections::BTreeMap;
+use std::fs;
+use std::io::{BufRead as _, BufReader, Read as _};
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, ExitStatus, Stdio};
+use std::sync::{Arc, Mutex};
+use std::thread;
+
+use clock::Duration;
+use rustix::process::{Pid, Signal, kill_process};
+use tempfile::TempDir;
+
+/// The seven processes of a robot, by their subcommands.
+pub(crate) const PROCESSES: [&str; 7] =
+    ["belief", "console", "learner", "mock-bus", "motor", "sensor", "simulator"];
+/// Patience with a loaded machine.
+pub(crate) const PATIENCE: Duration = Duration::from_secs(60);
+
+/// A robot that runs in a domain of its own, as a user would start it. Dropping it kills it.
+pub(crate) struct Robot {
+    supervisor: Child,
+    domain: PathBuf,
+    said: Arc<Mutex<String>>,
+    files: TempDir,
+}
+
+/// A command of `leo` with nothing of this machine's in its environment.
+pub(crate) fn leo(arguments: &[&str]) -> Command {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_leo"));
+    command.args(arguments).env_remove("RUST_LOG").stdin(Stdio::null());
+    command
+}
+
+/// The root of a domain of this test's own.
+pub(crate) fn domain(name: &str) -> PathBuf {
+    PathBuf::from(format!("/dev/shm/leo-{name}-{}", std::process::id()))
+}
+
+/// What the domain has in shared memory, its root included.
+pub(crate) fn left_behind(domain: &Path) -> Vec<String> {
+    let name = domain.file_name().expect("a name").to_string_lossy().into_owned();
+    let is_its = |entry: &String| *entry == name || entry.starts_with(&format!("{name}_"));
+    let entries = fs::read_dir("/dev/shm").expect("there is shared memory").flatten();
+    entries.map(|entry| entry.file_name().to_string_lossy().into_owned()).filter(is_its).collect()
+}
+
+pub(crate) fn pause(time: Duration) {
+    clock::sleep_until(clock::now() + time);
+}
+
+/// Waits until `holds`, for as long as is patient; whether it does.
+pub(crate) fn wait_until(mut holds: impl FnMut() -> bool) -> bool {
+    let end = clock::now() + PATIENCE;
+    while clock::now() < end {
+        if holds() {
+            return true;
+        }
+        pause(Duration::from_millis(10));
+    }
+    holds()
+}
+
+pub(crate) fn signal(pid: i32, signal: Signal) {
+    // Whoever died by itself in the meantime needs no signal.
+    let _sent = kill_process(Pid::from_raw(pid).expect("a process number"), signal);
+}
+
+/// Whether a process lives: a zombie does not.
+pub(crate) fn is_alive(pid: i32) -> bool {
+    let stat = fs::read_to_string(format!("/proc/{pid}/stat")).unwrap_or_default();
+    stat.rsplit(") ").next().is_some_and(|rest| !rest.is_empty() && !rest.starts_with(['Z', 'X']))
+}
+
+impl Robot {
+    /// Starts a robot that stays until it is stopped. `changes` are keys of `leo.toml` with the
+    /// values that they shall have instead.
+    pub(crate) fn start(name: &str, changes: &[(&str, &str)]) -> Self {
+        let files = tempfile::tempdir().expect("a folder");
+        let config = files.path().join("leo.toml");
+        fs::write(&config, changed(changes)).expect("writes");
+        let domain = domain(name);
+        let mut supervisor = leo(&["-v", "run", "--for", "3600"])
+            .arg("--config")
+            .arg(&config)
+            .arg("--domain")
+            .arg(&domain)
+            .env("XDG_STATE_HOME", files.path())
+            .stdout(Stdio::null())
+            .stderr(Stdio::piped())
+            .spawn()
+            .expect("starts");
+        let said = Arc::new(Mutex::new(String::new()));
+        let stderr = supervisor.stderr.take().expect("piped");
+        let listener = Arc::clone(&said);
+        thread::spawn(move || {
+            for line in BufReader::new(stderr).lines().map_while(Result::ok) {
+                let mut said = listener.lock().expect("nobody panics with it");
+                said.push_str(&line);
+                said.push('\n');
+            }
+        });
+        Self { supervisor, domain, said, files }
+    }
+
+    /// Starts a robot and waits until all of it runs.
+    pub(crate) fn ready(name: &str, changes: &[(&str, &str)]) -> Self {
+        let robot = Self::start(name, changes);
+        assert!(wait_until(|| robot.said().contains("the robot runs")), "{}", robot.said());
+        robot
+    }
+
+    /// What it said on standard error so far.
+    pub(crate) fn said(&self) -> String {
+        self.said.lock().expect("nobody panics with it").clone()
+    }
+
+    pub(crate) fn domain(&self) -> &Path {
+        &self.domain
+    }
+
+    pub(crate) fn pid(&self) -> i32 {
+        i32::try_from(self.supervisor.id()).expect("a process number")
+    }
+
+    /// How many files and ports the supervisor has open.
+    pub(crate) fn descriptors(&self) -> usize {
+        fs::read_dir(format!("/proc/{}/fd", self.pid())).map_or(0, Iterator::count)
+    }
+
+    /// The living processes by name.
+    pub(crate) fn processes(&self) -> BTreeMap<String, i32> {
+        let pid = self.pid();
+        let children = fs::read_to_string(format!("/proc/{pid}/task/{pid}/children")).unwrap_or_default();
+        let named = children.split_whitespace().filter_map(|child| {
+            let child: i32 = child.parse().ok()?;
+            let line = fs::read_to_string(format!("/proc/{child}/cmdline")).ok()?;
+            let name = line.split('\0').nth(1)?;
+            (PROCESSES.contains(&name) && is_alive(child)).then(|| (name.to_owned(), child))
+        });
+        named.collect()
+    }
+
+    /// Cycles of every process that runs, as `leo top` shows them.
+    pub(crate) fn cycles(&self) -> BTreeMap<String, u64> {
+        let shown = leo(&["top", "--json", "--domain"]).arg(&self.domain).output().expect("runs");
+        let table: serde_json::Value = serde_json::from_slice(&shown.stdout).unwrap_or_default();
+        let rows = table.as_array().into_iter().flatten().filter(|row| row["state"] == "running");
+        rows.filter_map(|row| Some((row["process"].as_str()?.to_owned(), row["cycles"].as_u64()?))).collect()
+    }
+
+    /// Whether all processes run and go on with their cycles.
+    pub(crate) fn works(&self) -> bool {
+        wait_until(|| {
+            let before = self.cycles();
+            pause(Duration::from_millis(300));
+            let after = self.cycles();
+            PROCESSES
+                .iter()
+                .all(|name| matches!((before.get(*name), after.get(*name)), (Some(b), Some(a)) if a > b))
+        })
+    }
+
+    /// Sends a signal to the supervisor and waits for the end.
+    pub(crate) fn stop(mut self, how: Signal) -> (ExitStatus, String) {
+        signal(self.pid(), how);
+        let status = self.end();
+        (status, self.said())
+    }
+
+    /// Waits for the end.
+    pub(crate) fn end(&mut self) -> ExitStatus {
+        let mut status = None;
+        let ended = wait_until(|| {
+            status = self.supervisor.try_wait().expect("asked");
+            status.is_some()
+        });
+        assert!(ended, "the supervisor does not end: {}", self.said());
+        status.expect("ended")
+    }
+}
+
+impl Drop for Robot {
+    fn drop(&mut self) {
+        let _dead = self.supervisor.kill().and_then(|()| self.supervisor.wait());
+        assert!(self.files.path().exists());
+    }
+}
+
+/// The robot's configuration with some values changed.
+fn changed(changes: &[(&str, &str)]) -> String {
+    let mut text = String::new();
+    let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("config/leo.toml");
+    fs::File::open(file).and_then(|mut file| file.read_to_string(&mut text)).expect("the configuration");
+    for (key, value) in changes {
+        let line =
+            text.lines().find(|line| line.starts_with(&format!("{key} = "))).expect("a key").to_owned();
+        text = text.replace(&line, &format!("{key} = {value}"));
+    }
+    text
+}
