@@ -30,7 +30,7 @@ trap stop EXIT
 top() {
   "$leo" top --json --domain "$domain" 2>/dev/null | awk -v process="\"$1\"," -v key="\"$2\":" '
     $1 == "\"process\":" { here = $2 == process }
-    here && $1 == key { sub(",", "", $2); print $2; exit }'
+    here && $1 == key { sub(",", "", $2); print $2 }'
 }
 
 warm() {
