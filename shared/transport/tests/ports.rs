@@ -6,7 +6,7 @@ use std::sync::{Arc, Mutex, PoisonError, Weak};
 use std::time::Duration;
 
 use message::{Event, EventKind, Events, Header, Health, Hop, Process, ProcessState};
-use transport::janitor::{Claim, ClaimError, Janitor, claim};
+use transport::janitor::{Claim, ClaimError, Janitor, claim, is_claimed};
 use transport::{Delivery, Domain, HealthReader, HealthWriter, Node, Queues, SendError};
 
 /// iceoryx2 holds one domain per process, so the tests of this file share one; the last test that
@@ -166,4 +166,14 @@ fn health_is_read_as_it_was_written() {
     health.execution.record(4_000);
     writer.write(&health);
     assert_eq!(reader.read(), health);
+}
+
+#[test]
+fn a_domain_is_claimed_for_as_long_as_its_claim_lives() {
+    let domain = Domain::named(&format!("claims-{}", std::process::id())).expect("a legal name");
+    assert!(!is_claimed(&domain));
+    let held = claim(&domain).expect("nobody holds it");
+    assert!(is_claimed(&domain));
+    Janitor::new(&domain).wipe(held);
+    assert!(!is_claimed(&domain));
 }
