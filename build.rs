@@ -11,5 +11,7 @@ fn main() {
         .and_then(|output| String::from_utf8(output.stdout).ok())
         .unwrap_or_else(|| "unknown".to_owned());
     println!("cargo::rustc-env=LEO_COMMIT={}", commit.trim());
+    // The log grows with every commit; the head alone only names the branch.
     println!("cargo::rerun-if-changed=.git/HEAD");
+    println!("cargo::rerun-if-changed=.git/logs/HEAD");
 }

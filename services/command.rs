@@ -1,5 +1,6 @@
 //! The commands: their names, their flags, and whom each hands over to.
 
+mod aside;
 mod domain;
 mod failure;
 mod output;
@@ -16,6 +17,7 @@ use config::Robot;
 use config::lesson::Lesson;
 use supervisor_process::{CheckError, ORDER, Orders, Teaching};
 
+use aside::Aside;
 use failure::Failed;
 pub(crate) use failure::Failed as Failure;
 
@@ -143,19 +145,28 @@ struct Bench {
 impl Leo {
     /// Does what the command line says.
     pub(crate) fn run(self) -> Result<ExitCode, Failure> {
-        listen(self.verbose, self.log_json);
-        match self.command.unwrap_or(Command::Run(self.run)) {
-            Command::Run(run) => run.run(),
-            Command::Teach(teach) => teach.run(),
-            Command::Top(top) => top.run(),
-            Command::Check(check) => check.run(),
-            Command::Bench(bench) => bench.run(),
-            Command::BenchEcho(echo) => {
+        let aside = Aside::over(std::io::stderr());
+        listen(&aside, self.verbose, self.log_json);
+        let outcome = self.command.unwrap_or(Command::Run(self.run)).run();
+        aside.finish();
+        outcome
+    }
+}
+
+impl Command {
+    fn run(self) -> Result<ExitCode, Failure> {
+        match self {
+            Self::Run(run) => run.run(),
+            Self::Teach(teach) => teach.run(),
+            Self::Top(top) => top.run(),
+            Self::Check(check) => check.run(),
+            Self::Bench(bench) => bench.run(),
+            Self::BenchEcho(echo) => {
                 supervisor_process::bench::echo(&echo.domain, &echo.name, echo.bytes)
                     .map_err(Failed::because)?;
                 Ok(ExitCode::SUCCESS)
             }
-            Command::Process(process) => process.run(),
+            Self::Process(process) => process.run(),
         }
     }
 }
@@ -258,14 +269,17 @@ impl Bench {
 
 /// What the processes say goes to standard error: by default warnings, `-v` what they do,
 /// `RUST_LOG` whatever it says.
-fn listen(verbose: bool, json: bool) {
+fn listen(aside: &Aside, verbose: bool, json: bool) {
     use tracing_subscriber::EnvFilter;
     let default = if verbose { "debug" } else { "warn" };
     let filter = EnvFilter::try_from_default_env().unwrap_or_else(|_| EnvFilter::new(default));
     let colour = std::io::stderr().is_terminal() && std::env::var_os("NO_COLOR").is_none();
     let subscriber = tracing_subscriber::fmt()
         .with_env_filter(filter)
-        .with_writer(std::io::stderr)
+        .with_writer({
+            let aside = aside.clone();
+            move || aside.clone()
+        })
         .with_target(false)
         .with_ansi(colour)
         .without_time();

@@ -29,6 +29,9 @@ impl Chance {
 #[test]
 fn the_robot_survives_any_process_killed_at_any_moment() {
     let robot = Robot::ready("kill", &PATIENT);
+    assert!(robot.works(), "{}", robot.said());
+    let held = |robot: &Robot| (left_behind(robot.domain()).len(), robot.descriptors());
+    let (files, descriptors) = held(&robot);
     let mut chance = Chance(2006);
     let mut kills = 0;
     for _round in 0..KILLS {
@@ -48,6 +51,9 @@ fn the_robot_survives_any_process_killed_at_any_moment() {
     assert!(robot.works(), "after {kills} kills: {:?}\n{}", robot.cycles(), robot.said());
     let restarts = robot.said().matches("starts anew").count();
     assert!(restarts >= kills * 9 / 10, "{restarts} restarts after {kills} kills");
+    let now = held(&robot);
+    let said = format!("{files} files in shared memory and {descriptors} descriptors became {now:?}");
+    assert!(files > 0 && descriptors > 0 && now.0 <= files + 5 && now.1 <= descriptors + 5, "{said}");
     let domain = robot.domain().to_owned();
     let (status, said) = robot.stop(Signal::INT);
     assert!(status.success(), "{status}\n{said}");

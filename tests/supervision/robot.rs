@@ -122,6 +122,11 @@ impl Robot {
         i32::try_from(self.supervisor.id()).expect("a process number")
     }
 
+    /// How many files and ports the supervisor has open.
+    pub(crate) fn descriptors(&self) -> usize {
+        fs::read_dir(format!("/proc/{}/fd", self.pid())).map_or(0, Iterator::count)
+    }
+
     /// The living processes by name.
     pub(crate) fn processes(&self) -> BTreeMap<String, i32> {
         let pid = self.pid();

@@ -1,7 +1,7 @@
 use clock::Instant;
 use config::percepts::Percepts;
 use config::perspective::Perspective;
-use message::{Belief, BeliefHead, Header, Perceived};
+use message::{Belief, BeliefHead, Header, Hop, Perceived};
 use perception::{Own, Perception, Unperceivable};
 use perspective::{NoPerspective, Partner, Robot};
 
@@ -105,11 +105,12 @@ impl Believer {
     /// Brings every perspective to the instant that a frame of the percept buffer speaks about.
     ///
     /// A frame that claims to come from the future counts as of `now`, and one older than its
-    /// predecessor as of that one: beliefs never run backwards.
+    /// predecessor as of that one: beliefs never run backwards. A frame that passed no
+    /// [`Hop::Observed`] was observed by nobody: nothing vanishes in it.
     pub fn step(&mut self, now: Instant, header: &Header, entries: &[Perceived]) {
         self.at = Instant::from_nanos(header.valid_at_ns).min(now).max(self.at);
         self.header = Header { valid_at_ns: self.at.as_nanos(), ..header.onwards() };
-        self.robot.step(self.at, entries);
+        self.robot.step(self.at, header.passed(Hop::Observed).is_some(), entries);
         for partner in &mut self.partners {
             partner.step(self.at, entries, self.robot.awareness());
         }

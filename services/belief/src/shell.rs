@@ -24,8 +24,11 @@ pub fn run(launch: &Launch, robot: &Robot) -> Result<(), Failure> {
         .collect::<Result<_, _>>()?;
     member.begin(None)?;
     while member.next_call(&mut percepts)?.is_some() {
-        while let Some(frame) = percepts.receive()? {
-            let now = member.begin_step(frame.head().passed(Hop::Perceived).unwrap_or(0));
+        while !member.shall_stop()
+            && let Some(frame) = percepts.receive()?
+        {
+            let published_ns = frame.head().passed(Hop::Perceived).unwrap_or(member.now().as_nanos());
+            let now = member.begin_step(published_ns);
             believer.step(now, frame.head(), frame.entries());
             // All perspectives are believed before the first is published: one instant for all.
             for (perspective, outlet) in (0..).zip(&mut outlets) {
@@ -39,13 +42,12 @@ pub fn run(launch: &Launch, robot: &Robot) -> Result<(), Failure> {
                     |head| head.header.pass(Hop::Believed, member.now().as_nanos()),
                 )?;
             }
+            let health = member.health();
+            health.drops = percepts.drops();
+            health.refused = believer.head(0).refused;
+            health.undelivered = outlets.iter().map(Outlet::undelivered).sum();
             member.end_step();
         }
-        let refused = believer.head(0).refused;
-        let health = member.health();
-        health.drops = percepts.drops();
-        health.refused = refused;
-        health.undelivered = outlets.iter().map(Outlet::undelivered).sum();
         member.end_call(Progress::More)?;
     }
     Ok(())

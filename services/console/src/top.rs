@@ -6,6 +6,7 @@ use std::time::Duration;
 
 use message::{Health, Histogram, Process, ProcessState, Roster};
 use serde::Serialize;
+use transport::janitor::is_claimed;
 use transport::{Delivery, Domain, HealthReader, JoinError, Node, PortError, Queues, RosterReader};
 
 /// Why there is nothing to look at.
@@ -108,7 +109,7 @@ impl Top {
     pub fn open(domain: Option<Domain>) -> Result<Self, TopError> {
         let domain = match domain {
             Some(domain) => domain,
-            None => only(Domain::all())?,
+            None => only(Domain::all().into_iter().filter(is_claimed).collect())?,
         };
         let queues = Queues { frames: 1, delivery: Delivery::Newest };
         let node = Node::join(&domain, "top", 1, queues)?;

@@ -55,7 +55,7 @@ pub fn run(launch: &Launch, robot: &Robot) -> Result<(), Failure> {
         let mut is_first = true;
         loop {
             let instant = beliefs.next_instant()?;
-            if instant.is_none() && !is_first {
+            if !is_first && (instant.is_none() || member.shall_stop()) {
                 break;
             }
             is_first = false;
@@ -67,10 +67,10 @@ pub fn run(launch: &Launch, robot: &Robot) -> Result<(), Failure> {
             let output = learner.step(now, &input);
             said.clear();
             publish(&member, now.as_nanos(), &header, output, &memory, &mut events, &mut goals)?;
+            member.health().drops = beliefs.drops() + utterances.drops() + joint_states.drops();
+            member.health().undelivered = events.undelivered() + goals.undelivered();
             member.end_step();
         }
-        member.health().drops = beliefs.drops() + utterances.drops() + joint_states.drops();
-        member.health().undelivered = events.undelivered() + goals.undelivered();
         member.end_call(Progress::More)?;
     }
     Ok(())

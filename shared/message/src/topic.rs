@@ -56,7 +56,7 @@ topic!(
     Scene = "scene": Header, SceneObject
 );
 topic!(
-    /// What the teachers say. Writer: simulator (and, where people teach, the console).
+    /// What the teachers say. Writer: simulator.
     Utterances = "utterances": Header, Utterance
 );
 topic!(

@@ -1,7 +1,7 @@
 //! The layout of every type that processes share, byte by byte, beside its version.
 //!
 //! The middleware compares name, size and alignment: two fields of one size that change places
-//! pass it unseen. `layouts.txt` therefore says where every field lies, private ones included.
+//! pass it unseen. `layout.txt` therefore says where every field lies, private ones included.
 //! Whoever changes a layout raises the version in its type name and writes the new one there.
 #![expect(clippy::expect_used, reason = "a test that cannot read the sources has failed")]
 
@@ -189,11 +189,11 @@ fn written(declared: &BTreeMap<String, Declared>, compiled: &[Compiled]) -> Stri
 #[test]
 fn every_layout_is_the_one_written_down_for_its_version() {
     let written = written(&declared(), &compiled());
-    let pinned = include_str!("layouts.txt");
+    let pinned = include_str!("layout.txt");
     let differing = written.lines().zip(pinned.lines()).find(|(is, was)| is != was);
     assert!(
         written == pinned,
-        "raise the version of the type that changed, and write this to layouts.txt (first: {differing:?}):\n\
+        "raise the version of the type that changed, and write this to layout.txt (first: {differing:?}):\n\
          {written}"
     );
     assert_eq!(pinned.lines().filter(|line| line.starts_with("leo/")).count(), 19);

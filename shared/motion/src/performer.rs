@@ -30,9 +30,17 @@ pub struct Performer {
 #[derive(Clone, Copy, Debug)]
 enum State {
     Idle,
-    Running { leg: usize, since: Instant },
+    Running {
+        leg: usize,
+        since: Instant,
+        /// Whether the goals sent last were those of the leg's end.
+        is_sent: bool,
+    },
     Done,
-    Failed { phase: Phase, why: Why },
+    Failed {
+        phase: Phase,
+        why: Why,
+    },
 }
 
 impl Performer {
@@ -73,16 +81,16 @@ impl Performer {
         let (model, plan) = (&self.model, &mut self.next_plan);
         Draft { model, plan, start: &self.start, at: &mut self.at }.skill(skill)?;
         mem::swap(&mut self.plan, &mut self.next_plan);
-        self.state = State::Running { leg: 0, since: now };
+        self.state = State::Running { leg: 0, since: now, is_sent: false };
         Ok(())
     }
 
     /// Looks where the joints are (`None` where that is not known) and says how the skill goes;
     /// then [`goals`](Self::goals) are those to send now.
     pub fn step(&mut self, now: Instant, present_rad: &[Option<f64>]) -> Progress {
-        if let State::Running { leg, since } = self.state
+        // The goals are ahead of the present moment, and so may the joints be.
+        if let State::Running { leg, since, is_sent: true } = self.state
             && let Some(current) = self.plan.leg(leg)
-            && now.since(since) >= current.duration
         {
             match self.unready(current, present_rad) {
                 Some(why) if now.since(since) > current.duration + PATIENCE => {
@@ -90,7 +98,7 @@ impl Performer {
                 }
                 Some(_) => {}
                 None if self.plan.leg(leg + 1).is_some() => {
-                    self.state = State::Running { leg: leg + 1, since: now };
+                    self.state = State::Running { leg: leg + 1, since: now, is_sent: false };
                 }
                 None => self.state = State::Done,
             }
@@ -143,10 +151,12 @@ impl Performer {
     /// Of a running skill, the goals further along its way; otherwise those last sent, again.
     fn renew_goals(&mut self, now: Instant) {
         let arrive_at_ns = (now + self.ahead).as_nanos();
-        if let State::Running { leg, since } = self.state
-            && let Some(leg) = self.plan.leg(leg)
+        if let State::Running { leg, since, is_sent } = &mut self.state
+            && let Some(leg) = self.plan.leg(*leg)
         {
-            self.plan.sample(leg, now.since(since) + self.ahead, &mut self.at);
+            let elapsed = now.since(*since) + self.ahead;
+            *is_sent = elapsed >= leg.duration;
+            self.plan.sample(leg, elapsed, &mut self.at);
             self.goals.clear();
             self.goals.extend((0_u32..).zip(&self.at).map(|(joint, goal_position_rad)| JointGoal {
                 joint,

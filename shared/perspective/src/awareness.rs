@@ -16,6 +16,7 @@ pub struct Awareness {
     eyes: Vec<Option<(Pose<Base, Eye>, Instant)>>,
     absent_after: Duration,
     occluders: RememberedOccluders,
+    looked: bool,
     capacity: usize,
 }
 
@@ -28,19 +29,23 @@ impl Awareness {
             eyes: vec![None; usize::from(partners)],
             absent_after: config.sight.absent_after_ms.duration(),
             occluders: RememberedOccluders::new(&config.occluders),
+            looked: false,
             capacity,
         }
     }
 
     /// Takes note of an instant: of each observation that `perceives` lets through, and of eyes
-    /// and occluders among them. Observations beyond the capacity are not perceived.
+    /// and occluders among them. Observations beyond the capacity are not perceived. Unless anybody
+    /// `looked`, nothing is taken to be gone.
     pub(crate) fn note(
         &mut self,
         at: Instant,
+        looked: bool,
         entries: &[Perceived],
         field: &Field,
         perceives: impl Fn(&Perceived) -> bool,
     ) {
+        self.looked = looked;
         self.perceives.clear();
         self.occluders.begin();
         for entry in entries.iter().take(self.capacity) {
@@ -50,7 +55,7 @@ impl Awareness {
                 self.note_one(at, &entry.observation);
             }
         }
-        self.occluders.end(at, field);
+        self.occluders.end(at, looked.then_some(field));
     }
 
     fn note_one(&mut self, at: Instant, observation: &Observation) {
@@ -71,6 +76,13 @@ impl Awareness {
             }
             Some(ObservationKind::Object) | None => {}
         }
+    }
+
+    /// Whether any sensory process observed anything new at this instant: only then does an absence
+    /// say that a thing is gone.
+    #[must_use]
+    pub fn looked(&self) -> bool {
+        self.looked
     }
 
     /// Which observations of this instant the perspective perceives, in their order.

@@ -87,9 +87,10 @@ impl RememberedOccluders {
         }
     }
 
-    /// A frame ends: forgets what is gone.
-    pub(crate) fn end(&mut self, at: Instant, field: &Field) {
+    /// A frame ends: forgets what is gone from where one looked, if one did.
+    pub(crate) fn end(&mut self, at: Instant, looked_at: Option<&Field>) {
         self.rebuild();
+        let Some(field) = looked_at else { return };
         let (shapes, gone_after) = (&self.shapes, self.gone_after);
         self.remembered.retain(|old| {
             at.since(old.observed_at) <= gone_after

@@ -99,7 +99,8 @@ impl Partner {
         let field = Field::Cone { x_base_eye, cone: self.cone };
         let margin_m = self.empty_margin_m;
         self.system.step(at, &self.perceived, |place_m| {
-            field.surveys(parent.occluders(), place_in_base(&x_base_person, place_m), margin_m)
+            parent.looked()
+                && field.surveys(parent.occluders(), place_in_base(&x_base_person, place_m), margin_m)
         });
     }
 

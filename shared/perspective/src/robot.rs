@@ -54,9 +54,12 @@ impl Robot {
 
     /// One instant: takes note of eyes and occluders, and believes what was perceived. Unsound
     /// entries are refused and counted, those beyond the capacity left out and counted.
-    pub fn step(&mut self, at: Instant, entries: &[Perceived]) {
+    ///
+    /// `looked` says whether any sensory process observed anything new, be it an empty table.
+    /// Where none did, time passes and nothing is taken to have vanished: silence is no absence.
+    pub fn step(&mut self, at: Instant, looked: bool, entries: &[Perceived]) {
         self.at = at;
-        self.awareness.note(at, entries, &self.field, is_sound);
+        self.awareness.note(at, looked, entries, &self.field, is_sound);
         let noted = self.awareness.perceives();
         let refused = noted.iter().filter(|perceives| !**perceives).count();
         let left_out = entries.len().saturating_sub(noted.len());
@@ -72,7 +75,7 @@ impl Robot {
         self.perceivable = objects().count();
         let (field, occluders) = (&self.field, self.awareness.occluders());
         self.system.step(at, objects(), |place_m| {
-            field.surveys(occluders, place_in_base(&Pose::identity(), place_m), self.empty_margin_m)
+            looked && field.surveys(occluders, place_in_base(&Pose::identity(), place_m), self.empty_margin_m)
         });
     }
 

@@ -3,7 +3,7 @@
 //!
 //! A process's shell is a loop around its core, the same in wall time and in lockstep:
 //!
-//! ```ignore
+//! ```text
 //! let mut member = Member::join(launch, Process::Sensor, &config.buffers, &config.sensor.realtime)?;
 //! let mut observations = member.inlet::<Observations>(Some(0))?;
 //! let mut percepts = member.outlet::<Percepts>(None, capacity)?;

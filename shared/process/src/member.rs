@@ -222,12 +222,21 @@ impl Member {
         now
     }
 
-    /// Ends the step on one frame.
+    /// Ends the step on one frame. The heart beats: a process that is called faster than it works
+    /// takes frame after frame in one call, and is late, not hung.
     pub fn end_step(&mut self) {
         let now = self.now();
         if let Some(account) = self.account.take() {
             account.close_woken(&mut self.health, now);
         }
+        self.beat();
+    }
+
+    /// Whether the process was told to stop, for a loop over the frames of one call, which need
+    /// not end by itself.
+    #[must_use]
+    pub fn shall_stop(&self) -> bool {
+        self.stop.load(Ordering::Relaxed)
     }
 
     /// Ends the call: publishes the health, and in lockstep gives the turn back.

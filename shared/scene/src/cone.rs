@@ -17,6 +17,18 @@ pub enum NoCone {
     },
 }
 
+/// How much of a ball lies in a cone.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Within {
+    Wholly,
+    Not,
+    /// Or it could not be told cheaply.
+    Partly,
+}
+
+/// Room for rounding where a ball decides about the points in it.
+const SLACK_M: f64 = 1e-6;
+
 /// How far, and how far from the line of sight, an eye sees.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Cone {
@@ -47,6 +59,27 @@ impl Cone {
         let [forward, _, _] = p_eye.to_array();
         let distance = p_eye.distance(&Position::new(0.0, 0.0, 0.0));
         distance <= self.range_m && forward >= self.cos_half_angle * distance
+    }
+
+    /// How much of the ball of a radius round a point lies in the cone; `Wholly` and `Not` are sure.
+    pub(crate) fn holds(&self, p_eye: &Position<Eye>, radius_m: f64) -> Within {
+        let [forward, _, _] = p_eye.to_array();
+        let distance = p_eye.distance(&Position::new(0.0, 0.0, 0.0));
+        let radius = radius_m + SLACK_M;
+        // Where a point of the ball is at least and at most, along the line of sight and as the
+        // cosine asks: a blunt cone asks the more of it the nearer it is.
+        let (asked_most, asked_least) = if self.cos_half_angle >= 0.0 {
+            (self.cos_half_angle * (distance + radius), self.cos_half_angle * (distance - radius).max(0.0))
+        } else {
+            (self.cos_half_angle * (distance - radius).max(0.0), self.cos_half_angle * (distance + radius))
+        };
+        if distance + radius <= self.range_m && forward - radius >= asked_most {
+            Within::Wholly
+        } else if distance - radius > self.range_m || forward + radius < asked_least {
+            Within::Not
+        } else {
+            Within::Partly
+        }
     }
 
     /// How far the eye sees, in metres.

@@ -1,12 +1,14 @@
 use geometry::{Base, Pose, Position, Thing};
-use parry3d::math::{Pose as Isometry, Rotation, Vector};
-use parry3d::query::{Ray, RayCast};
+use parry3d::math::Vector;
+use parry3d::query::{Ray, RayCast as _};
 use parry3d::shape::Cuboid;
 use quantity::number::single;
 
 /// The end of a line of sight that belongs to what is looked at: a block that leans on a wall is
 /// not hidden by the face that it touches.
 const TOUCHING_M: f64 = 1e-4;
+/// Room for rounding where a box is passed over without looking closely.
+const SLACK_M: f64 = 1e-3;
 
 /// Why a box was not taken as an occluder.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
@@ -28,13 +30,15 @@ pub enum NoOccluder {
 /// Boxes that hide what lies behind them, in the robot's base frame. Allocates in `new` alone.
 #[derive(Clone, Debug)]
 pub struct Occluders {
-    boxes: Vec<Shape>,
+    boxes: Vec<Occluder>,
     capacity: usize,
 }
 
+/// A box, and the frame in which its sides are level.
 #[derive(Clone, Copy, Debug)]
-struct Shape {
-    x_base_box: Isometry,
+pub(crate) struct Occluder {
+    x_box_base: Pose<Thing, Base>,
+    half_extents_m: [f64; 3],
     cuboid: Cuboid,
 }
 
@@ -78,10 +82,8 @@ impl Occluders {
         if !half_extents_m.iter().all(|half| *half >= 0.0 && half.is_finite()) {
             return Err(NoOccluder::Extents { half_extents_m });
         }
-        let [x, y, z, w] = x_base_box.orientation_xyzw().map(single);
-        let rotation = Rotation::from_xyzw(x, y, z, w).normalize();
-        let x_base_box = Isometry::from_parts(vector(x_base_box.position_m()), rotation);
-        self.boxes.push(Shape { x_base_box, cuboid: Cuboid::new(vector(half_extents_m)) });
+        let cuboid = Cuboid::new(vector(half_extents_m));
+        self.boxes.push(Occluder { x_box_base: x_base_box.inverse(), half_extents_m, cuboid });
         Ok(())
     }
 
@@ -89,15 +91,46 @@ impl Occluders {
     /// occluded; a point that merely touches its surface is not.
     #[must_use]
     pub fn occluded(&self, eye: &Position<Base>, point: &Position<Base>) -> bool {
+        self.boxes.iter().any(|occluder| {
+            let x_box_base = occluder.x_box_base;
+            occluder.hides(&(x_box_base * *eye), &(x_box_base * *point))
+        })
+    }
+
+    pub(crate) fn boxes(&self) -> &[Occluder] {
+        &self.boxes
+    }
+}
+
+impl Occluder {
+    /// The base frame in the frame of the box.
+    pub(crate) fn x_box_base(&self) -> Pose<Thing, Base> {
+        self.x_box_base
+    }
+
+    /// Whether the box may hide anything within `radius_m` of a point from an eye, both in the frame
+    /// of the box: whether the way there passes the box, grown by as much, at all.
+    pub(crate) fn may_hide(&self, eye: &Position<Thing>, point: &Position<Thing>, radius_m: f64) -> bool {
+        let (mut enter, mut leave) = (0.0_f64, 1.0_f64);
+        let ends = eye.to_array().into_iter().zip(point.to_array());
+        for ((from, to), half) in ends.zip(self.half_extents_m) {
+            let (reach, along) = (half + radius_m + SLACK_M, to - from);
+            let (a, b) = ((-reach - from) / along, (reach - from) / along);
+            enter = enter.max(a.min(b));
+            leave = leave.min(a.max(b));
+        }
+        enter <= leave
+    }
+
+    /// Whether the box stands between an eye and a point, both in its frame.
+    pub(crate) fn hides(&self, eye: &Position<Thing>, point: &Position<Thing>) -> bool {
         let distance = eye.distance(point);
         let reach = single(1.0 - (TOUCHING_M / distance.max(TOUCHING_M)));
-        let from = eye.to_array();
-        let to = point.to_array();
+        let (from, to) = (eye.to_array(), point.to_array());
         // The difference is taken before the numbers are made single: it keeps what is behind a
         // thin wall behind it.
         let along = Vector::new(single(to[0] - from[0]), single(to[1] - from[1]), single(to[2] - from[2]));
-        let ray = Ray::new(vector(from), along);
-        self.boxes.iter().any(|shape| shape.cuboid.intersects_ray(&shape.x_base_box, &ray, reach))
+        self.cuboid.intersects_local_ray(&Ray::new(vector(from), along), reach)
     }
 }
 

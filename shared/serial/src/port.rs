@@ -12,16 +12,23 @@ const NANOS_PER_SECOND: u64 = 1_000_000_000;
 /// Reads what is there, or waits for the first of it until `until`: zero bytes when none came.
 pub(crate) fn read_until(fd: impl AsFd, into: &mut [u8], until: Instant) -> Result<usize, Lost> {
     loop {
-        match read(fd.as_fd(), &mut *into) {
-            Ok(0) if !into.is_empty() => return Err(Lost::HangUp),
-            Ok(count) => return Ok(count),
-            Err(Errno::AGAIN | Errno::INTR) => {}
-            Err(Errno::IO) => return Err(Lost::HangUp),
-            Err(error) => return Err(Lost::Failed(error)),
+        if let Some(count) = read_now(fd.as_fd(), into)? {
+            return Ok(count);
         }
         if !ready(fd.as_fd(), PollFlags::IN, until)? {
             return Ok(0);
         }
+    }
+}
+
+/// Reads what is there: `None` when nothing is.
+fn read_now(fd: BorrowedFd<'_>, into: &mut [u8]) -> Result<Option<usize>, Lost> {
+    match read(fd, &mut *into) {
+        Ok(0) if !into.is_empty() => Err(Lost::HangUp),
+        Ok(count) => Ok(Some(count)),
+        Err(Errno::AGAIN | Errno::INTR) => Ok(None),
+        Err(Errno::IO) => Err(Lost::HangUp),
+        Err(error) => Err(Lost::Failed(error)),
     }
 }
 
@@ -49,9 +56,9 @@ pub(crate) fn drain(fd: impl AsFd, reads: u32) -> Result<usize, Lost> {
     let mut thrown = 0;
     let mut bin = [0; 512];
     for _ in 0..reads {
-        match read_until(fd.as_fd(), &mut bin, Instant::EPOCH)? {
-            0 => break,
-            count => thrown += count,
+        match read_now(fd.as_fd(), &mut bin)? {
+            None => break,
+            Some(count) => thrown += count,
         }
     }
     Ok(thrown)

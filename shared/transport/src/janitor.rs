@@ -22,7 +22,7 @@ use std::path::{Path, PathBuf};
 use clock::{Duration, Instant};
 
 use crate::Domain;
-pub use claim::{Claim, ClaimError, claim};
+pub use claim::{Claim, ClaimError, claim, is_claimed};
 pub use wipe::sweep_stale;
 
 /// Where shared memory appears as files.

@@ -1,16 +1,64 @@
 //! Outlets, inlets and boards over real shared memory.
-#![expect(clippy::expect_used, reason = "a test fails by panicking")]
+#![expect(clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]
 
+use std::ops::Deref;
+use std::sync::{Arc, Mutex, PoisonError, Weak};
 use std::time::Duration;
 
 use message::{Event, EventKind, Events, Header, Health, Hop, Process, ProcessState};
+use transport::janitor::{Claim, ClaimError, Janitor, claim, is_claimed};
 use transport::{Delivery, Domain, HealthReader, HealthWriter, Node, Queues, SendError};
 
-/// iceoryx2 holds one domain per process, so the tests of this file share one.
-fn node(delivery: Delivery) -> Node {
-    let domain = Domain::named(&format!("ports-{}", std::process::id())).expect("a legal name");
-    domain.make().expect("/dev/shm is writable");
-    Node::join(&domain, "test", 1, Queues { frames: 3, delivery }).expect("the domain was made")
+/// iceoryx2 holds one domain per process, so the tests of this file share one; the last test that
+/// uses it leaves nothing behind.
+struct Domained {
+    domain: Domain,
+    claim: Option<Claim>,
+}
+
+static SHARED: Mutex<Weak<Domained>> = Mutex::new(Weak::new());
+
+impl Drop for Domained {
+    fn drop(&mut self) {
+        if let Some(claim) = self.claim.take() {
+            Janitor::new(&self.domain).wipe(claim);
+        }
+    }
+}
+
+/// A node, and what must outlive it.
+struct Place {
+    node: Node,
+    _domain: Arc<Domained>,
+}
+
+impl Deref for Place {
+    type Target = Node;
+
+    fn deref(&self) -> &Node {
+        &self.node
+    }
+}
+
+fn node(delivery: Delivery) -> Place {
+    let mut shared = SHARED.lock().unwrap_or_else(PoisonError::into_inner);
+    let domained = shared.upgrade().unwrap_or_else(|| {
+        let domain = Domain::named(&format!("ports-{}", std::process::id())).expect("a legal name");
+        // The one before may still be cleaning up after itself.
+        let claim = loop {
+            match claim(&domain) {
+                Ok(claim) => break claim,
+                Err(ClaimError::Held { .. }) => std::thread::yield_now(),
+                Err(error) => panic!("{error}"),
+            }
+        };
+        domain.make().expect("/dev/shm is writable");
+        Arc::new(Domained { domain, claim: Some(claim) })
+    });
+    *shared = Arc::downgrade(&domained);
+    let queues = Queues { frames: 3, delivery };
+    let node = Node::join(&domained.domain, "test", 1, queues).expect("the domain was made");
+    Place { node, _domain: domained }
 }
 
 fn event(text: &str) -> Event {
@@ -118,4 +166,14 @@ fn health_is_read_as_it_was_written() {
     health.execution.record(4_000);
     writer.write(&health);
     assert_eq!(reader.read(), health);
+}
+
+#[test]
+fn a_domain_is_claimed_for_as_long_as_its_claim_lives() {
+    let domain = Domain::named(&format!("claims-{}", std::process::id())).expect("a legal name");
+    assert!(!is_claimed(&domain));
+    let held = claim(&domain).expect("nobody holds it");
+    assert!(is_claimed(&domain));
+    Janitor::new(&domain).wipe(held);
+    assert!(!is_claimed(&domain));
 }

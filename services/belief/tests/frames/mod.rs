@@ -3,7 +3,7 @@
 
 use clock::{Duration, Instant};
 use geometry::{Base, Eye, Pose, Position};
-use message::{Header, NOBODY, Observation, ObservationKind, Perceived, State};
+use message::{Header, Hop, NOBODY, Observation, ObservationKind, Perceived, State};
 use perception::{Frame, Perception};
 use quantity::number::single;
 
@@ -51,7 +51,9 @@ impl Frames {
         for thing in 0..things {
             self.push(now, block(thing, self.count));
         }
-        (now, Header::at(now.as_nanos()), &self.entries)
+        let mut header = Header::at(now.as_nanos());
+        header.pass(Hop::Observed, now.as_nanos());
+        (now, header, &self.entries)
     }
 
     fn push(&mut self, now: Instant, thing: Observation) {

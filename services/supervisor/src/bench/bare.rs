@@ -62,7 +62,7 @@ pub(super) fn round_trips(domain: &Domain, node: &Node, case: Case) -> Result<Hi
     if answered { Ok(histogram) } else { Err(BenchError::NotReady("bench-echo")) }
 }
 
-/// The other process of [`round_trips`]: reads every byte and sends `bytes` back, until nothing
+/// The other process of `round_trips`: reads every byte and sends `bytes` back, until nothing
 /// comes any more.
 ///
 /// # Errors

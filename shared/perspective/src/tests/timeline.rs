@@ -122,3 +122,16 @@ fn when_he_walks_round_the_table_what_he_remembers_stays_where_it_is() {
     world.run(SECOND, &[person([0.75, 1.2, 0.55], TABLE), block([0.6, 0.2, 0.03])]);
     assert_eq!(world.his().iter().map(|belief| belief.id).collect::<Vec<_>>(), [his[0].id]);
 }
+
+#[test]
+fn silence_is_no_absence() {
+    let mut world = Workspace::new();
+    world.run(SECOND, &[person(EYES, TABLE), block([0.6, 0.0, 0.03])]);
+    for _ in 0..600 {
+        world.step_blindly();
+    }
+    assert_eq!((world.robots().len(), world.his().len()), (1, 1));
+    // The same time with eyes open on an empty table.
+    world.run(SECOND * 3, &[person(EYES, TABLE)]);
+    assert_eq!((world.robots().len(), world.his().len()), (0, 0));
+}

@@ -40,6 +40,15 @@ impl Workspace {
 
     /// One step in which these things were observed.
     pub(super) fn step(&mut self, things: &[Observation]) {
+        self.step_looking(true, things);
+    }
+
+    /// One step in which nobody observed anything.
+    pub(super) fn step_blindly(&mut self) {
+        self.step_looking(false, &[]);
+    }
+
+    fn step_looking(&mut self, looked: bool, things: &[Observation]) {
         self.now += STEP;
         let entries: Vec<_> = things
             .iter()
@@ -49,7 +58,7 @@ impl Workspace {
                 Perceived { observation, snapshot }
             })
             .collect();
-        self.robot.step(self.now, &entries);
+        self.robot.step(self.now, looked, &entries);
         self.partner.step(self.now, &entries, self.robot.awareness());
     }
 

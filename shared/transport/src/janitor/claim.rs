@@ -69,6 +69,14 @@ pub fn claim(domain: &Domain) -> Result<Claim, ClaimError> {
     }
 }
 
+/// Whether somebody holds the claim on a domain: whether its supervisor lives.
+#[must_use]
+pub fn is_claimed(domain: &Domain) -> bool {
+    let file = OpenOptions::new().read(true).open(domain.root().join(CLAIM_FILE));
+    // A lock taken here for a moment is shared and given up with the file.
+    file.is_ok_and(|file| flock(&file, FlockOperation::NonBlockingLockShared) == Err(Errno::WOULDBLOCK))
+}
+
 /// Takes over the claim of a domain whose holder is dead; none while somebody holds it, and none
 /// where nobody ever claimed it.
 pub(super) fn inherit(domain: &Domain) -> Option<Claim> {

@@ -1,0 +1,47 @@
+//! A process that has more to do than time.
+
+use clock::Duration;
+use config::Robot;
+use message::{Percepts, Process};
+use process::{Launch, Member, queues};
+use transport::janitor::{Janitor, claim};
+use transport::{Domain, HealthReader, Node};
+
+#[test]
+fn the_heart_beats_while_one_call_goes_on_and_on() {
+    let leo = Robot::load(None).expect("the built-in configuration").leo;
+    let domain = Domain::named(&format!("busy-{}", std::process::id())).expect("a legal name");
+    let claim = claim(&domain).expect("nobody else's");
+    domain.make().expect("/dev/shm is writable");
+    let launch = Launch {
+        domain: domain.root().to_owned(),
+        incarnation: 1,
+        parent: None,
+        config: None,
+        lesson: None,
+        synthetic: None,
+        partners: None,
+        stay: false,
+        lockstep: false,
+        state: None,
+    };
+    let node = Node::join(&domain, "test", 1, queues(&leo.buffers, false)).expect("the domain was made");
+    let rights = &leo.console.realtime;
+    let mut member = Member::join(&launch, Process::Belief, &leo.buffers, rights).expect("joins");
+    let mut percepts = member.waking_inlet::<Percepts>(None).expect("a free reader");
+    let board = HealthReader::open(&node, Process::Belief, 1).expect("the board stands");
+    member.begin(None).expect("no period");
+    member.next_call(&mut percepts).expect("works").expect("nobody said stop");
+    let mut beats = vec![board.read().beat];
+    for _step in 0..3 {
+        let now = member.now();
+        member.begin_step(now.as_nanos());
+        // A step that is longer than the time between two looks at the board.
+        clock::sleep_until(now + Duration::from_millis(30));
+        member.end_step();
+        beats.push(board.read().beat);
+    }
+    drop((board, percepts, member, node));
+    Janitor::new(&domain).wipe(claim);
+    assert!(beats.is_sorted_by(|earlier, later| earlier < later), "{beats:?}");
+}

@@ -1,0 +1,170 @@
+//! One lesson, disturbed: a reader that never reads, a belief process killed in the middle of a
+//! demonstration, a learner killed after both. In the end Leo does what it was taught.
+#![expect(clippy::expect_used, reason = "a test fails by panicking")]
+
+#[path = "supervision/robot.rs"]
+#[expect(dead_code, reason = "the tests of the supervisor use the rest")]
+mod robot;
+
+use std::collections::BTreeMap;
+
+use message::{Belief, Beliefs, EventKind, Events, Feature};
+use rustix::process::Signal;
+use transport::{Delivery, Domain, Inlet, Node, Queues};
+
+use robot::{Robot, left_behind, signal, wait_until};
+
+/// As in `leo.toml`: every port of a domain has the same queues.
+const QUEUES: Queues = Queues { frames: 4, delivery: Delivery::Newest };
+/// The number of the percept of place in `percepts.toml`.
+const POSITION: u16 = 0;
+/// An object that is believed again is where it was believed before, to within its noise.
+const SAME_PLACE_M: f32 = 0.03;
+
+/// What a belief system holds: its life, and the places of its objects.
+struct Held {
+    incarnation: u64,
+    sequence: u64,
+    places: Vec<[f32; 3]>,
+}
+
+fn place(belief: &Belief) -> Option<[f32; 3]> {
+    match belief.percept(POSITION)?.feature()? {
+        Feature::Vector(place) => Some(place),
+        Feature::None | Feature::Symbol(_) | Feature::Number(_) | Feature::Orientation(_) => None,
+    }
+}
+
+/// The newest beliefs; waits for them.
+fn held(beliefs: &mut Inlet<Beliefs>) -> Held {
+    let mut held = None;
+    let came = wait_until(|| {
+        if let Some(frame) = beliefs.newest().expect("works") {
+            let header = frame.head().header;
+            let places = frame.entries().iter().filter_map(place).collect();
+            held = Some(Held { incarnation: header.incarnation, sequence: header.sequence, places });
+        }
+        held.is_some()
+    });
+    assert!(came, "no beliefs come");
+    held.expect("came")
+}
+
+fn is_among(place: &[f32; 3], places: &[[f32; 3]]) -> bool {
+    let near = |other: &[f32; 3]| {
+        place.iter().zip(other).map(|(a, b)| (a - b) * (a - b)).sum::<f32>() < SAME_PLACE_M * SAME_PLACE_M
+    };
+    places.iter().any(near)
+}
+
+/// Counts events by kind, and keeps the texts of those that matter.
+#[derive(Default)]
+struct Heard {
+    kinds: BTreeMap<EventKind, usize>,
+    result: Option<String>,
+}
+
+impl Heard {
+    fn listen(&mut self, events: &mut Inlet<Events>) {
+        while let Some(frame) = events.receive().expect("works") {
+            for event in frame.entries() {
+                let kind = event.kind().expect("a kind");
+                *self.kinds.entry(kind).or_default() += 1;
+                if kind == EventKind::PerformanceEnded {
+                    self.result = Some(event.text.as_str().to_owned());
+                }
+            }
+        }
+    }
+
+    fn count(&self, kind: EventKind) -> usize {
+        self.kinds.get(&kind).copied().unwrap_or(0)
+    }
+}
+
+#[test]
+fn a_disturbed_lesson_is_learned_and_performed_all_the_same() {
+    let robot = Robot::ready("recovery", &[]);
+    let domain = Domain::at(robot.domain()).expect("a domain");
+    let node = Node::join(&domain, "observer", 1, QUEUES).expect("joins");
+    let mut events = node.inlet::<Events>(None).expect("a free reader");
+    let mut beliefs = node.inlet::<Beliefs>(Some(0)).expect("a free reader");
+    let mut idler = node.inlet::<Beliefs>(Some(0)).expect("a free reader");
+    let mut heard = Heard::default();
+
+    // A reader that does not read loses its own frames and holds nobody up.
+    assert!(idler.newest().expect("works").is_none());
+    let before = held(&mut beliefs).sequence;
+    assert!(wait_until(|| held(&mut beliefs).sequence > before + 100), "beliefs stand still");
+    let mut waiting = Vec::new();
+    while let Some(frame) = idler.receive().expect("works") {
+        waiting.push(frame.head().header.sequence);
+    }
+    assert!(waiting.len() <= QUEUES.frames, "{waiting:?}");
+    assert!(waiting.first().is_some_and(|first| *first > before), "{waiting:?} after {before}");
+    drop(idler);
+
+    // The belief process dies once the teacher has shown something.
+    assert!(
+        wait_until(|| {
+            heard.listen(&mut events);
+            heard.count(EventKind::ActionSeen) >= 1
+        }),
+        "{}",
+        robot.said()
+    );
+    let before = held(&mut beliefs);
+    assert!(before.places.len() >= 10, "{} objects", before.places.len());
+    signal(robot.processes()["belief"], Signal::KILL);
+    let mut after = held(&mut beliefs);
+    assert!(
+        wait_until(|| {
+            after = held(&mut beliefs);
+            after.incarnation > before.incarnation && after.places.len() >= before.places.len()
+        }),
+        "{} of {} objects are believed again\n{}",
+        after.places.len(),
+        before.places.len(),
+        robot.said()
+    );
+    // Those that the teacher does not move are believed where they were.
+    let again = before.places.iter().filter(|place| is_among(place, &after.places)).count();
+    assert!(
+        again + 2 >= before.places.len(),
+        "{again} of {} objects are where they were",
+        before.places.len()
+    );
+    assert!(
+        wait_until(|| {
+            heard.listen(&mut events);
+            heard.count(EventKind::ContinuityBroken) >= 1
+        }),
+        "the learner was not told"
+    );
+
+    // The learner dies once it has said that it learned: that is not lost.
+    assert!(
+        wait_until(|| {
+            heard.listen(&mut events);
+            heard.count(EventKind::RuleChosen) >= 1
+        }),
+        "{}",
+        robot.said()
+    );
+    signal(robot.processes()["learner"], Signal::KILL);
+    let mut patience = 3;
+    while !wait_until(|| {
+        heard.listen(&mut events);
+        heard.result.is_some()
+    }) {
+        patience -= 1;
+        assert!(patience > 0, "Leo did not finish\n{}", robot.said());
+    }
+    assert_eq!(heard.result.as_deref(), Some("filled 5 of 5"), "{}", robot.said());
+
+    drop((events, beliefs, node));
+    let domain = robot.domain().to_owned();
+    let (status, said) = robot.stop(Signal::TERM);
+    assert!(status.success(), "{status}\n{said}");
+    assert_eq!(left_behind(&domain), [""; 0]);
+}
