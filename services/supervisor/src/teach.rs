@@ -24,6 +24,8 @@ use crate::run::{ORDER, RunError, watch_signals};
 /// A robot that has not finished performing this long after the lesson's script is over, in
 /// simulated time, never will.
 const PATIENCE: Duration = Duration::from_secs(300);
+/// What was said last is heard, thought about and answered within this time.
+const ANSWER: Duration = Duration::from_secs(1);
 /// How often a starting process is looked at.
 const LOOK: Duration = Duration::from_millis(2);
 
@@ -156,7 +158,7 @@ fn conduct(
             }
         }
         if let Some(over) = script_over {
-            if account.performances_ended() >= performances {
+            if account.performances_ended() >= performances && at.since(over) >= ANSWER {
                 break;
             }
             if at.since(over) > PATIENCE {
