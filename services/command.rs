@@ -5,6 +5,7 @@ mod domain;
 mod failure;
 mod output;
 mod process;
+mod seconds;
 
 use std::io::IsTerminal as _;
 use std::path::PathBuf;
@@ -14,7 +15,7 @@ use std::time::Duration;
 use clap::{Args, Parser, Subcommand};
 use config::Robot;
 use config::lesson::Lesson;
-use supervisor_process::{ORDER, Orders, Teaching};
+use supervisor_process::{CheckError, ORDER, Orders, Teaching};
 
 use aside::Aside;
 use failure::Failed;
@@ -77,8 +78,8 @@ struct Run {
     #[arg(long, value_name = "FILE")]
     lesson: Option<PathBuf>,
     /// Stay up for so long; otherwise the robot stops when the lesson is over
-    #[arg(long = "for", value_name = "SECONDS")]
-    run_for: Option<f64>,
+    #[arg(long = "for", value_name = "SECONDS", value_parser = seconds::parse, allow_hyphen_values = true)]
+    run_for: Option<Duration>,
     /// The domain in shared memory to run in [default: one of its own]
     #[arg(long, value_name = "DIRECTORY")]
     domain: Option<PathBuf>,
@@ -133,8 +134,9 @@ struct Check {
 #[command(after_help = "Example:\n  leo bench --seconds 10 --json")]
 struct Bench {
     /// How long to measure each rate and size
-    #[arg(long, value_name = "SECONDS", default_value_t = 5.0)]
-    seconds: f64,
+    #[arg(long, value_name = "SECONDS", default_value = "5", value_parser = seconds::parse,
+        allow_hyphen_values = true)]
+    seconds: Duration,
     /// Print one JSON document
     #[arg(long)]
     json: bool,
@@ -175,12 +177,9 @@ impl Run {
         if let Some(lesson) = &self.lesson {
             Lesson::load(lesson).map_err(Failed::usage)?;
         }
-        let run_for = match self.run_for {
-            None => None,
-            Some(seconds) => Some(Duration::try_from_secs_f64(seconds).map_err(|_| {
-                Failed::usage(format!("--for {seconds}: give the seconds to run as a number above 0"))
-            })?),
-        };
+        let state = domain::state_directory()?;
+        // Here it is one clear error; the learner could only die of it again and again.
+        learner_process::check_memory(&state).map_err(Failed::usage)?;
         let orders = Orders {
             domain: domain::own(self.domain.as_deref())?,
             processes: ORDER.to_vec(),
@@ -189,8 +188,8 @@ impl Run {
             lesson: self.lesson.clone(),
             synthetic: None,
             partners: None,
-            state: Some(domain::state_directory()?),
-            run_for,
+            state: Some(state),
+            run_for: self.run_for,
         };
         domain::outcome(supervisor_process::run(&orders))
     }
@@ -249,17 +248,20 @@ impl Check {
     fn run(&self) -> Result<ExitCode, Failure> {
         let mut out = std::io::stdout().lock();
         let holds =
-            supervisor_process::check(self.config.as_deref(), self.json, &mut out).map_err(Failed::usage)?;
+            supervisor_process::check(self.config.as_deref(), self.json, &mut out).map_err(|error| {
+                match error {
+                    CheckError::Config(_) => Failed::usage(error),
+                    CheckError::Write(_) => Failed::because(error),
+                }
+            })?;
         Ok(ExitCode::from(u8::from(!holds)))
     }
 }
 
 impl Bench {
     fn run(&self) -> Result<ExitCode, Failure> {
-        let seconds = Duration::try_from_secs_f64(self.seconds)
-            .map_err(|_| Failed::usage("--seconds: give the seconds to measure as a number above 0"))?;
         let mut out = std::io::stdout().lock();
-        supervisor_process::bench::bench(seconds, self.json, env!("LEO_COMMIT"), &mut out)
+        supervisor_process::bench::bench(self.seconds, self.json, env!("LEO_COMMIT"), &mut out)
             .map_err(Failed::because)?;
         Ok(ExitCode::SUCCESS)
     }

@@ -27,9 +27,11 @@ impl Narrator {
         let words = match event.kind() {
             Some(EventKind::Said) => format!("Leo:     \"{text}\""),
             Some(EventKind::TeachingStarted) => format!("         watches how to do {task}"),
+            Some(EventKind::Seen) => format!("  sees   {text} ({whose})"),
             Some(EventKind::ActionSeen) => format!("  saw    {text}"),
             Some(EventKind::DemonstrationEnded) => {
-                format!("         {} example(s) of {task} so far", event.examples)
+                let plural = if event.examples == 1 { "" } else { "s" };
+                format!("         {} example{plural} of {task} so far", event.examples)
             }
             Some(EventKind::Hypothesis) if event.high_likelihood != 0 => format!(
                 "  thinks {text:<28} in {whose}: posterior {:.4}, tally {}/{}",

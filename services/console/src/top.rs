@@ -184,15 +184,15 @@ fn row(process: Process, health: &Health, earlier: Option<Health>) -> Row {
 #[must_use]
 pub fn table(rows: &[Row]) -> String {
     let mut out = String::from(
-        "process     pid     state    rate   cycles  wake-up us      execution us        over  skip  drop  re\n\
-         \x20                             Hz            p50    p99    p50    p99    max    runs  ped   s     st\n",
+        "                              rate            wake-up us      execution us         over  skip        re-\n\
+         process        pid state        Hz   cycles    p50    p99    p50    p99     max  runs   ped drops start\n",
     );
     for row in rows {
         let rate = row.rate_hz.map_or_else(|| "woken".to_owned(), |rate| format!("{rate:.0}"));
         // Writing to a string cannot fail.
         let _ = writeln!(
             out,
-            "{:<10} {:>7} {:<9} {:>5} {:>8} {:>6.0} {:>6.0} {:>6.0} {:>6.0} {:>7.0} {:>5} {:>5} {:>5} {:>3}",
+            "{:<10} {:>7} {:<9} {:>5} {:>8} {:>6.0} {:>6.0} {:>6.0} {:>6.0} {:>7.0} {:>5} {:>5} {:>5} {:>5}",
             row.process,
             row.pid,
             row.state,

@@ -2,10 +2,10 @@ use std::collections::{BTreeMap, VecDeque};
 
 use clock::{Duration, Instant};
 use message::{Belief, BeliefHead, Event, EventKind, JointGoal, Utterance};
-use tasks::{Language, Sentence, Task, key};
+use tasks::{Language, Sentence, Snapshot, Task, key};
 
 use crate::performance::{HalfHeights, Performance, Stage};
-use crate::report::{Verdict, spoken};
+use crate::report::{Verdict, sight, spoken};
 use crate::teaching::Teaching;
 use crate::views::{Continuity, Views};
 use crate::{Body, Motion, Skill, Vocabulary};
@@ -225,6 +225,9 @@ impl<B: Body> Learner<B> {
         }
         self.teaching = Some(Teaching::new(&name, speaker, &snapshots));
         output.events.push(Event::new(EventKind::TeachingStarted, &name, &name));
+        for (&perspective, view) in &snapshots {
+            output.events.push(seen(&self.vocabulary.language, &name, perspective, view));
+        }
         say(output, &name, &format!("I am watching; say \"{name} is done\" at the end"));
         self.show(now, Skill::Attentive, present_rad);
     }
@@ -292,6 +295,9 @@ impl<B: Body> Learner<B> {
             return;
         };
         output.events.push(Event::new(EventKind::PerformanceStarted, &task.name, &task.name));
+        if let Some(view) = self.views.own(language) {
+            output.events.push(seen(language, &task.name, 0, &view));
+        }
         self.performance = Some(Performance::new(&task.name, learned));
     }
 
@@ -335,6 +341,10 @@ impl<B: Body> Learner<B> {
             output.events.extend(teaching.record(language, 0, Some(&task), &snapshots));
         }
     }
+}
+
+fn seen(language: &Language, task: &str, perspective: u16, view: &Snapshot) -> Event {
+    Event { perspective, ..Event::new(EventKind::Seen, task, &sight(language, view)) }
 }
 
 fn say(output: &mut Output, task: &str, text: &str) {

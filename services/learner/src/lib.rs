@@ -16,7 +16,7 @@ mod vocabulary;
 pub use body::{Body, Motion, Skill};
 pub use learner::{Input, Learner, Output, Settings};
 pub use leo_body::{LeoBody, LeoBodyError};
-pub use shell::run;
+pub use shell::{check_memory, run};
 pub use vocabulary::{Vocabulary, VocabularyError};
 
 #[cfg(test)]

@@ -85,7 +85,8 @@ impl Performance {
         self.phase = match self.phase.clone() {
             Phase::Choosing => match self.choose(stage.vocabulary, own) {
                 Some(step) => {
-                    events.push(self.event(EventKind::StepStarted, &step.name));
+                    let text = format!("{}, to be {}", step.name, expectation(&step.rule));
+                    events.push(self.event(EventKind::StepStarted, &text));
                     self.attempt(step, own, stage, events)
                 }
                 None => {
@@ -104,7 +105,8 @@ impl Performance {
                 let object = own.nearest(&step.features, step.place_m, SAME_PLACE_M);
                 if object.is_some_and(|object| step.rule.is_done(object)) {
                     self.done += 1;
-                    events.push(self.event(EventKind::StepDone, &step.name));
+                    let text = format!("{} {}", step.name, expectation(&step.rule));
+                    events.push(self.event(EventKind::StepDone, &text));
                     Phase::Choosing
                 } else if stage.now < until {
                     Phase::Confirming(step, until)

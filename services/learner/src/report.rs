@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use message::{Event, EventKind};
 use quantity::number::saturating_u32;
 use tasks::{
-    Change, Language, Learned, Prior, Rule, Snapshot, Task, decide, describe_change, describe_object,
+    Change, Language, Learned, Object, Prior, Rule, Snapshot, Task, decide, describe_change, describe_object,
     explain, learn, listed,
 };
 
@@ -118,25 +118,48 @@ fn rule_event(kind: EventKind, task: &Task, perspective: u16, rule: &Rule, text:
     event
 }
 
-/// What somebody did, in words: "partner 1: red square filled, small peg inserted".
+/// What a perspective has before it, in words: "blue square, 2 × red square and 7 × peg".
+pub(crate) fn sight(language: &Language, view: &Snapshot) -> String {
+    let mut counts: BTreeMap<String, usize> = BTreeMap::new();
+    for object in &view.objects {
+        *counts.entry(describe_object(language, object, like(view, object))).or_default() += 1;
+    }
+    // What there is most of is the stuff to work with, and comes last.
+    let mut counts: Vec<(usize, String)> = counts.into_iter().map(|(name, count)| (count, name)).collect();
+    counts.sort();
+    let names = counts
+        .into_iter()
+        .map(|(count, name)| if count == 1 { name } else { format!("{count} × {name}") })
+        .collect::<Vec<_>>();
+    if names.is_empty() { "nothing".to_owned() } else { listed(&names) }
+}
+
+/// Things are told apart from those of their kind: blocks from blocks, pegs from pegs.
+fn like<'a>(view: &'a Snapshot, object: &Object) -> impl Iterator<Item = &'a Object> {
+    let kind: Vec<String> = object.states.keys().cloned().collect();
+    view.objects.iter().filter(move |other| other.states.keys().eq(&kind))
+}
+
+/// What somebody did, in words: "the teacher: red square filled, small peg inserted".
 pub(crate) fn act(
     language: &Language,
     actor: u16,
+    teacher: u16,
     changes: &BTreeMap<u64, Change>,
     now: &Snapshot,
 ) -> String {
     let who = match actor {
         0 => "I".to_owned(),
         message::NOBODY => "somebody".to_owned(),
+        actor if actor == teacher => "the teacher".to_owned(),
         partner => format!("partner {partner}"),
     };
     let what: Vec<String> = changes
         .iter()
         .filter_map(|(id, change)| {
             let object = now.object(*id)?;
-            // Things are told apart from those of their kind: blocks from blocks, pegs from pegs.
-            let like = now.objects.iter().filter(|other| other.states.keys().eq(object.states.keys()));
-            Some(format!("{} {}", describe_object(language, object, like), describe_change(change)))
+            let name = describe_object(language, object, like(now, object));
+            Some(format!("{name} {}", describe_change(change)))
         })
         .collect();
     format!("{who}: {}", listed(&what))

@@ -174,6 +174,20 @@ impl BeliefInlets {
     }
 }
 
+/// Whether what is remembered in a state directory can be read, and more be remembered there; the
+/// directory is made where there is none. Another robot that has it open is no obstacle.
+///
+/// # Errors
+///
+/// It cannot be read or written; nothing of it was changed.
+pub fn check_memory(state: &Path) -> Result<(), Failure> {
+    match Store::open(&state.join(FILE)) {
+        Ok(store) => Memory(Some(store)).tasks().map(drop),
+        Err(OpenError::InUse { .. }) => Ok(()),
+        Err(error) => Err(Failure::own(error)),
+    }
+}
+
 /// What is remembered beyond the life of the process, if anything.
 struct Memory(Option<Store>);
 

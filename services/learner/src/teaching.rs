@@ -39,7 +39,7 @@ impl Teaching {
     ) -> Option<Event> {
         let changes = self.recording.act(actor, task, snapshots, language.moved_m);
         let own = snapshots.get(&0).filter(|_| !changes.is_empty())?;
-        let text = report::act(language, actor, &changes, own);
+        let text = report::act(language, actor, self.recording.teacher, &changes, own);
         Some(Event::new(EventKind::ActionSeen, &self.recording.task, &text))
     }
 

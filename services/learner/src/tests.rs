@@ -34,6 +34,7 @@ fn leo_learns_the_teachers_rule_explains_it_and_fills_every_hole() {
     assert_eq!(run.texts(EventKind::ActionSeen).len(), 8, "four pegs in each demonstration");
     run.perform(&[]);
     assert_eq!(run.texts(EventKind::PerformanceEnded), ["filled 5 of 5"]);
+    assert_eq!(run.texts(EventKind::StepDone)[1], "red square filled");
     assert_eq!(run.table.borrow().filled().len(), 5);
     assert_eq!(run.texts(EventKind::StepFailed), [""; 0]);
 }
@@ -50,11 +51,24 @@ fn without_perspective_taking_leo_leaves_the_blue_ones_out() {
 }
 
 #[test]
+fn a_demonstration_begins_with_what_each_can_see() {
+    let mut run = Run::new(1, Vec::new());
+    run.teach();
+    let seen: Vec<(u16, bool)> = run
+        .events
+        .iter()
+        .filter(|event| event.kind() == Some(EventKind::Seen))
+        .map(|event| (event.perspective, event.text.as_str().contains("blue square")))
+        .collect();
+    assert_eq!(seen, [(0, true), (1, false), (0, true), (1, false)]);
+}
+
+#[test]
 fn an_act_tells_who_did_what() {
     let mut run = Run::new(1, Vec::new());
     run.demonstrate(&["red", "green", "blue"], |_| {});
     let acts = run.texts(EventKind::ActionSeen);
-    assert_eq!(acts[0], "partner 1: red square filled and peg inserted");
+    assert_eq!(acts[0], "the teacher: red square filled and peg inserted");
 }
 
 #[test]

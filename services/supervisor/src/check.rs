@@ -4,12 +4,12 @@ use std::path::Path;
 use std::str::FromStr;
 use std::thread;
 
-use config::leo::{Leo, Rights};
+use config::leo::{Buffers, Leo, Rights};
 use config::{ConfigError, Robot};
 use rustix::process::{Resource, getrlimit};
 use rustix::thread::{CpuSet, sched_getaffinity};
 
-use crate::readiness::{Finding, Machine, Verdict, judge};
+use crate::readiness::{Finding, Machine, Verdict, judge, shared_memory, shared_memory_needed};
 
 /// Why nothing could be checked.
 #[derive(Debug, thiserror::Error)]
@@ -51,7 +51,8 @@ fn inspect(config: Option<&Path>) -> Result<Vec<Finding>, ConfigError> {
     let configuration = format!("{what} and its neighbours are right: {joints} joints");
     let mut findings = vec![Finding::new(Verdict::Good, "configuration", configuration)];
     let missing_rights = missing_rights(&robot.leo);
-    findings.extend(judge(&Machine { missing_rights, ..machine() }));
+    let shared_memory_needed = shared_memory_needed(&robot.leo.buffers, robot.leo.belief.partners);
+    findings.extend(judge(&Machine { missing_rights, shared_memory_needed, ..machine() }));
     Ok(findings)
 }
 
@@ -77,7 +78,6 @@ fn missing_bits(rights: Rights) -> u64 {
 fn machine() -> Machine {
     let mask = sched_getaffinity(None).ok();
     let cores = mask.map_or(1, |mask| (0..CpuSet::MAX_CPU).filter(|&core| mask.is_set(core)).count());
-    let shared_memory = rustix::fs::statvfs("/dev/shm").ok().filter(|_| is_writable("/dev/shm"));
     let share = read::<i64>("/proc/sys/kernel/sched_rt_runtime_us")
         .zip(read::<i64>("/proc/sys/kernel/sched_rt_period_us"));
     let governor = |core: usize| {
@@ -86,7 +86,8 @@ fn machine() -> Machine {
     };
     Machine {
         cores,
-        shared_memory_free: shared_memory.map(|system| system.f_bavail.saturating_mul(system.f_frsize)),
+        shared_memory_free: shared_memory_free(),
+        shared_memory_needed: 0,
         descriptors: getrlimit(Resource::Nofile).current,
         kernel_is_realtime: read("/sys/kernel/realtime") == Some(1),
         governors: (0..CpuSet::MAX_CPU).filter_map(governor).collect(),
@@ -94,6 +95,19 @@ fn machine() -> Machine {
         swap_total: swap_total(),
         missing_rights: None,
     }
+}
+
+/// Bytes free in shared memory; nothing where this user may not write there.
+fn shared_memory_free() -> Option<u64> {
+    let system = rustix::fs::statvfs("/dev/shm").ok().filter(|_| is_writable("/dev/shm"))?;
+    Some(system.f_bavail.saturating_mul(system.f_frsize))
+}
+
+/// Whether shared memory has room for a robot; where it has not, what to do. Asked before the
+/// first byte is written there: a page that does not fit kills who touches it.
+pub(crate) fn room(buffers: &Buffers, partners: u32) -> Result<(), String> {
+    let finding = shared_memory(shared_memory_free(), shared_memory_needed(buffers, partners));
+    if finding.verdict == Verdict::Broken { Err(finding.text) } else { Ok(()) }
 }
 
 fn is_writable(folder: &str) -> bool {

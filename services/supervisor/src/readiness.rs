@@ -1,9 +1,13 @@
 //! Whether a machine can keep the robot's promises, judged from facts about it.
 
+use config::leo::Buffers;
 use serde::Serialize;
 
-/// Shared memory that the processes need at least.
-const SHARED_MEMORY_LEAST: u64 = 64 << 20;
+/// Shared memory that the processes need whatever the sizes of their buffers are.
+const SHARED_MEMORY_BASE: u64 = 8 << 20;
+/// Shared memory for one object in one frame of one perspective, the observations and percepts
+/// about it included. Measured: 50 KiB per object with four frames and one partner.
+const SHARED_MEMORY_OF_OBJECT: u64 = 8 << 10;
 /// Descriptors that one process may need.
 const DESCRIPTORS_LEAST: u64 = 1024;
 
@@ -55,6 +59,8 @@ pub struct Machine {
     pub cores: usize,
     /// Free bytes of the file system under shared memory.
     pub shared_memory_free: Option<u64>,
+    /// Bytes of it that the robot as configured needs.
+    pub shared_memory_needed: u64,
     /// Descriptors that a process may have; none when unlimited.
     pub descriptors: Option<u64>,
     /// The kernel's answer to whether it is fully preemptible.
@@ -73,7 +79,7 @@ pub struct Machine {
 #[must_use]
 pub fn judge(machine: &Machine) -> Vec<Finding> {
     vec![
-        shared_memory(machine.shared_memory_free),
+        shared_memory(machine.shared_memory_free, machine.shared_memory_needed),
         descriptors(machine.descriptors),
         rights(machine.missing_rights.as_deref()),
         cores(machine.cores),
@@ -84,21 +90,34 @@ pub fn judge(machine: &Machine) -> Vec<Finding> {
     ]
 }
 
-fn shared_memory(free: Option<u64>) -> Finding {
+/// Bytes of shared memory that a robot needs, rather more than fewer.
+#[must_use]
+pub fn shared_memory_needed(buffers: &Buffers, partners: u32) -> u64 {
+    let number = |count: usize| u64::try_from(count).unwrap_or(u64::MAX);
+    number(buffers.objects.get())
+        .saturating_mul(number(buffers.frames.get()))
+        .saturating_mul(u64::from(partners).saturating_add(1))
+        .saturating_mul(SHARED_MEMORY_OF_OBJECT)
+        .saturating_add(SHARED_MEMORY_BASE)
+}
+
+pub(crate) fn shared_memory(free: Option<u64>, needed: u64) -> Finding {
     let about = "shared memory";
     let mib = |bytes: u64| bytes >> 20;
     match free {
-        Some(free) if free >= SHARED_MEMORY_LEAST => {
-            Finding::new(Verdict::Good, about, format!("{} MiB are free in /dev/shm", mib(free)))
-        }
+        Some(free) if free >= needed => Finding::new(
+            Verdict::Good,
+            about,
+            format!("{} MiB are free in /dev/shm, {} are needed", mib(free), mib(needed)),
+        ),
         Some(free) => Finding::new(
             Verdict::Broken,
             about,
             format!(
-                "only {} MiB are free in /dev/shm: free some, or enlarge it to {} MiB or more \
+                "only {} MiB are free in /dev/shm and {} are needed: free some (`du -a /dev/shm`), or enlarge it \
                  (`mount -o remount,size=256M /dev/shm`; in a container `--shm-size=256m`)",
                 mib(free),
-                mib(SHARED_MEMORY_LEAST)
+                mib(needed)
             ),
         ),
         None => Finding::new(
@@ -199,6 +218,7 @@ mod tests {
         Machine {
             cores: 4,
             shared_memory_free: Some(1 << 30),
+            shared_memory_needed: 12 << 20,
             descriptors: Some(4096),
             kernel_is_realtime: true,
             governors: vec![],
@@ -213,6 +233,21 @@ mod tests {
         let findings = judge(&good());
         assert_eq!(findings.len(), 8);
         assert!(findings.iter().all(|finding| finding.verdict == Verdict::Good), "{findings:?}");
+    }
+
+    #[test]
+    fn larger_buffers_need_more_shared_memory() {
+        let buffers = |objects: i64, frames: i64| {
+            let text = format!("objects = {objects}\nframes = {frames}\n");
+            config::parse::<Buffers>(&text, std::path::Path::new("leo.toml")).unwrap()
+        };
+        // Measured of running robots with one partner, in KiB.
+        for (objects, measured) in [(64, 3844), (1024, 51_508), (4096, 204_028)] {
+            let needed = shared_memory_needed(&buffers(objects, 4), 1) >> 10;
+            assert!(measured < needed && needed < 2 * measured + 8192, "{objects}: {needed} KiB");
+        }
+        assert!(shared_memory_needed(&buffers(64, 8), 1) > shared_memory_needed(&buffers(64, 4), 1));
+        assert!(shared_memory_needed(&buffers(64, 4), 2) > shared_memory_needed(&buffers(64, 4), 1));
     }
 
     #[test]

@@ -17,6 +17,7 @@ use transport::{
 
 use crate::Children;
 use crate::caretaker::Caretaker;
+use crate::check::room;
 use crate::policy::{Action, Ended, Event, Outcome, Policy, Terms, Why};
 
 /// How soon to look again while a process is on its way up or down.
@@ -63,6 +64,9 @@ pub struct Orders {
 /// Why the robot could not run at all.
 #[derive(Debug, thiserror::Error)]
 pub enum RunError {
+    /// Shared memory has no room for the robot.
+    #[error("{0}")]
+    NoRoom(String),
     /// The domain cannot be had.
     #[error(transparent)]
     Claim(#[from] ClaimError),
@@ -93,6 +97,8 @@ pub fn run(orders: &Orders) -> Result<Outcome, RunError> {
     for name in sweep_stale() {
         tracing::info!(domain = name, "removed what a killed robot left behind");
     }
+    let partners = orders.partners.unwrap_or(orders.settings.belief.partners);
+    room(&orders.settings.buffers, partners).map_err(RunError::NoRoom)?;
     let claim = claim(&orders.domain)?;
     let outcome = orders.domain.make().map_err(RunError::from).and_then(|()| supervise(orders));
     Janitor::new(&orders.domain).wipe(claim);

@@ -17,6 +17,7 @@ use transport::janitor::{Janitor, claim, sweep_stale};
 use transport::{Domain, HealthReader, Inlet, Node, PortError, ReceiveError};
 
 use crate::Children;
+use crate::check::room;
 use crate::conductor::{Conductor, Timetable, TurnError, Watch};
 use crate::run::{ORDER, RunError, watch_signals};
 
@@ -93,6 +94,9 @@ impl From<PortError> for TeachError {
 /// left behind.
 pub fn teach(teaching: &Teaching) -> Result<Account, TeachError> {
     sweep_stale();
+    let settings = &teaching.settings;
+    let partners = teaching.partners.unwrap_or(settings.belief.partners);
+    room(&settings.buffers, partners).map_err(RunError::NoRoom)?;
     let claim = claim(&teaching.domain).map_err(RunError::from)?;
     let outcome =
         teaching.domain.make().map_err(|error| RunError::from(error).into()).and_then(|()| play(teaching));

@@ -6,6 +6,9 @@ use std::fmt::Write as _;
 use message::{Event, EventKind};
 use serde::Serialize;
 
+/// Hypotheses of each perspective that people are told of, beyond those of high likelihood.
+const TOLD: usize = 3;
+
 /// An account of a lesson, gathered from the events in their order.
 #[derive(Clone, Debug, Default, Serialize)]
 pub struct Account {
@@ -22,8 +25,8 @@ pub struct Task {
     pub name: String,
     /// Examples seen.
     pub examples: u32,
-    /// Actions recognised in the demonstrations, in order.
-    pub actions: Vec<String>,
+    /// The demonstrations begun, in order.
+    pub demonstrations: Vec<Demonstration>,
     /// The hypotheses after the last demonstration, by perspective: `robot`, `human`, ...
     pub hypotheses: BTreeMap<String, Vec<Hypothesis>>,
     /// The rule chosen.
@@ -32,6 +35,17 @@ pub struct Task {
     pub explanation: Option<String>,
     /// What Leo did on its own.
     pub performances: Vec<Performance>,
+}
+
+/// What was seen of one demonstration.
+#[derive(Clone, Debug, Default, Serialize)]
+pub struct Demonstration {
+    /// What each perspective had before it at the beginning.
+    pub seen: BTreeMap<String, String>,
+    /// The actions recognised, in order: who did what.
+    pub actions: Vec<String>,
+    /// Whether it was finished, and became an example.
+    pub counts: bool,
 }
 
 /// A hypothesis about what the teacher meant.
@@ -61,6 +75,8 @@ pub struct Rule {
 /// One performance of a task.
 #[derive(Clone, Debug, Default, Serialize)]
 pub struct Performance {
+    /// What Leo had before it at the beginning.
+    pub seen: Option<String>,
     /// Steps that succeeded, in order.
     pub done: Vec<String>,
     /// Steps that failed, and why.
@@ -90,8 +106,16 @@ impl Account {
         }
         let task = self.task(event.task.as_str());
         match kind {
-            EventKind::ActionSeen => task.actions.push(text),
+            EventKind::TeachingStarted => task.demonstrations.push(Demonstration::default()),
+            EventKind::Seen => match task.performances.last_mut().filter(|last| last.result.is_none()) {
+                Some(performance) => performance.seen = Some(text),
+                None => {
+                    task.demonstration().seen.insert(perspective_name(event.perspective), text);
+                }
+            },
+            EventKind::ActionSeen => task.demonstration().actions.push(text),
             EventKind::DemonstrationEnded => {
+                task.demonstration().counts = true;
                 task.examples = event.examples;
                 task.hypotheses.clear();
                 task.rule = None;
@@ -115,10 +139,7 @@ impl Account {
             EventKind::StepDone => task.performance().done.push(text),
             EventKind::StepFailed => task.performance().failed.push(text),
             EventKind::PerformanceEnded => task.performance().result = Some(text),
-            EventKind::Said
-            | EventKind::TeachingStarted
-            | EventKind::StepStarted
-            | EventKind::ContinuityBroken => {}
+            EventKind::Said | EventKind::StepStarted | EventKind::ContinuityBroken => {}
         }
     }
 
@@ -150,6 +171,15 @@ impl Account {
 }
 
 impl Task {
+    fn demonstration(&mut self) -> &mut Demonstration {
+        if self.demonstrations.is_empty() {
+            self.demonstrations.push(Demonstration::default());
+        }
+        let last = self.demonstrations.len() - 1;
+        #[expect(clippy::indexing_slicing, reason = "there is at least one")]
+        &mut self.demonstrations[last]
+    }
+
     fn performance(&mut self) -> &mut Performance {
         if self.performances.is_empty() {
             self.performances.push(Performance::default());
@@ -160,40 +190,41 @@ impl Task {
     }
 
     fn write_text(&self, out: &mut String) -> std::fmt::Result {
-        writeln!(out, "{}: {} demonstration(s)", self.name, self.examples)?;
-        for (perspective, hypotheses) in &self.hypotheses {
-            let whose = match perspective.as_str() {
-                "robot" => "as Leo saw it itself (without perspective taking)".to_owned(),
-                "human" => "as the teacher could see it (with perspective taking)".to_owned(),
-                other => format!("as {other} could see it"),
-            };
-            writeln!(out, "  {whose}:")?;
-            for hypothesis in hypotheses {
-                writeln!(
-                    out,
-                    "    {:>2}. {:<44} posterior {:>6.4}   tally {}/{}{}",
-                    hypothesis.rank,
-                    hypothesis.name,
-                    hypothesis.posterior,
-                    hypothesis.tally,
-                    self.examples,
-                    if hypothesis.high_likelihood { "   *" } else { "" },
-                )?;
+        match self.examples {
+            0 => writeln!(out, "{}: no demonstration was finished", self.name)?,
+            1 => writeln!(out, "{}: 1 demonstration", self.name)?,
+            examples => writeln!(out, "{}: {examples} demonstrations", self.name)?,
+        }
+        for (number, demonstration) in (1..).zip(&self.demonstrations) {
+            let remark = if demonstration.counts { "" } else { " (not finished, does not count)" };
+            writeln!(out, "  demonstration {number}{remark}")?;
+            for (perspective, things) in in_order(&demonstration.seen) {
+                writeln!(out, "    {} had in view: {things}", person(perspective))?;
+            }
+            for action in &demonstration.actions {
+                writeln!(out, "    {action}")?;
             }
         }
+        for (perspective, hypotheses) in in_order(&self.hypotheses) {
+            let whose = match perspective.as_str() {
+                "robot" => "as Leo saw it itself (without perspective taking)".to_owned(),
+                other => format!("as {} could see it (with perspective taking)", person(other)),
+            };
+            writeln!(out, "  {whose}")?;
+            self.write_hypotheses(hypotheses, out)?;
+        }
         if let Some(rule) = &self.rule {
-            writeln!(
-                out,
-                "  rule chosen ({}'s perspective): {}",
-                rule.perspective,
-                rule.name.to_uppercase()
-            )?;
+            let whose = person(&rule.perspective);
+            writeln!(out, "  rule chosen: {} (as {whose} saw it)", rule.name.to_uppercase())?;
         }
         if let Some(explanation) = &self.explanation {
             writeln!(out, "  why they differ: {explanation}")?;
         }
         for performance in &self.performances {
             writeln!(out, "  performed: {}", performance.result.as_deref().unwrap_or("not finished"))?;
+            if let Some(things) = &performance.seen {
+                writeln!(out, "    Leo had in view: {things}")?;
+            }
             for step in &performance.done {
                 writeln!(out, "    done    {step}")?;
             }
@@ -202,6 +233,44 @@ impl Task {
             }
         }
         Ok(())
+    }
+
+    fn write_hypotheses(&self, hypotheses: &[Hypothesis], out: &mut String) -> std::fmt::Result {
+        let is_told = |index: usize, hypothesis: &Hypothesis| index < TOLD || hypothesis.high_likelihood;
+        let (mut untold, mut most) = (0, 0.0_f64);
+        for (index, hypothesis) in hypotheses.iter().enumerate() {
+            if !is_told(index, hypothesis) {
+                untold += 1;
+                most = most.max(hypothesis.posterior);
+                continue;
+            }
+            let Hypothesis { rank, name, posterior, tally, .. } = hypothesis;
+            let star = if hypothesis.high_likelihood { "   * high likelihood" } else { "" };
+            let examples = self.examples;
+            writeln!(
+                out,
+                "    {rank:>2}. {name:<44} posterior {posterior:>6.4}   tally {tally}/{examples}{star}"
+            )?;
+        }
+        if untold > 0 {
+            writeln!(out, "        and {untold} more, of a posterior of {most:.4} or less")?;
+        }
+        Ok(())
+    }
+}
+
+/// The robot's own first: the others are made from it.
+fn in_order<T>(by_perspective: &BTreeMap<String, T>) -> impl Iterator<Item = (&String, &T)> {
+    let own = by_perspective.iter().filter(|(perspective, _)| *perspective == "robot");
+    own.chain(by_perspective.iter().filter(|(perspective, _)| *perspective != "robot"))
+}
+
+/// Who looks through a perspective's eyes, to people.
+fn person(perspective: &str) -> &str {
+    match perspective {
+        "robot" => "Leo",
+        "human" => "the teacher",
+        other => other,
     }
 }
 
@@ -230,5 +299,35 @@ mod tests {
         assert_eq!(account.performances_ended(), 0);
         account.note(&Event::new(EventKind::PerformanceEnded, "task 1", "5 of 5"));
         assert_eq!(account.performances_ended(), 1);
+    }
+
+    #[test]
+    fn an_account_tells_what_was_seen_by_whom_and_not_every_hopeless_hypothesis() {
+        let mut account = Account::default();
+        let mut note = |kind, perspective, text: &str, posterior| {
+            let event = Event { perspective, posterior, examples: 2, ..Event::new(kind, "task 1", text) };
+            account.note(&event);
+        };
+        note(EventKind::TeachingStarted, 0, "task 1", 0.0);
+        note(EventKind::Seen, 0, "red square and blue square", 0.0);
+        note(EventKind::Seen, 1, "red square", 0.0);
+        note(EventKind::ActionSeen, 0, "the teacher: red square filled", 0.0);
+        note(EventKind::DemonstrationEnded, 0, "task 1", 0.0);
+        for posterior in [0.9, 0.05, 0.03, 0.01, 0.01] {
+            note(EventKind::Hypothesis, 0, "some", posterior);
+        }
+        note(EventKind::PerformanceStarted, 0, "task 1", 0.0);
+        note(EventKind::Seen, 0, "green square", 0.0);
+        let text = account.to_text();
+        for line in [
+            "task 1: 2 demonstrations\n",
+            "    Leo had in view: red square and blue square\n    the teacher had in view: red square\n",
+            "    the teacher: red square filled\n",
+            "    and 2 more, of a posterior of 0.0100 or less\n",
+            "  performed: not finished\n    Leo had in view: green square\n",
+        ] {
+            assert!(text.contains(line), "{line} is not in\n{text}");
+        }
+        assert_eq!(text.matches("some").count(), 3, "{text}");
     }
 }

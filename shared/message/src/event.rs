@@ -32,6 +32,9 @@ numbered! {
         PerformanceEnded = 12,
         /// The belief buffer's continuity was broken: its process began anew.
         ContinuityBroken = 13,
+        /// What a perspective has before it as a demonstration or a performance begins; the text
+        /// lists it.
+        Seen = 14,
     }
 }
 

@@ -1,0 +1,26 @@
+use std::time::Duration;
+
+/// The longest time that a command takes: a year.
+const MOST: Duration = Duration::from_secs(366 * 24 * 3600);
+
+/// Reads seconds: a number above 0 and up to a year.
+pub(crate) fn parse(text: &str) -> Result<Duration, String> {
+    text.parse()
+        .ok()
+        .and_then(|seconds| Duration::try_from_secs_f64(seconds).ok())
+        .filter(|time| !time.is_zero() && *time <= MOST)
+        .ok_or_else(|| "give the seconds as a number above 0, for example 60 or 2.5".to_owned())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn only_a_time_that_can_pass_is_one() {
+        assert_eq!(parse("2.5"), Ok(Duration::from_millis(2500)));
+        for nonsense in ["-3", "0", "-0.0", "NaN", "inf", "1e30", "soon", "", "3 s", "1e-30"] {
+            assert!(parse(nonsense).is_err(), "{nonsense}");
+        }
+    }
+}

@@ -1,0 +1,294 @@
+//! The commands as their users meet them, over the real executable.
+#![expect(clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]
+#![expect(clippy::print_stderr, reason = "a test that is skipped says so")]
+
+mod house;
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::Stdio;
+use std::thread;
+
+use rustix::process::{Resource, Rlimit, Signal, getrlimit, getuid, setrlimit};
+
+use house::{Leo, Told, leo, public_executable, read, short_lesson, tell, wait_until, write};
+
+const TASK_1: &str = "config/lessons/task1.toml";
+/// An ordinary user of no group that matters: `nobody`.
+const NOBODY: u32 = 65534;
+
+/// An error as it should be: one line on standard error, nothing on standard output.
+fn assert_refused(told: &Told, status: i32, words: &[&str]) {
+    assert_eq!(told.status, Some(status), "{told:?}");
+    assert_eq!(told.out, "", "{told:?}");
+    assert_eq!(told.err.lines().filter(|line| line.starts_with("leo: ")).count(), 1, "{told:?}");
+    assert_eq!(told.err.lines().count(), 1, "{told:?}");
+    for word in words {
+        assert!(told.err.contains(word), "{word} is not in {told:?}");
+    }
+}
+
+#[test]
+fn perspective_taking_decides_what_is_learned_and_every_run_says_the_same_bytes() {
+    let play = |arguments: &'static [&'static str]| thread::spawn(move || tell(arguments));
+    let runs = [
+        play(&["teach", TASK_1, "--json"]),
+        play(&["teach", TASK_1, "--json", "--perspective", "human,robot"]),
+        play(&["teach", TASK_1, "--json", "--perspective", "robot"]),
+    ];
+    let [one, same, robot] = runs.map(|run| run.join().expect("ends"));
+    for told in [&one, &same, &robot] {
+        assert_eq!(told.status, Some(0), "{told:?}");
+        assert_eq!(told.err, "");
+    }
+    assert_eq!(one.out, same.out);
+    let learned = |told: &Told| {
+        let lessons: serde_json::Value = serde_json::from_str(&told.out).expect("is JSON");
+        let task = lessons.pointer("/0/account/tasks/0").expect("a task").clone();
+        let text = |pointer: &str| task.pointer(pointer).and_then(|value| value.as_str()).map(str::to_owned);
+        let done = task.pointer("/performances/0/done").and_then(|done| done.as_array()).expect("a list");
+        let blue = done.iter().filter(|step| step.as_str().is_some_and(|step| step.contains("blue"))).count();
+        (text("/rule/name"), text("/performances/0/result"), blue)
+    };
+    assert_eq!(learned(&one), (Some("all".into()), Some("filled 5 of 5".into()), 2));
+    assert_eq!(learned(&robot), (Some("all but blue".into()), Some("filled 3 of 3".into()), 0));
+}
+
+#[test]
+fn no_rule_is_written_in_the_sources_that_learn() {
+    let mut lines = 0;
+    let mut folders: Vec<PathBuf> = ["shared/tasks/src", "services/learner/src"]
+        .map(|folder| Path::new(env!("CARGO_MANIFEST_DIR")).join(folder))
+        .into();
+    while let Some(folder) = folders.pop() {
+        for entry in fs::read_dir(folder).expect("reads").flatten() {
+            let path = entry.path();
+            if path.is_dir() && !path.ends_with("tests") {
+                folders.push(path);
+            } else if path.extension().is_some_and(|ending| ending == "rs") && !path.ends_with("tests.rs") {
+                let text = fs::read_to_string(&path).expect("reads");
+                for line in text.split("#[cfg(test)]").next().expect("code").lines() {
+                    let code = line.split("//").next().expect("code").to_lowercase();
+                    lines += 1;
+                    for name in [
+                        "\"red",
+                        "\"green",
+                        "\"blue",
+                        "\"yellow",
+                        "all but",
+                        "preference",
+                        "\"square",
+                        "\"triangle",
+                    ] {
+                        assert!(!code.contains(name), "{name} in {}: {line}", path.display());
+                    }
+                }
+            }
+        }
+    }
+    assert!(lines > 1000, "{lines} lines were seen");
+}
+
+#[test]
+fn a_wrong_configuration_is_one_error_that_names_the_place() {
+    let files = tempfile::tempdir().expect("a folder");
+    let right = read("config/leo.toml");
+    for (from, to, word) in [
+        ("partners = 1", "partnerz = 1", "did you mean `partners`?"),
+        ("rate_hz = 250.0", "rate_khz = 0.25", "did you mean `rate_hz`?"),
+        ("rate_hz = 250.0", "rate_hz = -250.0", "-250"),
+        ("objects = 64 ", "objects = 5000 ", "4096"),
+        ("partners = 1", "", "missing field `partners`"),
+        ("objects = 64 ", "objects = ", "expected"),
+    ] {
+        let wrong = right.replacen(from, to, 1);
+        assert_ne!(wrong, right, "{from}");
+        let file = write(&files, "leo.toml", &wrong);
+        for command in [vec!["run"], vec!["teach", TASK_1], vec!["check"]] {
+            let told = tell(&[command.as_slice(), &["--config", &file]].concat());
+            assert_refused(&told, 2, &["leo.toml:", word]);
+        }
+    }
+    assert_refused(&tell(&["check", "--config", "/nowhere/leo.toml"]), 2, &["/nowhere/leo.toml"]);
+}
+
+#[test]
+fn a_wrong_lesson_is_one_error_that_names_the_place() {
+    let files = tempfile::tempdir().expect("a folder");
+    let wrong = short_lesson().replacen("into = \"red\"", "into = \"rde\"", 1);
+    let file = write(&files, "wrong.toml", &wrong);
+    for file in [file.as_str(), "/nowhere/wrong.toml"] {
+        assert_refused(&tell(&["teach", file]), 2, &["wrong.toml"]);
+        assert_refused(&tell(&["run", "--lesson", file]), 2, &["wrong.toml"]);
+        // One wrong lesson among right ones: none is played.
+        assert_refused(&tell(&["teach", TASK_1, file]), 2, &["wrong.toml"]);
+    }
+}
+
+#[test]
+fn bad_usage_is_told_with_what_to_do() {
+    let cases: [(&[&str], i32, &str); 9] = [
+        (&["run", "--for", "-3"], 2, "above 0"),
+        (&["run", "--for", "NaN"], 2, "above 0"),
+        (&["bench", "--seconds", "0"], 2, "above 0"),
+        (&["frob"], 2, "--help"),
+        (&["teach"], 2, "<LESSON>"),
+        (&["teach", TASK_1, "--perspective", "human"], 2, "--perspective human,robot"),
+        (&["run", "--domain", "/tmp/leo-x"], 2, "/dev/shm/leo-NAME"),
+        (&["run", "--domain", "/dev/shm/leo-a_b"], 2, "letters, digits and hyphens"),
+        (&["top", "--domain", "/dev/shm/leo-nobody-is-here"], 2, "leo run"),
+    ];
+    for (arguments, status, word) in cases {
+        let told = tell(arguments);
+        assert_eq!((told.status, told.out.as_str()), (Some(status), ""), "{arguments:?} {told:?}");
+        assert!(told.err.contains(word), "{arguments:?} {told:?}");
+    }
+}
+
+#[test]
+fn a_memory_that_cannot_be_had_is_refused_before_anything_starts() {
+    let (mut homeless, files) = leo(&["run", "--for", "1"]);
+    homeless.env_remove("XDG_STATE_HOME");
+    assert_refused(&Leo::start(homeless, files).end(), 2, &["HOME", "XDG_STATE_HOME"]);
+
+    let (mut blocked, files) = leo(&["run", "--for", "1"]);
+    let no_folder = write(&files, "no-folder", "");
+    blocked.env("XDG_STATE_HOME", &no_folder);
+    assert_refused(&Leo::start(blocked, files).end(), 2, &["no-folder", "cannot be made"]);
+
+    let (damaged, files) = leo(&["run", "--for", "1"]);
+    fs::create_dir(files.path().join("leo")).expect("makes");
+    let store = files.path().join("leo/learned.redb");
+    fs::write(&store, b"these are not the bytes").expect("writes");
+    let robot = Leo::start(damaged, files);
+    assert_refused(&robot.end(), 2, &["learned.redb", "move it away"]);
+}
+
+#[test]
+fn every_command_has_help_with_an_example() {
+    for command in ["", "run", "teach", "top", "check", "bench"] {
+        let arguments: Vec<&str> = [command, "--help"].into_iter().filter(|word| !word.is_empty()).collect();
+        let told = tell(&arguments);
+        assert_eq!((told.status, told.err.as_str()), (Some(0), ""), "{command}");
+        assert!(told.out.contains("Example:\n  leo "), "{}", told.out);
+    }
+}
+
+#[test]
+fn nobody_who_reads_is_no_reason_to_panic() {
+    for arguments in [["check", "--json"].as_slice(), &["--help"], &["run", "--for", "0.5"]] {
+        let (mut command, _files) = leo(arguments);
+        let mut child = command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().expect("starts");
+        drop(child.stdout.take());
+        let ended = child.wait_with_output().expect("ends");
+        let err = String::from_utf8_lossy(&ended.stderr);
+        assert!(ended.status.code().is_some_and(|code| code < 2), "{arguments:?} {ended:?}");
+        assert!(!err.contains("panicked") && err.lines().count() <= 2, "{err}");
+    }
+}
+
+#[test]
+fn a_process_that_dies_or_hangs_in_lockstep_ends_the_lesson_by_name() {
+    let files = tempfile::tempdir().expect("a folder");
+    let config = read("config/leo.toml");
+    let hasty = config.replace("turn_within_ms = 10000.0", "turn_within_ms = 1500.0");
+    let config =
+        write(&files, "leo.toml", &hasty.replace("ready_within_ms = 10000.0", "ready_within_ms = 8000.0"));
+    assert_ne!(read(&config), read("config/leo.toml"));
+    for (process, signal) in [("belief", Signal::KILL), ("sensor", Signal::STOP)] {
+        let (command, folder) = leo(&["teach", TASK_1, "--config", &config]);
+        let lesson = Leo::start(command, folder);
+        lesson.signal(process, signal);
+        assert_refused(&lesson.end(), 1, &[process]);
+    }
+}
+
+#[test]
+fn control_c_ends_a_run_and_a_lesson_and_leaves_nothing() {
+    let (command, files) = leo(&["run"]);
+    let run = Leo::start(command, files);
+    assert!(wait_until(|| run.said("out").contains("teacher:")), "{}", run.said("err"));
+    run.interrupt();
+    let told = run.end();
+    assert_eq!(told.status, Some(0), "{told:?}");
+
+    let (command, files) = leo(&["teach", TASK_1]);
+    let lesson = Leo::start(command, files);
+    assert!(wait_until(|| lesson.processes().len() == 6), "{}", lesson.said("err"));
+    lesson.interrupt();
+    let told = lesson.end();
+    assert_eq!((told.status, told.out.as_str()), (Some(1), ""), "{told:?}");
+    assert!(!told.err.contains("panicked") && told.err.starts_with("leo: "), "{told:?}");
+}
+
+#[test]
+fn lessons_without_performances_end_by_themselves_two_at_once() {
+    let files = tempfile::tempdir().expect("a folder");
+    let lesson = write(&files, "short.toml", &short_lesson());
+    let start = || {
+        let (command, files) = leo(&["run", "--lesson", &lesson]);
+        Leo::start(command, files)
+    };
+    for robot in [start(), start()] {
+        let told = robot.end();
+        assert_eq!(told.status, Some(0), "{told:?}");
+        assert!(told.out.contains("rule chosen: ALL (as the teacher saw it)"), "{told:?}");
+    }
+}
+
+#[test]
+fn a_full_shared_memory_is_refused() {
+    if !getuid().is_root() {
+        eprintln!("skipped: only root can mount a small /dev/shm");
+        return;
+    }
+    for size in ["4k", "1m"] {
+        let (command, files) = leo(&[]);
+        let script = format!(
+            "mount -t tmpfs -o size={size} tmpfs /dev/shm || exit 77; \"$0\" run --for 1; status=$?; ls /dev/shm; exit $status"
+        );
+        let mut inside = std::process::Command::new("unshare");
+        inside.args(["-m", "sh", "-c", &script]).arg(command.get_program());
+        inside.env("XDG_STATE_HOME", files.path()).stdin(Stdio::null());
+        let told = Leo::start(inside, files).end();
+        if told.status == Some(77) || told.err.contains("unshare") {
+            eprintln!("skipped: no mount namespace of its own here: {}", told.err);
+            return;
+        }
+        assert_refused(&told, 1, &["/dev/shm", "needed", "remount"]);
+    }
+}
+
+#[test]
+fn an_ordinary_user_gets_the_robot_and_one_warning_about_rights() {
+    if !getuid().is_root() {
+        eprintln!("skipped: only root can become another user");
+        return;
+    }
+    // Root's processes have the rights whatever the limits are.
+    for resource in [Resource::Rtprio, Resource::Memlock] {
+        let maximum = getrlimit(resource).maximum;
+        setrlimit(resource, Rlimit { current: Some(0), maximum }).expect("lowers");
+    }
+    let files = tempfile::tempdir().expect("a folder");
+    let executable = public_executable(&files);
+    let lesson = write(&files, "short.toml", &short_lesson());
+    let as_nobody = |arguments: &[&str]| {
+        let (ours, folder) = leo(arguments);
+        let mut command = std::process::Command::new("setpriv");
+        command.args(["--reuid", &NOBODY.to_string(), "--regid", &NOBODY.to_string(), "--clear-groups"]);
+        command.arg(&executable).args(ours.get_args()).current_dir(files.path());
+        command.env("XDG_STATE_HOME", folder.path()).stdin(Stdio::null());
+        Leo::start(command, folder)
+    };
+    let taught = as_nobody(&["teach", &lesson]).end();
+    assert_eq!((taught.status, taught.err.as_str()), (Some(0), ""), "{taught:?}");
+    assert!(taught.out.contains("rule chosen"), "{taught:?}");
+    let ran = as_nobody(&["run", "--for", "3"]).end();
+    assert_eq!(ran.status, Some(0), "{ran:?}");
+    let warnings: Vec<&str> = ran.err.lines().filter(|line| line.contains("not granted")).collect();
+    let [warning] = warnings.as_slice() else { panic!("{ran:?}") };
+    for word in ["rtprio", "LimitRTPRIO", "memlock", "LimitMEMLOCK"] {
+        assert!(warning.contains(word), "{warning}");
+    }
+}
