@@ -1,6 +1,5 @@
 //! The commands: their names, their flags, and whom each hands over to.
 
-mod aside;
 mod domain;
 mod failure;
 mod output;
@@ -17,7 +16,6 @@ use config::Robot;
 use config::lesson::Lesson;
 use supervisor_process::{CheckError, ORDER, Orders, Teaching};
 
-use aside::Aside;
 use failure::Failed;
 pub(crate) use failure::Failed as Failure;
 
@@ -145,7 +143,7 @@ struct Bench {
 impl Leo {
     /// Does what the command line says.
     pub(crate) fn run(self) -> Result<ExitCode, Failure> {
-        let aside = Aside::over(std::io::stderr());
+        let aside = ::process::Aside::over(std::io::stderr());
         listen(&aside, self.verbose, self.log_json);
         let outcome = self.command.unwrap_or(Command::Run(self.run)).run();
         aside.finish();
@@ -269,7 +267,7 @@ impl Bench {
 
 /// What the processes say goes to standard error: by default warnings, `-v` what they do,
 /// `RUST_LOG` whatever it says.
-fn listen(aside: &Aside, verbose: bool, json: bool) {
+fn listen(aside: &::process::Aside, verbose: bool, json: bool) {
     use tracing_subscriber::EnvFilter;
     let default = if verbose { "debug" } else { "warn" };
     let filter = EnvFilter::try_from_default_env().unwrap_or_else(|_| EnvFilter::new(default));

@@ -8,7 +8,7 @@ use std::io::Write as _;
 use account::Account;
 use config::leo::Leo;
 use message::{Events, Process, Utterances};
-use process::{Failure, Launch, Member, Progress};
+use process::{Aside, Failure, Launch, Member, Progress};
 
 pub use narrator::Narrator;
 
@@ -25,7 +25,7 @@ pub fn run(launch: &Launch, leo: &Leo, performances: u32) -> Result<(), Failure>
     let mut narrator = Narrator::default();
     let mut account = Account::default();
     let performances = usize::try_from(performances).unwrap_or(usize::MAX);
-    let mut out = std::io::stdout().lock();
+    let mut out = Aside::over(std::io::stdout());
     member.begin(Some(leo.console.rate_hz.period()))?;
     while member.next_cycle()?.is_some() {
         let mut lines = String::new();
@@ -40,8 +40,10 @@ pub fn run(launch: &Launch, leo: &Leo, performances: u32) -> Result<(), Failure>
                 account.note(event);
             }
         }
-        // Nobody reads any more: the robot runs on.
-        let _ = out.write_all(lines.as_bytes()).and_then(|()| out.flush());
+        if !lines.is_empty() {
+            // Never waits and never fails: what nobody reads is left out.
+            let _taken = out.write_all(lines.as_bytes());
+        }
         member.health().drops = utterances.drops() + events.drops();
         member.end_cycle(Progress::More)?;
         if !launch.stay && performances > 0 && account.performances_ended() >= performances {
@@ -49,7 +51,9 @@ pub fn run(launch: &Launch, leo: &Leo, performances: u32) -> Result<(), Failure>
         }
     }
     if !account.tasks.is_empty() {
-        let _ = write!(out, "\nWhat Leo learned\n\n{}", account.to_text()).and_then(|()| out.flush());
+        let summary = format!("\nWhat Leo learned\n\n{}", account.to_text());
+        let _taken = out.write_all(summary.as_bytes());
     }
+    out.finish();
     Ok(())
 }

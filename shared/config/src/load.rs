@@ -7,7 +7,7 @@ use serde::de::DeserializeOwned;
 use crate::ConfigError;
 
 /// How alike two keys must be for one to be suggested in place of the other, from 0 to 1.
-const ALIKE: f64 = 0.6;
+const ALIKE: f64 = 0.75;
 
 /// Reads and checks a TOML file.
 ///

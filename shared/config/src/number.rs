@@ -45,8 +45,8 @@ macro_rules! ranged {
 }
 
 ranged!(
-    /// A rate in hertz.
-    Hertz: "above 0 and at most 10000 Hz", |value| value > 0.0 && value <= 10_000.0
+    /// A rate in hertz. A slower loop would seem to hang to whoever watches its heart.
+    Hertz: "from 1 to 10000 Hz", |value| (1.0..=10_000.0).contains(&value)
 );
 ranged!(
     /// A share, a match, a confidence or a probability.

@@ -2,6 +2,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use crate::leo::Leo;
+use crate::load::invalid;
 use crate::motor::Motor;
 use crate::percepts::Percepts;
 use crate::perspective::Perspective;
@@ -49,7 +50,7 @@ impl Robot {
             None => (builtin::LEO.to_owned(), PathBuf::from("leo.toml")),
         };
         Ok(Self {
-            leo: parse(&leo.0, &leo.1)?,
+            leo: consistent(&leo.0, &leo.1)?,
             percepts: Percepts::parse(&percepts.0, &percepts.1)?,
             perspective: parse(&perspective.0, &perspective.1)?,
             motor: motor::parse(&motor.0, &motor.1)?,
@@ -78,6 +79,23 @@ impl Robot {
     }
 }
 
+/// Reads a `leo.toml` and checks its numbers against each other.
+fn consistent(text: &str, file: &Path) -> Result<Leo, ConfigError> {
+    let leo: Leo = parse(text, file)?;
+    let (goals, patience) = (leo.learner.goal_rate_hz.period(), leo.motor.command_timeout_ms.duration());
+    if 2 * goals > patience {
+        let at = text.find("command_timeout_ms").unwrap_or(0);
+        let reason = format!(
+            "the joints would stop between two goals: {} ms is less than two periods of `learner.goal_rate_hz` \
+             ({} ms)",
+            patience.as_millis(),
+            (2 * goals).as_millis()
+        );
+        return Err(invalid(text, file, at..at, reason));
+    }
+    Ok(leo)
+}
+
 fn read(file: &Path) -> Result<String, ConfigError> {
     fs::read_to_string(file).map_err(|source| ConfigError::Read { file: file.to_owned(), source })
 }
@@ -97,6 +115,13 @@ mod tests {
     fn the_built_in_robot_is_right_and_has_65_joints() {
         let robot = Robot::load(None).unwrap();
         assert_eq!(robot.motor.joints.len(), 65);
+    }
+
+    #[test]
+    fn goals_that_come_too_seldom_are_refused() {
+        let text = Robot::leo_text_with(&[("learner.goal_rate_hz", 5.0)]);
+        let error = consistent(&text, Path::new("leo.toml")).unwrap_err().to_string();
+        assert!(error.contains("200 ms is less than two periods"), "{error}");
     }
 
     #[test]

@@ -38,7 +38,7 @@ pub struct Header {
     pub incarnation: u64,
     /// When the frame, or what it was made from, passed each hop; zero where it did not.
     pub hops_ns: [u64; 8],
-    /// Entries that did not fit into the frame's capacity and were left out.
+    /// Entries that did not fit into this frame, or into those it was made from, and were left out.
     pub left_out: u64,
 }
 
@@ -49,10 +49,15 @@ impl Header {
         Self { valid_at_ns, ..Self::default() }
     }
 
-    /// The same way travelled, for a frame made from this one.
+    /// The same way travelled and losses suffered, for a frame made from this one.
     #[must_use]
     pub fn onwards(&self) -> Self {
-        Self { valid_at_ns: self.valid_at_ns, hops_ns: self.hops_ns, ..Self::default() }
+        Self {
+            valid_at_ns: self.valid_at_ns,
+            hops_ns: self.hops_ns,
+            left_out: self.left_out,
+            ..Self::default()
+        }
     }
 
     /// Stamps a hop.

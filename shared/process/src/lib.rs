@@ -14,11 +14,13 @@
 //! }
 //! ```
 
+mod aside;
 mod failure;
 mod launch;
 mod member;
 mod pace;
 
+pub use aside::Aside;
 pub use failure::Failure;
 pub use launch::Launch;
 pub use member::{Member, Progress, queues};

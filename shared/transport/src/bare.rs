@@ -9,7 +9,7 @@ use iceoryx2::port::publisher::Publisher;
 use iceoryx2::port::subscriber::Subscriber;
 use iceoryx2::service::ipc::Service;
 
-use crate::node::service_name;
+use crate::service::service_name;
 use crate::{Node, PortError, ReceiveError, SendError};
 
 /// One direction of a bare exchange of bytes between two processes: publish, notify; wait,

@@ -12,7 +12,7 @@ use iceoryx2::service::ipc::Service;
 use iceoryx2::service::port_factory::blackboard::PortFactory;
 use message::{Health, Process, Roster};
 
-use crate::node::service_name;
+use crate::service::service_name;
 use crate::{Node, PortError};
 
 /// The one entry of a board.

@@ -8,9 +8,8 @@ use iceoryx2::sample::Sample;
 use iceoryx2::service::ipc::Service;
 use message::{Head as _, Topic};
 
-use crate::node::{BORROWED, NODES, READERS, service_name};
-use crate::outlet::bell_service;
-use crate::{Delivery, PortError, Queues, ReceiveError};
+use crate::service::{bell_service, frame_service};
+use crate::{PortError, Queues, ReceiveError};
 
 /// A reading end of a topic.
 pub struct Inlet<T: Topic> {
@@ -55,20 +54,7 @@ impl<T: Topic> Inlet<T> {
     ) -> Result<Self, PortError> {
         let purpose = "reading";
         let failed = |reason: &dyn fmt::Debug| PortError::new(&topic, purpose, reason);
-        let name = service_name(&topic, purpose)?;
-        let service = node
-            .service_builder(&name)
-            .publish_subscribe::<[T::Entry]>()
-            .user_header::<T::Head>()
-            .max_publishers(1)
-            .max_subscribers(READERS)
-            .max_nodes(NODES)
-            .history_size(0)
-            .subscriber_max_buffer_size(queues.frames)
-            .subscriber_max_borrowed_samples(BORROWED)
-            .enable_safe_overflow(queues.delivery == Delivery::Newest)
-            .open_or_create()
-            .map_err(|error| failed(&error))?;
+        let service = frame_service::<T>(node, &topic, queues, purpose)?;
         let subscriber = service
             .subscriber_builder()
             .buffer_size(queues.frames)
@@ -138,7 +124,8 @@ impl<T: Topic> Inlet<T> {
         if let Some((last_incarnation, last_sequence)) = self.last
             && last_incarnation == incarnation
         {
-            self.drops += sequence.saturating_sub(last_sequence.saturating_add(1));
+            let lost = sequence.saturating_sub(last_sequence.saturating_add(1));
+            self.drops = self.drops.saturating_add(lost);
         }
         self.last = Some((incarnation, sequence));
     }

@@ -20,6 +20,7 @@ mod inlet;
 pub mod janitor;
 mod node;
 mod outlet;
+mod service;
 
 pub use board::{HealthReader, HealthWriter, RosterReader, RosterWriter};
 pub use domain::{Domain, DomainError};

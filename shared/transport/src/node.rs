@@ -4,20 +4,12 @@ use std::time::Duration;
 use iceoryx2::config::Config;
 use iceoryx2::node::{Node as RawNode, NodeBuilder};
 use iceoryx2::prelude::{
-    FileName, FilePath, LogLevel, NodeName, SemanticString as _, ServiceName, SignalHandlingMode,
-    set_log_level,
+    FileName, FilePath, LogLevel, NodeName, SemanticString as _, SignalHandlingMode, set_log_level,
 };
 use iceoryx2::service::ipc::Service;
 use message::Topic;
 
 use crate::{Domain, Inlet, JoinError, Outlet, PortError};
-
-/// Readers that a topic has at most: its process, a recorder, a bench and somebody who looks.
-pub(crate) const READERS: usize = 5;
-/// Nodes that use a topic at most, dead ones that the janitor has not seen yet included.
-pub(crate) const NODES: usize = 16;
-/// Frames that a reader holds at a time.
-pub(crate) const BORROWED: usize = 2;
 
 /// What happens when a reader's queue is full.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -110,10 +102,6 @@ impl Node {
 
 fn topic_name<T: Topic>(number: Option<u32>) -> String {
     number.map_or_else(|| T::NAME.to_owned(), |number| format!("{}/{number}", T::NAME))
-}
-
-pub(crate) fn service_name(topic: &str, purpose: &'static str) -> Result<ServiceName, PortError> {
-    ServiceName::new(topic).map_err(|error| PortError::new(topic, purpose, error))
 }
 
 /// The middleware keeps one configuration per process, and cleans up dead nodes by that one

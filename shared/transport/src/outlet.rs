@@ -8,7 +8,7 @@ use iceoryx2::prelude::{AllocationStrategy, BackpressureStrategy};
 use iceoryx2::service::ipc::Service;
 use message::{Head as _, Topic};
 
-use crate::node::{BORROWED, NODES, READERS, service_name};
+use crate::service::{bell_service, frame_service};
 use crate::{Delivery, PortError, Queues, SendError};
 
 /// The writing end of a topic.
@@ -33,20 +33,7 @@ impl<T: Topic> Outlet<T> {
     ) -> Result<Self, PortError> {
         let purpose = "writing";
         let failed = |reason: &dyn fmt::Debug| PortError::new(&topic, purpose, reason);
-        let name = service_name(&topic, purpose)?;
-        let service = node
-            .service_builder(&name)
-            .publish_subscribe::<[T::Entry]>()
-            .user_header::<T::Head>()
-            .max_publishers(1)
-            .max_subscribers(READERS)
-            .max_nodes(NODES)
-            .history_size(0)
-            .subscriber_max_buffer_size(queues.frames)
-            .subscriber_max_borrowed_samples(BORROWED)
-            .enable_safe_overflow(queues.delivery == Delivery::Newest)
-            .open_or_create()
-            .map_err(|error| failed(&error))?;
+        let service = frame_service::<T>(node, &topic, queues, purpose)?;
         let publisher = service
             .publisher_builder()
             .initial_max_slice_len(capacity)
@@ -84,7 +71,7 @@ impl<T: Topic> Outlet<T> {
     ///
     /// # Errors
     ///
-    /// The middleware failed; in lockstep also: a reader's queue is full.
+    /// No memory is free for another frame; in lockstep also: a reader's queue is full.
     pub fn send(
         &mut self,
         head: T::Head,
@@ -103,14 +90,16 @@ impl<T: Topic> Outlet<T> {
         let header = sample.user_header_mut().header_mut();
         header.sequence = self.sequence;
         header.incarnation = self.incarnation;
-        header.left_out = u64::try_from(count - fitting).unwrap_or(u64::MAX);
+        header.left_out = header.left_out.saturating_add(u64::try_from(count - fitting).unwrap_or(u64::MAX));
         seal(sample.user_header_mut());
         if let Err(error) = sample.send() {
             self.undelivered += 1;
-            return match self.delivery {
-                Delivery::Newest => Err(self.failed(&error)),
-                Delivery::Every => Err(SendError::QueueFull { topic: self.topic.clone() }),
-            };
+            // In wall time a reader whose connection is broken is its own loss: the others have
+            // the frame, and the writer goes on.
+            if self.delivery == Delivery::Every {
+                tracing::debug!(topic = self.topic, ?error, "not delivered");
+                return Err(SendError::QueueFull { topic: self.topic.clone() });
+            }
         }
         // A reader that died between two looks of the janitor has a bell that cannot be rung:
         // its loss, and nobody else's.
@@ -129,20 +118,4 @@ impl<T: Topic> fmt::Debug for Outlet<T> {
     fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(out, "Outlet({}, {} sent)", self.topic, self.sequence)
     }
-}
-
-/// The event service that wakes the readers of a topic.
-pub(crate) fn bell_service(
-    node: &RawNode<Service>,
-    topic: &str,
-    purpose: &'static str,
-) -> Result<iceoryx2::service::port_factory::event::PortFactory<Service>, PortError> {
-    node.service_builder(&service_name(topic, purpose)?)
-        .event()
-        .max_notifiers(1)
-        .max_listeners(READERS)
-        .max_nodes(NODES)
-        .event_id_max_value(1)
-        .open_or_create()
-        .map_err(|error| PortError::new(topic, purpose, error))
 }

@@ -1,5 +1,5 @@
-//! What is said on standard error is written by a thread of its own: a terminal that stands still,
-//! or a pipe that nobody reads, must not hold up a loop that drives motors.
+//! What is said to people is written by a thread of its own: a terminal that stands still, or a
+//! pipe that nobody reads, must not hold up a loop that drives motors.
 
 use std::io::{self, Write};
 use std::sync::Arc;
@@ -17,7 +17,7 @@ const PATIENCE: Duration = Duration::from_millis(500);
 
 /// Takes lines and never waits.
 #[derive(Clone, Debug)]
-pub(crate) struct Aside {
+pub struct Aside {
     to: SyncSender<Word>,
     unsaid: Arc<AtomicU64>,
 }
@@ -31,7 +31,8 @@ enum Word {
 
 impl Aside {
     /// Says everything on `out`. Where there can be no further thread, nothing is said.
-    pub(crate) fn over(mut out: impl Write + Send + 'static) -> Self {
+    #[must_use]
+    pub fn over(mut out: impl Write + Send + 'static) -> Self {
         let (to, words) = sync_channel(LINES);
         let unsaid = Arc::new(AtomicU64::new(0));
         let left_out = Arc::clone(&unsaid);
@@ -43,7 +44,7 @@ impl Aside {
     }
 
     /// Waits until everything was written, but not for long.
-    pub(crate) fn finish(&self) {
+    pub fn finish(&self) {
         let (done, is_done) = sync_channel(1);
         if self.to.try_send(Word::Mark(done)).is_ok() {
             let _in_time = is_done.recv_timeout(PATIENCE);

@@ -1,0 +1,60 @@
+//! What both ends of a topic must agree on.
+
+use iceoryx2::node::Node as RawNode;
+use iceoryx2::prelude::ServiceName;
+use iceoryx2::service::ipc::Service;
+use iceoryx2::service::port_factory::{event, publish_subscribe};
+use message::Topic;
+
+use crate::{Delivery, PortError, Queues};
+
+/// Readers that a topic has at most: its process, a recorder, a bench and somebody who looks.
+const READERS: usize = 5;
+/// Nodes that use a topic at most, dead ones that the janitor has not seen yet included.
+const NODES: usize = 16;
+/// Frames that a reader holds at a time.
+const BORROWED: usize = 2;
+
+/// What the ends of a topic are made from.
+type Frames<T> = publish_subscribe::PortFactory<Service, [<T as Topic>::Entry], <T as Topic>::Head>;
+
+/// The service that carries the frames of a topic.
+pub(crate) fn frame_service<T: Topic>(
+    node: &RawNode<Service>,
+    topic: &str,
+    queues: Queues,
+    purpose: &'static str,
+) -> Result<Frames<T>, PortError> {
+    node.service_builder(&service_name(topic, purpose)?)
+        .publish_subscribe::<[T::Entry]>()
+        .user_header::<T::Head>()
+        .max_publishers(1)
+        .max_subscribers(READERS)
+        .max_nodes(NODES)
+        .history_size(0)
+        .subscriber_max_buffer_size(queues.frames)
+        .subscriber_max_borrowed_samples(BORROWED)
+        .enable_safe_overflow(queues.delivery == Delivery::Newest)
+        .open_or_create()
+        .map_err(|error| PortError::new(topic, purpose, error))
+}
+
+/// The event service that wakes the readers of a topic.
+pub(crate) fn bell_service(
+    node: &RawNode<Service>,
+    topic: &str,
+    purpose: &'static str,
+) -> Result<event::PortFactory<Service>, PortError> {
+    node.service_builder(&service_name(topic, purpose)?)
+        .event()
+        .max_notifiers(1)
+        .max_listeners(READERS)
+        .max_nodes(NODES)
+        .event_id_max_value(1)
+        .open_or_create()
+        .map_err(|error| PortError::new(topic, purpose, error))
+}
+
+pub(crate) fn service_name(topic: &str, purpose: &'static str) -> Result<ServiceName, PortError> {
+    ServiceName::new(topic).map_err(|error| PortError::new(topic, purpose, error))
+}
