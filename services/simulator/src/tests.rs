@@ -340,6 +340,21 @@ fn a_teacher_who_leaves_is_not_observed_and_looks_where_he_is_told() {
 }
 
 #[test]
+fn a_teacher_who_walks_looks_on_at_the_same_point() {
+    let world_at = |ms| {
+        let mut world = laid(r#"{ at_s = 1.0, who = 1, eyes_to_m = [1.5, 0.0, 0.55], duration_s = 1.0 }"#);
+        world.step(at(ms), NO_HANDS);
+        let person = world.observations().find(|seen| seen.kind() == Some(ObservationKind::Person)).unwrap();
+        person.position_m
+    };
+    // The robot at the origin faces the world's y: what is at x there is to its right.
+    let (before, midway, after) = (world_at(900), world_at(1_500), world_at(3_000));
+    assert!((before[0] - 1.5).abs() < 1e-6 && before[1].abs() < 1e-6, "{before:?}");
+    assert!(midway[1] < -0.1 && midway[1] > -1.4, "{midway:?}");
+    assert!(after[0].abs() < 1e-6 && (after[1] + 1.5).abs() < 1e-6, "{after:?}");
+}
+
+#[test]
 fn the_noise_has_the_deviation_that_the_lesson_states() {
     let lesson = Lesson::builtin();
     let mut world = World::new(&lesson, 3);

@@ -171,9 +171,11 @@ impl World {
                         begin_move(&mut state.things, &table.objects, *object, *to, (step.who, now, *takes));
                     }
                     (Act::Look { at_m, takes }, Some(teacher)) => teacher.look(now, *at_m, *takes),
+                    (Act::Walk { eyes_m, takes }, Some(teacher)) => teacher.walk(now, *eyes_m, *takes),
                     (Act::Leave, Some(teacher)) => teacher.is_present = false,
                     (Act::Return, Some(teacher)) => teacher.is_present = true,
-                    (Act::Say(_), _) | (Act::Look { .. } | Act::Leave | Act::Return, None) => {}
+                    (Act::Say(_), _)
+                    | (Act::Look { .. } | Act::Walk { .. } | Act::Leave | Act::Return, None) => {}
                 }
             }
         }

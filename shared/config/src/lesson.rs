@@ -192,6 +192,13 @@ pub enum Act {
         /// How long it takes.
         takes: Duration,
     },
+    /// He moves his head, and what he looks at stays the same.
+    Walk {
+        /// Where his eyes will be, in metres.
+        eyes_m: [f64; 3],
+        /// How long it takes.
+        takes: Duration,
+    },
     /// He goes away.
     Leave,
     /// He comes back to where he was.
@@ -203,7 +210,7 @@ impl Act {
     #[must_use]
     pub const fn takes(&self) -> Duration {
         match self {
-            Self::Move { takes, .. } | Self::Look { takes, .. } => *takes,
+            Self::Move { takes, .. } | Self::Look { takes, .. } | Self::Walk { takes, .. } => *takes,
             Self::Say(_) | Self::Leave | Self::Return => Duration::ZERO,
         }
     }
@@ -255,7 +262,7 @@ impl Lesson {
     pub fn performances(&self) -> u32 {
         let orders = self.tables().flat_map(|table| &table.script).filter(|step| match &step.act {
             Act::Say(text) => is_order(text),
-            Act::Move { .. } | Act::Look { .. } | Act::Leave | Act::Return => false,
+            Act::Move { .. } | Act::Look { .. } | Act::Walk { .. } | Act::Leave | Act::Return => false,
         });
         u32::try_from(orders.count()).unwrap_or(u32::MAX)
     }

@@ -116,6 +116,7 @@ pub(super) struct Step {
     pub(super) underside_m: Option<Spanned<NotNegative>>,
     pub(super) heading_deg: Option<Spanned<Finite>>,
     pub(super) look_at_m: Option<Spanned<[Coordinate; 3]>>,
+    pub(super) eyes_to_m: Option<Spanned<[Coordinate; 3]>>,
     pub(super) leave: Option<Spanned<bool>>,
     #[serde(rename = "return")]
     pub(super) comes_back: Option<Spanned<bool>>,

@@ -131,6 +131,11 @@ fn faults_between_fields_are_named_where_they_stand() {
         ("at_s = 6.0, who = 1, leave = true", "at_s = 6.0, who = 1", "a step needs one of"),
         (
             ", look_at_m = [0.0, 0.0, 0.0], duration_s = 0.5",
+            ", eyes_to_m = [0.0, 0.0, 0.0]",
+            "missing `duration_s`",
+        ),
+        (
+            ", look_at_m = [0.0, 0.0, 0.0], duration_s = 0.5",
             ", look_at_m = [0.0, 0.0, 0.0]",
             "missing `duration_s`",
         ),
@@ -153,7 +158,7 @@ fn faults_between_fields_are_named_where_they_stand() {
         let said = refusal(from, to);
         assert!(said.to_lowercase().contains(&expected.to_lowercase()), "{said} (not: {expected})");
     }
-    assert_eq!(faults.len(), 25);
+    assert_eq!(faults.len(), 26);
 }
 
 #[test]

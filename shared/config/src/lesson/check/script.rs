@@ -77,7 +77,7 @@ impl Course {
         }
         match &step.act {
             Act::Say(_) => self.said += 1,
-            Act::Look { .. } => {}
+            Act::Look { .. } | Act::Walk { .. } => {}
             Act::Leave => self.away.push(who),
             Act::Return if is_away => self.away.retain(|other| *other != who),
             Act::Return => {
@@ -119,12 +119,16 @@ fn act(raw: &raw::Step, span: Range<usize>, objects: &[Object]) -> Result<Act, F
         raw.say.as_ref().map(Spanned::span),
         raw.object.as_ref().map(Spanned::span),
         raw.look_at_m.as_ref().map(Spanned::span),
+        raw.eyes_to_m.as_ref().map(Spanned::span),
         raw.leave.as_ref().map(Spanned::span),
         raw.comes_back.as_ref().map(Spanned::span),
     ];
     let mut acts = acts.into_iter().flatten();
     if acts.next().is_none() {
-        return Err(Fault::at(span, "a step needs one of `say`, `move`, `look_at_m`, `leave` and `return`"));
+        return Err(Fault::at(
+            span,
+            "a step needs one of `say`, `move`, `look_at_m`, `eyes_to_m`, `leave` and `return`",
+        ));
     }
     if let Some(second) = acts.next() {
         return Err(Fault::at(second, "a step does one thing: make this a step of its own"));
@@ -139,8 +143,8 @@ fn act(raw: &raw::Step, span: Range<usize>, objects: &[Object]) -> Result<Act, F
         (raw.heading_deg.as_ref().map(Spanned::span), places, "`heading_deg` belongs to `to_m`"),
         (
             raw.duration_s.as_ref().map(Spanned::span),
-            moves || raw.look_at_m.is_some(),
-            "`duration_s` belongs to a `move` or a `look_at_m`",
+            moves || raw.look_at_m.is_some() || raw.eyes_to_m.is_some(),
+            "`duration_s` belongs to a `move`, a `look_at_m` or an `eyes_to_m`",
         ),
     ] {
         if let Some(span) = given.filter(|_| !belongs) {
@@ -157,6 +161,9 @@ fn act(raw: &raw::Step, span: Range<usize>, objects: &[Object]) -> Result<Act, F
     }
     if let Some(point) = &raw.look_at_m {
         return Ok(Act::Look { at_m: point.get_ref().map(Coordinate::get), takes: takes(raw, span)? });
+    }
+    if let Some(place) = &raw.eyes_to_m {
+        return Ok(Act::Walk { eyes_m: place.get_ref().map(Coordinate::get), takes: takes(raw, span)? });
     }
     let (flag, act) = match (&raw.leave, &raw.comes_back) {
         (Some(flag), _) => (flag, Act::Leave),
