@@ -348,7 +348,7 @@ fn a_teacher_who_walks_looks_on_at_the_same_point() {
         person.position_m
     };
     // The robot at the origin faces the world's y: what is at x there is to its right.
-    let (before, midway, after) = (world_at(900), world_at(1_500), world_at(3_000));
+    let (before, midway, after) = (world_at(900), world_at(1_800), world_at(3_000));
     assert!((before[0] - 1.5).abs() < 1e-6 && before[1].abs() < 1e-6, "{before:?}");
     assert!(midway[1] < -0.1 && midway[1] > -1.4, "{midway:?}");
     assert!(after[0].abs() < 1e-6 && (after[1] + 1.5).abs() < 1e-6, "{after:?}");
