@@ -28,7 +28,9 @@ impl Chance {
 
 #[test]
 fn the_robot_survives_any_process_killed_at_any_moment() {
-    let robot = Robot::ready("kill", &PATIENT);
+    // On a machine as busy as this makes it, a heart may be late; only the killed shall start anew.
+    let [deaths, backoff] = PATIENT;
+    let robot = Robot::ready("kill", &[deaths, backoff, ("heartbeat_timeout_ms", "30000.0")]);
     assert!(robot.works(), "{}", robot.said());
     let held = |robot: &Robot| (left_behind(robot.domain()).len(), robot.descriptors());
     let (files, descriptors) = held(&robot);
@@ -51,6 +53,8 @@ fn the_robot_survives_any_process_killed_at_any_moment() {
     assert!(robot.works(), "after {kills} kills: {:?}\n{}", robot.cycles(), robot.said());
     let restarts = robot.said().matches("starts anew").count();
     assert!(restarts >= kills * 9 / 10, "{restarts} restarts after {kills} kills");
+    // Nobody died of another's death.
+    assert!(restarts <= kills, "{restarts} restarts after {kills} kills\n{}", robot.said());
     let now = held(&robot);
     let said = format!("{files} files in shared memory and {descriptors} descriptors became {now:?}");
     assert!(files > 0 && descriptors > 0 && now.0 <= files + 5 && now.1 <= descriptors + 5, "{said}");
