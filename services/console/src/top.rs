@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use std::time::Duration;
 
-use message::{Health, Histogram, Process, ProcessState, Roster};
+use message::{Health, Histogram, Loss, Process, ProcessState, Roster};
 use serde::Serialize;
 use transport::janitor::is_claimed;
 use transport::{Delivery, Domain, HealthReader, JoinError, Node, PortError, Queues, RosterReader};
@@ -60,6 +60,11 @@ pub struct Row {
     pub drops: u64,
     /// Frames or entries refused as nonsense.
     pub refused: u64,
+    /// What was lost of its sources' reports, by the name of the reason; without those that did not
+    /// happen.
+    pub losses: BTreeMap<&'static str, u64>,
+    /// Its sources that are silent now, by their numbers.
+    pub silent_sources: Vec<u32>,
     /// Page faults since its loop began.
     pub page_faults: u64,
     /// Release to start.
@@ -173,6 +178,8 @@ fn row(process: Process, health: &Health, earlier: Option<Health>) -> Row {
         skipped: health.skipped,
         drops: health.drops,
         refused: health.refused,
+        losses: losses(health).collect(),
+        silent_sources: (0..u64::BITS).filter(|number| health.silent_sources >> number & 1 == 1).collect(),
         page_faults: health.page_faults,
         wakeup_us: Quantiles::of(&health.wakeup.since(&earlier.wakeup)),
         execution_us: Quantiles::of(&health.execution.since(&earlier.execution)),
@@ -180,7 +187,12 @@ fn row(process: Process, health: &Health, earlier: Option<Health>) -> Row {
     }
 }
 
-/// The rows as a table of 100 columns.
+fn losses(health: &Health) -> impl Iterator<Item = (&'static str, u64)> + '_ {
+    Loss::ALL.iter().map(|loss| (loss.name(), health.lost(*loss))).filter(|(_, count)| *count > 0)
+}
+
+/// The rows as a table of 100 columns. What was lost of sources' reports, and which are silent,
+/// stands in lines below it.
 #[must_use]
 pub fn table(rows: &[Row]) -> String {
     let mut out = String::from(
@@ -208,6 +220,16 @@ pub fn table(rows: &[Row]) -> String {
             row.drops,
             row.restarts,
         );
+    }
+    for row in rows {
+        let counts: Vec<String> =
+            row.losses.iter().map(|(reason, count)| format!("{count} {reason}")).collect();
+        if !counts.is_empty() {
+            let _ = writeln!(out, "{:<10} lost of its sources: {}", row.process, counts.join(", "));
+        }
+        for number in &row.silent_sources {
+            let _ = writeln!(out, "{:<10} source {number} is silent", row.process);
+        }
     }
     out
 }
@@ -256,6 +278,19 @@ mod tests {
         let row = row(Process::Belief, &now, Some(then));
         assert_eq!(row.execution_us.count, 1);
         assert!(row.execution_us.p99 < 3.0);
+    }
+
+    #[test]
+    fn what_was_lost_of_sources_and_who_is_silent_is_shown() {
+        let mut health = Health::default();
+        health.losses[usize::from(Loss::Place.raw())] = 7;
+        health.losses[usize::from(Loss::Overtaken.raw())] = 2;
+        health.silent_sources = 0b101;
+        let row = row(Process::Sensor, &health, None);
+        assert_eq!((row.losses.len(), row.losses["place"]), (2, 7));
+        let table = table(&[row]);
+        assert!(table.contains("sensor     lost of its sources: 2 overtaken, 7 place\n"), "{table}");
+        assert!(table.contains("sensor     source 0 is silent\nsensor     source 2 is silent\n"), "{table}");
     }
 
     #[test]
