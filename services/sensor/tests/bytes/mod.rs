@@ -61,9 +61,13 @@ impl Bytes<'_> {
     /// Mostly a sound observation, now and then with one field of any bits, else of any bits.
     fn observation(&mut self, now: Instant) -> Observation {
         // Now and then within reach of its source, and not of the robot.
-        let across_m = if self.byte() == 255 { 950.0 } else { 0.2 };
+        let across_m = match self.byte() {
+            255 => 950.0,
+            254 => -950.0,
+            _ => 0.2,
+        };
         let mut observation = Observation {
-            position_m: [0.01 * f32::from(self.byte()), across_m, 950.0 * f32::from(self.byte() / 250)],
+            position_m: [0.01 * f32::from(self.byte()), across_m, 0.03],
             half_extents_m: [0.03; 3],
             ..Observation::object(self.word(), self.instant(now))
         };
