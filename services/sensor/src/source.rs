@@ -13,6 +13,9 @@ const GAP_MOST: u64 = 1 << 20;
 /// Periods without a frame after which a source is silent, and the least time without.
 const SILENT_PERIODS: u32 = 3;
 const SILENT_LEAST: Duration = Duration::from_millis(100);
+/// A source that was silent is heard again when it has not been silent for so long: one that is a
+/// little slower than expected is told to be silent once, and not with every frame.
+const SETTLED: Duration = Duration::from_secs(1);
 
 /// There is a bit for every loss.
 const _: () = assert!(LOSSES <= 32);
@@ -36,6 +39,8 @@ pub(crate) struct Source {
     observed_at: Option<Instant>,
     heard_at: Option<Instant>,
     silent: bool,
+    /// When it was silent last.
+    silent_at: Instant,
     /// What it reports in this cycle: the header of its frame, and the sound observations in the
     /// robot's base frame.
     header: Option<Header>,
@@ -45,6 +50,7 @@ pub(crate) struct Source {
     /// Losses that have happened and were not told yet, one bit each.
     untold: u32,
     told_silent: bool,
+    turn: Option<bool>,
 }
 
 impl Source {
@@ -66,12 +72,14 @@ impl Source {
             observed_at: None,
             heard_at: None,
             silent: false,
+            silent_at: Instant::EPOCH,
             header: None,
             observations: Vec::with_capacity(capacity),
             capacity,
             losses: [0; LOSSES],
             untold: 0,
             told_silent: false,
+            turn: None,
         }
     }
 
@@ -166,6 +174,14 @@ impl Source {
     pub(crate) fn end(&mut self, now: Instant) {
         let heard_at = *self.heard_at.get_or_insert(now);
         self.silent = self.silent_after.is_some_and(|limit| now.since(heard_at) > limit);
+        if self.silent {
+            self.silent_at = now;
+        }
+        let settled = now.since(self.silent_at) >= SETTLED;
+        if self.silent != self.told_silent && (self.silent || settled) {
+            self.told_silent = self.silent;
+            self.turn = Some(self.silent);
+        }
     }
 
     /// Counts what was lost.
@@ -184,9 +200,9 @@ impl Source {
         Some(loss)
     }
 
-    /// Whether it has fallen silent or is heard again, and that was not told yet.
+    /// Whether it has fallen silent, or is heard again, and that was not told yet.
     pub(crate) fn turn(&mut self) -> Option<bool> {
-        (std::mem::replace(&mut self.told_silent, self.silent) != self.silent).then_some(self.silent)
+        self.turn.take()
     }
 
     pub(crate) fn is_silent(&self) -> bool {

@@ -72,7 +72,7 @@ fn three_sources_of_which_one_bursts_and_one_falls_silent_allocate_nothing() {
             for (number, count) in [(0, 20), (1, observations.len()), (2, 7)] {
                 let mut header = Header { sequence: cycle, ..Header::at(now.as_nanos()) };
                 header.pass(Hop::Observed, now.as_nanos());
-                let speaks = number != 2 || !(100..200).contains(&cycle);
+                let speaks = number != 2 || !(100..150).contains(&cycle);
                 if speaks && sensor.note(number, &header) {
                     sensor.take(number, &header, observations.get(..count).unwrap_or(&[]));
                 }

@@ -243,23 +243,44 @@ fn a_burst_crowds_out_nobodys_share() {
     assert_eq!(merged.left_out, 55);
 }
 
-#[test]
-fn a_source_of_which_frames_are_expected_is_told_to_be_silent_once_and_to_be_heard_again() {
+/// What is told of the second of two sources, of which 20 frames per second are expected, when it
+/// sends a frame in those cycles of 5 ms in which it `speaks`, and when.
+fn told(until: u64, speaks: impl Fn(u64) -> bool) -> Vec<(u64, News, u64)> {
     let mut sensor = sensor(&["", "rate_hz = 20.0"]);
     let mut told = Vec::new();
-    for (number, now) in (1..).zip((5..1000).step_by(5)) {
-        let speaks = !(300..600).contains(&now);
-        let frames = [(0, header(number, now), &[][..]), (1, header(number, now), &[][..])];
-        cycle(&mut sensor, now, if speaks { &frames } else { &frames[..1] });
+    let mut sent = 0;
+    for (number, now) in (1..).zip((5..until).step_by(5)) {
+        let frames = [(0, header(number, now), &[][..]), (1, header(sent + 1, now), &[][..])];
+        sent += u64::from(speaks(now));
+        cycle(&mut sensor, now, if speaks(now) { &frames } else { &frames[..1] });
         while let Some((source, news)) = sensor.news() {
-            told.push((now, source, news, sensor.silent()));
+            assert_eq!(source, 1);
+            told.push((now, news, sensor.silent()));
         }
     }
-    // Three periods of 50 ms after the last frame, at 295 ms, and again after those that it did
-    // not number while it was silent.
-    let silent: Vec<_> = told.iter().filter(|(_, _, news, _)| !matches!(news, News::Lost(_))).collect();
-    assert_eq!(silent, [&(450, 1, News::Silent, 0b10), &(600, 1, News::Heard, 0)]);
-    assert_eq!(told.last(), Some(&(600, 1, News::Lost(Loss::Missed), 0)));
+    told
+}
+
+#[test]
+fn a_source_of_which_frames_are_expected_is_told_to_be_silent_and_to_be_heard_again() {
+    // Three periods of 50 ms after the frame at 295 ms, and a second after it speaks regularly.
+    let told = told(2000, |now| !(300..600).contains(&now));
+    assert_eq!(told, [(450, News::Silent, 0b10), (1595, News::Heard, 0)]);
+}
+
+#[test]
+fn a_source_that_is_slower_than_expected_is_told_to_be_silent_once() {
+    let told = told(4000, |now| now.is_multiple_of(200));
+    assert_eq!(told, [(160, News::Silent, 0b10)]);
+}
+
+#[test]
+fn a_source_of_which_no_frames_are_expected_is_never_silent() {
+    let mut sensor = sensor(&["", ""]);
+    for now in 1..100 {
+        cycle(&mut sensor, 1000 * now, &[]);
+        assert_eq!((sensor.silent(), sensor.news()), (0, None));
+    }
 }
 
 #[test]

@@ -60,6 +60,9 @@ fn a_c_compiler_agrees_with_every_size_and_offset() {
         eprintln!("SKIPPED: there is no C compiler `cc` here");
         return;
     }
+    // The same header serves C++, where there is a compiler of it.
+    let _cpp =
+        passes("c++", &["-std=c++11", "-Wall", "-Wextra", "-Werror", "-fsyntax-only", "-x", "c++", header]);
     // The assertions are seen to fail: with packed structs, nothing lies where it should.
     let packed =
         Command::new("cc").args(strict).args(["-fpack-struct=1", header]).output().expect("is there");
