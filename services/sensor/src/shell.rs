@@ -98,8 +98,10 @@ fn tell(source: &str, news: News) {
     match news {
         News::Silent => tracing::warn!(source, "is silent: is its process alive, and does it publish here?"),
         News::Heard => tracing::info!(source, "is heard again"),
-        // Now and then that is what two clocks do.
-        News::Lost(Loss::Overtaken) => tracing::debug!(source, "{}", Loss::Overtaken.advice()),
+        // Now and then that is what two clocks do, or a busy machine: it is counted as drops.
+        News::Lost(loss @ (Loss::Overtaken | Loss::Missed)) => {
+            tracing::debug!(source, loss = loss.name(), "{}", loss.advice());
+        }
         News::Lost(loss) => {
             tracing::warn!(source, loss = loss.name(), "{}; more are only counted", loss.advice());
         }

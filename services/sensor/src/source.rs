@@ -115,6 +115,8 @@ impl Source {
     /// Takes the newest frame of the cycle that begins at `now`.
     pub(crate) fn take(&mut self, now: Instant, header: &Header, entries: &[Observation]) {
         self.waits = false;
+        // It lies in its writer's memory: what is judged shall be what is used.
+        let header = *header;
         let valid_at = Instant::from_nanos(header.valid_at_ns);
         let stamped_at = header.passed(Hop::Observed).map(Instant::from_nanos);
         let Some(stamped_at) = stamped_at.filter(|stamped_at| when(now, *stamped_at).is_ok()) else {

@@ -86,7 +86,8 @@ impl Loss {
         match self {
             Self::Overtaken => "two of its frames came in one cycle of the sensor: the newest was taken",
             Self::Missed => {
-                "frames of it were dropped: it sends more in one cycle of the sensor than its queue holds"
+                "frames of it were dropped before they were taken: the sensor was late, or it sends more in one cycle than \
+                 `buffers.frames` hold"
             }
             Self::Unreadable => "a frame could not be read: was its process killed, or is /dev/shm full?",
             Self::Misnumbered => {
