@@ -140,20 +140,17 @@ impl Robot {
         named.collect()
     }
 
-    /// Cycles of every process that runs, as `leo top` shows them.
-    pub(crate) fn cycles(&self) -> BTreeMap<String, u64> {
+    /// The processes as `leo top` shows them.
+    pub(crate) fn rows(&self) -> Vec<serde_json::Value> {
         let shown = leo(&["top", "--json", "--domain"]).arg(&self.domain).output().expect("runs");
-        let table: serde_json::Value = serde_json::from_slice(&shown.stdout).unwrap_or_default();
-        let rows = table.as_array().into_iter().flatten().filter(|row| row["state"] == "running");
-        rows.filter_map(|row| Some((row["process"].as_str()?.to_owned(), row["cycles"].as_u64()?))).collect()
+        serde_json::from_slice(&shown.stdout).unwrap_or_default()
     }
 
-    /// A process as `leo top` shows it; null while it does not.
-    pub(crate) fn row(&self, process: &str) -> serde_json::Value {
-        let shown = leo(&["top", "--json", "--domain"]).arg(&self.domain).output().expect("runs");
-        let table: serde_json::Value = serde_json::from_slice(&shown.stdout).unwrap_or_default();
-        let mut rows = table.as_array().into_iter().flatten();
-        rows.find(|row| row["process"] == process).cloned().unwrap_or_default()
+    /// Cycles of every process that runs.
+    pub(crate) fn cycles(&self) -> BTreeMap<String, u64> {
+        let rows = self.rows();
+        let rows = rows.iter().filter(|row| row["state"] == "running");
+        rows.filter_map(|row| Some((row["process"].as_str()?.to_owned(), row["cycles"].as_u64()?))).collect()
     }
 
     /// Whether all processes run and go on with their cycles.
