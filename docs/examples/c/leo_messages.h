@@ -11,8 +11,11 @@
 
 #ifdef __cplusplus
 #define LEO_ASSERT(holds, text) static_assert(holds, text)
+/* The C++ binding of iceoryx2 finds the name here. */
+#define LEO_NAMED(name) static constexpr const char *IOX2_TYPE_NAME = name;
 #else
 #define LEO_ASSERT(holds, text) _Static_assert(holds, text)
+#define LEO_NAMED(name)
 #endif
 
 #define LEO_NOBODY 65535
@@ -227,6 +230,7 @@ enum leo_turn_kind {
 /* The remembered evaluation of one percept at the frame's instant: h(t) = (m', c', d') (Eq. 3). */
 #define LEO_REMEMBERED_TYPE "leo/Remembered/1"
 struct leo_remembered {
+    LEO_NAMED(LEO_REMEMBERED_TYPE)
     /* When the newest sample behind it was taken, in nanoseconds of the clock. */
     uint64_t sampled_at_ns;
     /* The percept: its index in the configured set P. */
@@ -249,6 +253,7 @@ LEO_ASSERT(offsetof(struct leo_remembered, feature) == 20, "place of feature");
 /* An entry of a belief buffer: one remembered object (Eq. 3), evaluated at the frame's instant. */
 #define LEO_BELIEF_TYPE "leo/Belief/1"
 struct leo_belief {
+    LEO_NAMED(LEO_BELIEF_TYPE)
     /* Identity within its belief system; the older one survives a merge. */
     uint64_t id;
     /* When the object was first perceived, in nanoseconds of the clock. */
@@ -277,6 +282,7 @@ LEO_ASSERT(offsetof(struct leo_belief, percepts) == 40, "place of percepts");
 /* The beginning of every frame. */
 #define LEO_HEADER_TYPE "leo/Header/1"
 struct leo_header {
+    LEO_NAMED(LEO_HEADER_TYPE)
     /* The instant that the frame speaks about, in nanoseconds of the clock. */
     uint64_t valid_at_ns;
     /* Counts the writer's frames from one, without gaps: a gap at the reader is a loss. */
@@ -298,6 +304,7 @@ LEO_ASSERT(offsetof(struct leo_header, left_out) == 88, "place of left_out");
 /* The head of a belief buffer: whose beliefs, and the frame they are in. */
 #define LEO_BELIEF_HEAD_TYPE "leo/BeliefHead/1"
 struct leo_belief_head {
+    LEO_NAMED(LEO_BELIEF_HEAD_TYPE)
     /* The frame's header. */
     struct leo_header header;
     /* Whose beliefs: 0 the robot's own, n what it takes partner n to believe. */
@@ -347,6 +354,7 @@ LEO_ASSERT(offsetof(struct leo_belief_head, overflowed) == 256, "place of overfl
 /* Lockstep: a process has done its turn. */
 #define LEO_DONE_TYPE "leo/Done/1"
 struct leo_done {
+    LEO_NAMED(LEO_DONE_TYPE)
     /* The turn that is done. */
     uint64_t round;
     /* Whether the process has nothing left to do: 1 yes, 0 no. The lesson is over when the
@@ -360,6 +368,7 @@ LEO_ASSERT(offsetof(struct leo_done, finished) == 8, "place of finished");
 /* A short text of fixed capacity, UTF-8. */
 #define LEO_TEXT_TYPE "leo/Text/1"
 struct leo_text {
+    LEO_NAMED(LEO_TEXT_TYPE)
     uint32_t length;
     uint8_t bytes[252];
 };
@@ -370,6 +379,7 @@ LEO_ASSERT(offsetof(struct leo_text, bytes) == 4, "place of bytes");
 /* An event of the learner. */
 #define LEO_EVENT_TYPE "leo/Event/1"
 struct leo_event {
+    LEO_NAMED(LEO_EVENT_TYPE)
     /* Posterior probability of a hypothesis within its perspective, in [0, 1]. */
     double posterior;
     /* An `EventKind`. */
@@ -408,6 +418,7 @@ LEO_ASSERT(offsetof(struct leo_event, text) == 288, "place of text");
  * publishing is a copy, and nothing allocates. */
 #define LEO_HISTOGRAM_TYPE "leo/Histogram/1"
 struct leo_histogram {
+    LEO_NAMED(LEO_HISTOGRAM_TYPE)
     uint64_t count;
     uint64_t max_ns;
     uint32_t buckets[433];
@@ -425,6 +436,7 @@ LEO_ASSERT(offsetof(struct leo_histogram, reserved) == 1748, "place of reserved"
  * looked at. */
 #define LEO_HEALTH_TYPE "leo/Health/2"
 struct leo_health {
+    LEO_NAMED(LEO_HEALTH_TYPE)
     /* The operating system's process number. */
     uint32_t pid;
     uint32_t state;
@@ -490,6 +502,7 @@ LEO_ASSERT(offsetof(struct leo_health, latency) == 3816, "place of latency");
 /* Where one joint shall be, and when. */
 #define LEO_JOINT_GOAL_TYPE "leo/JointGoal/1"
 struct leo_joint_goal {
+    LEO_NAMED(LEO_JOINT_GOAL_TYPE)
     /* The joint: its index in the robot's configuration. */
     uint32_t joint;
     /* Not used; zero. */
@@ -509,6 +522,7 @@ LEO_ASSERT(offsetof(struct leo_joint_goal, arrive_at_ns) == 16, "place of arrive
 /* What one joint does. */
 #define LEO_JOINT_STATE_TYPE "leo/JointState/1"
 struct leo_joint_state {
+    LEO_NAMED(LEO_JOINT_STATE_TYPE)
     /* The joint: its index in the robot's configuration. */
     uint32_t joint;
     uint16_t mode;
@@ -536,6 +550,7 @@ LEO_ASSERT(offsetof(struct leo_joint_state, command_position_rad) == 40, "place 
  * System's work (Berlin et al. 2006, "Belief Modeling"). */
 #define LEO_OBSERVATION_TYPE "leo/Observation/1"
 struct leo_observation {
+    LEO_NAMED(LEO_OBSERVATION_TYPE)
     /* When the sensory process observed it, in nanoseconds of the clock. */
     uint64_t observed_at_ns;
     /* The sensory process that reported it. */
@@ -584,6 +599,7 @@ LEO_ASSERT(offsetof(struct leo_observation, states) == 92, "place of states");
 /* One percept's evaluation of one observation: p(o) = (m, c, d) (Eq. 1). */
 #define LEO_PERCEPT_VALUE_TYPE "leo/PerceptValue/1"
 struct leo_percept_value {
+    LEO_NAMED(LEO_PERCEPT_VALUE_TYPE)
     /* The percept: its index in the configured set P. */
     uint16_t percept;
     uint16_t feature_kind;
@@ -603,6 +619,7 @@ LEO_ASSERT(offsetof(struct leo_percept_value, feature) == 12, "place of feature"
 /* The percepts of one observation that passed the threshold (Eq. 2). */
 #define LEO_SNAPSHOT_TYPE "leo/Snapshot/1"
 struct leo_snapshot {
+    LEO_NAMED(LEO_SNAPSHOT_TYPE)
     uint32_t count;
     struct leo_percept_value values[12];
 };
@@ -616,6 +633,7 @@ LEO_ASSERT(offsetof(struct leo_snapshot, values) == 4, "place of values");
  * (Eq. 7). */
 #define LEO_PERCEIVED_TYPE "leo/Perceived/1"
 struct leo_perceived {
+    LEO_NAMED(LEO_PERCEIVED_TYPE)
     /* What was observed. */
     struct leo_observation observation;
     /* The robot's own percept snapshot of it. */
@@ -629,6 +647,7 @@ LEO_ASSERT(offsetof(struct leo_perceived, snapshot) == 128, "place of snapshot")
  * which that life's `Health` stands. */
 #define LEO_ROSTER_TYPE "leo/Roster/1"
 struct leo_roster {
+    LEO_NAMED(LEO_ROSTER_TYPE)
     /* Newest incarnation of each process by its number; zero where it was never started. */
     uint64_t incarnations[8];
 };
@@ -640,6 +659,7 @@ LEO_ASSERT(offsetof(struct leo_roster, incarnations) == 0, "place of incarnation
  * For people who look on, and for checking what Leo did; no other process of the robot reads it. */
 #define LEO_SCENE_OBJECT_TYPE "leo/SceneObject/1"
 struct leo_scene_object {
+    LEO_NAMED(LEO_SCENE_OBJECT_TYPE)
     /* Position in the world, in metres. */
     double position_m[3];
     /* Orientation in the world, quaternion `[x, y, z, w]`. */
@@ -671,6 +691,7 @@ LEO_ASSERT(offsetof(struct leo_scene_object, name) == 128, "place of name");
  * header's `valid_at_ns` is that instant. */
 #define LEO_TURN_TYPE "leo/Turn/1"
 struct leo_turn {
+    LEO_NAMED(LEO_TURN_TYPE)
     /* A `TurnKind`. */
     uint32_t kind;
     /* Not used; zero. */
@@ -686,6 +707,7 @@ LEO_ASSERT(offsetof(struct leo_turn, round) == 8, "place of round");
 /* A sentence that somebody said. */
 #define LEO_UTTERANCE_TYPE "leo/Utterance/1"
 struct leo_utterance {
+    LEO_NAMED(LEO_UTTERANCE_TYPE)
     /* Who said it: partner 1, 2, … */
     uint32_t speaker;
     /* What was said. */

@@ -19,8 +19,11 @@ const OPENING: &str = "\
 
 #ifdef __cplusplus
 #define LEO_ASSERT(holds, text) static_assert(holds, text)
+/* The C++ binding of iceoryx2 finds the name here. */
+#define LEO_NAMED(name) static constexpr const char *IOX2_TYPE_NAME = name;
 #else
 #define LEO_ASSERT(holds, text) _Static_assert(holds, text)
+#define LEO_NAMED(name)
 #endif
 ";
 
@@ -100,7 +103,7 @@ fn structure(out: &mut String, name: &str, declared: &Declared, compiled: &[Comp
     out.push('\n');
     comment(out, "", &declared.doc);
     writeln!(out, "#define {}_TYPE \"{}\"", loud(name), declared.type_name).expect("a string");
-    writeln!(out, "struct {} {{", snake(name)).expect("a string");
+    writeln!(out, "struct {} {{\n    LEO_NAMED({}_TYPE)", snake(name), loud(name)).expect("a string");
     for field in &declared.fields {
         comment(out, "    ", &field.doc);
         let (entry, length) =
