@@ -79,8 +79,11 @@ fn a_lesson_goes_on_and_beliefs_stay_sound_while_a_source_floods_garbage() {
     // Everything was counted by its reason, and told once.
     let row = sensor(&robot);
     for loss in Loss::ALL.iter().filter(|loss| **loss != Loss::Unreadable) {
-        assert!(row["losses"][loss.name()].as_u64() > Some(0), "{}: {row}", loss.name());
+        assert!(row["sources"][1]["losses"][loss.name()].as_u64() > Some(0), "{}: {row}", loss.name());
     }
+    let drops = ["overtaken", "missed"].map(|drop| row["sources"][0]["losses"][drop].as_u64().unwrap_or(0));
+    let lost = row["sources"][0]["losses"].as_object().map_or(0, serde_json::Map::len);
+    assert_eq!(lost, drops.iter().filter(|count| **count > 0).count(), "the simulator suffered: {row}");
     assert_eq!((&row["restarts"], &row["state"]), (&0.into(), &"running".into()), "{row}");
     assert_eq!(robot.said().matches("`position_m` must be finite").count(), 1, "{}", robot.said());
 

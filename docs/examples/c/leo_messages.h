@@ -21,6 +21,7 @@
 #define LEO_NOBODY 65535
 #define LEO_STATES 8
 #define LEO_MAX_PERCEPTS 12
+#define LEO_MAX_SOURCES 16
 #define LEO_LOSSES 24
 #define LEO_TEXT_CAPACITY 252
 
@@ -434,7 +435,7 @@ LEO_ASSERT(offsetof(struct leo_histogram, reserved) == 1748, "place of reserved"
  * 
  * It stands on a blackboard in shared memory, so that looking never touches the thread that is
  * looked at. */
-#define LEO_HEALTH_TYPE "leo/Health/2"
+#define LEO_HEALTH_TYPE "leo/Health/1"
 struct leo_health {
     LEO_NAMED(LEO_HEALTH_TYPE)
     /* The operating system's process number. */
@@ -466,10 +467,6 @@ struct leo_health {
     uint64_t page_faults;
     /* Rights that were asked for and not granted, one bit each: scheduling, affinity, memory. */
     uint64_t missing_rights;
-    /* Of the sensor process: its sources that are silent now, one bit each by their number. */
-    uint64_t silent_sources;
-    /* Of the sensor process: what was lost of its sources' reports, by the number of the `Loss`. */
-    uint64_t losses[24];
     /* Release to start. */
     struct leo_histogram wakeup;
     /* Start to end. */
@@ -477,7 +474,7 @@ struct leo_health {
     /* Age of the input when its step began: from the previous hop's publication. */
     struct leo_histogram latency;
 };
-LEO_ASSERT(sizeof(struct leo_health) == 5568, "size of leo/Health/2");
+LEO_ASSERT(sizeof(struct leo_health) == 5368, "size of leo/Health/1");
 LEO_ASSERT(offsetof(struct leo_health, pid) == 0, "place of pid");
 LEO_ASSERT(offsetof(struct leo_health, state) == 4, "place of state");
 LEO_ASSERT(offsetof(struct leo_health, incarnation) == 8, "place of incarnation");
@@ -493,11 +490,9 @@ LEO_ASSERT(offsetof(struct leo_health, undelivered) == 80, "place of undelivered
 LEO_ASSERT(offsetof(struct leo_health, refused) == 88, "place of refused");
 LEO_ASSERT(offsetof(struct leo_health, page_faults) == 96, "place of page_faults");
 LEO_ASSERT(offsetof(struct leo_health, missing_rights) == 104, "place of missing_rights");
-LEO_ASSERT(offsetof(struct leo_health, silent_sources) == 112, "place of silent_sources");
-LEO_ASSERT(offsetof(struct leo_health, losses) == 120, "place of losses");
-LEO_ASSERT(offsetof(struct leo_health, wakeup) == 312, "place of wakeup");
-LEO_ASSERT(offsetof(struct leo_health, execution) == 2064, "place of execution");
-LEO_ASSERT(offsetof(struct leo_health, latency) == 3816, "place of latency");
+LEO_ASSERT(offsetof(struct leo_health, wakeup) == 112, "place of wakeup");
+LEO_ASSERT(offsetof(struct leo_health, execution) == 1864, "place of execution");
+LEO_ASSERT(offsetof(struct leo_health, latency) == 3616, "place of latency");
 
 /* Where one joint shall be, and when. */
 #define LEO_JOINT_GOAL_TYPE "leo/JointGoal/1"
@@ -686,6 +681,44 @@ LEO_ASSERT(offsetof(struct leo_scene_object, states) == 92, "place of states");
 LEO_ASSERT(offsetof(struct leo_scene_object, kind) == 124, "place of kind");
 LEO_ASSERT(offsetof(struct leo_scene_object, held_by) == 126, "place of held_by");
 LEO_ASSERT(offsetof(struct leo_scene_object, name) == 128, "place of name");
+
+/* What became of what one source reported. */
+#define LEO_SOURCE_HEALTH_TYPE "leo/SourceHealth/1"
+struct leo_source_health {
+    LEO_NAMED(LEO_SOURCE_HEALTH_TYPE)
+    /* What people call it. */
+    struct leo_text name;
+    /* Frames that were taken. */
+    uint64_t frames;
+    /* Observations that entered the percept buffer. */
+    uint64_t observations;
+    /* When a frame was taken last, in nanoseconds of the clock; zero where none was. */
+    uint64_t heard_at_ns;
+    /* Whether it has been silent for longer than its rate lets expect: 1 yes, 0 no. */
+    uint64_t silent;
+    /* What was lost, by the number of the `Loss`. */
+    uint64_t losses[24];
+};
+LEO_ASSERT(sizeof(struct leo_source_health) == 480, "size of leo/SourceHealth/1");
+LEO_ASSERT(offsetof(struct leo_source_health, name) == 0, "place of name");
+LEO_ASSERT(offsetof(struct leo_source_health, frames) == 256, "place of frames");
+LEO_ASSERT(offsetof(struct leo_source_health, observations) == 264, "place of observations");
+LEO_ASSERT(offsetof(struct leo_source_health, heard_at_ns) == 272, "place of heard_at_ns");
+LEO_ASSERT(offsetof(struct leo_source_health, silent) == 280, "place of silent");
+LEO_ASSERT(offsetof(struct leo_source_health, losses) == 288, "place of losses");
+
+/* What became of what each source reported: the sensor process writes it to a board of its own. */
+#define LEO_SOURCES_TYPE "leo/Sources/1"
+struct leo_sources {
+    LEO_NAMED(LEO_SOURCES_TYPE)
+    /* How many sources there are. */
+    uint64_t count;
+    /* Each of them, by its number. */
+    struct leo_source_health sources[16];
+};
+LEO_ASSERT(sizeof(struct leo_sources) == 7688, "size of leo/Sources/1");
+LEO_ASSERT(offsetof(struct leo_sources, count) == 0, "place of count");
+LEO_ASSERT(offsetof(struct leo_sources, sources) == 8, "place of sources");
 
 /* Lockstep: the conductor gives one process its turn at an instant of simulated time. The
  * header's `valid_at_ns` is that instant. */

@@ -11,6 +11,7 @@ import enum
 NOBODY = 65535
 STATES = 8
 MAX_PERCEPTS = 12
+MAX_SOURCES = 16
 LOSSES = 24
 TEXT_CAPACITY = 252
 
@@ -429,10 +430,6 @@ class Health(ctypes.Structure):
         ("page_faults", ctypes.c_uint64),
         # Rights that were asked for and not granted, one bit each: scheduling, affinity, memory.
         ("missing_rights", ctypes.c_uint64),
-        # Of the sensor process: its sources that are silent now, one bit each by their number.
-        ("silent_sources", ctypes.c_uint64),
-        # Of the sensor process: what was lost of its sources' reports, by the number of the `Loss`.
-        ("losses", ctypes.c_uint64 * 24),
         # Release to start.
         ("wakeup", Histogram),
         # Start to end.
@@ -443,7 +440,7 @@ class Health(ctypes.Structure):
 
     @staticmethod
     def type_name():
-        return "leo/Health/2"
+        return "leo/Health/1"
 
 
 # Where one joint shall be, and when.
@@ -614,6 +611,42 @@ class SceneObject(ctypes.Structure):
         return "leo/SceneObject/1"
 
 
+# What became of what one source reported.
+class SourceHealth(ctypes.Structure):
+    _fields_ = [
+        # What people call it.
+        ("name", Text),
+        # Frames that were taken.
+        ("frames", ctypes.c_uint64),
+        # Observations that entered the percept buffer.
+        ("observations", ctypes.c_uint64),
+        # When a frame was taken last, in nanoseconds of the clock; zero where none was.
+        ("heard_at_ns", ctypes.c_uint64),
+        # Whether it has been silent for longer than its rate lets expect: 1 yes, 0 no.
+        ("silent", ctypes.c_uint64),
+        # What was lost, by the number of the `Loss`.
+        ("losses", ctypes.c_uint64 * 24),
+    ]
+
+    @staticmethod
+    def type_name():
+        return "leo/SourceHealth/1"
+
+
+# What became of what each source reported: the sensor process writes it to a board of its own.
+class Sources(ctypes.Structure):
+    _fields_ = [
+        # How many sources there are.
+        ("count", ctypes.c_uint64),
+        # Each of them, by its number.
+        ("sources", SourceHealth * 16),
+    ]
+
+    @staticmethod
+    def type_name():
+        return "leo/Sources/1"
+
+
 # Lockstep: the conductor gives one process its turn at an instant of simulated time. The
 # header's `valid_at_ns` is that instant.
 class Turn(ctypes.Structure):
@@ -654,7 +687,7 @@ _LAYOUT = [
     (Text, 256, [0, 4]),
     (Event, 544, [0, 8, 10, 12, 16, 20, 24, 28, 32, 288]),
     (Histogram, 1752, [0, 8, 16, 1748]),
-    (Health, 5568, [0, 4, 8, 16, 24, 32, 40, 48, 56, 64, 72, 80, 88, 96, 104, 112, 120, 312, 2064, 3816]),
+    (Health, 5368, [0, 4, 8, 16, 24, 32, 40, 48, 56, 64, 72, 80, 88, 96, 104, 112, 1864, 3616]),
     (JointGoal, 24, [0, 4, 8, 16]),
     (JointState, 48, [0, 4, 6, 8, 16, 24, 32, 40]),
     (Observation, 128, [0, 8, 10, 12, 14, 16, 18, 20, 24, 36, 52, 64, 76, 92]),
@@ -663,6 +696,8 @@ _LAYOUT = [
     (Perceived, 472, [0, 128]),
     (Roster, 64, [0]),
     (SceneObject, 384, [0, 24, 56, 80, 92, 124, 126, 128]),
+    (SourceHealth, 480, [0, 256, 264, 272, 280, 288]),
+    (Sources, 7688, [0, 8]),
     (Turn, 16, [0, 4, 8]),
     (Utterance, 260, [0, 4]),
 ]

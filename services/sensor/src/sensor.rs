@@ -2,9 +2,9 @@ use clock::Instant;
 use config::leo;
 use config::percepts::Percepts;
 use geometry::Pose;
-use message::{Header, LOSSES, Loss, Observation, Perceived};
+use message::{Header, LOSSES, Loss, MAX_SOURCES, Observation, Perceived, Sources};
 use perception::{Frame, Perception, Unperceivable};
-use quantity::number::single;
+use quantity::number::{saturating_u32, single};
 
 use crate::source::Source;
 
@@ -21,7 +21,7 @@ pub enum Unsensing {
         name: String,
     },
     /// There are more sources than can be told apart.
-    #[error("{sources} sources are too many: at most {most} can be told apart", most = leo::SOURCES_MOST)]
+    #[error("{sources} sources are too many: at most {most} can be told apart", most = MAX_SOURCES)]
     Sources {
         /// The number asked for.
         sources: usize,
@@ -84,7 +84,7 @@ impl Sensor {
     ///
     /// The percepts cannot be evaluated, or a source cannot be.
     pub fn new(percepts: &Percepts, sources: &[leo::Source], capacity: usize) -> Result<Self, Unsensing> {
-        if sources.len() > leo::SOURCES_MOST {
+        if sources.len() > MAX_SOURCES {
             return Err(Unsensing::Sources { sources: sources.len() });
         }
         let make = |(number, source): (u16, &leo::Source)| {
@@ -94,7 +94,7 @@ impl Sensor {
             });
             let confidence = single(source.confidence(percepts));
             let period = source.rate_hz.map(config::number::Hertz::period);
-            Ok(Source::new(number, x_base_source.transpose()?, confidence, period, capacity))
+            Ok(Source::new(number, &source.name, x_base_source.transpose()?, confidence, period, capacity))
         };
         Ok(Self {
             perception: Perception::new(percepts)?,
@@ -190,18 +190,22 @@ impl Sensor {
     pub fn losses(&self) -> [u64; LOSSES] {
         let mut losses = [0_u64; LOSSES];
         for source in &self.sources {
-            for (sum, count) in losses.iter_mut().zip(source.losses()) {
+            for (sum, count) in losses.iter_mut().zip(&source.health().losses) {
                 *sum = sum.saturating_add(*count);
             }
         }
         losses
     }
 
-    /// The sources that are silent, one bit each by their number.
+    /// What became of what each source reported.
     #[must_use]
-    pub fn silent(&self) -> u64 {
-        let bits = self.sources.iter().enumerate();
-        bits.fold(0, |bits, (number, source)| bits | (u64::from(source.is_silent()) << number))
+    pub fn sources(&self) -> Sources {
+        let mut sources =
+            Sources { count: u64::from(saturating_u32(self.sources.len())), ..Sources::default() };
+        for (slot, source) in sources.sources.iter_mut().zip(&self.sources) {
+            *slot = *source.health();
+        }
+        sources
     }
 
     /// Something to be told of a source that was not told yet, with the source's number. Each loss

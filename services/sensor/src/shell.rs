@@ -1,3 +1,4 @@
+use clock::{Duration, Instant};
 use config::Robot;
 use config::leo::SourceKind;
 use message::{Hop, LOSSES, Loss, Observation, Observations, Perceived, Percepts, Process, Snapshot};
@@ -6,6 +7,9 @@ use quantity::number::saturating_u32;
 use transport::{Frame, Inlet};
 
 use crate::{News, Sensor};
+
+/// What became of what the sources reported is shown this often.
+const SHOWN_EVERY: Duration = Duration::from_millis(20);
 
 /// Runs the process until it is told to stop.
 ///
@@ -32,6 +36,8 @@ pub fn run(launch: &Launch, robot: &Robot) -> Result<(), Failure> {
     }
     let mut outlet = member.outlet::<Percepts>(None, capacity)?;
     let mut sensor = Sensor::new(&robot.percepts, &sources, capacity).map_err(Failure::own)?;
+    let mut board = member.sources_board()?;
+    let mut shown_at = Instant::EPOCH;
     member.begin(Some(leo.sensor.rate_hz.period()))?;
     while let Some(now) = member.next_cycle()? {
         sensor.begin(now);
@@ -54,11 +60,14 @@ pub fn run(launch: &Launch, robot: &Robot) -> Result<(), Failure> {
         )?;
         drop(perceived);
         let health = member.health();
-        health.losses = sensor.losses();
-        health.silent_sources = sensor.silent();
-        health.refused = sum(&health.losses, Loss::is_refusal);
-        health.drops = sum(&health.losses, |loss| matches!(loss, Loss::Overtaken | Loss::Missed));
+        let losses = sensor.losses();
+        health.refused = sum(&losses, Loss::is_refusal);
+        health.drops = sum(&losses, |loss| matches!(loss, Loss::Overtaken | Loss::Missed));
         health.undelivered = outlet.undelivered();
+        if now.since(shown_at) >= SHOWN_EVERY {
+            board.write(&sensor.sources());
+            shown_at = now;
+        }
         while let Some((source, news)) = sensor.news() {
             tell(sources.get(source).map_or("", |source| &source.name), news);
         }

@@ -1,6 +1,6 @@
 use clock::{Duration, Instant};
 use geometry::{Base, Pose, Thing};
-use message::{Header, Hop, LOSSES, Loss, Observation};
+use message::{Header, Hop, LOSSES, Loss, Observation, SourceHealth, Text};
 use quantity::number::single;
 
 /// A source may be ahead of the cycle by so much: what it sends while the cycle begins is later
@@ -38,7 +38,6 @@ pub(crate) struct Source {
     /// The newest instant that it observed in all frames that were taken.
     observed_at: Option<Instant>,
     heard_at: Option<Instant>,
-    silent: bool,
     /// When it was silent last.
     silent_at: Instant,
     /// What it reports in this cycle: the header of its frame, and the sound observations in the
@@ -46,7 +45,7 @@ pub(crate) struct Source {
     header: Option<Header>,
     observations: Vec<Observation>,
     capacity: usize,
-    losses: [u64; LOSSES],
+    health: SourceHealth,
     /// Losses that have happened and were not told yet, one bit each.
     untold: u32,
     told_silent: bool,
@@ -56,6 +55,7 @@ pub(crate) struct Source {
 impl Source {
     pub(crate) fn new(
         number: u16,
+        name: &str,
         x_base_source: Option<Pose<Base, geometry::Source>>,
         confidence: f32,
         period: Option<Duration>,
@@ -71,12 +71,11 @@ impl Source {
             valid_at: None,
             observed_at: None,
             heard_at: None,
-            silent: false,
             silent_at: Instant::EPOCH,
             header: None,
             observations: Vec::with_capacity(capacity),
             capacity,
-            losses: [0; LOSSES],
+            health: SourceHealth { name: Text::new(name), ..SourceHealth::default() },
             untold: 0,
             told_silent: false,
             turn: None,
@@ -127,6 +126,8 @@ impl Source {
         }
         self.valid_at = Some(valid_at);
         self.heard_at = Some(now);
+        self.health.heard_at_ns = now.as_nanos();
+        self.health.frames += 1;
         let mut newest = self.observed_at;
         // However many there are, no more are looked at than there is room for.
         let room = self.capacity.saturating_sub(self.observations.len());
@@ -174,21 +175,24 @@ impl Source {
 
     /// Ends the cycle that began at `now`: whether the source is silent.
     pub(crate) fn end(&mut self, now: Instant) {
+        let entered = u64::try_from(self.observations.len()).unwrap_or(0);
+        self.health.observations = self.health.observations.saturating_add(entered);
         let heard_at = *self.heard_at.get_or_insert(now);
-        self.silent = self.silent_after.is_some_and(|limit| now.since(heard_at) > limit);
-        if self.silent {
+        let is_silent = self.silent_after.is_some_and(|limit| now.since(heard_at) > limit);
+        self.health.silent = u64::from(is_silent);
+        if is_silent {
             self.silent_at = now;
         }
         let settled = now.since(self.silent_at) >= SETTLED;
-        if self.silent != self.told_silent && (self.silent || settled) {
-            self.told_silent = self.silent;
-            self.turn = Some(self.silent);
+        if is_silent != self.told_silent && (is_silent || settled) {
+            self.told_silent = is_silent;
+            self.turn = Some(is_silent);
         }
     }
 
     /// Counts what was lost.
     pub(crate) fn lose(&mut self, loss: Loss, count: u64) {
-        let Some(slot) = self.losses.get_mut(usize::from(loss.raw())) else { return };
+        let Some(slot) = self.health.losses.get_mut(usize::from(loss.raw())) else { return };
         if *slot == 0 && count > 0 {
             self.untold |= 1 << loss.raw();
         }
@@ -205,10 +209,6 @@ impl Source {
     /// Whether it has fallen silent, or is heard again, and that was not told yet.
     pub(crate) fn turn(&mut self) -> Option<bool> {
         self.turn.take()
-    }
-
-    pub(crate) fn is_silent(&self) -> bool {
-        self.silent
     }
 
     pub(crate) fn header(&self) -> Option<&Header> {
@@ -230,8 +230,9 @@ impl Source {
         }
     }
 
-    pub(crate) fn losses(&self) -> &[u64; LOSSES] {
-        &self.losses
+    /// What became of what it reported.
+    pub(crate) fn health(&self) -> &SourceHealth {
+        &self.health
     }
 }
 

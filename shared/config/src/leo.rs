@@ -5,7 +5,7 @@ mod source;
 use serde::Deserialize;
 
 pub(crate) use source::fault as fault_of_sources;
-pub use source::{SOURCES_MOST, Source, SourceFrame, SourceKind};
+pub use source::{Source, SourceFrame, SourceKind};
 
 use crate::number::{Capacity, Hertz, Milliseconds, Unit};
 

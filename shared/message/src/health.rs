@@ -4,7 +4,7 @@ use std::str::FromStr;
 use iceoryx2_bb_derive_macros::ZeroCopySend;
 use iceoryx2_bb_elementary_traits::zero_copy_send::ZeroCopySend;
 
-use crate::{Histogram, LOSSES, Loss, numbered};
+use crate::{Histogram, numbered};
 
 numbered! {
     /// A process of Leo, in the direction the data flows.
@@ -88,7 +88,7 @@ numbered! {
 /// looked at.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ZeroCopySend)]
 #[repr(C)]
-#[type_name("leo/Health/2")]
+#[type_name("leo/Health/1")]
 pub struct Health {
     /// The operating system's process number.
     pub pid: u32,
@@ -119,10 +119,6 @@ pub struct Health {
     pub page_faults: u64,
     /// Rights that were asked for and not granted, one bit each: scheduling, affinity, memory.
     pub missing_rights: u64,
-    /// Of the sensor process: its sources that are silent now, one bit each by their number.
-    pub silent_sources: u64,
-    /// Of the sensor process: what was lost of its sources' reports, by the number of the [`Loss`].
-    pub losses: [u64; LOSSES],
     /// Release to start.
     pub wakeup: Histogram,
     /// Start to end.
@@ -136,12 +132,6 @@ impl Health {
     #[must_use]
     pub fn state(&self) -> Option<ProcessState> {
         ProcessState::from_raw(self.state)
-    }
-
-    /// How much was lost for a reason.
-    #[must_use]
-    pub fn lost(&self, loss: Loss) -> u64 {
-        self.losses.get(usize::from(loss.raw())).copied().unwrap_or(0)
     }
 
     /// Notes where the process is in its life.

@@ -43,7 +43,7 @@ numbered! {
     }
 }
 
-/// Reasons for which there is room in a [`Health`](crate::Health).
+/// Reasons for which there is room in a [`SourceHealth`](crate::SourceHealth).
 pub const LOSSES: usize = 24;
 
 const _: () = assert!(Loss::ALL.len() <= LOSSES);

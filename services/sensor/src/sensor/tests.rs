@@ -52,6 +52,13 @@ fn lost(sensor: &Sensor) -> Vec<(Loss, u64)> {
     all.filter(|(_, count)| *count > 0).collect()
 }
 
+/// The sources that are silent.
+fn silent(sensor: &Sensor) -> Vec<usize> {
+    let sources = sensor.sources();
+    let all = sources.all().iter().enumerate();
+    all.filter(|(_, source)| source.silent == 1).map(|(number, _)| number).collect()
+}
+
 fn reported(sensor: &Sensor) -> Vec<Observation> {
     sensor.perceived().map(|perceived| perceived.observation).collect()
 }
@@ -245,7 +252,7 @@ fn a_burst_crowds_out_nobodys_share() {
 
 /// What is told of the second of two sources, of which 20 frames per second are expected, when it
 /// sends a frame in those cycles of 5 ms in which it `speaks`, and when.
-fn told(until: u64, speaks: impl Fn(u64) -> bool) -> Vec<(u64, News, u64)> {
+fn told(until: u64, speaks: impl Fn(u64) -> bool) -> Vec<(u64, News, Vec<usize>)> {
     let mut sensor = sensor(&["", "rate_hz = 20.0"]);
     let mut told = Vec::new();
     let mut sent = 0;
@@ -255,7 +262,7 @@ fn told(until: u64, speaks: impl Fn(u64) -> bool) -> Vec<(u64, News, u64)> {
         cycle(&mut sensor, now, if speaks(now) { &frames } else { &frames[..1] });
         while let Some((source, news)) = sensor.news() {
             assert_eq!(source, 1);
-            told.push((now, news, sensor.silent()));
+            told.push((now, news, silent(&sensor)));
         }
     }
     told
@@ -265,13 +272,13 @@ fn told(until: u64, speaks: impl Fn(u64) -> bool) -> Vec<(u64, News, u64)> {
 fn a_source_of_which_frames_are_expected_is_told_to_be_silent_and_to_be_heard_again() {
     // Three periods of 50 ms after the frame at 295 ms, and a second after it speaks regularly.
     let told = told(2000, |now| !(300..600).contains(&now));
-    assert_eq!(told, [(450, News::Silent, 0b10), (1595, News::Heard, 0)]);
+    assert_eq!(told, [(450, News::Silent, vec![1]), (1595, News::Heard, vec![])]);
 }
 
 #[test]
 fn a_source_that_is_slower_than_expected_is_told_to_be_silent_once() {
     let told = told(4000, |now| now.is_multiple_of(200));
-    assert_eq!(told, [(160, News::Silent, 0b10)]);
+    assert_eq!(told, [(160, News::Silent, vec![1])]);
 }
 
 #[test]
@@ -279,8 +286,22 @@ fn a_source_of_which_no_frames_are_expected_is_never_silent() {
     let mut sensor = sensor(&["", ""]);
     for now in 1..100 {
         cycle(&mut sensor, 1000 * now, &[]);
-        assert_eq!((sensor.silent(), sensor.news()), (0, None));
+        assert_eq!((silent(&sensor), sensor.news()), (vec![], None));
     }
+}
+
+#[test]
+fn each_source_is_shown_with_what_became_of_its_own_reports() {
+    let mut sensor = sensor(&["", ""]);
+    let nowhere = Observation { position_m: [f32::NAN; 3], ..seen(9) };
+    cycle(&mut sensor, 10, &[(0, header(1, 9), &[seen(9)]), (1, header(1, 9), &[seen(9), nowhere, seen(9)])]);
+    cycle(&mut sensor, 15, &[(0, header(2, 14), &[seen(14)])]);
+    let sources = sensor.sources();
+    let [first, second] = sources.all() else { panic!("{sources:?}") };
+    assert_eq!((first.name.as_str(), first.frames, first.observations), ("0", 2, 2));
+    assert_eq!((first.heard_at_ns, first.losses), (15 * MILLI, [0; LOSSES]));
+    assert_eq!((second.name.as_str(), second.frames, second.observations), ("1", 1, 2));
+    assert_eq!((second.heard_at_ns, second.lost(Loss::Place)), (10 * MILLI, 1));
 }
 
 #[test]

@@ -1,10 +1,8 @@
+use message::MAX_SOURCES;
 use serde::Deserialize;
 
 use crate::number::{Coordinate, Hertz, NotNegative};
 use crate::percepts::Percepts;
-
-/// Sources that a robot has at most.
-pub const SOURCES_MOST: usize = 16;
 
 /// A sensory process whose observations are read. Its number, and that of its topic, is its place
 /// in the list, from zero.
@@ -105,10 +103,10 @@ impl Source {
 /// What is wrong with a list of sources, if anything, and of which of them.
 pub(crate) fn fault(sources: &[Source]) -> Option<(usize, String)> {
     let is_simulator = |source: &&Source| source.kind == SourceKind::Simulator;
-    if sources.len() > SOURCES_MOST {
+    if sources.len() > MAX_SOURCES {
         return Some((
-            SOURCES_MOST,
-            format!("there are {} sources: at most {SOURCES_MOST} can be", sources.len()),
+            MAX_SOURCES,
+            format!("there are {} sources: at most {MAX_SOURCES} can be", sources.len()),
         ));
     }
     sources.iter().enumerate().find_map(|(index, source)| {

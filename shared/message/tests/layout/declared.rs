@@ -8,8 +8,8 @@ use std::path::Path;
 
 use message::{
     Belief, BeliefHead, Done, Event, Header, Health, Histogram, JointGoal, JointState, LOSSES, MAX_PERCEPTS,
-    Observation, Perceived, PerceptValue, Remembered, Roster, STATES, SceneObject, Snapshot, TEXT_CAPACITY,
-    Text, Turn, Utterance,
+    MAX_SOURCES, Observation, Perceived, PerceptValue, Remembered, Roster, STATES, SceneObject, Snapshot,
+    SourceHealth, Sources, TEXT_CAPACITY, Text, Turn, Utterance,
 };
 
 /// What the compiler says of a type: size, alignment, and the offsets of its public fields.
@@ -45,7 +45,7 @@ pub(crate) fn compiled() -> Vec<Compiled> {
         Header { valid_at_ns, sequence, incarnation, hops_ns, left_out }
         Health {
             pid, incarnation, beat, beat_at_ns, started_at_ns, period_ns, cycles, overruns, skipped, drops,
-            undelivered, refused, page_faults, missing_rights, silent_sources, losses, wakeup, execution, latency
+            undelivered, refused, page_faults, missing_rights, wakeup, execution, latency
         }
         Histogram {}
         JointGoal { joint, reserved, goal_position_rad, arrive_at_ns }
@@ -62,6 +62,8 @@ pub(crate) fn compiled() -> Vec<Compiled> {
             position_m, orientation_xyzw, half_extents_m, colour_rgb, states, kind, held_by, name
         }
         Snapshot {}
+        SourceHealth { name, frames, observations, heard_at_ns, silent, losses }
+        Sources { count, sources }
         Text {}
         Turn { kind, reserved, round }
         Utterance { speaker, text }
@@ -138,6 +140,7 @@ pub(crate) fn length(count: &str) -> usize {
     match count {
         "MAX_PERCEPTS" => MAX_PERCEPTS,
         "LOSSES" => LOSSES,
+        "MAX_SOURCES" => MAX_SOURCES,
         "STATES" => STATES,
         "TEXT_CAPACITY" => TEXT_CAPACITY,
         // Private to the histogram, and held by the size of it.
