@@ -106,7 +106,8 @@ fn sum(losses: &[u64; LOSSES], among: impl Fn(Loss) -> bool) -> u64 {
 fn tell(source: &str, news: News) {
     match news {
         News::Silent => tracing::warn!(source, "is silent: is its process alive, and does it publish here?"),
-        News::Heard => tracing::info!(source, "is heard again"),
+        // As loud as the warning that it ends.
+        News::Heard => tracing::warn!(source, "is heard again"),
         // Now and then that is what two clocks do, or a busy machine: it is counted as drops.
         News::Lost(loss @ (Loss::Overtaken | Loss::Missed)) => {
             tracing::debug!(source, loss = loss.name(), "{}", loss.advice());
