@@ -134,6 +134,7 @@ impl Observation {
 
     /// Whether every number is one that the Perception System may use: see [`Self::fault`].
     #[must_use]
+    #[inline]
     pub fn is_sound(&self) -> bool {
         self.fault().is_none()
     }
@@ -150,23 +151,32 @@ impl Observation {
     /// assert_eq!(nowhere.fault(), Some(Loss::Place));
     /// ```
     #[must_use]
+    #[inline]
     pub fn fault(&self) -> Option<Loss> {
         // Written so that NaN fails.
-        let share = 0.0..=1.0;
-        let norm: f32 = self.orientation_xyzw.iter().map(|part| part * part).sum();
+        let is_share = |part: &f32| (0.0..=1.0).contains(part);
+        let norm_squared: f32 = self.orientation_xyzw.iter().map(|part| part * part).sum();
+        let is_unit = (norm_squared - 1.0).abs() < NORM_SQUARED_WITHIN;
         let is_person = self.kind() == Some(ObservationKind::Person);
-        [
-            (self.kind().is_some(), Loss::Kind),
-            (self.modality().is_some(), Loss::Sense),
-            (self.position_m.iter().all(|part| part.abs() <= REACH_M), Loss::Place),
-            ((norm - 1.0).abs() < NORM_SQUARED_WITHIN, Loss::Orientation),
-            (self.half_extents_m.iter().all(|part| (0.0..=REACH_M).contains(part)), Loss::Extents),
-            (self.colour_rgb.iter().chain(&self.shape).all(|part| share.contains(part)), Loss::Look),
-            (share.contains(&self.confidence), Loss::Confidence),
-            (!is_person || !matches!(self.partner, 0 | NOBODY), Loss::Person),
-        ]
-        .into_iter()
-        .find_map(|(holds, loss)| (!holds).then_some(loss))
+        if self.kind().is_none() {
+            Some(Loss::Kind)
+        } else if self.modality().is_none() {
+            Some(Loss::Sense)
+        } else if !self.position_m.iter().all(|part| part.abs() <= REACH_M) {
+            Some(Loss::Place)
+        } else if !is_unit {
+            Some(Loss::Orientation)
+        } else if !self.half_extents_m.iter().all(|part| (0.0..=REACH_M).contains(part)) {
+            Some(Loss::Extents)
+        } else if !self.colour_rgb.iter().chain(&self.shape).all(is_share) {
+            Some(Loss::Look)
+        } else if !is_share(&self.confidence) {
+            Some(Loss::Confidence)
+        } else if is_person && matches!(self.partner, 0 | NOBODY) {
+            Some(Loss::Person)
+        } else {
+            None
+        }
     }
 }
 
