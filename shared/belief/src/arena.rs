@@ -1,128 +1,319 @@
 use clock::Instant;
 use config::percepts::Percepts;
-use message::{Observation, Snapshot};
+use message::{Feature, PerceptValue, Perceived, Snapshot};
 
-use crate::apart::Apart;
+use crate::history::Histories;
 use crate::memory::Memory;
-use crate::metric::Metric;
+use crate::metric::{Metric, Symbols};
 use crate::room::Room;
 use crate::sample::Sample;
+use crate::sightings::{Run, Sightings};
 
 /// B, the current set of beliefs, in slots that exist from the start.
+///
+/// Within a step a new belief is but a snapshot: nearly all of them merge into an older one at
+/// once. Those that do not get histories of their own when the step [settles](Self::settle).
 #[derive(Clone, Debug)]
 pub(crate) struct Arena {
-    memories: Box<[Memory]>,
-    lives: Box<[bool]>,
-    /// Slots in use, in the order of the identities; those merged away since the last
-    /// [`Self::bury`] are still among them.
-    live: Room<usize>,
-    free: Room<usize>,
+    slots: Box<[Slot]>,
+    /// Of each slot the newest features that the metric compares, in the order of its terms.
+    features: Box<[Option<Feature>]>,
+    terms: Box<[u16]>,
+    /// Slots in use by beliefs of earlier steps, in the order of the identities.
+    live: Room<u32>,
+    /// Slots in use by beliefs of this step, likewise. All these identities are higher.
+    fresh: Room<u32>,
+    free: Room<u32>,
+    histories: Histories,
     metric: Metric,
-    apart: Apart,
-    scratch: Room<Sample>,
+    /// None where beliefs that were sighted at once may merge.
+    sightings: Option<Sightings>,
+    unsound: u64,
 }
 
+#[derive(Clone, Copy, Debug)]
+struct Slot {
+    memory: Memory,
+    holds: Holds,
+    /// Counts the beliefs that the slot held, and their changes.
+    version: u32,
+}
+
+/// Where the percepts of a belief are.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Holds {
+    /// There is no belief.
+    Nothing,
+    /// In the snapshot of this entry of the step's perceived things.
+    Snapshot(u32),
+    /// In this row of the histories.
+    Histories(u32),
+}
+
+const VACANT: Slot = Slot {
+    memory: Memory {
+        id: 0,
+        born_at: Instant::EPOCH,
+        perceived_at: Instant::EPOCH,
+        observations: 0,
+        held_by: message::NOBODY,
+    },
+    holds: Holds::Nothing,
+    version: 0,
+};
+
 impl Arena {
-    pub(crate) fn new(percepts: &Percepts, slots: usize) -> Self {
-        let memory = Memory::new(&percepts.percepts);
-        let most_samples = memory.most_samples();
-        let mut free = Room::for_most(slots);
+    pub(crate) fn new(percepts: &Percepts, slots: u32) -> Self {
+        let count = slots as usize;
+        let metric = Metric::new(&percepts.belief);
+        let terms: Box<[u16]> = metric.percepts().collect();
+        let mut free = Room::for_most(count);
         free.extend((0..slots).rev());
+        let cannot_link = percepts.belief.cannot_link_same_source_instant;
         Self {
-            memories: vec![memory; slots].into_boxed_slice(),
-            lives: vec![false; slots].into_boxed_slice(),
-            live: Room::for_most(slots),
+            slots: vec![VACANT; count].into_boxed_slice(),
+            features: vec![None; count * terms.len()].into_boxed_slice(),
+            terms,
+            live: Room::for_most(count),
+            fresh: Room::for_most(count),
             free,
-            metric: Metric::new(&percepts.belief),
-            apart: Apart::new(slots),
-            scratch: Room::for_most(2 * most_samples),
+            histories: Histories::new(&percepts.percepts, count),
+            metric,
+            sightings: cannot_link.then(|| Sightings::new(count)),
+            unsound: 0,
         }
     }
 
     pub(crate) fn slots(&self) -> usize {
-        self.memories.len()
+        self.slots.len()
     }
 
     pub(crate) fn metric(&self) -> &Metric {
         &self.metric
     }
 
-    /// Slots of the beliefs in the order of their identities. After merging, call
-    /// [`Self::bury`] first.
-    pub(crate) fn live(&self) -> &[usize] {
+    /// Slots of the beliefs of earlier steps in the order of their identities. Those merged away
+    /// or released since the step settled are still among them.
+    pub(crate) fn live(&self) -> &[u32] {
         &self.live
     }
 
-    pub(crate) fn memory(&self, slot: usize) -> Option<&Memory> {
-        self.memories.get(slot)
+    /// Slots of the beliefs of this step, likewise.
+    pub(crate) fn fresh(&self) -> &[u32] {
+        &self.fresh
     }
 
-    pub(crate) fn memory_mut(&mut self, slot: usize) -> Option<&mut Memory> {
-        self.memories.get_mut(slot)
+    /// Evaluations that were nonsense and were left out.
+    pub(crate) fn unsound(&self) -> u64 {
+        self.unsound
     }
 
-    pub(crate) fn lives(&self, slot: usize) -> bool {
-        self.lives.get(slot).copied().unwrap_or(false)
+    /// Whether beliefs that were sighted at once may not merge.
+    pub(crate) fn keeps_apart(&self) -> bool {
+        self.sightings.is_some()
     }
 
-    /// Creates a belief (N, Eq. 6), whose `id` is higher than that of every other; `None` when
-    /// no slot is free.
-    pub(crate) fn create(
-        &mut self,
-        id: u64,
-        at: Instant,
-        observation: &Observation,
-        snapshot: &Snapshot,
-    ) -> Option<usize> {
-        let slot = self.free.pop()?;
-        self.memories.get_mut(slot)?.begin(id, at, observation, snapshot);
-        *self.lives.get_mut(slot)? = true;
-        self.live.push(slot);
-        Some(slot)
+    pub(crate) fn memory(&self, slot: u32) -> Option<&Memory> {
+        self.slots.get(slot as usize).map(|slot| &slot.memory)
     }
 
-    /// The belief is of a group of the step: of a source and an instant.
-    pub(crate) fn join(&mut self, slot: usize, group: usize) {
-        self.apart.join(slot, group);
+    pub(crate) fn memory_mut(&mut self, slot: u32) -> Option<&mut Memory> {
+        self.slots.get_mut(slot as usize).map(|slot| &mut slot.memory)
     }
 
-    /// The step ends: see [`Apart::settle`].
-    pub(crate) fn settle(&mut self, groups: usize) {
-        self.apart.settle(&self.live, groups);
+    pub(crate) fn lives(&self, slot: u32) -> bool {
+        self.slots.get(slot as usize).is_some_and(|slot| slot.holds != Holds::Nothing)
+    }
+
+    /// Counts the beliefs that a slot held, and their changes.
+    pub(crate) fn version(&self, slot: u32) -> u32 {
+        self.slots.get(slot as usize).map_or(0, |slot| slot.version)
+    }
+
+    /// The newest features that the metric compares, in the order of its terms.
+    pub(crate) fn features(&self, slot: u32) -> &[Option<Feature>] {
+        let start = slot as usize * self.terms.len();
+        self.features.get(start..start + self.terms.len()).unwrap_or(&[])
+    }
+
+    /// Of those, the symbols that alone tell the belief from others.
+    pub(crate) fn symbols(&self, slot: u32) -> Symbols {
+        self.metric.symbols(self.features(slot))
+    }
+
+    /// Creates a belief (N, Eq. 6) of an entry of what was perceived, remembered at `at`; its `id`
+    /// is higher than that of every other. `None` when no slot is free.
+    pub(crate) fn create(&mut self, id: u64, at: Instant, entry: u32, perceived: &Perceived) -> Option<u32> {
+        let number = self.free.pop()?;
+        let slot = self.slots.get_mut(number as usize)?;
+        slot.memory = Memory::new(id, at, &perceived.observation);
+        slot.holds = Holds::Snapshot(entry);
+        let features = self.features.iter_mut().skip(number as usize * self.terms.len());
+        for (feature, percept) in features.zip(&self.terms) {
+            let value = perceived.snapshot.value(*percept);
+            *feature = value.and_then(|value| Some(sample(value, at)?.feature));
+        }
+        if let Some(sightings) = &mut self.sightings {
+            let Perceived { observation, .. } = perceived;
+            let observed_at = Instant::from_nanos(observation.observed_at_ns);
+            sightings.begin(number as usize, Run::of(observation.source, observed_at));
+        }
+        self.fresh.push(number);
+        Some(number)
+    }
+
+    /// All beliefs of the step are created: `before` says of a source and an instant which frame
+    /// of the source was the one before.
+    pub(crate) fn follow(&mut self, before: impl Fn(u16, Instant) -> Option<Instant>) {
+        if let Some(sightings) = &mut self.sightings {
+            for &slot in self.fresh.iter() {
+                sightings.follow(slot as usize, &before);
+            }
+        }
     }
 
     /// Whether two beliefs cannot be of one thing.
-    pub(crate) fn are_apart(&self, a: usize, b: usize) -> bool {
-        self.apart.are(a, b)
+    pub(crate) fn are_apart(&self, a: u32, b: u32) -> bool {
+        self.sightings.as_ref().is_some_and(|sightings| sightings.are_apart(a as usize, b as usize))
     }
 
     /// D of two beliefs, where it is below the threshold.
-    pub(crate) fn distance(&self, a: usize, b: usize) -> Option<f64> {
-        self.metric.below_threshold(self.memories.get(a)?, self.memories.get(b)?)
+    pub(crate) fn distance(&self, a: u32, b: u32) -> Option<f64> {
+        self.metric.below_threshold(self.features(a), self.features(b))
     }
 
-    /// Merges the belief in `gone` into the one in `kept` (M).
-    pub(crate) fn merge(&mut self, kept: usize, gone: usize) {
-        if let Ok([kept, gone]) = self.memories.get_disjoint_mut([kept, gone]) {
-            kept.merge(gone, &mut self.scratch);
+    /// Merges the belief in `gone` into the one in `kept` (M). `perceived` is what this step
+    /// perceived.
+    pub(crate) fn merge(&mut self, kept: u32, gone: u32, perceived: &[Perceived]) {
+        let Some(row) = self.remember(kept, perceived) else { return };
+        let Ok([Slot { memory, version, .. }, other]) =
+            self.slots.get_disjoint_mut([kept as usize, gone as usize])
+        else {
+            return;
+        };
+        *version = version.wrapping_add(1);
+        memory.merge(&other.memory);
+        match other.holds {
+            Holds::Snapshot(entry) => {
+                if let Some(perceived) = perceived.get(entry as usize) {
+                    let at = other.memory.perceived_at;
+                    self.unsound += take(&mut self.histories, row, memory.id, at, &perceived.snapshot);
+                }
+            }
+            Holds::Histories(others) => self.histories.merge(row, others, memory.id),
+            Holds::Nothing => {}
         }
-        self.apart.merge(kept, gone);
+        self.refresh(kept);
+        if let Some(sightings) = &mut self.sightings {
+            sightings.merge(kept as usize, gone as usize);
+        }
         self.release(gone);
     }
 
     /// The belief in the slot is no more.
-    pub(crate) fn release(&mut self, slot: usize) {
-        if let Some(lives) = self.lives.get_mut(slot)
-            && std::mem::take(lives)
-        {
-            self.apart.forget(slot);
-            self.free.push(slot);
+    pub(crate) fn release(&mut self, number: u32) {
+        let Some(slot) = self.slots.get_mut(number as usize) else { return };
+        match slot.holds {
+            Holds::Nothing => return,
+            Holds::Snapshot(_) => {}
+            Holds::Histories(row) => self.histories.free_row(row),
         }
+        slot.holds = Holds::Nothing;
+        slot.version = slot.version.wrapping_add(1);
+        if let Some(sightings) = &mut self.sightings {
+            sightings.clear(number as usize);
+        }
+        self.free.push(number);
+    }
+
+    /// The step's merging is over: what is left of the new beliefs remembers on its own, and stands
+    /// among the others; `settled` is told their slots.
+    pub(crate) fn settle(&mut self, perceived: &[Perceived], mut settled: impl FnMut(&Self, u32)) {
+        self.bury();
+        for index in 0..self.fresh.len() {
+            let Some(&slot) = self.fresh.get(index) else { break };
+            if self.lives(slot) && self.remember(slot, perceived).is_some() {
+                self.live.push(slot);
+                settled(self, slot);
+            }
+        }
+        self.fresh.clear();
     }
 
     /// Takes the released slots out of the order.
     pub(crate) fn bury(&mut self) {
-        let lives = &self.lives;
-        self.live.retain(|&slot| lives.get(slot).copied().unwrap_or(false));
+        let slots = &self.slots;
+        self.live.retain(|&slot| slots.get(slot as usize).is_some_and(|slot| slot.holds != Holds::Nothing));
     }
+
+    /// The histories of a settled belief.
+    pub(crate) fn histories(&self, slot: u32) -> Option<(&Histories, u32)> {
+        Some((&self.histories, self.row(slot)?))
+    }
+
+    /// The histories of a settled belief, to be changed; [refresh](Self::refresh) it afterwards.
+    pub(crate) fn histories_mut(&mut self, slot: u32) -> Option<(&mut Histories, u32)> {
+        let row = self.row(slot)?;
+        Some((&mut self.histories, row))
+    }
+
+    /// The belief in the slot has changed: so have its features.
+    pub(crate) fn refresh(&mut self, slot: u32) {
+        let Some(row) = self.row(slot) else { return };
+        let features = self.features.iter_mut().skip(slot as usize * self.terms.len());
+        for (feature, percept) in features.zip(&self.terms) {
+            *feature = self.histories.newest(row, *percept).map(|sample| sample.feature);
+        }
+    }
+
+    fn row(&self, slot: u32) -> Option<u32> {
+        match self.slots.get(slot as usize)?.holds {
+            Holds::Histories(row) => Some(row),
+            Holds::Nothing | Holds::Snapshot(_) => None,
+        }
+    }
+
+    /// The row of histories of a belief, which it gets now if it was but a snapshot.
+    fn remember(&mut self, slot: u32, perceived: &[Perceived]) -> Option<u32> {
+        let slot = self.slots.get_mut(slot as usize)?;
+        match slot.holds {
+            Holds::Nothing => None,
+            Holds::Histories(row) => Some(row),
+            Holds::Snapshot(entry) => {
+                let perceived = perceived.get(entry as usize)?;
+                let row = self.histories.take_row()?;
+                let Memory { id, perceived_at, .. } = slot.memory;
+                self.unsound += take(&mut self.histories, row, id, perceived_at, &perceived.snapshot);
+                slot.holds = Holds::Histories(row);
+                Some(row)
+            }
+        }
+    }
+
+    /// All that a belief holds, to the last bit.
+    #[cfg(test)]
+    pub(crate) fn contents(&self, slot: u32) -> String {
+        let (histories, row) = self.histories(slot).unwrap();
+        format!("{:?}\n{}", self.memory(slot).unwrap(), histories.contents(row))
+    }
+}
+
+/// Takes a snapshot into a row of histories; how many evaluations were nonsense and left out.
+fn take(histories: &mut Histories, row: u32, phase: u64, at: Instant, snapshot: &Snapshot) -> u64 {
+    let mut unsound = 0;
+    for value in snapshot.values() {
+        match sample(value, at) {
+            Some(sample) => histories.take(row, value.percept, sample, phase),
+            None => unsound += 1,
+        }
+    }
+    unsound
+}
+
+/// An evaluation as a sample; `None` for nonsense.
+pub(crate) fn sample(value: &PerceptValue, at: Instant) -> Option<Sample> {
+    let PerceptValue { matching, confidence, .. } = *value;
+    let within = (0.0..=1.0).contains(&matching) && (0.0..=1.0).contains(&confidence);
+    let feature = value.feature().filter(|_| within)?;
+    Some(Sample { at, matching, confidence, feature })
 }

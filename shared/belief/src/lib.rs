@@ -4,7 +4,6 @@
 //! identity come in, and remembered objects with identity are what it holds. The tuple
 //! (B, G, M, d, q, w, c) and the equations are those of Berlin et al. 2006, "Belief Modeling".
 
-mod apart;
 mod arena;
 mod cluster;
 mod history;
@@ -12,6 +11,7 @@ mod memory;
 mod metric;
 mod room;
 mod sample;
+mod sightings;
 mod sources;
 mod system;
 

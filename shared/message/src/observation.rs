@@ -109,12 +109,14 @@ impl Observation {
 
     /// What it is of; `None` for a number that stands for nothing.
     #[must_use]
+    #[inline]
     pub fn kind(&self) -> Option<ObservationKind> {
         ObservationKind::from_raw(self.kind)
     }
 
     /// The sense that made it; `None` for a number that stands for nothing.
     #[must_use]
+    #[inline]
     pub fn modality(&self) -> Option<Modality> {
         Modality::from_raw(self.modality)
     }
@@ -136,6 +138,7 @@ impl Observation {
     /// not negative, confidence in [0, 1], a quaternion of norm one within 1 %, a known kind and
     /// sense. (States may be NaN: the thing has none.)
     #[must_use]
+    #[inline]
     pub fn is_sound(&self) -> bool {
         let norm: f32 = self.orientation_xyzw.iter().map(|part| part * part).sum();
         self.kind().is_some()

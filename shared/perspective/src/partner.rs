@@ -190,7 +190,7 @@ impl Partner {
         head.present = u32::from(self.present);
         head.perceivable = saturating_u32(self.perceived.len());
         head.hidden = saturating_u32(self.hidden);
-        head.refused = counts.refused;
+        head.refused = counts.refused();
         head.created = counts.created;
         head.merged = counts.merged;
         head.culled = counts.culled;

@@ -65,16 +65,10 @@ impl Robot {
         let left_out = entries.len().saturating_sub(noted.len());
         self.refused = self.refused.saturating_add(u64::from(saturating_u32(refused)));
         self.left_out = self.left_out.saturating_add(u64::from(saturating_u32(left_out)));
-        let objects = || {
-            entries
-                .iter()
-                .zip(self.awareness.perceives())
-                .filter(|(entry, perceives)| **perceives && is_object(entry))
-                .map(|(entry, _)| entry)
-        };
-        self.perceivable = objects().count();
+        let noted = entries.get(..noted.len()).unwrap_or(entries);
+        self.perceivable = noted.iter().filter(|entry| is_object(entry)).count();
         let (field, occluders) = (&self.field, self.awareness.occluders());
-        self.system.step(at, objects(), |place_m| {
+        self.system.step(at, noted, |place_m| {
             looked && field.surveys(occluders, place_in_base(&Pose::identity(), place_m), self.empty_margin_m)
         });
     }
@@ -108,7 +102,7 @@ impl Robot {
         }
         head.present = 1;
         head.perceivable = saturating_u32(self.perceivable);
-        head.refused = self.refused.saturating_add(counts.refused);
+        head.refused = self.refused.saturating_add(counts.refused());
         head.created = counts.created;
         head.merged = counts.merged;
         head.culled = counts.culled;

@@ -1,11 +1,14 @@
+use message::Perceived;
+
 use crate::arena::Arena;
 
 /// The paper's loop as it stands there: the reference for [`super::Clustering`].
-pub(crate) fn run(arena: &mut Arena) -> u64 {
+pub(crate) fn run(arena: &mut Arena, perceived: &[Perceived]) -> u64 {
     let mut merged = 0;
     loop {
-        let live: Vec<_> = arena.live().iter().copied().filter(|&slot| arena.lives(slot)).collect();
-        let mut minimal: Option<(f64, usize, usize)> = None;
+        let slots = arena.live().iter().chain(arena.fresh()).copied();
+        let live: Vec<_> = slots.filter(|&slot| arena.lives(slot)).collect();
+        let mut minimal: Option<(f64, u32, u32)> = None;
         // In the order of the identities, so the first of equally near pairs is the one.
         for (index, &a) in live.iter().enumerate() {
             for &b in &live[index + 1..] {
@@ -18,7 +21,7 @@ pub(crate) fn run(arena: &mut Arena) -> u64 {
             }
         }
         let Some((_, a, b)) = minimal else { return merged };
-        arena.merge(a, b);
+        arena.merge(a, b, perceived);
         merged += 1;
     }
 }

@@ -1,103 +1,163 @@
 use message::Feature;
-use quantity::number::round_i64;
+use quantity::number::floor_i64;
 
-use super::lists::Lists;
 use crate::arena::Arena;
-use crate::metric::Reach;
+use crate::metric::{Reach, Symbols};
+
+/// No slot, and no cell.
+const NONE: u32 = u32::MAX;
 
 /// Who is within reach of whom: a hashed grid over x and y whose cells are as wide as the reach.
 /// What has no place is within everybody's reach.
+///
+/// It is kept from step to step: who is inserted stays until removed.
 #[derive(Clone, Debug)]
 pub(crate) struct Neighbourhood {
     reach: Option<Reach>,
-    /// A little more than the reach, so that no rounding puts what is within it out of sight.
-    width_m: f64,
-    /// One list per cell; the last is of those without a place.
-    cells: Lists,
-    placeless: usize,
-    places: Box<[Option<Place>]>,
+    cells_per_m: f64,
+    /// The square of a little more than the reach, so that no rounding puts what is within it out
+    /// of sight.
+    near_m2: f32,
+    /// The first slot of each cell; the last cell is of those without a place.
+    first: Box<[u32]>,
+    placeless: u32,
+    nodes: Box<[Node]>,
 }
 
 #[derive(Clone, Copy, Debug)]
-struct Place {
-    position_m: [f64; 3],
-    /// The cell's number along x and along y.
-    cell: [i64; 2],
+struct Node {
+    position_m: [f32; 3],
+    cell: u32,
+    symbols: Symbols,
+    next: u32,
+    previous: u32,
 }
+
+const OUT: Node =
+    Node { position_m: [0.0; 3], cell: NONE, symbols: Symbols::NONE, next: NONE, previous: NONE };
+
+/// Multipliers that spread the cells' numbers along x and along y.
+const MIX: [i64; 2] = [73_856_093, 19_349_663];
 
 impl Neighbourhood {
     /// Without a reach, everybody is near everybody.
     pub(crate) fn new(slots: usize, reach: Option<Reach>) -> Self {
-        let placeless = (2 * slots).next_power_of_two();
+        let cells = (4 * slots).next_power_of_two();
         // Not so narrow that the numbers of the cells lose their meaning.
         let width_m = reach.map_or(1.0, |reach| (reach.metres * 1.001).max(1e-3));
-        let places = vec![None; slots].into_boxed_slice();
-        Self { reach, width_m, cells: Lists::new(placeless + 1, slots), placeless, places }
-    }
-
-    pub(crate) fn clear(&mut self) {
-        self.cells.clear();
-    }
-
-    pub(crate) fn insert(&mut self, arena: &Arena, slot: usize) {
-        let place = self.place(arena, slot);
-        let cell = place.map_or(self.placeless, |place| self.hash(place.cell));
-        self.cells.insert(cell, slot);
-        if let Some(held) = self.places.get_mut(slot) {
-            *held = place;
+        Self {
+            reach,
+            cells_per_m: 1.0 / width_m,
+            near_m2: quantity::number::single(width_m * width_m),
+            first: vec![NONE; cells + 1].into_boxed_slice(),
+            placeless: u32::try_from(cells).unwrap_or(NONE),
+            nodes: vec![OUT; slots].into_boxed_slice(),
         }
     }
 
-    pub(crate) fn remove(&mut self, slot: usize) {
-        self.cells.remove(slot);
+    /// The belief in the slot is where its features say.
+    pub(crate) fn insert(&mut self, arena: &Arena, slot: u32) {
+        let place = self.place(arena, slot);
+        let cell = place.map_or(self.placeless, |place| self.cell(place));
+        let Some(node) = self.nodes.get_mut(slot as usize) else { return };
+        node.position_m = place.unwrap_or([0.0; 3]);
+        node.symbols = arena.symbols(slot);
+        if node.cell == cell {
+            return;
+        }
+        self.remove(slot);
+        let Some(first) = self.first.get_mut(cell as usize) else { return };
+        let next = std::mem::replace(first, slot);
+        if let Some(follower) = self.nodes.get_mut(next as usize) {
+            follower.previous = slot;
+        }
+        if let Some(node) = self.nodes.get_mut(slot as usize) {
+            (node.cell, node.next, node.previous) = (cell, next, NONE);
+        }
     }
 
-    /// Visits every other slot that may be within reach of the one in `slot` and is not apart from
-    /// it, some more than once and some that are not within reach.
-    pub(crate) fn each_near(&self, arena: &Arena, slot: usize, mut visit: impl FnMut(usize)) {
-        let may_meet = |other| other != slot && !arena.are_apart(slot, other);
-        let Some(here) = self.places.get(slot).copied().flatten() else {
-            let others = arena.live().iter().copied().filter(|&other| arena.lives(other));
-            others.filter(|&other| may_meet(other)).for_each(visit);
+    /// Takes a slot out, if it is in.
+    pub(crate) fn remove(&mut self, slot: u32) {
+        let Some(node) = self.nodes.get_mut(slot as usize) else { return };
+        let Node { cell, next, previous, .. } = *node;
+        if cell == NONE {
             return;
-        };
-        let [x, y] = here.cell;
-        for dx in -1..=1 {
-            for dy in -1..=1 {
-                let cell = self.hash([x.saturating_add(dx), y.saturating_add(dy)]);
-                for other in self.cells.of(cell) {
-                    if may_meet(other) && self.is_within(&here, other) {
-                        visit(other);
-                    }
+        }
+        node.cell = NONE;
+        if let Some(follower) = self.nodes.get_mut(next as usize) {
+            follower.previous = previous;
+        }
+        match self.nodes.get_mut(previous as usize) {
+            Some(predecessor) => predecessor.next = next,
+            None => {
+                if let Some(first) = self.first.get_mut(cell as usize) {
+                    *first = next;
                 }
             }
         }
-        self.cells.of(self.placeless).filter(|&other| may_meet(other)).for_each(visit);
     }
 
-    fn is_within(&self, here: &Place, other: usize) -> bool {
-        let Some(there) = self.places.get(other).copied().flatten() else { return true };
-        let squared: f64 =
-            here.position_m.iter().zip(&there.position_m).map(|(a, b)| (a - b) * (a - b)).sum();
-        squared <= self.width_m * self.width_m
-    }
-
-    fn place(&self, arena: &Arena, slot: usize) -> Option<Place> {
-        match arena.memory(slot)?.feature(self.reach?.percept)? {
-            Feature::Vector(position_m) => {
-                let position_m = position_m.map(f64::from);
-                let [x, y, _] = position_m;
-                let cell = |metres: f64| round_i64((metres / self.width_m).floor());
-                Some(Place { position_m, cell: [cell(x), cell(y)] })
+    /// Visits every other inserted slot that may be closer than the threshold to the one in `slot`,
+    /// which need not be inserted: some more than once, and some that are not closer.
+    pub(crate) fn each_near(&self, arena: &Arena, slot: u32, mut visit: impl FnMut(u32)) {
+        let Some(here) = self.place(arena, slot) else {
+            let others = arena.live().iter().chain(arena.fresh()).copied();
+            return others.filter(|&other| other != slot && self.holds(other)).for_each(visit);
+        };
+        let symbols = arena.symbols(slot);
+        let [x, y] = self.mixed(here);
+        let [mix_x, mix_y] = MIX;
+        for x in [x.wrapping_sub(mix_x), x, x.wrapping_add(mix_x)] {
+            for y in [y.wrapping_sub(mix_y), y, y.wrapping_add(mix_y)] {
+                let mut next = self.first.get(self.hash([x, y]) as usize).copied().unwrap_or(NONE);
+                while let Some(node) = self.nodes.get(next as usize) {
+                    if squared(node.position_m, here) <= self.near_m2
+                        && !node.symbols.tell_apart(symbols)
+                        && next != slot
+                    {
+                        visit(next);
+                    }
+                    next = node.next;
+                }
             }
+        }
+        let mut next = self.first.get(self.placeless as usize).copied().unwrap_or(NONE);
+        while let Some(node) = self.nodes.get(next as usize) {
+            if next != slot {
+                visit(next);
+            }
+            next = node.next;
+        }
+    }
+
+    fn holds(&self, slot: u32) -> bool {
+        self.nodes.get(slot as usize).is_some_and(|node| node.cell != NONE)
+    }
+
+    fn place(&self, arena: &Arena, slot: u32) -> Option<[f32; 3]> {
+        match arena.features(slot).get(self.reach?.term).copied().flatten()? {
+            Feature::Vector(position_m) => Some(position_m),
             Feature::None | Feature::Symbol(_) | Feature::Number(_) | Feature::Orientation(_) => None,
         }
     }
 
-    fn hash(&self, [x, y]: [i64; 2]) -> usize {
-        let mixed = x.wrapping_mul(73_856_093) ^ y.wrapping_mul(19_349_663);
-        // The number of cells is a power of two and small, so no bit of the mask is a sign.
-        let mask = i64::try_from(self.placeless).unwrap_or(1) - 1;
-        usize::try_from(mixed & mask).unwrap_or(0)
+    fn cell(&self, place: [f32; 3]) -> u32 {
+        self.hash(self.mixed(place))
     }
+
+    /// The numbers of a place's cell along x and along y, each times its multiplier.
+    fn mixed(&self, [x, y, _]: [f32; 3]) -> [i64; 2] {
+        let [mix_x, mix_y] = MIX;
+        let number = |metres: f32| floor_i64(f64::from(metres) * self.cells_per_m);
+        [number(x).wrapping_mul(mix_x), number(y).wrapping_mul(mix_y)]
+    }
+
+    fn hash(&self, [x, y]: [i64; 2]) -> u32 {
+        // The number of cells is a power of two and small, so no bit of the mask is a sign.
+        u32::try_from((x ^ y) & (i64::from(self.placeless) - 1)).unwrap_or(0)
+    }
+}
+
+fn squared([x, y, z]: [f32; 3], [u, v, w]: [f32; 3]) -> f32 {
+    (x - u) * (x - u) + (y - v) * (y - v) + (z - w) * (z - w)
 }
