@@ -105,6 +105,7 @@ impl Histories {
 
     /// Takes one sample into a history: the union with g(m, c, d), the history of that sample.
     /// `phase`, another for each belief, spreads the work of thinning over time.
+    #[inline]
     pub(crate) fn take(&mut self, row: u32, percept: u16, sample: Sample, phase: u64) {
         let Self { generators, low_passes, series, cells, scratch, .. } = self;
         match generators.get(usize::from(percept)) {

@@ -1,5 +1,3 @@
-use std::cmp::Ordering;
-
 use clock::Instant;
 use message::Feature;
 
@@ -26,9 +24,12 @@ pub(crate) struct Series {
     len: u32,
     /// Samples ever taken in, of all histories merged into this one.
     taken: u64,
+    /// The instant of the newest sample: asked every time, and its cell lies elsewhere.
+    newest_at: Instant,
 }
 
 impl Series {
+    #[inline]
     pub(crate) fn newest(self, cells: &[Sample]) -> Option<Sample> {
         self.get(cells, (self.len as usize).checked_sub(1)?)
     }
@@ -71,6 +72,7 @@ impl Series {
 
     /// Takes in one sample. `scratch` has room for one more than there are cells. `phase` spreads
     /// the work of many series over time.
+    #[inline]
     pub(crate) fn take(
         &mut self,
         cells: &mut [Sample],
@@ -79,17 +81,16 @@ impl Series {
         phase: u64,
         scratch: &mut Vec<Sample>,
     ) {
-        match self.newest(cells).map(|newest| newest.at.cmp(&sample.at)) {
-            // What comes every time.
-            None | Some(Ordering::Less) => self.append(cells, thinning, sample, phase, scratch),
-            Some(Ordering::Equal | Ordering::Greater) => {
-                self.taken = self.taken.wrapping_add(1);
-                scratch.clear();
-                union(self.samples(cells), [sample].into_iter(), scratch);
-                thin(scratch, cells.len(), thinning);
-                self.replace(cells, scratch);
-            }
+        // What comes every time.
+        if self.len == 0 || self.newest_at < sample.at {
+            self.append(cells, thinning, sample, phase, scratch);
+            return;
         }
+        self.taken = self.taken.wrapping_add(1);
+        scratch.clear();
+        union(self.samples(cells), [sample].into_iter(), scratch);
+        thin(scratch, cells.len(), thinning);
+        self.replace(cells, scratch);
     }
 
     /// The union with another series, in cells of its own. `scratch` has room for both.
@@ -101,8 +102,8 @@ impl Series {
         phase: u64,
         scratch: &mut Vec<Sample>,
     ) {
-        let newest = |series: Self, cells: &[Sample]| series.newest(cells).map(|newest| newest.at);
-        let (mine, others) = (newest(*self, cells), newest(other, of_other));
+        let newest = |series: &Self| (series.len > 0).then_some(series.newest_at);
+        let (mine, others) = (newest(self), newest(&other));
         match (mine, others) {
             (_, None) => {}
             // One sample, newer than all: as if it had come by itself, whichever is merged into
@@ -135,6 +136,7 @@ impl Series {
         }
     }
 
+    #[inline]
     fn append(
         &mut self,
         cells: &mut [Sample],
@@ -163,11 +165,13 @@ impl Series {
             self.len -= 1;
         }
         self.len += 1;
+        self.newest_at = sample.at;
         self.set(cells, self.len - 1, sample);
-        if thinning == Thinning::Octaves {
+        let octaves = self.taken.wrapping_add(phase).trailing_zeros();
+        if thinning == Thinning::Octaves && octaves > 0 {
             // An octave of age twice as old is crossed half as often, so it is looked at half as
-            // often: four samples for each that comes, on the average, and no pass over them all.
-            self.thin_newest(cells, 2 * (self.taken.wrapping_add(phase).trailing_zeros() + 1));
+            // often: two or three samples for each that comes, on the average, and no pass over all.
+            self.thin_newest(cells, 2 * octaves + 1);
         }
     }
 
@@ -208,16 +212,19 @@ impl Series {
         }
     }
 
+    #[inline]
     fn get(self, cells: &[Sample], index: usize) -> Option<Sample> {
         cells.get(self.cell(cells.len(), index)).copied().filter(|_| index < self.len as usize)
     }
 
+    #[inline]
     fn set(self, cells: &mut [Sample], index: u32, sample: Sample) {
         if let Some(cell) = cells.get_mut(self.cell(cells.len(), index as usize)) {
             *cell = sample;
         }
     }
 
+    #[inline]
     fn cell(self, cells: usize, index: usize) -> usize {
         let cell = self.first as usize + index;
         if cell < cells { cell } else { cell - cells }
@@ -228,6 +235,7 @@ impl Series {
         for (cell, sample) in cells.iter_mut().zip(samples) {
             *cell = *sample;
             self.len += 1;
+            self.newest_at = sample.at;
         }
     }
 }
@@ -279,7 +287,8 @@ fn thin(samples: &mut Vec<Sample>, room: usize, thinning: Thinning) {
 
 /// Drops each sample that its older neighbour may stand for.
 fn thin_octaves(samples: &mut Vec<Sample>) {
-    let mut series = Series { first: 0, len: quantity::number::saturating_u32(samples.len()), taken: 0 };
+    let len = quantity::number::saturating_u32(samples.len());
+    let mut series = Series { len, ..Series::default() };
     series.thin_newest(samples, u32::MAX);
     samples.truncate(series.len as usize);
 }
