@@ -4,7 +4,8 @@ use message::{Feature, PerceptValue, Perceived, Snapshot};
 
 use crate::history::Histories;
 use crate::memory::Memory;
-use crate::metric::{Metric, Symbols};
+use crate::cluster::{Population, Symbols};
+use crate::metric::{Metric, Reach};
 use crate::room::Room;
 use crate::sample::Sample;
 use crate::sightings::{Run, Sightings};
@@ -26,6 +27,7 @@ pub(crate) struct Arena {
     free: Room<u32>,
     histories: Histories,
     metric: Metric,
+    reach: Option<Reach>,
     /// None where beliefs that were sighted at once may merge.
     sightings: Option<Sightings>,
     unsound: u64,
@@ -78,6 +80,7 @@ impl Arena {
             fresh: Room::for_most(count),
             free,
             histories: Histories::new(&percepts.percepts, count),
+            reach: metric.reach(),
             metric,
             sightings: cannot_link.then(|| Sightings::new(count)),
             unsound: 0,
@@ -88,19 +91,15 @@ impl Arena {
         self.slots.len()
     }
 
-    pub(crate) fn metric(&self) -> &Metric {
-        &self.metric
+    /// How far apart two beliefs may be and still be closer than the threshold, in metres.
+    pub(crate) fn reach_m(&self) -> Option<f64> {
+        self.reach.map(|reach| reach.metres)
     }
 
     /// Slots of the beliefs of earlier steps in the order of their identities. Those merged away
     /// or released since the step settled are still among them.
     pub(crate) fn live(&self) -> &[u32] {
         &self.live
-    }
-
-    /// Slots of the beliefs of this step, likewise.
-    pub(crate) fn fresh(&self) -> &[u32] {
-        &self.fresh
     }
 
     /// Evaluations that were nonsense and were left out.
@@ -121,24 +120,14 @@ impl Arena {
         self.slots.get_mut(slot as usize).map(|slot| &mut slot.memory)
     }
 
-    pub(crate) fn lives(&self, slot: u32) -> bool {
+    fn lives(&self, slot: u32) -> bool {
         self.slots.get(slot as usize).is_some_and(|slot| slot.holds != Holds::Nothing)
     }
 
-    /// Counts the beliefs that a slot held, and their changes.
-    pub(crate) fn version(&self, slot: u32) -> u32 {
-        self.slots.get(slot as usize).map_or(0, |slot| slot.version)
-    }
-
     /// The newest features that the metric compares, in the order of its terms.
-    pub(crate) fn features(&self, slot: u32) -> &[Option<Feature>] {
+    fn features(&self, slot: u32) -> &[Option<Feature>] {
         let start = slot as usize * self.terms.len();
         self.features.get(start..start + self.terms.len()).unwrap_or(&[])
-    }
-
-    /// Of those, the symbols that alone tell the belief from others.
-    pub(crate) fn symbols(&self, slot: u32) -> Symbols {
-        self.metric.symbols(self.features(slot))
     }
 
     /// Creates a belief (N, Eq. 6) of an entry of what was perceived, remembered at `at`; its `id`
@@ -172,19 +161,9 @@ impl Arena {
         }
     }
 
-    /// Whether two beliefs cannot be of one thing.
-    pub(crate) fn are_apart(&self, a: u32, b: u32) -> bool {
-        self.sightings.as_ref().is_some_and(|sightings| sightings.are_apart(a as usize, b as usize))
-    }
-
-    /// D of two beliefs, where it is below the threshold.
-    pub(crate) fn distance(&self, a: u32, b: u32) -> Option<f64> {
-        self.metric.below_threshold(self.features(a), self.features(b))
-    }
-
     /// Merges the belief in `gone` into the one in `kept` (M). `perceived` is what this step
     /// perceived.
-    pub(crate) fn merge(&mut self, kept: u32, gone: u32, perceived: &[Perceived]) {
+    fn merge(&mut self, kept: u32, gone: u32, perceived: &[Perceived]) {
         let Some(row) = self.remember(kept, perceived) else { return };
         let Ok([Slot { memory, version, .. }, other]) =
             self.slots.get_disjoint_mut([kept as usize, gone as usize])
@@ -227,17 +206,18 @@ impl Arena {
     }
 
     /// The step's merging is over: what is left of the new beliefs remembers on its own, and stands
-    /// among the others; `settled` is told their slots.
-    pub(crate) fn settle(&mut self, perceived: &[Perceived], mut settled: impl FnMut(&Self, u32)) {
+    /// behind the others; how many they are.
+    pub(crate) fn settle(&mut self, perceived: &[Perceived]) -> usize {
         self.bury();
+        let old = self.live.len();
         for index in 0..self.fresh.len() {
             let Some(&slot) = self.fresh.get(index) else { break };
             if self.lives(slot) && self.remember(slot, perceived).is_some() {
                 self.live.push(slot);
-                settled(self, slot);
             }
         }
         self.fresh.clear();
+        self.live.len() - old
     }
 
     /// Takes the released slots out of the order.
@@ -295,6 +275,58 @@ impl Arena {
     pub(crate) fn contents(&self, slot: u32) -> String {
         let (histories, row) = self.histories(slot).unwrap();
         format!("{:?}\n{}", self.memory(slot).unwrap(), histories.contents(row))
+    }
+}
+
+/// The beliefs within a step, and what it perceived.
+pub(crate) struct Step<'a> {
+    pub(crate) arena: &'a mut Arena,
+    pub(crate) perceived: &'a [Perceived],
+}
+
+impl Population for Step<'_> {
+    fn old(&self) -> &[u32] {
+        &self.arena.live
+    }
+
+    fn fresh(&self) -> &[u32] {
+        &self.arena.fresh
+    }
+
+    fn lives(&self, slot: u32) -> bool {
+        self.arena.lives(slot)
+    }
+
+    fn id(&self, slot: u32) -> u64 {
+        self.arena.memory(slot).map_or(0, |memory| memory.id)
+    }
+
+    fn version(&self, slot: u32) -> u32 {
+        self.arena.slots.get(slot as usize).map_or(0, |slot| slot.version)
+    }
+
+    fn place(&self, slot: u32) -> Option<[f32; 3]> {
+        let Reach { term, .. } = self.arena.reach?;
+        match self.arena.features(slot).get(term).copied().flatten()? {
+            Feature::Vector(position_m) => Some(position_m),
+            Feature::None | Feature::Symbol(_) | Feature::Number(_) | Feature::Orientation(_) => None,
+        }
+    }
+
+    fn symbols(&self, slot: u32) -> Symbols {
+        self.arena.metric.symbols(self.arena.features(slot))
+    }
+
+    fn distance(&self, a: u32, b: u32) -> Option<f64> {
+        let Arena { metric, sightings, .. } = &*self.arena;
+        let distance = metric.below_threshold(self.arena.features(a), self.arena.features(b))?;
+        let apart =
+            sightings.as_ref().is_some_and(|sightings| sightings.are_apart(a as usize, b as usize));
+        (!apart).then_some(distance)
+    }
+
+    fn merge(&mut self, kept: u32, gone: u32) {
+        self.arena.merge(kept, gone, self.perceived);
     }
 }
 

@@ -2,78 +2,76 @@
 //! globally minimal D. Of equally near pairs that of the lowest identities comes first; D is
 //! computed anew on every merged belief.
 
-#[cfg(test)]
 mod naive;
 mod neighbourhood;
+mod population;
 mod queue;
 #[cfg(test)]
 mod tests;
 
-use message::Perceived;
+pub use naive::cluster as cluster_naively;
 use neighbourhood::Neighbourhood;
+pub use population::{Population, Symbols};
 use queue::{Pair, Queue};
 
-use crate::arena::Arena;
-
-/// Finds the pairs to merge without looking at all pairs: with bit for bit the outcome of the
-/// naive loop.
+/// Finds the pairs to merge without looking at all pairs: with bit for bit the outcome of
+/// [the naive loop](cluster_naively).
 ///
-/// Each belief chooses the nearest of the younger beliefs within its reach, in the sense of the
-/// position term alone, and a queue holds one choice of each. A merge changes one belief and ends
-/// another. What the changed one is now nearest to is found at once, so no choice is ever too
-/// late in the queue; a choice that fell on what has changed or ended is found out when it comes
-/// first, and made anew.
+/// Each belief chooses the nearest of the younger beliefs within its reach, and a queue holds one
+/// choice of each. A merge changes one belief and ends another. What the changed one is now
+/// nearest to is found at once, so no choice is ever too late in the queue; a choice that fell on
+/// what has changed or ended is found out when it comes first, and made anew. So the cost grows
+/// with the number of beliefs times that of the neighbours each has within reach, and the
+/// logarithm of the queue.
+///
+/// Allocates in [`Clustering::new`] alone.
 #[derive(Clone, Debug)]
-pub(crate) struct Clustering {
+pub struct Clustering {
     neighbourhood: Neighbourhood,
     queue: Queue,
-    /// Whether the beliefs of this step are in the neighbourhood.
+    /// Whether the fresh members are in the neighbourhood.
     fresh_inserted: bool,
 }
 
 impl Clustering {
-    pub(crate) fn new(arena: &Arena) -> Self {
-        let slots = arena.slots();
+    /// For a population of at most `slots` members, whose [places](Population::place) are no
+    /// further apart than `reach_m` metres where their distance is below the threshold; without a
+    /// reach, everybody is near everybody.
+    #[must_use]
+    pub fn new(slots: usize, reach_m: Option<f64>) -> Self {
         Self {
-            neighbourhood: Neighbourhood::new(slots, arena.metric().reach()),
+            neighbourhood: Neighbourhood::new(slots, reach_m),
             queue: Queue::new(slots),
             fresh_inserted: false,
         }
     }
 
-    /// The belief in the slot stays, and is where its features say.
-    pub(crate) fn place(&mut self, arena: &Arena, slot: u32) {
-        self.neighbourhood.insert(arena, slot);
+    /// The member in the slot stays, and is where its place says.
+    pub fn place(&mut self, population: &impl Population, slot: u32) {
+        self.neighbourhood.insert(population, slot);
     }
 
-    /// The belief in the slot is no more.
-    pub(crate) fn forget(&mut self, slot: u32) {
+    /// The member in the slot is no more.
+    pub fn forget(&mut self, slot: u32) {
         self.neighbourhood.remove(slot);
     }
 
-    /// Merges until no pair is closer than the threshold; how many were merged. The beliefs of
-    /// earlier steps are all placed.
+    /// Merges until no pair is closer than the threshold; how many were merged. The old members
+    /// are all [placed](Self::place), the fresh ones none.
     ///
-    /// `settled` says that no two of those are closer than the threshold. `one_frame` says that
-    /// all beliefs of this step are of one source and instant.
-    pub(crate) fn run(
-        &mut self,
-        arena: &mut Arena,
-        perceived: &[Perceived],
-        settled: bool,
-        one_frame: bool,
-    ) -> u64 {
+    /// `settled` says that no two of the old members are closer than the threshold. `fresh_apart`
+    /// says that no two of the fresh members are ever merged, nor any with what took another in.
+    pub fn run(&mut self, population: &mut impl Population, settled: bool, fresh_apart: bool) -> u64 {
         self.fresh_inserted = false;
-        // What one source sees at one instant is apart, and so is whatever takes any of it in: the
-        // beliefs of this step need not find one another.
-        if !(settled && one_frame && arena.keeps_apart()) {
-            self.insert_fresh(arena);
+        // Then the fresh members need not find one another.
+        if !(settled && fresh_apart) {
+            self.insert_fresh(population);
         }
         let Self { neighbourhood, queue, .. } = self;
-        let slots = if settled { [&[], arena.fresh()] } else { [arena.live(), arena.fresh()] };
-        for &slot in slots.into_iter().flatten() {
-            neighbourhood.each_near(arena, slot, |other| {
-                if let Some(pair) = pair(arena, slot, other) {
+        let old = if settled { &[] } else { population.old() };
+        for &slot in old.iter().chain(population.fresh()) {
+            neighbourhood.each_near(population, slot, |other| {
+                if let Some(pair) = pair(population, slot, other) {
                     queue.propose(pair);
                 }
             });
@@ -81,26 +79,26 @@ impl Clustering {
         queue.order();
         let mut merged = 0;
         while let Some(pair) = self.queue.first() {
-            if arena.version(pair.younger_slot) == pair.younger_version {
-                self.merge(arena, perceived, pair.older_slot, pair.younger_slot);
+            if population.version(pair.younger_slot) == pair.younger_version {
+                self.merge(population, pair.older_slot, pair.younger_slot);
                 merged += 1;
             } else {
-                self.insert_fresh(arena);
-                self.choose(arena, pair.older_slot);
+                self.insert_fresh(population);
+                self.choose(population, pair.older_slot);
             }
         }
         merged
     }
 
-    fn merge(&mut self, arena: &mut Arena, perceived: &[Perceived], kept: u32, gone: u32) {
+    fn merge(&mut self, population: &mut impl Population, kept: u32, gone: u32) {
         self.queue.set(gone, None);
         self.neighbourhood.remove(gone);
-        arena.merge(kept, gone, perceived);
-        self.neighbourhood.insert(arena, kept);
+        population.merge(kept, gone);
+        self.neighbourhood.insert(population, kept);
         let Self { neighbourhood, queue, .. } = self;
         let mut nearest: Option<Pair> = None;
-        neighbourhood.each_near(arena, kept, |other| {
-            let Some(pair) = pair(arena, kept, other) else { return };
+        neighbourhood.each_near(population, kept, |other| {
+            let Some(pair) = pair(population, kept, other) else { return };
             if pair.older_slot == kept {
                 if nearest.is_none_or(|nearest| pair.is_before(&nearest)) {
                     nearest = Some(pair);
@@ -112,11 +110,11 @@ impl Clustering {
         queue.set(kept, nearest);
     }
 
-    /// The belief in the slot chooses the nearest younger one.
-    fn choose(&mut self, arena: &Arena, slot: u32) {
+    /// The member in the slot chooses the nearest younger one.
+    fn choose(&mut self, population: &impl Population, slot: u32) {
         let mut nearest: Option<Pair> = None;
-        self.neighbourhood.each_near(arena, slot, |other| {
-            if let Some(pair) = pair(arena, slot, other)
+        self.neighbourhood.each_near(population, slot, |other| {
+            if let Some(pair) = pair(population, slot, other)
                 && pair.older_slot == slot
                 && nearest.is_none_or(|nearest| pair.is_before(&nearest))
             {
@@ -126,25 +124,21 @@ impl Clustering {
         self.queue.set(slot, nearest);
     }
 
-    fn insert_fresh(&mut self, arena: &Arena) {
+    fn insert_fresh(&mut self, population: &impl Population) {
         if !std::mem::replace(&mut self.fresh_inserted, true) {
-            for &slot in arena.fresh().iter().filter(|&&slot| arena.lives(slot)) {
-                self.neighbourhood.insert(arena, slot);
+            for &slot in population.fresh().iter().filter(|&&slot| population.lives(slot)) {
+                self.neighbourhood.insert(population, slot);
             }
         }
     }
 }
 
-/// The pair of two beliefs that are not apart, if they are near enough, in the order of their
-/// identities.
-fn pair(arena: &Arena, a: u32, b: u32) -> Option<Pair> {
-    let distance = arena.distance(a, b)?;
-    if arena.are_apart(a, b) {
-        return None;
-    }
-    let (id_a, id_b) = (arena.memory(a)?.id, arena.memory(b)?.id);
+/// The pair of two members, if they are near enough, in the order of their identities.
+fn pair(population: &impl Population, a: u32, b: u32) -> Option<Pair> {
+    let distance = population.distance(a, b)?;
+    let (id_a, id_b) = (population.id(a), population.id(b));
     let (older, younger, older_slot, younger_slot) =
         if id_a < id_b { (id_a, id_b, a, b) } else { (id_b, id_a, b, a) };
-    let younger_version = arena.version(younger_slot);
+    let younger_version = population.version(younger_slot);
     Some(Pair { distance, older, younger, older_slot, younger_slot, younger_version })
 }

@@ -15,4 +15,5 @@ mod sightings;
 mod sources;
 mod system;
 
+pub use cluster::{Clustering, Population, Symbols, cluster_naively};
 pub use system::{BeliefSystem, Counts, Unbelievable};

@@ -1,6 +1,8 @@
 use config::percepts::{self, Measure, NoTermApplies};
 use message::Feature;
 
+use crate::cluster::Symbols;
+
 /// The belief distance D (Eq. 4): Σ wᵢ·qᵢ·dᵢ over the configured terms, in their order.
 #[derive(Clone, Debug)]
 pub(crate) struct Metric {
@@ -18,34 +20,6 @@ pub(crate) struct Reach {
     pub(crate) metres: f64,
 }
 
-/// The symbols of a belief that alone tell it from another: of the first four percepts of which a
-/// difference weighs as much as the threshold.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) struct Symbols(u64);
-
-/// Symbols that are compared at a glance, and the bits of each.
-const GLANCED_AT: usize = 4;
-const SYMBOL_BITS: usize = 16;
-/// The highest bit of each.
-const HIGHEST: u64 = 0x8000_8000_8000_8000;
-/// In the place of a symbol that a belief has not, or that needs the highest bit.
-const NO_SYMBOL: u16 = 0x7FFF;
-
-impl Symbols {
-    /// Of a belief without any.
-    pub(crate) const NONE: Self = Self(0x7FFF_7FFF_7FFF_7FFF);
-
-    /// Whether a symbol that both have differs: their distance is then not below the threshold.
-    pub(crate) fn tell_apart(self, other: Self) -> bool {
-        // None of the numbers has its highest bit, so no carry leaves its place: a sum has the bit
-        // where the number added to all ones but the highest was not zero.
-        let some = |bits: u64| (bits + !HIGHEST) & HIGHEST;
-        let differs = some(self.0 ^ other.0);
-        let has = |symbols: Self| some(symbols.0 ^ Self::NONE.0);
-        differs & has(self) & has(other) != 0
-    }
-}
-
 impl Metric {
     pub(crate) fn new(config: &percepts::Belief) -> Self {
         // A term without weight says nothing, not even that it applies.
@@ -61,19 +35,17 @@ impl Metric {
     /// Of a belief's features, in the order of the terms, the symbols that alone tell it from
     /// others.
     pub(crate) fn symbols(&self, features: &[Option<Feature>]) -> Symbols {
-        let mut symbols = Symbols::NONE.0;
+        let mut symbols = Symbols::NONE;
         // Divided by all weights, no term alone says that much.
         let telling = self.terms.iter().zip(features).filter(|(term, _)| {
             term.measure == Measure::Differs && term.weight >= self.threshold && !self.normalised
         });
-        for (place, (_, feature)) in telling.take(GLANCED_AT).enumerate() {
-            if let Some(Feature::Symbol(symbol)) = *feature
-                && symbol < NO_SYMBOL
-            {
-                symbols ^= u64::from(symbol ^ NO_SYMBOL) << (place * SYMBOL_BITS);
+        for (place, (_, feature)) in telling.enumerate() {
+            if let Some(Feature::Symbol(symbol)) = *feature {
+                symbols.set(place, symbol);
             }
         }
-        Symbols(symbols)
+        symbols
     }
 
     /// The percepts that the terms compare, in the order of the terms.

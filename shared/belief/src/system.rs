@@ -7,7 +7,7 @@ use geometry::{Pose, Position};
 use message::{Belief, Feature, ObservationKind, Perceived, Remembered};
 use quantity::number::{saturating_u32, single};
 
-use crate::arena::{Arena, sample};
+use crate::arena::{Arena, Step, sample};
 use crate::cluster::Clustering;
 use crate::sample::Sample;
 use crate::sources::{Admission, Sources};
@@ -126,7 +126,7 @@ impl BeliefSystem {
             place: place.and_then(|index| u16::try_from(index).ok()),
             cull: percepts.belief.cull.clone(),
             capacity,
-            clustering: Clustering::new(&arena),
+            clustering: Clustering::new(arena.slots(), arena.reach_m()),
             arena,
             settled: true,
             sources: Sources::new(),
@@ -158,8 +158,13 @@ impl BeliefSystem {
         let Self { arena, clustering, sources, .. } = self;
         arena.follow(|source, at| sources.before(source, at));
         let settled = std::mem::replace(&mut self.settled, true);
-        self.counts.merged += clustering.run(arena, perceived, settled, sources.frames() <= 1);
-        arena.settle(perceived, |arena, slot| clustering.place(arena, slot));
+        // What one source sees at one instant is apart, and so is whatever takes any of it in.
+        let fresh_apart = arena.keeps_apart() && sources.frames() <= 1;
+        self.counts.merged += clustering.run(&mut Step { arena, perceived }, settled, fresh_apart);
+        let stayed = self.arena.settle(perceived);
+        for stayed in self.len() - stayed..self.len() {
+            self.place(stayed);
+        }
         self.cull(in_view);
         self.evict();
         self.number(first_new);
@@ -243,7 +248,14 @@ impl BeliefSystem {
             }
             self.see_regions_anew(slot);
             self.arena.refresh(slot);
-            self.clustering.place(&self.arena, slot);
+            self.place(index);
+        }
+    }
+
+    /// The belief at `index` is where its features say.
+    fn place(&mut self, index: usize) {
+        if let Some(&slot) = self.arena.live().get(index) {
+            self.clustering.place(&Step { arena: &mut self.arena, perceived: &[] }, slot);
         }
     }
 

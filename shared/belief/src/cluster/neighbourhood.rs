@@ -1,8 +1,6 @@
-use message::Feature;
 use quantity::number::floor_i64;
 
-use crate::arena::Arena;
-use crate::metric::{Reach, Symbols};
+use super::{Population, Symbols};
 
 /// No slot, and no cell.
 const NONE: u32 = u32::MAX;
@@ -13,7 +11,8 @@ const NONE: u32 = u32::MAX;
 /// It is kept from step to step: who is inserted stays until removed.
 #[derive(Clone, Debug)]
 pub(crate) struct Neighbourhood {
-    reach: Option<Reach>,
+    /// Whether there is a reach at all.
+    reaches: bool,
     cells_per_m: f64,
     /// The square of a little more than the reach, so that no rounding puts what is within it out
     /// of sight.
@@ -41,12 +40,12 @@ const MIX: [i64; 2] = [73_856_093, 19_349_663];
 
 impl Neighbourhood {
     /// Without a reach, everybody is near everybody.
-    pub(crate) fn new(slots: usize, reach: Option<Reach>) -> Self {
+    pub(crate) fn new(slots: usize, reach_m: Option<f64>) -> Self {
         let cells = (4 * slots).next_power_of_two();
         // Not so narrow that the numbers of the cells lose their meaning.
-        let width_m = reach.map_or(1.0, |reach| (reach.metres * 1.001).max(1e-3));
+        let width_m = reach_m.map_or(1.0, |reach_m| (reach_m * 1.001).max(1e-3));
         Self {
-            reach,
+            reaches: reach_m.is_some(),
             cells_per_m: 1.0 / width_m,
             near_m2: quantity::number::single(width_m * width_m),
             first: vec![NONE; cells + 1].into_boxed_slice(),
@@ -56,12 +55,12 @@ impl Neighbourhood {
     }
 
     /// The belief in the slot is where its features say.
-    pub(crate) fn insert(&mut self, arena: &Arena, slot: u32) {
-        let place = self.place(arena, slot);
+    pub(crate) fn insert(&mut self, population: &impl Population, slot: u32) {
+        let place = self.place(population, slot);
         let cell = place.map_or(self.placeless, |place| self.cell(place));
         let Some(node) = self.nodes.get_mut(slot as usize) else { return };
         node.position_m = place.unwrap_or([0.0; 3]);
-        node.symbols = arena.symbols(slot);
+        node.symbols = population.symbols(slot);
         if node.cell == cell {
             return;
         }
@@ -99,12 +98,12 @@ impl Neighbourhood {
 
     /// Visits every other inserted slot that may be closer than the threshold to the one in `slot`,
     /// which need not be inserted: some more than once, and some that are not closer.
-    pub(crate) fn each_near(&self, arena: &Arena, slot: u32, mut visit: impl FnMut(u32)) {
-        let Some(here) = self.place(arena, slot) else {
-            let others = arena.live().iter().chain(arena.fresh()).copied();
+    pub(crate) fn each_near(&self, population: &impl Population, slot: u32, mut visit: impl FnMut(u32)) {
+        let Some(here) = self.place(population, slot) else {
+            let others = population.old().iter().chain(population.fresh()).copied();
             return others.filter(|&other| other != slot && self.holds(other)).for_each(visit);
         };
-        let symbols = arena.symbols(slot);
+        let symbols = population.symbols(slot);
         let [x, y] = self.mixed(here);
         let [mix_x, mix_y] = MIX;
         for x in [x.wrapping_sub(mix_x), x, x.wrapping_add(mix_x)] {
@@ -134,11 +133,8 @@ impl Neighbourhood {
         self.nodes.get(slot as usize).is_some_and(|node| node.cell != NONE)
     }
 
-    fn place(&self, arena: &Arena, slot: u32) -> Option<[f32; 3]> {
-        match arena.features(slot).get(self.reach?.term).copied().flatten()? {
-            Feature::Vector(position_m) => Some(position_m),
-            Feature::None | Feature::Symbol(_) | Feature::Number(_) | Feature::Orientation(_) => None,
-        }
+    fn place(&self, population: &impl Population, slot: u32) -> Option<[f32; 3]> {
+        population.place(slot).filter(|_| self.reaches)
     }
 
     fn cell(&self, place: [f32; 3]) -> u32 {

@@ -3,8 +3,8 @@ use config::percepts::{Distance, Measure, NoTermApplies, Percepts};
 use message::{Feature, Observation, PerceptValue, Perceived, Snapshot};
 use proptest::prelude::*;
 
-use super::{Clustering, naive};
-use crate::arena::Arena;
+use super::{Clustering, Population as _, cluster_naively};
+use crate::arena::{Arena, Step};
 
 /// A new belief: coordinates on a coarse lattice, so that ties are common.
 #[derive(Clone, Debug)]
@@ -86,7 +86,7 @@ struct Twins {
 impl Twins {
     fn new(percepts: Percepts) -> Self {
         let arena = Arena::new(&percepts, 400);
-        Self { percepts, reference: arena.clone(), clustering: Clustering::new(&arena), arena, id: 0 }
+        Self { percepts, reference: arena.clone(), clustering: Clustering::new(arena.slots(), arena.reach_m()), arena, id: 0 }
     }
 
     /// One step of both; how many merged in each.
@@ -102,10 +102,14 @@ impl Twins {
             arena.follow(|_, at| Some(Instant::from_nanos(at.as_nanos() - 1)));
         }
         let one_frame = seen.iter().all(|one| one.group == seen[0].group);
-        let expected = naive::run(&mut self.reference, &perceived);
-        let merged = self.clustering.run(&mut self.arena, &perceived, settled, one_frame);
-        self.reference.settle(&perceived, |_, _| {});
-        self.arena.settle(&perceived, |arena, slot| self.clustering.place(arena, slot));
+        let expected = cluster_naively(&mut Step { arena: &mut self.reference, perceived: &perceived });
+        self.reference.settle(&perceived);
+        let mut step = Step { arena: &mut self.arena, perceived: &perceived };
+        let fresh_apart = one_frame && step.arena.keeps_apart();
+        let merged = self.clustering.run(&mut step, settled, fresh_apart);
+        self.arena.settle(&perceived);
+        let step = Step { arena: &mut self.arena, perceived: &[] };
+        step.old().iter().for_each(|&slot| self.clustering.place(&step, slot));
         [expected, merged]
     }
 
