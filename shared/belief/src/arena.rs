@@ -13,7 +13,10 @@ use crate::sightings::{Run, Sightings};
 /// B, the current set of beliefs, in slots that exist from the start.
 ///
 /// Within a step a new belief is but a snapshot: nearly all of them merge into an older one at
-/// once. Those that do not get histories of their own when the step [settles](Self::settle).
+/// once. Those that do not get histories of their own when the step [settles](Self::settle). Then,
+/// too, the older ones take the snapshots into their histories, one belief after the other as they
+/// lie in memory: which are merged depends on the features alone, and merging goes all over the
+/// place.
 #[derive(Clone, Debug)]
 pub(crate) struct Arena {
     slots: Box<[Slot]>,
@@ -39,6 +42,12 @@ struct Slot {
     holds: Holds,
     /// Counts the beliefs that the slot held, and their changes.
     version: u32,
+    /// Slots of snapshots of this step merged into the belief and not yet in its histories, as a
+    /// chain of [`Self::next`]: the first and the last.
+    pending: Option<(u32, u32)>,
+    /// The entry of the snapshot, and the next slot of the chain.
+    entry: u32,
+    next: u32,
 }
 
 /// Where the percepts of a belief are.
@@ -46,8 +55,8 @@ struct Slot {
 enum Holds {
     /// There is no belief.
     Nothing,
-    /// In the snapshot of this entry of the step's perceived things.
-    Snapshot(u32),
+    /// In the snapshot of one of the step's perceived things.
+    Snapshot,
     /// In this row of the histories.
     Histories(u32),
 }
@@ -62,6 +71,9 @@ const VACANT: Slot = Slot {
     },
     holds: Holds::Nothing,
     version: 0,
+    pending: None,
+    entry: 0,
+    next: 0,
 };
 
 impl Arena {
@@ -136,7 +148,7 @@ impl Arena {
         let number = self.free.pop()?;
         let slot = self.slots.get_mut(number as usize)?;
         slot.memory = Memory::new(id, at, &perceived.observation);
-        slot.holds = Holds::Snapshot(entry);
+        (slot.holds, slot.entry, slot.pending) = (Holds::Snapshot, entry, None);
         let features = self.features.iter_mut().skip(number as usize * self.terms.len());
         for (feature, percept) in features.zip(&self.terms) {
             let value = perceived.snapshot.value(*percept);
@@ -164,29 +176,55 @@ impl Arena {
     /// Merges the belief in `gone` into the one in `kept` (M). `perceived` is what this step
     /// perceived.
     fn merge(&mut self, kept: u32, gone: u32, perceived: &[Perceived]) {
-        let Some(row) = self.remember(kept, perceived) else { return };
-        let Ok([Slot { memory, version, .. }, other]) =
-            self.slots.get_disjoint_mut([kept as usize, gone as usize])
-        else {
-            return;
-        };
-        *version = version.wrapping_add(1);
-        memory.merge(&other.memory);
-        match other.holds {
-            Holds::Snapshot(entry) => {
-                if let Some(perceived) = perceived.get(entry as usize) {
-                    let at = other.memory.perceived_at;
-                    self.unsound += take(&mut self.histories, row, memory.id, at, &perceived.snapshot);
-                }
-            }
-            Holds::Histories(others) => self.histories.merge(row, others, memory.id),
-            Holds::Nothing => {}
+        if !self.append(kept, gone) {
+            self.unite(kept, gone, perceived);
         }
-        self.refresh(kept);
         if let Some(sightings) = &mut self.sightings {
             sightings.merge(kept as usize, gone as usize);
         }
         self.release(gone);
+    }
+
+    /// Merges a snapshot newer than all that the belief in `kept` remembers, which is what comes
+    /// every time: what its features become is known from them; its histories can wait. `false`,
+    /// and nothing done, where it is another case.
+    fn append(&mut self, kept: u32, gone: u32) -> bool {
+        let Ok([older, newer]) = self.slots.get_disjoint_mut([kept as usize, gone as usize]) else {
+            return false;
+        };
+        let histories = matches!(older.holds, Holds::Histories(_)) && newer.holds == Holds::Snapshot;
+        if !histories || newer.memory.perceived_at <= older.memory.perceived_at {
+            return false;
+        }
+        older.memory.merge(&newer.memory);
+        older.version = older.version.wrapping_add(1);
+        let pending = older.pending;
+        older.pending = Some((pending.map_or(gone, |(first, _)| first), gone));
+        if let Some(last) = pending.and_then(|(_, last)| self.slots.get_mut(last as usize)) {
+            last.next = gone;
+        }
+        let terms = self.terms.len();
+        let row = |slot: u32| slot as usize * terms..(slot as usize + 1) * terms;
+        if let Ok([features, newer]) = self.features.get_disjoint_mut([row(kept), row(gone)]) {
+            for ((feature, newer), percept) in features.iter_mut().zip(newer).zip(&self.terms) {
+                if let Some(newer) = newer {
+                    *feature = Some(self.histories.after(*percept, feature.as_ref(), newer));
+                }
+            }
+        }
+        true
+    }
+
+    fn unite(&mut self, kept: u32, gone: u32, perceived: &[Perceived]) {
+        let (Some(row), Some(others)) = (self.remember(kept, perceived), self.remember(gone, perceived)) else {
+            return;
+        };
+        if let Ok([kept, gone]) = self.slots.get_disjoint_mut([kept as usize, gone as usize]) {
+            kept.memory.merge(&gone.memory);
+            kept.version = kept.version.wrapping_add(1);
+            self.histories.merge(row, others, kept.memory.id);
+        }
+        self.refresh(kept);
     }
 
     /// The belief in the slot is no more.
@@ -194,10 +232,10 @@ impl Arena {
         let Some(slot) = self.slots.get_mut(number as usize) else { return };
         match slot.holds {
             Holds::Nothing => return,
-            Holds::Snapshot(_) => {}
+            Holds::Snapshot => {}
             Holds::Histories(row) => self.histories.free_row(row),
         }
-        slot.holds = Holds::Nothing;
+        (slot.holds, slot.pending) = (Holds::Nothing, None);
         slot.version = slot.version.wrapping_add(1);
         if let Some(sightings) = &mut self.sightings {
             sightings.clear(number as usize);
@@ -210,6 +248,10 @@ impl Arena {
     pub(crate) fn settle(&mut self, perceived: &[Perceived]) -> usize {
         self.bury();
         let old = self.live.len();
+        for index in 0..old {
+            let Some(&slot) = self.live.get(index) else { break };
+            self.remember(slot, perceived);
+        }
         for index in 0..self.fresh.len() {
             let Some(&slot) = self.fresh.get(index) else { break };
             if self.lives(slot) && self.remember(slot, perceived).is_some() {
@@ -249,25 +291,32 @@ impl Arena {
     fn row(&self, slot: u32) -> Option<u32> {
         match self.slots.get(slot as usize)?.holds {
             Holds::Histories(row) => Some(row),
-            Holds::Nothing | Holds::Snapshot(_) => None,
+            Holds::Nothing | Holds::Snapshot => None,
         }
     }
 
-    /// The row of histories of a belief, which it gets now if it was but a snapshot.
-    fn remember(&mut self, slot: u32, perceived: &[Perceived]) -> Option<u32> {
-        let slot = self.slots.get_mut(slot as usize)?;
-        match slot.holds {
-            Holds::Nothing => None,
-            Holds::Histories(row) => Some(row),
-            Holds::Snapshot(entry) => {
-                let perceived = perceived.get(entry as usize)?;
+    /// The row of histories of a belief, up to date: it gets one now if it was but a snapshot.
+    fn remember(&mut self, number: u32, perceived: &[Perceived]) -> Option<u32> {
+        let slot = self.slots.get_mut(number as usize)?;
+        let (row, mut pending) = match slot.holds {
+            Holds::Nothing => return None,
+            Holds::Histories(row) => (row, slot.pending.take()),
+            Holds::Snapshot => {
                 let row = self.histories.take_row()?;
-                let Memory { id, perceived_at, .. } = slot.memory;
-                self.unsound += take(&mut self.histories, row, id, perceived_at, &perceived.snapshot);
                 slot.holds = Holds::Histories(row);
-                Some(row)
+                (row, Some((number, number)))
+            }
+        };
+        let id = slot.memory.id;
+        while let Some((first, last)) = pending {
+            let snapshot = self.slots.get(first as usize)?;
+            pending = (first != last).then_some((snapshot.next, last));
+            if let Some(perceived) = perceived.get(snapshot.entry as usize) {
+                let at = snapshot.memory.perceived_at;
+                self.unsound += take(&mut self.histories, row, id, at, &perceived.snapshot);
             }
         }
+        Some(row)
     }
 
     /// All that a belief holds, to the last bit.

@@ -125,6 +125,16 @@ impl Histories {
         }
     }
 
+    /// What the newest feature of a percept will be when a sample is taken that is newer than all.
+    pub(crate) fn after(&self, percept: u16, newest: Option<&Feature>, sample: &Feature) -> Feature {
+        match (self.generators.get(usize::from(percept)), newest) {
+            (Some(Generator::LowPass { share, .. }), Some(newest)) => {
+                low_pass::mix(sample, *share, newest, 1.0 - *share)
+            }
+            (Some(Generator::LowPass { .. } | Generator::Series { .. }) | None, _) => *sample,
+        }
+    }
+
     /// Unites the histories of one row with those of another; `phase` as for [`Self::take`].
     pub(crate) fn merge(&mut self, kept: u32, gone: u32, phase: u64) {
         let Self { generators, low_passes, series, cells, scratch, .. } = self;

@@ -286,7 +286,8 @@ impl BeliefSystem {
         // What is remembered is not later than now, or h(now) would not know of it.
         let at = observed_at.min(self.now);
         let values = snapshot.values();
-        if !values.iter().any(|value| sample(value, at).is_some()) {
+        let in_order = values.is_sorted_by(|a, b| a.percept < b.percept);
+        if !in_order || !values.iter().any(|value| sample(value, at).is_some()) {
             self.counts.unsound += u64::from(!values.is_empty());
             return;
         }

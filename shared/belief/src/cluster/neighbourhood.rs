@@ -35,13 +35,13 @@ struct Node {
 const OUT: Node =
     Node { position_m: [0.0; 3], cell: NONE, symbols: Symbols::NONE, next: NONE, previous: NONE };
 
-/// Multipliers that spread the cells' numbers along x and along y.
+/// Multipliers that spread the blocks of cells.
 const MIX: [i64; 2] = [73_856_093, 19_349_663];
 
 impl Neighbourhood {
     /// Without a reach, everybody is near everybody.
     pub(crate) fn new(slots: usize, reach_m: Option<f64>) -> Self {
-        let cells = (4 * slots).next_power_of_two();
+        let cells = (4 * slots).next_power_of_two().max(16);
         // Not so narrow that the numbers of the cells lose their meaning.
         let width_m = reach_m.map_or(1.0, |reach_m| (reach_m * 1.001).max(1e-3));
         Self {
@@ -104,10 +104,9 @@ impl Neighbourhood {
             return others.filter(|&other| other != slot && self.holds(other)).for_each(visit);
         };
         let symbols = population.symbols(slot);
-        let [x, y] = self.mixed(here);
-        let [mix_x, mix_y] = MIX;
-        for x in [x.wrapping_sub(mix_x), x, x.wrapping_add(mix_x)] {
-            for y in [y.wrapping_sub(mix_y), y, y.wrapping_add(mix_y)] {
+        let [x, y] = self.numbers(here);
+        for x in [x.wrapping_sub(1), x, x.wrapping_add(1)] {
+            for y in [y.wrapping_sub(1), y, y.wrapping_add(1)] {
                 let mut next = self.first.get(self.hash([x, y]) as usize).copied().unwrap_or(NONE);
                 while let Some(node) = self.nodes.get(next as usize) {
                     if squared(node.position_m, here) <= self.near_m2
@@ -138,19 +137,21 @@ impl Neighbourhood {
     }
 
     fn cell(&self, place: [f32; 3]) -> u32 {
-        self.hash(self.mixed(place))
+        self.hash(self.numbers(place))
     }
 
-    /// The numbers of a place's cell along x and along y, each times its multiplier.
-    fn mixed(&self, [x, y, _]: [f32; 3]) -> [i64; 2] {
-        let [mix_x, mix_y] = MIX;
-        let number = |metres: f32| floor_i64(f64::from(metres) * self.cells_per_m);
-        [number(x).wrapping_mul(mix_x), number(y).wrapping_mul(mix_y)]
+    /// The numbers of a place's cell along x and along y.
+    fn numbers(&self, [x, y, _]: [f32; 3]) -> [i64; 2] {
+        [x, y].map(|metres| floor_i64(f64::from(metres) * self.cells_per_m))
     }
 
+    /// Sixteen cells in a row along y are a block and lie together: they share a cache line.
     fn hash(&self, [x, y]: [i64; 2]) -> u32 {
+        let [mix_x, mix_y] = MIX;
+        let block = x.wrapping_mul(mix_x) ^ (y >> 4).wrapping_mul(mix_y);
         // The number of cells is a power of two and small, so no bit of the mask is a sign.
-        u32::try_from((x ^ y) & (i64::from(self.placeless) - 1)).unwrap_or(0)
+        let mask = i64::from(self.placeless) - 1;
+        u32::try_from((block << 4 | y & 15) & mask).unwrap_or(0)
     }
 }
 

@@ -65,11 +65,11 @@ fn perceived(percepts: &Percepts, at: u64, seen: &Seen) -> Perceived {
     if let Some(place) = seen.place {
         push("position", Feature::Vector(place.map(|part| f32::from(part) * 0.05)));
     }
-    if let Some(colour) = seen.colour {
-        push("colour", Feature::Symbol(colour));
-    }
     if let Some(shape) = seen.shape {
         push("shape", Feature::Symbol(shape));
+    }
+    if let Some(colour) = seen.colour {
+        push("colour", Feature::Symbol(colour));
     }
     Perceived { observation: Observation::object(u16::try_from(seen.group).unwrap(), at), snapshot }
 }

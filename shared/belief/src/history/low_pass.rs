@@ -132,7 +132,7 @@ fn filtered(value: &Feature, past: &Feature, samples: u32, share: f64) -> Featur
 }
 
 /// a·x + b·y for two features of one kind, a + b = 1; x for others.
-fn mix(x: &Feature, a: f64, y: &Feature, b: f64) -> Feature {
+pub(super) fn mix(x: &Feature, a: f64, y: &Feature, b: f64) -> Feature {
     let weigh = |x: f32, y: f32| single(a * f64::from(x) + b * f64::from(y));
     match (*x, *y) {
         (Feature::Number(x), Feature::Number(y)) => Feature::Number(weigh(x, y)),
