@@ -20,6 +20,8 @@ use crate::sightings::{Run, Sightings};
 #[derive(Clone, Debug)]
 pub(crate) struct Arena {
     slots: Box<[Slot]>,
+    /// Of each slot, counts the beliefs that it held, and their changes.
+    versions: Box<[u32]>,
     /// Of each slot the newest features that the metric compares, in the order of its terms.
     features: Box<[Option<Feature>]>,
     terms: Box<[u16]>,
@@ -40,8 +42,6 @@ pub(crate) struct Arena {
 struct Slot {
     memory: Memory,
     holds: Holds,
-    /// Counts the beliefs that the slot held, and their changes.
-    version: u32,
     /// Slots of snapshots of this step merged into the belief and not yet in its histories, as a
     /// chain of [`Self::next`]: the first and the last.
     pending: Option<(u32, u32)>,
@@ -70,7 +70,6 @@ const VACANT: Slot = Slot {
         held_by: message::NOBODY,
     },
     holds: Holds::Nothing,
-    version: 0,
     pending: None,
     entry: 0,
     next: 0,
@@ -86,6 +85,7 @@ impl Arena {
         let cannot_link = percepts.belief.cannot_link_same_source_instant;
         Self {
             slots: vec![VACANT; count].into_boxed_slice(),
+            versions: vec![0; count].into_boxed_slice(),
             features: vec![None; count * terms.len()].into_boxed_slice(),
             terms,
             live: Room::for_most(count),
@@ -179,6 +179,7 @@ impl Arena {
         if !self.append(kept, gone) {
             self.unite(kept, gone, perceived);
         }
+        self.change(kept);
         if let Some(sightings) = &mut self.sightings {
             sightings.merge(kept as usize, gone as usize);
         }
@@ -197,7 +198,6 @@ impl Arena {
             return false;
         }
         older.memory.merge(&newer.memory);
-        older.version = older.version.wrapping_add(1);
         let pending = older.pending;
         older.pending = Some((pending.map_or(gone, |(first, _)| first), gone));
         if let Some(last) = pending.and_then(|(_, last)| self.slots.get_mut(last as usize)) {
@@ -221,10 +221,15 @@ impl Arena {
         };
         if let Ok([kept, gone]) = self.slots.get_disjoint_mut([kept as usize, gone as usize]) {
             kept.memory.merge(&gone.memory);
-            kept.version = kept.version.wrapping_add(1);
             self.histories.merge(row, others, kept.memory.id);
         }
         self.refresh(kept);
+    }
+
+    fn change(&mut self, slot: u32) {
+        if let Some(version) = self.versions.get_mut(slot as usize) {
+            *version = version.wrapping_add(1);
+        }
     }
 
     /// The belief in the slot is no more.
@@ -236,7 +241,7 @@ impl Arena {
             Holds::Histories(row) => self.histories.free_row(row),
         }
         (slot.holds, slot.pending) = (Holds::Nothing, None);
-        slot.version = slot.version.wrapping_add(1);
+        self.change(number);
         if let Some(sightings) = &mut self.sightings {
             sightings.clear(number as usize);
         }
@@ -351,7 +356,7 @@ impl Population for Step<'_> {
     }
 
     fn version(&self, slot: u32) -> u32 {
-        self.arena.slots.get(slot as usize).map_or(0, |slot| slot.version)
+        self.arena.versions.get(slot as usize).copied().unwrap_or(0)
     }
 
     fn place(&self, slot: u32) -> Option<[f32; 3]> {

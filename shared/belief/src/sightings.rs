@@ -13,7 +13,20 @@ const RUNS: usize = 8;
 /// as apart that were only sighted in turns, but never the other way about.
 #[derive(Clone, Debug)]
 pub(crate) struct Sightings {
+    /// Of each slot the only run, as nearly all have: what is asked most lies close together.
+    only: Box<[Only]>,
+    /// Of the slots that have more.
     of: Box<[Runs]>,
+}
+
+/// How much a belief was sighted.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Only {
+    Never,
+    /// In one run.
+    Run(Run),
+    /// In more than one.
+    More,
 }
 
 /// Successive frames of a source, each with a sighting.
@@ -60,43 +73,68 @@ const NEVER: Runs = Runs { len: 0, runs: [NO_RUN; RUNS] };
 
 impl Sightings {
     pub(crate) fn new(slots: usize) -> Self {
-        Self { of: vec![NEVER; slots].into_boxed_slice() }
+        Self {
+            only: vec![Only::Never; slots].into_boxed_slice(),
+            of: vec![NEVER; slots].into_boxed_slice(),
+        }
     }
 
     /// A new belief was sighted once.
     pub(crate) fn begin(&mut self, slot: usize, run: Run) {
-        if let Some(runs) = self.of.get_mut(slot) {
-            (runs.len, runs.runs[0]) = (1, run);
+        if let Some(only) = self.only.get_mut(slot) {
+            *only = Only::Run(run);
         }
     }
 
     /// Nothing is known of the slot any more.
     pub(crate) fn clear(&mut self, slot: usize) {
-        if let Some(runs) = self.of.get_mut(slot) {
-            runs.len = 0;
+        if let Some(only) = self.only.get_mut(slot) {
+            *only = Only::Never;
         }
     }
 
     /// Says, of a belief sighted once, which frame of the source was before.
     pub(crate) fn follow(&mut self, slot: usize, before: impl Fn(u16, Instant) -> Option<Instant>) {
-        if let Some(Runs { runs: [run, ..], .. }) = self.of.get_mut(slot) {
+        if let Some(Only::Run(run)) = self.only.get_mut(slot) {
             run.follows = before(run.source, run.first);
         }
     }
 
     /// Whether two beliefs cannot be of one thing.
     pub(crate) fn are_apart(&self, a: usize, b: usize) -> bool {
-        let (Some(a), Some(b)) = (self.of.get(a), self.of.get(b)) else { return false };
-        a.as_slice().iter().any(|run| b.as_slice().iter().any(|other| run.overlaps(other)))
+        if let (Some(Only::Run(a)), Some(Only::Run(b))) = (self.only.get(a), self.only.get(b)) {
+            return a.overlaps(b);
+        }
+        self.runs(a).iter().any(|run| self.runs(b).iter().any(|other| run.overlaps(other)))
     }
 
     /// The belief in `kept` takes over the sightings of the one in `gone`.
     pub(crate) fn merge(&mut self, kept: usize, gone: usize) {
-        if let Ok([kept, gone]) = self.of.get_disjoint_mut([kept, gone]) {
-            for run in gone.as_slice() {
-                kept.add(*run);
-            }
-            gone.len = 0;
+        if let Ok([Only::Run(run), Only::Run(next)]) = self.only.get_disjoint_mut([kept, gone])
+            && (run.overlaps(next) || run.continues(next))
+        {
+            *run = run.joined(next);
+            return;
+        }
+        let mut all = NEVER;
+        for slot in [kept, gone] {
+            self.runs(slot).iter().for_each(|run| all.add(*run));
+        }
+        let only = match *all.as_slice() {
+            [] => Only::Never,
+            [run] => Only::Run(run),
+            _ => Only::More,
+        };
+        if let (Some(held), Some(runs)) = (self.only.get_mut(kept), self.of.get_mut(kept)) {
+            (*held, *runs) = (only, all);
+        }
+    }
+
+    fn runs(&self, slot: usize) -> &[Run] {
+        match self.only.get(slot) {
+            Some(Only::Run(run)) => std::slice::from_ref(run),
+            Some(Only::More) => self.of.get(slot).map_or(&[], Runs::as_slice),
+            Some(Only::Never) | None => &[],
         }
     }
 }
@@ -200,7 +238,14 @@ mod tests {
     }
 
     fn apart(a: Runs, b: Runs) -> bool {
-        Sightings { of: Box::new([a, b]) }.are_apart(0, 1)
+        let mut sightings = Sightings::new(4);
+        for (slot, runs) in [a, b].iter().enumerate() {
+            for run in runs.as_slice() {
+                sightings.begin(3, *run);
+                sightings.merge(slot, 3);
+            }
+        }
+        sightings.are_apart(0, 1)
     }
 
     proptest! {
