@@ -4,7 +4,7 @@ mod tests;
 use clock::{Duration, Instant};
 use config::percepts::{Cull, Kernel, Percept, Percepts};
 use geometry::{Pose, Position};
-use message::{Belief, Feature, ObservationKind, Perceived, Remembered};
+use message::{Belief, Feature, Perceived, Remembered};
 use quantity::number::{saturating_u32, single};
 
 use crate::arena::{Arena, Step, sample};
@@ -38,7 +38,7 @@ const MOST: usize = 1_000_000;
 ///     let now = Instant::from_nanos(1 + millis * 1_000_000);
 ///     let observation = Observation::object(0, now.as_nanos());
 ///     let snapshot = perception.perceive(&observation, &Frame { agent: 0 });
-///     system.step(now, &[Perceived { observation, snapshot }], |_place| true);
+///     system.step(now, &[Perceived { observation, snapshot }], 0..1, |_place| true);
 /// }
 /// assert_eq!(system.len(), 1);
 /// let belief = system.beliefs().next().unwrap();
@@ -138,21 +138,26 @@ impl BeliefSystem {
 
     /// Takes in what the perspective perceived at `now`: creates beliefs, merges them, culls.
     ///
-    /// Of `perceived`, the objects count; people and occluders are no objects of belief here.
-    /// Observations and snapshots are in the perspective's frame. `in_view` says of a place in
+    /// `which` are the indices of the `perceived` things that count, rising. Observations and snapshots are in the perspective's frame. `in_view` says of a place in
     /// that frame, in metres, whether the perspective now sees what is there. An observation
     /// whose snapshot is empty creates nothing. An instant before that of the step before is
     /// taken as the latter; observations that may not enter are counted.
-    pub fn step(&mut self, now: Instant, perceived: &[Perceived], in_view: impl Fn([f32; 3]) -> bool) {
+    pub fn step(
+        &mut self,
+        now: Instant,
+        perceived: &[Perceived],
+        which: impl Iterator<Item = usize>,
+        in_view: impl Fn([f32; 3]) -> bool,
+    ) {
         if now < self.now {
             self.counts.backwards += 1;
         }
         self.now = self.now.max(now);
         let first_new = self.next_id;
         self.sources.begin();
-        for (entry, perceived) in (0..).zip(perceived) {
-            if perceived.observation.kind() == Some(ObservationKind::Object) {
-                self.create(entry, perceived);
+        for index in which {
+            if let Some(perceived) = perceived.get(index) {
+                self.create(saturating_u32(index), perceived);
             }
         }
         let Self { arena, clustering, sources, .. } = self;

@@ -98,7 +98,7 @@ impl Partner {
         self.perceive(entries, parent, &x_base_eye, &x_base_person);
         let field = Field::Cone { x_base_eye, cone: self.cone };
         let margin_m = self.empty_margin_m;
-        self.system.step(at, &self.perceived, |place_m| {
+        self.system.step(at, &self.perceived, 0..self.perceived.len(), |place_m| {
             parent.looked()
                 && field.surveys(parent.occluders(), place_in_base(&x_base_person, place_m), margin_m)
         });

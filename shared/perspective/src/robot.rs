@@ -65,10 +65,13 @@ impl Robot {
         let left_out = entries.len().saturating_sub(noted.len());
         self.refused = self.refused.saturating_add(u64::from(saturating_u32(refused)));
         self.left_out = self.left_out.saturating_add(u64::from(saturating_u32(left_out)));
-        let noted = entries.get(..noted.len()).unwrap_or(entries);
-        self.perceivable = noted.iter().filter(|entry| is_object(entry)).count();
+        let objects = || {
+            let noted = noted.iter().zip(entries).enumerate();
+            noted.filter(|(_, (perceives, entry))| **perceives && is_object(entry)).map(|(index, _)| index)
+        };
+        self.perceivable = objects().count();
         let (field, occluders) = (&self.field, self.awareness.occluders());
-        self.system.step(at, noted, |place_m| {
+        self.system.step(at, entries, objects(), |place_m| {
             looked && field.surveys(occluders, place_in_base(&Pose::identity(), place_m), self.empty_margin_m)
         });
     }
@@ -117,7 +120,8 @@ impl Robot {
     }
 }
 
-/// What comes from another process is an allegation: an observation and percepts to be used.
+/// What comes from another process is an allegation: an observation and percepts to be used, by
+/// the robot as by whoever is taken to see the same.
 fn is_sound(entry: &Perceived) -> bool {
     entry.observation.is_sound()
         && entry.snapshot.values().iter().all(|value| {

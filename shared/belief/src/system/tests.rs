@@ -45,7 +45,7 @@ impl Robot {
                 Perceived { observation: *observation, snapshot }
             })
             .collect();
-        self.system.step(now, &perceived, |_| in_view);
+        self.system.step(now, &perceived, 0..perceived.len(), |_| in_view);
         let counts = self.system.counts();
         let len = u64::try_from(self.system.len()).unwrap();
         assert_eq!(counts.created - counts.merged - counts.culled - counts.evicted, len);
