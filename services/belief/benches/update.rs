@@ -246,7 +246,10 @@ fn main() {
     println!("Belief update per frame, us; the clustering of one frame alone, ms");
     println!(
         "{:>7} | {:^35} | {:^35} | {:^29}",
-        "things", "robot: p50  p99  p99.9  max", "and a partner: p50  p99  p99.9  max", "here, naive, library"
+        "things",
+        "robot: p50  p99  p99.9  max",
+        "and a partner: p50  p99  p99.9  max",
+        "here, naive, library"
     );
     let mut slopes: [Vec<(f64, f64)>; 2] = [Vec::new(), Vec::new()];
     for count in SIZES {

@@ -1,10 +1,10 @@
 use clock::Instant;
 use config::percepts::Percepts;
-use message::{Feature, PerceptValue, Perceived, Snapshot};
+use message::{Feature, Perceived, PerceptValue, Snapshot};
 
+use crate::cluster::{Population, Symbols};
 use crate::history::Histories;
 use crate::memory::Memory;
-use crate::cluster::{Population, Symbols};
 use crate::metric::{Metric, Reach};
 use crate::room::Room;
 use crate::sample::Sample;
@@ -216,7 +216,8 @@ impl Arena {
     }
 
     fn unite(&mut self, kept: u32, gone: u32, perceived: &[Perceived]) {
-        let (Some(row), Some(others)) = (self.remember(kept, perceived), self.remember(gone, perceived)) else {
+        let (Some(row), Some(others)) = (self.remember(kept, perceived), self.remember(gone, perceived))
+        else {
             return;
         };
         if let Ok([kept, gone]) = self.slots.get_disjoint_mut([kept as usize, gone as usize]) {
@@ -374,8 +375,7 @@ impl Population for Step<'_> {
     fn distance(&self, a: u32, b: u32) -> Option<f64> {
         let Arena { metric, sightings, .. } = &*self.arena;
         let distance = metric.below_threshold(self.arena.features(a), self.arena.features(b))?;
-        let apart =
-            sightings.as_ref().is_some_and(|sightings| sightings.are_apart(a as usize, b as usize));
+        let apart = sightings.as_ref().is_some_and(|sightings| sightings.are_apart(a as usize, b as usize));
         (!apart).then_some(distance)
     }
 

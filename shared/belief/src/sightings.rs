@@ -51,8 +51,7 @@ impl Run {
 
     /// Whether there is no frame of the source between the two.
     fn continues(&self, other: &Self) -> bool {
-        self.source == other.source
-            && (self.follows == Some(other.last) || other.follows == Some(self.last))
+        self.source == other.source && (self.follows == Some(other.last) || other.follows == Some(self.last))
     }
 
     fn joined(&self, other: &Self) -> Self {
@@ -73,10 +72,7 @@ const NEVER: Runs = Runs { len: 0, runs: [NO_RUN; RUNS] };
 
 impl Sightings {
     pub(crate) fn new(slots: usize) -> Self {
-        Self {
-            only: vec![Only::Never; slots].into_boxed_slice(),
-            of: vec![NEVER; slots].into_boxed_slice(),
-        }
+        Self { only: vec![Only::Never; slots].into_boxed_slice(), of: vec![NEVER; slots].into_boxed_slice() }
     }
 
     /// A new belief was sighted once.

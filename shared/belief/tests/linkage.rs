@@ -4,6 +4,12 @@
 //! [`Population`] for distances. Over fixed points, with the linkage of two sets of points as
 //! their distance, the loop of the paper is agglomerative clustering cut at the threshold.
 
+#![expect(
+    clippy::unwrap_used,
+    clippy::indexing_slicing,
+    reason = "a reference is written to be read, and a test that panics has failed"
+)]
+
 use std::collections::BTreeSet;
 
 use belief::{Clustering, Population, cluster_naively};

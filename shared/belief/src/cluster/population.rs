@@ -72,4 +72,3 @@ impl Symbols {
         differs & has(self) & has(other) != 0
     }
 }
-

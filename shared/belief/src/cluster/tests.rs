@@ -1,6 +1,6 @@
 use clock::Instant;
 use config::percepts::{Distance, Measure, NoTermApplies, Percepts};
-use message::{Feature, Observation, PerceptValue, Perceived, Snapshot};
+use message::{Feature, Observation, Perceived, PerceptValue, Snapshot};
 use proptest::prelude::*;
 
 use super::{Clustering, Population as _, cluster_naively};
@@ -86,7 +86,13 @@ struct Twins {
 impl Twins {
     fn new(percepts: Percepts) -> Self {
         let arena = Arena::new(&percepts, 400);
-        Self { percepts, reference: arena.clone(), clustering: Clustering::new(arena.slots(), arena.reach_m()), arena, id: 0 }
+        Self {
+            percepts,
+            reference: arena.clone(),
+            clustering: Clustering::new(arena.slots(), arena.reach_m()),
+            arena,
+            id: 0,
+        }
     }
 
     /// One step of both; how many merged in each.
@@ -160,7 +166,6 @@ fn of_equally_near_pairs_the_lowest_identities_merge_first() {
     for (at, seen) in (1..).zip(&row) {
         twins.step(at, std::slice::from_ref(seen), true);
     }
-    let ids: Vec<_> =
-        twins.arena.live().iter().map(|&slot| twins.arena.memory(slot).unwrap().id).collect();
+    let ids: Vec<_> = twins.arena.live().iter().map(|&slot| twins.arena.memory(slot).unwrap().id).collect();
     assert_eq!(ids, [1, 3]);
 }

@@ -241,11 +241,7 @@ impl Series {
 }
 
 /// Both in the order of time; of two samples of one instant the higher rank.
-fn union(
-    mine: impl Iterator<Item = Sample>,
-    others: impl Iterator<Item = Sample>,
-    into: &mut Vec<Sample>,
-) {
+fn union(mine: impl Iterator<Item = Sample>, others: impl Iterator<Item = Sample>, into: &mut Vec<Sample>) {
     let (mut mine, mut others) = (mine.peekable(), others.peekable());
     loop {
         let next = match (mine.peek(), others.peek()) {
