@@ -329,6 +329,10 @@ impl Arena {
     #[cfg(test)]
     pub(crate) fn contents(&self, slot: u32) -> String {
         let (histories, row) = self.histories(slot).unwrap();
+        for (feature, percept) in self.features(slot).iter().zip(&self.terms) {
+            let newest = histories.newest(row, *percept).map(|sample| sample.feature);
+            assert_eq!(*feature, newest, "what was clustered by is what is remembered");
+        }
         format!("{:?}\n{}", self.memory(slot).unwrap(), histories.contents(row))
     }
 }
