@@ -26,6 +26,7 @@
 mod cone;
 mod occluders;
 mod samples;
+mod shades;
 mod sight;
 
 pub use cone::{Cone, NoCone};

@@ -8,7 +8,7 @@ use quantity::number::single;
 /// not hidden by the face that it touches.
 const TOUCHING_M: f64 = 1e-4;
 /// Room for rounding where a box is passed over without looking closely.
-const SLACK_M: f64 = 1e-3;
+pub(crate) const SLACK_M: f64 = 1e-3;
 
 /// Why a box was not taken as an occluder.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
@@ -38,7 +38,9 @@ pub struct Occluders {
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Occluder {
     x_box_base: Pose<Thing, Base>,
+    centre: Position<Base>,
     half_extents_m: [f64; 3],
+    radius_m: f64,
     cuboid: Cuboid,
 }
 
@@ -82,8 +84,13 @@ impl Occluders {
         if !half_extents_m.iter().all(|half| *half >= 0.0 && half.is_finite()) {
             return Err(NoOccluder::Extents { half_extents_m });
         }
-        let cuboid = Cuboid::new(vector(half_extents_m));
-        self.boxes.push(Occluder { x_box_base: x_base_box.inverse(), half_extents_m, cuboid });
+        self.boxes.push(Occluder {
+            x_box_base: x_base_box.inverse(),
+            centre: x_base_box.origin(),
+            half_extents_m,
+            radius_m: norm(half_extents_m),
+            cuboid: Cuboid::new(vector(half_extents_m)),
+        });
         Ok(())
     }
 
@@ -97,6 +104,11 @@ impl Occluders {
         })
     }
 
+    /// How many there is room for.
+    pub(crate) fn capacity(&self) -> usize {
+        self.capacity
+    }
+
     pub(crate) fn boxes(&self) -> &[Occluder] {
         &self.boxes
     }
@@ -106,6 +118,16 @@ impl Occluder {
     /// The base frame in the frame of the box.
     pub(crate) fn x_box_base(&self) -> Pose<Thing, Base> {
         self.x_box_base
+    }
+
+    /// The middle of the box.
+    pub(crate) fn centre(&self) -> Position<Base> {
+        self.centre
+    }
+
+    /// The radius of the ball round the box, in metres.
+    pub(crate) fn radius_m(&self) -> f64 {
+        self.radius_m
     }
 
     /// Whether the box may hide anything within `radius_m` of a point from an eye, both in the frame
@@ -132,6 +154,11 @@ impl Occluder {
         let along = Vector::new(single(to[0] - from[0]), single(to[1] - from[1]), single(to[2] - from[2]));
         self.cuboid.intersects_local_ray(&Ray::new(vector(from), along), reach)
     }
+}
+
+/// The radius of the ball round a box, in metres.
+pub(crate) fn norm(half_extents_m: [f64; 3]) -> f64 {
+    half_extents_m.iter().map(|half| half * half).sum::<f64>().sqrt()
 }
 
 fn vector(numbers: [f64; 3]) -> Vector {

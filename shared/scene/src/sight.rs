@@ -2,22 +2,38 @@ use geometry::{Base, Eye, Pose, Position, Thing};
 use quantity::number::{float, float_of_count};
 
 use crate::cone::Within;
+use crate::occluders::norm;
+use crate::shades::Shades;
 use crate::{Cone, Occluders, Samples};
 
 /// An eye at its place, with the cone that it sees and the boxes that stand in its way.
-#[derive(Clone, Copy, Debug)]
-pub struct Sight<'a> {
+///
+/// What depends on the eye and the boxes alone is computed once, when it looks. Allocates in `new`
+/// alone, as long as it looks at sets of boxes with no more room than the one it was made with.
+#[derive(Clone, Debug)]
+pub struct Sight {
     eye: Position<Base>,
     x_eye_base: Pose<Eye, Base>,
     cone: Cone,
-    occluders: &'a Occluders,
+    shades: Shades,
 }
 
-impl<'a> Sight<'a> {
+impl Sight {
     /// The sight of an eye, x along its line of sight.
     #[must_use]
-    pub fn new(x_base_eye: Pose<Base, Eye>, cone: Cone, occluders: &'a Occluders) -> Self {
-        Self { eye: x_base_eye.origin(), x_eye_base: x_base_eye.inverse(), cone, occluders }
+    pub fn new(x_base_eye: Pose<Base, Eye>, cone: Cone, occluders: &Occluders) -> Self {
+        let shades = Shades::with_room_for(occluders);
+        let mut sight = Self { eye: x_base_eye.origin(), x_eye_base: x_base_eye.inverse(), cone, shades };
+        sight.look(&x_base_eye, occluders);
+        sight
+    }
+
+    /// Looks anew, from another place or past other boxes. Both are as they are now: boxes that are
+    /// added later are not in the way.
+    pub fn look(&mut self, x_base_eye: &Pose<Base, Eye>, occluders: &Occluders) {
+        self.eye = x_base_eye.origin();
+        self.x_eye_base = x_base_eye.inverse();
+        self.shades.cast(&self.eye, occluders);
     }
 
     /// Where the eye is.
@@ -29,7 +45,8 @@ impl<'a> Sight<'a> {
     /// Whether a point is in the cone and behind no occluder.
     #[must_use]
     pub fn sees(&self, point: &Position<Base>) -> bool {
-        self.cone.contains(&(self.x_eye_base * *point)) && !self.occluders.occluded(&self.eye, point)
+        self.cone.contains(&(self.x_eye_base * *point))
+            && !self.shades.all().iter().any(|shade| shade.hides(&(shade.x_box_base() * *point)))
     }
 
     /// The share of a box's sample points that are seen, from 0 to 1.
@@ -43,7 +60,7 @@ impl<'a> Sight<'a> {
         half_extents_m: [f64; 3],
         samples: Samples,
     ) -> f64 {
-        let radius_m = half_extents_m.iter().map(|half| half * half).sum::<f64>().sqrt();
+        let radius_m = norm(half_extents_m);
         let centre = x_base_thing.origin();
         let points = samples.points();
         // One bit for each point that is seen.
@@ -57,14 +74,13 @@ impl<'a> Sight<'a> {
                 })
             }
         };
-        for occluder in self.occluders.boxes() {
-            let x_box_base = occluder.x_box_base();
-            let eye = x_box_base * self.eye;
-            if seen != 0 && occluder.may_hide(&eye, &(x_box_base * centre), radius_m) {
-                let x_box_thing = x_box_base * *x_base_thing;
-                seen = filter(points, half_extents_m, seen, |p_thing| {
-                    !occluder.hides(&eye, &(x_box_thing * p_thing))
-                });
+        for shade in self.shades.upon(&self.eye, &centre, radius_m) {
+            if shade.may_hide(&(shade.x_box_base() * centre), radius_m) {
+                let x_box_thing = shade.x_box_base() * *x_base_thing;
+                seen = filter(points, half_extents_m, seen, |p_thing| !shade.hides(&(x_box_thing * p_thing)));
+                if seen == 0 {
+                    break;
+                }
             }
         }
         float(u64::from(seen.count_ones())) / float_of_count(points.len())
