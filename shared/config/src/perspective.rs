@@ -4,7 +4,7 @@ use std::path::Path;
 
 use serde::Deserialize;
 
-use crate::number::{Capacity, Milliseconds, NotNegative, OutOfRange, Positive};
+use crate::number::{Capacity, Coordinate, Milliseconds, NotNegative, OutOfRange, Positive};
 use crate::parse;
 
 const BUILTIN: &str = include_str!("../../../config/perspective.toml");
@@ -89,6 +89,10 @@ pub struct Occluders {
 #[derive(Clone, Copy, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Robot {
+    /// Where its eye is in its base frame, as long as nobody observes its head.
+    pub eye_m: [Coordinate; 3],
+    /// What the eye looks at, in its base frame.
+    pub looks_at_m: [Coordinate; 3],
     /// Where the absence of a thing is noticed.
     pub field: Field,
 }
@@ -99,12 +103,8 @@ pub struct Robot {
 pub enum Field {
     /// Everywhere: its sensory processes survey the whole workspace.
     Everything,
-    /// In a cone, and not behind an occluder.
+    /// In a cone before its eye, and not behind an occluder.
     Cone {
-        /// Where its eye is in its base frame.
-        eye_m: [f64; 3],
-        /// What the eye looks at, in its base frame.
-        looks_at_m: [f64; 3],
         /// Half the angle of the cone.
         half_angle_deg: Angle,
         /// How far it sees.
@@ -158,9 +158,16 @@ mod tests {
 
     #[test]
     fn the_robot_may_have_a_cone_of_its_own() {
-        let cone = r#"field = { kind = "cone", eye_m = [0.0, 0.0, 0.5], looks_at_m = [0.7, 0.0, 0.0], half_angle_deg = 70.0, range_m = 3.0 }"#;
+        let cone = r#"field = { kind = "cone", half_angle_deg = 70.0, range_m = 3.0 }"#;
         let text = BUILTIN.replace(r#"field = { kind = "everything" }"#, cone);
         let perspective = parse::<Perspective>(&text, Path::new("p.toml")).unwrap();
         assert!(matches!(perspective.robot.field, Field::Cone { .. }));
+    }
+
+    #[test]
+    fn an_eye_that_is_nowhere_is_refused_with_its_line() {
+        let text = BUILTIN.replace("eye_m = [0.06,", "eye_m = [nan,");
+        let said = parse::<Perspective>(&text, Path::new("p.toml")).unwrap_err().to_string();
+        assert!(said.starts_with("p.toml:") && said.contains("from -100 to 100 m"), "{said}");
     }
 }

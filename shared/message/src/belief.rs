@@ -1,16 +1,17 @@
 use iceoryx2_bb_derive_macros::ZeroCopySend;
 use iceoryx2_bb_elementary_traits::zero_copy_send::ZeroCopySend;
 
-use crate::{Feature, Head, Header, MAX_PERCEPTS};
+use crate::{Feature, Head, Header, MAX_PERCEPTS, Path};
 
 /// The head of a belief buffer: whose beliefs, and the frame they are in.
 #[derive(Clone, Copy, Debug, Default, PartialEq, ZeroCopySend)]
 #[repr(C)]
-#[type_name("leo/BeliefHead/1")]
+#[type_name("leo/BeliefHead/2")]
 pub struct BeliefHead {
     /// The frame's header.
     pub header: Header,
-    /// Whose beliefs: 0 the robot's own, n what it takes partner n to believe.
+    /// Which perspective's beliefs, by the number of the buffer: 0 the robot's own, n what it takes
+    /// partner n to believe, and from there on those nested deeper, in the order of their paths.
     pub perspective: u32,
     /// Whether the perspective perceived anything possible at this instant: 1 yes, 0 the partner
     /// is absent or his pose unknown, and his beliefs are frozen.
@@ -37,13 +38,16 @@ pub struct BeliefHead {
     pub culled: u64,
     /// Observations dropped because no belief was free, since the process started.
     pub overflowed: u64,
+    /// Whose beliefs, and within whose.
+    pub path: Path,
 }
 
 impl BeliefHead {
-    /// A head of a perspective whose frame is the robot's base.
+    /// A head of the robot's own perspective or of a partner's, whose frame is the robot's base.
     #[must_use]
     pub fn of(perspective: u32, header: Header) -> Self {
         let upright = [0.0, 0.0, 0.0, 1.0];
+        let partner = u16::try_from(perspective).ok().and_then(|agent| Path::ROBOT.within(agent));
         Self {
             header,
             perspective,
@@ -59,6 +63,7 @@ impl BeliefHead {
             merged: 0,
             culled: 0,
             overflowed: 0,
+            path: partner.unwrap_or(Path::ROBOT),
         }
     }
 

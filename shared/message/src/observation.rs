@@ -14,7 +14,8 @@ numbered! {
     ObservationKind: u16 {
         /// A thing on the table.
         Object = 1,
-        /// A partner; the pose is that of his eyes (x along his line of sight).
+        /// A partner, or the robot's own head; the pose is that of the eyes (x along the line of
+        /// sight).
         Person = 2,
         /// A thing that hides what lies behind it; the extents are those of a box.
         Occluder = 3,
@@ -63,7 +64,7 @@ pub struct Observation {
     pub modality: u16,
     /// An [`ObservationKind`].
     pub kind: u16,
-    /// For a person: which partner (1, 2, …).
+    /// For a person: which partner (1, 2, …), or 0 for the robot itself.
     pub partner: u16,
     /// The agent who holds or moves it, or [`NOBODY`].
     pub held_by: u16,
