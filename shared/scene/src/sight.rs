@@ -69,7 +69,7 @@ impl Sight {
             Within::Not => return 0.0,
             Within::Partly => {
                 let x_eye_thing = self.x_eye_base * *x_base_thing;
-                filter(points, half_extents_m, u16::MAX, |p_thing| {
+                filter(points, half_extents_m, u32::MAX, |p_thing| {
                     self.cone.contains(&(x_eye_thing * p_thing))
                 })
             }
@@ -91,9 +91,9 @@ impl Sight {
 fn filter(
     points: &[[f64; 3]],
     half_extents_m: [f64; 3],
-    among: u16,
+    among: u32,
     keep: impl Fn(Position<Thing>) -> bool,
-) -> u16 {
+) -> u32 {
     let [half_x, half_y, half_z] = half_extents_m;
     let mut kept = 0;
     let mut bit = 1;

@@ -85,7 +85,7 @@ proptest! {
         walls in prop::collection::vec(occluder(), 0..24),
         thing in pose(), x in 0.0..0.3, y in 0.01..0.3, z in 0.01..0.3,
         from in position(), towards in position(), half_angle in 0.1..3.0_f64, range_m in 0.5..4.0_f64,
-        samples in prop::sample::select(vec![Samples::Centre, Samples::Faces, Samples::Corners]),
+        samples in prop::sample::select(vec![Samples::Centre, Samples::Faces, Samples::Corners, Samples::Surface]),
     ) {
         let eye = Pose::<Base, Eye>::looking(&from, &towards);
         let gaze = eye.isometry().rotation * nalgebra::Vector3::x();
@@ -156,6 +156,7 @@ fn points(samples: Samples) -> Vec<[f64; 3]> {
         Samples::Centre => &[0.0],
         Samples::Faces => &[0.0, 1.0],
         Samples::Corners => &[0.0, 3.0],
+        Samples::Surface => &[1.0, 2.0, 3.0],
     };
     grid.filter(|point| wanted.iter().any(|faces| (order(point) - faces).abs() < 0.5)).collect()
 }

@@ -37,12 +37,10 @@ fn persons_and_barriers_become_nobodys_beliefs() {
 /// The robot looks at its left; the wall and the block behind it are out of its view.
 fn looking_aside(looks_at_m: [f64; 3]) -> Perspective {
     let mut config = Perspective::builtin();
-    config.robot.field = Field::Cone {
-        eye_m: [0.0, 0.0, 0.5],
-        looks_at_m,
-        half_angle_deg: 40.0.try_into().unwrap(),
-        range_m: 3.0.try_into().unwrap(),
-    };
+    config.robot.eye_m = [0.0, 0.0, 0.5].map(|part| part.try_into().unwrap());
+    config.robot.looks_at_m = looks_at_m.map(|part| part.try_into().unwrap());
+    config.robot.field =
+        Field::Cone { half_angle_deg: 40.0.try_into().unwrap(), range_m: 3.0.try_into().unwrap() };
     config
 }
 
