@@ -121,7 +121,8 @@ impl Awareness {
         self.looked
     }
 
-    /// Which observations of this instant the perspective perceives, in their order.
+    /// Which observations of this instant the perspective perceives, in their order. Of people, a
+    /// partner perceives their eyes alone: see [`Self::eye`].
     #[must_use]
     pub fn perceives(&self) -> &[bool] {
         &self.perceives
@@ -143,8 +144,23 @@ impl Awareness {
 
     /// The eye of an agent as it was perceived of late, be it his own.
     pub(crate) fn perceived_eye(&self, agent: u16, at: Instant) -> Option<Pose<Base, Eye>> {
-        let (x_base_eye, noted_at) = self.eyes.get(usize::from(agent)).copied().flatten()?;
-        (at.since(noted_at) <= self.absent_after).then_some(x_base_eye)
+        self.perceived(agent, at).map(|(x_base_eye, _)| x_base_eye)
+    }
+
+    fn perceived(&self, agent: u16, at: Instant) -> Option<(Pose<Base, Eye>, Instant)> {
+        let noted = self.eyes.get(usize::from(agent)).copied().flatten();
+        noted.filter(|(_, noted_at)| at.since(*noted_at) <= self.absent_after)
+    }
+
+    /// All agents whose eyes it knows, its own among them, with when they were perceived.
+    pub(crate) fn eyes(&self, at: Instant) -> impl Iterator<Item = (u16, Pose<Base, Eye>, Instant)> {
+        let known = move |agent| {
+            let own_eye = self.own_eye?;
+            let own = (agent == self.agent).then_some((own_eye, at));
+            let (x_base_eye, noted_at) = own.or_else(|| self.perceived(agent, at))?;
+            Some((agent, x_base_eye, noted_at))
+        };
+        (0..).take(self.eyes.len()).filter_map(known)
     }
 
     /// The occluders that it remembers, in the base frame.

@@ -86,7 +86,7 @@ impl Partner {
     }
 
     /// The same, noting what he is aware of: perspectives within his can be made from it. Then he
-    /// also perceives people and occluders, of up to `partners` partners.
+    /// also perceives occluders, and the eyes of the robot and of up to `partners` partners.
     #[must_use]
     pub fn with_awareness(mut self, config: &Perspective, partners: u16, capacity: usize) -> Self {
         self.awareness = Some(Awareness::new(self.frame.agent, config, partners, capacity));
@@ -139,7 +139,7 @@ impl Partner {
         self.visible.clear();
         for (entry, aware) in entries.iter().zip(parent.perceives()) {
             let Perceived { observation, snapshot } = entry;
-            let asked = *aware && (all || is_object(entry));
+            let asked = *aware && (is_object(entry) || all && is_occluder(observation));
             let place = if asked { place_of_thing(observation) } else { None };
             let seen = place.filter(|(place, half)| self.perceives(observation, place, *half));
             self.visible.push(seen.is_some());
@@ -168,7 +168,7 @@ impl Partner {
             return true;
         }
         match observation.modality() {
-            Some(Modality::Vision) if observation.kind() == Some(ObservationKind::Occluder) => {
+            Some(Modality::Vision) if is_occluder(observation) => {
                 glimpses(&self.sight, x_base_thing, half_extents_m)
             }
             Some(Modality::Vision) => {
@@ -182,17 +182,17 @@ impl Partner {
         }
     }
 
-    /// Takes note of what he perceived for those within his perspective. He sees the eye of him
-    /// who takes his perspective where it is in his view: whether you know that I see is whether
-    /// you see me.
+    /// Takes note of what he perceived for those within his perspective. Of all whom his parent
+    /// sees, and of the parent itself, he sees those whose eyes are in his view: you know that I see
+    /// only while you see me.
     fn note(&mut self, at: Instant, entries: &[Perceived], parent: &Awareness, x_base_eye: Pose<Base, Eye>) {
         let Some(awareness) = &mut self.awareness else { return };
         awareness.note(at, parent.looked(), entries, self.visible.iter().copied());
         awareness.have_eye(x_base_eye);
-        if let Some(x_base_other) = parent.eye(parent.agent(), at)
-            && self.sight.sees(&x_base_other.origin())
-        {
-            awareness.meet(parent.agent(), x_base_other, at);
+        for (agent, x_base_other, noted_at) in parent.eyes(at) {
+            if self.sight.sees(&x_base_other.origin()) {
+                awareness.meet(agent, x_base_other, noted_at);
+            }
         }
         awareness.forget(at, |x_base_box, half_extents_m| glimpses(&self.sight, x_base_box, half_extents_m));
     }
@@ -252,4 +252,8 @@ impl Partner {
     pub fn entry(&self, index: usize) -> Option<Belief> {
         self.system.write(index, self.at)
     }
+}
+
+fn is_occluder(observation: &Observation) -> bool {
+    observation.kind() == Some(ObservationKind::Occluder)
 }
