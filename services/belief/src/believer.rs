@@ -1,6 +1,7 @@
 use clock::Instant;
 use config::percepts::Percepts;
 use config::perspective::Perspective;
+use geometry::{Base, Position};
 use message::{Belief, BeliefHead, Header, Hop, Path, Perceived};
 use perception::{Own, Perception, Unperceivable};
 use perspective::{Nested, NoPerspective, Partner, Robot};
@@ -129,7 +130,9 @@ impl Believer {
             };
             // A perspective that contains others is aware: `new` saw to it.
             if let Some(awareness) = awareness {
-                other.partner.step(self.at, entries, awareness);
+                let (robot, within) = (&self.robot, other.within);
+                let surveyed = |place: &Position<Base>| all_survey(robot, earlier, within, place);
+                other.partner.step(self.at, entries, awareness, surveyed);
             }
         }
     }
@@ -188,5 +191,16 @@ impl Believer {
     fn other(&self, perspective: u32) -> Option<&Other> {
         let index = usize::try_from(perspective.checked_sub(1)?).ok()?;
         self.others.get(index)
+    }
+}
+
+/// Whether the perspective of a number, and all within which it is, would notice that a thing is gone
+/// from a place.
+fn all_survey(robot: &Robot, others: &[Other], number: usize, place: &Position<Base>) -> bool {
+    match number.checked_sub(1) {
+        None => robot.surveys(place),
+        Some(index) => others.get(index).is_some_and(|other| {
+            other.partner.surveys(place) && all_survey(robot, others, other.within, place)
+        }),
     }
 }

@@ -92,7 +92,7 @@ fn main() {
             let started = clock::now();
             robot.step(now, true, &entries);
             let own = clock::now();
-            partner.step(now, &entries, robot.awareness());
+            partner.step(now, &entries, robot.awareness(), |place| robot.surveys(place));
             let his = clock::now();
             look(&entries, &config, robot.awareness().occluders());
             let [robots, partners, sight] = &mut costs;

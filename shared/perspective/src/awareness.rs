@@ -102,6 +102,11 @@ impl Awareness {
         self.looked && self.occluders.forget(at, glimpses)
     }
 
+    /// Whether it remembers an occluder there.
+    pub(crate) fn remembers(&self, x_base_box: &Pose<Base, Thing>) -> bool {
+        self.occluders.has_one_at(&x_base_box.origin())
+    }
+
     /// He whose perspective it is has his own eye here.
     pub(crate) fn have_eye(&mut self, x_base_eye: Pose<Base, Eye>) {
         self.own_eye = Some(x_base_eye);

@@ -20,7 +20,7 @@ impl Field {
     }
 
     /// As [`surveys`].
-    pub(crate) fn surveys(&self, place: Position<Base>, margin_m: f64) -> bool {
+    pub(crate) fn surveys(&self, place: &Position<Base>, margin_m: f64) -> bool {
         match self {
             Self::Everything => true,
             Self::Cone(sight) => surveys(sight, place, margin_m),
@@ -38,7 +38,7 @@ impl Field {
 
 /// Whether a place, with `margin_m` of room to each side, is wholly in view: only then does the
 /// absence of a thing there say that it is gone.
-pub(crate) fn surveys(sight: &Sight, place: Position<Base>, margin_m: f64) -> bool {
+pub(crate) fn surveys(sight: &Sight, place: &Position<Base>, margin_m: f64) -> bool {
     let [x, y, z] = place.to_array();
     sight.visible_share(&Pose::upright(x, y, z, 0.0), [margin_m; 3], Samples::Corners) >= 1.0
 }

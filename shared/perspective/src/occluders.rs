@@ -1,5 +1,5 @@
 use clock::{Duration, Instant};
-use geometry::{Base, Pose, Thing};
+use geometry::{Base, Pose, Position, Thing};
 use message::Observation;
 use scene::Occluders;
 
@@ -84,6 +84,11 @@ impl RememberedOccluders {
             }
             None => false,
         }
+    }
+
+    /// Whether one is remembered so near to a place that it would be the same.
+    pub(crate) fn has_one_at(&self, place: &Position<Base>) -> bool {
+        self.remembered.iter().any(|old| old.x_base_box.origin().distance(place) <= self.same_within_m)
     }
 
     /// A frame ends.

@@ -2,7 +2,7 @@ use belief::BeliefSystem;
 use clock::Instant;
 use config::percepts::Percepts;
 use config::perspective::Perspective;
-use geometry::{Base, Eye, Person, Pose, Thing};
+use geometry::{Base, Eye, Person, Pose, Position, Thing};
 use message::{Belief, BeliefHead, Header, Modality, Observation, ObservationKind, Perceived};
 use perception::{Frame, Perception};
 use quantity::number::saturating_u32;
@@ -102,9 +102,20 @@ impl Partner {
     /// One instant, as he perceives it, out of what the perspective that contains his is aware of
     /// (`entries` are those that `parent` took note of).
     ///
+    /// `surveyed` says of a place whether all those within whose perspectives his is would notice
+    /// that a thing is gone from there, from the robot ([`crate::Robot::surveys`]) to the parent
+    /// ([`Self::surveys`]). What the parent does not see he cannot take another to miss: the thing
+    /// may be where it was.
+    ///
     /// While he is absent, or his pose is unknown, nothing happens to his beliefs, nor to those
     /// within his.
-    pub fn step(&mut self, at: Instant, entries: &[Perceived], parent: &Awareness) {
+    pub fn step(
+        &mut self,
+        at: Instant,
+        entries: &[Perceived],
+        parent: &Awareness,
+        surveyed: impl Fn(&Position<Base>) -> bool,
+    ) {
         self.perceived.clear();
         let eye = parent.eye(self.frame.agent, at);
         self.present = eye.is_some();
@@ -127,7 +138,8 @@ impl Partner {
         self.note(at, entries, parent, x_base_eye);
         let (sight, margin_m) = (&self.sight, self.empty_margin_m);
         self.system.step(at, &self.perceived, |place_m| {
-            parent.looked() && surveys(sight, place_in_base(&x_base_person, place_m), margin_m)
+            let place = place_in_base(&x_base_person, place_m);
+            parent.looked() && surveys(sight, &place, margin_m) && surveyed(&place)
         });
     }
 
@@ -194,7 +206,10 @@ impl Partner {
                 awareness.meet(agent, x_base_other, noted_at);
             }
         }
-        awareness.forget(at, |x_base_box, half_extents_m| glimpses(&self.sight, x_base_box, half_extents_m));
+        // What the parent remembers stands there, as far as anybody in his mind is concerned.
+        awareness.forget(at, |x_base_box, half_extents_m| {
+            !parent.remembers(x_base_box) && glimpses(&self.sight, x_base_box, half_extents_m)
+        });
     }
 
     /// Who he is: 1, 2, …, or 0 the robot.
@@ -207,6 +222,12 @@ impl Partner {
     #[must_use]
     pub fn is_present(&self) -> bool {
         self.present
+    }
+
+    /// Whether he would notice, as he looks now, that a thing is gone from a place.
+    #[must_use]
+    pub fn surveys(&self, place: &Position<Base>) -> bool {
+        self.present && surveys(&self.sight, place, self.empty_margin_m)
     }
 
     /// His frame, if he was ever perceived.

@@ -100,8 +100,14 @@ impl Robot {
         };
         self.perceivable = objects().count();
         self.system.step(at, objects(), |place_m| {
-            looked && self.field.surveys(place_in_base(&Pose::identity(), place_m), self.empty_margin_m)
+            looked && self.field.surveys(&place_in_base(&Pose::identity(), place_m), self.empty_margin_m)
         });
+    }
+
+    /// Whether it would notice, as it looks now, that a thing is gone from a place.
+    #[must_use]
+    pub fn surveys(&self, place: &Position<Base>) -> bool {
+        self.field.surveys(place, self.empty_margin_m)
     }
 
     /// What it is aware of: the perspectives of its partners are made from it.

@@ -1,4 +1,6 @@
 mod equivariance;
+mod minds;
+mod nesting;
 mod occlusion;
 mod timeline;
 mod workspace;

@@ -93,6 +93,21 @@ fn he_does_not_miss_what_a_barrier_hides_from_him() {
     assert_eq!((world.robots().len(), world.his().len()), (0, 1));
 }
 
+#[test]
+fn he_does_not_miss_what_the_robot_cannot_see_for_him() {
+    let mut world = Workspace::with(&looking_aside([0.5, 0.0, 0.0]));
+    world.run(SECOND, &[wall(WALL), person(EYES, TABLE), block(OPEN)]);
+    assert_eq!(world.his().len(), 1);
+    // The robot's head is turned away: block and wall are not observed, and may be where they were.
+    let aside = Observation { partner: 0, ..person([0.06, 0.0, 0.62], [0.0, 2.0, 0.5]) };
+    world.run(SECOND * 3, &[aside, person(EYES, TABLE)]);
+    assert_eq!((world.robot.beliefs().len(), world.his().len()), (1, 1));
+    let back = Observation { partner: 0, ..person([0.06, 0.0, 0.62], [0.9, 0.0, 0.0]) };
+    world.run(SECOND * 3, &[back, person(EYES, TABLE)]);
+    assert_eq!((world.robot.beliefs().len(), world.his().len()), (0, 0));
+    assert!(world.robot.awareness().occluders().is_empty());
+}
+
 /// A place of the study's workspace, whose y axis is the robot's x axis, as the robot has it.
 fn in_base(x: f32, y: f32, z: f32) -> [f32; 3] {
     [y, -x, z]
