@@ -47,6 +47,7 @@ impl Kernel {
         }
     }
 
+    #[inline]
     pub(crate) fn classify(&self, observation: &Observation, frame: &Frame) -> Evaluation {
         match self {
             Self::Position => Evaluation::certain(Feature::Vector(observation.position_m)),

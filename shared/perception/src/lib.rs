@@ -167,7 +167,7 @@ impl Perception {
     /// evaluated only where its parent passed. An unsound observation has an empty snapshot.
     #[must_use]
     pub fn perceive(&self, observation: &Observation, frame: &Frame) -> Snapshot {
-        self.snapshot(observation, frame, |_| Known::Not)
+        self.snapshot(observation, |percept, snapshot| self.evaluate(percept, observation, frame, snapshot))
     }
 
     /// [`Self::perceive`], of an observation that another perspective has perceived already with
@@ -197,9 +197,9 @@ impl Perception {
     #[must_use]
     pub fn perceive_again(&self, observation: &Observation, known: &Snapshot, frame: &Frame) -> Snapshot {
         let mut rest = known.values();
-        self.snapshot(observation, frame, |percept| {
+        self.snapshot(observation, |percept, snapshot| {
             if percept.is_indexical {
-                return Known::Not;
+                return self.evaluate(percept, observation, frame, snapshot);
             }
             while let [first, after @ ..] = rest {
                 if first.percept > percept.number {
@@ -207,18 +207,18 @@ impl Perception {
                 }
                 rest = after;
                 if first.percept == percept.number {
-                    return Known::As(*first);
+                    return self.passes(first) && snapshot.push(*first);
                 }
             }
-            Known::Absent
+            false
         })
     }
 
+    /// The snapshot that `add` makes, percept by percept: it says whether it added one.
     fn snapshot(
         &self,
         observation: &Observation,
-        frame: &Frame,
-        mut known: impl FnMut(&Percept) -> Known,
+        mut add: impl FnMut(&Percept, &mut Snapshot) -> bool,
     ) -> Snapshot {
         let mut snapshot = Snapshot::default();
         if !observation.is_sound() {
@@ -227,30 +227,28 @@ impl Perception {
         // One bit for each percept that passed: a snapshot has fewer than there are bits.
         let mut passed = 0_u32;
         for percept in &self.percepts {
-            if percept.parent.is_some_and(|parent| passed & bit(parent) == 0) {
-                continue;
-            }
-            let value = match known(percept) {
-                Known::Absent => continue,
-                Known::As(value) => value,
-                Known::Not => {
-                    let Evaluation { matching, confidence, feature } =
-                        percept.kernel.classify(observation, frame);
-                    // A confidence that is none stays none.
-                    let confidence = if (0.0..=1.0).contains(&confidence) {
-                        observation.confidence * confidence
-                    } else {
-                        f32::NAN
-                    };
-                    PerceptValue::new(percept.number, matching, confidence, feature)
-                }
-            };
-            // There is room: the configuration holds no more percepts than a snapshot.
-            if self.passes(&value) && snapshot.push(value) {
+            let is_asked = percept.parent.is_none_or(|parent| passed & bit(parent) != 0);
+            if is_asked && add(percept, &mut snapshot) {
                 passed |= bit(percept.number);
             }
         }
         snapshot
+    }
+
+    /// Adds the evaluation if it passes. There is room: the configuration holds no more percepts than
+    /// a snapshot.
+    fn evaluate(
+        &self,
+        percept: &Percept,
+        observation: &Observation,
+        frame: &Frame,
+        snapshot: &mut Snapshot,
+    ) -> bool {
+        let Evaluation { matching, confidence, feature } = percept.kernel.classify(observation, frame);
+        let is_confidence = (0.0..=1.0).contains(&confidence);
+        let confidence = observation.confidence * confidence;
+        let value = PerceptValue::new(percept.number, matching, confidence, feature);
+        is_confidence && self.passes(&value) && snapshot.push(value)
     }
 
     /// Whether a value is an evaluation with m·c > k.
@@ -260,14 +258,6 @@ impl Perception {
             && f64::from(value.matching) * f64::from(value.confidence) > self.threshold
             && value.feature().is_some()
     }
-}
-
-/// What is known of a percept before it is evaluated.
-enum Known {
-    Not,
-    /// It did not pass.
-    Absent,
-    As(PerceptValue),
 }
 
 /// The bit that stands for a percept; none where there are too many of them.

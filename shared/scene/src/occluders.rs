@@ -6,9 +6,7 @@ use quantity::number::single;
 
 /// The end of a line of sight that belongs to what is looked at: a block that leans on a wall is
 /// not hidden by the face that it touches.
-const TOUCHING_M: f64 = 1e-4;
-/// Room for rounding where a box is passed over without looking closely.
-pub(crate) const SLACK_M: f64 = 1e-3;
+pub(crate) const TOUCHING_M: f64 = 1e-4;
 
 /// Why a box was not taken as an occluder.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
@@ -130,18 +128,9 @@ impl Occluder {
         self.radius_m
     }
 
-    /// Whether the box may hide anything within `radius_m` of a point from an eye, both in the frame
-    /// of the box: whether the way there passes the box, grown by as much, at all.
-    pub(crate) fn may_hide(&self, eye: &Position<Thing>, point: &Position<Thing>, radius_m: f64) -> bool {
-        let (mut enter, mut leave) = (0.0_f64, 1.0_f64);
-        let ends = eye.to_array().into_iter().zip(point.to_array());
-        for ((from, to), half) in ends.zip(self.half_extents_m) {
-            let (reach, along) = (half + radius_m + SLACK_M, to - from);
-            let (a, b) = ((-reach - from) / along, (reach - from) / along);
-            enter = enter.max(a.min(b));
-            leave = leave.min(a.max(b));
-        }
-        enter <= leave
+    /// Half the extents of the box, in metres.
+    pub(crate) fn half_extents_m(&self) -> [f64; 3] {
+        self.half_extents_m
     }
 
     /// Whether the box stands between an eye and a point, both in its frame.

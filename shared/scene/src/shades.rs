@@ -3,11 +3,14 @@ use glam::Vec4;
 use quantity::number::single;
 
 use crate::Occluders;
+use crate::bundle::{Bundle, Stopped, Target};
 use crate::occluders::Occluder;
 
 /// Room for rounding in single precision, in cosines and in shares of a distance: what is nearer
 /// than this to a border is looked at closely.
 const SLACK: f32 = 4e-6;
+/// The same in metres: a ball is taken to be so much larger.
+const SLACK_M: f64 = 1e-3;
 
 /// The shades of a set of boxes, as one eye at its place casts them.
 ///
@@ -25,6 +28,7 @@ pub(crate) struct Shades {
 pub(crate) struct Shade {
     occluder: Occluder,
     eye: Position<Thing>,
+    target: Target,
 }
 
 /// The cones of four boxes, by coordinate. Where there are fewer, the others hide nothing.
@@ -60,7 +64,7 @@ impl Bound {
     /// The ball of a radius round a point, given as it lies from the eye in metres.
     fn of([x, y, z]: [f64; 3], radius_m: f64) -> Self {
         let distance = (x * x + y * y + z * z).sqrt();
-        let radius_m = radius_m + crate::occluders::SLACK_M;
+        let radius_m = radius_m + SLACK_M;
         let sin = radius_m / distance;
         if sin < 1.0 {
             Self {
@@ -118,9 +122,10 @@ impl Shades {
         self.fours.clear();
         self.fours.extend(boxes.chunks(4).map(|group| Four::of(group, eye)));
         self.shades.clear();
-        self.shades.extend(
-            boxes.iter().map(|occluder| Shade { occluder: *occluder, eye: occluder.x_box_base() * *eye }),
-        );
+        self.shades.extend(boxes.iter().map(|occluder| {
+            let eye = occluder.x_box_base() * *eye;
+            Shade { occluder: *occluder, eye, target: Target::new(occluder, &eye) }
+        }));
     }
 
     /// All of them.
@@ -152,9 +157,9 @@ impl Shade {
         self.occluder.x_box_base()
     }
 
-    /// Whether the box may hide anything within `radius_m` of a point in its frame.
-    pub(crate) fn may_hide(&self, point: &Position<Thing>, radius_m: f64) -> bool {
-        self.occluder.may_hide(&self.eye, point, radius_m)
+    /// Which rays of a bundle the box stops, as far as can be told cheaply.
+    pub(crate) fn stops(&self, bundle: &Bundle) -> Stopped {
+        self.target.stops(bundle)
     }
 
     /// Whether the box stands between the eye and a point in its frame.
