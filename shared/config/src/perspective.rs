@@ -21,6 +21,8 @@ pub struct Perspective {
     pub occluders: Occluders,
     /// What the robot itself sees.
     pub robot: Robot,
+    /// Whose the things are.
+    pub resource: Resource,
 }
 
 impl Perspective {
@@ -112,6 +114,73 @@ pub enum Field {
     },
 }
 
+/// Whose the things are, in the eyes of a perspective.
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Resource {
+    /// What decides.
+    pub by: Owning,
+    /// By territory: how many times wider than the longest link within them the gap between two
+    /// clusters must be.
+    pub gap_ratio: Positive,
+    /// As told: whose what lies where is.
+    pub told: Vec<Region>,
+}
+
+/// What decides whose a thing is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Owning {
+    /// Nothing: all is everybody's.
+    None,
+    /// Where it lies, in one of two groups of things that are apart.
+    Territory,
+    /// Who last held it.
+    Possession,
+    /// The regions of the file.
+    Told,
+}
+
+/// A region of the table and whose what lies in it is.
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
+#[serde(try_from = "WrittenRegion")]
+pub struct Region {
+    /// The agent: 0 the robot, n partner n.
+    pub owner: u16,
+    from_m: [Coordinate; 2],
+    to_m: [Coordinate; 2],
+}
+
+/// A region as the file has it: the agent, and two corners by x and y of the base frame, in metres.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct WrittenRegion {
+    owner: u16,
+    from_m: [Coordinate; 2],
+    to_m: [Coordinate; 2],
+}
+
+impl TryFrom<WrittenRegion> for Region {
+    type Error = String;
+
+    fn try_from(WrittenRegion { owner, from_m, to_m }: WrittenRegion) -> Result<Self, String> {
+        if from_m.iter().zip(&to_m).all(|(from, to)| from < to) {
+            Ok(Self { owner, from_m, to_m })
+        } else {
+            Err("a region is empty: each number of `to_m` must be above that of `from_m`".to_owned())
+        }
+    }
+}
+
+impl Region {
+    /// Whether it holds a place of the base frame; its sides belong to it.
+    #[must_use]
+    pub fn holds(&self, place_m: [f64; 2]) -> bool {
+        let sides = self.from_m.iter().zip(&self.to_m);
+        place_m.iter().zip(sides).all(|(at, (from, to))| from.get() <= *at && *at <= to.get())
+    }
+}
+
 /// An angle above zero and at most half a turn, in degrees.
 #[derive(Clone, Copy, Debug, PartialEq, PartialOrd, Deserialize)]
 #[serde(try_from = "f64")]
@@ -162,6 +231,18 @@ mod tests {
         let text = BUILTIN.replace(r#"field = { kind = "everything" }"#, cone);
         let perspective = parse::<Perspective>(&text, Path::new("p.toml")).unwrap();
         assert!(matches!(perspective.robot.field, Field::Cone { .. }));
+    }
+
+    #[test]
+    fn a_region_is_whose_it_is_told_to_be_and_an_empty_one_is_refused() {
+        let told = |region: &str| {
+            let text = BUILTIN.replace("told = []", &format!("told = [{region}]"));
+            parse::<Perspective>(&text, Path::new("p.toml"))
+        };
+        let region = told("{ owner = 1, from_m = [0.8, -1.0], to_m = [1.2, 1.0] }").unwrap().resource.told[0];
+        assert!(region.holds([0.8, 0.0]) && !region.holds([0.7, 0.0]) && !region.holds([f64::NAN, 0.0]));
+        let said = told("{ owner = 1, from_m = [0.8, 1.0], to_m = [1.2, 1.0] }").unwrap_err().to_string();
+        assert!(said.starts_with("p.toml:") && said.contains("a region is empty"), "{said}");
     }
 
     #[test]

@@ -2,5 +2,6 @@ mod equivariance;
 mod minds;
 mod nesting;
 mod occlusion;
+mod owners;
 mod timeline;
 mod workspace;
