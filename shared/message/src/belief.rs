@@ -1,7 +1,7 @@
 use iceoryx2_bb_derive_macros::ZeroCopySend;
 use iceoryx2_bb_elementary_traits::zero_copy_send::ZeroCopySend;
 
-use crate::{Feature, Head, Header, MAX_PERCEPTS, Path};
+use crate::{Feature, Head, Header, MAX_PERCEPTS, NOBODY, Path};
 
 /// The head of a belief buffer: whose beliefs, and the frame they are in.
 #[derive(Clone, Copy, Debug, Default, PartialEq, ZeroCopySend)]
@@ -125,7 +125,7 @@ impl Remembered {
 /// An entry of a belief buffer: one remembered object (Eq. 3), evaluated at the frame's instant.
 #[derive(Clone, Copy, Debug, PartialEq, ZeroCopySend)]
 #[repr(C)]
-#[type_name("leo/Belief/1")]
+#[type_name("leo/Belief/2")]
 pub struct Belief {
     /// Identity within its belief system; the older one survives a merge.
     pub id: u64,
@@ -137,14 +137,15 @@ pub struct Belief {
     pub observations: u64,
     /// The agent who last was perceived to hold it at this instant, or `NOBODY`.
     pub held_by: u16,
-    /// Not used; zero.
-    pub reserved: u16,
+    /// The agent to whom the thing belongs in the eyes of this perspective, or `NOBODY` for what is
+    /// everybody's.
+    pub owner: u16,
     count: u32,
     percepts: [Remembered; MAX_PERCEPTS],
 }
 
 impl Belief {
-    /// A belief without percepts yet.
+    /// A belief without percepts yet, about a thing that is everybody's.
     #[must_use]
     pub fn new(id: u64, born_at_ns: u64, perceived_at_ns: u64, observations: u64, held_by: u16) -> Self {
         Self {
@@ -153,7 +154,7 @@ impl Belief {
             perceived_at_ns,
             observations,
             held_by,
-            reserved: 0,
+            owner: NOBODY,
             count: 0,
             percepts: [Remembered::default(); MAX_PERCEPTS],
         }

@@ -38,7 +38,7 @@ macro_rules! compiled {
 
 fn compiled() -> Vec<Compiled> {
     Vec::from(compiled! {
-        Belief { id, born_at_ns, perceived_at_ns, observations, held_by, reserved }
+        Belief { id, born_at_ns, perceived_at_ns, observations, held_by, owner }
         BeliefHead {
             header, perspective, present, frame_position_m, frame_orientation_xyzw, eye_position_m,
             eye_orientation_xyzw, perceivable, hidden, refused, created, merged, culled, overflowed,

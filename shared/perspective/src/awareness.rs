@@ -158,7 +158,7 @@ impl Awareness {
     }
 
     /// All agents whose eyes it knows, its own among them, with when they were perceived.
-    pub(crate) fn eyes(&self, at: Instant) -> impl Iterator<Item = (u16, Pose<Base, Eye>, Instant)> {
+    pub(crate) fn eyes(&self, at: Instant) -> impl Iterator<Item = (u16, Pose<Base, Eye>, Instant)> + Clone {
         let known = move |agent| {
             let own_eye = self.own_eye?;
             let own = (agent == self.agent).then_some((own_eye, at));

@@ -1,5 +1,7 @@
+use belief::BeliefSystem;
+use clock::Instant;
 use config::perspective::{Owning, Resource};
-use geometry::{Base, Position};
+use geometry::{Base, Pose, Position};
 use message::NOBODY;
 use quantity::number::float_of_count;
 
@@ -69,6 +71,8 @@ impl Owners {
     /// Nothing is anybody's yet, of up to `capacity` beliefs.
     #[must_use]
     pub fn new(config: &Resource, capacity: usize) -> Self {
+        // Where nobody asks, there is nothing to keep.
+        let capacity = if config.by == Owning::None { 0 } else { capacity };
         Self {
             config: config.clone(),
             claims: Vec::with_capacity(capacity),
@@ -105,6 +109,29 @@ impl Owners {
             }
             Owning::Territory => self.by_territory(agents.into_iter()),
         }
+    }
+
+    /// Judges the beliefs of a system, whose frame is `x_base_frame`, at an instant.
+    pub(crate) fn judge_system<F>(
+        &mut self,
+        system: &BeliefSystem,
+        at: Instant,
+        x_base_frame: &Pose<Base, F>,
+        agents: impl IntoIterator<Item = (u16, Position<Base>), IntoIter: Clone>,
+    ) {
+        if self.config.by == Owning::None {
+            return;
+        }
+        let claims = (0..system.len()).filter_map(|index| {
+            let belief = system.write(index, at)?;
+            // What has no place is in no region, and as long as there is such a thing, there are no
+            // territories: it may be between them.
+            let place_m = system.position(index).map_or([f64::NAN; 3], |place_m| place_m.map(f64::from));
+            let [x, y, z] = place_m;
+            let place = *x_base_frame * Position::new(x, y, z);
+            Some(Claim { id: belief.id, place, held_by: belief.held_by })
+        });
+        self.judge(claims, agents);
     }
 
     /// The owner of the belief at an index, in the order of the claims: an agent, or `NOBODY` for what

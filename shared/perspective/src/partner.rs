@@ -11,7 +11,7 @@ use scene::{Cone, Occluders, Samples, Sight};
 use crate::field::{glimpses, surveys};
 use crate::robot::is_object;
 use crate::transform::{observed_from, place_in_base, place_of_thing};
-use crate::{Anchor, Awareness, NoPerspective};
+use crate::{Anchor, Awareness, NoPerspective, Owners};
 
 /// A thing is seen when more than this share of its sample points is.
 const MAJORITY: f64 = 0.5;
@@ -30,6 +30,7 @@ pub struct Partner {
     hearing_range_m: f64,
     empty_margin_m: f64,
     anchor: Anchor,
+    owners: Owners,
     eye: Option<Pose<Base, Eye>>,
     present: bool,
     /// The last instant at which he was present: his beliefs are those of then.
@@ -75,6 +76,7 @@ impl Partner {
             hearing_range_m: sight.hearing_range_m.get(),
             empty_margin_m: sight.empty_margin_m.get(),
             anchor: Anchor::new(config.frame.reanchor_m.get(), config.frame.reanchor_deg.radians()),
+            owners: Owners::new(&config.resource, capacity),
             eye: None,
             present: false,
             at: Instant::EPOCH,
@@ -141,6 +143,8 @@ impl Partner {
             let place = place_in_base(&x_base_person, place_m);
             parent.looked() && surveys(sight, &place, margin_m) && surveyed(&place)
         });
+        let agents = parent.eyes(at).map(|(agent, x_base_eye, _)| (agent, x_base_eye.origin()));
+        self.owners.judge_system(&self.system, at, &x_base_person, agents);
     }
 
     /// O' = {P(o') | o' ∈ O, V(o') = 1} (Eq. 7), perceived again in his frame.
@@ -271,7 +275,9 @@ impl Partner {
     /// he was present: while he is not, his beliefs do not even fade.
     #[must_use]
     pub fn entry(&self, index: usize) -> Option<Belief> {
-        self.system.write(index, self.at)
+        let mut belief = self.system.write(index, self.at)?;
+        belief.owner = self.owners.owner(index);
+        Some(belief)
     }
 }
 

@@ -10,7 +10,7 @@ use scene::{Cone, Sight};
 
 use crate::field::Field;
 use crate::transform::place_in_base;
-use crate::{Awareness, NoPerspective};
+use crate::{Awareness, NoPerspective, Owners};
 
 /// The robot's own perspective: it perceives all that was observed, in its base frame, and notices
 /// an absence where its sensors look.
@@ -23,6 +23,7 @@ pub struct Robot {
     awareness: Awareness,
     field: Field,
     x_base_rest: Pose<Base, Eye>,
+    owners: Owners,
     empty_margin_m: f64,
     at: Instant,
     perceivable: usize,
@@ -64,6 +65,7 @@ impl Robot {
             awareness,
             field,
             x_base_rest,
+            owners: Owners::new(&config.resource, capacity),
             empty_margin_m: config.sight.empty_margin_m.get(),
             at: Instant::EPOCH,
             perceivable: 0,
@@ -102,6 +104,8 @@ impl Robot {
         self.system.step(at, objects(), |place_m| {
             looked && self.field.surveys(&place_in_base(&Pose::identity(), place_m), self.empty_margin_m)
         });
+        let agents = self.awareness.eyes(at).map(|(agent, x_base_eye, _)| (agent, x_base_eye.origin()));
+        self.owners.judge_system(&self.system, at, &Pose::<Base, Base>::identity(), agents);
     }
 
     /// Whether it would notice, as it looks now, that a thing is gone from a place.
@@ -149,7 +153,9 @@ impl Robot {
     /// A belief by its place in the order of identities, evaluated at the last step's instant.
     #[must_use]
     pub fn entry(&self, index: usize) -> Option<Belief> {
-        self.system.write(index, self.at)
+        let mut belief = self.system.write(index, self.at)?;
+        belief.owner = self.owners.owner(index);
+        Some(belief)
     }
 }
 

@@ -1,9 +1,11 @@
+use clock::Duration;
 use config::perspective::{Owning, Perspective, Resource};
 use geometry::{Base, Pose, Position};
-use message::NOBODY;
+use message::{Belief, NOBODY};
 use proptest::prelude::*;
 use proptest::test_runner::RngSeed;
 
+use super::workspace::{EYES, TABLE, Workspace, block, person, wall};
 use crate::{Claim, Owners, attends};
 
 const ROBOT: [f64; 2] = [0.0, 0.0];
@@ -47,7 +49,7 @@ fn where_the_things_are_not_apart_all_is_everybodys() {
     // Both groups are nearer to the robot.
     assert_eq!(by_territory(&[[0.2, 0.3], [0.2, 0.4], [0.2, -0.3], [0.2, -0.4]]), [NOBODY; 4]);
     // One is as near to the one as to the other.
-    assert_eq!(by_territory(&[[0.2, 0.0], [0.3, 0.0], [0.7, 0.0], [0.8, 0.0]]), [NOBODY; 4]);
+    assert_eq!(by_territory(&[[0.7, 0.0], [0.8, 0.0], [1.3, 0.0], [1.4, 0.0]]), [NOBODY; 4]);
     assert_eq!(by_territory(&[[0.5, 0.0]; 6]), [NOBODY; 6]);
     assert_eq!(by_territory(&[]), [NOBODY; 0]);
 }
@@ -83,6 +85,38 @@ fn what_is_told_is_so_and_what_is_not_asked_is_everybodys() {
         owners.judge(claims(&[[1.0, 0.0], [0.4, 0.0]]), agents([ROBOT, TEACHER]));
         assert_eq!((owners.owner(0), owners.owner(1), owners.owner(9)), (expected, NOBODY, NOBODY));
     }
+}
+
+#[test]
+fn each_perspective_has_its_own_beliefs_judged_by_those_whom_it_knows_of() {
+    let mut config = Perspective::builtin();
+    config.resource = resource(Owning::Territory);
+    let mut world = Workspace::with(&config);
+    let mine = [[0.35, 0.1], [0.40, 0.2]].map(|[x, y]| block([x, y, 0.03]));
+    let his = [[1.0, 0.1], [1.05, 0.2]].map(|[x, y]| block([x, y, 0.03]));
+    let all = [&[person(EYES, TABLE)], &mine[..], &his[..]].concat();
+    world.step(&all);
+    let owners = |beliefs: Vec<Belief>| beliefs.iter().map(|belief| belief.owner).collect::<Vec<_>>();
+    assert_eq!(owners(world.robots()), [0, 0, 1, 1]);
+    assert_eq!(owners(world.his()), [0, 0, 1, 1]);
+    // Behind a wall, what is the robot's is not there for him: what he believes in is one group.
+    let mut hidden = Workspace::with(&config);
+    hidden.step(&[&all[..], &[wall([0.6, 0.15, 0.2])]].concat());
+    assert_eq!((owners(hidden.robots()), owners(hidden.his())), (vec![0, 0, 1, 1], vec![NOBODY; 2]));
+    // While he is away, the robot knows of nobody else to whom anything could belong.
+    world.run(Duration::from_secs(1), &all[1..]);
+    assert_eq!((owners(world.robots()), owners(world.his())), (vec![NOBODY; 4], vec![0, 0, 1, 1]));
+    let mut unasked = Workspace::new();
+    unasked.step(&all);
+    assert_eq!(owners(unasked.robots()), [NOBODY; 4]);
+}
+
+#[test]
+fn a_thing_without_a_place_leaves_no_territories() {
+    let mut owners = Owners::new(&resource(Owning::Territory), 64);
+    let places = [[0.3, 0.0], [0.4, 0.0], [1.3, 0.0], [1.4, 0.0], [f64::NAN, 0.0]];
+    owners.judge(claims(&places), agents([ROBOT, TEACHER]));
+    assert_eq!(owners.all(), [NOBODY; 5]);
 }
 
 /// The partition by merging the two nearest clusters again and again until two are left; `None` where
