@@ -171,7 +171,7 @@ impl Owners {
         let Some(gap) = longest else { return };
         let within = self.links.iter().filter(|link| link.to != gap.to).map(|link| link.length_m);
         let widest_m = within.fold(0.0, f64::max);
-        let is_wide = gap.length_m > 0.0 && gap.length_m >= self.config.gap_ratio.get() * widest_m;
+        let is_wide = gap.length_m >= self.config.gap_ratio.get() * widest_m;
         if !is_wide {
             return;
         }
