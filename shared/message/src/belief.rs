@@ -110,6 +110,7 @@ pub struct Remembered {
 impl Remembered {
     /// A remembered evaluation.
     #[must_use]
+    #[inline]
     pub fn new(percept: u16, sampled_at_ns: u64, matching: f32, confidence: f32, feature: Feature) -> Self {
         let (feature_kind, feature) = feature.to_raw();
         Self { sampled_at_ns, percept, feature_kind, matching, confidence, feature }
@@ -147,6 +148,7 @@ pub struct Belief {
 impl Belief {
     /// A belief without percepts yet, about a thing that is everybody's.
     #[must_use]
+    #[inline]
     pub fn new(id: u64, born_at_ns: u64, perceived_at_ns: u64, observations: u64, held_by: u16) -> Self {
         Self {
             id,
@@ -161,6 +163,7 @@ impl Belief {
     }
 
     /// Adds a percept; `false`, and nothing added, when there is no room.
+    #[inline]
     pub fn push(&mut self, remembered: Remembered) -> bool {
         let slot = usize::try_from(self.count).ok().and_then(|count| self.percepts.get_mut(count));
         match slot {

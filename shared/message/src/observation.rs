@@ -109,15 +109,15 @@ impl Observation {
     }
 
     /// What it is of; `None` for a number that stands for nothing.
-    #[inline]
     #[must_use]
+    #[inline]
     pub fn kind(&self) -> Option<ObservationKind> {
         ObservationKind::from_raw(self.kind)
     }
 
     /// The sense that made it; `None` for a number that stands for nothing.
-    #[inline]
     #[must_use]
+    #[inline]
     pub fn modality(&self) -> Option<Modality> {
         Modality::from_raw(self.modality)
     }
@@ -138,8 +138,8 @@ impl Observation {
     /// Whether every number is one that the Perception System may use: finite position, extents
     /// not negative, confidence in [0, 1], a quaternion of norm one within 1 %, a known kind and
     /// sense. (States may be NaN: the thing has none.)
-    #[inline]
     #[must_use]
+    #[inline]
     pub fn is_sound(&self) -> bool {
         let norm: f32 = self.orientation_xyzw.iter().map(|part| part * part).sum();
         // All numbers are looked at, for they are sound as a rule: so the compiler can look at several

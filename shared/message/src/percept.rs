@@ -82,16 +82,16 @@ pub struct PerceptValue {
 
 impl PerceptValue {
     /// An evaluation.
-    #[inline]
     #[must_use]
+    #[inline]
     pub fn new(percept: u16, matching: f32, confidence: f32, feature: Feature) -> Self {
         let (feature_kind, feature) = feature.to_raw();
         Self { percept, feature_kind, matching, confidence, feature }
     }
 
     /// The derived feature; `None` where the numbers are no feature.
-    #[inline]
     #[must_use]
+    #[inline]
     pub fn feature(&self) -> Option<Feature> {
         Feature::from_raw(self.feature_kind, self.feature)
     }
@@ -122,16 +122,16 @@ impl Snapshot {
     }
 
     /// The evaluations.
-    #[inline]
     #[must_use]
+    #[inline]
     pub fn values(&self) -> &[PerceptValue] {
         let count = usize::try_from(self.count).unwrap_or(0).min(MAX_PERCEPTS);
         self.values.get(..count).unwrap_or(&[])
     }
 
     /// The evaluation by one percept, if it passed the threshold.
-    #[inline]
     #[must_use]
+    #[inline]
     pub fn value(&self, percept: u16) -> Option<&PerceptValue> {
         self.values().iter().find(|value| value.percept == percept)
     }

@@ -139,7 +139,7 @@ impl Partner {
         self.perceive(entries, parent, &x_base_person);
         self.note(at, entries, parent, x_base_eye);
         let (sight, margin_m) = (&self.sight, self.empty_margin_m);
-        self.system.step(at, &self.perceived, |place_m| {
+        self.system.step(at, &self.perceived, 0..self.perceived.len(), |place_m| {
             let place = place_in_base(&x_base_person, place_m);
             parent.looked() && surveys(sight, &place, margin_m) && surveyed(&place)
         });
@@ -263,7 +263,7 @@ impl Partner {
         head.present = u32::from(self.present);
         head.perceivable = saturating_u32(self.perceived.len());
         head.hidden = saturating_u32(self.hidden);
-        head.refused = counts.refused;
+        head.refused = counts.refused();
         head.created = counts.created;
         head.merged = counts.merged;
         head.culled = counts.culled;

@@ -94,14 +94,11 @@ impl Robot {
         self.refused = self.refused.saturating_add(u64::from(saturating_u32(refused)));
         self.left_out = self.left_out.saturating_add(u64::from(saturating_u32(left_out)));
         let objects = || {
-            entries
-                .iter()
-                .zip(self.awareness.perceives())
-                .filter(|(entry, perceives)| **perceives && is_object(entry))
-                .map(|(entry, _)| entry)
+            let noted = noted.iter().zip(entries).enumerate();
+            noted.filter(|(_, (perceives, entry))| **perceives && is_object(entry)).map(|(index, _)| index)
         };
         self.perceivable = objects().count();
-        self.system.step(at, objects(), |place_m| {
+        self.system.step(at, entries, objects(), |place_m| {
             looked && self.field.surveys(&place_in_base(&Pose::identity(), place_m), self.empty_margin_m)
         });
         let agents = self.awareness.eyes(at).map(|(agent, x_base_eye, _)| (agent, x_base_eye.origin()));
@@ -142,7 +139,7 @@ impl Robot {
         head.eye_orientation_xyzw = x_base_eye.orientation_xyzw();
         head.present = 1;
         head.perceivable = saturating_u32(self.perceivable);
-        head.refused = self.refused.saturating_add(counts.refused);
+        head.refused = self.refused.saturating_add(counts.refused());
         head.created = counts.created;
         head.merged = counts.merged;
         head.culled = counts.culled;
@@ -159,7 +156,8 @@ impl Robot {
     }
 }
 
-/// What comes from another process is an allegation: an observation and percepts to be used.
+/// What comes from another process is an allegation: an observation and percepts to be used, by
+/// the robot as by whoever is taken to see the same.
 fn is_sound(entry: &Perceived) -> bool {
     entry.observation.is_sound()
         && entry.snapshot.values().iter().all(|value| {
