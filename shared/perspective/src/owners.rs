@@ -107,7 +107,7 @@ impl Owners {
                 };
                 self.owners.extend(self.claims.iter().map(told));
             }
-            Owning::Territory => self.by_territory(agents.into_iter()),
+            Owning::Territory => self.by_territory(&agents.into_iter()),
         }
     }
 
@@ -164,7 +164,7 @@ impl Owners {
     /// Two clusters by single linkage: the tree of the shortest links, cut at its longest. They are
     /// two territories only where the gap is wide beside the links within them, each has two things,
     /// and each is nearer to another agent.
-    fn by_territory(&mut self, agents: impl Iterator<Item = (u16, Position<Base>)> + Clone) {
+    fn by_territory(&mut self, agents: &(impl Iterator<Item = (u16, Position<Base>)> + Clone)) {
         self.owners.extend(self.claims.iter().map(|_| NOBODY));
         self.grow();
         let longest = self.links.iter().max_by(|a, b| a.length_m.total_cmp(&b.length_m)).copied();
