@@ -7,8 +7,8 @@ pub const DEPTH_MOST: usize = 6;
 /// Perspectives that a robot can keep, its own among them.
 pub const PERSPECTIVES_MOST: u32 = 256;
 
-/// Whose perspective it is, and within whose: [] is the robot's own, [1] what it takes partner 1 to
-/// believe, [1, 0] what it takes partner 1 to take the robot to believe.
+/// Whose perspective it is, and within whose: `[]` is the robot's own, `[1]` what it takes partner 1
+/// to believe, `[1, 0]` what it takes partner 1 to take the robot to believe.
 ///
 /// Nobody stands twice in a row, nor the robot first: what somebody takes himself to believe is
 /// what he believes.
