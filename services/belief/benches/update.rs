@@ -79,7 +79,7 @@ fn track(count: usize, partners: u32) -> Vec<u64> {
     config.sight.range_m = 1e4.try_into().expect("a range");
     config.sight.cone_half_angle_deg = Angle::try_from(89.0).expect("an angle");
     let mut believer =
-        Believer::new(&percepts, &config, partners, count + 1).expect("the capacity is in range");
+        Believer::new(&percepts, &config, partners, 1, count + 1).expect("the capacity is in range");
     let frames = WARM + (1_000_000 / count).clamp(20, 4_000);
     let mut entries = Vec::with_capacity(count + 1);
     let mut costs = Vec::with_capacity(frames);
