@@ -78,7 +78,7 @@ fn what_two_sources_see_in_their_own_time_and_frame_is_one_belief_of_each_thing(
     let frame = sources.last().and_then(|camera| camera.frame).expect("it has one");
     let x_base_camera = Pose::from_parts(frame.position_m, frame.orientation_xyzw).expect("a pose");
     let mut sensor = Sensor::new(&robot.percepts, &sources, CAPACITY).expect("made");
-    let mut believer = Believer::new(&robot.percepts, &robot.perspective, 0, CAPACITY).expect("made");
+    let mut believer = Believer::new(&robot.percepts, &robot.perspective, 0, 1, CAPACITY).expect("made");
     let mut noise = Noise(2006);
     let mut pictures = 0;
     let mut camera_due = Instant::EPOCH + Duration::from_millis(21);

@@ -24,6 +24,7 @@
 #define LEO_MAX_SOURCES 16
 #define LEO_LOSSES 24
 #define LEO_TEXT_CAPACITY 252
+#define LEO_DEPTH_MOST 6
 
 /* What the learner reports. */
 enum leo_event_kind {
@@ -150,7 +151,7 @@ enum leo_loss {
     LEO_LOSS_LOOK = 14,
     /* Its confidence was not in [0, 1]. */
     LEO_LOSS_CONFIDENCE = 15,
-    /* It was of a person who is no partner. */
+    /* It was of a person who is nobody. */
     LEO_LOSS_PERSON = 16,
     /* There was no room for it. */
     LEO_LOSS_LEFT_OUT = 17,
@@ -170,7 +171,7 @@ enum leo_modality {
 enum leo_observation_kind {
     /* A thing on the table. */
     LEO_OBSERVATION_KIND_OBJECT = 1,
-    /* A partner; the pose is that of his eyes (x along his line of sight). */
+    /* A partner, or the robot's own head; the pose is that of the eyes (x along the line of sight). */
     LEO_OBSERVATION_KIND_PERSON = 2,
     /* A thing that hides what lies behind it; the extents are those of a box. */
     LEO_OBSERVATION_KIND_OCCLUDER = 3,
@@ -252,7 +253,7 @@ LEO_ASSERT(offsetof(struct leo_remembered, confidence) == 16, "place of confiden
 LEO_ASSERT(offsetof(struct leo_remembered, feature) == 20, "place of feature");
 
 /* An entry of a belief buffer: one remembered object (Eq. 3), evaluated at the frame's instant. */
-#define LEO_BELIEF_TYPE "leo/Belief/1"
+#define LEO_BELIEF_TYPE "leo/Belief/2"
 struct leo_belief {
     LEO_NAMED(LEO_BELIEF_TYPE)
     /* Identity within its belief system; the older one survives a merge. */
@@ -265,18 +266,19 @@ struct leo_belief {
     uint64_t observations;
     /* The agent who last was perceived to hold it at this instant, or `NOBODY`. */
     uint16_t held_by;
-    /* Not used; zero. */
-    uint16_t reserved;
+    /* The agent to whom the thing belongs in the eyes of this perspective, or `NOBODY` for what is
+     * everybody's. */
+    uint16_t owner;
     uint32_t count;
     struct leo_remembered percepts[12];
 };
-LEO_ASSERT(sizeof(struct leo_belief) == 520, "size of leo/Belief/1");
+LEO_ASSERT(sizeof(struct leo_belief) == 520, "size of leo/Belief/2");
 LEO_ASSERT(offsetof(struct leo_belief, id) == 0, "place of id");
 LEO_ASSERT(offsetof(struct leo_belief, born_at_ns) == 8, "place of born_at_ns");
 LEO_ASSERT(offsetof(struct leo_belief, perceived_at_ns) == 16, "place of perceived_at_ns");
 LEO_ASSERT(offsetof(struct leo_belief, observations) == 24, "place of observations");
 LEO_ASSERT(offsetof(struct leo_belief, held_by) == 32, "place of held_by");
-LEO_ASSERT(offsetof(struct leo_belief, reserved) == 34, "place of reserved");
+LEO_ASSERT(offsetof(struct leo_belief, owner) == 34, "place of owner");
 LEO_ASSERT(offsetof(struct leo_belief, count) == 36, "place of count");
 LEO_ASSERT(offsetof(struct leo_belief, percepts) == 40, "place of percepts");
 
@@ -302,13 +304,29 @@ LEO_ASSERT(offsetof(struct leo_header, incarnation) == 16, "place of incarnation
 LEO_ASSERT(offsetof(struct leo_header, hops_ns) == 24, "place of hops_ns");
 LEO_ASSERT(offsetof(struct leo_header, left_out) == 88, "place of left_out");
 
+/* Whose perspective it is, and within whose: `[]` is the robot's own, `[1]` what it takes partner 1
+ * to believe, `[1, 0]` what it takes partner 1 to take the robot to believe.
+ * 
+ * Nobody stands twice in a row, nor the robot first: what somebody takes himself to believe is
+ * what he believes. */
+#define LEO_PATH_TYPE "leo/Path/1"
+struct leo_path {
+    LEO_NAMED(LEO_PATH_TYPE)
+    uint32_t depth;
+    uint16_t agents[6];
+};
+LEO_ASSERT(sizeof(struct leo_path) == 16, "size of leo/Path/1");
+LEO_ASSERT(offsetof(struct leo_path, depth) == 0, "place of depth");
+LEO_ASSERT(offsetof(struct leo_path, agents) == 4, "place of agents");
+
 /* The head of a belief buffer: whose beliefs, and the frame they are in. */
-#define LEO_BELIEF_HEAD_TYPE "leo/BeliefHead/1"
+#define LEO_BELIEF_HEAD_TYPE "leo/BeliefHead/2"
 struct leo_belief_head {
     LEO_NAMED(LEO_BELIEF_HEAD_TYPE)
     /* The frame's header. */
     struct leo_header header;
-    /* Whose beliefs: 0 the robot's own, n what it takes partner n to believe. */
+    /* Which perspective's beliefs, by the number of the buffer: 0 the robot's own, n what it takes
+     * partner n to believe, and from there on those nested deeper, in the order of their paths. */
     uint32_t perspective;
     /* Whether the perspective perceived anything possible at this instant: 1 yes, 0 the partner
      * is absent or his pose unknown, and his beliefs are frozen. */
@@ -335,8 +353,10 @@ struct leo_belief_head {
     uint64_t culled;
     /* Observations dropped because no belief was free, since the process started. */
     uint64_t overflowed;
+    /* Whose beliefs, and within whose. */
+    struct leo_path path;
 };
-LEO_ASSERT(sizeof(struct leo_belief_head) == 264, "size of leo/BeliefHead/1");
+LEO_ASSERT(sizeof(struct leo_belief_head) == 280, "size of leo/BeliefHead/2");
 LEO_ASSERT(offsetof(struct leo_belief_head, header) == 0, "place of header");
 LEO_ASSERT(offsetof(struct leo_belief_head, perspective) == 96, "place of perspective");
 LEO_ASSERT(offsetof(struct leo_belief_head, present) == 100, "place of present");
@@ -351,6 +371,7 @@ LEO_ASSERT(offsetof(struct leo_belief_head, created) == 232, "place of created")
 LEO_ASSERT(offsetof(struct leo_belief_head, merged) == 240, "place of merged");
 LEO_ASSERT(offsetof(struct leo_belief_head, culled) == 248, "place of culled");
 LEO_ASSERT(offsetof(struct leo_belief_head, overflowed) == 256, "place of overflowed");
+LEO_ASSERT(offsetof(struct leo_belief_head, path) == 264, "place of path");
 
 /* Lockstep: a process has done its turn. */
 #define LEO_DONE_TYPE "leo/Done/1"
@@ -554,7 +575,7 @@ struct leo_observation {
     uint16_t modality;
     /* An `ObservationKind`. */
     uint16_t kind;
-    /* For a person: which partner (1, 2, …). */
+    /* For a person: which partner (1, 2, …), or 0 for the robot itself. */
     uint16_t partner;
     /* The agent who holds or moves it, or `NOBODY`. */
     uint16_t held_by;

@@ -14,6 +14,7 @@ MAX_PERCEPTS = 12
 MAX_SOURCES = 16
 LOSSES = 24
 TEXT_CAPACITY = 252
+DEPTH_MOST = 6
 
 
 # What the learner reports.
@@ -141,7 +142,7 @@ class Loss(enum.IntEnum):
     LOOK = 14
     # Its confidence was not in [0, 1].
     CONFIDENCE = 15
-    # It was of a person who is no partner.
+    # It was of a person who is nobody.
     PERSON = 16
     # There was no room for it.
     LEFT_OUT = 17
@@ -161,7 +162,7 @@ class Modality(enum.IntEnum):
 class ObservationKind(enum.IntEnum):
     # A thing on the table.
     OBJECT = 1
-    # A partner; the pose is that of his eyes (x along his line of sight).
+    # A partner, or the robot's own head; the pose is that of the eyes (x along the line of sight).
     PERSON = 2
     # A thing that hides what lies behind it; the extents are those of a box.
     OCCLUDER = 3
@@ -252,15 +253,16 @@ class Belief(ctypes.Structure):
         ("observations", ctypes.c_uint64),
         # The agent who last was perceived to hold it at this instant, or `NOBODY`.
         ("held_by", ctypes.c_uint16),
-        # Not used; zero.
-        ("reserved", ctypes.c_uint16),
+        # The agent to whom the thing belongs in the eyes of this perspective, or `NOBODY` for what is
+        # everybody's.
+        ("owner", ctypes.c_uint16),
         ("count", ctypes.c_uint32),
         ("percepts", Remembered * 12),
     ]
 
     @staticmethod
     def type_name():
-        return "leo/Belief/1"
+        return "leo/Belief/2"
 
 
 # The beginning of every frame.
@@ -283,12 +285,29 @@ class Header(ctypes.Structure):
         return "leo/Header/1"
 
 
+# Whose perspective it is, and within whose: `[]` is the robot's own, `[1]` what it takes partner 1
+# to believe, `[1, 0]` what it takes partner 1 to take the robot to believe.
+#
+# Nobody stands twice in a row, nor the robot first: what somebody takes himself to believe is
+# what he believes.
+class Path(ctypes.Structure):
+    _fields_ = [
+        ("depth", ctypes.c_uint32),
+        ("agents", ctypes.c_uint16 * 6),
+    ]
+
+    @staticmethod
+    def type_name():
+        return "leo/Path/1"
+
+
 # The head of a belief buffer: whose beliefs, and the frame they are in.
 class BeliefHead(ctypes.Structure):
     _fields_ = [
         # The frame's header.
         ("header", Header),
-        # Whose beliefs: 0 the robot's own, n what it takes partner n to believe.
+        # Which perspective's beliefs, by the number of the buffer: 0 the robot's own, n what it takes
+        # partner n to believe, and from there on those nested deeper, in the order of their paths.
         ("perspective", ctypes.c_uint32),
         # Whether the perspective perceived anything possible at this instant: 1 yes, 0 the partner
         # is absent or his pose unknown, and his beliefs are frozen.
@@ -315,11 +334,13 @@ class BeliefHead(ctypes.Structure):
         ("culled", ctypes.c_uint64),
         # Observations dropped because no belief was free, since the process started.
         ("overflowed", ctypes.c_uint64),
+        # Whose beliefs, and within whose.
+        ("path", Path),
     ]
 
     @staticmethod
     def type_name():
-        return "leo/BeliefHead/1"
+        return "leo/BeliefHead/2"
 
 
 # Lockstep: a process has done its turn.
@@ -496,7 +517,7 @@ class Observation(ctypes.Structure):
         ("modality", ctypes.c_uint16),
         # An `ObservationKind`.
         ("kind", ctypes.c_uint16),
-        # For a person: which partner (1, 2, …).
+        # For a person: which partner (1, 2, …), or 0 for the robot itself.
         ("partner", ctypes.c_uint16),
         # The agent who holds or moves it, or `NOBODY`.
         ("held_by", ctypes.c_uint16),
@@ -682,7 +703,8 @@ _LAYOUT = [
     (Remembered, 40, [0, 8, 10, 12, 16, 20]),
     (Belief, 520, [0, 8, 16, 24, 32, 34, 36, 40]),
     (Header, 96, [0, 8, 16, 24, 88]),
-    (BeliefHead, 264, [0, 96, 100, 104, 128, 160, 184, 216, 220, 224, 232, 240, 248, 256]),
+    (Path, 16, [0, 4]),
+    (BeliefHead, 280, [0, 96, 100, 104, 128, 160, 184, 216, 220, 224, 232, 240, 248, 256, 264]),
     (Done, 16, [0, 8]),
     (Text, 256, [0, 4]),
     (Event, 544, [0, 8, 10, 12, 16, 20, 24, 28, 32, 288]),

@@ -27,5 +27,5 @@ fn the_bytes_of_these_tests_are_believed_and_refused() {
     let sum = |count: &dyn Fn(&bytes::Seen) -> u64| seen.iter().map(count).sum::<u64>();
     let beliefs = |perspective: usize| seen.iter().map(|seen| seen.beliefs[perspective]).sum::<usize>();
     assert!(sum(&|seen| seen.frames) > 200 && sum(&|seen| seen.refused) > 50, "{seen:?}");
-    assert!(beliefs(0) > 500 && beliefs(1) > 50, "{seen:?}");
+    assert!(beliefs(0) > 500 && beliefs(1) > 50 && beliefs(2) > 0, "{seen:?}");
 }

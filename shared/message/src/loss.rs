@@ -36,7 +36,7 @@ numbered! {
         Look = 14,
         /// Its confidence was not in [0, 1].
         Confidence = 15,
-        /// It was of a person who is no partner.
+        /// It was of a person who is nobody.
         Person = 16,
         /// There was no room for it.
         LeftOut = 17,
@@ -109,7 +109,7 @@ impl Loss {
             Self::Extents => "`half_extents_m` must be from 0 to 1000 m",
             Self::Look => "`colour_rgb` and `shape` must be from 0 to 1",
             Self::Confidence => "`confidence` must be from 0 to 1",
-            Self::Person => "`partner` of a person must be 1, 2, ...",
+            Self::Person => "`partner` of a person must be 1, 2, ..., or 0 for the robot's own head",
             Self::LeftOut => "there was no room for all its observations: raise `buffers.objects`",
         }
     }

@@ -14,7 +14,8 @@ numbered! {
     ObservationKind: u16 {
         /// A thing on the table.
         Object = 1,
-        /// A partner; the pose is that of his eyes (x along his line of sight).
+        /// A partner, or the robot's own head; the pose is that of the eyes (x along the line of
+        /// sight).
         Person = 2,
         /// A thing that hides what lies behind it; the extents are those of a box.
         Occluder = 3,
@@ -63,7 +64,7 @@ pub struct Observation {
     pub modality: u16,
     /// An [`ObservationKind`].
     pub kind: u16,
-    /// For a person: which partner (1, 2, …).
+    /// For a person: which partner (1, 2, …), or 0 for the robot itself.
     pub partner: u16,
     /// The agent who holds or moves it, or [`NOBODY`].
     pub held_by: u16,
@@ -109,12 +110,14 @@ impl Observation {
 
     /// What it is of; `None` for a number that stands for nothing.
     #[must_use]
+    #[inline]
     pub fn kind(&self) -> Option<ObservationKind> {
         ObservationKind::from_raw(self.kind)
     }
 
     /// The sense that made it; `None` for a number that stands for nothing.
     #[must_use]
+    #[inline]
     pub fn modality(&self) -> Option<Modality> {
         Modality::from_raw(self.modality)
     }
@@ -136,12 +139,25 @@ impl Observation {
     #[must_use]
     #[inline]
     pub fn is_sound(&self) -> bool {
-        self.fault().is_none()
+        // All numbers are looked at, for they are sound as a rule: so the compiler can look at several
+        // at once.
+        let all = |numbers: &[f32], holds: fn(f32) -> bool| {
+            numbers.iter().fold(true, |all, number| all & holds(*number))
+        };
+        self.kind().is_some()
+            & self.modality().is_some()
+            & all(&self.position_m, is_within_reach)
+            & all(&self.half_extents_m, is_extent)
+            & all(&self.colour_rgb, is_share)
+            & all(&self.shape, is_share)
+            & is_share(self.confidence)
+            & is_unit(self.orientation_xyzw)
+            & ((self.kind() != Some(ObservationKind::Person)) | (self.partner != NOBODY))
     }
 
     /// What is wrong with it, if anything: a known kind and sense, place and extents finite and
     /// within 1000 m, extents not negative, a quaternion of norm one within 1 %, colour, shape and
-    /// confidence in [0, 1], and of a person, which partner. (States may be NaN: the thing has none.)
+    /// confidence in [0, 1], and of a person, who. (States may be NaN: the thing has none.)
     ///
     /// ```
     /// use message::{Loss, Observation};
@@ -151,39 +167,52 @@ impl Observation {
     /// assert_eq!(nowhere.fault(), Some(Loss::Place));
     /// ```
     #[must_use]
-    #[inline]
     pub fn fault(&self) -> Option<Loss> {
-        // Written so that NaN fails.
-        let is_share = |part: &f32| (0.0..=1.0).contains(part);
-        let norm_squared: f32 = self.orientation_xyzw.iter().map(|part| part * part).sum();
-        let is_unit = (norm_squared - 1.0).abs() < NORM_SQUARED_WITHIN;
-        let is_person = self.kind() == Some(ObservationKind::Person);
-        if self.kind().is_none() {
-            Some(Loss::Kind)
+        let is_each = |numbers: &[f32], holds: fn(f32) -> bool| numbers.iter().all(|number| holds(*number));
+        let loss = if self.is_sound() {
+            return None;
+        } else if self.kind().is_none() {
+            Loss::Kind
         } else if self.modality().is_none() {
-            Some(Loss::Sense)
-        } else if !self.position_m.iter().all(|part| part.abs() <= REACH_M) {
-            Some(Loss::Place)
-        } else if !is_unit {
-            Some(Loss::Orientation)
-        } else if !self.half_extents_m.iter().all(|part| (0.0..=REACH_M).contains(part)) {
-            Some(Loss::Extents)
-        } else if !self.colour_rgb.iter().chain(&self.shape).all(is_share) {
-            Some(Loss::Look)
-        } else if !is_share(&self.confidence) {
-            Some(Loss::Confidence)
-        } else if is_person && matches!(self.partner, 0 | NOBODY) {
-            Some(Loss::Person)
+            Loss::Sense
+        } else if !is_each(&self.position_m, is_within_reach) {
+            Loss::Place
+        } else if !is_unit(self.orientation_xyzw) {
+            Loss::Orientation
+        } else if !is_each(&self.half_extents_m, is_extent) {
+            Loss::Extents
+        } else if !is_each(&self.colour_rgb, is_share) || !is_each(&self.shape, is_share) {
+            Loss::Look
+        } else if !is_share(self.confidence) {
+            Loss::Confidence
         } else {
-            None
-        }
+            Loss::Person
+        };
+        Some(loss)
     }
 }
 
 /// Nothing that is observed is further away, or larger.
 const REACH_M: f32 = 1000.0;
+
+// All are written so that NaN fails.
+fn is_within_reach(coordinate_m: f32) -> bool {
+    coordinate_m.abs() <= REACH_M
+}
+
+fn is_extent(extent_m: f32) -> bool {
+    (0.0..=REACH_M).contains(&extent_m)
+}
+
+fn is_share(share: f32) -> bool {
+    (0.0..=1.0).contains(&share)
+}
+
 /// 1 % of a norm is 2 % of its square, less what rounds.
-const NORM_SQUARED_WITHIN: f32 = 0.0198;
+fn is_unit(quaternion: [f32; 4]) -> bool {
+    let norm_squared: f32 = quaternion.iter().map(|part| part * part).sum();
+    (norm_squared - 1.0).abs() < 0.0198
+}
 
 #[cfg(test)]
 mod tests {
@@ -217,7 +246,6 @@ mod tests {
             (Observation { shape: [0.0, 0.0, 0.0, f32::NAN], ..sound }, Loss::Look),
             (Observation { confidence: -0.5, ..sound }, Loss::Confidence),
             (Observation { confidence: f32::NAN, ..sound }, Loss::Confidence),
-            (Observation { partner: 0, ..sound }, Loss::Person),
             (Observation { partner: NOBODY, ..sound }, Loss::Person),
         ] {
             assert_eq!(unsound.fault(), Some(loss), "{unsound:?}");

@@ -112,8 +112,8 @@ impl Bytes<'_> {
 pub(crate) struct Seen {
     /// Frames.
     pub(crate) frames: u64,
-    /// Beliefs of the robot and of its partner, over all frames.
-    pub(crate) beliefs: [usize; 2],
+    /// Beliefs of the robot, of its partner, and of the robot in its partner, over all frames.
+    pub(crate) beliefs: [usize; 3],
     /// Entries that were refused.
     pub(crate) refused: u64,
 }
@@ -123,7 +123,7 @@ pub(crate) fn play(bytes: &[u8]) -> Seen {
     let percepts = config::percepts::Percepts::builtin();
     let config = config::perspective::Perspective::builtin();
     let perception = Perception::new(&percepts).unwrap();
-    let mut believer = Believer::new(&percepts, &config, 1, CAPACITY).unwrap();
+    let mut believer = Believer::new(&percepts, &config, 1, 2, CAPACITY).unwrap();
     let mut bytes = Bytes(bytes);
     let mut now = Instant::EPOCH + Duration::from_secs(100);
     let mut valid_at_ns = 0;

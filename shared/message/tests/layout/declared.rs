@@ -4,12 +4,12 @@
 use std::collections::BTreeMap;
 use std::fs;
 use std::mem::{align_of, offset_of, size_of};
-use std::path::Path;
+use std::path;
 
 use message::{
-    Belief, BeliefHead, Done, Event, Header, Health, Histogram, JointGoal, JointState, LOSSES, MAX_PERCEPTS,
-    MAX_SOURCES, Observation, Perceived, PerceptValue, Remembered, Roster, STATES, SceneObject, Snapshot,
-    SourceHealth, Sources, TEXT_CAPACITY, Text, Turn, Utterance,
+    Belief, BeliefHead, DEPTH_MOST, Done, Event, Header, Health, Histogram, JointGoal, JointState, LOSSES,
+    MAX_PERCEPTS, MAX_SOURCES, Observation, Path, Perceived, PerceptValue, Remembered, Roster, STATES,
+    SceneObject, Snapshot, SourceHealth, Sources, TEXT_CAPACITY, Text, Turn, Utterance,
 };
 
 /// What the compiler says of a type: size, alignment, and the offsets of its public fields.
@@ -33,10 +33,10 @@ macro_rules! compiled {
 
 pub(crate) fn compiled() -> Vec<Compiled> {
     Vec::from(compiled! {
-        Belief { id, born_at_ns, perceived_at_ns, observations, held_by, reserved }
+        Belief { id, born_at_ns, perceived_at_ns, observations, held_by, owner }
         BeliefHead {
             header, perspective, present, frame_position_m, frame_orientation_xyzw, eye_position_m,
-            eye_orientation_xyzw, perceivable, hidden, refused, created, merged, culled, overflowed
+            eye_orientation_xyzw, perceivable, hidden, refused, created, merged, culled, overflowed, path
         }
         Done { round, finished }
         Event {
@@ -54,6 +54,7 @@ pub(crate) fn compiled() -> Vec<Compiled> {
             observed_at_ns, source, modality, kind, partner, held_by, reserved, confidence, position_m,
             orientation_xyzw, half_extents_m, colour_rgb, shape, states
         }
+        Path {}
         Perceived { observation, snapshot }
         PerceptValue { percept, matching, confidence }
         Remembered { sampled_at_ns, percept, matching, confidence }
@@ -91,7 +92,7 @@ pub(crate) struct Declared {
 /// Every type with a `type_name` in the crate's sources, by its Rust name.
 pub(crate) fn declared() -> BTreeMap<String, Declared> {
     let mut found = BTreeMap::new();
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("src");
+    let folder = path::Path::new(env!("CARGO_MANIFEST_DIR")).join("src");
     for entry in fs::read_dir(folder).expect("the crate has sources") {
         let path = entry.expect("readable").path();
         let source = fs::read_to_string(&path).expect("sources are text");
@@ -143,6 +144,7 @@ pub(crate) fn length(count: &str) -> usize {
         "MAX_SOURCES" => MAX_SOURCES,
         "STATES" => STATES,
         "TEXT_CAPACITY" => TEXT_CAPACITY,
+        "DEPTH_MOST" => DEPTH_MOST,
         // Private to the histogram, and held by the size of it.
         "BUCKETS" => 433,
         number => number.parse().expect("a number or a known constant"),
@@ -191,7 +193,7 @@ pub(crate) fn laid_out(declared: &Declared, compiled: &[Compiled]) -> (Vec<(usiz
 /// Compares a file of the repository, named from the crate's folder, with what it should hold.
 /// With `LEO_REWRITE=1` in the environment it is written instead.
 pub(crate) fn compare(file: &str, should: &str) {
-    let file = Path::new(env!("CARGO_MANIFEST_DIR")).join(file);
+    let file = path::Path::new(env!("CARGO_MANIFEST_DIR")).join(file);
     if std::env::var_os("LEO_REWRITE").is_some() {
         fs::write(&file, should).expect("may be written");
         return;

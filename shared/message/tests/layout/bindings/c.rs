@@ -1,6 +1,6 @@
 use std::fmt::Write as _;
 
-use message::{LOSSES, MAX_PERCEPTS, MAX_SOURCES, NOBODY, STATES, TEXT_CAPACITY};
+use message::{DEPTH_MOST, LOSSES, MAX_PERCEPTS, MAX_SOURCES, NOBODY, STATES, TEXT_CAPACITY};
 
 use super::numbers::Numbered;
 use crate::declared::{Compiled, Declared, array, laid_out};
@@ -77,6 +77,7 @@ pub(crate) fn header(types: &[(&str, &Declared)], numbers: &[Numbered], compiled
         ("LEO_MAX_SOURCES", MAX_SOURCES),
         ("LEO_LOSSES", LOSSES),
         ("LEO_TEXT_CAPACITY", TEXT_CAPACITY),
+        ("LEO_DEPTH_MOST", DEPTH_MOST),
     ] {
         write!(out, "\n#define {name} {value}").expect("a string");
     }

@@ -1,6 +1,6 @@
 use std::fmt::Write as _;
 
-use message::{LOSSES, MAX_PERCEPTS, MAX_SOURCES, NOBODY, STATES, TEXT_CAPACITY};
+use message::{DEPTH_MOST, LOSSES, MAX_PERCEPTS, MAX_SOURCES, NOBODY, STATES, TEXT_CAPACITY};
 
 use super::numbers::Numbered;
 use crate::declared::{Compiled, Declared, array, laid_out};
@@ -63,6 +63,7 @@ pub(crate) fn module(types: &[(&str, &Declared)], numbers: &[Numbered], compiled
         ("MAX_SOURCES", MAX_SOURCES),
         ("LOSSES", LOSSES),
         ("TEXT_CAPACITY", TEXT_CAPACITY),
+        ("DEPTH_MOST", DEPTH_MOST),
     ] {
         write!(out, "\n{name} = {value}").expect("a string");
     }
