@@ -70,7 +70,7 @@ fn unsound(lie: u64, began: Instant, now: Instant) -> Observation {
         10 => Observation { confidence: -1.0, ..sound },
         11 => Observation { confidence: f32::NAN, ..sound },
         12 => Observation { kind: ObservationKind::Person.raw(), partner: NOBODY, ..sound },
-        13 => Observation { colour_rgb: [2.0; 3], ..sound },
+        13 => Observation { kind: ObservationKind::Person.raw(), orientation_xyzw: [0.0; 4], ..sound },
         14 => Observation { observed_at_ns: u64::MAX, ..sound },
         15 => Observation { observed_at_ns: 1, ..sound },
         _ => Observation { observed_at_ns: began.as_nanos(), kind: ObservationKind::Occluder.raw(), ..sound },

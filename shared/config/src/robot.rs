@@ -167,6 +167,24 @@ mod tests {
     }
 
     #[test]
+    fn more_perspectives_than_a_robot_can_keep_are_refused_with_the_line() {
+        let with = |partners, depth| {
+            let text = Robot::leo_text_with(&[("belief.partners", partners), ("belief.depth", depth)]);
+            consistent(&text, Path::new("leo.toml"))
+        };
+        assert_eq!(with(2.0, 3.0).unwrap().belief.perspectives(2), 15);
+        assert_eq!(with(255.0, 1.0).unwrap().belief.perspectives(255), 256);
+        for (partners, depth, perspectives) in [(256.0, 1.0, "257"), (4.0, 4.0, "341")] {
+            let error = with(partners, depth).unwrap_err().to_string();
+            assert!(error.starts_with("leo.toml:") && error.contains(perspectives), "{error}");
+        }
+        for depth in [0.0, 7.0] {
+            let error = with(1.0, depth).unwrap_err().to_string();
+            assert!(error.contains("from 1 to 6 deep"), "{error}");
+        }
+    }
+
+    #[test]
     fn the_simulator_is_the_only_source_unless_more_are_named() {
         let robot = Robot::load(None).unwrap();
         assert_eq!((robot.leo.sensor.source.len(), robot.leo.sensor.simulator()), (1, Some(0)));
@@ -196,24 +214,6 @@ mod tests {
         }
         fs::write(&file, builtin::LEO.to_owned() + &camera("a", "position_sd_m = 0.02")).unwrap();
         assert_eq!(Robot::load(Some(&file)).unwrap().leo.sensor.source.len(), 2);
-    }
-
-    #[test]
-    fn more_perspectives_than_a_robot_can_keep_are_refused_with_the_line() {
-        let with = |partners, depth| {
-            let text = Robot::leo_text_with(&[("belief.partners", partners), ("belief.depth", depth)]);
-            consistent(&text, Path::new("leo.toml"))
-        };
-        assert_eq!(with(2.0, 3.0).unwrap().belief.perspectives(2), 15);
-        assert_eq!(with(255.0, 1.0).unwrap().belief.perspectives(255), 256);
-        for (partners, depth, perspectives) in [(256.0, 1.0, "257"), (4.0, 4.0, "341")] {
-            let error = with(partners, depth).unwrap_err().to_string();
-            assert!(error.starts_with("leo.toml:") && error.contains(perspectives), "{error}");
-        }
-        for depth in [0.0, 7.0] {
-            let error = with(1.0, depth).unwrap_err().to_string();
-            assert!(error.contains("from 1 to 6 deep"), "{error}");
-        }
     }
 
     #[test]

@@ -36,7 +36,8 @@ pub(crate) fn compiled() -> Vec<Compiled> {
         Belief { id, born_at_ns, perceived_at_ns, observations, held_by, owner }
         BeliefHead {
             header, perspective, present, frame_position_m, frame_orientation_xyzw, eye_position_m,
-            eye_orientation_xyzw, perceivable, hidden, refused, created, merged, culled, overflowed, path
+            eye_orientation_xyzw, perceivable, hidden, refused, created, merged, culled, overflowed,
+            path
         }
         Done { round, finished }
         Event {
@@ -139,12 +140,12 @@ fn fields<'a>(body: impl Iterator<Item = &'a str>) -> Vec<Field> {
 /// Length of an array as the sources write it.
 pub(crate) fn length(count: &str) -> usize {
     match count {
+        "DEPTH_MOST" => DEPTH_MOST,
         "MAX_PERCEPTS" => MAX_PERCEPTS,
         "LOSSES" => LOSSES,
         "MAX_SOURCES" => MAX_SOURCES,
         "STATES" => STATES,
         "TEXT_CAPACITY" => TEXT_CAPACITY,
-        "DEPTH_MOST" => DEPTH_MOST,
         // Private to the histogram, and held by the size of it.
         "BUCKETS" => 433,
         number => number.parse().expect("a number or a known constant"),
