@@ -2,6 +2,7 @@
 #![expect(clippy::expect_used, reason = "a test fails by panicking")]
 
 mod house;
+mod sources;
 
 use std::fs;
 use std::path::{Path, PathBuf};

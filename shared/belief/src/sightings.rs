@@ -54,6 +54,10 @@ impl Run {
         self.source == other.source && (self.follows == Some(other.last) || other.follows == Some(self.last))
     }
 
+    fn touches(&self, other: &Self) -> bool {
+        self.overlaps(other) || self.continues(other)
+    }
+
     fn joined(&self, other: &Self) -> Self {
         let first = if self.first <= other.first { self } else { other };
         Self { last: self.last.max(other.last), ..*first }
@@ -106,11 +110,16 @@ impl Sightings {
 
     /// The belief in `kept` takes over the sightings of the one in `gone`.
     pub(crate) fn merge(&mut self, kept: usize, gone: usize) {
-        if let Ok([Only::Run(run), Only::Run(next)]) = self.only.get_disjoint_mut([kept, gone])
-            && (run.overlaps(next) || run.continues(next))
-        {
-            *run = run.joined(next);
-            return;
+        // What comes every time: a sighting continues a run.
+        match self.only.get_disjoint_mut([kept, gone]) {
+            Ok([Only::Run(run), Only::Run(next)]) if run.touches(next) => {
+                *run = run.joined(next);
+                return;
+            }
+            Ok([Only::More, Only::Run(next)]) if self.of.get_mut(kept).is_some_and(|of| of.extend(next)) => {
+                return;
+            }
+            _ => {}
         }
         let mut all = NEVER;
         for slot in [kept, gone] {
@@ -141,9 +150,7 @@ impl Runs {
     }
 
     fn add(&mut self, mut run: Run) {
-        while let Some(index) =
-            self.as_slice().iter().position(|other| run.overlaps(other) || run.continues(other))
-        {
+        while let Some(index) = self.as_slice().iter().position(|other| run.touches(other)) {
             run = run.joined(&self.remove(index));
         }
         if self.len == RUNS {
@@ -157,6 +164,19 @@ impl Runs {
         }
         if let Some(place) = self.runs.get_mut(index) {
             *place = run;
+        }
+    }
+
+    /// Adds a run that touches one other, behind its beginning; `false`, and nothing added, where
+    /// it does not.
+    fn extend(&mut self, run: &Run) -> bool {
+        let mut touched = self.runs.iter_mut().take(self.len).filter(|other| run.touches(other));
+        match (touched.next(), touched.next()) {
+            (Some(only), None) if only.first <= run.first => {
+                *only = only.joined(run);
+                true
+            }
+            _ => false,
         }
     }
 

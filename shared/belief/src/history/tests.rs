@@ -151,6 +151,27 @@ fn half_a_day_at_200_hz_fits_a_log_timescale_of_64_and_reaches_back_to_its_begin
     assert!(most < 64, "it was never full, and no full pass was needed: {most}");
 }
 
+/// Two months at 200 Hz: `cargo test --release -p belief -- --ignored a_billion`.
+#[test]
+#[ignore = "half a minute when optimised"]
+fn a_billion_samples_pass_through_a_log_timescale_in_constant_memory() {
+    let period = 5_000_000;
+    let mut history = grown(log_timescale(64), &[]);
+    for frame in 1..=1_000_000_000 {
+        history.0.take(history.1, 0, sample(frame * period, Feature::None), 0);
+        if frame % 10_000_019 == 0 {
+            let now = Instant::from_nanos(frame * period);
+            for octave in 0..frame.ilog2() {
+                let age = period << octave;
+                let answered = history.at(Instant::from_nanos(frame * period - age), 0.0).unwrap();
+                assert!(clock::nanos(now.since(answered.at)) <= 2 * age);
+            }
+        }
+    }
+    assert_eq!(history.at(Instant::from_nanos(period), DECAY).unwrap().at.as_nanos(), period);
+    assert!(history.instants().len() <= 64);
+}
+
 fn samples(most: usize) -> impl Strategy<Value = Vec<Sample>> {
     let one = (1..60_u64, 0..4_u8, prop::sample::select(vec![0.6_f32, 0.8]));
     prop::collection::vec(one, 0..most).prop_map(|drawn| {
