@@ -195,6 +195,7 @@ impl Perception {
     /// # Ok::<(), perception::Unperceivable>(())
     /// ```
     #[must_use]
+    #[inline]
     pub fn perceive_again(&self, observation: &Observation, known: &Snapshot, frame: &Frame) -> Snapshot {
         let mut rest = known.values();
         self.snapshot(observation, |percept, snapshot| {
@@ -215,6 +216,7 @@ impl Perception {
     }
 
     /// The snapshot that `add` makes, percept by percept: it says whether it added one.
+    #[inline]
     fn snapshot(
         &self,
         observation: &Observation,

@@ -30,6 +30,7 @@ use quantity::number::float_of_count;
 #[derive(Clone, Debug)]
 pub struct Owners {
     config: Resource,
+    capacity: usize,
     claims: Vec<Claim>,
     owners: Vec<u16>,
     /// Who was last perceived to hold each thing, in the order of identities; and of the step before.
@@ -75,6 +76,7 @@ impl Owners {
         let capacity = if config.by == Owning::None { 0 } else { capacity };
         Self {
             config: config.clone(),
+            capacity,
             claims: Vec::with_capacity(capacity),
             owners: Vec::with_capacity(capacity),
             held: Vec::with_capacity(capacity),
@@ -93,8 +95,7 @@ impl Owners {
         agents: impl IntoIterator<Item = (u16, Position<Base>), IntoIter: Clone>,
     ) {
         self.claims.clear();
-        let room = self.claims.capacity();
-        self.claims.extend(claims.into_iter().take(room));
+        self.claims.extend(claims.into_iter().take(self.capacity));
         self.owners.clear();
         match self.config.by {
             Owning::None => {}

@@ -8,7 +8,9 @@ use crate::occluders::{Occluder, TOUCHING_M};
 use crate::samples::Fours;
 
 /// Room for rounding, in metres and, of longer ways, in shares of them: the rays that pass the sides of
-/// a box nearer than this are looked at closely.
+/// a box nearer than this are looked at closely. A rounding is at most 6e-8 of a number, and fewer
+/// than twenty of them lie between a pose and a verdict: with this, a verdict is never another than
+/// that of the closer look.
 const MARGIN_M: f32 = 1e-4;
 const MARGIN: f32 = 4e-6;
 /// A way along an axis is taken to be no shorter, in metres, so that one can divide by it.

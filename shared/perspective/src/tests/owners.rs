@@ -119,6 +119,15 @@ fn a_thing_without_a_place_leaves_no_territories() {
     assert_eq!(owners.all(), [NOBODY; 5]);
 }
 
+#[test]
+fn a_copy_judges_as_the_original_does() {
+    let places = [[0.3, 0.0], [0.4, 0.0], [1.3, 0.0], [1.4, 0.0], [1.4, 0.1]];
+    let mut copy = Owners::new(&resource(Owning::Territory), 4).clone();
+    copy.judge(claims(&places), agents([ROBOT, TEACHER]));
+    assert_eq!(copy.all(), [0, 0, 1, 1], "the fifth is beyond the capacity");
+    assert_eq!(copy.owner(4), NOBODY);
+}
+
 /// The partition by merging the two nearest clusters again and again until two are left; `None` where
 /// it hangs on less than a nanometre.
 fn by_merging(places: &[Position<Base>], agents: &[(u16, Position<Base>)]) -> Option<Vec<u16>> {
