@@ -20,7 +20,7 @@ const LAYERS: [&[&str]; 6] = [
         "simulator-process",
         "supervisor-process",
     ],
-    &["process", "realtime", "serial", "store", "transport"],
+    &["process", "realtime", "serial", "store", "trace", "transport"],
     &[
         "account",
         "belief",
@@ -47,12 +47,13 @@ const PEERS: [(&str, &[&str]); 5] = [
 ];
 
 /// What others made that only some of our crates may know.
-const WRAPPED: [(&str, &[&str]); 10] = [
+const WRAPPED: [(&str, &[&str]); 11] = [
     ("iceoryx2", &["transport"]),
     ("iceoryx2-bb-derive-macros", &["message"]),
     ("iceoryx2-bb-elementary-traits", &["message"]),
     ("parry3d", &["scene"]),
     ("redb", &["store"]),
+    ("mcap", &["trace"]),
     ("libc", &["realtime"]),
     ("signal-hook", &["process", "supervisor-process"]),
     ("rustix", &["clock", "realtime", "serial", "supervisor-process", "transport"]),
