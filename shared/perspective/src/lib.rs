@@ -24,6 +24,7 @@
 
 mod anchor;
 mod awareness;
+mod divergence;
 mod error;
 mod field;
 mod occluders;
@@ -33,6 +34,7 @@ mod transform;
 
 pub use anchor::Anchor;
 pub use awareness::Awareness;
+pub use divergence::{Aspect, Difference, Divergence, Side};
 pub use error::NoPerspective;
 pub use partner::Partner;
 pub use robot::Robot;
