@@ -24,6 +24,7 @@ const LAYERS: [&[&str]; 6] = [
     &[
         "account",
         "belief",
+        "chronicle",
         "cycle",
         "kinematics",
         "motion",
@@ -38,9 +39,10 @@ const LAYERS: [&[&str]; 6] = [
 ];
 
 /// Arrows within a layer, from the crate to those of its own layer that it may know.
-const PEERS: [(&str, &[&str]); 5] = [
+const PEERS: [(&str, &[&str]); 6] = [
     ("process", &["realtime", "transport"]),
     ("belief", &["perception"]),
+    ("chronicle", &["perspective"]),
     ("perspective", &["belief", "perception", "scene"]),
     ("motion", &["kinematics"]),
     ("config", &["message"]),

@@ -160,6 +160,12 @@ impl Divergence {
         self.agreed
     }
 
+    /// The pairs of beliefs in one thing at the last instant compared, by identity.
+    #[must_use]
+    pub fn pairs(&self) -> &[(u64, u64)] {
+        &self.pairs
+    }
+
     /// The things about which the two differed at the last instant compared.
     #[must_use]
     pub fn differences(&self) -> &[Difference] {

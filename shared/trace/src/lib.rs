@@ -11,6 +11,7 @@
 
 mod error;
 mod frame;
+mod instants;
 mod json;
 mod lines;
 mod reader;
@@ -23,6 +24,7 @@ mod written;
 
 pub use error::{Place, TraceError};
 pub use frame::Frame;
+pub use instants::Instants;
 pub use reader::Reader;
 pub use refusal::{Reason, Refused};
 pub use writer::Writer;

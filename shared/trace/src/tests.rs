@@ -3,7 +3,7 @@ use std::io::Read;
 use message::{Modality, NOBODY, Observation, ObservationKind, State};
 use proptest::prelude::*;
 
-use crate::{Frame, Place, Reader, Reason, TraceError, Writer};
+use crate::{Frame, Instants, Place, Reader, Reason, TraceError, Writer};
 
 fn read(bytes: &[u8]) -> (Vec<Frame>, Option<TraceError>, Reader<&[u8]>) {
     let mut reader = Reader::new(bytes, "t").unwrap();
@@ -398,4 +398,35 @@ fn viewers_are_told_of_every_key_and_of_no_other() {
         }
         assert_eq!(schema.pointer(&format!("{item}/{key}/enum")).unwrap().as_array().unwrap().len(), names);
     }
+}
+
+#[test]
+fn frames_of_one_instant_come_together_and_a_mistake_after_all_before_it() {
+    let frame = |at_ns, source| format!(r#"{{"at_ns": {at_ns}, "source": {source}, "observations": []}}"#);
+    let lines = [
+        r#"{"leo_trace": 1}"#.to_owned(),
+        frame(5, 0),
+        frame(5, 1),
+        // A second one of that source and instant is refused.
+        frame(5, 1),
+        frame(6, 0),
+        frame(4, 2),
+        "{}".to_owned(),
+    ];
+    let text = lines.join("\n");
+    let mut instants = Instants::new(Reader::new(text.as_bytes(), "t").unwrap());
+    let mut frames = vec![Frame { at_ns: 1, source: 1, observations: Vec::new() }];
+    let mut found = Vec::new();
+    let error = loop {
+        match instants.read(&mut frames) {
+            Ok(true) => {
+                found.push(frames.iter().map(|frame| (frame.at_ns, frame.source)).collect::<Vec<_>>())
+            }
+            Ok(false) => panic!("the mistake was not told"),
+            Err(error) => break error,
+        }
+    };
+    assert_eq!(found, [vec![(5, 0), (5, 1)], vec![(6, 0)], vec![(4, 2)]]);
+    assert!(error.to_string().starts_with("t: line 7"), "{error}");
+    assert!(matches!(instants.read(&mut frames), Ok(false)));
 }
