@@ -1,4 +1,4 @@
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write as _;
 
 use clock::{Duration, Instant};
@@ -147,16 +147,15 @@ impl Told {
                 },
             );
         }
-        for (pair, _) in self.differences.iter().filter(|(pair, _)| !now.contains_key(*pair)) {
-            let agreed = mind.pairs.iter().find(|(robots, his)| match *pair {
-                (Some(one), Some(other)) => *robots == one && *his == other,
-                (one, other) => Some(*robots) == one || Some(*his) == other,
-            });
-            if let Some((robots, his)) =
-                agreed.filter(|(one, other)| !now.contains_key(&(Some(*one), Some(*other))))
-            {
-                lines.say(who, &format!("{his} agrees with Leo's {robots}"));
-            }
+        // Whatever either of them was at odds about may be settled by another belief of his.
+        let settled = |(one, other): &(Option<u64>, Option<u64>)| {
+            let pair = mind.pairs.iter().find(|(own, his)| Some(*own) == *one || Some(*his) == *other);
+            pair.filter(|(own, his)| !now.contains_key(&(Some(*own), Some(*his))))
+        };
+        let over = self.differences.keys().filter(|pair| !now.contains_key(*pair));
+        let agreed: BTreeSet<_> = over.filter_map(settled).collect();
+        for (robots, his) in agreed {
+            lines.say(who, &format!("{his} agrees with Leo's {robots}"));
         }
         self.differences = now;
     }
