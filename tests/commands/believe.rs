@@ -78,7 +78,7 @@ fn what_happens_behind_his_back_he_does_not_know_until_he_looks_again() {
     assert!((0..=2000).step_by(200).all(|millis| at(millis).is_empty()), "{differences:?}");
     // The block is moved, then the button is pressed.
     assert!((2200..3600).step_by(200).all(|millis| at(millis) == ["position"]), "{differences:?}");
-    assert!((3600..4400).step_by(200).all(|millis| at(millis) == ["position", "on"]), "{differences:?}");
+    assert!((3600..4400).step_by(200).all(|millis| at(millis) == ["on", "position"]), "{differences:?}");
     // He looks again.
     assert!((4400..=5600).step_by(200).all(|millis| at(millis).is_empty()), "{differences:?}");
     let apart = lines.iter().rfind(|line| text(line, "/record") == "difference").expect("a difference");
