@@ -59,6 +59,7 @@ fn differences(lines: &[Value]) -> BTreeMap<u64, Vec<String>> {
         if text(line, "/record") == "difference" {
             let percepts = line.pointer("/percepts").and_then(Value::as_object).expect("a map");
             told.extend(percepts.keys().cloned());
+            told.sort();
             if percepts.is_empty() {
                 told.push(format!("{:?} {:?}", number(line, "/robot_id"), number(line, "/partner_id")));
             }
