@@ -118,7 +118,7 @@ fn the_same_trace_gives_the_same_bytes_and_telling_less_changes_nothing() {
     let kept = |line: &&Value| number(line, "/at_ns").is_none_or(|at_ns| at_ns.is_multiple_of(1_000_000_000));
     assert_eq!(all.iter().filter(kept).collect::<Vec<_>>(), some.iter().collect::<Vec<_>>());
     assert!(some.len() * 4 < all.len());
-    let (file, piped) = (tell(&["believe", MOVED]), believe(&[], &read(MOVED)));
+    let (file, piped) = (tell(&["believe", MOVED]), believe(&[], read(MOVED)));
     assert_eq!((file.status, file.out), (piped.status, piped.out));
 }
 
@@ -279,7 +279,7 @@ fn what_is_no_trace_is_refused_in_one_line() {
     assert_refused(&told, 2, &["standard input is no trace"]);
     // What stands before a mistake is told.
     let frame = r#"{"at_ns": 5, "observations": [{"position_m": [0, 0, 0]}]}"#;
-    let told = believe(&["--json"], &format!("{HEADER}\n{frame}\n{{}}\n"));
+    let told = believe(&["--json"], format!("{HEADER}\n{frame}\n{{}}\n"));
     assert_eq!((told.status, told.out.lines().count()), (Some(2), 3), "{told:?}");
     assert!(
         told.err.starts_with("leo: standard input: line 3, ") && told.err.lines().count() == 1,
@@ -349,7 +349,7 @@ fn the_example_of_a_detector_does_what_its_page_says() {
     let told = believe(&[], &trace.out);
     assert_eq!((told.status, told.out), (Some(0), block("text", 0)));
     // And what the page shows of the format is of the format.
-    let told = believe(&[], &block("json", 0));
+    let told = believe(&[], block("json", 0));
     assert_eq!((told.status, told.err.as_str()), (Some(0), ""), "{told:?}");
     assert!(Path::new(env!("CARGO_MANIFEST_DIR")).join("shared/trace/src/schema.json").exists());
 }

@@ -88,8 +88,8 @@ impl Difference {
 /// # Limits
 ///
 /// Among equal things the second rule may err: if a red block is taken away behind his back and
-/// another put down elsewhere, his belief in the first is paired with the second. A belief without
-/// a place is paired by likeness alone. Indexical percepts (regions, a program's own) are not
+/// another put down elsewhere, his belief in the first is paired with the second. A belief that has a
+/// place is never paired by observation with one that has none. Indexical percepts (regions, a program's own) are not
 /// compared: "left" is another question for each. Who holds a thing is not compared.
 ///
 /// Allocates in `new` alone. A pair that goes on costs a search by identity; new ones are looked

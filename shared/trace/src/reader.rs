@@ -121,8 +121,8 @@ impl<R: Read> Reader<R> {
                 continue;
             }
             self.newest.insert(frame.source, frame.at_ns);
-            let refusals = &mut self.refusals;
-            frame.observations.retain(|observation| match Reason::against(observation) {
+            let (refusals, at_ns) = (&mut self.refusals, frame.at_ns);
+            frame.observations.retain(|observation| match Reason::against(observation, at_ns) {
                 Some(reason) => {
                     refusals.count(reason, 1, place);
                     false

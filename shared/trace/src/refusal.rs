@@ -21,26 +21,21 @@ pub enum Reason {
     Confidence,
     /// The degree of a state is not from 0 to 1.
     State,
+    /// It was observed long after its frame.
+    Ahead,
     /// The frame is not later than the one before it of its source.
     Stale,
 }
 
-impl Reason {
-    /// Every reason.
-    pub const ALL: [Self; 8] = [
-        Self::Position,
-        Self::Orientation,
-        Self::HalfExtents,
-        Self::Colour,
-        Self::Shape,
-        Self::Confidence,
-        Self::State,
-        Self::Stale,
-    ];
+/// What was observed further ahead of its frame than this has the wrong clock: so the Belief
+/// System takes it too.
+const AHEAD_NS: u64 = 1_000_000_000;
 
-    /// Why the Perception System could not use an observation; `None` for a sound one.
+impl Reason {
+    /// Why neither the Perception System nor the Belief System could use an observation of a frame
+    /// of `at_ns`; `None` for a sound one.
     #[must_use]
-    pub fn against(observation: &Observation) -> Option<Self> {
+    pub fn against(observation: &Observation, at_ns: u64) -> Option<Self> {
         let finite = |numbers: &[f32]| numbers.iter().all(|number| number.is_finite());
         let share = |number: f32| (0.0..=1.0).contains(&number);
         let norm: f32 = observation.orientation_xyzw.iter().map(|part| part * part).sum();
@@ -54,6 +49,7 @@ impl Reason {
             (Self::Shape, finite(&observation.shape)),
             (Self::Confidence, share(observation.confidence)),
             (Self::State, observation.states.iter().all(|degree| degree.is_nan() || share(*degree))),
+            (Self::Ahead, observation.observed_at_ns <= at_ns.saturating_add(AHEAD_NS)),
         ];
         holds.into_iter().find(|(_, holds)| !holds).map(|(reason, _)| reason)
     }
@@ -69,6 +65,7 @@ impl fmt::Display for Reason {
             Self::Shape => "shape holds no finite number",
             Self::Confidence => "confidence is not from 0 to 1",
             Self::State => "the degree of a state is not from 0 to 1",
+            Self::Ahead => "observed_at_ns is more than a second after at_ns",
             Self::Stale => "the frame is not later than the one before it of its source",
         })
     }

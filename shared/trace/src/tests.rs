@@ -172,7 +172,7 @@ proptest! {
             ..Observation::object(0, 1)
         };
         observation.set_state(State::On, s);
-        if Reason::against(&observation).is_none() {
+        if Reason::against(&observation, 1).is_none() {
             prop_assert!(observation.is_sound());
         }
     }
@@ -332,13 +332,14 @@ fn what_cannot_be_used_is_refused_with_its_reason_and_the_rest_goes_on() {
 {"at_ns": 6, "observations": [{"position_m": [1, 0, 0]}, {"position_m": [2, 0, 0]}]}
 {"at_ns": 3, "source": 1, "observations": [{"position_m": [1, 0, 0], "states": {"on": 2}}]}
 {"at_ns": 4, "source": 1, "observations": [{"position_m": [1, 0, 0], "states": {"on": null}}]}
+{"at_ns": 5, "source": 1, "observations": [{"position_m": [1, 0, 0], "observed_at_ns": 2000000000}]}
 "#;
     // Whoever edits on another system leaves a mark and other ends of lines.
     for text in [text.to_owned(), format!("\u{feff}{}", text.replace('\n', "\r\n"))] {
         let (frames, error, reader) = read(text.as_bytes());
         assert!(error.is_none(), "{error:?}");
         let counts: Vec<_> = frames.iter().map(|frame| (frame.at_ns, frame.observations.len())).collect();
-        assert_eq!(counts, [(5, 1), (6, 0), (3, 0), (4, 1)]);
+        assert_eq!(counts, [(5, 1), (6, 0), (3, 0), (4, 1), (5, 0)]);
         let refused: Vec<_> = reader
             .refused()
             .iter()
@@ -351,6 +352,7 @@ fn what_cannot_be_used_is_refused_with_its_reason_and_the_rest_goes_on() {
                 (Reason::Orientation, 1, Place::Line(4)),
                 (Reason::Stale, 2, Place::Line(5)),
                 (Reason::State, 1, Place::Line(6)),
+                (Reason::Ahead, 1, Place::Line(8)),
             ]
         );
     }
@@ -420,7 +422,7 @@ fn frames_of_one_instant_come_together_and_a_mistake_after_all_before_it() {
     let error = loop {
         match instants.read(&mut frames) {
             Ok(true) => {
-                found.push(frames.iter().map(|frame| (frame.at_ns, frame.source)).collect::<Vec<_>>())
+                found.push(frames.iter().map(|frame| (frame.at_ns, frame.source)).collect::<Vec<_>>());
             }
             Ok(false) => panic!("the mistake was not told"),
             Err(error) => break error,

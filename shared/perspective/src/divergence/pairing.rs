@@ -105,7 +105,7 @@ pub(super) struct Pairing {
 /// Those of a side that look for a pair.
 #[derive(Clone, Debug)]
 struct Search {
-    /// Their places in the side's list, by x.
+    /// Their places in the side's list, by when they were last perceived, and then by x.
     open: Vec<usize>,
     /// For each in the side's list, the closest of the other side.
     closest: Vec<Option<usize>>,
@@ -119,23 +119,39 @@ impl Search {
     fn begin(&mut self, things: &[Thing], looks: impl Fn(&Thing) -> bool) {
         self.open.clear();
         self.open.extend(things.iter().enumerate().filter(|(_, thing)| looks(thing)).map(|(index, _)| index));
-        self.open.sort_unstable_by(|a, b| x_of(things, *a).total_cmp(&x_of(things, *b)));
+        self.open.sort_unstable_by(|a, b| {
+            let ((perceived_a, x_a), (perceived_b, x_b)) = (key(things, *a), key(things, *b));
+            perceived_a.cmp(&perceived_b).then_with(|| x_a.total_cmp(&x_b))
+        });
         self.closest.clear();
         self.closest.resize(things.len(), None);
     }
 
-    /// Those within reach of a thing along x.
-    fn near(&self, things: &[Thing], thing: &Thing, reach_m: f64) -> &[usize] {
-        let Some([x, ..]) = thing.place_m else { return &self.open };
-        let from = self.open.partition_point(|index| x_of(things, *index) < x - reach_m);
-        let to = self.open.partition_point(|index| x_of(things, *index) <= x + reach_m);
+    /// Those that may be paired with a thing: within reach of it along x and perceived at the same
+    /// instant, or all where there is no `reach_m`.
+    fn near(&self, things: &[Thing], thing: &Thing, reach_m: Option<f64>) -> &[usize] {
+        let Some(reach_m) = reach_m else { return &self.open };
+        let (at_ns, x) = (thing.perceived_at_ns, x_of(thing));
+        let is_before = |index: &usize| {
+            let (perceived, other) = key(things, *index);
+            perceived < at_ns || (perceived == at_ns && other < x - reach_m)
+        };
+        let is_within = |index: &usize| {
+            let (perceived, other) = key(things, *index);
+            perceived < at_ns || (perceived == at_ns && other <= x + reach_m)
+        };
+        let (from, to) = (self.open.partition_point(is_before), self.open.partition_point(is_within));
         self.open.get(from..to).unwrap_or(&[])
     }
 }
 
-/// What has no place stands before everything.
-fn x_of(things: &[Thing], index: usize) -> f64 {
-    things.get(index).and_then(|thing| thing.place_m).map_or(f64::NEG_INFINITY, |[x, ..]| x)
+fn key(things: &[Thing], index: usize) -> (u64, f64) {
+    things.get(index).map_or((0, f64::NEG_INFINITY), |thing| (thing.perceived_at_ns, x_of(thing)))
+}
+
+/// What has no place stands before everything, and near nothing that has one.
+fn x_of(thing: &Thing) -> f64 {
+    thing.place_m.map_or(f64::NEG_INFINITY, |[x, ..]| x)
 }
 
 impl Pairing {
@@ -146,7 +162,7 @@ impl Pairing {
     /// Pairs those that were last perceived at one instant and are closer than the threshold.
     pub(super) fn by_observation(&mut self, measure: &Measure, one: &mut [Thing], other: &mut [Thing]) {
         self.run(
-            measure.reach_m,
+            Some(measure.reach_m),
             one,
             other,
             |thing| !thing.is_sure,
@@ -168,7 +184,7 @@ impl Pairing {
         other: &mut [Thing],
     ) {
         self.run(
-            f64::INFINITY,
+            None,
             one,
             other,
             |thing| thing.pair.is_none(),
@@ -188,7 +204,7 @@ impl Pairing {
 
     fn run(
         &mut self,
-        reach_m: f64,
+        reach_m: Option<f64>,
         one: &mut [Thing],
         other: &mut [Thing],
         looks: impl Fn(&Thing) -> bool,
@@ -228,7 +244,7 @@ fn find(
     things: &[Thing],
     whom: &Search,
     others: &[Thing],
-    reach_m: f64,
+    reach_m: Option<f64>,
     closeness: impl Fn(&Thing, &Thing) -> Option<Closeness>,
 ) {
     let Search { open, closest } = who;
