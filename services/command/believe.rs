@@ -12,6 +12,7 @@ use chronicle::{JsonLines, Mind, Refusal, Summary, Timeline};
 use clap::Args;
 use clock::Instant;
 use config::Robot;
+use message::{Observation, ObservationKind};
 use trace::{Instants, Reader};
 
 use super::failure::Failed;
@@ -90,6 +91,8 @@ impl Believe {
             for frame in &frames {
                 summary.frames += 1;
                 summary.observations += u64::try_from(frame.observations.len()).unwrap_or(u64::MAX);
+                let persons = frame.observations.iter().filter_map(partner);
+                summary.not_simulated.extend(persons.filter(|partner| !minds.simulates(*partner)));
             }
             if self.every.is_none_or(|every| told.is_none_or(|told| at.since(told) >= every)) {
                 told = Some(at);
@@ -117,6 +120,11 @@ fn open(trace: &Path) -> Result<Reader<Box<dyn Read>>, trace::TraceError> {
         Ok(file) => Reader::new(Box::new(file), &name),
         Err(source) => Err(trace::TraceError::Read { name, source }),
     }
+}
+
+/// Who was observed, if a partner was.
+fn partner(observation: &Observation) -> Option<u16> {
+    (observation.kind() == Some(ObservationKind::Person)).then_some(observation.partner)
 }
 
 fn refusal(refused: &trace::Refused) -> Refusal {

@@ -190,6 +190,10 @@ fn whose_perspectives_there_are_is_as_told() {
     };
     assert_eq!(perspectives("0"), (Some(1), 29 * 3));
     assert_eq!(perspectives("3"), (Some(4), 29 * 3));
+    let told = tell(&["believe", MOVED, "--partners", "0"]);
+    assert!(
+        told.out.contains("observed, and not simulated: partner 1; for his beliefs too, give --partners 1\n")
+    );
     // Of whom nobody has seen, nothing is told.
     let told = tell(&["believe", MOVED, "--partners", "2"]);
     assert!(
@@ -223,6 +227,30 @@ fn taken_at_its_word_the_paper_makes_one_belief_of_two_alike() {
     ] {
         assert!(told.out.contains(setting), "{setting}: {told:?}");
     }
+}
+
+#[test]
+fn what_two_sources_see_at_one_place_is_one_thing_and_each_has_its_own_time() {
+    let frame = |at_ns: u32, source: u32, y: f32| {
+        format!(
+            r#"{{"at_ns": {at_ns}, "source": {source}, "observations": [{{"position_m": [0.6, {y}, 0.03]}}]}}"#
+        )
+    };
+    let frames =
+        [frame(50, 0, 0.1), frame(50, 1, 0.12), frame(70, 1, 0.12), frame(60, 0, 0.1), frame(60, 1, 0.4)];
+    let lines = lines(&believe(&["--json"], format!("{HEADER}\n{}\n", frames.join("\n"))));
+    let beliefs: Vec<_> = lines
+        .iter()
+        .filter(|line| text(line, "/record") == "belief")
+        .map(|line| (number(line, "/at_ns"), number(line, "/id"), number(line, "/observations")))
+        .collect();
+    // The first two are one look. The last but one is late, and taken as of then; the last is stale.
+    assert_eq!(
+        beliefs,
+        [(Some(50), Some(1), Some(2)), (Some(70), Some(1), Some(3)), (Some(70), Some(1), Some(4))]
+    );
+    let summary = lines.last().expect("a summary");
+    assert_eq!((number(summary, "/frames"), number(summary, "/refused/0/observations")), (Some(4), Some(1)));
 }
 
 #[test]

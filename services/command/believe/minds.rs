@@ -12,6 +12,7 @@ use trace::Frame;
 pub(super) struct Minds {
     sensor: Sensor,
     believer: Believer,
+    partners: u32,
     capacity: usize,
     entries: Vec<Perceived>,
     left_out: u64,
@@ -38,6 +39,7 @@ impl Minds {
         };
         Ok(Self {
             sensor: Sensor::new(&robot.percepts, capacity)?,
+            partners,
             capacity,
             entries: Vec::with_capacity(capacity),
             left_out: 0,
@@ -90,6 +92,11 @@ impl Minds {
     /// The instant that all beliefs are of.
     pub(super) fn at(&self) -> Instant {
         Instant::from_nanos(self.minds.first().map_or(0, |robot| robot.head.header.valid_at_ns))
+    }
+
+    /// Whether a partner's beliefs are simulated.
+    pub(super) fn simulates(&self, partner: u16) -> bool {
+        u32::from(partner) <= self.partners
     }
 
     /// Observations that found no room in a frame of the percept buffer.

@@ -1,3 +1,5 @@
+use std::collections::BTreeSet;
+
 use serde::Serialize;
 
 /// What went in, to be told at the end.
@@ -17,6 +19,8 @@ pub struct Summary {
     pub left_out: u64,
     /// Whether the recording ended in the middle of a frame.
     pub cut_short: bool,
+    /// Partners who were observed and whose beliefs were not simulated.
+    pub not_simulated: BTreeSet<u16>,
     /// The settings that were changed to what the paper literally says.
     pub literal: Vec<String>,
 }

@@ -88,7 +88,7 @@ fn write_difference(words: &Words, who: u32, difference: &Difference, out: &mut 
 }
 
 fn write_summary(summary: &Summary, out: &mut String) -> fmt::Result {
-    let Summary { frames, observations, refused, left_out, cut_short, .. } = summary;
+    let Summary { frames, observations, refused, left_out, cut_short, not_simulated, .. } = summary;
     writeln!(out, "{frames} frames, {observations} observations")?;
     for refusal in refused {
         let crate::Refusal { reason, observations, first } = refusal;
@@ -96,6 +96,14 @@ fn write_summary(summary: &Summary, out: &mut String) -> fmt::Result {
     }
     if *left_out > 0 {
         writeln!(out, "{left_out} observations found no room: raise buffers.objects in leo.toml")?;
+    }
+    if let Some(most) = not_simulated.last() {
+        let partners: Vec<String> = not_simulated.iter().map(|partner| whose(u32::from(*partner))).collect();
+        let partners = partners.join(", ");
+        writeln!(
+            out,
+            "observed, and not simulated: {partners}; for his beliefs too, give --partners {most}"
+        )?;
     }
     if *cut_short {
         writeln!(out, "the trace ends in the middle of a frame: it was read up to there")?;

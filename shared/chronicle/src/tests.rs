@@ -161,6 +161,7 @@ fn the_table_at_the_end_says_what_differs_and_what_went_in() {
         refused: vec![refused],
         left_out: 0,
         cut_short: true,
+        not_simulated: [3, 4].into(),
         literal: Vec::new(),
     };
     let mut out = String::new();
@@ -173,6 +174,7 @@ fn the_table_at_the_end_says_what_differs_and_what_went_in() {
         "  7, which is Leo's 4, differs:\n        on           on for Leo, not on for partner 1\n",
         "partner 2 was never there\n",
         "5 frames, 9 observations\n3 observations refused: no number (the first: line 4)\n",
+        "observed, and not simulated: partner 3, partner 4; for his beliefs too, give --partners 4\n",
         "it was read up to there\n",
     ] {
         assert!(out.contains(line), "{line} is not in\n{out}");
