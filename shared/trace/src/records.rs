@@ -86,6 +86,10 @@ impl<R: Read> Records<R> {
                 opcode: opcode @ (op::HEADER | op::CHANNEL | op::MESSAGE),
                 data,
             })) => mcap::parse_record(opcode, data).map_err(|source| damaged(self.messages, source))?,
+            // Chunks are opened: one that is not is inside another, which has lied about its length.
+            Some(Ok(LinearReadEvent::Record { opcode: op::CHUNK, .. })) => {
+                return Err(damaged(self.messages, McapError::UnexpectedEoc));
+            }
             Some(Ok(LinearReadEvent::Record { .. })) => return Ok(Found::Nothing),
             Some(Err(source)) => return Err(damaged(self.messages, source)),
         };

@@ -36,6 +36,25 @@ fn both(frames: &[Frame]) -> [Vec<u8>; 2] {
     [write(Writer::json_lines(Vec::new()).unwrap(), frames), write(Writer::mcap(Vec::new()).unwrap(), frames)]
 }
 
+/// An MCAP file as somebody else may write it: nothing compressed, nothing that tells of damage.
+fn unchecked(frames: &[Frame]) -> Vec<u8> {
+    let options = mcap::WriteOptions::new()
+        .profile("leo_trace/1")
+        .compression(None)
+        .calculate_chunk_crcs(false)
+        .calculate_data_section_crc(false);
+    let mut out = options.create(std::io::Cursor::new(Vec::new())).unwrap();
+    let channel_id =
+        out.add_channel(0, "observations/0", "json", &std::collections::BTreeMap::new()).unwrap();
+    for frame in frames {
+        let header =
+            mcap::records::MessageHeader { channel_id, sequence: 0, log_time: frame.at_ns, publish_time: 0 };
+        out.write_to_known_channel(&header, &crate::json::write_frame(frame).unwrap()).unwrap();
+    }
+    out.finish().unwrap();
+    out.into_inner().into_inner()
+}
+
 /// Equal bit by bit but for NaN, which equals itself.
 fn assert_same(a: &[Frame], b: &[Frame]) {
     assert_eq!(format!("{a:?}"), format!("{b:?}"));
@@ -105,7 +124,8 @@ fn frames() -> impl Strategy<Value = Vec<Frame>> {
 proptest! {
     #[test]
     fn what_is_written_is_what_is_read(frames in frames()) {
-        for bytes in both(&frames) {
+        let [lines, mcap] = both(&frames);
+        for bytes in [lines, mcap, unchecked(&frames)] {
             let (back, error, reader) = read(&bytes);
             prop_assert!(error.is_none(), "{error:?}");
             assert_same(&back, &frames);
@@ -138,7 +158,8 @@ proptest! {
         frames in frames(),
         flips in prop::collection::vec((any::<prop::sample::Index>(), any::<u8>()), 1..6),
     ) {
-        for mut bytes in both(&frames) {
+        let [lines, mcap] = both(&frames);
+        for mut bytes in [lines, mcap, unchecked(&frames)] {
             for (at, flip) in &flips {
                 let at = at.index(bytes.len());
                 bytes[at] ^= flip;
@@ -187,6 +208,20 @@ fn half_of_a_written_trace_is_still_there_after_the_other_half_is_lost() {
         assert!(error.is_none() && reader.is_cut());
         assert!((100..400).contains(&back.len()), "{}", back.len());
     }
+}
+
+#[test]
+fn a_damaged_chunk_is_told_and_what_stands_before_it_is_read() {
+    let frame = |at_ns| Frame { at_ns, source: 0, observations: vec![Observation::object(0, at_ns); 20] };
+    let frames: Vec<Frame> = (1..500).map(frame).collect();
+    let [_, mut bytes] = both(&frames);
+    let middle = bytes.len() / 2;
+    bytes[middle] ^= 0x55;
+    let (back, error, reader) = read(&bytes);
+    let said = error.unwrap().to_string();
+    assert!(said.starts_with(&format!("t is damaged after message {}: ", back.len())), "{said}");
+    assert!((20..400).contains(&back.len()) && !reader.is_cut(), "{}", back.len());
+    assert_same(&back, &frames[..back.len()]);
 }
 
 #[test]
