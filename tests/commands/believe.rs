@@ -203,6 +203,23 @@ fn whose_perspectives_there_are_is_as_told() {
 }
 
 #[test]
+fn what_he_takes_the_robot_to_believe_is_told_by_its_path() {
+    let files = tempfile::tempdir().expect("a folder");
+    let flat = read("config/leo.toml");
+    let deeper = flat.replacen("\ndepth = 1 ", "\ndepth = 2 ", 1);
+    assert_ne!(flat, deeper);
+    let config = write(&files, "leo.toml", &deeper);
+    let lines = lines(&tell(&["believe", MOVED, "--json", "--config", &config]));
+    let nested: Vec<&Value> = lines.iter().filter(|line| number(line, "/perspective") == Some(2)).collect();
+    let paths: Vec<_> = nested.iter().filter_map(|line| line.pointer("/path")).collect();
+    assert_eq!(paths.len(), 29);
+    assert!(paths.iter().all(|path| **path == serde_json::json!([1, 0])), "{paths:?}");
+    // While he looks away, he does not know what the robot has come to know.
+    let at_odds = nested.iter().filter(|line| text(line, "/record") == "difference").count();
+    assert!(at_odds > 0 && nested.iter().any(|line| text(line, "/record") == "belief"));
+}
+
+#[test]
 fn taken_at_its_word_the_paper_makes_one_belief_of_two_alike() {
     let twin = r#"{"position_m": [0.6, 0.1, 0.03], "colour_rgb": [0.8, 0.05, 0.05]}"#;
     let frame = format!(r#"{{"at_ns": 1, "observations": [{twin}, {}]}}"#, twin.replace("0.1", "0.18"));

@@ -30,18 +30,28 @@ fn assert_refused(told: &Told, status: i32, words: &[&str]) {
 
 #[test]
 fn perspective_taking_decides_what_is_learned_and_every_run_says_the_same_bytes() {
-    let play = |arguments: &'static [&'static str]| thread::spawn(move || tell(arguments));
+    let files = tempfile::tempdir().expect("a folder");
+    // Perspectives nested deeper are nothing that is learned from.
+    let deeper = read("config/leo.toml").replace("depth = 1 ", "depth = 2 ");
+    assert!(deeper.contains("depth = 2 "));
+    let nested = write(&files, "leo.toml", &deeper);
+    let play = |arguments: &[&str]| {
+        let arguments: Vec<String> = arguments.iter().map(|argument| (*argument).to_owned()).collect();
+        thread::spawn(move || tell(&arguments.iter().map(String::as_str).collect::<Vec<_>>()))
+    };
     let runs = [
         play(&["teach", TASK_1, "--json"]),
+        play(&["teach", TASK_1, "--json", "--config", &nested]),
         play(&["teach", TASK_1, "--json", "--perspective", "human,robot"]),
         play(&["teach", TASK_1, "--json", "--perspective", "robot"]),
     ];
-    let [one, same, robot] = runs.map(|run| run.join().expect("ends"));
-    for told in [&one, &same, &robot] {
+    let [one, deep, same, robot] = runs.map(|run| run.join().expect("ends"));
+    for told in [&one, &deep, &same, &robot] {
         assert_eq!(told.status, Some(0), "{told:?}");
         assert_eq!(told.err, "");
     }
     assert_eq!(one.out, same.out);
+    assert_eq!(one.out, deep.out);
     let learned = |told: &Told| {
         let lessons: serde_json::Value = serde_json::from_str(&told.out).expect("is JSON");
         let task = lessons.pointer("/0/account/tasks/0").expect("a task").clone();

@@ -1,9 +1,11 @@
 use clock::Instant;
 use config::percepts::Percepts;
 use config::perspective::Perspective;
-use message::{Belief, BeliefHead, Header, Hop, Perceived};
+use geometry::{Base, Position};
+use message::{Belief, BeliefHead, Header, Hop, Path, Perceived};
 use perception::{Own, Perception, Unperceivable};
-use perspective::{NoPerspective, Partner, Robot};
+use perspective::{Nested, NoPerspective, Partner, Robot};
+use quantity::number::{saturating_u16, saturating_u32};
 
 /// Why nothing can be believed.
 #[derive(Debug, thiserror::Error)]
@@ -14,23 +16,14 @@ pub enum Unbelieving {
     /// A perspective cannot be made.
     #[error(transparent)]
     Perspective(#[from] NoPerspective),
-    /// There are more partners than agent numbers.
-    #[error("{partners} partners are too many: at most {most} can be told apart")]
-    Partners {
-        /// The number asked for.
-        partners: u32,
-        /// The number that can be.
-        most: u16,
-    },
 }
 
-/// Partners that can be told apart; the highest agent number stands for nobody.
-const PARTNERS_MOST: u16 = message::NOBODY - 1;
-
-/// What the robot believes, and what it takes each of its partners to believe.
+/// What the robot believes, what it takes each of its partners to believe, and what it takes them to
+/// take each other, and the robot, to believe.
 ///
-/// Perspective 0 is the robot's own, n that of partner n. Without partners nothing of anybody
-/// else's perspective is computed. Allocates in `new` alone.
+/// Perspective 0 is the robot's own, n that of partner n; those nested deeper follow, in the order of
+/// [`Nested`]. Without partners nothing of anybody else's perspective is computed. Allocates in `new`
+/// alone.
 ///
 /// ```
 /// use belief_process::Believer;
@@ -40,7 +33,7 @@ const PARTNERS_MOST: u16 = message::NOBODY - 1;
 /// let percepts = config::percepts::Percepts::builtin();
 /// let perspective = config::perspective::Perspective::builtin();
 /// let perception = perception::Perception::new(&percepts)?;
-/// let mut believer = Believer::new(&percepts, &perspective, 1, 16)?;
+/// let mut believer = Believer::new(&percepts, &perspective, 1, 1, 16)?;
 ///
 /// let observation = Observation { half_extents_m: [0.03; 3], ..Observation::object(0, 1_000) };
 /// let snapshot = perception.perceive(&observation, &perception::Frame { agent: 0 });
@@ -57,25 +50,36 @@ const PARTNERS_MOST: u16 = message::NOBODY - 1;
 #[derive(Clone)]
 pub struct Believer {
     robot: Robot,
-    partners: Vec<Partner>,
+    /// Perspectives 1, 2, …: each is made from an earlier one.
+    others: Vec<Other>,
     header: Header,
     at: Instant,
 }
 
+#[derive(Clone)]
+struct Other {
+    path: Path,
+    /// The number of the perspective that it is made from.
+    within: usize,
+    partner: Partner,
+}
+
 impl Believer {
-    /// Nothing believed yet. `capacity` is that of a frame of observations and of each belief
-    /// system.
+    /// Nothing believed yet. Perspectives are nested `depth` deep: 1 is what each partner believes.
+    /// `capacity` is that of a frame of observations and of each belief system.
     ///
     /// # Errors
     ///
-    /// The configuration's percepts, beliefs or cones cannot be, or there are too many partners.
+    /// The configuration's percepts, beliefs or cones cannot be, or there would be too many
+    /// perspectives, or too deep ones.
     pub fn new(
         percepts: &Percepts,
         config: &Perspective,
         partners: u32,
+        depth: u32,
         capacity: usize,
     ) -> Result<Self, Unbelieving> {
-        Self::with_own(percepts, &Own::new(), config, partners, capacity)
+        Self::with_own(percepts, &Own::new(), config, partners, depth, capacity)
     }
 
     /// The same with the program's own percepts.
@@ -88,18 +92,25 @@ impl Believer {
         own: &Own,
         config: &Perspective,
         partners: u32,
+        depth: u32,
         capacity: usize,
     ) -> Result<Self, Unbelieving> {
-        let last = u16::try_from(partners)
-            .ok()
-            .filter(|last| *last <= PARTNERS_MOST)
-            .ok_or(Unbelieving::Partners { partners, most: PARTNERS_MOST })?;
+        let perspectives = Nested::all(partners, depth)?;
+        // There are fewer partners than perspectives.
+        let partners = usize::try_from(partners).map_or(u16::MAX, saturating_u16);
         let perception = Perception::with_own(percepts, own)?;
-        let robot = Robot::new(percepts, config, last, capacity)?;
-        let partners = (1..=last)
-            .map(|agent| Partner::new(agent, perception.clone(), percepts, config, capacity))
-            .collect::<Result<_, _>>()?;
-        Ok(Self { robot, partners, header: Header::default(), at: Instant::EPOCH })
+        let robot = Robot::new(percepts, config, partners, capacity)?;
+        let other = |(number, nested): (usize, &Nested)| {
+            let Nested { path, within } = *nested;
+            let agent = path.agent().unwrap_or(0);
+            let partner = Partner::new(agent, perception.clone(), percepts, config, capacity)?;
+            let contains = perspectives.iter().any(|nested| nested.within == number);
+            let partner = if contains { partner.with_awareness(config, partners, capacity) } else { partner };
+            Ok(Other { path, within, partner })
+        };
+        let others =
+            perspectives.iter().enumerate().skip(1).map(other).collect::<Result<_, NoPerspective>>()?;
+        Ok(Self { robot, others, header: Header::default(), at: Instant::EPOCH })
     }
 
     /// Brings every perspective to the instant that a frame of the percept buffer speaks about.
@@ -111,27 +122,38 @@ impl Believer {
         self.at = Instant::from_nanos(header.valid_at_ns).min(now).max(self.at);
         self.header = Header { valid_at_ns: self.at.as_nanos(), ..header.onwards() };
         self.robot.step(self.at, header.passed(Hop::Observed).is_some(), entries);
-        for partner in &mut self.partners {
-            partner.step(self.at, entries, self.robot.awareness());
+        for index in 0..self.others.len() {
+            let Some((earlier, [other, ..])) = self.others.split_at_mut_checked(index) else { return };
+            let awareness = match other.within.checked_sub(1) {
+                None => Some(self.robot.awareness()),
+                Some(index) => earlier.get(index).and_then(|parent| parent.partner.awareness()),
+            };
+            // A perspective that contains others is aware: `new` saw to it.
+            if let Some(awareness) = awareness {
+                let (robot, within) = (&self.robot, other.within);
+                let surveyed = |place: &Position<Base>| all_survey(robot, earlier, within, place);
+                other.partner.step(self.at, entries, awareness, surveyed);
+            }
         }
     }
 
-    /// How many perspectives there are: the robot's, and one for each partner.
+    /// How many perspectives there are, the robot's among them.
     #[must_use]
     pub fn perspectives(&self) -> u32 {
-        // `new` has counted the partners in 16 bits.
-        quantity::number::saturating_u32(self.partners.len()).saturating_add(1)
+        saturating_u32(self.others.len()).saturating_add(1)
     }
 
     /// The head of a perspective's belief buffer. Of a perspective that there is not, the head
     /// says that it is absent.
     #[must_use]
     pub fn head(&self, perspective: u32) -> BeliefHead {
-        match self.partner(perspective) {
+        match self.other(perspective) {
             None if perspective == 0 => self.robot.head(self.header),
             None => BeliefHead::of(perspective, self.header),
-            Some(partner) => {
+            Some(Other { path, partner, .. }) => {
                 let mut head = partner.head(self.header);
+                head.perspective = perspective;
+                head.path = *path;
                 // What the robot could not use, it could not hand on.
                 head.refused = head.refused.saturating_add(self.robot.refused());
                 head
@@ -142,10 +164,10 @@ impl Believer {
     /// How many objects a perspective believes in.
     #[must_use]
     pub fn len(&self, perspective: u32) -> usize {
-        match self.partner(perspective) {
+        match self.other(perspective) {
             None if perspective == 0 => self.robot.beliefs().len(),
             None => 0,
-            Some(partner) => partner.beliefs().len(),
+            Some(other) => other.partner.beliefs().len(),
         }
     }
 
@@ -159,15 +181,26 @@ impl Believer {
     /// (of an absent partner, at the last instant at which he was present).
     #[must_use]
     pub fn entry(&self, perspective: u32, index: usize) -> Option<Belief> {
-        match self.partner(perspective) {
+        match self.other(perspective) {
             None if perspective == 0 => self.robot.entry(index),
             None => None,
-            Some(partner) => partner.entry(index),
+            Some(other) => other.partner.entry(index),
         }
     }
 
-    fn partner(&self, perspective: u32) -> Option<&Partner> {
+    fn other(&self, perspective: u32) -> Option<&Other> {
         let index = usize::try_from(perspective.checked_sub(1)?).ok()?;
-        self.partners.get(index)
+        self.others.get(index)
+    }
+}
+
+/// Whether the perspective of a number, and all within which it is, would notice that a thing is gone
+/// from a place.
+fn all_survey(robot: &Robot, others: &[Other], number: usize, place: &Position<Base>) -> bool {
+    match number.checked_sub(1) {
+        None => robot.surveys(place),
+        Some(index) => others.get(index).is_some_and(|other| {
+            other.partner.surveys(place) && all_survey(robot, others, other.within, place)
+        }),
     }
 }

@@ -17,8 +17,9 @@ pub fn run(launch: &Launch, robot: &Robot) -> Result<(), Failure> {
     let partners = launch.partners.unwrap_or(leo.belief.partners);
     let mut member = Member::join(launch, Process::Belief, &leo.buffers, &leo.belief.realtime)?;
     let mut percepts = member.waking_inlet::<Percepts>(None)?;
-    let mut believer =
-        Believer::new(&robot.percepts, &robot.perspective, partners, capacity).map_err(Failure::own)?;
+    let depth = leo.belief.depth.get();
+    let mut believer = Believer::new(&robot.percepts, &robot.perspective, partners, depth, capacity)
+        .map_err(Failure::own)?;
     let mut outlets: Vec<Outlet<Beliefs>> = (0..believer.perspectives())
         .map(|perspective| member.outlet(Some(perspective), capacity))
         .collect::<Result<_, _>>()?;

@@ -75,7 +75,7 @@ proptest! {
     ) {
         let percepts = config::percepts::Percepts::builtin();
         let config = config::perspective::Perspective::builtin();
-        let mut believer = Believer::new(&percepts, &config, 2, CAPACITY).unwrap();
+        let mut believer = Believer::new(&percepts, &config, 2, 2, CAPACITY).unwrap();
         let mut now = Instant::EPOCH;
         for (honest, entries) in &frames {
             now += Duration::from_millis(5);
@@ -103,7 +103,7 @@ fn the_allegations_of_these_tests_are_believed_and_refused() {
     let mut runner = proptest::test_runner::TestRunner::deterministic();
     let percepts = config::percepts::Percepts::builtin();
     let config = config::perspective::Perspective::builtin();
-    let mut believer = Believer::new(&percepts, &config, 2, CAPACITY).unwrap();
+    let mut believer = Believer::new(&percepts, &config, 2, 2, CAPACITY).unwrap();
     for millis in 1..400 {
         let now = Instant::EPOCH + Duration::from_millis(millis);
         let made = entry().new_tree(&mut runner).unwrap().current();

@@ -48,10 +48,11 @@ fn the_counter_counts() {
 }
 
 #[test]
-fn hundreds_of_frames_with_two_partners_and_64_things_allocate_nothing() {
+fn hundreds_of_frames_with_two_partners_nested_twice_and_64_things_allocate_nothing() {
     let percepts = config::percepts::Percepts::builtin();
-    let config = config::perspective::Perspective::builtin();
-    let mut believer = Believer::new(&percepts, &config, 2, capacity()).unwrap();
+    let mut config = config::perspective::Perspective::builtin();
+    config.resource.by = config::perspective::Owning::Territory;
+    let mut believer = Believer::new(&percepts, &config, 2, 2, capacity()).unwrap();
     let mut frames = Frames::new(64);
     let mut published = 0;
     let allocations = allocations_in(|| {

@@ -8,10 +8,16 @@ use belief_process::{Believer, Unbelieving};
 use clock::{Duration, Instant};
 use frames::{Frames, capacity};
 use message::{Header, Hop, Observation, Perceived, PerceptValue, Snapshot};
+use perspective::NoPerspective;
 
 fn believer(partners: u32) -> Believer {
+    nested(partners, 1)
+}
+
+fn nested(partners: u32, depth: u32) -> Believer {
     let percepts = config::percepts::Percepts::builtin();
-    Believer::new(&percepts, &config::perspective::Perspective::builtin(), partners, capacity()).unwrap()
+    Believer::new(&percepts, &config::perspective::Perspective::builtin(), partners, depth, capacity())
+        .unwrap()
 }
 
 #[test]
@@ -97,9 +103,47 @@ fn entries_beyond_the_capacity_are_left_out_and_counted() {
 }
 
 #[test]
-fn too_many_partners_are_refused() {
+fn too_many_and_too_deep_perspectives_are_refused() {
     let percepts = config::percepts::Percepts::builtin();
     let config = config::perspective::Perspective::builtin();
-    let refused = Believer::new(&percepts, &config, 65_535, 1).err().expect("nobody can be told apart");
-    assert!(matches!(refused, Unbelieving::Partners { partners: 65_535, .. }));
+    let refused = |partners, depth| Believer::new(&percepts, &config, partners, depth, 1).err().unwrap();
+    let too_many = refused(65_535, 1);
+    assert!(matches!(
+        too_many,
+        Unbelieving::Perspective(NoPerspective::TooMany { perspectives: 65_536, .. })
+    ));
+    assert!(too_many.to_string().contains("the most is 256"), "{too_many}");
+    assert!(matches!(refused(1, 7), Unbelieving::Perspective(NoPerspective::Depth { depth: 7 })));
+}
+
+#[test]
+fn nested_perspectives_are_numbered_after_the_partners_and_change_nothing_of_theirs() {
+    let (mut flat, mut deep) = (believer(2), nested(2, 3));
+    let mut frames = Frames::new(8);
+    for _ in 0..100 {
+        let (now, header, entries) = frames.next();
+        flat.step(now, &header, entries);
+        deep.step(now, &header, entries);
+    }
+    assert_eq!((flat.perspectives(), deep.perspectives()), (3, 15));
+    for perspective in 0..3 {
+        assert_eq!(flat.head(perspective), deep.head(perspective));
+        assert_eq!(flat.len(perspective), deep.len(perspective));
+        for index in 0..flat.len(perspective) {
+            assert_eq!(flat.entry(perspective, index), deep.entry(perspective, index));
+        }
+    }
+    let paths: Vec<Vec<u16>> = (0..7).map(|p| deep.head(p).path.agents().unwrap().to_vec()).collect();
+    assert_eq!(paths, [vec![], vec![1], vec![2], vec![1, 0], vec![1, 2], vec![2, 0], vec![2, 1]]);
+    let mut present = 0;
+    for perspective in 3..15 {
+        let head = deep.head(perspective);
+        assert_eq!(head.perspective, perspective);
+        // Neither the robot's eye nor the first partner's has the second in its cone, for he stands
+        // aside; so nobody takes them to know what he believes.
+        let unseen = head.path.agents().unwrap()[1..].contains(&2);
+        assert_eq!((head.present == 0, deep.is_empty(perspective)), (unseen, unseen), "{head:?}");
+        present += head.present;
+    }
+    assert!(present > 5, "{present}");
 }

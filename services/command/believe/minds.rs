@@ -31,7 +31,8 @@ impl Minds {
     /// Nothing believed yet, with the sizes of the robot's buffers.
     pub(super) fn new(robot: &Robot, partners: u32) -> Result<Self, Unbelieving> {
         let capacity = robot.leo.buffers.objects.get();
-        let believer = Believer::new(&robot.percepts, &robot.perspective, partners, capacity)?;
+        let depth = robot.leo.belief.depth.get();
+        let believer = Believer::new(&robot.percepts, &robot.perspective, partners, depth, capacity)?;
         let own = |perspective| Own {
             head: believer.head(perspective),
             beliefs: Vec::with_capacity(capacity),

@@ -15,7 +15,8 @@ use transport::{Delivery, Domain, Node, Queues};
 use crate::run::RunError;
 
 pub use bare::echo;
-use report::{Machine, Report};
+use message::Histogram;
+use report::{Machine, Report, Wakeup};
 
 /// Sensor rates that are measured.
 const RATES_HZ: [u32; 2] = [200, 1000];
@@ -94,7 +95,8 @@ fn measure(domain: &Domain, lasting: Duration, commit: &str) -> Result<Report, B
     let missing = realtime::apply(&rights);
     let queues = Queues { frames: 4, delivery: Delivery::Newest };
     let node = Node::join(domain, "bench", 1, queues).map_err(RunError::from)?;
-    let mut report = Report { machine: Machine::here(missing.is_complete(), commit), rows: Vec::new() };
+    let mut rows = Vec::new();
+    let (mut sensor, mut bare) = (Histogram::default(), Histogram::default());
     for rate_hz in RATES_HZ {
         for objects in OBJECTS {
             let case = Case { rate_hz, objects, lasting };
@@ -104,9 +106,11 @@ fn measure(domain: &Domain, lasting: Duration, commit: &str) -> Result<Report, B
             let leo = leo::percept_to_belief(domain, &node, case)?;
             let mut round_trip = bare::round_trips(domain, &node, case)?;
             round_trip.add(&before);
-            let sleep = bare::wakeups(case);
-            report.rows.push(report::row(case, &leo, &round_trip, &sleep));
+            sensor.add(&leo.sensor_wakeup);
+            bare.add(&leo.bare_wakeup);
+            rows.push(report::row(case, &leo, &round_trip));
         }
     }
-    Ok(report)
+    let machine = Machine::here(missing.is_complete(), commit);
+    Ok(Report { machine, rows, wakeup: Wakeup::of(&sensor, &bare) })
 }

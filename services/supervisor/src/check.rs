@@ -4,7 +4,7 @@ use std::path::Path;
 use std::str::FromStr;
 use std::thread;
 
-use config::leo::{Buffers, Leo, Rights};
+use config::leo::{Leo, Rights};
 use config::{ConfigError, Robot};
 use rustix::process::{Resource, getrlimit};
 use rustix::thread::{CpuSet, sched_getaffinity};
@@ -51,7 +51,8 @@ fn inspect(config: Option<&Path>) -> Result<Vec<Finding>, ConfigError> {
     let configuration = format!("{what} and its neighbours are right: {joints} joints");
     let mut findings = vec![Finding::new(Verdict::Good, "configuration", configuration)];
     let missing_rights = missing_rights(&robot.leo);
-    let shared_memory_needed = shared_memory_needed(&robot.leo.buffers, robot.leo.belief.partners);
+    let belief = &robot.leo.belief;
+    let shared_memory_needed = shared_memory_needed(&robot.leo.buffers, belief.perspectives(belief.partners));
     findings.extend(judge(&Machine { missing_rights, shared_memory_needed, ..machine() }));
     Ok(findings)
 }
@@ -103,10 +104,11 @@ fn shared_memory_free() -> Option<u64> {
     Some(system.f_bavail.saturating_mul(system.f_frsize))
 }
 
-/// Whether shared memory has room for a robot; where it has not, what to do. Asked before the
+/// Whether shared memory has room for a robot with so many partners; where it has not, what to do. Asked before the
 /// first byte is written there: a page that does not fit kills who touches it.
-pub(crate) fn room(buffers: &Buffers, partners: u32) -> Result<(), String> {
-    let finding = shared_memory(shared_memory_free(), shared_memory_needed(buffers, partners));
+pub(crate) fn room(leo: &Leo, partners: u32) -> Result<(), String> {
+    let needed = shared_memory_needed(&leo.buffers, leo.belief.perspectives(partners));
+    let finding = shared_memory(shared_memory_free(), needed);
     if finding.verdict == Verdict::Broken { Err(finding.text) } else { Ok(()) }
 }
 

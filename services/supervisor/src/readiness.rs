@@ -90,13 +90,13 @@ pub fn judge(machine: &Machine) -> Vec<Finding> {
     ]
 }
 
-/// Bytes of shared memory that a robot needs, rather more than fewer.
+/// Bytes of shared memory that a robot with so many perspectives needs, rather more than fewer.
 #[must_use]
-pub fn shared_memory_needed(buffers: &Buffers, partners: u32) -> u64 {
+pub fn shared_memory_needed(buffers: &Buffers, perspectives: u32) -> u64 {
     let number = |count: usize| u64::try_from(count).unwrap_or(u64::MAX);
     number(buffers.objects.get())
         .saturating_mul(number(buffers.frames.get()))
-        .saturating_mul(u64::from(partners).saturating_add(1))
+        .saturating_mul(u64::from(perspectives))
         .saturating_mul(SHARED_MEMORY_OF_OBJECT)
         .saturating_add(SHARED_MEMORY_BASE)
 }
@@ -243,11 +243,11 @@ mod tests {
         };
         // Measured of running robots with one partner, in KiB.
         for (objects, measured) in [(64, 3844), (1024, 51_508), (4096, 204_028)] {
-            let needed = shared_memory_needed(&buffers(objects, 4), 1) >> 10;
+            let needed = shared_memory_needed(&buffers(objects, 4), 2) >> 10;
             assert!(measured < needed && needed < 2 * measured + 8192, "{objects}: {needed} KiB");
         }
-        assert!(shared_memory_needed(&buffers(64, 8), 1) > shared_memory_needed(&buffers(64, 4), 1));
-        assert!(shared_memory_needed(&buffers(64, 4), 2) > shared_memory_needed(&buffers(64, 4), 1));
+        assert!(shared_memory_needed(&buffers(64, 8), 2) > shared_memory_needed(&buffers(64, 4), 2));
+        assert!(shared_memory_needed(&buffers(64, 4), 3) > shared_memory_needed(&buffers(64, 4), 2));
     }
 
     #[test]

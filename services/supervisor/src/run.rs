@@ -98,7 +98,7 @@ pub fn run(orders: &Orders) -> Result<Outcome, RunError> {
         tracing::info!(domain = name, "removed what a killed robot left behind");
     }
     let partners = orders.partners.unwrap_or(orders.settings.belief.partners);
-    room(&orders.settings.buffers, partners).map_err(RunError::NoRoom)?;
+    room(&orders.settings, partners).map_err(RunError::NoRoom)?;
     let claim = claim(&orders.domain)?;
     let outcome = orders.domain.make().map_err(RunError::from).and_then(|()| supervise(orders));
     Janitor::new(&orders.domain).wipe(claim);

@@ -1,128 +1,409 @@
 use clock::Instant;
 use config::percepts::Percepts;
-use message::{Observation, Snapshot};
+use message::{Feature, Perceived, PerceptValue, Snapshot};
 
-use crate::apart::Apart;
+use crate::cluster::{Population, Symbols};
+use crate::history::Histories;
 use crate::memory::Memory;
-use crate::metric::Metric;
+use crate::metric::{Metric, Reach};
 use crate::room::Room;
 use crate::sample::Sample;
+use crate::sightings::{Run, Sightings};
 
 /// B, the current set of beliefs, in slots that exist from the start.
+///
+/// Within a step a new belief is but a snapshot: nearly all of them merge into an older one at
+/// once. Those that do not get histories of their own when the step [settles](Self::settle). Then,
+/// too, the older ones take the snapshots into their histories, one belief after the other as they
+/// lie in memory: which are merged depends on the features alone, and merging goes all over the
+/// place.
 #[derive(Clone, Debug)]
 pub(crate) struct Arena {
-    memories: Box<[Memory]>,
-    lives: Box<[bool]>,
-    /// Slots in use, in the order of the identities; those merged away since the last
-    /// [`Self::bury`] are still among them.
-    live: Room<usize>,
-    free: Room<usize>,
+    slots: Box<[Slot]>,
+    /// Of each slot, counts the beliefs that it held, and their changes.
+    versions: Box<[u32]>,
+    /// Of each slot the newest features that the metric compares, in the order of its terms.
+    features: Box<[Option<Feature>]>,
+    terms: Box<[u16]>,
+    /// Slots in use by beliefs of earlier steps, in the order of the identities.
+    live: Room<u32>,
+    /// Slots in use by beliefs of this step, likewise. All these identities are higher.
+    fresh: Room<u32>,
+    free: Room<u32>,
+    histories: Histories,
     metric: Metric,
-    apart: Apart,
-    scratch: Room<Sample>,
+    reach: Option<Reach>,
+    /// None where beliefs that were sighted at once may merge.
+    sightings: Option<Sightings>,
+    unsound: u64,
 }
 
+#[derive(Clone, Copy, Debug)]
+struct Slot {
+    memory: Memory,
+    holds: Holds,
+    /// Slots of snapshots of this step merged into the belief and not yet in its histories, as a
+    /// chain of [`Self::next`]: the first and the last.
+    pending: Option<(u32, u32)>,
+    /// The entry of the snapshot, and the next slot of the chain.
+    entry: u32,
+    next: u32,
+}
+
+/// Where the percepts of a belief are.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Holds {
+    /// There is no belief.
+    Nothing,
+    /// In the snapshot of one of the step's perceived things.
+    Snapshot,
+    /// In this row of the histories.
+    Histories(u32),
+}
+
+const VACANT: Slot = Slot {
+    memory: Memory {
+        id: 0,
+        born_at: Instant::EPOCH,
+        perceived_at: Instant::EPOCH,
+        observations: 0,
+        held_by: message::NOBODY,
+    },
+    holds: Holds::Nothing,
+    pending: None,
+    entry: 0,
+    next: 0,
+};
+
 impl Arena {
-    pub(crate) fn new(percepts: &Percepts, slots: usize) -> Self {
-        let memory = Memory::new(&percepts.percepts);
-        let most_samples = memory.most_samples();
-        let mut free = Room::for_most(slots);
+    pub(crate) fn new(percepts: &Percepts, slots: u32) -> Self {
+        let count = slots as usize;
+        let metric = Metric::new(&percepts.belief);
+        let terms: Box<[u16]> = metric.percepts().collect();
+        let mut free = Room::for_most(count);
         free.extend((0..slots).rev());
+        let cannot_link = percepts.belief.cannot_link_same_source_instant;
         Self {
-            memories: vec![memory; slots].into_boxed_slice(),
-            lives: vec![false; slots].into_boxed_slice(),
-            live: Room::for_most(slots),
+            slots: vec![VACANT; count].into_boxed_slice(),
+            versions: vec![0; count].into_boxed_slice(),
+            features: vec![None; count * terms.len()].into_boxed_slice(),
+            terms,
+            live: Room::for_most(count),
+            fresh: Room::for_most(count),
             free,
-            metric: Metric::new(&percepts.belief),
-            apart: Apart::new(slots),
-            scratch: Room::for_most(2 * most_samples),
+            histories: Histories::new(&percepts.percepts, count),
+            reach: metric.reach(),
+            metric,
+            sightings: cannot_link.then(|| Sightings::new(count)),
+            unsound: 0,
         }
     }
 
     pub(crate) fn slots(&self) -> usize {
-        self.memories.len()
+        self.slots.len()
     }
 
-    pub(crate) fn metric(&self) -> &Metric {
-        &self.metric
+    /// How far apart two beliefs may be and still be closer than the threshold, in metres.
+    pub(crate) fn reach_m(&self) -> Option<f64> {
+        self.reach.map(|reach| reach.metres)
     }
 
-    /// Slots of the beliefs in the order of their identities. After merging, call
-    /// [`Self::bury`] first.
-    pub(crate) fn live(&self) -> &[usize] {
+    /// Slots of the beliefs of earlier steps in the order of their identities. Those merged away
+    /// or released since the step settled are still among them.
+    pub(crate) fn live(&self) -> &[u32] {
         &self.live
     }
 
-    pub(crate) fn memory(&self, slot: usize) -> Option<&Memory> {
-        self.memories.get(slot)
+    /// Evaluations that were nonsense and were left out.
+    pub(crate) fn unsound(&self) -> u64 {
+        self.unsound
     }
 
-    pub(crate) fn memory_mut(&mut self, slot: usize) -> Option<&mut Memory> {
-        self.memories.get_mut(slot)
+    /// Whether beliefs that were sighted at once may not merge.
+    pub(crate) fn keeps_apart(&self) -> bool {
+        self.sightings.is_some()
     }
 
-    pub(crate) fn lives(&self, slot: usize) -> bool {
-        self.lives.get(slot).copied().unwrap_or(false)
+    pub(crate) fn memory(&self, slot: u32) -> Option<&Memory> {
+        self.slots.get(slot as usize).map(|slot| &slot.memory)
     }
 
-    /// Creates a belief (N, Eq. 6), whose `id` is higher than that of every other; `None` when
-    /// no slot is free.
-    pub(crate) fn create(
-        &mut self,
-        id: u64,
-        at: Instant,
-        observation: &Observation,
-        snapshot: &Snapshot,
-    ) -> Option<usize> {
-        let slot = self.free.pop()?;
-        self.memories.get_mut(slot)?.begin(id, at, observation, snapshot);
-        *self.lives.get_mut(slot)? = true;
-        self.live.push(slot);
-        Some(slot)
+    pub(crate) fn memory_mut(&mut self, slot: u32) -> Option<&mut Memory> {
+        self.slots.get_mut(slot as usize).map(|slot| &mut slot.memory)
     }
 
-    /// The belief is of a group of the step: of a source and an instant.
-    pub(crate) fn join(&mut self, slot: usize, group: usize) {
-        self.apart.join(slot, group);
+    fn lives(&self, slot: u32) -> bool {
+        self.slots.get(slot as usize).is_some_and(|slot| slot.holds != Holds::Nothing)
     }
 
-    /// The step ends: see [`Apart::settle`].
-    pub(crate) fn settle(&mut self, groups: usize) {
-        self.apart.settle(&self.live, groups);
+    /// The newest features that the metric compares, in the order of its terms.
+    fn features(&self, slot: u32) -> &[Option<Feature>] {
+        let start = slot as usize * self.terms.len();
+        self.features.get(start..start + self.terms.len()).unwrap_or(&[])
     }
 
-    /// Whether two beliefs cannot be of one thing.
-    pub(crate) fn are_apart(&self, a: usize, b: usize) -> bool {
-        self.apart.are(a, b)
-    }
-
-    /// D of two beliefs, where it is below the threshold.
-    pub(crate) fn distance(&self, a: usize, b: usize) -> Option<f64> {
-        self.metric.below_threshold(self.memories.get(a)?, self.memories.get(b)?)
-    }
-
-    /// Merges the belief in `gone` into the one in `kept` (M).
-    pub(crate) fn merge(&mut self, kept: usize, gone: usize) {
-        if let Ok([kept, gone]) = self.memories.get_disjoint_mut([kept, gone]) {
-            kept.merge(gone, &mut self.scratch);
+    /// Creates a belief (N, Eq. 6) of an entry of what was perceived, remembered at `at`; its `id`
+    /// is higher than that of every other. `None` when no slot is free.
+    pub(crate) fn create(&mut self, id: u64, at: Instant, entry: u32, perceived: &Perceived) -> Option<u32> {
+        let number = self.free.pop()?;
+        let slot = self.slots.get_mut(number as usize)?;
+        slot.memory = Memory::new(id, at, &perceived.observation);
+        (slot.holds, slot.entry, slot.pending) = (Holds::Snapshot, entry, None);
+        let features = self.features.iter_mut().skip(number as usize * self.terms.len());
+        for (feature, percept) in features.zip(&self.terms) {
+            let value = perceived.snapshot.value(*percept);
+            *feature = value.and_then(|value| Some(sample(value, at)?.feature));
         }
-        self.apart.merge(kept, gone);
+        if let Some(sightings) = &mut self.sightings {
+            let Perceived { observation, .. } = perceived;
+            let observed_at = Instant::from_nanos(observation.observed_at_ns);
+            sightings.begin(number as usize, Run::of(observation.source, observed_at));
+        }
+        self.fresh.push(number);
+        Some(number)
+    }
+
+    /// All beliefs of the step are created: `before` says of a source and an instant which frame
+    /// of the source was the one before.
+    pub(crate) fn follow(&mut self, before: impl Fn(u16, Instant) -> Option<Instant>) {
+        if let Some(sightings) = &mut self.sightings {
+            for &slot in self.fresh.iter() {
+                sightings.follow(slot as usize, &before);
+            }
+        }
+    }
+
+    /// Merges the belief in `gone` into the one in `kept` (M). `perceived` is what this step
+    /// perceived.
+    fn merge(&mut self, kept: u32, gone: u32, perceived: &[Perceived]) {
+        if !self.append(kept, gone) {
+            self.unite(kept, gone, perceived);
+        }
+        self.change(kept);
+        if let Some(sightings) = &mut self.sightings {
+            sightings.merge(kept as usize, gone as usize);
+        }
         self.release(gone);
     }
 
-    /// The belief in the slot is no more.
-    pub(crate) fn release(&mut self, slot: usize) {
-        if let Some(lives) = self.lives.get_mut(slot)
-            && std::mem::take(lives)
-        {
-            self.apart.forget(slot);
-            self.free.push(slot);
+    /// Merges a snapshot newer than all that the belief in `kept` remembers, which is what comes
+    /// every time: what its features become is known from them; its histories can wait. `false`,
+    /// and nothing done, where it is another case.
+    fn append(&mut self, kept: u32, gone: u32) -> bool {
+        let Ok([older, newer]) = self.slots.get_disjoint_mut([kept as usize, gone as usize]) else {
+            return false;
+        };
+        let histories = matches!(older.holds, Holds::Histories(_)) && newer.holds == Holds::Snapshot;
+        if !histories || newer.memory.perceived_at <= older.memory.perceived_at {
+            return false;
         }
+        older.memory.merge(&newer.memory);
+        let pending = older.pending;
+        older.pending = Some((pending.map_or(gone, |(first, _)| first), gone));
+        if let Some(last) = pending.and_then(|(_, last)| self.slots.get_mut(last as usize)) {
+            last.next = gone;
+        }
+        let terms = self.terms.len();
+        let row = |slot: u32| slot as usize * terms..(slot as usize + 1) * terms;
+        if let Ok([features, newer]) = self.features.get_disjoint_mut([row(kept), row(gone)]) {
+            for ((feature, newer), percept) in features.iter_mut().zip(newer).zip(&self.terms) {
+                if let Some(newer) = newer {
+                    *feature = Some(self.histories.after(*percept, feature.as_ref(), newer));
+                }
+            }
+        }
+        true
+    }
+
+    fn unite(&mut self, kept: u32, gone: u32, perceived: &[Perceived]) {
+        let (Some(row), Some(others)) = (self.remember(kept, perceived), self.remember(gone, perceived))
+        else {
+            return;
+        };
+        if let Ok([kept, gone]) = self.slots.get_disjoint_mut([kept as usize, gone as usize]) {
+            kept.memory.merge(&gone.memory);
+            self.histories.merge(row, others, kept.memory.id);
+        }
+        self.refresh(kept);
+    }
+
+    fn change(&mut self, slot: u32) {
+        if let Some(version) = self.versions.get_mut(slot as usize) {
+            *version = version.wrapping_add(1);
+        }
+    }
+
+    /// The belief in the slot is no more.
+    pub(crate) fn release(&mut self, number: u32) {
+        let Some(slot) = self.slots.get_mut(number as usize) else { return };
+        match slot.holds {
+            Holds::Nothing => return,
+            Holds::Snapshot => {}
+            Holds::Histories(row) => self.histories.free_row(row),
+        }
+        (slot.holds, slot.pending) = (Holds::Nothing, None);
+        self.change(number);
+        if let Some(sightings) = &mut self.sightings {
+            sightings.clear(number as usize);
+        }
+        self.free.push(number);
+    }
+
+    /// The step's merging is over: what is left of the new beliefs remembers on its own, and stands
+    /// behind the others; how many they are.
+    pub(crate) fn settle(&mut self, perceived: &[Perceived]) -> usize {
+        self.bury();
+        let old = self.live.len();
+        for index in 0..old {
+            let Some(&slot) = self.live.get(index) else { break };
+            self.remember(slot, perceived);
+        }
+        for index in 0..self.fresh.len() {
+            let Some(&slot) = self.fresh.get(index) else { break };
+            if self.lives(slot) && self.remember(slot, perceived).is_some() {
+                self.live.push(slot);
+            }
+        }
+        self.fresh.clear();
+        self.live.len() - old
     }
 
     /// Takes the released slots out of the order.
     pub(crate) fn bury(&mut self) {
-        let lives = &self.lives;
-        self.live.retain(|&slot| lives.get(slot).copied().unwrap_or(false));
+        let slots = &self.slots;
+        self.live.retain(|&slot| slots.get(slot as usize).is_some_and(|slot| slot.holds != Holds::Nothing));
     }
+
+    /// The histories of a settled belief.
+    pub(crate) fn histories(&self, slot: u32) -> Option<(&Histories, u32)> {
+        Some((&self.histories, self.row(slot)?))
+    }
+
+    /// The histories of a settled belief, to be changed; [refresh](Self::refresh) it afterwards.
+    pub(crate) fn histories_mut(&mut self, slot: u32) -> Option<(&mut Histories, u32)> {
+        let row = self.row(slot)?;
+        Some((&mut self.histories, row))
+    }
+
+    /// The belief in the slot has changed: so have its features.
+    pub(crate) fn refresh(&mut self, slot: u32) {
+        let Some(row) = self.row(slot) else { return };
+        let features = self.features.iter_mut().skip(slot as usize * self.terms.len());
+        for (feature, percept) in features.zip(&self.terms) {
+            *feature = self.histories.newest(row, *percept).map(|sample| sample.feature);
+        }
+    }
+
+    fn row(&self, slot: u32) -> Option<u32> {
+        match self.slots.get(slot as usize)?.holds {
+            Holds::Histories(row) => Some(row),
+            Holds::Nothing | Holds::Snapshot => None,
+        }
+    }
+
+    /// The row of histories of a belief, up to date: it gets one now if it was but a snapshot.
+    fn remember(&mut self, number: u32, perceived: &[Perceived]) -> Option<u32> {
+        let slot = self.slots.get_mut(number as usize)?;
+        let (row, mut pending) = match slot.holds {
+            Holds::Nothing => return None,
+            Holds::Histories(row) => (row, slot.pending.take()),
+            Holds::Snapshot => {
+                let row = self.histories.take_row()?;
+                slot.holds = Holds::Histories(row);
+                (row, Some((number, number)))
+            }
+        };
+        let id = slot.memory.id;
+        while let Some((first, last)) = pending {
+            let snapshot = self.slots.get(first as usize)?;
+            pending = (first != last).then_some((snapshot.next, last));
+            if let Some(perceived) = perceived.get(snapshot.entry as usize) {
+                let at = snapshot.memory.perceived_at;
+                self.unsound += take(&mut self.histories, row, id, at, &perceived.snapshot);
+            }
+        }
+        Some(row)
+    }
+
+    /// All that a belief holds, to the last bit.
+    #[cfg(test)]
+    pub(crate) fn contents(&self, slot: u32) -> String {
+        let (histories, row) = self.histories(slot).unwrap();
+        for (feature, percept) in self.features(slot).iter().zip(&self.terms) {
+            let newest = histories.newest(row, *percept).map(|sample| sample.feature);
+            assert_eq!(*feature, newest, "what was clustered by is what is remembered");
+        }
+        format!("{:?}\n{}", self.memory(slot).unwrap(), histories.contents(row))
+    }
+}
+
+/// The beliefs within a step, and what it perceived.
+pub(crate) struct Step<'a> {
+    pub(crate) arena: &'a mut Arena,
+    pub(crate) perceived: &'a [Perceived],
+}
+
+impl Population for Step<'_> {
+    fn old(&self) -> &[u32] {
+        &self.arena.live
+    }
+
+    fn fresh(&self) -> &[u32] {
+        &self.arena.fresh
+    }
+
+    fn lives(&self, slot: u32) -> bool {
+        self.arena.lives(slot)
+    }
+
+    fn id(&self, slot: u32) -> u64 {
+        self.arena.memory(slot).map_or(0, |memory| memory.id)
+    }
+
+    fn version(&self, slot: u32) -> u32 {
+        self.arena.versions.get(slot as usize).copied().unwrap_or(0)
+    }
+
+    fn place(&self, slot: u32) -> Option<[f32; 3]> {
+        let Reach { term, .. } = self.arena.reach?;
+        match self.arena.features(slot).get(term).copied().flatten()? {
+            Feature::Vector(position_m) => Some(position_m),
+            Feature::None | Feature::Symbol(_) | Feature::Number(_) | Feature::Orientation(_) => None,
+        }
+    }
+
+    fn symbols(&self, slot: u32) -> Symbols {
+        self.arena.metric.symbols(self.arena.features(slot))
+    }
+
+    fn distance(&self, a: u32, b: u32) -> Option<f64> {
+        let Arena { metric, sightings, .. } = &*self.arena;
+        let distance = metric.below_threshold(self.arena.features(a), self.arena.features(b))?;
+        let apart = sightings.as_ref().is_some_and(|sightings| sightings.are_apart(a as usize, b as usize));
+        (!apart).then_some(distance)
+    }
+
+    fn merge(&mut self, kept: u32, gone: u32) {
+        self.arena.merge(kept, gone, self.perceived);
+    }
+}
+
+/// Takes a snapshot into a row of histories; how many evaluations were nonsense and left out.
+fn take(histories: &mut Histories, row: u32, phase: u64, at: Instant, snapshot: &Snapshot) -> u64 {
+    let mut unsound = 0;
+    for value in snapshot.values() {
+        match sample(value, at) {
+            Some(sample) => histories.take(row, value.percept, sample, phase),
+            None => unsound += 1,
+        }
+    }
+    unsound
+}
+
+/// An evaluation as a sample; `None` for nonsense.
+pub(crate) fn sample(value: &PerceptValue, at: Instant) -> Option<Sample> {
+    let PerceptValue { matching, confidence, .. } = *value;
+    let within = (0.0..=1.0).contains(&matching) && (0.0..=1.0).contains(&confidence);
+    let feature = value.feature().filter(|_| within)?;
+    Some(Sample { at, matching, confidence, feature })
 }

@@ -2,142 +2,143 @@
 //! globally minimal D. Of equally near pairs that of the lowest identities comes first; D is
 //! computed anew on every merged belief.
 
-mod lists;
-#[cfg(test)]
 mod naive;
 mod neighbourhood;
+mod population;
+mod queue;
 #[cfg(test)]
 mod tests;
-mod tournament;
 
-use lists::Lists;
+pub use naive::cluster as cluster_naively;
 use neighbourhood::Neighbourhood;
-use tournament::{Pair, Tournament};
+pub use population::{Population, Symbols};
+use queue::{Pair, Queue};
 
-use crate::arena::Arena;
-use crate::room::Room;
-
-/// Finds the pairs to merge without looking at all pairs: with bit for bit the outcome of the
-/// naive loop.
+/// Finds the pairs to merge without looking at all pairs: with bit for bit the outcome of
+/// [the naive loop](cluster_naively).
 ///
-/// Each belief chooses the nearest of the younger beliefs within its reach, in the sense of the
-/// position term alone, and a tournament over the beliefs keeps the nearest pair of all. A merge
-/// changes one belief and ends another, so only those that had chosen one of the two, and the
-/// merged one's new neighbours, choose anew.
+/// Each belief chooses the nearest of the younger beliefs within its reach, and a queue holds one
+/// choice of each. A merge changes one belief and ends another. What the changed one is now
+/// nearest to is found at once, so no choice is ever too late in the queue; a choice that fell on
+/// what has changed or ended is found out when it comes first, and made anew. So the cost grows
+/// with the number of beliefs times that of the neighbours each has within reach, and the
+/// logarithm of the queue.
+///
+/// Allocates in [`Clustering::new`] alone.
 #[derive(Clone, Debug)]
-pub(crate) struct Clustering {
+pub struct Clustering {
     neighbourhood: Neighbourhood,
-    tournament: Tournament,
-    /// By the slot chosen, the slots that chose it.
-    choosers: Lists,
-    widowed: Room<usize>,
+    queue: Queue,
+    /// Whether the fresh members are in the neighbourhood.
+    fresh_inserted: bool,
 }
 
 impl Clustering {
-    pub(crate) fn new(arena: &Arena) -> Self {
-        let slots = arena.slots();
+    /// For a population of at most `slots` members, whose [places](Population::place) are no
+    /// further apart than `reach_m` metres where their distance is below the threshold; without a
+    /// reach, everybody is near everybody.
+    #[must_use]
+    pub fn new(slots: usize, reach_m: Option<f64>) -> Self {
         Self {
-            neighbourhood: Neighbourhood::new(slots, arena.metric().reach()),
-            tournament: Tournament::new(slots),
-            choosers: Lists::new(slots, slots),
-            widowed: Room::for_most(slots),
+            neighbourhood: Neighbourhood::new(slots, reach_m),
+            queue: Queue::new(slots),
+            fresh_inserted: false,
         }
     }
 
-    /// Merges until no pair is closer than the threshold; how many were merged. The arena has
-    /// nothing to bury before, and may have after.
+    /// The member in the slot stays, and is where its place says.
+    pub fn place(&mut self, population: &impl Population, slot: u32) {
+        self.neighbourhood.insert(population, slot);
+    }
+
+    /// The member in the slot is no more.
+    pub fn forget(&mut self, slot: u32) {
+        self.neighbourhood.remove(slot);
+    }
+
+    /// Merges until no pair is closer than the threshold; how many were merged. The old members
+    /// are all [placed](Self::place), the fresh ones none.
     ///
-    /// No two of the first `settled` beliefs are closer than the threshold: neither has changed
-    /// since this was last run, which ended with no such pair.
-    pub(crate) fn run(&mut self, arena: &mut Arena, settled: usize) -> u64 {
-        self.neighbourhood.clear();
-        self.tournament.clear();
-        self.choosers.clear();
-        for (index, &slot) in arena.live().iter().enumerate() {
-            self.neighbourhood.insert(arena, slot);
-            // Whoever comes here is younger than all that are here.
-            if index >= settled {
-                self.settle(arena, slot);
-            }
+    /// `settled` says that no two of the old members are closer than the threshold. `fresh_apart`
+    /// says that no two of the fresh members are ever merged, nor any with what took another in.
+    pub fn run(&mut self, population: &mut impl Population, settled: bool, fresh_apart: bool) -> u64 {
+        self.fresh_inserted = false;
+        // Then the fresh members need not find one another.
+        if !(settled && fresh_apart) {
+            self.insert_fresh(population);
         }
+        let Self { neighbourhood, queue, .. } = self;
+        let old = if settled { &[] } else { population.old() };
+        for &slot in old.iter().chain(population.fresh()) {
+            neighbourhood.each_near(population, slot, |other| {
+                if let Some(pair) = pair(population, slot, other) {
+                    queue.propose(pair);
+                }
+            });
+        }
+        queue.order();
         let mut merged = 0;
-        while let Some(pair) = self.tournament.winner() {
-            self.merge(arena, pair.older_slot, pair.younger_slot);
-            merged += 1;
+        while let Some(pair) = self.queue.first() {
+            if population.version(pair.younger_slot) == pair.younger_version {
+                self.merge(population, pair.older_slot, pair.younger_slot);
+                merged += 1;
+            } else {
+                self.insert_fresh(population);
+                self.choose(population, pair.older_slot);
+            }
         }
         merged
     }
 
-    fn merge(&mut self, arena: &mut Arena, kept: usize, gone: usize) {
-        self.widowed.clear();
-        self.set(gone, None);
-        self.set(kept, None);
-        for ended in [kept, gone] {
-            while let Some(slot) = self.choosers.first_of(ended) {
-                self.set(slot, None);
-                self.widowed.push(slot);
-            }
-        }
+    fn merge(&mut self, population: &mut impl Population, kept: u32, gone: u32) {
+        self.queue.set(gone, None);
         self.neighbourhood.remove(gone);
-        self.neighbourhood.remove(kept);
-        arena.merge(kept, gone);
-        self.neighbourhood.insert(arena, kept);
-        for index in 0..self.widowed.len() {
-            if let Some(&slot) = self.widowed.get(index) {
-                self.choose(arena, slot);
+        population.merge(kept, gone);
+        self.neighbourhood.insert(population, kept);
+        let Self { neighbourhood, queue, .. } = self;
+        let mut nearest: Option<Pair> = None;
+        neighbourhood.each_near(population, kept, |other| {
+            let Some(pair) = pair(population, kept, other) else { return };
+            if pair.older_slot == kept {
+                if nearest.is_none_or(|nearest| pair.is_before(&nearest)) {
+                    nearest = Some(pair);
+                }
+            } else if queue.get(pair.older_slot).is_none_or(|chosen| pair.is_before(chosen)) {
+                queue.set(pair.older_slot, Some(pair));
             }
-        }
-        self.settle(arena, kept);
+        });
+        queue.set(kept, nearest);
     }
 
-    /// The belief in the slot chooses the nearest younger one.
-    fn choose(&mut self, arena: &Arena, slot: usize) {
+    /// The member in the slot chooses the nearest younger one.
+    fn choose(&mut self, population: &impl Population, slot: u32) {
         let mut nearest: Option<Pair> = None;
-        self.neighbourhood.each_near(arena, slot, |other| {
-            if let Some(pair) = pair(arena, slot, other)
+        self.neighbourhood.each_near(population, slot, |other| {
+            if let Some(pair) = pair(population, slot, other)
                 && pair.older_slot == slot
                 && nearest.is_none_or(|nearest| pair.is_before(&nearest))
             {
                 nearest = Some(pair);
             }
         });
-        self.set(slot, nearest);
+        self.queue.set(slot, nearest);
     }
 
-    /// The belief in the slot is new or has changed: the nearest younger one is chosen for it, and
-    /// it for the older ones that it is nearest to.
-    fn settle(&mut self, arena: &Arena, slot: usize) {
-        let Self { neighbourhood, tournament, choosers, .. } = self;
-        neighbourhood.each_near(arena, slot, |other| {
-            if let Some(pair) = pair(arena, slot, other)
-                && tournament.get(pair.older_slot).is_none_or(|chosen| pair.is_before(&chosen))
-            {
-                set(tournament, choosers, pair.older_slot, Some(pair));
+    fn insert_fresh(&mut self, population: &impl Population) {
+        if !std::mem::replace(&mut self.fresh_inserted, true) {
+            for &slot in population.fresh().iter().filter(|&&slot| population.lives(slot)) {
+                self.neighbourhood.insert(population, slot);
             }
-        });
-    }
-
-    fn set(&mut self, slot: usize, choice: Option<Pair>) {
-        set(&mut self.tournament, &mut self.choosers, slot, choice);
+        }
     }
 }
 
-fn set(tournament: &mut Tournament, choosers: &mut Lists, slot: usize, choice: Option<Pair>) {
-    choosers.remove(slot);
-    if let Some(pair) = choice {
-        choosers.insert(pair.younger_slot, slot);
-    }
-    tournament.set(slot, choice);
-}
-
-/// The pair of two beliefs that are not apart, if they are near enough, in the order of their
-/// identities.
-fn pair(arena: &Arena, a: usize, b: usize) -> Option<Pair> {
-    let distance = arena.distance(a, b)?;
-    let (id_a, id_b) = (arena.memory(a)?.id, arena.memory(b)?.id);
-    Some(if id_a < id_b {
-        Pair { distance, older: id_a, younger: id_b, older_slot: a, younger_slot: b }
-    } else {
-        Pair { distance, older: id_b, younger: id_a, older_slot: b, younger_slot: a }
-    })
+/// The pair of two members, if they are near enough, in the order of their identities.
+fn pair(population: &impl Population, a: u32, b: u32) -> Option<Pair> {
+    let distance = population.distance(a, b)?;
+    let (id_a, id_b) = (population.id(a), population.id(b));
+    let (older, younger, older_slot, younger_slot) =
+        if id_a < id_b { (id_a, id_b, a, b) } else { (id_b, id_a, b, a) };
+    let younger_version = population.version(younger_slot);
+    Some(Pair { distance, older, younger, older_slot, younger_slot, younger_version })
 }

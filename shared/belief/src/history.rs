@@ -1,103 +1,303 @@
-//! History functions h and their generators G (Eq. 3): what a belief remembers of one percept.
+//! History functions h and their generators G (Eq. 3): what beliefs remember of their percepts.
 
 mod low_pass;
 mod series;
 #[cfg(test)]
 mod tests;
 
+use std::ops::Range;
+
 use clock::Instant;
-use config::percepts::{self, WhenFull};
+use config::percepts::{self, Percept, WhenFull};
 use low_pass::LowPass;
 use message::Feature;
-pub(crate) use series::{Series, Thinning};
+use series::{Series, Thinning};
 
+use crate::room::Room;
 use crate::sample::Sample;
 
-/// h: the remembered evaluation of one percept at any instant.
+/// The histories of all beliefs of a system: a row for each belief, in each row one history per
+/// percept of the set P; an empty one says that the belief does not map the percept.
 ///
-/// Before the first sample there is none; between two the earlier holds; after the last it
-/// holds while its confidence decays.
+/// A history gives the remembered evaluation of its percept at any instant. Before the first
+/// sample there is none; between two the earlier holds; after the last it holds while its
+/// confidence decays.
+///
+/// What lies in one row lies together, and room is taken when a row is first used: a step goes
+/// through the rows of all that is perceived, so its cost is that of fetching them.
 #[derive(Clone, Debug)]
-pub(crate) enum History {
-    /// Samples as they were: lossless, or thinned on a logarithmic time scale.
-    Series(Series),
-    /// The filtered present.
-    LowPass(LowPass),
+pub(crate) struct Histories {
+    generators: Box<[Generator]>,
+    rows: usize,
+    used: usize,
+    free: Room<u32>,
+    low_passes: Table<LowPass>,
+    series: Table<Series>,
+    cells: Table<Sample>,
+    scratch: Room<Sample>,
 }
 
-impl History {
-    /// An empty history with room for all it will ever hold.
-    pub(crate) fn new(generator: percepts::History) -> Self {
-        match generator {
-            percepts::History::Lossless { samples, when_full } => {
-                let thinning = match when_full {
-                    WhenFull::ForgetOldest => Thinning::ForgetOldest,
-                    WhenFull::Thin => Thinning::ShortestGap,
-                };
-                Self::Series(Series::new(samples.get(), thinning))
+/// g of a percept, and where in a row its history is.
+#[derive(Clone, Debug)]
+enum Generator {
+    /// The filtered present; a is the share of the newest sample.
+    LowPass { index: usize, share: f64 },
+    /// Samples as they were: lossless, or thinned on a logarithmic time scale.
+    Series { index: usize, cells: Range<usize>, thinning: Thinning },
+}
+
+impl Histories {
+    /// Room for `rows` beliefs.
+    pub(crate) fn new(percepts: &[Percept], rows: usize) -> Self {
+        let (mut low_passes, mut series, mut cells, mut most) = (0, 0, 0, 0);
+        let mut place = |samples: usize, thinning: Thinning| {
+            let samples = samples.max(1);
+            let generator = Generator::Series { index: series, cells: cells..cells + samples, thinning };
+            series += 1;
+            cells += samples;
+            most = most.max(samples);
+            generator
+        };
+        let generators = percepts.iter().map(|percept| match percept.history {
+            percepts::History::Lossless { samples, when_full: WhenFull::ForgetOldest } => {
+                place(samples.get(), Thinning::ForgetOldest)
             }
-            percepts::History::LogTimescale { samples } => {
-                Self::Series(Series::new(samples.get(), Thinning::Octaves))
+            percepts::History::Lossless { samples, when_full: WhenFull::Thin } => {
+                place(samples.get(), Thinning::ShortestGap)
             }
-            percepts::History::LowPass { share } => Self::LowPass(LowPass::new(share.get())),
+            percepts::History::LogTimescale { samples } => place(samples.get(), Thinning::Octaves),
+            percepts::History::LowPass { share } => {
+                low_passes += 1;
+                Generator::LowPass { index: low_passes - 1, share: share.get() }
+            }
+        });
+        Self {
+            generators: generators.collect(),
+            rows,
+            used: 0,
+            free: Room::for_most(rows),
+            low_passes: Table::new(low_passes, rows),
+            series: Table::new(series, rows),
+            cells: Table::new(cells, rows),
+            scratch: Room::for_most(2 * most),
         }
     }
 
-    /// How many samples it holds at most.
-    pub(crate) fn room(&self) -> usize {
-        match self {
-            Self::Series(series) => series.room(),
-            Self::LowPass(_) => 1,
+    /// A row of empty histories; `None` when all are taken.
+    pub(crate) fn take_row(&mut self) -> Option<u32> {
+        if let Some(row) = self.free.pop() {
+            self.low_passes.reset(row as usize);
+            self.series.reset(row as usize);
+            return Some(row);
+        }
+        let row = u32::try_from(self.used).ok().filter(|_| self.used < self.rows)?;
+        self.used += 1;
+        self.low_passes.grow();
+        self.series.grow();
+        self.cells.grow_with(Sample::NONE);
+        Some(row)
+    }
+
+    /// Gives a row back.
+    pub(crate) fn free_row(&mut self, row: u32) {
+        self.free.push(row);
+    }
+
+    /// Takes one sample into a history: the union with g(m, c, d), the history of that sample.
+    /// `phase`, another for each belief, spreads the work of thinning over time.
+    #[inline]
+    pub(crate) fn take(&mut self, row: u32, percept: u16, sample: Sample, phase: u64) {
+        let Self { generators, low_passes, series, cells, scratch, .. } = self;
+        match generators.get(usize::from(percept)) {
+            Some(Generator::LowPass { index, share }) => {
+                if let Some(low_pass) = low_passes.get_mut(row, *index) {
+                    low_pass.take(sample, *share);
+                }
+            }
+            Some(Generator::Series { index, cells: range, thinning }) => {
+                if let (Some(series), Some(cells)) =
+                    (series.get_mut(row, *index), cells.range_mut(row, range))
+                {
+                    series.take(cells, *thinning, sample, phase, scratch);
+                }
+            }
+            None => {}
         }
     }
 
-    /// g(m, c, d) = h: begins anew with one sample.
-    pub(crate) fn begin(&mut self, sample: Sample) {
-        match self {
-            Self::Series(series) => series.begin(sample),
-            Self::LowPass(filter) => filter.begin(sample),
+    /// What the newest feature of a percept will be when a sample is taken that is newer than all.
+    pub(crate) fn after(&self, percept: u16, newest: Option<&Feature>, sample: &Feature) -> Feature {
+        match (self.generators.get(usize::from(percept)), newest) {
+            (Some(Generator::LowPass { share, .. }), Some(newest)) => {
+                low_pass::mix(sample, *share, newest, 1.0 - *share)
+            }
+            (Some(Generator::LowPass { .. } | Generator::Series { .. }) | None, _) => *sample,
         }
     }
 
-    /// Forgets everything.
-    pub(crate) fn clear(&mut self) {
-        match self {
-            Self::Series(series) => series.clear(),
-            Self::LowPass(filter) => filter.clear(),
-        }
-    }
-
-    /// The union with another history of the same percept. `scratch` has room for both.
-    pub(crate) fn merge(&mut self, other: &Self, scratch: &mut Vec<Sample>) {
-        match (self, other) {
-            (Self::Series(mine), Self::Series(other)) => mine.merge(other, scratch),
-            (Self::LowPass(mine), Self::LowPass(other)) => mine.merge(other),
-            // One percept has one generator in all beliefs of a system.
-            (Self::Series(_), Self::LowPass(_)) | (Self::LowPass(_), Self::Series(_)) => {}
-        }
-    }
-
-    /// h(t), and its sample's instant.
-    pub(crate) fn at(&self, instant: Instant, decay_per_s: f64) -> Option<Sample> {
-        match self {
-            Self::Series(series) => series.at(instant, decay_per_s),
-            Self::LowPass(filter) => filter.at(instant, decay_per_s),
+    /// Unites the histories of one row with those of another; `phase` as for [`Self::take`].
+    pub(crate) fn merge(&mut self, kept: u32, gone: u32, phase: u64) {
+        let Self { generators, low_passes, series, cells, scratch, .. } = self;
+        for generator in generators.iter() {
+            match generator {
+                Generator::LowPass { index, share } => {
+                    let other = low_passes.get(gone, *index).copied();
+                    if let (Some(mine), Some(other)) = (low_passes.get_mut(kept, *index), other) {
+                        mine.merge(&other, *share);
+                    }
+                }
+                Generator::Series { index, cells: range, thinning } => {
+                    let other = series.get(gone, *index).copied();
+                    if let (Some(mine), Some(other), Some((cells, of_other))) =
+                        (series.get_mut(kept, *index), other, cells.two_ranges_mut(kept, gone, range))
+                    {
+                        mine.merge(cells, *thinning, (other, of_other), phase, scratch);
+                    }
+                }
+            }
         }
     }
 
     /// The newest evaluation, undecayed.
-    pub(crate) fn newest(&self) -> Option<Sample> {
-        match self {
-            Self::Series(series) => series.newest(),
-            Self::LowPass(filter) => filter.newest(),
+    pub(crate) fn newest(&self, row: u32, percept: u16) -> Option<Sample> {
+        match self.generators.get(usize::from(percept))? {
+            Generator::LowPass { index, .. } => self.low_passes.get(row, *index)?.newest(),
+            Generator::Series { index, cells, .. } => {
+                self.series.get(row, *index)?.newest(self.cells.range(row, cells)?)
+            }
         }
     }
 
-    /// Replaces every remembered feature.
-    pub(crate) fn map(&mut self, change: impl Fn(Feature) -> Feature) {
-        match self {
-            Self::Series(series) => series.map(change),
-            Self::LowPass(filter) => filter.map(change),
+    /// h(t), and its sample's instant.
+    pub(crate) fn at(&self, row: u32, percept: u16, instant: Instant, decay_per_s: f64) -> Option<Sample> {
+        match self.generators.get(usize::from(percept))? {
+            Generator::LowPass { index, .. } => self.low_passes.get(row, *index)?.at(instant, decay_per_s),
+            Generator::Series { index, cells, .. } => {
+                self.series.get(row, *index)?.at(self.cells.range(row, cells)?, instant, decay_per_s)
+            }
+        }
+    }
+
+    /// Replaces every remembered feature of a percept.
+    pub(crate) fn map(&mut self, row: u32, percept: u16, change: impl Fn(Feature) -> Feature) {
+        let Self { generators, low_passes, series, cells, .. } = self;
+        match generators.get(usize::from(percept)) {
+            Some(Generator::LowPass { index, .. }) => {
+                if let Some(low_pass) = low_passes.get_mut(row, *index) {
+                    low_pass.map(change);
+                }
+            }
+            Some(Generator::Series { index, cells: range, .. }) => {
+                if let (Some(series), Some(cells)) = (series.get(row, *index), cells.range_mut(row, range)) {
+                    series.map(cells, change);
+                }
+            }
+            None => {}
+        }
+    }
+
+    /// Forgets everything of a percept, or begins anew with one sample.
+    pub(crate) fn begin(&mut self, row: u32, percept: u16, sample: Option<Sample>) {
+        match self.generators.get(usize::from(percept)) {
+            Some(Generator::LowPass { index, .. }) => {
+                if let Some(low_pass) = self.low_passes.get_mut(row, *index) {
+                    *low_pass = LowPass::default();
+                }
+            }
+            Some(Generator::Series { index, .. }) => {
+                if let Some(series) = self.series.get_mut(row, *index) {
+                    *series = Series::default();
+                }
+            }
+            None => {}
+        }
+        if let Some(sample) = sample {
+            self.take(row, percept, sample, 0);
+        }
+    }
+
+    /// All samples that a history still has.
+    #[cfg(test)]
+    pub(crate) fn samples(&self, row: u32, percept: u16) -> Vec<Sample> {
+        match &self.generators[usize::from(percept)] {
+            Generator::LowPass { .. } => self.newest(row, percept).into_iter().collect(),
+            Generator::Series { index, cells, .. } => {
+                let cells = self.cells.range(row, cells).unwrap();
+                self.series.get(row, *index).unwrap().samples(cells).collect()
+            }
+        }
+    }
+
+    /// All that a row holds, to the last bit; where in their cells the samples lie is no part of it.
+    #[cfg(test)]
+    pub(crate) fn contents(&self, row: u32) -> String {
+        let percepts = 0..u16::try_from(self.generators.len()).unwrap();
+        let histories = percepts.map(|percept| match &self.generators[usize::from(percept)] {
+            Generator::LowPass { index, .. } => format!("{:?}", self.low_passes.get(row, *index)),
+            Generator::Series { index, .. } => {
+                let taken = self.series.get(row, *index).unwrap().taken();
+                format!("{taken} {:?}", self.samples(row, percept))
+            }
+        });
+        histories.collect::<Vec<_>>().join("\n")
+    }
+}
+
+/// Rows of equal width, one after the other, that grow within their room.
+#[derive(Clone, Debug)]
+struct Table<T> {
+    width: usize,
+    entries: Room<T>,
+}
+
+impl<T: Copy> Table<T> {
+    fn new(width: usize, rows: usize) -> Self {
+        Self { width, entries: Room::for_most(width * rows) }
+    }
+
+    fn grow_with(&mut self, entry: T) {
+        self.entries.extend(std::iter::repeat_n(entry, self.width));
+    }
+
+    fn get(&self, row: u32, index: usize) -> Option<&T> {
+        self.entries.get(row as usize * self.width + index)
+    }
+
+    fn get_mut(&mut self, row: u32, index: usize) -> Option<&mut T> {
+        self.entries.get_mut(row as usize * self.width + index)
+    }
+
+    fn range(&self, row: u32, range: &Range<usize>) -> Option<&[T]> {
+        self.entries.get(self.of(row, range))
+    }
+
+    fn range_mut(&mut self, row: u32, range: &Range<usize>) -> Option<&mut [T]> {
+        let range = self.of(row, range);
+        self.entries.get_mut(range)
+    }
+
+    /// The same range of two rows, the second to be read only.
+    fn two_ranges_mut(&mut self, one: u32, other: u32, range: &Range<usize>) -> Option<(&mut [T], &[T])> {
+        let ranges = [self.of(one, range), self.of(other, range)];
+        let [one, other] = self.entries.get_disjoint_mut(ranges).ok()?;
+        Some((one, other))
+    }
+
+    fn of(&self, row: u32, range: &Range<usize>) -> Range<usize> {
+        let start = row as usize * self.width;
+        start + range.start..start + range.end
+    }
+}
+
+impl<T: Copy + Default> Table<T> {
+    fn grow(&mut self) {
+        self.grow_with(T::default());
+    }
+
+    fn reset(&mut self, row: usize) {
+        let start = row * self.width;
+        if let Some(entries) = self.entries.get_mut(start..start + self.width) {
+            entries.fill(T::default());
         }
     }
 }

@@ -1,7 +1,7 @@
 use config::percepts::{self, Measure, NoTermApplies};
 use message::Feature;
 
-use crate::memory::Memory;
+use crate::cluster::Symbols;
 
 /// The belief distance D (Eq. 4): Σ wᵢ·qᵢ·dᵢ over the configured terms, in their order.
 #[derive(Clone, Debug)]
@@ -12,10 +12,11 @@ pub(crate) struct Metric {
     no_term_applies: NoTermApplies,
 }
 
-/// A percept whose features no two beliefs of one thing have further apart than this.
+/// A term whose features no two beliefs of one thing have further apart than this.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Reach {
-    pub(crate) percept: u16,
+    /// The place of the term among the terms.
+    pub(crate) term: usize,
     pub(crate) metres: f64,
 }
 
@@ -31,13 +32,34 @@ impl Metric {
         }
     }
 
-    /// D of two beliefs, where it is below the threshold.
-    pub(crate) fn below_threshold(&self, a: &Memory, b: &Memory) -> Option<f64> {
+    /// Of a belief's features, in the order of the terms, the symbols that alone tell it from
+    /// others.
+    pub(crate) fn symbols(&self, features: &[Option<Feature>]) -> Symbols {
+        let mut symbols = Symbols::NONE;
+        // Divided by all weights, no term alone says that much.
+        let telling = self.terms.iter().zip(features).filter(|(term, _)| {
+            term.measure == Measure::Differs && term.weight >= self.threshold && !self.normalised
+        });
+        for (place, (_, feature)) in telling.enumerate() {
+            if let Some(Feature::Symbol(symbol)) = *feature {
+                symbols.set(place, symbol);
+            }
+        }
+        symbols
+    }
+
+    /// The percepts that the terms compare, in the order of the terms.
+    pub(crate) fn percepts(&self) -> impl Iterator<Item = u16> {
+        self.terms.iter().map(|term| term.percept)
+    }
+
+    /// D of two beliefs, given their features in the order of the terms, where it is below the
+    /// threshold.
+    pub(crate) fn below_threshold(&self, a: &[Option<Feature>], b: &[Option<Feature>]) -> Option<f64> {
         let (mut sum, mut weights) = (0.0, 0.0);
-        for term in &self.terms {
-            let features = (a.feature(term.percept), b.feature(term.percept));
+        for (term, features) in self.terms.iter().zip(a.iter().zip(b)) {
             let (Some(of_a), Some(of_b)) = features else { continue };
-            let Some(distance) = measure(term.measure, &of_a, &of_b) else { continue };
+            let Some(distance) = measure(term.measure, of_a, of_b) else { continue };
             sum += term.weight * distance;
             weights += term.weight;
             // No term is negative and addition rounds monotonically: it will not fall again.
@@ -58,12 +80,13 @@ impl Metric {
     }
 
     /// How far apart two beliefs may be and still be closer than the threshold, in the features
-    /// of the first percept measured in metres: D is at least that term alone.
+    /// of the first term measured in metres: D is at least that term alone.
     pub(crate) fn reach(&self) -> Option<Reach> {
-        let term = self.terms.iter().find(|term| term.measure == Measure::Metres)?;
+        let (index, term) =
+            self.terms.iter().enumerate().find(|(_, term)| term.measure == Measure::Metres)?;
         let total: f64 = self.terms.iter().map(|term| term.weight).sum();
         let share = if self.normalised { total } else { 1.0 };
-        Some(Reach { percept: term.percept, metres: self.threshold * share / term.weight })
+        Some(Reach { term: index, metres: self.threshold * share / term.weight })
     }
 }
 

@@ -14,6 +14,10 @@ pub(crate) struct Sample {
 }
 
 impl Sample {
+    /// What stands in a cell that holds no sample yet.
+    pub(crate) const NONE: Self =
+        Self { at: Instant::EPOCH, matching: 0.0, confidence: 0.0, feature: Feature::None };
+
     /// Which of two samples counts at one instant: that of the higher m·c. Among equals the
     /// numbers decide, so that the outcome does not depend on who came first.
     pub(crate) fn rank(&self, other: &Self) -> Ordering {

@@ -1,6 +1,5 @@
 use clock::Instant;
 
-use crate::apart::GROUPS;
 use crate::room::Room;
 
 /// The sources of observations, with the newest instant each has reported.
@@ -9,62 +8,82 @@ use crate::room::Room;
 /// earlier step was counted then, or came too late to be told from it.
 #[derive(Clone, Debug)]
 pub(crate) struct Sources {
-    /// Source, newest instant of earlier steps, newest of this step.
-    newest: Room<(u16, Option<Instant>, Instant)>,
-    /// The groups of this step: source and instant.
-    groups: Room<(u16, Instant)>,
+    known: Room<Source>,
+    /// The frames of this step: source and instant.
+    frames: Room<(u16, Instant)>,
+}
+
+#[derive(Clone, Copy, Debug)]
+struct Source {
+    number: u16,
+    /// Newest instant of earlier steps.
+    earlier: Option<Instant>,
+    /// Newest instant, this step included.
+    newest: Instant,
 }
 
 /// Sources that a belief system tells apart.
 const SOURCES: usize = 256;
 
+/// Frames that one step can tell apart.
+const FRAMES: usize = 64;
+
 /// Whether an observation may enter the step.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Admission {
-    /// It may, in this group of its source and instant.
-    Group(usize),
+    /// It may.
+    Enters,
     /// It is not newer than what its source reported in an earlier step.
     Stale,
-    /// There are more sources or groups than can be told apart.
+    /// There are more sources or frames than can be told apart.
     NoRoom,
 }
 
 impl Sources {
     pub(crate) fn new() -> Self {
-        Self { newest: Room::for_most(SOURCES), groups: Room::for_most(GROUPS) }
+        Self { known: Room::for_most(SOURCES), frames: Room::for_most(FRAMES) }
     }
 
     /// Begins a step.
     pub(crate) fn begin(&mut self) {
-        self.groups.clear();
-        for (_, earlier, newest) in self.newest.iter_mut() {
-            *earlier = Some(*newest);
+        self.frames.clear();
+        for source in self.known.iter_mut() {
+            source.earlier = Some(source.newest);
         }
     }
 
-    /// Groups of this step so far.
-    pub(crate) fn groups(&self) -> usize {
-        self.groups.len()
+    /// Frames of this step so far: instants of sources.
+    pub(crate) fn frames(&self) -> usize {
+        self.frames.len()
     }
 
-    pub(crate) fn admit(&mut self, source: u16, at: Instant) -> Admission {
-        let known = self.newest.iter().position(|(known, ..)| *known == source);
-        let earlier = known.and_then(|index| self.newest.get(index)).and_then(|(_, earlier, _)| *earlier);
+    pub(crate) fn admit(&mut self, number: u16, at: Instant) -> Admission {
+        // Observations come frame by frame.
+        if self.frames.last() == Some(&(number, at)) {
+            return Admission::Enters;
+        }
+        let known = self.known.iter().position(|source| source.number == number);
+        let earlier = known.and_then(|index| self.known.get(index)).and_then(|source| source.earlier);
         if earlier.is_some_and(|earlier| at <= earlier) {
             return Admission::Stale;
         }
-        let group = match self.groups.iter().position(|group| *group == (source, at)) {
-            Some(group) => group,
-            None if self.groups.len() < GROUPS && (known.is_some() || self.newest.len() < SOURCES) => {
-                self.groups.push((source, at));
-                self.groups.len() - 1
+        if !self.frames.contains(&(number, at)) {
+            if self.frames.len() >= FRAMES || (known.is_none() && self.known.len() >= SOURCES) {
+                return Admission::NoRoom;
             }
-            None => return Admission::NoRoom,
-        };
-        match known.and_then(|index| self.newest.get_mut(index)) {
-            Some((_, _, newest)) => *newest = (*newest).max(at),
-            None => self.newest.push((source, None, at)),
+            self.frames.push((number, at));
         }
-        Admission::Group(group)
+        match known.and_then(|index| self.known.get_mut(index)) {
+            Some(source) => source.newest = source.newest.max(at),
+            None => self.known.push(Source { number, earlier: None, newest: at }),
+        }
+        Admission::Enters
+    }
+
+    /// The frame of a source before that of an instant of this step.
+    pub(crate) fn before(&self, number: u16, at: Instant) -> Option<Instant> {
+        let of_step = self.frames.iter().filter(|(source, instant)| *source == number && *instant < at);
+        let earlier = self.known.iter().find(|source| source.number == number);
+        of_step.map(|(_, instant)| *instant).max().or_else(|| earlier?.earlier)
     }
 }

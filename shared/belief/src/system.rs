@@ -5,9 +5,9 @@ use clock::{Duration, Instant};
 use config::percepts::{Cull, Kernel, Percept, Percepts};
 use geometry::{Pose, Position};
 use message::{Belief, Feature, Perceived, Remembered};
-use quantity::number::single;
+use quantity::number::{saturating_u32, single};
 
-use crate::arena::Arena;
+use crate::arena::{Arena, Step, sample};
 use crate::cluster::Clustering;
 use crate::sample::Sample;
 use crate::sources::{Admission, Sources};
@@ -17,7 +17,7 @@ use crate::sources::{Admission, Sources};
 const AHEAD: Duration = Duration::from_secs(1);
 
 /// Beliefs that a system can be asked to hold.
-const MOST: usize = 4096;
+const MOST: usize = 1_000_000;
 
 /// The belief system of one perspective: (B, G, M, d, q, w, c).
 ///
@@ -38,7 +38,7 @@ const MOST: usize = 4096;
 ///     let now = Instant::from_nanos(1 + millis * 1_000_000);
 ///     let observation = Observation::object(0, now.as_nanos());
 ///     let snapshot = perception.perceive(&observation, &Frame { agent: 0 });
-///     system.step(now, &[Perceived { observation, snapshot }], |_place| true);
+///     system.step(now, &[Perceived { observation, snapshot }], 0..1, |_place| true);
 /// }
 /// assert_eq!(system.len(), 1);
 /// let belief = system.beliefs().next().unwrap();
@@ -50,11 +50,11 @@ pub struct BeliefSystem {
     /// The percept that says where a thing is.
     place: Option<u16>,
     cull: Vec<Cull>,
-    cannot_link: bool,
     capacity: usize,
     arena: Arena,
     clustering: Clustering,
-    /// Whether no belief has changed since the clustering.
+    /// Whether no two beliefs are closer than the threshold: none has changed since the
+    /// clustering.
     settled: bool,
     sources: Sources,
     next_id: u64,
@@ -67,8 +67,11 @@ pub struct BeliefSystem {
 /// The beliefs it holds are those created, less those merged, culled and evicted.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Counts {
-    /// Observations refused because their numbers were unsound or their instant far ahead.
-    pub refused: u64,
+    /// Observations refused because their numbers were unsound, and evaluations of percepts left
+    /// out for the same reason.
+    pub unsound: u64,
+    /// Observations refused because their instant was far ahead: their source's clock is wrong.
+    pub ahead: u64,
     /// Observations refused because they were not newer than those of their source in an
     /// earlier step.
     pub stale: u64,
@@ -86,11 +89,19 @@ pub struct Counts {
     pub evicted: u64,
 }
 
+impl Counts {
+    /// Observations and evaluations that were refused, for whatever reason.
+    #[must_use]
+    pub const fn refused(&self) -> u64 {
+        self.unsound + self.ahead + self.stale
+    }
+}
+
 /// Why there can be no such belief system.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum Unbelievable {
     /// The capacity is out of its range.
-    #[error("a belief system for {capacity} beliefs: the capacity must be from 1 to 4096")]
+    #[error("a belief system for {capacity} beliefs: the capacity must be from 1 to 1000000")]
     Capacity {
         /// Beliefs asked for.
         capacity: usize,
@@ -103,20 +114,19 @@ impl BeliefSystem {
     ///
     /// # Errors
     ///
-    /// The capacity is zero or above 4096.
+    /// The capacity is zero or above a million.
     pub fn new(percepts: &Percepts, capacity: usize) -> Result<Self, Unbelievable> {
         if !(1..=MOST).contains(&capacity) {
             return Err(Unbelievable::Capacity { capacity });
         }
         let place = percepts.percepts.iter().position(|percept| percept.kernel == Kernel::Position);
-        let arena = Arena::new(percepts, 2 * capacity);
+        let arena = Arena::new(percepts, saturating_u32(2 * capacity));
         Ok(Self {
             percepts: percepts.percepts.clone(),
             place: place.and_then(|index| u16::try_from(index).ok()),
             cull: percepts.belief.cull.clone(),
-            cannot_link: percepts.belief.cannot_link_same_source_instant,
             capacity,
-            clustering: Clustering::new(&arena),
+            clustering: Clustering::new(arena.slots(), arena.reach_m()),
             arena,
             settled: true,
             sources: Sources::new(),
@@ -128,14 +138,15 @@ impl BeliefSystem {
 
     /// Takes in what the perspective perceived at `now`: creates beliefs, merges them, culls.
     ///
-    /// Observations and snapshots are in the perspective's frame. `in_view` says of a place in
+    /// `which` are the indices of the `perceived` things that count, rising. Observations and snapshots are in the perspective's frame. `in_view` says of a place in
     /// that frame, in metres, whether the perspective now sees what is there. An observation
     /// whose snapshot is empty creates nothing. An instant before that of the step before is
     /// taken as the latter; observations that may not enter are counted.
-    pub fn step<'a>(
+    pub fn step(
         &mut self,
         now: Instant,
-        perceived: impl IntoIterator<Item = &'a Perceived>,
+        perceived: &[Perceived],
+        which: impl Iterator<Item = usize>,
         in_view: impl Fn([f32; 3]) -> bool,
     ) {
         if now < self.now {
@@ -143,16 +154,24 @@ impl BeliefSystem {
         }
         self.now = self.now.max(now);
         let first_new = self.next_id;
-        let settled = if std::mem::replace(&mut self.settled, true) { self.len() } else { 0 };
         self.sources.begin();
-        for perceived in perceived {
-            self.create(perceived);
+        for index in which {
+            if let Some(perceived) = perceived.get(index) {
+                self.create(saturating_u32(index), perceived);
+            }
         }
-        self.counts.merged += self.clustering.run(&mut self.arena, settled);
-        self.arena.bury();
+        let Self { arena, clustering, sources, .. } = self;
+        arena.follow(|source, at| sources.before(source, at));
+        let settled = std::mem::replace(&mut self.settled, true);
+        // What one source sees at one instant is apart, and so is whatever takes any of it in.
+        let fresh_apart = arena.keeps_apart() && sources.frames() <= 1;
+        self.counts.merged += clustering.run(&mut Step { arena, perceived }, settled, fresh_apart);
+        let stayed = self.arena.settle(perceived);
+        for stayed in self.len() - stayed..self.len() {
+            self.place(stayed);
+        }
         self.cull(in_view);
         self.evict();
-        self.arena.settle(self.sources.groups());
         self.number(first_new);
     }
 
@@ -170,8 +189,8 @@ impl BeliefSystem {
 
     /// What happened since the system was made.
     #[must_use]
-    pub const fn counts(&self) -> Counts {
-        self.counts
+    pub fn counts(&self) -> Counts {
+        Counts { unsound: self.counts.unsound + self.arena.unsound(), ..self.counts }
     }
 
     /// The instant of the last step.
@@ -189,12 +208,12 @@ impl BeliefSystem {
     /// `instant` (Eq. 3): those whose first sample is later are left out.
     #[must_use]
     pub fn write(&self, index: usize, instant: Instant) -> Option<Belief> {
-        let memory = self.arena.memory(*self.arena.live().get(index)?)?;
+        let slot = *self.arena.live().get(index)?;
+        let (memory, (histories, row)) = (self.arena.memory(slot)?, self.arena.histories(slot)?);
         let (born_at, perceived_at) = (memory.born_at.as_nanos(), memory.perceived_at.as_nanos());
         let mut belief = Belief::new(memory.id, born_at, perceived_at, memory.observations, memory.held_by);
         for (number, percept) in (0..).zip(&self.percepts) {
-            let history = memory.history(number);
-            if let Some(sample) = history.and_then(|history| history.at(instant, percept.decay_per_s)) {
+            if let Some(sample) = histories.at(row, number, instant, percept.decay_per_s) {
                 let Sample { at, matching, confidence, feature } = sample;
                 // There is room: a belief holds as many percepts as a percept set has.
                 belief.push(Remembered::new(number, at.as_nanos(), matching, confidence, feature));
@@ -221,11 +240,10 @@ impl BeliefSystem {
         for index in 0..self.len() {
             let Some(&slot) = self.arena.live().get(index) else { return };
             for (number, percept) in (0..).zip(&self.percepts) {
-                let Some(memory) = self.arena.memory_mut(slot) else { return };
-                let Some(history) = memory.history_mut(number) else { return };
+                let Some((histories, row)) = self.arena.histories_mut(slot) else { return };
                 match &percept.kernel {
-                    Kernel::Position => history.map(|feature| moved(x_new_old, feature)),
-                    Kernel::Orientation => history.map(|feature| turned(x_new_old, feature)),
+                    Kernel::Position => histories.map(row, number, |feature| moved(x_new_old, feature)),
+                    Kernel::Orientation => histories.map(row, number, |feature| turned(x_new_old, feature)),
                     Kernel::Region(_)
                     | Kernel::Extents
                     | Kernel::State(_)
@@ -234,37 +252,52 @@ impl BeliefSystem {
                 }
             }
             self.see_regions_anew(slot);
+            self.arena.refresh(slot);
+            self.place(index);
         }
     }
 
-    fn see_regions_anew(&mut self, slot: usize) {
+    /// The belief at `index` is where its features say.
+    fn place(&mut self, index: usize) {
+        if let Some(&slot) = self.arena.live().get(index) {
+            self.clustering.place(&Step { arena: &mut self.arena, perceived: &[] }, slot);
+        }
+    }
+
+    fn see_regions_anew(&mut self, slot: u32) {
         let place = self.place_of(slot);
         for (number, percept) in (0..).zip(&self.percepts) {
             let Kernel::Region(region) = &percept.kernel else { continue };
-            let Some(memory) = self.arena.memory_mut(slot) else { return };
-            let Some(history) = memory.history_mut(number) else { return };
-            match (place, history.newest()) {
-                (Some(place), Some(newest)) => {
-                    let degree = if region.holds(place) { 1.0 } else { 0.0 };
-                    history.begin(Sample { feature: Feature::Number(degree), ..newest });
-                }
-                (None, _) | (_, None) => history.clear(),
-            }
+            let Some((histories, row)) = self.arena.histories_mut(slot) else { return };
+            let sample = place.zip(histories.newest(row, number)).map(|(place, newest)| {
+                let degree = if region.holds(place) { 1.0 } else { 0.0 };
+                Sample { feature: Feature::Number(degree), ..newest }
+            });
+            histories.begin(row, number, sample);
         }
     }
 
-    fn create(&mut self, perceived: &Perceived) {
+    fn create(&mut self, entry: u32, perceived: &Perceived) {
         let Perceived { observation, snapshot } = perceived;
         let observed_at = Instant::from_nanos(observation.observed_at_ns);
-        if !observation.is_sound() || observed_at > self.now + AHEAD {
-            self.counts.refused += 1;
+        if !observation.is_sound() {
+            self.counts.unsound += 1;
             return;
         }
-        if snapshot.values().is_empty() {
+        if observed_at > self.now + AHEAD {
+            self.counts.ahead += 1;
             return;
         }
-        let group = match self.sources.admit(observation.source, observed_at) {
-            Admission::Group(group) => group,
+        // What is remembered is not later than now, or h(now) would not know of it.
+        let at = observed_at.min(self.now);
+        let values = snapshot.values();
+        let in_order = values.is_sorted_by(|a, b| a.percept < b.percept);
+        if !in_order || !values.iter().any(|value| sample(value, at).is_some()) {
+            self.counts.unsound += u64::from(!values.is_empty());
+            return;
+        }
+        match self.sources.admit(observation.source, observed_at) {
+            Admission::Enters => {}
             Admission::Stale => {
                 self.counts.stale += 1;
                 return;
@@ -273,16 +306,11 @@ impl BeliefSystem {
                 self.counts.overflowed += 1;
                 return;
             }
-        };
-        // What is remembered is not later than now, or h(now) would not know of it.
-        let at = observed_at.min(self.now);
-        match self.arena.create(self.next_id, at, observation, snapshot) {
-            Some(slot) => {
+        }
+        match self.arena.create(self.next_id, at, entry, perceived) {
+            Some(_) => {
                 self.counts.created += 1;
                 self.next_id += 1;
-                if self.cannot_link {
-                    self.arena.join(slot, group);
-                }
             }
             None => self.counts.overflowed += 1,
         }
@@ -293,25 +321,30 @@ impl BeliefSystem {
         if self.cull.is_empty() {
             return;
         }
+        let culled = self.counts.culled;
         for index in 0..self.len() {
             let Some(&slot) = self.arena.live().get(index) else { break };
             if self.cull.iter().all(|cull| self.agrees(cull, slot, &in_view)) {
-                self.arena.release(slot);
+                self.release(slot);
                 self.counts.culled += 1;
             }
         }
-        self.arena.bury();
+        if self.counts.culled > culled {
+            self.arena.bury();
+        }
     }
 
     /// A culling function c of a belief.
-    fn agrees(&self, cull: &Cull, slot: usize, in_view: impl Fn([f32; 3]) -> bool) -> bool {
+    fn agrees(&self, cull: &Cull, slot: u32, in_view: impl Fn([f32; 3]) -> bool) -> bool {
         let Some(memory) = self.arena.memory(slot) else { return false };
         match cull {
             Cull::UnseenLongerThan(limit) => self.now.since(memory.perceived_at) > *limit,
             Cull::ConfidenceBelow { percept, floor } => {
                 let decay =
                     self.percepts.get(usize::from(*percept)).map_or(0.0, |percept| percept.decay_per_s);
-                let remembered = memory.history(*percept).and_then(|history| history.at(self.now, decay));
+                let histories = self.arena.histories(slot);
+                let remembered =
+                    histories.and_then(|(histories, row)| histories.at(row, *percept, self.now, decay));
                 remembered.is_none_or(|sample| f64::from(sample.confidence) < *floor)
             }
             // What stands there now, if anything, was not taken for this belief: its place is
@@ -328,26 +361,33 @@ impl BeliefSystem {
             let Some(&slot) = self.arena.live().get(index) else { break };
             self.counts.evicted += 1;
             self.counts.overflowed += self.arena.memory(slot).map_or(0, |memory| memory.observations);
-            self.arena.release(slot);
+            self.release(slot);
         }
-        self.arena.bury();
+        if self.len() > self.capacity {
+            self.arena.bury();
+        }
+    }
+
+    fn release(&mut self, slot: u32) {
+        self.clustering.forget(slot);
+        self.arena.release(slot);
     }
 
     /// Most new beliefs merge into older ones; those that remain are numbered without gaps.
     fn number(&mut self, first_new: u64) {
         self.next_id = first_new;
-        for index in 0..self.len() {
+        let is_old = |slot: &u32| self.arena.memory(*slot).is_some_and(|memory| memory.id < first_new);
+        for index in self.arena.live().partition_point(is_old)..self.len() {
             let slot = self.arena.live().get(index).copied();
             let Some(memory) = slot.and_then(|slot| self.arena.memory_mut(slot)) else { return };
-            if memory.id >= first_new {
-                memory.id = self.next_id;
-                self.next_id += 1;
-            }
+            memory.id = self.next_id;
+            self.next_id += 1;
         }
     }
 
-    fn place_of(&self, slot: usize) -> Option<[f32; 3]> {
-        match self.arena.memory(slot)?.feature(self.place?)? {
+    fn place_of(&self, slot: u32) -> Option<[f32; 3]> {
+        let (histories, row) = self.arena.histories(slot)?;
+        match histories.newest(row, self.place?)?.feature {
             Feature::Vector(place) => Some(place),
             Feature::None | Feature::Symbol(_) | Feature::Number(_) | Feature::Orientation(_) => None,
         }

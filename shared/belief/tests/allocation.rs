@@ -83,7 +83,7 @@ fn a_belief_system_allocates_nothing_after_it_was_made() {
         for number in numbers {
             frame(number, perceived, &perception);
             let now = Instant::from_nanos(1_000_000_000 + u64::from(number) * 5_000_000);
-            system.step(now, &*perceived, |[x, _, _]| x < 0.9);
+            system.step(now, perceived, 0..perceived.len(), |[x, _, _]| x < 0.9);
             for index in 0..system.len() {
                 black_box(system.write(index, now));
             }

@@ -30,10 +30,11 @@ struct End {
 }
 
 #[derive(Serialize)]
-struct PerspectiveLine {
+struct PerspectiveLine<'a> {
     record: &'static str,
     at_ns: u64,
     perspective: u32,
+    path: &'a [u16],
     present: bool,
     beliefs: usize,
     perceivable: u32,
@@ -55,6 +56,7 @@ struct BeliefLine<'a> {
     perceived_at_ns: u64,
     observations: u64,
     held_by: Option<u16>,
+    owner: Option<u16>,
     percepts: Remembered<'a>,
 }
 
@@ -155,13 +157,14 @@ impl End {
     }
 }
 
-impl PerspectiveLine {
-    fn new(at_ns: u64, mind: &Mind<'_>) -> Self {
+impl<'a> PerspectiveLine<'a> {
+    fn new(at_ns: u64, mind: &Mind<'a>) -> Self {
         let head = mind.head;
         Self {
             record: "perspective",
             at_ns,
             perspective: head.perspective,
+            path: head.path.agents().unwrap_or(&[]),
             present: head.present != 0,
             beliefs: mind.beliefs.len(),
             perceivable: head.perceivable,
@@ -185,7 +188,8 @@ impl<'a> BeliefLine<'a> {
             born_at_ns: belief.born_at_ns,
             perceived_at_ns: belief.perceived_at_ns,
             observations: belief.observations,
-            held_by: (belief.held_by != NOBODY).then_some(belief.held_by),
+            held_by: agent(belief.held_by),
+            owner: agent(belief.owner),
             percepts: Remembered(words, belief),
         }
     }
@@ -202,6 +206,10 @@ impl<'a> DifferenceLine<'a> {
             percepts: Differing(words, difference.aspects()),
         }
     }
+}
+
+fn agent(number: u16) -> Option<u16> {
+    (number != NOBODY).then_some(number)
 }
 
 impl Serialize for Remembered<'_> {

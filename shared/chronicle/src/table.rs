@@ -3,10 +3,10 @@
 use std::fmt::{self, Write as _};
 
 use clock::Instant;
-use message::{Belief, NOBODY};
+use message::{Belief, BeliefHead, NOBODY};
 use perspective::Difference;
 
-use crate::words::{Words, place, whose};
+use crate::words::{Words, agent, place, whose};
 use crate::{Mind, Summary};
 
 /// Writes what every mind believes at the end, how it differs from the robot's, and what went in.
@@ -33,7 +33,7 @@ pub(crate) fn describe(words: &Words, mind: &Mind<'_>, belief: &Belief) -> Strin
         text += &format!(", {state}");
     }
     if belief.held_by != NOBODY {
-        text += &format!(", held by {}", whose(u32::from(belief.held_by)));
+        text += &format!(", held by {}", agent(belief.held_by));
     }
     text
 }
@@ -41,7 +41,7 @@ pub(crate) fn describe(words: &Words, mind: &Mind<'_>, belief: &Belief) -> Strin
 fn write_mind(words: &Words, mind: &Mind<'_>, out: &mut String) -> fmt::Result {
     let head = mind.head;
     if mind.was_never_there() {
-        return writeln!(out, "{} was never there", whose(head.perspective));
+        return writeln!(out, "{} was never there", whose(head));
     }
     let things = match mind.beliefs.len() {
         0 => "believes in nothing".to_owned(),
@@ -49,7 +49,7 @@ fn write_mind(words: &Words, mind: &Mind<'_>, out: &mut String) -> fmt::Result {
         count => format!("believes in {count} things"),
     };
     let away = if head.present == 0 { " (away)" } else { "" };
-    writeln!(out, "{}{away} {things}", whose(head.perspective))?;
+    writeln!(out, "{}{away} {things}", whose(head))?;
     for belief in mind.beliefs {
         let age =
             Instant::from_nanos(head.header.valid_at_ns).since(Instant::from_nanos(belief.perceived_at_ns));
@@ -59,7 +59,7 @@ fn write_mind(words: &Words, mind: &Mind<'_>, out: &mut String) -> fmt::Result {
     }
     if head.perspective != 0 {
         for difference in mind.differences {
-            write_difference(words, head.perspective, difference, out)?;
+            write_difference(words, head, difference, out)?;
         }
         if mind.differences.is_empty() {
             writeln!(out, "  and differs from Leo in nothing")?;
@@ -68,8 +68,13 @@ fn write_mind(words: &Words, mind: &Mind<'_>, out: &mut String) -> fmt::Result {
     Ok(())
 }
 
-fn write_difference(words: &Words, who: u32, difference: &Difference, out: &mut String) -> fmt::Result {
-    let who = whose(who);
+fn write_difference(
+    words: &Words,
+    head: &BeliefHead,
+    difference: &Difference,
+    out: &mut String,
+) -> fmt::Result {
+    let who = whose(head);
     match (difference.one, difference.other) {
         (Some(robots), None) => writeln!(out, "  only Leo believes in Leo's {robots}"),
         (None, Some(his)) => writeln!(out, "  only {who} believes in {his}"),
@@ -98,7 +103,7 @@ fn write_summary(summary: &Summary, out: &mut String) -> fmt::Result {
         writeln!(out, "{left_out} observations found no room: raise buffers.objects in leo.toml")?;
     }
     if let Some(most) = not_simulated.last() {
-        let partners: Vec<String> = not_simulated.iter().map(|partner| whose(u32::from(*partner))).collect();
+        let partners: Vec<String> = not_simulated.iter().map(|partner| agent(*partner)).collect();
         let partners = partners.join(", ");
         writeln!(
             out,

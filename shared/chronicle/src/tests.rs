@@ -179,6 +179,12 @@ fn the_table_at_the_end_says_what_differs_and_what_went_in() {
     ] {
         assert!(out.contains(line), "{line} is not in\n{out}");
     }
+    let path = head.path.within(0).and_then(|path| path.within(2)).unwrap();
+    let nested = BeliefHead { path, present: 1, ..BeliefHead::of(5, Header::at(2_000_000_000)) };
+    let nested = Mind { head: &nested, beliefs: &[], pairs: &[], differences: &[] };
+    let mut out = String::new();
+    Timeline::new(&percepts).close(&[nested], &summary, &mut out);
+    assert!(out.contains("\npartner 1's Leo's partner 2 believes in nothing\n"), "{out}");
     let mut json = String::new();
     JsonLines::new(&percepts).close(&[mind], &summary, &mut json);
     let line: serde_json::Value = serde_json::from_str(&json).unwrap();
@@ -198,10 +204,10 @@ fn programs_are_told_numbers_as_they_are_and_symbols_by_name() {
     assert_eq!(lines.len(), 5, "{}", story.json);
     assert_eq!(
         lines[1],
-        r#"{"record":"belief","at_ns":7000000,"perspective":0,"id":4,"robot_id":4,"born_at_ns":1,"perceived_at_ns":7000000,"observations":3,"held_by":null,"percepts":{"position":{"m":1.0,"c":0.5,"feature":[0.1,0.0,0.0],"sampled_at_ns":7000000},"shape":{"m":1.0,"c":0.5,"feature":"square","sampled_at_ns":7000000},"colour":{"m":1.0,"c":0.5,"feature":"blue","sampled_at_ns":7000000},"on":{"m":1.0,"c":0.5,"feature":1.0,"sampled_at_ns":7000000}}}"#
+        r#"{"record":"belief","at_ns":7000000,"perspective":0,"id":4,"robot_id":4,"born_at_ns":1,"perceived_at_ns":7000000,"observations":3,"held_by":null,"owner":null,"percepts":{"position":{"m":1.0,"c":0.5,"feature":[0.1,0.0,0.0],"sampled_at_ns":7000000},"shape":{"m":1.0,"c":0.5,"feature":"square","sampled_at_ns":7000000},"colour":{"m":1.0,"c":0.5,"feature":"blue","sampled_at_ns":7000000},"on":{"m":1.0,"c":0.5,"feature":1.0,"sampled_at_ns":7000000}}}"#
     );
     assert!(lines[2].starts_with(
-        r#"{"record":"perspective","at_ns":7000000,"perspective":1,"present":true,"beliefs":1"#
+        r#"{"record":"perspective","at_ns":7000000,"perspective":1,"path":[1],"present":true,"beliefs":1"#
     ));
     // They look the same, and nothing was compared while both were new.
     assert!(

@@ -3,9 +3,9 @@ use std::fmt::Write as _;
 
 use clock::{Duration, Instant};
 use config::percepts::Percepts;
-use message::{Belief, NOBODY};
+use message::{Belief, BeliefHead, NOBODY};
 
-use crate::words::{Words, number, place, symbol, whose};
+use crate::words::{Words, agent, number, place, symbol, whose};
 use crate::{Mind, Summary, table};
 
 /// A thing has moved when it is further than this from where it was last said to be.
@@ -80,7 +80,7 @@ struct Lines<'a> {
 }
 
 impl Lines<'_> {
-    fn say(&mut self, who: u32, words: &str) {
+    fn say(&mut self, who: &BeliefHead, words: &str) {
         // Writing to a string cannot fail.
         let _ = writeln!(self.out, "[{:7.2} s] {:<10} {words}", self.since.as_secs_f64(), whose(who));
     }
@@ -90,14 +90,13 @@ impl Told {
     fn presence(&mut self, mind: &Mind<'_>, lines: &mut Lines<'_>) {
         let present = mind.head.present != 0;
         if self.present != present && mind.head.perspective != 0 {
-            lines
-                .say(mind.head.perspective, if present { "is there" } else { "is away: his beliefs freeze" });
+            lines.say(mind.head, if present { "is there" } else { "is away: his beliefs freeze" });
         }
         self.present = present;
     }
 
     fn beliefs(&mut self, words: &Words, at: Instant, mind: &Mind<'_>, lines: &mut Lines<'_>) {
-        let who = mind.head.perspective;
+        let who = mind.head;
         self.beliefs.retain(|id, account| {
             let lives = mind.belief(*id).is_some();
             if !lives {
@@ -131,7 +130,7 @@ impl Told {
                 ((difference.one, difference.other), about)
             })
             .collect();
-        let who = mind.head.perspective;
+        let who = mind.head;
         for (pair, about) in &now {
             if self.differences.get(pair) == Some(about) {
                 continue;
@@ -209,7 +208,7 @@ impl Account {
             self.held_by = belief.held_by;
             tell(&match belief.held_by {
                 NOBODY => "nobody holds it".to_owned(),
-                agent => format!("{} holds it", whose(u32::from(agent))),
+                holder => format!("{} holds it", agent(holder)),
             });
         }
     }

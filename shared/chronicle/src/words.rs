@@ -1,5 +1,5 @@
 use config::percepts::{Kernel, Percepts, Space};
-use message::{Belief, Feature};
+use message::{Belief, BeliefHead, Feature};
 
 /// What the percepts are called, and what to say of them.
 #[derive(Clone, Debug)]
@@ -92,9 +92,17 @@ impl Words {
     }
 }
 
-/// A perspective as people call it.
-pub(crate) fn whose(perspective: u32) -> String {
-    match perspective {
+/// A perspective as people call it: "Leo", "partner 1", or of a nested one "partner 1's Leo".
+pub(crate) fn whose(head: &BeliefHead) -> String {
+    match head.path.agents() {
+        None | Some([]) => agent(0),
+        Some(agents) => agents.iter().map(|number| agent(*number)).collect::<Vec<_>>().join("'s "),
+    }
+}
+
+/// An agent as people call him.
+pub(crate) fn agent(number: u16) -> String {
+    match number {
         0 => "Leo".to_owned(),
         partner => format!("partner {partner}"),
     }

@@ -93,8 +93,44 @@ pub struct Sensor {
 pub struct Belief {
     /// Partners whose perspective is simulated, numbered from 1; 0 disables perspective taking.
     pub partners: u32,
+    /// How deep perspectives are nested; 1 is what each partner believes.
+    pub depth: Depth,
     /// Real-time rights.
     pub realtime: Rights,
+}
+
+impl Belief {
+    /// How many perspectives there are, the robot's own among them, with so many partners.
+    #[must_use]
+    pub fn perspectives(&self, partners: u32) -> u32 {
+        message::perspectives(partners, self.depth.get())
+    }
+}
+
+/// How deep perspectives are nested.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
+#[serde(try_from = "u32")]
+pub struct Depth(u32);
+
+impl TryFrom<u32> for Depth {
+    type Error = String;
+
+    fn try_from(value: u32) -> Result<Self, String> {
+        let most = message::DEPTH_MOST;
+        if value >= 1 && usize::try_from(value).is_ok_and(|depth| depth <= most) {
+            Ok(Self(value))
+        } else {
+            Err(format!("{value} is out of range: perspectives can be nested from 1 to {most} deep"))
+        }
+    }
+}
+
+impl Depth {
+    /// The number.
+    #[must_use]
+    pub const fn get(self) -> u32 {
+        self.0
+    }
 }
 
 /// The learner process.

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use serde::Deserialize;
 
-use crate::number::{Capacity, Milliseconds, NotNegative, OutOfRange, Positive};
+use crate::number::{Capacity, Coordinate, Milliseconds, NotNegative, OutOfRange, Positive};
 use crate::parse;
 
 const BUILTIN: &str = include_str!("../../../config/perspective.toml");
@@ -21,6 +21,8 @@ pub struct Perspective {
     pub occluders: Occluders,
     /// What the robot itself sees.
     pub robot: Robot,
+    /// Whose the things are.
+    pub resource: Resource,
 }
 
 impl Perspective {
@@ -89,6 +91,10 @@ pub struct Occluders {
 #[derive(Clone, Copy, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Robot {
+    /// Where its eye is in its base frame, as long as nobody observes its head.
+    pub eye_m: [Coordinate; 3],
+    /// What the eye looks at, in its base frame.
+    pub looks_at_m: [Coordinate; 3],
     /// Where the absence of a thing is noticed.
     pub field: Field,
 }
@@ -99,17 +105,80 @@ pub struct Robot {
 pub enum Field {
     /// Everywhere: its sensory processes survey the whole workspace.
     Everything,
-    /// In a cone, and not behind an occluder.
+    /// In a cone before its eye, and not behind an occluder.
     Cone {
-        /// Where its eye is in its base frame.
-        eye_m: [f64; 3],
-        /// What the eye looks at, in its base frame.
-        looks_at_m: [f64; 3],
         /// Half the angle of the cone.
         half_angle_deg: Angle,
         /// How far it sees.
         range_m: Positive,
     },
+}
+
+/// Whose the things are, in the eyes of a perspective.
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Resource {
+    /// What decides.
+    pub by: Owning,
+    /// By territory: how many times wider than the longest link within them the gap between two
+    /// clusters must be.
+    pub gap_ratio: Positive,
+    /// As told: whose what lies where is.
+    pub told: Vec<Region>,
+}
+
+/// What decides whose a thing is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Owning {
+    /// Nothing: all is everybody's.
+    None,
+    /// Where it lies, in one of two groups of things that are apart.
+    Territory,
+    /// Who last held it.
+    Possession,
+    /// The regions of the file.
+    Told,
+}
+
+/// A region of the table and whose what lies in it is.
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
+#[serde(try_from = "WrittenRegion")]
+pub struct Region {
+    /// The agent: 0 the robot, n partner n.
+    pub owner: u16,
+    from_m: [Coordinate; 2],
+    to_m: [Coordinate; 2],
+}
+
+/// A region as the file has it: the agent, and two corners by x and y of the base frame, in metres.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct WrittenRegion {
+    owner: u16,
+    from_m: [Coordinate; 2],
+    to_m: [Coordinate; 2],
+}
+
+impl TryFrom<WrittenRegion> for Region {
+    type Error = String;
+
+    fn try_from(WrittenRegion { owner, from_m, to_m }: WrittenRegion) -> Result<Self, String> {
+        if from_m.iter().zip(&to_m).all(|(from, to)| from < to) {
+            Ok(Self { owner, from_m, to_m })
+        } else {
+            Err("a region is empty: each number of `to_m` must be above that of `from_m`".to_owned())
+        }
+    }
+}
+
+impl Region {
+    /// Whether it holds a place of the base frame; its sides belong to it.
+    #[must_use]
+    pub fn holds(&self, place_m: [f64; 2]) -> bool {
+        let sides = self.from_m.iter().zip(&self.to_m);
+        place_m.iter().zip(sides).all(|(at, (from, to))| from.get() <= *at && *at <= to.get())
+    }
 }
 
 /// An angle above zero and at most half a turn, in degrees.
@@ -158,9 +227,28 @@ mod tests {
 
     #[test]
     fn the_robot_may_have_a_cone_of_its_own() {
-        let cone = r#"field = { kind = "cone", eye_m = [0.0, 0.0, 0.5], looks_at_m = [0.7, 0.0, 0.0], half_angle_deg = 70.0, range_m = 3.0 }"#;
+        let cone = r#"field = { kind = "cone", half_angle_deg = 70.0, range_m = 3.0 }"#;
         let text = BUILTIN.replace(r#"field = { kind = "everything" }"#, cone);
         let perspective = parse::<Perspective>(&text, Path::new("p.toml")).unwrap();
         assert!(matches!(perspective.robot.field, Field::Cone { .. }));
+    }
+
+    #[test]
+    fn a_region_is_whose_it_is_told_to_be_and_an_empty_one_is_refused() {
+        let told = |region: &str| {
+            let text = BUILTIN.replace("told = []", &format!("told = [{region}]"));
+            parse::<Perspective>(&text, Path::new("p.toml"))
+        };
+        let region = told("{ owner = 1, from_m = [0.8, -1.0], to_m = [1.2, 1.0] }").unwrap().resource.told[0];
+        assert!(region.holds([0.8, 0.0]) && !region.holds([0.7, 0.0]) && !region.holds([f64::NAN, 0.0]));
+        let said = told("{ owner = 1, from_m = [0.8, 1.0], to_m = [1.2, 1.0] }").unwrap_err().to_string();
+        assert!(said.starts_with("p.toml:") && said.contains("a region is empty"), "{said}");
+    }
+
+    #[test]
+    fn an_eye_that_is_nowhere_is_refused_with_its_line() {
+        let text = BUILTIN.replace("eye_m = [0.06,", "eye_m = [nan,");
+        let said = parse::<Perspective>(&text, Path::new("p.toml")).unwrap_err().to_string();
+        assert!(said.starts_with("p.toml:") && said.contains("from -100 to 100 m"), "{said}");
     }
 }

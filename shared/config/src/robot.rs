@@ -1,6 +1,8 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
+use message::PERSPECTIVES_MOST;
+
 use crate::leo::Leo;
 use crate::load::invalid;
 use crate::motor::Motor;
@@ -93,6 +95,16 @@ fn consistent(text: &str, file: &Path) -> Result<Leo, ConfigError> {
         );
         return Err(invalid(text, file, at..at, reason));
     }
+    let (partners, depth) = (leo.belief.partners, leo.belief.depth.get());
+    let perspectives = leo.belief.perspectives(partners);
+    if perspectives > PERSPECTIVES_MOST {
+        let at = text.find("partners").unwrap_or(0);
+        let reason = format!(
+            "{partners} partners make {perspectives} perspectives when nested {depth} deep, and the most is \
+             {PERSPECTIVES_MOST}: take fewer `partners` or less `depth`"
+        );
+        return Err(invalid(text, file, at..at, reason));
+    }
     Ok(leo)
 }
 
@@ -122,6 +134,24 @@ mod tests {
         let text = Robot::leo_text_with(&[("learner.goal_rate_hz", 5.0)]);
         let error = consistent(&text, Path::new("leo.toml")).unwrap_err().to_string();
         assert!(error.contains("200 ms is less than two periods"), "{error}");
+    }
+
+    #[test]
+    fn more_perspectives_than_a_robot_can_keep_are_refused_with_the_line() {
+        let with = |partners, depth| {
+            let text = Robot::leo_text_with(&[("belief.partners", partners), ("belief.depth", depth)]);
+            consistent(&text, Path::new("leo.toml"))
+        };
+        assert_eq!(with(2.0, 3.0).unwrap().belief.perspectives(2), 15);
+        assert_eq!(with(255.0, 1.0).unwrap().belief.perspectives(255), 256);
+        for (partners, depth, perspectives) in [(256.0, 1.0, "257"), (4.0, 4.0, "341")] {
+            let error = with(partners, depth).unwrap_err().to_string();
+            assert!(error.starts_with("leo.toml:") && error.contains(perspectives), "{error}");
+        }
+        for depth in [0.0, 7.0] {
+            let error = with(1.0, depth).unwrap_err().to_string();
+            assert!(error.contains("from 1 to 6 deep"), "{error}");
+        }
     }
 
     #[test]

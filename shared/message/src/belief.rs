@@ -1,16 +1,17 @@
 use iceoryx2_bb_derive_macros::ZeroCopySend;
 use iceoryx2_bb_elementary_traits::zero_copy_send::ZeroCopySend;
 
-use crate::{Feature, Head, Header, MAX_PERCEPTS};
+use crate::{Feature, Head, Header, MAX_PERCEPTS, NOBODY, Path};
 
 /// The head of a belief buffer: whose beliefs, and the frame they are in.
 #[derive(Clone, Copy, Debug, Default, PartialEq, ZeroCopySend)]
 #[repr(C)]
-#[type_name("leo/BeliefHead/1")]
+#[type_name("leo/BeliefHead/2")]
 pub struct BeliefHead {
     /// The frame's header.
     pub header: Header,
-    /// Whose beliefs: 0 the robot's own, n what it takes partner n to believe.
+    /// Which perspective's beliefs, by the number of the buffer: 0 the robot's own, n what it takes
+    /// partner n to believe, and from there on those nested deeper, in the order of their paths.
     pub perspective: u32,
     /// Whether the perspective perceived anything possible at this instant: 1 yes, 0 the partner
     /// is absent or his pose unknown, and his beliefs are frozen.
@@ -37,13 +38,16 @@ pub struct BeliefHead {
     pub culled: u64,
     /// Observations dropped because no belief was free, since the process started.
     pub overflowed: u64,
+    /// Whose beliefs, and within whose.
+    pub path: Path,
 }
 
 impl BeliefHead {
-    /// A head of a perspective whose frame is the robot's base.
+    /// A head of the robot's own perspective or of a partner's, whose frame is the robot's base.
     #[must_use]
     pub fn of(perspective: u32, header: Header) -> Self {
         let upright = [0.0, 0.0, 0.0, 1.0];
+        let partner = u16::try_from(perspective).ok().and_then(|agent| Path::ROBOT.within(agent));
         Self {
             header,
             perspective,
@@ -59,6 +63,7 @@ impl BeliefHead {
             merged: 0,
             culled: 0,
             overflowed: 0,
+            path: partner.unwrap_or(Path::ROBOT),
         }
     }
 
@@ -105,6 +110,7 @@ pub struct Remembered {
 impl Remembered {
     /// A remembered evaluation.
     #[must_use]
+    #[inline]
     pub fn new(percept: u16, sampled_at_ns: u64, matching: f32, confidence: f32, feature: Feature) -> Self {
         let (feature_kind, feature) = feature.to_raw();
         Self { sampled_at_ns, percept, feature_kind, matching, confidence, feature }
@@ -120,7 +126,7 @@ impl Remembered {
 /// An entry of a belief buffer: one remembered object (Eq. 3), evaluated at the frame's instant.
 #[derive(Clone, Copy, Debug, PartialEq, ZeroCopySend)]
 #[repr(C)]
-#[type_name("leo/Belief/1")]
+#[type_name("leo/Belief/2")]
 pub struct Belief {
     /// Identity within its belief system; the older one survives a merge.
     pub id: u64,
@@ -132,15 +138,17 @@ pub struct Belief {
     pub observations: u64,
     /// The agent who last was perceived to hold it at this instant, or `NOBODY`.
     pub held_by: u16,
-    /// Not used; zero.
-    pub reserved: u16,
+    /// The agent to whom the thing belongs in the eyes of this perspective, or `NOBODY` for what is
+    /// everybody's.
+    pub owner: u16,
     count: u32,
     percepts: [Remembered; MAX_PERCEPTS],
 }
 
 impl Belief {
-    /// A belief without percepts yet.
+    /// A belief without percepts yet, about a thing that is everybody's.
     #[must_use]
+    #[inline]
     pub fn new(id: u64, born_at_ns: u64, perceived_at_ns: u64, observations: u64, held_by: u16) -> Self {
         Self {
             id,
@@ -148,13 +156,14 @@ impl Belief {
             perceived_at_ns,
             observations,
             held_by,
-            reserved: 0,
+            owner: NOBODY,
             count: 0,
             percepts: [Remembered::default(); MAX_PERCEPTS],
         }
     }
 
     /// Adds a percept; `false`, and nothing added, when there is no room.
+    #[inline]
     pub fn push(&mut self, remembered: Remembered) -> bool {
         let slot = usize::try_from(self.count).ok().and_then(|count| self.percepts.get_mut(count));
         match slot {

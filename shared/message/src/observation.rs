@@ -14,7 +14,8 @@ numbered! {
     ObservationKind: u16 {
         /// A thing on the table.
         Object = 1,
-        /// A partner; the pose is that of his eyes (x along his line of sight).
+        /// A partner, or the robot's own head; the pose is that of the eyes (x along the line of
+        /// sight).
         Person = 2,
         /// A thing that hides what lies behind it; the extents are those of a box.
         Occluder = 3,
@@ -63,7 +64,7 @@ pub struct Observation {
     pub modality: u16,
     /// An [`ObservationKind`].
     pub kind: u16,
-    /// For a person: which partner (1, 2, …).
+    /// For a person: which partner (1, 2, …), or 0 for the robot itself.
     pub partner: u16,
     /// The agent who holds or moves it, or [`NOBODY`].
     pub held_by: u16,
@@ -109,12 +110,14 @@ impl Observation {
 
     /// What it is of; `None` for a number that stands for nothing.
     #[must_use]
+    #[inline]
     pub fn kind(&self) -> Option<ObservationKind> {
         ObservationKind::from_raw(self.kind)
     }
 
     /// The sense that made it; `None` for a number that stands for nothing.
     #[must_use]
+    #[inline]
     pub fn modality(&self) -> Option<Modality> {
         Modality::from_raw(self.modality)
     }
@@ -136,15 +139,22 @@ impl Observation {
     /// not negative, confidence in [0, 1], a quaternion of norm one within 1 %, a known kind and
     /// sense. (States may be NaN: the thing has none.)
     #[must_use]
+    #[inline]
     pub fn is_sound(&self) -> bool {
         let norm: f32 = self.orientation_xyzw.iter().map(|part| part * part).sum();
+        // All numbers are looked at, for they are sound as a rule: so the compiler can look at several
+        // at once.
+        let all = |numbers: &[f32], holds: fn(f32) -> bool| {
+            numbers.iter().fold(true, |all, number| all & holds(*number))
+        };
         self.kind().is_some()
-            && self.modality().is_some()
-            && self.position_m.iter().all(|part| part.is_finite())
-            && self.half_extents_m.iter().all(|part| part.is_finite() && *part >= 0.0)
-            && self.colour_rgb.iter().chain(&self.shape).all(|part| part.is_finite())
-            && (0.0..=1.0).contains(&self.confidence)
-            && (norm - 1.0).abs() < 0.02
+            & self.modality().is_some()
+            & all(&self.position_m, f32::is_finite)
+            & all(&self.half_extents_m, |part| (0.0..f32::INFINITY).contains(&part))
+            & all(&self.colour_rgb, f32::is_finite)
+            & all(&self.shape, f32::is_finite)
+            & (0.0..=1.0).contains(&self.confidence)
+            & ((norm - 1.0).abs() < 0.02)
     }
 }
 

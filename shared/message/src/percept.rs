@@ -29,6 +29,7 @@ const VECTOR: u16 = 3;
 const ORIENTATION: u16 = 4;
 
 impl Feature {
+    #[inline]
     pub(crate) fn to_raw(self) -> (u16, [f32; 4]) {
         match self {
             Self::None => (NONE, [0.0; 4]),
@@ -39,6 +40,7 @@ impl Feature {
         }
     }
 
+    #[inline]
     pub(crate) fn from_raw(kind: u16, numbers: [f32; 4]) -> Option<Self> {
         let [a, b, c, _] = numbers;
         if !numbers.iter().all(|number| number.is_finite()) {
@@ -81,6 +83,7 @@ pub struct PerceptValue {
 impl PerceptValue {
     /// An evaluation.
     #[must_use]
+    #[inline]
     pub fn new(percept: u16, matching: f32, confidence: f32, feature: Feature) -> Self {
         let (feature_kind, feature) = feature.to_raw();
         Self { percept, feature_kind, matching, confidence, feature }
@@ -88,6 +91,7 @@ impl PerceptValue {
 
     /// The derived feature; `None` where the numbers are no feature.
     #[must_use]
+    #[inline]
     pub fn feature(&self) -> Option<Feature> {
         Feature::from_raw(self.feature_kind, self.feature)
     }
@@ -104,6 +108,7 @@ pub struct Snapshot {
 
 impl Snapshot {
     /// Adds an evaluation; `false`, and nothing added, when the snapshot is full.
+    #[inline]
     pub fn push(&mut self, value: PerceptValue) -> bool {
         let slot = usize::try_from(self.count).ok().and_then(|count| self.values.get_mut(count));
         match slot {
@@ -118,6 +123,7 @@ impl Snapshot {
 
     /// The evaluations.
     #[must_use]
+    #[inline]
     pub fn values(&self) -> &[PerceptValue] {
         let count = usize::try_from(self.count).unwrap_or(0).min(MAX_PERCEPTS);
         self.values.get(..count).unwrap_or(&[])
@@ -125,6 +131,7 @@ impl Snapshot {
 
     /// The evaluation by one percept, if it passed the threshold.
     #[must_use]
+    #[inline]
     pub fn value(&self, percept: u16) -> Option<&PerceptValue> {
         self.values().iter().find(|value| value.percept == percept)
     }

@@ -9,12 +9,12 @@ use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use std::fs;
 use std::mem::{align_of, offset_of, size_of};
-use std::path::Path;
+use std::path;
 
 use message::{
-    Belief, BeliefHead, Done, Event, Header, Health, Histogram, JointGoal, JointState, MAX_PERCEPTS,
-    Observation, Perceived, PerceptValue, Remembered, Roster, STATES, SceneObject, Snapshot, TEXT_CAPACITY,
-    Text, Turn, Utterance,
+    Belief, BeliefHead, DEPTH_MOST, Done, Event, Header, Health, Histogram, JointGoal, JointState,
+    MAX_PERCEPTS, Observation, Path, Perceived, PerceptValue, Remembered, Roster, STATES, SceneObject,
+    Snapshot, TEXT_CAPACITY, Text, Turn, Utterance,
 };
 
 /// What the compiler says of a type: size, alignment, and the offsets of its public fields.
@@ -38,10 +38,11 @@ macro_rules! compiled {
 
 fn compiled() -> Vec<Compiled> {
     Vec::from(compiled! {
-        Belief { id, born_at_ns, perceived_at_ns, observations, held_by, reserved }
+        Belief { id, born_at_ns, perceived_at_ns, observations, held_by, owner }
         BeliefHead {
             header, perspective, present, frame_position_m, frame_orientation_xyzw, eye_position_m,
-            eye_orientation_xyzw, perceivable, hidden, refused, created, merged, culled, overflowed
+            eye_orientation_xyzw, perceivable, hidden, refused, created, merged, culled, overflowed,
+            path
         }
         Done { round, finished }
         Event {
@@ -59,6 +60,7 @@ fn compiled() -> Vec<Compiled> {
             observed_at_ns, source, modality, kind, partner, held_by, reserved, confidence, position_m,
             orientation_xyzw, half_extents_m, colour_rgb, shape, states
         }
+        Path {}
         Perceived { observation, snapshot }
         PerceptValue { percept, matching, confidence }
         Remembered { sampled_at_ns, percept, matching, confidence }
@@ -91,7 +93,7 @@ struct Declared {
 /// Every type with a `type_name` in the crate's sources, by its Rust name.
 fn declared() -> BTreeMap<String, Declared> {
     let mut found = BTreeMap::new();
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("src");
+    let folder = path::Path::new(env!("CARGO_MANIFEST_DIR")).join("src");
     for entry in fs::read_dir(folder).expect("the crate has sources") {
         let path = entry.expect("readable").path();
         let source = fs::read_to_string(&path).expect("sources are text");
@@ -130,6 +132,7 @@ fn extent(kind: &str, compiled: &[Compiled]) -> (usize, usize) {
             "MAX_PERCEPTS" => MAX_PERCEPTS,
             "STATES" => STATES,
             "TEXT_CAPACITY" => TEXT_CAPACITY,
+            "DEPTH_MOST" => DEPTH_MOST,
             // Private to the histogram, and held by the size of it.
             "BUCKETS" => 433,
             number => number.parse().expect("a number or a known constant"),
@@ -196,7 +199,7 @@ fn every_layout_is_the_one_written_down_for_its_version() {
         "raise the version of the type that changed, and write this to layout.txt (first: {differing:?}):\n\
          {written}"
     );
-    assert_eq!(pinned.lines().filter(|line| line.starts_with("leo/")).count(), 19);
+    assert_eq!(pinned.lines().filter(|line| line.starts_with("leo/")).count(), 20);
 }
 
 #[test]
@@ -220,7 +223,7 @@ fn the_compiler_lays_the_types_out_as_written_down() {
         assert_eq!(public, compiled_type.offsets, "{}", compiled_type.name);
         compared += public.len();
     }
-    assert_eq!(compared, 97);
+    assert_eq!(compared, 98);
 }
 
 #[test]
@@ -231,7 +234,7 @@ fn every_type_name_is_the_types_own_and_carries_a_version() {
         let version = version.and_then(|version| version.parse::<u32>().ok());
         assert!(version.is_some_and(|version| version > 0), "{} names {name}", declared.type_name);
     }
-    assert_eq!(declared.len(), 19);
+    assert_eq!(declared.len(), 20);
 }
 
 #[test]

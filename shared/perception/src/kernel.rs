@@ -38,6 +38,16 @@ impl Kernel {
         })
     }
 
+    /// Whether it sees the frame: where a thing is and how it is turned, or whose perspective it is.
+    /// The program's own may.
+    pub(crate) fn is_indexical(&self) -> bool {
+        match self {
+            Self::Position | Self::Orientation | Self::Region(_) | Self::Own(_) => true,
+            Self::Extents | Self::State(_) | Self::Nearest(_) => false,
+        }
+    }
+
+    #[inline]
     pub(crate) fn classify(&self, observation: &Observation, frame: &Frame) -> Evaluation {
         match self {
             Self::Position => Evaluation::certain(Feature::Vector(observation.position_m)),

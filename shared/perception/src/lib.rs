@@ -131,6 +131,9 @@ struct Percept {
     number: u16,
     parent: Option<u16>,
     kernel: Kernel,
+    /// Whether it, or an ancestor, sees the frame: it may say something else to another
+    /// perspective.
+    is_indexical: bool,
 }
 
 impl Perception {
@@ -149,11 +152,14 @@ impl Perception {
     ///
     /// The configuration names a classifier that `own` lacks.
     pub fn with_own(percepts: &Percepts, own: &Own) -> Result<Self, Unperceivable> {
-        let threshold = percepts.threshold;
-        let percepts = (0..).zip(&percepts.percepts).map(|(number, percept)| {
-            Ok(Percept { number, parent: percept.parent, kernel: Kernel::new(percept, own)? })
-        });
-        Ok(Self { threshold, percepts: percepts.collect::<Result<_, _>>()? })
+        let mut ready: Vec<Percept> = Vec::with_capacity(percepts.percepts.len());
+        for (number, percept) in (0..).zip(&percepts.percepts) {
+            let kernel = Kernel::new(percept, own)?;
+            let parent = percept.parent.and_then(|parent| ready.get(usize::from(parent)));
+            let is_indexical = kernel.is_indexical() || parent.is_some_and(|parent| parent.is_indexical);
+            ready.push(Percept { number, parent: percept.parent, kernel, is_indexical });
+        }
+        Ok(Self { threshold: percepts.threshold, percepts: ready })
     }
 
     /// The percept snapshot of an observation given in the perspective's frame (Eq. 2): the
@@ -161,28 +167,102 @@ impl Perception {
     /// evaluated only where its parent passed. An unsound observation has an empty snapshot.
     #[must_use]
     pub fn perceive(&self, observation: &Observation, frame: &Frame) -> Snapshot {
+        self.snapshot(observation, |percept, snapshot| self.evaluate(percept, observation, frame, snapshot))
+    }
+
+    /// [`Self::perceive`], of an observation that another perspective has perceived already with
+    /// the same percepts: P of Eq. 9 moves and turns a thing, and leaves as it is what is seen of
+    /// its extents, shape, colour and states. Only the percepts that see the frame (position,
+    /// orientation, regions, the program's own), and their children, are evaluated anew; the
+    /// others are taken over from `known`.
+    ///
+    /// `known` is an allegation: of its values those are left out that could not be of a snapshot
+    /// in order, which is what [`Self::perceive`] makes.
+    ///
+    /// ```
+    /// use config::percepts::Percepts;
+    /// use message::Observation;
+    /// use perception::{Frame, Perception};
+    ///
+    /// let perception = Perception::new(&Percepts::builtin())?;
+    /// let mine = Observation { position_m: [0.5, 0.2, 0.0], half_extents_m: [0.03; 3], ..Observation::object(0, 1) };
+    /// let known = perception.perceive(&mine, &Frame { agent: 0 });
+    /// // The same thing as partner 1 has it, who stands opposite.
+    /// let his = Observation { position_m: [1.0, -0.2, 0.0], ..mine };
+    /// let again = perception.perceive_again(&his, &known, &Frame { agent: 1 });
+    /// assert_eq!(again, perception.perceive(&his, &Frame { agent: 1 }));
+    /// assert_ne!(again, known);
+    /// # Ok::<(), perception::Unperceivable>(())
+    /// ```
+    #[must_use]
+    pub fn perceive_again(&self, observation: &Observation, known: &Snapshot, frame: &Frame) -> Snapshot {
+        let mut rest = known.values();
+        self.snapshot(observation, |percept, snapshot| {
+            if percept.is_indexical {
+                return self.evaluate(percept, observation, frame, snapshot);
+            }
+            while let [first, after @ ..] = rest {
+                if first.percept > percept.number {
+                    break;
+                }
+                rest = after;
+                if first.percept == percept.number {
+                    return self.passes(first) && snapshot.push(*first);
+                }
+            }
+            false
+        })
+    }
+
+    /// The snapshot that `add` makes, percept by percept: it says whether it added one.
+    fn snapshot(
+        &self,
+        observation: &Observation,
+        mut add: impl FnMut(&Percept, &mut Snapshot) -> bool,
+    ) -> Snapshot {
         let mut snapshot = Snapshot::default();
         if !observation.is_sound() {
             return snapshot;
         }
+        // One bit for each percept that passed: a snapshot has fewer than there are bits.
+        let mut passed = 0_u32;
         for percept in &self.percepts {
-            if percept.parent.is_some_and(|parent| snapshot.value(parent).is_none()) {
-                continue;
-            }
-            let Evaluation { matching, confidence, feature } = percept.kernel.classify(observation, frame);
-            let within = (0.0..=1.0).contains(&matching) && (0.0..=1.0).contains(&confidence);
-            let confidence = observation.confidence * confidence;
-            if !within || f64::from(matching) * f64::from(confidence) <= self.threshold {
-                continue;
-            }
-            let value = PerceptValue::new(percept.number, matching, confidence, feature);
-            if value.feature().is_some() {
-                // There is room: the configuration holds no more percepts than a snapshot.
-                snapshot.push(value);
+            let is_asked = percept.parent.is_none_or(|parent| passed & bit(parent) != 0);
+            if is_asked && add(percept, &mut snapshot) {
+                passed |= bit(percept.number);
             }
         }
         snapshot
     }
+
+    /// Adds the evaluation if it passes. There is room: the configuration holds no more percepts than
+    /// a snapshot.
+    fn evaluate(
+        &self,
+        percept: &Percept,
+        observation: &Observation,
+        frame: &Frame,
+        snapshot: &mut Snapshot,
+    ) -> bool {
+        let Evaluation { matching, confidence, feature } = percept.kernel.classify(observation, frame);
+        let is_confidence = (0.0..=1.0).contains(&confidence);
+        let confidence = observation.confidence * confidence;
+        let value = PerceptValue::new(percept.number, matching, confidence, feature);
+        is_confidence && self.passes(&value) && snapshot.push(value)
+    }
+
+    /// Whether a value is an evaluation with m·c > k.
+    fn passes(&self, value: &PerceptValue) -> bool {
+        (0.0..=1.0).contains(&value.matching)
+            && (0.0..=1.0).contains(&value.confidence)
+            && f64::from(value.matching) * f64::from(value.confidence) > self.threshold
+            && value.feature().is_some()
+    }
+}
+
+/// The bit that stands for a percept; none where there are too many of them.
+fn bit(percept: u16) -> u32 {
+    1_u32.checked_shl(u32::from(percept)).unwrap_or(0)
 }
 
 #[cfg(test)]

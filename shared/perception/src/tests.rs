@@ -155,3 +155,121 @@ proptest! {
         }
     }
 }
+
+/// The program's own: how sure, and what of, depends on the frame and the place.
+struct Near;
+
+impl Classify for Near {
+    fn classify(&self, observation: &Observation, frame: &Frame) -> Evaluation {
+        let [x, y, _] = observation.position_m;
+        let degree = (1.0 - x.hypot(y) / 2.0).clamp(0.0, 1.0);
+        Evaluation { confidence: degree, ..Evaluation::certain(Feature::Number(f32::from(frame.agent))) }
+    }
+}
+
+const KERNELS: [&str; 9] = [
+    "\"position\"",
+    "\"orientation\"",
+    "\"extents\"",
+    "{ state = \"filled\" }",
+    "{ region = { minimum_m = [0.0, -1.0, -1.0], maximum_m = [1.0, 1.0, 1.0] } }",
+    "{ own = \"near\" }",
+    "{ nearest = { of = \"edge_m\", scale = 0.1, prototypes = [{ name = \"a\", at = [0.03] }, { name = \"b\", at = [0.1] }] } }",
+    "{ nearest = { of = \"colour\", scale = 1.0, prototypes = [{ name = \"a\", at = [0.8, 0.0, 0.0] }, { name = \"b\", at = [0.0, 0.0, 0.8] }] } }",
+    "{ nearest = { of = \"shape\", scale = 1.0, prototypes = [{ name = \"a\", at = [0.0, 0.0, 0.0, 0.0] }] } }",
+];
+
+/// A random set of percepts, each with any kernel and any earlier percept, or none, for a parent.
+fn tree() -> impl Strategy<Value = Percepts> {
+    prop::collection::vec((0..KERNELS.len(), any::<prop::sample::Index>()), 1..=12).prop_map(|nodes| {
+        let text: String = (0..nodes.len())
+            .zip(&nodes)
+            .map(|(number, (kernel, parent))| {
+                let parent = parent.index(number + 1);
+                let parent =
+                    if parent < number { format!("parent = \"p{parent}\"\n") } else { String::new() };
+                percept(&format!("p{number}"), &format!("{parent}kernel = {}", KERNELS[*kernel]))
+            })
+            .collect();
+        percepts(&text)
+    })
+}
+
+fn perceiving(percepts: &Percepts) -> Perception {
+    Perception::with_own(percepts, &vec![("near".to_owned(), Arc::new(Near))]).unwrap()
+}
+
+fn thing() -> impl Strategy<Value = Observation> {
+    let states = prop_oneof![Just(f32::NAN), 0.0..=1.0_f32];
+    (
+        prop::array::uniform3(-2.0..2.0_f32),
+        prop::array::uniform3(0.0..0.1_f32),
+        prop::array::uniform3(0.0..=1.0_f32),
+        prop::array::uniform4(0.0..=1.0_f32),
+        states,
+        0.4..=1.0_f32,
+    )
+        .prop_map(|(position_m, half_extents_m, colour_rgb, shape, filled, confidence)| {
+            let mut thing =
+                Observation { position_m, half_extents_m, colour_rgb, shape, confidence, ..cube() };
+            thing.set_state(State::Filled, filled);
+            thing
+        })
+}
+
+fn nonsense() -> impl Strategy<Value = Snapshot> {
+    let bits = || any::<u32>().prop_map(f32::from_bits);
+    let value = (0..16_u16, prop_oneof![bits(), 0.0..=1.0_f32], prop_oneof![bits(), 0.0..=1.0_f32], bits());
+    prop::collection::vec(value, 0..=12).prop_map(|values| {
+        let mut snapshot = Snapshot::default();
+        for (percept, matching, confidence, number) in values {
+            assert!(snapshot.push(PerceptValue::new(percept, matching, confidence, Feature::Number(number))));
+        }
+        snapshot
+    })
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(4000))]
+
+    #[test]
+    fn what_is_perceived_again_is_what_is_perceived(
+        tree in tree(), mine in thing(), his_m in prop::array::uniform3(-2.0..2.0_f32), agent in 0..3_u16,
+    ) {
+        let perception = perceiving(&tree);
+        let known = perception.perceive(&mine, &ROBOT);
+        let his = Observation { position_m: his_m, orientation_xyzw: [0.6, 0.0, 0.0, 0.8], ..mine };
+        let frame = Frame { agent };
+        prop_assert_eq!(perception.perceive_again(&his, &known, &frame), perception.perceive(&his, &frame));
+    }
+
+    #[test]
+    fn nonsense_that_is_perceived_again_comes_out_a_snapshot_in_order(
+        tree in tree(), his in thing(), known in nonsense(),
+    ) {
+        let perception = perceiving(&tree);
+        let snapshot = perception.perceive_again(&his, &known, &ROBOT);
+        let honest = perception.perceive(&his, &ROBOT);
+        prop_assert!(snapshot.values().is_sorted_by(|a, b| a.percept < b.percept));
+        for value in snapshot.values() {
+            prop_assert!(f64::from(value.matching) * f64::from(value.confidence) > 0.5);
+            prop_assert!(value.matching <= 1.0 && value.confidence <= 1.0 && value.feature().is_some());
+            let percept = &perception.percepts[usize::from(value.percept)];
+            // What sees the frame is evaluated anew, whatever is alleged.
+            if percept.is_indexical && percept.parent.is_none() {
+                prop_assert_eq!(honest.value(value.percept), Some(value));
+            }
+            prop_assert!(percept.parent.is_none_or(|parent| snapshot.value(parent).is_some()));
+        }
+    }
+}
+
+#[test]
+fn what_does_not_see_the_frame_is_taken_over_and_not_evaluated() {
+    let perception = Perception::new(&percepts(&percept("extents", "kernel = \"extents\""))).unwrap();
+    let mut known = Snapshot::default();
+    let alleged = PerceptValue::new(0, 1.0, 0.75, Feature::Vector([9.0; 3]));
+    assert!(known.push(alleged));
+    assert_eq!(perception.perceive_again(&cube(), &known, &ROBOT).values(), [alleged]);
+    assert!(perception.perceive_again(&cube(), &Snapshot::default(), &ROBOT).values().is_empty());
+}

@@ -14,10 +14,10 @@ use std::hint::black_box;
 use clock::Instant;
 use config::percepts::Percepts;
 use config::perspective::Perspective;
-use geometry::{Base, Eye, Pose, Position, Thing};
+use geometry::{Base, Eye, Person, Pose, Position};
 use message::{Observation, ObservationKind, Perceived, State};
 use perception::{Frame, Perception};
-use perspective::{Partner, Robot};
+use perspective::{Partner, Robot, observed_from, place_of_thing};
 use quantity::number::{float, single};
 use scene::{Cone, Occluders, Samples, Sight};
 
@@ -74,6 +74,7 @@ fn main() {
         let mut robot = Robot::new(&percepts, &config, 2, capacity).expect("it is in range");
         let mut partner =
             Partner::new(1, perception.clone(), &percepts, &config, capacity).expect("it is in range");
+        let mut share = Share::new(&config, robot.awareness().occluders(), capacity);
         let mut costs: [Vec<u64>; 3] = [Vec::new(), Vec::new(), Vec::new()];
         for frame in 0..FRAMES {
             let now = Instant::from_nanos(1_000_000_000 + frame * 5_000_000);
@@ -92,35 +93,55 @@ fn main() {
             let started = clock::now();
             robot.step(now, true, &entries);
             let own = clock::now();
-            partner.step(now, &entries, robot.awareness());
+            partner.step(now, &entries, robot.awareness(), |place| robot.surveys(place));
             let his = clock::now();
-            look(&entries, &config, robot.awareness().occluders());
-            let [robots, partners, sight] = &mut costs;
+            let ready = clock::now();
+            share.perceive(&entries, &perception, robot.awareness().occluders());
+            let [robots, partners, shares] = &mut costs;
             robots.push(clock::nanos(own.since(started)));
             partners.push(clock::nanos(his.since(own)));
-            sight.push(clock::nanos(clock::now().since(his)));
+            shares.push(clock::nanos(clock::now().since(ready)));
         }
         print!("{things:4} things, {walls} walls, {:3} seen:", partner.beliefs().len());
-        let [robots, partners, sight] = costs;
+        let [robots, partners, shares] = costs;
         report("robot", robots);
         report("partner", partners);
-        report("(of which sight", sight);
+        report("(of which before it believes", shares);
         println!(")");
     }
 }
 
-/// What a partner's step asks of the scene.
-fn look(entries: &[Perceived], config: &Perspective, occluders: &Occluders) {
-    let eye = Pose::<Base, Eye>::looking(&Position::new(2.0, 0.0, 0.55), &Position::new(0.5, 0.0, 0.0));
-    let cone = Cone::new(config.sight.cone_half_angle_deg.radians(), config.sight.range_m.get());
-    let sight = Sight::new(eye, cone.expect("the built-in cone"), occluders);
-    for entry in entries {
-        let [x, y, z] = entry.observation.position_m.map(f64::from);
-        let place = Pose::<Base, Thing>::upright(x, y, z, 0.0);
-        black_box(sight.visible_share(
-            &place,
-            entry.observation.half_extents_m.map(f64::from),
-            Samples::Corners,
-        ));
+/// What a partner's step does before it believes: V, P, and perceiving again (Eq. 7).
+struct Share {
+    eye: Pose<Base, Eye>,
+    sight: Sight,
+    x_person_base: Pose<Person, Base>,
+    perceived: Vec<Perceived>,
+}
+
+impl Share {
+    fn new(config: &Perspective, occluders: &Occluders, capacity: usize) -> Self {
+        let eye = Pose::<Base, Eye>::looking(&Position::new(2.0, 0.0, 0.55), &Position::new(0.5, 0.0, 0.0));
+        let cone = Cone::new(config.sight.cone_half_angle_deg.radians(), config.sight.range_m.get());
+        Self {
+            eye,
+            sight: Sight::new(eye, cone.expect("the built-in cone"), occluders),
+            x_person_base: Pose::upright(2.0, 0.0, 0.0, 3.0).inverse(),
+            perceived: Vec::with_capacity(capacity),
+        }
+    }
+
+    fn perceive(&mut self, entries: &[Perceived], perception: &Perception, occluders: &Occluders) {
+        self.sight.look(&self.eye, occluders);
+        self.perceived.clear();
+        for Perceived { observation, snapshot } in entries {
+            let Some((place, half)) = place_of_thing(observation) else { continue };
+            if self.sight.visible_share(&place, half, Samples::Corners) > 0.5 {
+                let observation = observed_from(&self.x_person_base, &place, observation);
+                let snapshot = perception.perceive_again(&observation, snapshot, &Frame { agent: 1 });
+                self.perceived.push(Perceived { observation, snapshot });
+            }
+        }
+        black_box(&self.perceived);
     }
 }

@@ -1,9 +1,8 @@
 use clock::{Duration, Instant};
-use geometry::{Base, Eye, Pose};
+use geometry::{Base, Eye, Pose, Thing};
 use message::{Observation, ObservationKind, Perceived};
 use scene::Occluders;
 
-use crate::field::Field;
 use crate::occluders::RememberedOccluders;
 use crate::transform::place_of;
 
@@ -13,6 +12,10 @@ use crate::transform::place_of;
 #[derive(Clone, Debug)]
 pub struct Awareness {
     perceives: Vec<bool>,
+    /// Whose perspective it is, and where he has his own eye; nowhere while he is absent.
+    agent: u16,
+    own_eye: Option<Pose<Base, Eye>>,
+    /// The eyes of the robot and of its partners, and when they were last perceived.
     eyes: Vec<Option<(Pose<Base, Eye>, Instant)>>,
     absent_after: Duration,
     occluders: RememberedOccluders,
@@ -21,12 +24,20 @@ pub struct Awareness {
 }
 
 impl Awareness {
-    /// Aware of nothing yet, of up to `partners` partners and `capacity` observations at once.
+    /// Aware of nothing yet, for `agent` to be aware of up to `partners` partners and `capacity`
+    /// observations at once.
     #[must_use]
-    pub fn new(config: &config::perspective::Perspective, partners: u16, capacity: usize) -> Self {
+    pub fn new(
+        agent: u16,
+        config: &config::perspective::Perspective,
+        partners: u16,
+        capacity: usize,
+    ) -> Self {
         Self {
             perceives: Vec::with_capacity(capacity),
-            eyes: vec![None; usize::from(partners)],
+            agent,
+            own_eye: None,
+            eyes: vec![None; usize::from(partners) + 1],
             absent_after: config.sight.absent_after_ms.duration(),
             occluders: RememberedOccluders::new(&config.occluders),
             looked: false,
@@ -34,28 +45,26 @@ impl Awareness {
         }
     }
 
-    /// Takes note of an instant: of each observation that `perceives` lets through, and of eyes
-    /// and occluders among them. Observations beyond the capacity are not perceived. Unless anybody
+    /// Takes note of an instant: of each observation whether it is perceived, and of eyes and
+    /// occluders among them. Observations beyond the capacity are not perceived. Unless anybody
     /// `looked`, nothing is taken to be gone.
     pub(crate) fn note(
         &mut self,
         at: Instant,
         looked: bool,
         entries: &[Perceived],
-        field: &Field,
-        perceives: impl Fn(&Perceived) -> bool,
+        perceives: impl IntoIterator<Item = bool>,
     ) {
         self.looked = looked;
         self.perceives.clear();
         self.occluders.begin();
-        for entry in entries.iter().take(self.capacity) {
-            let perceived = perceives(entry);
+        for (entry, perceived) in entries.iter().zip(perceives).take(self.capacity) {
             self.perceives.push(perceived);
             if perceived {
                 self.note_one(at, &entry.observation);
             }
         }
-        self.occluders.end(at, looked.then_some(field));
+        self.occluders.end();
     }
 
     fn note_one(&mut self, at: Instant, observation: &Observation) {
@@ -63,12 +72,8 @@ impl Awareness {
         let observed_at = Instant::from_nanos(observation.observed_at_ns).min(at);
         match observation.kind() {
             Some(ObservationKind::Person) => {
-                let index = observation.partner.checked_sub(1).map(usize::from);
-                let slot = index.and_then(|index| self.eyes.get_mut(index));
-                if let (Some(slot), Some(x_base_eye)) = (slot, place_of(observation))
-                    && slot.is_none_or(|(_, noted_at)| noted_at <= observed_at)
-                {
-                    *slot = Some((x_base_eye, observed_at));
+                if let Some(x_base_eye) = place_of(observation) {
+                    self.meet(observation.partner, x_base_eye, observed_at);
                 }
             }
             Some(ObservationKind::Occluder) => {
@@ -78,6 +83,42 @@ impl Awareness {
         }
     }
 
+    /// The eye of an agent is perceived.
+    pub(crate) fn meet(&mut self, agent: u16, x_base_eye: Pose<Base, Eye>, observed_at: Instant) {
+        if let Some(slot) = self.eyes.get_mut(usize::from(agent))
+            && slot.is_none_or(|(_, noted_at)| noted_at <= observed_at)
+        {
+            *slot = Some((x_base_eye, observed_at));
+        }
+    }
+
+    /// Forgets the occluders that are gone: not observed for long, though `glimpses` says that
+    /// some of the box would be seen if it were there. Whether it forgot any.
+    pub(crate) fn forget(
+        &mut self,
+        at: Instant,
+        glimpses: impl Fn(&Pose<Base, Thing>, [f64; 3]) -> bool,
+    ) -> bool {
+        self.looked && self.occluders.forget(at, glimpses)
+    }
+
+    /// Whether it remembers an occluder there.
+    pub(crate) fn remembers(&self, x_base_box: &Pose<Base, Thing>) -> bool {
+        self.occluders.has_one_at(&x_base_box.origin())
+    }
+
+    /// He whose perspective it is has his own eye here.
+    pub(crate) fn have_eye(&mut self, x_base_eye: Pose<Base, Eye>) {
+        self.own_eye = Some(x_base_eye);
+    }
+
+    /// He whose perspective it is is absent: he perceives nothing, and all within it freezes.
+    pub(crate) fn lose(&mut self) {
+        self.own_eye = None;
+        self.looked = false;
+        self.perceives.clear();
+    }
+
     /// Whether any sensory process observed anything new at this instant: only then does an absence
     /// say that a thing is gone.
     #[must_use]
@@ -85,18 +126,46 @@ impl Awareness {
         self.looked
     }
 
-    /// Which observations of this instant the perspective perceives, in their order.
+    /// Which observations of this instant the perspective perceives, in their order. Of people, a
+    /// partner perceives their eyes alone: see [`Self::eye`].
     #[must_use]
     pub fn perceives(&self) -> &[bool] {
         &self.perceives
     }
 
-    /// The eye of partner `agent`; `None` while he is absent or was never perceived.
+    /// Whose perspective it is: 0 the robot's, n that of partner n.
+    #[must_use]
+    pub fn agent(&self) -> u16 {
+        self.agent
+    }
+
+    /// The eye of an agent (0 the robot, n partner n), his own among them; `None` while that one is
+    /// absent or was never perceived, or the perspective's own agent is.
     #[must_use]
     pub fn eye(&self, agent: u16, at: Instant) -> Option<Pose<Base, Eye>> {
-        let index = usize::from(agent.checked_sub(1)?);
-        let (x_base_eye, noted_at) = self.eyes.get(index).copied().flatten()?;
-        (at.since(noted_at) <= self.absent_after).then_some(x_base_eye)
+        let own_eye = self.own_eye?;
+        if agent == self.agent { Some(own_eye) } else { self.perceived_eye(agent, at) }
+    }
+
+    /// The eye of an agent as it was perceived of late, be it his own.
+    pub(crate) fn perceived_eye(&self, agent: u16, at: Instant) -> Option<Pose<Base, Eye>> {
+        self.perceived(agent, at).map(|(x_base_eye, _)| x_base_eye)
+    }
+
+    fn perceived(&self, agent: u16, at: Instant) -> Option<(Pose<Base, Eye>, Instant)> {
+        let noted = self.eyes.get(usize::from(agent)).copied().flatten();
+        noted.filter(|(_, noted_at)| at.since(*noted_at) <= self.absent_after)
+    }
+
+    /// All agents whose eyes it knows, its own among them, with when they were perceived.
+    pub(crate) fn eyes(&self, at: Instant) -> impl Iterator<Item = (u16, Pose<Base, Eye>, Instant)> + Clone {
+        let known = move |agent| {
+            let own_eye = self.own_eye?;
+            let own = (agent == self.agent).then_some((own_eye, at));
+            let (x_base_eye, noted_at) = own.or_else(|| self.perceived(agent, at))?;
+            Some((agent, x_base_eye, noted_at))
+        };
+        (0..).take(self.eyes.len()).filter_map(known)
     }
 
     /// The occluders that it remembers, in the base frame.

@@ -1,3 +1,5 @@
+use message::{DEPTH_MOST, PERSPECTIVES_MOST};
+
 /// Why no perspective can be made.
 #[derive(Debug, thiserror::Error)]
 pub enum NoPerspective {
@@ -17,14 +19,23 @@ pub enum NoPerspective {
         /// What is wrong.
         source: scene::NoCone,
     },
-    /// The robot's eye is nowhere.
+    /// There are more of them than a robot can keep.
     #[error(
-        "the robot's field of view: eye_m and looks_at_m must be finite, not {eye_m:?} and {looks_at_m:?}"
+        "{partners} partners make {perspectives} perspectives when nested {depth} deep, and the most is \
+         {PERSPECTIVES_MOST}: take fewer partners or less depth"
     )]
-    Eye {
-        /// Where the eye is.
-        eye_m: [f64; 3],
-        /// What it looks at.
-        looks_at_m: [f64; 3],
+    TooMany {
+        /// Partners whose perspectives were asked for.
+        partners: u32,
+        /// How deep they were to be nested.
+        depth: u32,
+        /// How many perspectives that makes.
+        perspectives: u32,
+    },
+    /// They are to be nested deeper than a path can say, or not at all.
+    #[error("perspectives can be nested from 1 to {DEPTH_MOST} deep, not {depth}")]
+    Depth {
+        /// How deep they were to be nested.
+        depth: u32,
     },
 }

@@ -20,14 +20,26 @@
 //! A perspective is made from what its parent is aware of: [`Awareness`] is the observations that
 //! the parent perceives, the eyes it knows of and the occluders it remembers. All of these stay in
 //! the base frame, since V is the same in every frame, and P is applied once, at the end. So a
-//! perspective within a perspective is a chain of filters and one transform.
+//! perspective within a perspective is a chain of filters and one transform, to any depth: what I
+//! think that you think that I see ([`Nested`]).
+//!
+//! - The parent decides nothing but what is there to be perceived: a child made from an awareness is
+//!   the same, bit for bit, whether that is a partner's or the robot's own.
+//! - What hides things from him is what the parent takes to stand in his way: a wall that you never
+//!   saw does not, in what you think, keep me from seeing.
+//! - He whose perspective it is always knows where his own eye is. Another knows it while it is in
+//!   his view: when you cannot see me, what you think that I believe freezes. The robot's eye is
+//!   where its head was observed, or where the configuration has it at rest.
+//! - Everybody, the robot as others take it included, sees with the same cone.
 
 mod anchor;
 mod awareness;
 mod divergence;
 mod error;
 mod field;
+mod nested;
 mod occluders;
+mod owners;
 mod partner;
 mod robot;
 mod transform;
@@ -36,6 +48,8 @@ pub use anchor::Anchor;
 pub use awareness::Awareness;
 pub use divergence::{Aspect, Difference, Divergence, Side};
 pub use error::NoPerspective;
+pub use nested::Nested;
+pub use owners::{Claim, Owners, attends};
 pub use partner::Partner;
 pub use robot::Robot;
 pub use transform::{observed_from, place_of, place_of_thing};

@@ -1,9 +1,8 @@
 use clock::{Duration, Instant};
-use geometry::{Base, Pose, Thing};
+use geometry::{Base, Pose, Position, Thing};
 use message::Observation;
 use scene::Occluders;
 
-use crate::field::Field;
 use crate::transform::place_of_thing;
 
 /// An occluder as it was last observed.
@@ -87,18 +86,32 @@ impl RememberedOccluders {
         }
     }
 
-    /// A frame ends: forgets what is gone from where one looked, if one did.
-    pub(crate) fn end(&mut self, at: Instant, looked_at: Option<&Field>) {
+    /// Whether one is remembered so near to a place that it would be the same.
+    pub(crate) fn has_one_at(&self, place: &Position<Base>) -> bool {
+        self.remembered.iter().any(|old| old.x_base_box.origin().distance(place) <= self.same_within_m)
+    }
+
+    /// A frame ends.
+    pub(crate) fn end(&mut self) {
         self.rebuild();
-        let Some(field) = looked_at else { return };
-        let (shapes, gone_after) = (&self.shapes, self.gone_after);
+    }
+
+    /// Forgets what has not been observed for long though `glimpses` says that some of the box
+    /// would be seen. Whether it forgot any.
+    pub(crate) fn forget(
+        &mut self,
+        at: Instant,
+        glimpses: impl Fn(&Pose<Base, Thing>, [f64; 3]) -> bool,
+    ) -> bool {
+        let gone_after = self.gone_after;
         self.remembered.retain(|old| {
-            at.since(old.observed_at) <= gone_after
-                || !field.glimpses(shapes, &old.x_base_box, old.half_extents_m)
+            at.since(old.observed_at) <= gone_after || !glimpses(&old.x_base_box, old.half_extents_m)
         });
-        if self.remembered.len() < self.shapes.len() {
+        let forgot = self.remembered.len() < self.shapes.len();
+        if forgot {
             self.rebuild();
         }
+        forgot
     }
 
     fn rebuild(&mut self) {

@@ -2,46 +2,52 @@ use belief::BeliefSystem;
 use clock::Instant;
 use config::percepts::Percepts;
 use config::perspective::Perspective;
-use geometry::{Base, Eye, Person, Pose, Thing};
-use message::{Belief, BeliefHead, Header, Modality, Observation, Perceived};
+use geometry::{Base, Eye, Person, Pose, Position, Thing};
+use message::{Belief, BeliefHead, Header, Modality, Observation, ObservationKind, Perceived};
 use perception::{Frame, Perception};
 use quantity::number::saturating_u32;
-use scene::{Cone, Samples, Sight};
+use scene::{Cone, Occluders, Samples, Sight};
 
-use crate::field::Field;
+use crate::field::{glimpses, surveys};
 use crate::robot::is_object;
 use crate::transform::{observed_from, place_in_base, place_of_thing};
-use crate::{Anchor, Awareness, NoPerspective};
+use crate::{Anchor, Awareness, NoPerspective, Owners};
 
 /// A thing is seen when more than this share of its sample points is.
 const MAJORITY: f64 = 0.5;
 
-/// What the robot takes a partner to perceive and to believe.
+/// What the robot takes a partner to perceive and to believe, or what a partner takes another, or
+/// the robot, to.
 ///
-/// Allocates in `new` alone.
+/// Allocates in `new` and in [`Self::with_awareness`] alone.
 #[derive(Clone)]
 pub struct Partner {
     frame: Frame,
     perception: Perception,
     system: BeliefSystem,
-    cone: Cone,
+    sight: Sight,
     samples: Samples,
     hearing_range_m: f64,
     empty_margin_m: f64,
     anchor: Anchor,
+    owners: Owners,
     eye: Option<Pose<Base, Eye>>,
     present: bool,
     /// The last instant at which he was present: his beliefs are those of then.
     at: Instant,
+    /// V (Eq. 8) of each observation.
+    visible: Vec<bool>,
     /// O' (Eq. 7).
     perceived: Vec<Perceived>,
     hidden: usize,
+    /// What perspectives within his are made from, if there are any.
+    awareness: Option<Awareness>,
 }
 
 impl Partner {
-    /// Partner `agent` (1, 2, …), of whom nothing is known yet, with the Perception System made
-    /// from the same percepts. `capacity` is that of a frame of observations and of his belief
-    /// system. Allocates all that it will ever need.
+    /// Partner `agent` (1, 2, …; within a partner's perspective also the robot, 0), of whom nothing
+    /// is known yet, with the Perception System made from the same percepts. `capacity` is that of
+    /// a frame of observations and of his belief system. Allocates all that it will ever need.
     ///
     /// # Errors
     ///
@@ -54,13 +60,14 @@ impl Partner {
         capacity: usize,
     ) -> Result<Self, NoPerspective> {
         let sight = &config.sight;
+        let cone = Cone::new(sight.cone_half_angle_deg.radians(), sight.range_m.get())
+            .map_err(|source| NoPerspective::Cone { agent, source })?;
         Ok(Self {
             frame: Frame { agent },
             perception,
             system: BeliefSystem::new(percepts, capacity)
                 .map_err(|source| NoPerspective::Belief { agent, source })?,
-            cone: Cone::new(sight.cone_half_angle_deg.radians(), sight.range_m.get())
-                .map_err(|source| NoPerspective::Cone { agent, source })?,
+            sight: Sight::new(Pose::identity(), cone, &Occluders::new(config.occluders.most.get())),
             samples: match sight.samples {
                 config::perspective::Samples::Centre => Samples::Centre,
                 config::perspective::Samples::Faces => Samples::Faces,
@@ -69,24 +76,57 @@ impl Partner {
             hearing_range_m: sight.hearing_range_m.get(),
             empty_margin_m: sight.empty_margin_m.get(),
             anchor: Anchor::new(config.frame.reanchor_m.get(), config.frame.reanchor_deg.radians()),
+            owners: Owners::new(&config.resource, capacity),
             eye: None,
             present: false,
             at: Instant::EPOCH,
+            visible: Vec::with_capacity(capacity),
             perceived: Vec::with_capacity(capacity),
             hidden: 0,
+            awareness: None,
         })
+    }
+
+    /// The same, noting what he is aware of: perspectives within his can be made from it. Then he
+    /// also perceives occluders, and the eyes of the robot and of up to `partners` partners.
+    #[must_use]
+    pub fn with_awareness(mut self, config: &Perspective, partners: u16, capacity: usize) -> Self {
+        self.awareness = Some(Awareness::new(self.frame.agent, config, partners, capacity));
+        self
+    }
+
+    /// What he is aware of; `None` unless it is noted.
+    #[must_use]
+    pub fn awareness(&self) -> Option<&Awareness> {
+        self.awareness.as_ref()
     }
 
     /// One instant, as he perceives it, out of what the perspective that contains his is aware of
     /// (`entries` are those that `parent` took note of).
     ///
-    /// While he is absent, or his pose is unknown, nothing happens to his beliefs.
-    pub fn step(&mut self, at: Instant, entries: &[Perceived], parent: &Awareness) {
+    /// `surveyed` says of a place whether all those within whose perspectives his is would notice
+    /// that a thing is gone from there, from the robot ([`crate::Robot::surveys`]) to the parent
+    /// ([`Self::surveys`]). What the parent does not see he cannot take another to miss: the thing
+    /// may be where it was.
+    ///
+    /// While he is absent, or his pose is unknown, nothing happens to his beliefs, nor to those
+    /// within his.
+    pub fn step(
+        &mut self,
+        at: Instant,
+        entries: &[Perceived],
+        parent: &Awareness,
+        surveyed: impl Fn(&Position<Base>) -> bool,
+    ) {
         self.perceived.clear();
         let eye = parent.eye(self.frame.agent, at);
         self.present = eye.is_some();
         let Some(x_base_eye) = eye else {
-            self.hidden = aware(entries, parent).count();
+            let aware = entries.iter().zip(parent.perceives());
+            self.hidden = aware.filter(|(entry, perceives)| **perceives && is_object(entry)).count();
+            if let Some(awareness) = &mut self.awareness {
+                awareness.lose();
+            }
             return;
         };
         self.eye = eye;
@@ -95,61 +135,88 @@ impl Partner {
         if let Some(x_new_old) = anew {
             self.system.reanchor(&x_new_old);
         }
-        self.perceive(entries, parent, &x_base_eye, &x_base_person);
-        let field = Field::Cone { x_base_eye, cone: self.cone };
-        let margin_m = self.empty_margin_m;
-        self.system.step(at, &self.perceived, |place_m| {
-            parent.looked()
-                && field.surveys(parent.occluders(), place_in_base(&x_base_person, place_m), margin_m)
+        self.sight.look(&x_base_eye, parent.occluders());
+        self.perceive(entries, parent, &x_base_person);
+        self.note(at, entries, parent, x_base_eye);
+        let (sight, margin_m) = (&self.sight, self.empty_margin_m);
+        self.system.step(at, &self.perceived, 0..self.perceived.len(), |place_m| {
+            let place = place_in_base(&x_base_person, place_m);
+            parent.looked() && surveys(sight, &place, margin_m) && surveyed(&place)
         });
+        let agents = parent.eyes(at).map(|(agent, x_base_eye, _)| (agent, x_base_eye.origin()));
+        self.owners.judge_system(&self.system, at, &x_base_person, agents);
     }
 
     /// O' = {P(o') | o' ∈ O, V(o') = 1} (Eq. 7), perceived again in his frame.
-    fn perceive(
-        &mut self,
-        entries: &[Perceived],
-        parent: &Awareness,
-        x_base_eye: &Pose<Base, Eye>,
-        x_base_person: &Pose<Base, Person>,
-    ) {
+    fn perceive(&mut self, entries: &[Perceived], parent: &Awareness, x_base_person: &Pose<Base, Person>) {
         let x_person_base = x_base_person.inverse();
-        let sight = Sight::new(*x_base_eye, self.cone, parent.occluders());
+        let all = self.awareness.is_some();
         self.hidden = 0;
-        for entry in aware(entries, parent) {
-            let seen = place_of_thing(&entry.observation)
-                .filter(|(place, half)| self.perceives(&entry.observation, place, *half, &sight));
+        self.visible.clear();
+        for (entry, aware) in entries.iter().zip(parent.perceives()) {
+            let Perceived { observation, snapshot } = entry;
+            let asked = *aware && (is_object(entry) || all && is_occluder(observation));
+            let place = if asked { place_of_thing(observation) } else { None };
+            let seen = place.filter(|(place, half)| self.perceives(observation, place, *half));
+            self.visible.push(seen.is_some());
+            if !(*aware && is_object(entry)) {
+                continue;
+            }
             let Some((x_base_thing, _)) = seen else {
                 self.hidden += 1;
                 continue;
             };
-            let observation = observed_from(&x_person_base, &x_base_thing, &entry.observation);
-            let snapshot = self.perception.perceive(&observation, &self.frame);
+            let observation = observed_from(&x_person_base, &x_base_thing, observation);
+            let snapshot = self.perception.perceive_again(&observation, snapshot, &self.frame);
             self.perceived.push(Perceived { observation, snapshot });
         }
     }
 
-    /// V (Eq. 8), for each sense its own; an actor perceives what he himself handles.
+    /// V (Eq. 8), for each sense its own; an actor perceives what he himself handles. Of an occluder
+    /// a glimpse is enough.
     fn perceives(
         &self,
         observation: &Observation,
         x_base_thing: &Pose<Base, Thing>,
         half_extents_m: [f64; 3],
-        sight: &Sight<'_>,
     ) -> bool {
         if observation.held_by == self.frame.agent {
             return true;
         }
         match observation.modality() {
-            Some(Modality::Vision) => {
-                sight.visible_share(x_base_thing, half_extents_m, self.samples) > MAJORITY
+            Some(Modality::Vision) if is_occluder(observation) => {
+                glimpses(&self.sight, x_base_thing, half_extents_m)
             }
-            Some(Modality::Hearing) => sight.eye().distance(&x_base_thing.origin()) <= self.hearing_range_m,
+            Some(Modality::Vision) => {
+                self.sight.visible_share(x_base_thing, half_extents_m, self.samples) > MAJORITY
+            }
+            Some(Modality::Hearing) => {
+                self.sight.eye().distance(&x_base_thing.origin()) <= self.hearing_range_m
+            }
             // What the robot feels in its own joints, nobody else feels.
             Some(Modality::Touch) | None => false,
         }
     }
 
-    /// Who he is: 1, 2, …
+    /// Takes note of what he perceived for those within his perspective. Of all whom his parent
+    /// sees, and of the parent itself, he sees those whose eyes are in his view: you know that I see
+    /// only while you see me.
+    fn note(&mut self, at: Instant, entries: &[Perceived], parent: &Awareness, x_base_eye: Pose<Base, Eye>) {
+        let Some(awareness) = &mut self.awareness else { return };
+        awareness.note(at, parent.looked(), entries, self.visible.iter().copied());
+        awareness.have_eye(x_base_eye);
+        for (agent, x_base_other, noted_at) in parent.eyes(at) {
+            if self.sight.sees(&x_base_other.origin()) {
+                awareness.meet(agent, x_base_other, noted_at);
+            }
+        }
+        // What the parent remembers stands there, as far as anybody in his mind is concerned.
+        awareness.forget(at, |x_base_box, half_extents_m| {
+            !parent.remembers(x_base_box) && glimpses(&self.sight, x_base_box, half_extents_m)
+        });
+    }
+
+    /// Who he is: 1, 2, …, or 0 the robot.
     #[must_use]
     pub fn agent(&self) -> u16 {
         self.frame.agent
@@ -159,6 +226,12 @@ impl Partner {
     #[must_use]
     pub fn is_present(&self) -> bool {
         self.present
+    }
+
+    /// Whether he would notice, as he looks now, that a thing is gone from a place.
+    #[must_use]
+    pub fn surveys(&self, place: &Position<Base>) -> bool {
+        self.present && surveys(&self.sight, place, self.empty_margin_m)
     }
 
     /// His frame, if he was ever perceived.
@@ -190,7 +263,7 @@ impl Partner {
         head.present = u32::from(self.present);
         head.perceivable = saturating_u32(self.perceived.len());
         head.hidden = saturating_u32(self.hidden);
-        head.refused = counts.refused;
+        head.refused = counts.refused();
         head.created = counts.created;
         head.merged = counts.merged;
         head.culled = counts.culled;
@@ -202,15 +275,12 @@ impl Partner {
     /// he was present: while he is not, his beliefs do not even fade.
     #[must_use]
     pub fn entry(&self, index: usize) -> Option<Belief> {
-        self.system.write(index, self.at)
+        let mut belief = self.system.write(index, self.at)?;
+        belief.owner = self.owners.owner(index);
+        Some(belief)
     }
 }
 
-/// The observations of objects that a perspective is aware of.
-fn aware<'a>(entries: &'a [Perceived], parent: &'a Awareness) -> impl Iterator<Item = &'a Perceived> {
-    entries
-        .iter()
-        .zip(parent.perceives())
-        .filter(|(entry, perceives)| **perceives && is_object(entry))
-        .map(|(entry, _)| entry)
+fn is_occluder(observation: &Observation) -> bool {
+    observation.kind() == Some(ObservationKind::Occluder)
 }

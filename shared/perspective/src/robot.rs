@@ -1,23 +1,29 @@
 use belief::BeliefSystem;
 use clock::Instant;
+use config::number::Coordinate;
 use config::percepts::Percepts;
 use config::perspective::Perspective;
-use geometry::{Base, Pose, Position};
+use geometry::{Base, Eye, Pose, Position};
 use message::{Belief, BeliefHead, Header, ObservationKind, Perceived};
 use quantity::number::saturating_u32;
-use scene::Cone;
+use scene::{Cone, Sight};
 
 use crate::field::Field;
 use crate::transform::place_in_base;
-use crate::{Awareness, NoPerspective};
+use crate::{Awareness, NoPerspective, Owners};
 
 /// The robot's own perspective: it perceives all that was observed, in its base frame, and notices
 /// an absence where its sensors look.
+///
+/// Its eye is where its head was observed of late (a person of number 0), or where the
+/// configuration has it.
 #[derive(Clone, Debug)]
 pub struct Robot {
     system: BeliefSystem,
     awareness: Awareness,
     field: Field,
+    x_base_rest: Pose<Base, Eye>,
+    owners: Owners,
     empty_margin_m: f64,
     at: Instant,
     perceivable: usize,
@@ -40,10 +46,26 @@ impl Robot {
     ) -> Result<Self, NoPerspective> {
         let system = BeliefSystem::new(percepts, capacity)
             .map_err(|source| NoPerspective::Belief { agent: 0, source })?;
+        let awareness = Awareness::new(0, config, partners, capacity);
+        let position = |coordinates: [Coordinate; 3]| {
+            let [x, y, z] = coordinates.map(Coordinate::get);
+            Position::<Base>::new(x, y, z)
+        };
+        let x_base_rest = Pose::looking(&position(config.robot.eye_m), &position(config.robot.looks_at_m));
+        let field = match config.robot.field {
+            config::perspective::Field::Everything => Field::Everything,
+            config::perspective::Field::Cone { half_angle_deg, range_m } => {
+                let cone = Cone::new(half_angle_deg.radians(), range_m.get())
+                    .map_err(|source| NoPerspective::Cone { agent: 0, source })?;
+                Field::Cone(Sight::new(x_base_rest, cone, awareness.occluders()))
+            }
+        };
         Ok(Self {
             system,
-            awareness: Awareness::new(config, partners, capacity),
-            field: field(&config.robot.field)?,
+            awareness,
+            field,
+            x_base_rest,
+            owners: Owners::new(&config.resource, capacity),
             empty_margin_m: config.sight.empty_margin_m.get(),
             at: Instant::EPOCH,
             perceivable: 0,
@@ -59,24 +81,34 @@ impl Robot {
     /// Where none did, time passes and nothing is taken to have vanished: silence is no absence.
     pub fn step(&mut self, at: Instant, looked: bool, entries: &[Perceived]) {
         self.at = at;
-        self.awareness.note(at, looked, entries, &self.field, is_sound);
+        self.awareness.note(at, looked, entries, entries.iter().map(is_sound));
+        let x_base_eye = self.awareness.perceived_eye(0, at).unwrap_or(self.x_base_rest);
+        self.awareness.have_eye(x_base_eye);
+        self.field.look(&x_base_eye, self.awareness.occluders());
+        if self.awareness.forget(at, |x_base_box, half| self.field.glimpses(x_base_box, half)) {
+            self.field.look(&x_base_eye, self.awareness.occluders());
+        }
         let noted = self.awareness.perceives();
         let refused = noted.iter().filter(|perceives| !**perceives).count();
         let left_out = entries.len().saturating_sub(noted.len());
         self.refused = self.refused.saturating_add(u64::from(saturating_u32(refused)));
         self.left_out = self.left_out.saturating_add(u64::from(saturating_u32(left_out)));
         let objects = || {
-            entries
-                .iter()
-                .zip(self.awareness.perceives())
-                .filter(|(entry, perceives)| **perceives && is_object(entry))
-                .map(|(entry, _)| entry)
+            let noted = noted.iter().zip(entries).enumerate();
+            noted.filter(|(_, (perceives, entry))| **perceives && is_object(entry)).map(|(index, _)| index)
         };
         self.perceivable = objects().count();
-        let (field, occluders) = (&self.field, self.awareness.occluders());
-        self.system.step(at, objects(), |place_m| {
-            looked && field.surveys(occluders, place_in_base(&Pose::identity(), place_m), self.empty_margin_m)
+        self.system.step(at, entries, objects(), |place_m| {
+            looked && self.field.surveys(&place_in_base(&Pose::identity(), place_m), self.empty_margin_m)
         });
+        let agents = self.awareness.eyes(at).map(|(agent, x_base_eye, _)| (agent, x_base_eye.origin()));
+        self.owners.judge_system(&self.system, at, &Pose::<Base, Base>::identity(), agents);
+    }
+
+    /// Whether it would notice, as it looks now, that a thing is gone from a place.
+    #[must_use]
+    pub fn surveys(&self, place: &Position<Base>) -> bool {
+        self.field.surveys(place, self.empty_margin_m)
     }
 
     /// What it is aware of: the perspectives of its partners are made from it.
@@ -97,18 +129,17 @@ impl Robot {
         self.refused
     }
 
-    /// The head of its belief buffer. Its eye is that of its field of view, or its base.
+    /// The head of its belief buffer.
     #[must_use]
     pub fn head(&self, header: Header) -> BeliefHead {
         let counts = self.system.counts();
         let mut head = BeliefHead::of(0, header);
-        if let Field::Cone { x_base_eye, .. } = self.field {
-            head.eye_position_m = x_base_eye.position_m();
-            head.eye_orientation_xyzw = x_base_eye.orientation_xyzw();
-        }
+        let x_base_eye = self.awareness.eye(0, self.at).unwrap_or(self.x_base_rest);
+        head.eye_position_m = x_base_eye.position_m();
+        head.eye_orientation_xyzw = x_base_eye.orientation_xyzw();
         head.present = 1;
         head.perceivable = saturating_u32(self.perceivable);
-        head.refused = self.refused.saturating_add(counts.refused);
+        head.refused = self.refused.saturating_add(counts.refused());
         head.created = counts.created;
         head.merged = counts.merged;
         head.culled = counts.culled;
@@ -119,11 +150,14 @@ impl Robot {
     /// A belief by its place in the order of identities, evaluated at the last step's instant.
     #[must_use]
     pub fn entry(&self, index: usize) -> Option<Belief> {
-        self.system.write(index, self.at)
+        let mut belief = self.system.write(index, self.at)?;
+        belief.owner = self.owners.owner(index);
+        Some(belief)
     }
 }
 
-/// What comes from another process is an allegation: an observation and percepts to be used.
+/// What comes from another process is an allegation: an observation and percepts to be used, by
+/// the robot as by whoever is taken to see the same.
 fn is_sound(entry: &Perceived) -> bool {
     entry.observation.is_sound()
         && entry.snapshot.values().iter().all(|value| {
@@ -135,19 +169,4 @@ fn is_sound(entry: &Perceived) -> bool {
 
 pub(crate) fn is_object(entry: &Perceived) -> bool {
     entry.observation.kind() == Some(ObservationKind::Object)
-}
-
-fn field(field: &config::perspective::Field) -> Result<Field, NoPerspective> {
-    match field {
-        config::perspective::Field::Everything => Ok(Field::Everything),
-        config::perspective::Field::Cone { eye_m, looks_at_m, half_angle_deg, range_m } => {
-            if !eye_m.iter().chain(looks_at_m).all(|number| number.is_finite()) {
-                return Err(NoPerspective::Eye { eye_m: *eye_m, looks_at_m: *looks_at_m });
-            }
-            let cone = Cone::new(half_angle_deg.radians(), range_m.get())
-                .map_err(|source| NoPerspective::Cone { agent: 0, source })?;
-            let position = |[x, y, z]: [f64; 3]| Position::<Base>::new(x, y, z);
-            Ok(Field::Cone { x_base_eye: Pose::looking(&position(*eye_m), &position(*looks_at_m)), cone })
-        }
-    }
 }

@@ -45,6 +45,14 @@ pub const fn floor_usize(value: f64) -> usize {
     value as usize
 }
 
+/// To the next whole number below, saturating; zero for NaN.
+#[must_use]
+pub const fn floor_i64(value: f64) -> i64 {
+    // Towards zero, and one less where that was upwards: quicker than to floor a float.
+    let truncated = value as i64;
+    if value < truncated as f64 { truncated.saturating_sub(1) } else { truncated }
+}
+
 /// To the nearest whole number, halves away from zero, saturating; zero for NaN.
 #[must_use]
 pub fn round_i32(value: f64) -> i32 {

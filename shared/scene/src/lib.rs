@@ -23,9 +23,11 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+mod bundle;
 mod cone;
 mod occluders;
 mod samples;
+mod shades;
 mod sight;
 
 pub use cone::{Cone, NoCone};

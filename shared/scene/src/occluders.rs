@@ -6,9 +6,7 @@ use quantity::number::single;
 
 /// The end of a line of sight that belongs to what is looked at: a block that leans on a wall is
 /// not hidden by the face that it touches.
-const TOUCHING_M: f64 = 1e-4;
-/// Room for rounding where a box is passed over without looking closely.
-const SLACK_M: f64 = 1e-3;
+pub(crate) const TOUCHING_M: f64 = 1e-4;
 
 /// Why a box was not taken as an occluder.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
@@ -38,7 +36,9 @@ pub struct Occluders {
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Occluder {
     x_box_base: Pose<Thing, Base>,
+    centre: Position<Base>,
     half_extents_m: [f64; 3],
+    radius_m: f64,
     cuboid: Cuboid,
 }
 
@@ -82,8 +82,13 @@ impl Occluders {
         if !half_extents_m.iter().all(|half| *half >= 0.0 && half.is_finite()) {
             return Err(NoOccluder::Extents { half_extents_m });
         }
-        let cuboid = Cuboid::new(vector(half_extents_m));
-        self.boxes.push(Occluder { x_box_base: x_base_box.inverse(), half_extents_m, cuboid });
+        self.boxes.push(Occluder {
+            x_box_base: x_base_box.inverse(),
+            centre: x_base_box.origin(),
+            half_extents_m,
+            radius_m: norm(half_extents_m),
+            cuboid: Cuboid::new(vector(half_extents_m)),
+        });
         Ok(())
     }
 
@@ -97,6 +102,11 @@ impl Occluders {
         })
     }
 
+    /// How many there is room for.
+    pub(crate) fn capacity(&self) -> usize {
+        self.capacity
+    }
+
     pub(crate) fn boxes(&self) -> &[Occluder] {
         &self.boxes
     }
@@ -108,18 +118,19 @@ impl Occluder {
         self.x_box_base
     }
 
-    /// Whether the box may hide anything within `radius_m` of a point from an eye, both in the frame
-    /// of the box: whether the way there passes the box, grown by as much, at all.
-    pub(crate) fn may_hide(&self, eye: &Position<Thing>, point: &Position<Thing>, radius_m: f64) -> bool {
-        let (mut enter, mut leave) = (0.0_f64, 1.0_f64);
-        let ends = eye.to_array().into_iter().zip(point.to_array());
-        for ((from, to), half) in ends.zip(self.half_extents_m) {
-            let (reach, along) = (half + radius_m + SLACK_M, to - from);
-            let (a, b) = ((-reach - from) / along, (reach - from) / along);
-            enter = enter.max(a.min(b));
-            leave = leave.min(a.max(b));
-        }
-        enter <= leave
+    /// The middle of the box.
+    pub(crate) fn centre(&self) -> Position<Base> {
+        self.centre
+    }
+
+    /// The radius of the ball round the box, in metres.
+    pub(crate) fn radius_m(&self) -> f64 {
+        self.radius_m
+    }
+
+    /// Half the extents of the box, in metres.
+    pub(crate) fn half_extents_m(&self) -> [f64; 3] {
+        self.half_extents_m
     }
 
     /// Whether the box stands between an eye and a point, both in its frame.
@@ -132,6 +143,11 @@ impl Occluder {
         let along = Vector::new(single(to[0] - from[0]), single(to[1] - from[1]), single(to[2] - from[2]));
         self.cuboid.intersects_local_ray(&Ray::new(vector(from), along), reach)
     }
+}
+
+/// The radius of the ball round a box, in metres.
+pub(crate) fn norm(half_extents_m: [f64; 3]) -> f64 {
+    half_extents_m.iter().map(|half| half * half).sum::<f64>().sqrt()
 }
 
 fn vector(numbers: [f64; 3]) -> Vector {

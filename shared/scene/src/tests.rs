@@ -82,20 +82,24 @@ proptest! {
 
     #[test]
     fn the_share_is_that_of_the_samples_in_the_cone_and_behind_nothing(
-        wall in occluder(), thing in pose(), x in 0.01..0.3, y in 0.01..0.3, z in 0.01..0.3,
+        walls in prop::collection::vec(occluder(), 0..24),
+        thing in pose(), x in 0.0..0.3, y in 0.01..0.3, z in 0.01..0.3,
         from in position(), towards in position(), half_angle in 0.1..3.0_f64, range_m in 0.5..4.0_f64,
+        samples in prop::sample::select(vec![Samples::Centre, Samples::Faces, Samples::Corners, Samples::Surface]),
     ) {
         let eye = Pose::<Base, Eye>::looking(&from, &towards);
         let gaze = eye.isometry().rotation * nalgebra::Vector3::x();
-        let mut occluders = Occluders::new(1);
-        occluders.add(&wall.0, wall.1).unwrap();
-        let (mut seen, mut doubtful) = (0, 0);
-        for corner in 0..9_u8 {
-            let sign = |bit: u8| if corner == 8 { 0.0 } else if corner & bit == 0 { -1.0 } else { 1.0 };
-            let at = thing.isometry() * Point3::new(x * sign(1), y * sign(2), z * sign(4));
+        let mut occluders = Occluders::new(walls.len());
+        for (wall, half) in &walls {
+            occluders.add(wall, *half).unwrap();
+        }
+        let points = points(samples);
+        let (mut seen, mut doubtful) = (0_u8, 0_u8);
+        for [i, j, k] in &points {
+            let at = thing.isometry() * Point3::new(x * i, y * j, z * k);
             let to = at - from.point();
             let off = gaze.angle(&to);
-            match occluded_slowly(&[wall], from, Position::from_point(at), 2e-4) {
+            match occluded_slowly(&walls, from, Position::from_point(at), 2e-4) {
                 Some(hidden) if (off - half_angle).abs() > 1e-6 && (to.norm() - range_m).abs() > 1e-6 => {
                     seen += u8::from(!hidden && off < half_angle && to.norm() < range_m);
                 }
@@ -103,10 +107,58 @@ proptest! {
             }
         }
         let cone = Cone::new(half_angle, range_m).unwrap();
-        let share = Sight::new(eye, cone, &occluders).visible_share(&thing, [x, y, z], Samples::Corners);
-        prop_assert!(share * 9.0 >= f64::from(seen) - 1e-9 && share * 9.0 <= f64::from(seen + doubtful) + 1e-9,
-            "{} of 9, expected {} to {}", share * 9.0, seen, seen + doubtful);
+        // A sight that looked elsewhere before is none the wiser for it.
+        let mut sight = Sight::new(Pose::identity(), cone, &occluders);
+        sight.look(&eye, &occluders);
+        let count = sight.visible_share(&thing, [x, y, z], samples) * quantity::number::float_of_count(points.len());
+        prop_assert!(count >= f64::from(seen) - 1e-9 && count <= f64::from(seen + doubtful) + 1e-9,
+            "{} of {}, expected {} to {}", count, points.len(), seen, seen + doubtful);
+        prop_assert_eq!(sight.sees(&thing.origin()), cone.contains(&(eye.inverse() * thing.origin()))
+            && !occluders.occluded(&from, &thing.origin()));
     }
+
+    #[test]
+    fn no_more_than_rays_decides_what_a_crowd_of_small_walls_hides(
+        walls in prop::collection::vec((pose(), 0.005..0.05, 0.05..0.2, 0.05..0.2), 40..60),
+        things in prop::collection::vec((pose(), 0.01..0.05), 20),
+        from in position(), towards in position(),
+    ) {
+        let eye = Pose::<Base, Eye>::looking(&from, &towards);
+        let cone = Cone::new(1.0, 5.0).unwrap();
+        let mut occluders = Occluders::new(walls.len());
+        for (wall, x, y, z) in &walls {
+            occluders.add(wall, [*x, *y, *z]).unwrap();
+        }
+        let sight = Sight::new(eye, cone, &occluders);
+        for (thing, half) in &things {
+            // The rays that a look without any culling casts, in the same precision.
+            let corners = points(Samples::Corners);
+            let seen = corners.iter().filter(|corner| {
+                let [x, y, z] = corner.map(|side| side * half);
+                let at = *thing * Position::new(x, y, z);
+                cone.contains(&(eye.inverse() * at)) && !occluders.occluded(&from, &at)
+            });
+            let (share, expected) = (sight.visible_share(thing, [*half; 3], Samples::Corners), seen.count());
+            // The same rays in the same precision: only the order of the transforms differs, by some
+            // 1e-16 m.
+            prop_assert!((share * 9.0 - quantity::number::float_of_count(expected)).abs() < 1e-9,
+                "{} of 9, expected {}", share * 9.0, expected);
+        }
+    }
+}
+
+/// The points that stand for a box, in half extents, written anew.
+fn points(samples: Samples) -> Vec<[f64; 3]> {
+    let sides = [-1.0, 0.0, 1.0];
+    let grid = sides.iter().flat_map(|x| sides.iter().flat_map(move |y| sides.map(|z| [*x, *y, z])));
+    let order = |[x, y, z]: &[f64; 3]| x.abs() + y.abs() + z.abs();
+    let wanted: &[f64] = match samples {
+        Samples::Centre => &[0.0],
+        Samples::Faces => &[0.0, 1.0],
+        Samples::Corners => &[0.0, 3.0],
+        Samples::Surface => &[1.0, 2.0, 3.0],
+    };
+    grid.filter(|point| wanted.iter().any(|faces| (order(point) - faces).abs() < 0.5)).collect()
 }
 
 #[test]

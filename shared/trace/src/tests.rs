@@ -77,7 +77,7 @@ prop_compose! {
     fn observation(source: u16, at_ns: u64)(
         kind in prop::sample::select(ObservationKind::ALL),
         modality in prop::sample::select(Modality::ALL),
-        (partner, held_by) in (1..NOBODY, agent()),
+        (partner, held_by) in (0..NOBODY, agent()),
         position_m in prop::array::uniform3(number()),
         half_extents_m in prop::array::uniform3(number().prop_map(f32::abs)),
         colour_rgb in prop::array::uniform3(number()),
@@ -269,7 +269,7 @@ fn a_mistake_is_told_with_its_place_and_what_would_be_right() {
             "needs `partner`",
         ),
         (
-            r#"{"at_ns": 1, "observations": [{"position_m": [0, 0, 0], "partner": 0}]}"#,
+            r#"{"at_ns": 1, "observations": [{"position_m": [0, 0, 0], "partner": 65535}]}"#,
             "observations[0]: ",
             "from 1",
         ),

@@ -125,13 +125,15 @@ impl WrittenObservation {
         let kind = match self.kind {
             Kind::Object => ObservationKind::Object,
             Kind::Person if self.partner.is_none() => {
-                return Err("a person needs `partner`: 1, 2, …, the same number in every frame");
+                return Err(
+                    "a person needs `partner`: 1, 2, …, or 0 for the robot itself; the same number in every frame",
+                );
             }
             Kind::Person => ObservationKind::Person,
             Kind::Occluder => ObservationKind::Occluder,
         };
-        if matches!(self.partner, Some(0 | NOBODY)) {
-            return Err("a partner's number is from 1 to 65534 (0 is the robot itself)");
+        if self.partner == Some(NOBODY) {
+            return Err("a partner's number is from 1 to 65534 (0 is the robot's own head)");
         }
         let modality = match self.modality {
             Sense::Vision => Modality::Vision,

@@ -2,6 +2,7 @@
 
 use std::mem::size_of;
 use std::path::Path;
+use std::thread::JoinHandle;
 use std::time::Duration;
 
 use config::leo::{Priority, Rights};
@@ -19,6 +20,9 @@ const BACK: &str = "bare/back";
 const SILENCE: Duration = Duration::from_secs(2);
 /// Priority of the echo: that of the belief process, whose place it takes.
 const ECHO_PRIORITY: u8 = 69;
+
+/// Priority of the sensor process, as it comes.
+const SENSOR_PRIORITY: u8 = 70;
 
 /// Bytes of the percept buffer, and of the belief buffers of two perspectives.
 fn sizes(objects: u32) -> (usize, usize) {
@@ -94,15 +98,28 @@ pub fn echo(root: &Path, name: &str, bytes: usize) -> Result<(), BenchError> {
     Ok(())
 }
 
-/// How late a thread wakes that does nothing but sleep to an absolute grid.
-pub(super) fn wakeups(case: Case) -> Histogram {
-    let mut histogram = Histogram::default();
-    let mut release = clock::now() + case.period();
-    let end = release + case.lasting;
-    while release < end {
-        clock::sleep_until(release);
-        histogram.record(clock::nanos(clock::now().since(release)));
-        release += case.period();
-    }
-    histogram
+/// How late a thread of the sensor's priority wakes that does nothing but sleep to an absolute grid
+/// of the sensor's rate.
+///
+/// It runs while the sensor does: what the machine does to the one it does to the other.
+pub(super) fn wakeups(case: Case) -> Result<JoinHandle<Histogram>, BenchError> {
+    let rights = Rights {
+        fifo_priority: Priority::try_from(SENSOR_PRIORITY).map_err(BenchError::Port)?,
+        cores: Vec::new(),
+        lock_memory: true,
+    };
+    let thread = std::thread::Builder::new().name("bare-wakeup".to_owned());
+    Ok(thread.spawn(move || {
+        // The bench itself says what is missing.
+        let _missing = realtime::apply(&rights);
+        let mut histogram = Histogram::default();
+        let mut release = clock::now() + case.period();
+        let end = release + case.lasting;
+        while release < end {
+            clock::sleep_until(release);
+            histogram.record(clock::nanos(clock::now().since(release)));
+            release += case.period();
+        }
+        histogram
+    })?)
 }

@@ -6,7 +6,7 @@ use message::{BeliefHead, Beliefs, Health, Histogram, Hop, Process, ProcessState
 use process::Launch;
 use transport::{Domain, HealthReader, Inlet, Node};
 
-use super::{BenchError, Case};
+use super::{BenchError, Case, bare};
 use crate::Children;
 
 /// The processes between an observation and a belief, in the order of starting.
@@ -27,6 +27,8 @@ pub(super) struct Measured {
     pub(super) step: Histogram,
     /// How late the sensor process woke.
     pub(super) sensor_wakeup: Histogram,
+    /// How late a bare thread woke meanwhile.
+    pub(super) bare_wakeup: Histogram,
     /// Belief frames that did not come.
     pub(super) lost: u64,
 }
@@ -117,6 +119,7 @@ fn read(
 ) -> Result<Measured, BenchError> {
     let mut measured = Measured::default();
     let mut before = None;
+    let mut bare = None;
     let give_up = clock::now() + READY_WITHIN;
     let mut end = give_up + case.lasting;
     let mut frames = 0;
@@ -127,6 +130,7 @@ fn read(
             frames += 1;
             if frames == WARM_UP_FRAMES {
                 before = health(node, Process::Sensor, incarnation);
+                bare = Some(bare::wakeups(case)?);
                 measured.lost = beliefs.drops();
                 end = clock::now() + case.lasting;
             } else if frames > WARM_UP_FRAMES {
@@ -141,6 +145,8 @@ fn read(
     if let (Some(before), Some(after)) = (before, health(node, Process::Sensor, incarnation)) {
         measured.sensor_wakeup = after.wakeup.since(&before.wakeup);
     }
+    // A thread that panicked has measured nothing, and the report shows it.
+    measured.bare_wakeup = bare.and_then(|thread| thread.join().ok()).unwrap_or_default();
     Ok(measured)
 }
 

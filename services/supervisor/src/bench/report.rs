@@ -14,6 +14,32 @@ use super::leo::Measured;
 pub(super) struct Report {
     pub(super) machine: Machine,
     pub(super) rows: Vec<Row>,
+    /// Over all rates and sizes: the tails of one are a handful of wake-ups.
+    pub(super) wakeup: Wakeup,
+}
+
+/// How late the sensor process woke, beside a bare thread of its priority that ran meanwhile.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub(super) struct Wakeup {
+    sensor_us: Quantiles,
+    bare_us: Quantiles,
+    /// Sensor / bare.
+    ratio_p50: f64,
+    ratio_p99: f64,
+    ratio_p999: f64,
+}
+
+impl Wakeup {
+    pub(super) fn of(sensor: &Histogram, bare: &Histogram) -> Self {
+        let (sensor_us, bare_us) = (Quantiles::from(sensor), Quantiles::from(bare));
+        Self {
+            sensor_us,
+            bare_us,
+            ratio_p50: sensor_us.p50 / bare_us.p50,
+            ratio_p99: sensor_us.p99 / bare_us.p99,
+            ratio_p999: sensor_us.p999 / bare_us.p999,
+        }
+    }
 }
 
 /// The machine that was measured on.
@@ -40,12 +66,7 @@ pub(super) struct Row {
     /// (percept to belief - step) / round trip: what Leo adds to the middleware, at p50 and p99.
     ratio_p50: f64,
     ratio_p99: f64,
-    /// How late the sensor process woke.
-    sensor_wakeup_us: Quantiles,
-    /// How late a bare thread of about the same priority woke.
-    bare_wakeup_us: Quantiles,
-    /// Sensor / bare at p99.9.
-    wakeup_ratio_p999: f64,
+    wakeup: Wakeup,
     /// Belief frames that did not come.
     lost: u64,
     /// Upper bound in nanoseconds and count of every bucket of the percept-to-belief latency.
@@ -96,11 +117,10 @@ impl Machine {
     }
 }
 
-pub(super) fn row(case: Case, leo: &Measured, round_trip: &Histogram, sleep: &Histogram) -> Row {
+pub(super) fn row(case: Case, leo: &Measured, round_trip: &Histogram) -> Row {
     let latency = Quantiles::from(&leo.latency);
     let step = Quantiles::from(&leo.step);
     let bare = Quantiles::from(round_trip);
-    let (sensor_wakeup, bare_wakeup) = (Quantiles::from(&leo.sensor_wakeup), Quantiles::from(sleep));
     Row {
         rate_hz: case.rate_hz,
         objects: case.objects,
@@ -109,9 +129,7 @@ pub(super) fn row(case: Case, leo: &Measured, round_trip: &Histogram, sleep: &Hi
         bare_round_trip_us: bare,
         ratio_p50: (latency.p50 - step.p50) / bare.p50,
         ratio_p99: (latency.p99 - step.p99) / bare.p99,
-        sensor_wakeup_us: sensor_wakeup,
-        bare_wakeup_us: bare_wakeup,
-        wakeup_ratio_p999: sensor_wakeup.p999 / bare_wakeup.p999,
+        wakeup: Wakeup::of(&leo.sensor_wakeup, &leo.bare_wakeup),
         lost: leo.lost,
         histogram: leo.latency.buckets().collect(),
     }
@@ -125,25 +143,29 @@ impl fmt::Display for Report {
         writeln!(out, "us             objects      p50      p99    p99.9      max   count")?;
         for row in &self.rows {
             writeln!(out, "{} Hz, {} objects", row.rate_hz, row.objects)?;
-            for (name, quantiles) in [
-                ("percept to belief", &row.percept_to_belief_us),
-                ("  the belief step", &row.belief_step_us),
-                ("  bare round trip", &row.bare_round_trip_us),
-                ("sensor wake-up", &row.sensor_wakeup_us),
-                ("  bare wake-up", &row.bare_wakeup_us),
-            ] {
-                let Quantiles { count, p50, p99, p999, max } = quantiles;
-                writeln!(out, "  {name:<20} {p50:>8.1} {p99:>8.1} {p999:>8.1} {max:>8.1} {count:>7}")?;
-            }
+            line(out, "percept to belief", &row.percept_to_belief_us)?;
+            line(out, "  the belief step", &row.belief_step_us)?;
+            line(out, "  bare round trip", &row.bare_round_trip_us)?;
+            line(out, "sensor wake-up", &row.wakeup.sensor_us)?;
+            line(out, "  bare wake-up", &row.wakeup.bare_us)?;
             writeln!(
                 out,
-                "  (latency - step) / round trip: p50 {:.2}, p99 {:.2}; wake-up / bare at p99.9 {:.2}; lost {}",
-                row.ratio_p50, row.ratio_p99, row.wakeup_ratio_p999, row.lost
+                "  (latency - step) / round trip: p50 {:.2}, p99 {:.2}; lost {}",
+                row.ratio_p50, row.ratio_p99, row.lost
             )?;
             draw(out, &row.histogram)?;
         }
-        Ok(())
+        let Wakeup { sensor_us, bare_us, ratio_p50, ratio_p99, ratio_p999 } = &self.wakeup;
+        writeln!(out, "all rates and sizes")?;
+        line(out, "sensor wake-up", sensor_us)?;
+        line(out, "  bare wake-up", bare_us)?;
+        writeln!(out, "  sensor / bare: p50 {ratio_p50:.2}, p99 {ratio_p99:.2}, p99.9 {ratio_p999:.2}")
     }
+}
+
+fn line(out: &mut fmt::Formatter<'_>, name: &str, quantiles: &Quantiles) -> fmt::Result {
+    let Quantiles { count, p50, p99, p999, max } = quantiles;
+    writeln!(out, "  {name:<20} {p50:>8.1} {p99:>8.1} {p999:>8.1} {max:>8.1} {count:>7}")
 }
 
 /// The distribution of percept to belief as bars, one line per octave.

@@ -1,103 +1,160 @@
-use message::Feature;
-use quantity::number::round_i64;
+use quantity::number::floor_i64;
 
-use super::lists::Lists;
-use crate::arena::Arena;
-use crate::metric::Reach;
+use super::{Population, Symbols};
+
+/// No slot, and no cell.
+const NONE: u32 = u32::MAX;
 
 /// Who is within reach of whom: a hashed grid over x and y whose cells are as wide as the reach.
 /// What has no place is within everybody's reach.
+///
+/// It is kept from step to step: who is inserted stays until removed.
 #[derive(Clone, Debug)]
 pub(crate) struct Neighbourhood {
-    reach: Option<Reach>,
-    /// A little more than the reach, so that no rounding puts what is within it out of sight.
-    width_m: f64,
-    /// One list per cell; the last is of those without a place.
-    cells: Lists,
-    placeless: usize,
-    places: Box<[Option<Place>]>,
+    /// Whether there is a reach at all.
+    reaches: bool,
+    cells_per_m: f64,
+    /// The square of a little more than the reach, so that no rounding puts what is within it out
+    /// of sight.
+    near_m2: f32,
+    /// The first slot of each cell; the last cell is of those without a place.
+    first: Box<[u32]>,
+    placeless: u32,
+    nodes: Box<[Node]>,
 }
 
 #[derive(Clone, Copy, Debug)]
-struct Place {
-    position_m: [f64; 3],
-    /// The cell's number along x and along y.
-    cell: [i64; 2],
+struct Node {
+    position_m: [f32; 3],
+    cell: u32,
+    symbols: Symbols,
+    next: u32,
+    previous: u32,
 }
+
+const OUT: Node =
+    Node { position_m: [0.0; 3], cell: NONE, symbols: Symbols::NONE, next: NONE, previous: NONE };
+
+/// Multipliers that spread the blocks of cells.
+const MIX: [i64; 2] = [73_856_093, 19_349_663];
 
 impl Neighbourhood {
     /// Without a reach, everybody is near everybody.
-    pub(crate) fn new(slots: usize, reach: Option<Reach>) -> Self {
-        let placeless = (2 * slots).next_power_of_two();
+    pub(crate) fn new(slots: usize, reach_m: Option<f64>) -> Self {
+        let cells = (4 * slots).next_power_of_two().max(16);
         // Not so narrow that the numbers of the cells lose their meaning.
-        let width_m = reach.map_or(1.0, |reach| (reach.metres * 1.001).max(1e-3));
-        let places = vec![None; slots].into_boxed_slice();
-        Self { reach, width_m, cells: Lists::new(placeless + 1, slots), placeless, places }
-    }
-
-    pub(crate) fn clear(&mut self) {
-        self.cells.clear();
-    }
-
-    pub(crate) fn insert(&mut self, arena: &Arena, slot: usize) {
-        let place = self.place(arena, slot);
-        let cell = place.map_or(self.placeless, |place| self.hash(place.cell));
-        self.cells.insert(cell, slot);
-        if let Some(held) = self.places.get_mut(slot) {
-            *held = place;
+        let width_m = reach_m.map_or(1.0, |reach_m| (reach_m * 1.001).max(1e-3));
+        Self {
+            reaches: reach_m.is_some(),
+            cells_per_m: 1.0 / width_m,
+            near_m2: quantity::number::single(width_m * width_m),
+            first: vec![NONE; cells + 1].into_boxed_slice(),
+            placeless: u32::try_from(cells).unwrap_or(NONE),
+            nodes: vec![OUT; slots].into_boxed_slice(),
         }
     }
 
-    pub(crate) fn remove(&mut self, slot: usize) {
-        self.cells.remove(slot);
+    /// The belief in the slot is where its features say.
+    pub(crate) fn insert(&mut self, population: &impl Population, slot: u32) {
+        let place = self.place(population, slot);
+        let cell = place.map_or(self.placeless, |place| self.cell(place));
+        let Some(node) = self.nodes.get_mut(slot as usize) else { return };
+        node.position_m = place.unwrap_or([0.0; 3]);
+        node.symbols = population.symbols(slot);
+        if node.cell == cell {
+            return;
+        }
+        self.remove(slot);
+        let Some(first) = self.first.get_mut(cell as usize) else { return };
+        let next = std::mem::replace(first, slot);
+        if let Some(follower) = self.nodes.get_mut(next as usize) {
+            follower.previous = slot;
+        }
+        if let Some(node) = self.nodes.get_mut(slot as usize) {
+            (node.cell, node.next, node.previous) = (cell, next, NONE);
+        }
     }
 
-    /// Visits every other slot that may be within reach of the one in `slot` and is not apart from
-    /// it, some more than once and some that are not within reach.
-    pub(crate) fn each_near(&self, arena: &Arena, slot: usize, mut visit: impl FnMut(usize)) {
-        let may_meet = |other| other != slot && !arena.are_apart(slot, other);
-        let Some(here) = self.places.get(slot).copied().flatten() else {
-            let others = arena.live().iter().copied().filter(|&other| arena.lives(other));
-            others.filter(|&other| may_meet(other)).for_each(visit);
+    /// Takes a slot out, if it is in.
+    pub(crate) fn remove(&mut self, slot: u32) {
+        let Some(node) = self.nodes.get_mut(slot as usize) else { return };
+        let Node { cell, next, previous, .. } = *node;
+        if cell == NONE {
             return;
-        };
-        let [x, y] = here.cell;
-        for dx in -1..=1 {
-            for dy in -1..=1 {
-                let cell = self.hash([x.saturating_add(dx), y.saturating_add(dy)]);
-                for other in self.cells.of(cell) {
-                    if may_meet(other) && self.is_within(&here, other) {
-                        visit(other);
-                    }
+        }
+        node.cell = NONE;
+        if let Some(follower) = self.nodes.get_mut(next as usize) {
+            follower.previous = previous;
+        }
+        match self.nodes.get_mut(previous as usize) {
+            Some(predecessor) => predecessor.next = next,
+            None => {
+                if let Some(first) = self.first.get_mut(cell as usize) {
+                    *first = next;
                 }
             }
         }
-        self.cells.of(self.placeless).filter(|&other| may_meet(other)).for_each(visit);
     }
 
-    fn is_within(&self, here: &Place, other: usize) -> bool {
-        let Some(there) = self.places.get(other).copied().flatten() else { return true };
-        let squared: f64 =
-            here.position_m.iter().zip(&there.position_m).map(|(a, b)| (a - b) * (a - b)).sum();
-        squared <= self.width_m * self.width_m
-    }
-
-    fn place(&self, arena: &Arena, slot: usize) -> Option<Place> {
-        match arena.memory(slot)?.feature(self.reach?.percept)? {
-            Feature::Vector(position_m) => {
-                let position_m = position_m.map(f64::from);
-                let [x, y, _] = position_m;
-                let cell = |metres: f64| round_i64((metres / self.width_m).floor());
-                Some(Place { position_m, cell: [cell(x), cell(y)] })
+    /// Visits every other inserted slot that may be closer than the threshold to the one in `slot`,
+    /// which need not be inserted: some more than once, and some that are not closer.
+    pub(crate) fn each_near(&self, population: &impl Population, slot: u32, mut visit: impl FnMut(u32)) {
+        let Some(here) = self.place(population, slot) else {
+            let others = population.old().iter().chain(population.fresh()).copied();
+            return others.filter(|&other| other != slot && self.holds(other)).for_each(visit);
+        };
+        let symbols = population.symbols(slot);
+        let [x, y] = self.numbers(here);
+        for x in [x.wrapping_sub(1), x, x.wrapping_add(1)] {
+            for y in [y.wrapping_sub(1), y, y.wrapping_add(1)] {
+                let mut next = self.first.get(self.hash([x, y]) as usize).copied().unwrap_or(NONE);
+                while let Some(node) = self.nodes.get(next as usize) {
+                    if squared(node.position_m, here) <= self.near_m2
+                        && !node.symbols.tell_apart(symbols)
+                        && next != slot
+                    {
+                        visit(next);
+                    }
+                    next = node.next;
+                }
             }
-            Feature::None | Feature::Symbol(_) | Feature::Number(_) | Feature::Orientation(_) => None,
+        }
+        let mut next = self.first.get(self.placeless as usize).copied().unwrap_or(NONE);
+        while let Some(node) = self.nodes.get(next as usize) {
+            if next != slot {
+                visit(next);
+            }
+            next = node.next;
         }
     }
 
-    fn hash(&self, [x, y]: [i64; 2]) -> usize {
-        let mixed = x.wrapping_mul(73_856_093) ^ y.wrapping_mul(19_349_663);
-        // The number of cells is a power of two and small, so no bit of the mask is a sign.
-        let mask = i64::try_from(self.placeless).unwrap_or(1) - 1;
-        usize::try_from(mixed & mask).unwrap_or(0)
+    fn holds(&self, slot: u32) -> bool {
+        self.nodes.get(slot as usize).is_some_and(|node| node.cell != NONE)
     }
+
+    fn place(&self, population: &impl Population, slot: u32) -> Option<[f32; 3]> {
+        population.place(slot).filter(|_| self.reaches)
+    }
+
+    fn cell(&self, place: [f32; 3]) -> u32 {
+        self.hash(self.numbers(place))
+    }
+
+    /// The numbers of a place's cell along x and along y.
+    fn numbers(&self, [x, y, _]: [f32; 3]) -> [i64; 2] {
+        [x, y].map(|metres| floor_i64(f64::from(metres) * self.cells_per_m))
+    }
+
+    /// Sixteen cells in a row along y are a block and lie together: they share a cache line.
+    fn hash(&self, [x, y]: [i64; 2]) -> u32 {
+        let [mix_x, mix_y] = MIX;
+        let block = x.wrapping_mul(mix_x) ^ (y >> 4).wrapping_mul(mix_y);
+        // The number of cells is a power of two and small, so no bit of the mask is a sign.
+        let mask = i64::from(self.placeless) - 1;
+        u32::try_from((block << 4 | y & 15) & mask).unwrap_or(0)
+    }
+}
+
+fn squared([x, y, z]: [f32; 3], [u, v, w]: [f32; 3]) -> f32 {
+    (x - u) * (x - u) + (y - v) * (y - v) + (z - w) * (z - w)
 }

@@ -11,13 +11,12 @@ use crate::sample::{Sample, order};
 /// Numbers and vectors are filtered component by component, orientations on the sphere; symbols
 /// are not filtered, the newest holds. It keeps no past: any instant between its first and its
 /// last sample is answered with the present value. Who needs the past takes a snapshot.
-#[derive(Clone, Debug)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct LowPass {
-    share: f64,
     filter: Option<Filter>,
 }
 
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 struct Filter {
     first_at: Instant,
     /// The newest sample, unfiltered.
@@ -30,24 +29,6 @@ struct Filter {
 }
 
 impl LowPass {
-    pub(crate) fn new(share: f64) -> Self {
-        Self { share, filter: None }
-    }
-
-    pub(crate) fn begin(&mut self, sample: Sample) {
-        self.filter = Some(Filter {
-            first_at: sample.at,
-            newest: sample,
-            samples: 1,
-            value: sample.feature,
-            before: None,
-        });
-    }
-
-    pub(crate) fn clear(&mut self) {
-        self.filter = None;
-    }
-
     pub(crate) fn newest(&self) -> Option<Sample> {
         self.filter.map(|filter| filter.present())
     }
@@ -65,49 +46,38 @@ impl LowPass {
         }
     }
 
+    /// Takes in one sample, with a the `share` of the newest.
+    pub(crate) fn take(&mut self, sample: Sample, share: f64) {
+        match &mut self.filter {
+            // What comes every time, in place.
+            Some(filter) if filter.newest.at < sample.at => {
+                let value = mix(&sample.feature, share, &filter.value, 1.0 - share);
+                filter.before = Some(std::mem::replace(&mut filter.value, value));
+                filter.newest = sample;
+                filter.samples = filter.samples.saturating_add(1);
+            }
+            Some(_) => self.merge(&Self::of(sample), share),
+            None => *self = Self::of(sample),
+        }
+    }
+
     /// What came later is filtered on top of what came earlier. That is the recurrence itself
     /// where the later history has one sample, which is what comes every time; of two longer
     /// ones, whose samples cannot be told apart any more, the later counts by its number of
     /// samples.
-    pub(crate) fn merge(&mut self, other: &Self) {
+    pub(crate) fn merge(&mut self, other: &Self, share: f64) {
         self.filter = match (self.filter, other.filter) {
-            (Some(a), Some(b)) if a.order(&b) == Ordering::Less => Some(self.chain(&a, &b)),
-            (Some(a), Some(b)) => Some(self.chain(&b, &a)),
+            (Some(a), Some(b)) if a.order(&b) == Ordering::Less => Some(chain(&a, &b, share)),
+            (Some(a), Some(b)) => Some(chain(&b, &a, share)),
             (one, None) | (None, one) => one,
         };
     }
 
-    /// `later` filtered on top of `earlier`. When both end at one instant, `earlier` is the one
-    /// whose last sample counts less, and that sample is taken back.
-    fn chain(&self, earlier: &Filter, later: &Filter) -> Filter {
-        let same_instant = earlier.newest.at == later.newest.at;
-        let past = if same_instant { earlier.before } else { Some(earlier.value) };
-        let first_at = earlier.first_at.min(later.first_at);
-        let Some(past) = past else { return Filter { first_at, ..*later } };
-        let before = match later.before {
-            Some(before) => self.filtered(&before, &past, later.samples.saturating_sub(1)),
-            None => past,
-        };
-        Filter {
-            first_at,
-            newest: later.newest,
-            samples: earlier.samples.saturating_add(later.samples).saturating_sub(u32::from(same_instant)),
-            value: self.filtered(&later.value, &past, later.samples),
-            before: Some(before),
-        }
-    }
-
-    /// The value after `samples` samples, filtered among themselves to `value`, came on top of
-    /// `past`.
-    fn filtered(&self, value: &Feature, past: &Feature, samples: u32) -> Feature {
-        let (new, old) = match samples {
-            0 | 1 => (self.share, 1.0 - self.share),
-            more => {
-                let old = (1.0 - self.share).powi(i32::try_from(more).unwrap_or(i32::MAX));
-                (1.0 - old, old)
-            }
-        };
-        mix(value, new, past, old)
+    /// g(m, c, d) = h: the history of one sample.
+    fn of(sample: Sample) -> Self {
+        let filter =
+            Filter { first_at: sample.at, newest: sample, samples: 1, value: sample.feature, before: None };
+        Self { filter: Some(filter) }
     }
 }
 
@@ -129,8 +99,40 @@ impl Filter {
     }
 }
 
+/// `later` filtered on top of `earlier`. When both end at one instant, `earlier` is the one
+/// whose last sample counts less, and that sample is taken back.
+fn chain(earlier: &Filter, later: &Filter, share: f64) -> Filter {
+    let same_instant = earlier.newest.at == later.newest.at;
+    let past = if same_instant { earlier.before } else { Some(earlier.value) };
+    let first_at = earlier.first_at.min(later.first_at);
+    let Some(past) = past else { return Filter { first_at, ..*later } };
+    let before = match later.before {
+        Some(before) => filtered(&before, &past, later.samples.saturating_sub(1), share),
+        None => past,
+    };
+    Filter {
+        first_at,
+        newest: later.newest,
+        samples: earlier.samples.saturating_add(later.samples).saturating_sub(u32::from(same_instant)),
+        value: filtered(&later.value, &past, later.samples, share),
+        before: Some(before),
+    }
+}
+
+/// The value after `samples` samples, filtered among themselves to `value`, came on top of `past`.
+fn filtered(value: &Feature, past: &Feature, samples: u32, share: f64) -> Feature {
+    let (new, old) = match samples {
+        0 | 1 => (share, 1.0 - share),
+        more => {
+            let old = (1.0 - share).powi(i32::try_from(more).unwrap_or(i32::MAX));
+            (1.0 - old, old)
+        }
+    };
+    mix(value, new, past, old)
+}
+
 /// a·x + b·y for two features of one kind, a + b = 1; x for others.
-fn mix(x: &Feature, a: f64, y: &Feature, b: f64) -> Feature {
+pub(super) fn mix(x: &Feature, a: f64, y: &Feature, b: f64) -> Feature {
     let weigh = |x: f32, y: f32| single(a * f64::from(x) + b * f64::from(y));
     match (*x, *y) {
         (Feature::Number(x), Feature::Number(y)) => Feature::Number(weigh(x, y)),

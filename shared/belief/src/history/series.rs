@@ -1,5 +1,3 @@
-use std::collections::VecDeque;
-
 use clock::Instant;
 use message::Feature;
 
@@ -17,114 +15,247 @@ pub(crate) enum Thinning {
     Octaves,
 }
 
-/// Samples in the order of their instants, at most one per instant, in bounded room.
-#[derive(Debug)]
+/// Samples in the order of their instants, at most one per instant: a ring over cells that are
+/// kept elsewhere and handed to every call, always the same ones.
+#[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Series {
-    samples: VecDeque<Sample>,
-    room: usize,
-    thinning: Thinning,
-}
-
-impl Clone for Series {
-    /// The derived one would not keep the room, and the copy would allocate when it grows.
-    fn clone(&self) -> Self {
-        let mut samples = VecDeque::with_capacity(self.room);
-        samples.extend(&self.samples);
-        Self { samples, room: self.room, thinning: self.thinning }
-    }
+    /// The cell of the oldest sample.
+    first: u32,
+    len: u32,
+    /// Samples ever taken in, of all histories merged into this one.
+    taken: u64,
+    /// The instant of the newest sample: asked every time, and its cell lies elsewhere.
+    newest_at: Instant,
 }
 
 impl Series {
-    pub(crate) fn new(room: usize, thinning: Thinning) -> Self {
-        let room = room.max(1);
-        Self { samples: VecDeque::with_capacity(room), room, thinning }
+    #[inline]
+    pub(crate) fn newest(self, cells: &[Sample]) -> Option<Sample> {
+        self.get(cells, (self.len as usize).checked_sub(1)?)
     }
 
-    pub(crate) fn room(&self) -> usize {
-        self.room
-    }
-
-    #[cfg(test)]
-    pub(crate) fn instants(&self) -> Vec<u64> {
-        self.samples.iter().map(|sample| sample.at.as_nanos()).collect()
-    }
-
-    pub(crate) fn begin(&mut self, sample: Sample) {
-        self.samples.clear();
-        self.samples.push_back(sample);
-    }
-
-    pub(crate) fn clear(&mut self) {
-        self.samples.clear();
-    }
-
-    pub(crate) fn newest(&self) -> Option<Sample> {
-        self.samples.back().copied()
-    }
-
-    pub(crate) fn at(&self, instant: Instant, decay_per_s: f64) -> Option<Sample> {
-        let newest = self.samples.back()?;
+    pub(crate) fn at(self, cells: &[Sample], instant: Instant, decay_per_s: f64) -> Option<Sample> {
+        let newest = self.newest(cells)?;
         if newest.at <= instant {
             return Some(newest.decayed(instant, decay_per_s));
         }
-        let until = self.samples.partition_point(|sample| sample.at <= instant);
-        self.samples.get(until.checked_sub(1)?).copied()
-    }
-
-    pub(crate) fn map(&mut self, change: impl Fn(Feature) -> Feature) {
-        for sample in &mut self.samples {
-            sample.feature = change(sample.feature);
-        }
-    }
-
-    pub(crate) fn merge(&mut self, other: &Self, scratch: &mut Vec<Sample>) {
-        let Some(first) = other.samples.front() else { return };
-        // What comes every time: one sample, newer than all.
-        if self.samples.back().is_none_or(|newest| newest.at < first.at) {
-            let excess = (self.samples.len() + other.samples.len()).saturating_sub(self.room);
-            if excess == 0 || (self.thinning == Thinning::ForgetOldest && excess <= self.samples.len()) {
-                self.samples.drain(..excess);
-                self.samples.extend(&other.samples);
-                return;
+        let (mut until, mut beyond) = (0, self.len as usize);
+        while until < beyond {
+            let middle = usize::midpoint(until, beyond);
+            if self.get(cells, middle)?.at <= instant {
+                until = middle + 1;
+            } else {
+                beyond = middle;
             }
         }
+        self.get(cells, until.checked_sub(1)?)
+    }
+
+    /// Samples ever taken in.
+    #[cfg(test)]
+    pub(crate) fn taken(self) -> u64 {
+        self.taken
+    }
+
+    /// From the oldest to the newest.
+    pub(crate) fn samples(self, cells: &[Sample]) -> impl Iterator<Item = Sample> {
+        (0..self.len as usize).filter_map(move |index| self.get(cells, index))
+    }
+
+    pub(crate) fn map(self, cells: &mut [Sample], change: impl Fn(Feature) -> Feature) {
+        for index in 0..self.len as usize {
+            if let Some(sample) = cells.get_mut(self.cell(cells.len(), index)) {
+                sample.feature = change(sample.feature);
+            }
+        }
+    }
+
+    /// Takes in one sample. `scratch` has room for one more than there are cells. `phase` spreads
+    /// the work of many series over time.
+    #[inline]
+    pub(crate) fn take(
+        &mut self,
+        cells: &mut [Sample],
+        thinning: Thinning,
+        sample: Sample,
+        phase: u64,
+        scratch: &mut Vec<Sample>,
+    ) {
+        // What comes every time.
+        if self.len == 0 || self.newest_at < sample.at {
+            self.append(cells, thinning, sample, phase, scratch);
+            return;
+        }
+        self.taken = self.taken.wrapping_add(1);
         scratch.clear();
-        union(&self.samples, &other.samples, scratch);
-        thin(scratch, self.room, self.thinning);
-        self.samples.clear();
-        self.samples.extend(scratch.iter());
+        union(self.samples(cells), [sample].into_iter(), scratch);
+        thin(scratch, cells.len(), thinning);
+        self.replace(cells, scratch);
+    }
+
+    /// The union with another series, in cells of its own. `scratch` has room for both.
+    pub(crate) fn merge(
+        &mut self,
+        cells: &mut [Sample],
+        thinning: Thinning,
+        (other, of_other): (Self, &[Sample]),
+        phase: u64,
+        scratch: &mut Vec<Sample>,
+    ) {
+        let newest = |series: &Self| (series.len > 0).then_some(series.newest_at);
+        let (mine, others) = (newest(self), newest(&other));
+        match (mine, others) {
+            (_, None) => {}
+            // One sample, newer than all: as if it had come by itself, whichever is merged into
+            // which.
+            (Some(mine), Some(others)) if other.len == 1 && mine < others => {
+                if let Some(sample) = other.get(of_other, 0) {
+                    self.append(cells, thinning, sample, phase, scratch);
+                }
+                self.taken = self.taken.wrapping_add(other.taken.wrapping_sub(1));
+            }
+            (Some(mine), Some(others)) if self.len == 1 && others < mine => {
+                let (sample, taken) = (self.get(cells, 0), self.taken);
+                (self.len, self.taken) = (0, other.taken);
+                for (cell, sample) in cells.iter_mut().zip(other.samples(of_other)) {
+                    *cell = sample;
+                }
+                (self.first, self.len) = (0, other.len);
+                if let Some(sample) = sample {
+                    self.append(cells, thinning, sample, phase, scratch);
+                }
+                self.taken = self.taken.wrapping_add(taken.wrapping_sub(1));
+            }
+            (_, Some(_)) => {
+                self.taken = self.taken.wrapping_add(other.taken);
+                scratch.clear();
+                union(self.samples(cells), other.samples(of_other), scratch);
+                thin(scratch, cells.len(), thinning);
+                self.replace(cells, scratch);
+            }
+        }
+    }
+
+    #[inline]
+    fn append(
+        &mut self,
+        cells: &mut [Sample],
+        thinning: Thinning,
+        sample: Sample,
+        phase: u64,
+        scratch: &mut Vec<Sample>,
+    ) {
+        self.taken = self.taken.wrapping_add(1);
+        if self.len as usize == cells.len() {
+            match thinning {
+                Thinning::ForgetOldest => {}
+                Thinning::Octaves => self.thin_newest(cells, u32::MAX),
+                Thinning::ShortestGap => {
+                    scratch.clear();
+                    scratch.extend(self.samples(cells));
+                    scratch.push(sample);
+                    thin(scratch, cells.len(), thinning);
+                    self.replace(cells, scratch);
+                    return;
+                }
+            }
+        }
+        if self.len as usize == cells.len() {
+            self.first = if self.first + 1 < self.len { self.first + 1 } else { 0 };
+            self.len -= 1;
+        }
+        self.len += 1;
+        self.newest_at = sample.at;
+        self.set(cells, self.len - 1, sample);
+        let octaves = self.taken.wrapping_add(phase).trailing_zeros();
+        if thinning == Thinning::Octaves && octaves > 0 {
+            // An octave of age twice as old is crossed half as often, so it is looked at half as
+            // often: two or three samples for each that comes, on the average, and no pass over all.
+            self.thin_newest(cells, 2 * octaves + 1);
+        }
+    }
+
+    /// Drops, among the `most` newest samples that have a neighbour on each side, those that the
+    /// older neighbour may stand for.
+    fn thin_newest(&mut self, cells: &mut [Sample], most: u32) {
+        let series = *self;
+        let at = |cells: &[Sample], index: u32| {
+            let cell = cells.get(series.cell(cells.len(), index as usize));
+            cell.map_or(0, |sample| sample.at.as_nanos())
+        };
+        let last = self.len.saturating_sub(1);
+        let newest = at(cells, last);
+        let start = 1 + last.saturating_sub(1).saturating_sub(most);
+        let mut kept = start - 1;
+        let mut older = at(cells, kept);
+        let mut next = at(cells, start);
+        for index in start..last {
+            let this = std::mem::replace(&mut next, at(cells, index + 1));
+            if stands_for(newest.saturating_sub(older), newest.saturating_sub(next)) {
+                continue;
+            }
+            kept += 1;
+            older = this;
+            self.shift(cells, index, kept);
+        }
+        if kept + 1 < last {
+            self.shift(cells, last, kept + 1);
+            self.len = kept + 2;
+        }
+    }
+
+    fn shift(self, cells: &mut [Sample], from: u32, to: u32) {
+        if from != to
+            && let Some(sample) = self.get(cells, from as usize)
+        {
+            self.set(cells, to, sample);
+        }
+    }
+
+    #[inline]
+    fn get(self, cells: &[Sample], index: usize) -> Option<Sample> {
+        cells.get(self.cell(cells.len(), index)).copied().filter(|_| index < self.len as usize)
+    }
+
+    #[inline]
+    fn set(self, cells: &mut [Sample], index: u32, sample: Sample) {
+        if let Some(cell) = cells.get_mut(self.cell(cells.len(), index as usize)) {
+            *cell = sample;
+        }
+    }
+
+    #[inline]
+    fn cell(self, cells: usize, index: usize) -> usize {
+        let cell = self.first as usize + index;
+        if cell < cells { cell } else { cell - cells }
+    }
+
+    fn replace(&mut self, cells: &mut [Sample], samples: &[Sample]) {
+        (self.first, self.len) = (0, 0);
+        for (cell, sample) in cells.iter_mut().zip(samples) {
+            *cell = *sample;
+            self.len += 1;
+            self.newest_at = sample.at;
+        }
     }
 }
 
-/// Both series in the order of time; of two samples of one instant the higher rank.
-fn union(mine: &VecDeque<Sample>, other: &VecDeque<Sample>, into: &mut Vec<Sample>) {
-    let (mut mine, mut other) = (mine.iter().peekable(), other.iter().peekable());
+/// Both in the order of time; of two samples of one instant the higher rank.
+fn union(mine: impl Iterator<Item = Sample>, others: impl Iterator<Item = Sample>, into: &mut Vec<Sample>) {
+    let (mut mine, mut others) = (mine.peekable(), others.peekable());
     loop {
-        let next = match (mine.peek(), other.peek()) {
+        let next = match (mine.peek(), others.peek()) {
             (Some(a), Some(b)) if a.at == b.at => {
-                let winner = if a.rank(b).is_ge() { **a } else { **b };
-                mine.next();
-                other.next();
-                winner
+                let winner = if a.rank(b).is_ge() { *a } else { *b };
+                others.next();
+                mine.next().map(|_| winner)
             }
-            (Some(a), Some(b)) if a.at < b.at => {
-                let next = **a;
-                mine.next();
-                next
-            }
-            (Some(a), None) => {
-                let next = **a;
-                mine.next();
-                next
-            }
-            (Some(_) | None, Some(b)) => {
-                let next = **b;
-                other.next();
-                next
-            }
+            (Some(a), Some(b)) if a.at < b.at => mine.next(),
+            (Some(_), None) => mine.next(),
+            (Some(_) | None, Some(_)) => others.next(),
             (None, None) => return,
         };
-        into.push(next);
+        into.extend(next);
     }
 }
 
@@ -150,27 +281,21 @@ fn thin(samples: &mut Vec<Sample>, room: usize, thinning: Thinning) {
     samples.drain(..excess);
 }
 
-/// Drops each sample whose older neighbour's age is at most twice its younger neighbour's.
+/// Drops each sample that its older neighbour may stand for.
+fn thin_octaves(samples: &mut Vec<Sample>) {
+    let len = quantity::number::saturating_u32(samples.len());
+    let mut series = Series { len, ..Series::default() };
+    series.thin_newest(samples, u32::MAX);
+    samples.truncate(series.len as usize);
+}
+
+/// Whether a sample of the age `older` may stand for those between it and one of the age
+/// `younger`.
 ///
 /// A question about an age between the two is then answered by the older, at most twice as old
 /// as asked. Ages grow by the same amount for all, so the ratio only falls: the promise holds
-/// for ever. What remains are at most two samples per octave of age, and the newest two.
-fn thin_octaves(samples: &mut Vec<Sample>) {
-    let Some(newest) = samples.last().copied() else { return };
-    let age = |sample: &Sample| newest.at.since(sample.at);
-    let mut kept: usize = 0;
-    for next in 0..samples.len() {
-        let Some(candidate) = samples.get(next).copied() else { return };
-        let older = kept.checked_sub(1).and_then(|last| samples.get(last));
-        let younger = samples.get(next + 1);
-        let spare = matches!((older, younger), (Some(older), Some(younger))
-            if age(older) <= age(younger).saturating_mul(2));
-        if !spare {
-            if let Some(slot) = samples.get_mut(kept) {
-                *slot = candidate;
-            }
-            kept += 1;
-        }
-    }
-    samples.truncate(kept);
+/// for ever. Where nothing else may be dropped, at most two samples per octave of age remain, and
+/// the newest two.
+fn stands_for(older: u64, younger: u64) -> bool {
+    older <= younger.saturating_mul(2)
 }

@@ -1,29 +1,9 @@
-use geometry::{Base, Pose, Thing};
-use message::Observation;
+use geometry::Pose;
 use proptest::prelude::*;
 use proptest::test_runner::RngSeed;
-use quantity::number::single;
 
+use super::minds::carried;
 use super::workspace::{EYES, Workspace, block, person, wall};
-
-/// The whole world, with everyone in it, at another place and turned.
-fn carried(world: &[Observation], x_base_world: &Pose<Base, Base>) -> Vec<Observation> {
-    world
-        .iter()
-        .map(|observation| {
-            let pose = Pose::<Base, Thing>::from_parts(
-                observation.position_m.map(f64::from),
-                observation.orientation_xyzw.map(f64::from),
-            );
-            let carried = *x_base_world * pose.unwrap();
-            Observation {
-                position_m: carried.position_m().map(single),
-                orientation_xyzw: carried.orientation_xyzw().map(single),
-                ..*observation
-            }
-        })
-        .collect()
-}
 
 proptest! {
     #![proptest_config(ProptestConfig { cases: 64, rng_seed: RngSeed::Fixed(9), ..ProptestConfig::default() })]

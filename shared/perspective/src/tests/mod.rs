@@ -1,4 +1,7 @@
 mod equivariance;
+mod minds;
+mod nesting;
 mod occlusion;
+mod owners;
 mod timeline;
 mod workspace;

@@ -37,12 +37,10 @@ fn persons_and_barriers_become_nobodys_beliefs() {
 /// The robot looks at its left; the wall and the block behind it are out of its view.
 fn looking_aside(looks_at_m: [f64; 3]) -> Perspective {
     let mut config = Perspective::builtin();
-    config.robot.field = Field::Cone {
-        eye_m: [0.0, 0.0, 0.5],
-        looks_at_m,
-        half_angle_deg: 40.0.try_into().unwrap(),
-        range_m: 3.0.try_into().unwrap(),
-    };
+    config.robot.eye_m = [0.0, 0.0, 0.5].map(|part| part.try_into().unwrap());
+    config.robot.looks_at_m = looks_at_m.map(|part| part.try_into().unwrap());
+    config.robot.field =
+        Field::Cone { half_angle_deg: 40.0.try_into().unwrap(), range_m: 3.0.try_into().unwrap() };
     config
 }
 
@@ -93,6 +91,21 @@ fn he_does_not_miss_what_a_barrier_hides_from_him() {
     world.run(SECOND, &[person(EYES, TABLE), block(HIDDEN)]);
     world.run(SECOND * 3, &[wall(WALL), person(EYES, TABLE)]);
     assert_eq!((world.robots().len(), world.his().len()), (0, 1));
+}
+
+#[test]
+fn he_does_not_miss_what_the_robot_cannot_see_for_him() {
+    let mut world = Workspace::with(&looking_aside([0.5, 0.0, 0.0]));
+    world.run(SECOND, &[wall(WALL), person(EYES, TABLE), block(OPEN)]);
+    assert_eq!(world.his().len(), 1);
+    // The robot's head is turned away: block and wall are not observed, and may be where they were.
+    let aside = Observation { partner: 0, ..person([0.06, 0.0, 0.62], [0.0, 2.0, 0.5]) };
+    world.run(SECOND * 3, &[aside, person(EYES, TABLE)]);
+    assert_eq!((world.robot.beliefs().len(), world.his().len()), (1, 1));
+    let back = Observation { partner: 0, ..person([0.06, 0.0, 0.62], [0.9, 0.0, 0.0]) };
+    world.run(SECOND * 3, &[back, person(EYES, TABLE)]);
+    assert_eq!((world.robot.beliefs().len(), world.his().len()), (0, 0));
+    assert!(world.robot.awareness().occluders().is_empty());
 }
 
 /// A place of the study's workspace, whose y axis is the robot's x axis, as the robot has it.

@@ -1,7 +1,7 @@
 use clock::Duration;
 use message::{Modality, Observation};
 
-use super::workspace::{AWAY, EYES, TABLE, Workspace, block, button, person};
+use super::workspace::{AWAY, EYES, TABLE, Workspace, block, button, person, wall};
 
 const SECOND: Duration = Duration::from_secs(1);
 
@@ -85,14 +85,17 @@ fn what_he_handles_he_perceives_without_looking() {
 }
 
 #[test]
-fn what_is_heard_needs_no_look_and_what_the_robot_feels_is_its_own() {
+fn what_is_heard_goes_round_barriers_and_what_the_robot_feels_is_its_own() {
     let mut world = Workspace::new();
     let felt = Observation { modality: Modality::Touch.raw(), ..block([0.6, 0.0, 0.03]) };
     world.step(&[person(EYES, TABLE), felt]);
     assert_eq!((world.robots().len(), world.his().len()), (1, 0));
     let heard = Observation { modality: Modality::Hearing.raw(), ..felt };
-    world.step(&[person(EYES, AWAY), heard]);
+    world.step(&[person(EYES, AWAY), wall([0.8, 0.0, 0.125]), heard]);
     assert_eq!(world.his().len(), 1);
+    let mut far = Workspace::new();
+    far.step(&[person([20.0, 0.0, 0.55], [0.6, 0.0, 0.0]), heard]);
+    assert_eq!((far.robots().len(), far.his().len()), (1, 0));
 }
 
 #[test]

@@ -59,7 +59,8 @@ impl Workspace {
             })
             .collect();
         self.robot.step(self.now, looked, &entries);
-        self.partner.step(self.now, &entries, self.robot.awareness());
+        let robot = &self.robot;
+        self.partner.step(self.now, &entries, robot.awareness(), |place| robot.surveys(place));
     }
 
     /// Steps for a while.

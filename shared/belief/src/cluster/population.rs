@@ -1,0 +1,74 @@
+/// What is clustered: members in numbered slots, merged pair by pair.
+///
+/// It says what the distance D of two members is and what merging (M) does to them; the clustering
+/// says which are merged, in which order. A belief system is one; so are points under the linkage
+/// of one's choice.
+pub trait Population {
+    /// Slots of the members that were there before, in the order of their identities; some may
+    /// live no more.
+    fn old(&self) -> &[u32];
+
+    /// Slots of the members that have come since, in the order of their identities, which are all
+    /// higher than those of the old; some may live no more.
+    fn fresh(&self) -> &[u32];
+
+    /// Whether the slot holds a member.
+    fn lives(&self, slot: u32) -> bool;
+
+    /// The identity of a member: of a pair, the lower one is kept.
+    fn id(&self, slot: u32) -> u64;
+
+    /// A number that is another whenever the member in the slot has changed or ended.
+    fn version(&self, slot: u32) -> u32;
+
+    /// Where a member is, in metres; without a place, it is within reach of everybody.
+    fn place(&self, slot: u32) -> Option<[f32; 3]>;
+
+    /// The symbols that tell a member from others at a glance.
+    fn symbols(&self, _slot: u32) -> Symbols {
+        Symbols::NONE
+    }
+
+    /// D of two members, where it is below the threshold and they may be merged: not NaN, and the
+    /// same whichever is named first.
+    fn distance(&self, a: u32, b: u32) -> Option<f64>;
+
+    /// Merges the member in `gone` into the one in `kept`; `gone` ends.
+    fn merge(&mut self, kept: u32, gone: u32);
+}
+
+/// Up to four symbols of a member, each of which alone tells it from a member with another.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Symbols(u64);
+
+/// Symbols that are compared at a glance, and the bits of each.
+const GLANCED_AT: usize = 4;
+const SYMBOL_BITS: usize = 16;
+/// The highest bit of each.
+const HIGHEST: u64 = 0x8000_8000_8000_8000;
+/// In the place of a symbol that a belief has not, or that needs the highest bit.
+const NO_SYMBOL: u16 = 0x7FFF;
+
+impl Symbols {
+    /// Of a belief without any.
+    pub const NONE: Self = Self(0x7FFF_7FFF_7FFF_7FFF);
+
+    /// Sets the symbol at `place`; those beyond the fourth, and the highest, are not glanced at.
+    pub fn set(&mut self, place: usize, symbol: u16) {
+        if place < GLANCED_AT && symbol < NO_SYMBOL {
+            let shift = place * SYMBOL_BITS;
+            self.0 = self.0 & !(0xFFFF << shift) | u64::from(symbol) << shift;
+        }
+    }
+
+    /// Whether a symbol that both have differs: their distance is then not below the threshold.
+    #[must_use]
+    pub fn tell_apart(self, other: Self) -> bool {
+        // None of the numbers has its highest bit, so no carry leaves its place: a sum has the bit
+        // where the number added to all ones but the highest was not zero.
+        let some = |bits: u64| (bits + !HIGHEST) & HIGHEST;
+        let differs = some(self.0 ^ other.0);
+        let has = |symbols: Self| some(symbols.0 ^ Self::NONE.0);
+        differs & has(self) & has(other) != 0
+    }
+}

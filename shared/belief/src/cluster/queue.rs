@@ -1,0 +1,186 @@
+use std::cmp::Ordering;
+
+use crate::room::Room;
+
+/// Two beliefs that may be merged.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Pair {
+    pub(crate) distance: f64,
+    pub(crate) older: u64,
+    pub(crate) younger: u64,
+    pub(crate) older_slot: u32,
+    pub(crate) younger_slot: u32,
+    /// The version of the younger belief that the distance is that of.
+    pub(crate) younger_version: u32,
+}
+
+impl Pair {
+    /// Whether it is merged before another: the nearer first, of equally near the lower
+    /// identities.
+    pub(crate) fn is_before(&self, other: &Self) -> bool {
+        self.distance
+            .total_cmp(&other.distance)
+            .then_with(|| self.older.cmp(&other.older))
+            .then_with(|| self.younger.cmp(&other.younger))
+            .is_lt()
+    }
+}
+
+const NO_PAIR: Pair =
+    Pair { distance: 0.0, older: 0, younger: 0, older_slot: 0, younger_slot: 0, younger_version: 0 };
+
+/// Not in the queue.
+const OUT: u32 = u32::MAX;
+
+/// At most one pair for each slot, that of its older belief, and the first of them all: a binary
+/// heap that knows where each slot stands in it.
+#[derive(Clone, Debug)]
+pub(crate) struct Queue {
+    heap: Room<Entry>,
+    /// By slot, the place in the heap.
+    places: Box<[u32]>,
+    /// By slot.
+    pairs: Box<[Pair]>,
+}
+
+/// The distance again, where it is compared.
+#[derive(Clone, Copy, Debug)]
+struct Entry {
+    distance: f64,
+    slot: u32,
+}
+
+impl Queue {
+    pub(crate) fn new(slots: usize) -> Self {
+        Self {
+            heap: Room::for_most(slots),
+            places: vec![OUT; slots].into_boxed_slice(),
+            pairs: vec![NO_PAIR; slots].into_boxed_slice(),
+        }
+    }
+
+    /// The pair of a slot.
+    pub(crate) fn get(&self, slot: u32) -> Option<&Pair> {
+        let waits = *self.places.get(slot as usize)? != OUT;
+        if waits { self.pairs.get(slot as usize) } else { None }
+    }
+
+    /// The first of all pairs.
+    pub(crate) fn first(&self) -> Option<Pair> {
+        self.pairs.get(self.heap.first()?.slot as usize).copied()
+    }
+
+    /// Proposes a pair while the queue is being filled: it takes the place of its slot's if it
+    /// comes before it. [Order](Self::order) the queue afterwards.
+    pub(crate) fn propose(&mut self, pair: Pair) {
+        let slot = pair.older_slot as usize;
+        let (Some(place), Some(held)) = (self.places.get_mut(slot), self.pairs.get_mut(slot)) else { return };
+        let entry = Entry { distance: pair.distance, slot: pair.older_slot };
+        match self.heap.get_mut(*place as usize) {
+            Some(waiting) if pair.is_before(held) => *waiting = entry,
+            Some(_) => return,
+            None => {
+                *place = u32::try_from(self.heap.len()).unwrap_or(OUT);
+                self.heap.push(entry);
+            }
+        }
+        *held = pair;
+    }
+
+    /// The queue is filled.
+    pub(crate) fn order(&mut self) {
+        for place in (0..self.heap.len() / 2).rev() {
+            self.sink(place);
+        }
+    }
+
+    /// Sets or takes away the pair of a slot.
+    pub(crate) fn set(&mut self, slot: u32, pair: Option<Pair>) {
+        let Some(&place) = self.places.get(slot as usize) else { return };
+        match (pair, place) {
+            (None, OUT) => {}
+            (None, place) => self.remove(place as usize),
+            (Some(pair), place) => {
+                if let Some(held) = self.pairs.get_mut(slot as usize) {
+                    *held = pair;
+                }
+                let entry = Entry { distance: pair.distance, slot };
+                let place = if place == OUT {
+                    self.heap.push(entry);
+                    self.heap.len() - 1
+                } else {
+                    place as usize
+                };
+                self.put(place, entry);
+                let place = self.rise(place);
+                self.sink(place);
+            }
+        }
+    }
+
+    fn remove(&mut self, place: usize) {
+        let Some(last) = self.heap.pop() else { return };
+        let removed = self.heap.get(place).copied().unwrap_or(last);
+        if let Some(place) = self.places.get_mut(removed.slot as usize) {
+            *place = OUT;
+        }
+        if place < self.heap.len() {
+            self.put(place, last);
+            let place = self.rise(place);
+            self.sink(place);
+        }
+    }
+
+    fn put(&mut self, place: usize, entry: Entry) {
+        if let Some(held) = self.heap.get_mut(place) {
+            *held = entry;
+        }
+        if let (Some(held), Ok(place)) = (self.places.get_mut(entry.slot as usize), u32::try_from(place)) {
+            *held = place;
+        }
+    }
+
+    fn rise(&mut self, mut place: usize) -> usize {
+        let Some(entry) = self.heap.get(place).copied() else { return place };
+        while place > 0 {
+            let above = (place - 1) / 2;
+            let Some(parent) = self.heap.get(above).copied() else { break };
+            if !self.is_before(entry, parent) {
+                break;
+            }
+            self.put(place, parent);
+            place = above;
+        }
+        self.put(place, entry);
+        place
+    }
+
+    fn sink(&mut self, mut place: usize) {
+        let Some(entry) = self.heap.get(place).copied() else { return };
+        loop {
+            let (left, right) = (self.heap.get(2 * place + 1), self.heap.get(2 * place + 2));
+            let (child, below) = match (left.copied(), right.copied()) {
+                (Some(left), Some(right)) if self.is_before(right, left) => (right, 2 * place + 2),
+                (Some(left), _) => (left, 2 * place + 1),
+                (None, _) => break,
+            };
+            if !self.is_before(child, entry) {
+                break;
+            }
+            self.put(place, child);
+            place = below;
+        }
+        self.put(place, entry);
+    }
+
+    fn is_before(&self, a: Entry, b: Entry) -> bool {
+        match a.distance.total_cmp(&b.distance) {
+            Ordering::Less => true,
+            Ordering::Greater => false,
+            Ordering::Equal => match (self.pairs.get(a.slot as usize), self.pairs.get(b.slot as usize)) {
+                (Some(a), Some(b)) => a.is_before(b),
+                _ => false,
+            },
+        }
+    }
+}

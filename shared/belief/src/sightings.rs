@@ -1,0 +1,319 @@
+use clock::Instant;
+
+/// Runs of sightings that are told apart per belief.
+const RUNS: usize = 8;
+
+/// When each belief was sighted, to know which beliefs cannot be of one thing: what one sensor
+/// sees at one instant as two is two.
+///
+/// A belief's sightings are runs of successive frames of a source, so that a thing that is seen
+/// all the time costs no more memory than one seen once; two beliefs were sighted at once exactly
+/// if a run of one overlaps a run of the other. A belief has room for eight runs. Beyond, the
+/// shortest interruption of a source's sightings is taken to be none: two beliefs may then count
+/// as apart that were only sighted in turns, but never the other way about.
+#[derive(Clone, Debug)]
+pub(crate) struct Sightings {
+    /// Of each slot the only run, as nearly all have: what is asked most lies close together.
+    only: Box<[Only]>,
+    /// Of the slots that have more.
+    of: Box<[Runs]>,
+}
+
+/// How much a belief was sighted.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Only {
+    Never,
+    /// In one run.
+    Run(Run),
+    /// In more than one.
+    More,
+}
+
+/// Successive frames of a source, each with a sighting.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Run {
+    pub(crate) source: u16,
+    pub(crate) first: Instant,
+    pub(crate) last: Instant,
+    /// The source's frame before the first one of the run.
+    pub(crate) follows: Option<Instant>,
+}
+
+impl Run {
+    /// One sighting.
+    pub(crate) fn of(source: u16, at: Instant) -> Self {
+        Self { source, first: at, last: at, follows: None }
+    }
+
+    fn overlaps(&self, other: &Self) -> bool {
+        self.source == other.source && self.first <= other.last && other.first <= self.last
+    }
+
+    /// Whether there is no frame of the source between the two.
+    fn continues(&self, other: &Self) -> bool {
+        self.source == other.source && (self.follows == Some(other.last) || other.follows == Some(self.last))
+    }
+
+    fn touches(&self, other: &Self) -> bool {
+        self.overlaps(other) || self.continues(other)
+    }
+
+    fn joined(&self, other: &Self) -> Self {
+        let first = if self.first <= other.first { self } else { other };
+        Self { last: self.last.max(other.last), ..*first }
+    }
+}
+
+/// Runs in the order of their sources and instants.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+struct Runs {
+    len: usize,
+    runs: [Run; RUNS],
+}
+
+const NO_RUN: Run = Run { source: 0, first: Instant::EPOCH, last: Instant::EPOCH, follows: None };
+const NEVER: Runs = Runs { len: 0, runs: [NO_RUN; RUNS] };
+
+impl Sightings {
+    pub(crate) fn new(slots: usize) -> Self {
+        Self { only: vec![Only::Never; slots].into_boxed_slice(), of: vec![NEVER; slots].into_boxed_slice() }
+    }
+
+    /// A new belief was sighted once.
+    pub(crate) fn begin(&mut self, slot: usize, run: Run) {
+        if let Some(only) = self.only.get_mut(slot) {
+            *only = Only::Run(run);
+        }
+    }
+
+    /// Nothing is known of the slot any more.
+    pub(crate) fn clear(&mut self, slot: usize) {
+        if let Some(only) = self.only.get_mut(slot) {
+            *only = Only::Never;
+        }
+    }
+
+    /// Says, of a belief sighted once, which frame of the source was before.
+    pub(crate) fn follow(&mut self, slot: usize, before: impl Fn(u16, Instant) -> Option<Instant>) {
+        if let Some(Only::Run(run)) = self.only.get_mut(slot) {
+            run.follows = before(run.source, run.first);
+        }
+    }
+
+    /// Whether two beliefs cannot be of one thing.
+    pub(crate) fn are_apart(&self, a: usize, b: usize) -> bool {
+        if let (Some(Only::Run(a)), Some(Only::Run(b))) = (self.only.get(a), self.only.get(b)) {
+            return a.overlaps(b);
+        }
+        self.runs(a).iter().any(|run| self.runs(b).iter().any(|other| run.overlaps(other)))
+    }
+
+    /// The belief in `kept` takes over the sightings of the one in `gone`.
+    pub(crate) fn merge(&mut self, kept: usize, gone: usize) {
+        // What comes every time: a sighting continues a run.
+        match self.only.get_disjoint_mut([kept, gone]) {
+            Ok([Only::Run(run), Only::Run(next)]) if run.touches(next) => {
+                *run = run.joined(next);
+                return;
+            }
+            Ok([Only::More, Only::Run(next)]) if self.of.get_mut(kept).is_some_and(|of| of.extend(next)) => {
+                return;
+            }
+            _ => {}
+        }
+        let mut all = NEVER;
+        for slot in [kept, gone] {
+            self.runs(slot).iter().for_each(|run| all.add(*run));
+        }
+        let only = match *all.as_slice() {
+            [] => Only::Never,
+            [run] => Only::Run(run),
+            _ => Only::More,
+        };
+        if let (Some(held), Some(runs)) = (self.only.get_mut(kept), self.of.get_mut(kept)) {
+            (*held, *runs) = (only, all);
+        }
+    }
+
+    fn runs(&self, slot: usize) -> &[Run] {
+        match self.only.get(slot) {
+            Some(Only::Run(run)) => std::slice::from_ref(run),
+            Some(Only::More) => self.of.get(slot).map_or(&[], Runs::as_slice),
+            Some(Only::Never) | None => &[],
+        }
+    }
+}
+
+impl Runs {
+    fn as_slice(&self) -> &[Run] {
+        self.runs.get(..self.len).unwrap_or(&[])
+    }
+
+    fn add(&mut self, mut run: Run) {
+        while let Some(index) = self.as_slice().iter().position(|other| run.touches(other)) {
+            run = run.joined(&self.remove(index));
+        }
+        if self.len == RUNS {
+            run = self.make_room(run);
+        }
+        let key = |run: &Run| (run.source, run.first);
+        let index = self.as_slice().partition_point(|other| key(other) < key(&run));
+        self.len += 1;
+        if let Some(tail) = self.runs.get_mut(index..self.len) {
+            tail.rotate_right(1);
+        }
+        if let Some(place) = self.runs.get_mut(index) {
+            *place = run;
+        }
+    }
+
+    /// Adds a run that touches one other, behind its beginning; `false`, and nothing added, where
+    /// it does not.
+    fn extend(&mut self, run: &Run) -> bool {
+        let mut touched = self.runs.iter_mut().take(self.len).filter(|other| run.touches(other));
+        match (touched.next(), touched.next()) {
+            (Some(only), None) if only.first <= run.first => {
+                *only = only.joined(run);
+                true
+            }
+            _ => false,
+        }
+    }
+
+    fn remove(&mut self, index: usize) -> Run {
+        if let Some(tail) = self.runs.get_mut(index..self.len) {
+            tail.rotate_left(1);
+            self.len -= 1;
+        }
+        self.runs.get(self.len).copied().unwrap_or(NO_RUN)
+    }
+
+    /// Of all runs and `run`, joins the two of one source with the shortest interruption, or gives
+    /// up the one that ended first where all are of different sources; returns the one that
+    /// remains to be added.
+    fn make_room(&mut self, run: Run) -> Run {
+        let gap = |a: &Run, b: &Run| {
+            let (earlier, later) = if a.first <= b.first { (a, b) } else { (b, a) };
+            later.first.since(earlier.last)
+        };
+        let runs = self.as_slice();
+        let neighbours = runs.windows(2).enumerate().filter_map(|(index, pair)| {
+            let [a, b] = pair else { return None };
+            (a.source == b.source).then(|| (gap(a, b), a.first, index, index + 1))
+        });
+        let of_new = runs.iter().enumerate().filter(|(_, other)| other.source == run.source);
+        let of_new = of_new.map(|(index, other)| (gap(other, &run), other.first.min(run.first), index, RUNS));
+        match neighbours.chain(of_new).min() {
+            Some((_, _, index, RUNS)) => run.joined(&self.remove(index)),
+            Some((_, _, index, next)) => {
+                let joined = self.remove(next).joined(&self.remove(index));
+                self.add(joined);
+                run
+            }
+            None => {
+                let oldest = runs.iter().enumerate().min_by_key(|(_, run)| run.last);
+                match oldest.map(|(index, run)| (index, run.last)) {
+                    Some((index, last)) if last < run.last => {
+                        self.remove(index);
+                        run
+                    }
+                    Some((index, _)) => {
+                        // The new one ended before all others.
+                        self.remove(index)
+                    }
+                    None => run,
+                }
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::collections::BTreeSet;
+
+    use proptest::prelude::*;
+
+    use super::*;
+
+    /// Beliefs and the frames in which they were sighted: a bit for each frame of each source.
+    fn sighted() -> impl Strategy<Value = Vec<BTreeSet<(u16, u64)>>> {
+        let frames = prop::collection::btree_set((0..2_u16, 0..24_u64), 1..10);
+        prop::collection::vec(frames, 2..6)
+    }
+
+    /// What a belief remembers when its sightings come one by one, in any order.
+    fn remembered(frames: &[(u16, u64)]) -> Runs {
+        let at = |number: u64| Instant::from_nanos(100 + 10 * number);
+        let mut runs = NEVER;
+        for &(source, number) in frames {
+            let follows = number.checked_sub(1).map(at);
+            runs.add(Run { follows, ..Run::of(source, at(number)) });
+        }
+        runs
+    }
+
+    fn apart(a: Runs, b: Runs) -> bool {
+        let mut sightings = Sightings::new(4);
+        for (slot, runs) in [a, b].iter().enumerate() {
+            for run in runs.as_slice() {
+                sightings.begin(3, *run);
+                sightings.merge(slot, 3);
+            }
+        }
+        sightings.are_apart(0, 1)
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(2_000))]
+
+        #[test]
+        fn two_beliefs_sighted_at_once_are_apart_and_within_the_room_no_others(sighted in sighted(), seed in any::<u64>()) {
+            let runs: Vec<_> = sighted.iter().map(|frames| {
+                let mut order: Vec<_> = frames.iter().copied().collect();
+                order.sort_by_key(|(source, number)| (number ^ seed).wrapping_mul(0x9E37_79B9_7F4A_7C15) ^ u64::from(*source));
+                remembered(&order)
+            }).collect();
+            for (a, of_a) in sighted.iter().zip(&runs) {
+                for (b, of_b) in sighted.iter().zip(&runs) {
+                    let at_once = !a.is_disjoint(b);
+                    if at_once || (of_a.len < RUNS && of_b.len < RUNS) {
+                        prop_assert_eq!(apart(*of_a, *of_b), at_once, "{:?} {:?}", of_a, of_b);
+                    }
+                }
+            }
+        }
+
+        #[test]
+        fn within_the_room_the_order_of_merging_makes_no_difference(sighted in sighted()) {
+            let all: Vec<_> = sighted.iter().flatten().copied().take(RUNS).collect();
+            let mut backwards = all.clone();
+            backwards.reverse();
+            let (one, other) = (remembered(&all), remembered(&backwards));
+            prop_assert_eq!(one.as_slice(), other.as_slice());
+        }
+    }
+
+    #[test]
+    fn a_thing_seen_all_the_time_is_one_run() {
+        let frames: Vec<_> = (0..1_000).map(|number| (0, number)).collect();
+        assert_eq!(remembered(&frames).len, 1);
+    }
+
+    #[test]
+    fn without_room_the_shortest_interruption_is_forgotten() {
+        // Nine sightings, each further from the one before: the first two are taken for one run.
+        let frames: Vec<_> = (0..9).map(|number| (0, number * (number + 3))).collect();
+        let runs = remembered(&frames);
+        assert_eq!(runs.len, RUNS);
+        assert!(apart(runs, remembered(&[(0, 2)])), "between the first and the second");
+        assert!(!apart(runs, remembered(&[(0, 7)])), "between the second and the third");
+    }
+
+    #[test]
+    fn of_more_sources_than_there_is_room_for_the_latest_count() {
+        let frames: Vec<_> = (0..9).map(|number| (u16::try_from(number).unwrap(), number)).collect();
+        let runs = remembered(&frames);
+        assert!(!apart(runs, remembered(&[(0, 0)])) && apart(runs, remembered(&[(8, 8)])));
+    }
+}

@@ -1,0 +1,109 @@
+use iceoryx2_bb_derive_macros::ZeroCopySend;
+use iceoryx2_bb_elementary_traits::zero_copy_send::ZeroCopySend;
+
+/// How deep perspectives can be nested.
+pub const DEPTH_MOST: usize = 6;
+
+/// Perspectives that a robot can keep, its own among them.
+pub const PERSPECTIVES_MOST: u32 = 256;
+
+/// Whose perspective it is, and within whose: `[]` is the robot's own, `[1]` what it takes partner 1
+/// to believe, `[1, 0]` what it takes partner 1 to take the robot to believe.
+///
+/// Nobody stands twice in a row, nor the robot first: what somebody takes himself to believe is
+/// what he believes.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, ZeroCopySend)]
+#[repr(C)]
+#[type_name("leo/Path/1")]
+pub struct Path {
+    depth: u32,
+    agents: [u16; DEPTH_MOST],
+}
+
+impl Path {
+    /// The robot's own perspective.
+    pub const ROBOT: Self = Self { depth: 0, agents: [0; DEPTH_MOST] };
+
+    /// The perspective that this one takes `agent` to have; `None` where that is its own, or there
+    /// is no deeper one.
+    ///
+    /// ```
+    /// use message::Path;
+    ///
+    /// let partner = Path::ROBOT.within(1).unwrap();
+    /// let me_in_him = partner.within(0).unwrap();
+    /// assert_eq!(me_in_him.agents(), Some(&[1, 0][..]));
+    /// assert_eq!((me_in_him.within(0), Path::ROBOT.within(0)), (None, None));
+    /// ```
+    #[must_use]
+    pub fn within(mut self, agent: u16) -> Option<Self> {
+        if self.agent()? == agent {
+            return None;
+        }
+        *self.agents.get_mut(usize::try_from(self.depth).ok()?)? = agent;
+        self.depth += 1;
+        Some(self)
+    }
+
+    /// The agents along the path; `None` for nonsense.
+    #[must_use]
+    pub fn agents(&self) -> Option<&[u16]> {
+        let agents = self.agents.get(..usize::try_from(self.depth).ok()?)?;
+        let repeats = agents.iter().zip(agents.iter().skip(1)).any(|(one, next)| one == next);
+        (agents.first() != Some(&0) && !repeats).then_some(agents)
+    }
+
+    /// Whose perspective it is, at the end of the path; `None` for nonsense.
+    #[must_use]
+    pub fn agent(&self) -> Option<u16> {
+        self.agents().map(|agents| agents.last().copied().unwrap_or(0))
+    }
+}
+
+/// How many perspectives there are with so many partners and so deep: one, and for each partner
+/// one more, and for each of those as many again, the robot standing in for him whose they are.
+/// `u32::MAX` where there are no fewer.
+///
+/// ```
+/// assert_eq!(message::perspectives(2, 1), 3);
+/// assert_eq!(message::perspectives(2, 2), 7);
+/// assert_eq!(message::perspectives(0, 4), 1);
+/// ```
+#[must_use]
+pub fn perspectives(partners: u32, depth: u32) -> u32 {
+    let layers = (0..=depth).map(|layer| partners.saturating_pow(layer));
+    layers.fold(0, u32::saturating_add)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_path_of_nonsense_has_no_agents() {
+        let path = |depth, agents| Path { depth, agents };
+        assert_eq!(path(2, [1, 0, 7, 7, 7, 7]).agents(), Some(&[1, 0][..]));
+        assert_eq!(path(0, [7; 6]).agents(), Some(&[][..]));
+        for nonsense in
+            [path(7, [1, 0, 1, 0, 1, 0]), path(u32::MAX, [1; 6]), path(2, [1; 6]), path(1, [0; 6])]
+        {
+            assert_eq!((nonsense.agents(), nonsense.agent(), nonsense.within(3)), (None, None, None));
+        }
+    }
+
+    #[test]
+    fn the_deepest_path_has_none_within_it() {
+        let mut path = Path::ROBOT;
+        for (depth, agent) in [1, 0, 2, 1, 2, 0].into_iter().enumerate() {
+            path = path.within(agent).unwrap();
+            assert_eq!(path.agents().unwrap().len(), depth + 1);
+        }
+        assert_eq!(path.within(1), None);
+    }
+
+    #[test]
+    fn more_perspectives_than_can_be_counted_are_counted_as_the_most() {
+        assert_eq!(perspectives(u32::MAX, 6), u32::MAX);
+        assert_eq!(perspectives(4, 4), 341);
+    }
+}

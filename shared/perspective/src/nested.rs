@@ -1,0 +1,88 @@
+use message::{DEPTH_MOST, PERSPECTIVES_MOST, Path, perspectives};
+use quantity::number::saturating_u16;
+
+use crate::NoPerspective;
+
+/// A perspective's place among the others, which are numbered from 0.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Nested {
+    /// Whose it is, and within whose.
+    pub path: Path,
+    /// The number of the perspective that it is made from: always a lower one. The robot's own is
+    /// made from what it perceives; it names itself.
+    pub within: usize,
+}
+
+impl Nested {
+    /// All perspectives with so many partners and so deep, in the order of their numbers: 0 the
+    /// robot's, 1, 2, … its partners', then those within these, the shorter paths first and paths of
+    /// one length in lexicographic order.
+    ///
+    /// # Errors
+    ///
+    /// The depth is not from 1 to [`DEPTH_MOST`], or there would be more than [`PERSPECTIVES_MOST`].
+    ///
+    /// ```
+    /// use perspective::Nested;
+    ///
+    /// let all = Nested::all(2, 2)?;
+    /// let paths: Vec<_> = all.iter().map(|nested| nested.path.agents().unwrap()).collect();
+    /// assert_eq!(paths, [&[][..], &[1], &[2], &[1, 0], &[1, 2], &[2, 0], &[2, 1]]);
+    /// assert_eq!(all[4].within, 1);
+    /// # Ok::<(), perspective::NoPerspective>(())
+    /// ```
+    pub fn all(partners: u32, depth: u32) -> Result<Vec<Self>, NoPerspective> {
+        if depth < 1 || usize::try_from(depth).map_or(true, |depth| depth > DEPTH_MOST) {
+            return Err(NoPerspective::Depth { depth });
+        }
+        let count = perspectives(partners, depth);
+        if count > PERSPECTIVES_MOST {
+            return Err(NoPerspective::TooMany { partners, depth, perspectives: count });
+        }
+        // There are fewer partners than perspectives.
+        let partners = usize::try_from(partners).map_or(u16::MAX, saturating_u16);
+        let mut all = vec![Self { path: Path::ROBOT, within: 0 }];
+        let mut layer = 0..1;
+        for _ in 0..depth {
+            for within in layer.clone() {
+                let parent = all.get(within).map_or(Path::ROBOT, |parent| parent.path);
+                let children = (0..=partners).filter_map(|agent| parent.within(agent));
+                all.extend(children.map(|path| Self { path, within }));
+            }
+            layer = layer.end..all.len();
+        }
+        Ok(all)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn there_are_as_many_as_are_counted_each_made_from_an_earlier_one_and_none_twice() {
+        let mut seen = 0;
+        for (partners, depth) in [(0, 1), (0, 6), (1, 1), (1, 6), (2, 4), (3, 4), (6, 2), (255, 1)] {
+            let all = Nested::all(partners, depth).unwrap();
+            assert_eq!(all.len(), usize::try_from(perspectives(partners, depth)).unwrap());
+            for (number, nested) in all.iter().enumerate().skip(1) {
+                let parent = all[nested.within].path;
+                assert_eq!(parent.within(nested.path.agent().unwrap()), Some(nested.path));
+                assert!(nested.within < number);
+                seen += 1;
+            }
+            let order =
+                |nested: &Nested| nested.path.agents().map(|agents| (agents.len(), agents.to_vec())).unwrap();
+            assert!(all.is_sorted_by(|one, next| order(one) < order(next)));
+        }
+        assert!(seen > 400, "only {seen} were seen");
+    }
+
+    #[test]
+    fn more_or_deeper_ones_than_there_can_be_are_refused() {
+        assert!(matches!(Nested::all(4, 4), Err(NoPerspective::TooMany { perspectives: 341, .. })));
+        assert!(matches!(Nested::all(u32::MAX, 6), Err(NoPerspective::TooMany { .. })));
+        assert!(matches!(Nested::all(1, 0), Err(NoPerspective::Depth { depth: 0 })));
+        assert!(matches!(Nested::all(0, 7), Err(NoPerspective::Depth { depth: 7 })));
+    }
+}

@@ -1,0 +1,155 @@
+//! A robot and all perspectives nested in its own, in steps of 5 ms.
+
+use clock::{Duration, Instant};
+use config::percepts::Percepts;
+use config::perspective::Perspective;
+use geometry::{Base, Pose, Position, Thing};
+use message::{Belief, Feature, Observation, ObservationKind, Perceived, Remembered};
+use perception::{Frame, Perception};
+use quantity::number::single;
+
+use super::workspace::STEP;
+use crate::{Awareness, Nested, Partner, Robot};
+
+pub(super) const CAPACITY: usize = 16;
+
+pub(super) struct Minds {
+    pub(super) percepts: Percepts,
+    perception: Perception,
+    pub(super) robot: Robot,
+    pub(super) all: Vec<(Nested, Partner)>,
+    pub(super) now: Instant,
+}
+
+impl Minds {
+    pub(super) fn new(partners: u16, depth: u32) -> Self {
+        Self::with(&Perspective::builtin(), partners, depth)
+    }
+
+    pub(super) fn with(config: &Perspective, partners: u16, depth: u32) -> Self {
+        let percepts = Percepts::builtin();
+        let perception = Perception::new(&percepts).unwrap();
+        let robot = Robot::new(&percepts, config, partners, CAPACITY).unwrap();
+        let partner = |nested: Nested| {
+            let agent = nested.path.agent().unwrap();
+            let partner = Partner::new(agent, perception.clone(), &percepts, config, CAPACITY).unwrap();
+            (nested, partner.with_awareness(config, partners, CAPACITY))
+        };
+        let all = Nested::all(u32::from(partners), depth).unwrap().into_iter().skip(1).map(partner).collect();
+        Self { percepts, perception, robot, all, now: Instant::from_nanos(1_000_000_000) }
+    }
+
+    /// One step in which these things were observed, or nobody looked; what was perceived of them.
+    pub(super) fn step_looking(&mut self, looked: bool, things: &[Observation]) -> Vec<Perceived> {
+        self.now += STEP;
+        let entries: Vec<_> = things
+            .iter()
+            .map(|thing| {
+                let observation = Observation { observed_at_ns: self.now.as_nanos(), ..*thing };
+                let snapshot = self.perception.perceive(&observation, &Frame { agent: 0 });
+                Perceived { observation, snapshot }
+            })
+            .collect();
+        self.robot.step(self.now, looked, &entries);
+        for index in 0..self.all.len() {
+            let (earlier, rest) = self.all.split_at_mut(index);
+            let (nested, partner) = &mut rest[0];
+            let parent = match nested.within {
+                0 => self.robot.awareness(),
+                number => earlier[number - 1].1.awareness().unwrap(),
+            };
+            let robot = &self.robot;
+            let surveyed = |place: &Position<Base>| lineage_surveys(robot, earlier, nested.within, place);
+            partner.step(self.now, &entries, parent, surveyed);
+        }
+        entries
+    }
+
+    /// Steps for a while.
+    pub(super) fn run(&mut self, time: Duration, things: &[Observation]) {
+        let end = self.now + time;
+        while self.now < end {
+            self.step_looking(true, things);
+        }
+    }
+
+    /// The perspective of that path.
+    pub(super) fn at(&self, path: &[u16]) -> &Partner {
+        let found = self.all.iter().find(|(nested, _)| nested.path.agents() == Some(path));
+        &found.unwrap().1
+    }
+
+    /// What a perspective is aware of, the robot's own among them.
+    pub(super) fn awareness(&self, path: &[u16]) -> &Awareness {
+        if path.is_empty() { self.robot.awareness() } else { self.at(path).awareness().unwrap() }
+    }
+
+    /// Whether all from the robot to the perspective of that path would notice an absence there.
+    pub(super) fn survey(&self, path: &[u16], place: &Position<Base>) -> bool {
+        let number = 1 + self.all.iter().position(|(nested, _)| nested.path.agents() == Some(path)).unwrap();
+        lineage_surveys(&self.robot, &self.all, number, place)
+    }
+
+    /// What the perspective of that path believes.
+    pub(super) fn beliefs(&self, path: &[u16]) -> Vec<Belief> {
+        if path.is_empty() {
+            return (0..self.robot.beliefs().len()).map(|index| self.robot.entry(index).unwrap()).collect();
+        }
+        believed(self.at(path))
+    }
+
+    /// Whether the only thing there is is on, as the perspective of that path has it.
+    pub(super) fn on(&self, path: &[u16]) -> Option<f32> {
+        let beliefs = self.beliefs(path);
+        assert!(beliefs.len() <= 1, "{path:?} believes in {} things", beliefs.len());
+        let percept = self.percepts.index("on").unwrap();
+        match beliefs.first()?.percept(percept).and_then(Remembered::feature) {
+            Some(Feature::Number(degree)) => Some(degree),
+            _ => None,
+        }
+    }
+}
+
+fn lineage_surveys(
+    robot: &Robot,
+    all: &[(Nested, Partner)],
+    mut number: usize,
+    place: &Position<Base>,
+) -> bool {
+    while number > 0 {
+        let (nested, partner) = &all[number - 1];
+        if !partner.surveys(place) {
+            return false;
+        }
+        number = nested.within;
+    }
+    robot.surveys(place)
+}
+
+pub(super) fn believed(partner: &Partner) -> Vec<Belief> {
+    (0..partner.beliefs().len()).map(|index| partner.entry(index).unwrap()).collect()
+}
+
+/// The robot's head, observed.
+pub(super) fn head(person: Observation) -> Observation {
+    Observation { kind: ObservationKind::Person.raw(), partner: 0, ..person }
+}
+
+/// The whole world, with everyone in it, at another place and turned.
+pub(super) fn carried(world: &[Observation], x_base_world: &Pose<Base, Base>) -> Vec<Observation> {
+    world
+        .iter()
+        .map(|observation| {
+            let pose = Pose::<Base, Thing>::from_parts(
+                observation.position_m.map(f64::from),
+                observation.orientation_xyzw.map(f64::from),
+            );
+            let carried = *x_base_world * pose.unwrap();
+            Observation {
+                position_m: carried.position_m().map(single),
+                orientation_xyzw: carried.orientation_xyzw().map(single),
+                ..*observation
+            }
+        })
+        .collect()
+}

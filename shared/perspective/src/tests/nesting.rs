@@ -1,0 +1,271 @@
+use clock::Duration;
+use config::perspective::Perspective;
+use geometry::Pose;
+use message::{Feature, Modality, NOBODY, Observation, Remembered};
+use perception::Perception;
+use proptest::prelude::*;
+use proptest::test_runner::RngSeed;
+use scene::{Cone, Samples, Sight};
+
+use super::minds::{CAPACITY, Minds, believed, carried, head};
+use super::workspace::{AWAY, EYES, TABLE, block, button, person, wall};
+use crate::{Awareness, Partner};
+
+const SECOND: Duration = Duration::from_secs(1);
+/// Straight at the robot's face, and the button out of his view.
+const UP: [f64; 3] = [0.06, 0.0, 2.6];
+
+#[test]
+fn i_saw_it_you_did_not_and_you_do_not_know_that_i_saw_it() {
+    let mut minds = Minds::new(1, 3);
+    let on = |minds: &Minds| {
+        [&[][..], &[1], &[1, 0], &[1, 0, 1]].map(|path| minds.on(path).map(|degree| degree > 0.5))
+    };
+    let (yes, no) = (Some(true), Some(false));
+    minds.run(SECOND, &[person(EYES, TABLE), button(0.0)]);
+    assert_eq!(on(&minds), [no, no, no, no]);
+    // Behind his back it is switched on. I see it, and know that he does not.
+    minds.run(SECOND, &[person(EYES, AWAY), button(0.0)]);
+    minds.run(SECOND, &[person(EYES, AWAY), button(1.0)]);
+    assert_eq!(on(&minds), [yes, no, no, no]);
+    assert!(!minds.at(&[1, 0]).is_present(), "he cannot see whether I look");
+    // He looks at me and sees me looking, but not what I look at: he still does not know.
+    minds.run(SECOND, &[person(EYES, UP), button(1.0)]);
+    assert!(minds.at(&[1, 0]).is_present());
+    assert_eq!(on(&minds), [yes, no, no, no]);
+    // He looks at it, and sees that I do.
+    minds.run(SECOND, &[person(EYES, TABLE), button(1.0)]);
+    assert_eq!(on(&minds), [yes, yes, yes, yes]);
+}
+
+#[test]
+fn he_sees_that_a_wall_keeps_it_from_me_though_i_know_by_other_senses() {
+    let mut minds = Minds::new(1, 2);
+    // The robot's field of view is everything; its eyes, as he sees them, have a wall before them.
+    let before_me = wall([0.3, 0.0, 0.4]);
+    minds.run(SECOND, &[person(EYES, TABLE), before_me, button(1.0)]);
+    assert_eq!((minds.on(&[]), minds.on(&[1]), minds.on(&[1, 0])), (Some(1.0), Some(1.0), None));
+    minds.run(SECOND, &[person(EYES, TABLE), button(1.0)]);
+    assert_eq!(minds.on(&[1, 0]), Some(1.0));
+}
+
+#[test]
+fn a_wall_that_he_does_not_see_keeps_nothing_from_me_in_his_mind() {
+    let mut config = Perspective::builtin();
+    config.sight.cone_half_angle_deg = 25.0.try_into().unwrap();
+    config.sight.absent_after_ms = 10_000.0.try_into().unwrap();
+    let mut minds = Minds::with(&config, 1, 2);
+    minds.run(SECOND, &[person(EYES, UP)]);
+    minds.run(SECOND, &[person(EYES, [0.06, 0.0, 0.62])]);
+    // He looks down at a thing before him, with my face and the wall out of his narrow view.
+    let near_him = Observation { position_m: [1.2, 0.0, 0.03], ..button(1.0) };
+    let before_me = wall([0.3, 0.0, 0.45]);
+    let scene = [person(EYES, [1.2, 0.0, 0.03]), before_me, near_him];
+    minds.run(SECOND, &scene);
+    let my_eye = minds.awareness(&[1]).eye(0, minds.now).unwrap();
+    let cone = Cone::new(config.sight.cone_half_angle_deg.radians(), 5.0).unwrap();
+    let hidden = Sight::new(my_eye, cone, minds.robot.awareness().occluders());
+    let place = Pose::upright(1.2, 0.0, 0.03, 0.0);
+    assert!(hidden.visible_share(&place, [0.03; 3], Samples::Corners) < 0.1, "the wall is not in my way");
+    assert_eq!((minds.awareness(&[]).occluders().len(), minds.awareness(&[1]).occluders().len()), (1, 0));
+    assert_eq!((minds.on(&[1]), minds.on(&[1, 0])), (Some(1.0), Some(1.0)));
+    // Had he seen it, he would not take me to see the thing.
+    let mut knowing = Minds::with(&config, 1, 2);
+    knowing.run(SECOND, &[person(EYES, [0.06, 0.0, 0.62]), before_me]);
+    knowing.run(SECOND, &scene);
+    assert_eq!(knowing.awareness(&[1]).occluders().len(), 1);
+    assert_eq!((knowing.on(&[1]), knowing.on(&[1, 0])), (Some(1.0), None));
+}
+
+#[test]
+fn he_forgets_a_wall_that_is_gone_only_when_he_looks() {
+    let mut minds = Minds::new(1, 2);
+    let before_me = wall([0.3, 0.0, 0.4]);
+    minds.run(SECOND, &[person(EYES, TABLE), before_me, button(1.0)]);
+    minds.run(SECOND * 3, &[person(EYES, AWAY), button(1.0)]);
+    let walls = |minds: &Minds, path| minds.awareness(path).occluders().len();
+    assert_eq!((walls(&minds, &[]), walls(&minds, &[1])), (0, 1));
+    minds.run(SECOND, &[person(EYES, TABLE), button(1.0)]);
+    assert_eq!(walls(&minds, &[1]), 0);
+}
+
+#[test]
+fn he_does_not_take_me_to_forget_a_wall_that_he_remembers() {
+    let mut minds = Minds::new(1, 3);
+    let aside = wall([0.7, -0.6, 0.125]);
+    minds.run(SECOND, &[person(EYES, TABLE), aside]);
+    let walls = |minds: &Minds, path| minds.awareness(path).occluders().len();
+    assert_eq!((walls(&minds, &[1]), walls(&minds, &[1, 0])), (1, 1));
+    // He looks at me alone; the wall, as he remembers it, is still in my view.
+    minds.run(SECOND * 2, &[person(EYES, UP), aside]);
+    assert!(minds.at(&[1, 0]).is_present());
+    assert_eq!((walls(&minds, &[1]), walls(&minds, &[1, 0])), (1, 1));
+}
+
+#[test]
+fn he_knows_that_i_know_what_i_handle_and_hear_if_he_perceives_it() {
+    let mut minds = Minds::new(1, 2);
+    // Beside the robot, out of its view and in his.
+    let beside = Observation { position_m: [0.0, 0.9, 0.03], ..button(1.0) };
+    minds.run(SECOND, &[person(EYES, [0.3, 0.3, 0.2]), beside]);
+    assert_eq!((minds.on(&[1]), minds.on(&[1, 0])), (Some(1.0), None));
+    let held = Observation { held_by: 0, ..beside };
+    minds.run(SECOND, &[person(EYES, [0.3, 0.3, 0.2]), held]);
+    assert_eq!(minds.on(&[1, 0]), Some(1.0));
+    let mut listening = Minds::new(1, 2);
+    let sound = Observation { modality: Modality::Hearing.raw(), held_by: NOBODY, ..beside };
+    listening.run(SECOND, &[person(EYES, UP), wall([0.5, 0.3, 0.12]), sound]);
+    assert_eq!((listening.on(&[1]), listening.on(&[1, 0])), (Some(1.0), Some(1.0)));
+    let mut away = Minds::new(1, 2);
+    away.run(SECOND, &[person(EYES, AWAY), sound]);
+    assert_eq!((away.on(&[1]), away.on(&[1, 0])), (Some(1.0), None), "he does not see that I am there");
+}
+
+#[test]
+fn while_he_is_absent_all_that_he_takes_others_to_believe_freezes() {
+    let mut minds = Minds::new(1, 4);
+    minds.run(SECOND, &[person(EYES, TABLE), button(0.0)]);
+    minds.run(SECOND, &[button(0.0)]);
+    let deeper: [&[u16]; 3] = [&[1, 0], &[1, 0, 1], &[1, 0, 1, 0]];
+    let frozen = deeper.map(|path| minds.beliefs(path));
+    minds.run(SECOND * 5, &[button(1.0)]);
+    assert_eq!(minds.on(&[]), Some(1.0));
+    assert_eq!(deeper.map(|path| minds.beliefs(path)), frozen);
+    assert!(frozen.iter().all(|beliefs| beliefs.len() == 1));
+    assert!(deeper.iter().all(|path| !minds.at(path).is_present()));
+}
+
+#[test]
+fn the_robots_head_is_where_it_was_observed_of_late() {
+    let mut minds = Minds::new(1, 2);
+    let beside = Observation { position_m: [0.0, 0.9, 0.03], ..button(1.0) };
+    let turned = head(person([0.06, 0.0, 0.62], [0.0, 0.9, 0.03]));
+    minds.run(SECOND, &[person(EYES, [0.3, 0.3, 0.2]), turned, beside]);
+    assert_eq!(minds.on(&[1, 0]), Some(1.0));
+    let eye = minds.robot.head(message::Header::at(0)).eye().unwrap();
+    assert!(eye.difference(&minds.awareness(&[1]).eye(0, minds.now).unwrap()).1 < 1e-6);
+}
+
+/// What may be there: where he and I look from and to, or nobody there; blocks; walls.
+type Moment = (Option<[f64; 2]>, Option<[f64; 2]>, Vec<[f32; 2]>, Vec<[f32; 2]>, bool);
+
+fn moment() -> impl Strategy<Value = Moment> {
+    let gaze = || prop::option::weighted(0.85, [-0.5..1.8_f64, -1.0..1.0_f64]);
+    let places = |most: usize| prop::collection::vec([0.1..1.2_f32, -0.6..0.6_f32], 0..most);
+    (gaze(), gaze(), places(5), places(3), prop::bool::weighted(0.9))
+}
+
+fn things((his, mine, blocks, walls, _): &Moment) -> Vec<Observation> {
+    let his = his.map(|[x, y]| person(EYES, [x, y, 0.0]));
+    let mine = mine.map(|[x, y]| head(person([0.06, 0.0, 0.62], [x + 0.3, y, 0.0])));
+    let second = Observation { partner: 2, ..person([0.7, 1.3, 0.5], [0.6, 0.0, 0.1]) };
+    let blocks = blocks.iter().map(|[x, y]| block([*x, *y, 0.03]));
+    let walls = walls.iter().map(|[x, y]| wall([*x, *y, 0.125]));
+    his.into_iter().chain(mine).chain([second]).chain(walls).chain(blocks).collect()
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 48, rng_seed: RngSeed::Fixed(18), ..ProptestConfig::default() })]
+
+    /// A perspective of depth n is n applications of depth 1. An application takes what somebody
+    /// perceives: observations, eyes, and where he would notice that something is gone. Here an
+    /// awareness that is given just that, and nothing of where it comes from, makes a partner that
+    /// believes the same, bit for bit, as the one nested in the others.
+    #[test]
+    fn nesting_is_taking_the_perspective_of_one_who_perceives_what_the_parent_perceives(
+        moments in prop::collection::vec((moment(), 1..70_u8), 1..6),
+    ) {
+        let config = Perspective::builtin();
+        let mut minds = Minds::new(2, 3);
+        let perception = Perception::new(&minds.percepts).unwrap();
+        let cone = Cone::new(config.sight.cone_half_angle_deg.radians(), config.sight.range_m.get()).unwrap();
+        let mut alone: Vec<(Vec<u16>, Awareness, Partner)> = minds
+            .all
+            .iter()
+            .map(|(nested, _)| nested.path.agents().unwrap().to_vec())
+            .filter(|path| path.len() > 1)
+            .map(|path| {
+                let observer = path[path.len() - 2];
+                let partner =
+                    Partner::new(path[path.len() - 1], perception.clone(), &minds.percepts, &config, CAPACITY);
+                (path, Awareness::new(observer, &config, 2, CAPACITY), partner.unwrap())
+            })
+            .collect();
+        prop_assert_eq!(alone.len(), 12);
+        let mut compared = 0;
+        for (moment, steps) in &moments {
+            for _ in 0..*steps {
+                let entries = minds.step_looking(moment.4, &things(moment));
+                for (path, awareness, partner) in &mut alone {
+                    let parent = minds.awareness(&path[..path.len() - 1]);
+                    let grandparent = minds.awareness(&path[..path.len() - 2]);
+                    match parent.eye(parent.agent(), minds.now) {
+                        None => awareness.lose(),
+                        Some(eye) => {
+                            let kept = entries.iter().zip(parent.perceives()).filter(|(_, kept)| **kept);
+                            let kept: Vec<_> = kept.map(|(entry, _)| *entry).collect();
+                            awareness.note(minds.now, moment.4, &kept, kept.iter().map(|_| true));
+                            awareness.have_eye(eye);
+                            let sight = Sight::new(eye, cone, grandparent.occluders());
+                            for (agent, other, noted_at) in grandparent.eyes(minds.now) {
+                                if sight.sees(&other.origin()) {
+                                    awareness.meet(agent, other, noted_at);
+                                }
+                            }
+                            awareness.forget(minds.now, |place, half| {
+                                !grandparent.remembers(place)
+                                    && sight.visible_share(place, half, Samples::Surface) > 0.0
+                            });
+                            partner.step(minds.now, &kept, awareness, |place| {
+                                minds.survey(&path[..path.len() - 1], place)
+                            });
+                        }
+                    }
+                    let nested = minds.at(path);
+                    if parent.eye(parent.agent(), minds.now).is_some() {
+                        prop_assert_eq!(partner.is_present(), nested.is_present(), "{:?}", path);
+                    }
+                    prop_assert_eq!(partner.frame(), nested.frame(), "{:?}", path);
+                    prop_assert_eq!(believed(partner), believed(nested), "{:?}", path);
+                    compared += believed(nested).len();
+                }
+            }
+        }
+        // Most worlds have something that is believed at depth 2 and 3.
+        prop_assume!(compared > 0);
+    }
+
+    #[test]
+    fn in_their_frames_nested_beliefs_are_the_same_wherever_the_world_is(
+        blocks in prop::collection::vec((0.2..1.2_f32, -0.6..0.6_f32), 1..8),
+        wall_at in (0.3..0.9_f32, -0.3..0.3_f32),
+        gaze in (0.3..1.0_f64, -0.8..0.8_f64),
+        by in (-3.0..3.0_f64, -3.0..3.0_f64, -3.0..3.0_f64),
+    ) {
+        let mut things = vec![
+            person(EYES, [gaze.0, gaze.1, 0.0]),
+            head(person([0.06, 0.0, 0.62], [0.8, 0.0, 0.0])),
+            wall([wall_at.0, wall_at.1, 0.125]),
+        ];
+        things.extend(blocks.iter().map(|(x, y)| block([*x, *y, 0.03])));
+        let elsewhere = carried(&things, &Pose::upright(by.0, by.1, 0.0, by.2));
+        let (mut here, mut there) = (Minds::new(1, 3), Minds::new(1, 3));
+        for _ in 0..3 {
+            here.step_looking(true, &things);
+            there.step_looking(true, &elsewhere);
+        }
+        let percept = here.percepts.index("position").unwrap();
+        for path in [&[1][..], &[1, 0], &[1, 0, 1]] {
+            let (ones, others) = (here.beliefs(path), there.beliefs(path));
+            prop_assert_eq!(ones.len(), others.len(), "{:?}", path);
+            for (one, other) in ones.iter().zip(&others) {
+                let places = [one, other].map(|belief| belief.percept(percept).and_then(Remembered::feature));
+                let [Some(Feature::Vector(a)), Some(Feature::Vector(b))] = places else {
+                    return Err(TestCaseError::fail("a belief has no place"));
+                };
+                prop_assert!(a.iter().zip(&b).all(|(a, b)| (a - b).abs() < 1e-4), "{:?} {:?}", a, b);
+                prop_assert_eq!((one.id, one.observations), (other.id, other.observations));
+            }
+        }
+    }
+}

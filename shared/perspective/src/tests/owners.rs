@@ -1,0 +1,216 @@
+use clock::Duration;
+use config::perspective::{Owning, Perspective, Resource};
+use geometry::{Base, Pose, Position};
+use message::{Belief, NOBODY};
+use proptest::prelude::*;
+use proptest::test_runner::RngSeed;
+
+use super::workspace::{EYES, TABLE, Workspace, block, person, wall};
+use crate::{Claim, Owners, attends};
+
+const ROBOT: [f64; 2] = [0.0, 0.0];
+const TEACHER: [f64; 2] = [1.5, 0.0];
+
+fn resource(by: Owning) -> Resource {
+    Resource { by, ..Perspective::builtin().resource }
+}
+
+fn claims(places: &[[f64; 2]]) -> impl Iterator<Item = Claim> {
+    (1..).zip(places).map(|(id, [x, y])| Claim { id, place: Position::new(*x, *y, 0.03), held_by: NOBODY })
+}
+
+fn agents(places: [[f64; 2]; 2]) -> impl Iterator<Item = (u16, Position<Base>)> + Clone {
+    (0..).zip(places.map(|[x, y]| Position::new(x, y, 0.6)))
+}
+
+fn by_territory(places: &[[f64; 2]]) -> Vec<u16> {
+    let mut owners = Owners::new(&resource(Owning::Territory), 64);
+    owners.judge(claims(places), agents([ROBOT, TEACHER]));
+    owners.all().to_vec()
+}
+
+#[test]
+fn in_the_second_task_each_side_of_the_table_is_his_who_stands_there() {
+    // Six things before the teacher and six before the robot, as in the study.
+    let his = [[1.00, -0.3], [1.10, -0.2], [1.05, -0.05], [1.00, 0.05], [1.10, 0.15], [1.05, 0.3]];
+    let mine = [[0.35, -0.3], [0.42, -0.2], [0.38, -0.05], [0.35, 0.1], [0.40, 0.2], [0.42, 0.3]];
+    let owners = by_territory(&[his, mine].concat());
+    assert_eq!(owners, [[1; 6], [0; 6]].concat());
+    assert!(attends(1, owners[0]) && !attends(1, owners[6]) && attends(1, NOBODY));
+}
+
+#[test]
+fn where_the_things_are_not_apart_all_is_everybodys() {
+    // The gap is 1.4 times the longest link.
+    assert_eq!(by_territory(&[[0.3, 0.0], [0.4, 0.0], [0.54, 0.0], [0.64, 0.0]]), [NOBODY; 4]);
+    assert_eq!(by_territory(&[[0.3, 0.0], [0.4, 0.0], [1.3, 0.0], [1.4, 0.0]]), [0, 0, 1, 1]);
+    // One thing alone is no territory.
+    assert_eq!(by_territory(&[[0.3, 0.0], [0.4, 0.0], [1.4, 0.0]]), [NOBODY; 3]);
+    // Both groups are nearer to the robot.
+    assert_eq!(by_territory(&[[0.2, 0.3], [0.2, 0.4], [0.2, -0.3], [0.2, -0.4]]), [NOBODY; 4]);
+    // One is as near to the one as to the other.
+    assert_eq!(by_territory(&[[0.7, 0.0], [0.8, 0.0], [1.3, 0.0], [1.4, 0.0]]), [NOBODY; 4]);
+    assert_eq!(by_territory(&[[0.5, 0.0]; 6]), [NOBODY; 6]);
+    assert_eq!(by_territory(&[]), [NOBODY; 0]);
+}
+
+#[test]
+fn a_thing_is_his_who_last_held_it_and_nobodys_before() {
+    let mut owners = Owners::new(&resource(Owning::Possession), 4);
+    let mut judge = |held: &[(u64, u16)]| {
+        let claim = |(id, held_by): &(u64, u16)| Claim {
+            id: *id,
+            place: Position::new(0.0, 0.0, 0.0),
+            held_by: *held_by,
+        };
+        owners.judge(held.iter().map(claim), agents([ROBOT, TEACHER]));
+        owners.all().to_vec()
+    };
+    assert_eq!(judge(&[(1, NOBODY), (2, 1), (5, 0)]), [NOBODY, 1, 0]);
+    assert_eq!(judge(&[(1, NOBODY), (2, NOBODY), (5, NOBODY)]), [NOBODY, 1, 0]);
+    assert_eq!(judge(&[(2, 0), (5, NOBODY), (7, NOBODY)]), [0, 0, NOBODY]);
+    // What was forgotten and is seen again is another thing.
+    assert_eq!(judge(&[(2, NOBODY)]), [0]);
+    assert_eq!(judge(&[(2, NOBODY), (5, NOBODY)]), [0, NOBODY]);
+}
+
+#[test]
+fn what_is_told_is_so_and_what_is_not_asked_is_everybodys() {
+    let region = "[{ owner = 1, from_m = [0.8, -1.0], to_m = [1.2, 1.0] }]";
+    let text =
+        include_str!("../../../../config/perspective.toml").replace("told = []", &format!("told = {region}"));
+    let config: Perspective = config::parse(&text, "p.toml".as_ref()).unwrap();
+    for (by, expected) in [(Owning::Told, 1), (Owning::None, NOBODY)] {
+        let mut owners = Owners::new(&Resource { by, ..config.resource.clone() }, 4);
+        owners.judge(claims(&[[1.0, 0.0], [0.4, 0.0]]), agents([ROBOT, TEACHER]));
+        assert_eq!((owners.owner(0), owners.owner(1), owners.owner(9)), (expected, NOBODY, NOBODY));
+    }
+}
+
+#[test]
+fn each_perspective_has_its_own_beliefs_judged_by_those_whom_it_knows_of() {
+    let mut config = Perspective::builtin();
+    config.resource = resource(Owning::Territory);
+    let mut world = Workspace::with(&config);
+    let mine = [[0.35, 0.1], [0.40, 0.2]].map(|[x, y]| block([x, y, 0.03]));
+    let his = [[1.0, 0.1], [1.05, 0.2]].map(|[x, y]| block([x, y, 0.03]));
+    let all = [&[person(EYES, TABLE)], &mine[..], &his[..]].concat();
+    world.step(&all);
+    let owners = |beliefs: Vec<Belief>| beliefs.iter().map(|belief| belief.owner).collect::<Vec<_>>();
+    assert_eq!(owners(world.robots()), [0, 0, 1, 1]);
+    assert_eq!(owners(world.his()), [0, 0, 1, 1]);
+    // Behind a wall, what is the robot's is not there for him: what he believes in is one group.
+    let mut hidden = Workspace::with(&config);
+    hidden.step(&[&all[..], &[wall([0.6, 0.15, 0.2])]].concat());
+    assert_eq!((owners(hidden.robots()), owners(hidden.his())), (vec![0, 0, 1, 1], vec![NOBODY; 2]));
+    // While he is away, the robot knows of nobody else to whom anything could belong.
+    world.run(Duration::from_secs(1), &all[1..]);
+    assert_eq!((owners(world.robots()), owners(world.his())), (vec![NOBODY; 4], vec![0, 0, 1, 1]));
+    let mut unasked = Workspace::new();
+    unasked.step(&all);
+    assert_eq!(owners(unasked.robots()), [NOBODY; 4]);
+}
+
+#[test]
+fn a_thing_without_a_place_leaves_no_territories() {
+    let mut owners = Owners::new(&resource(Owning::Territory), 64);
+    let places = [[0.3, 0.0], [0.4, 0.0], [1.3, 0.0], [1.4, 0.0], [f64::NAN, 0.0]];
+    owners.judge(claims(&places), agents([ROBOT, TEACHER]));
+    assert_eq!(owners.all(), [NOBODY; 5]);
+}
+
+/// The partition by merging the two nearest clusters again and again until two are left; `None` where
+/// it hangs on less than a nanometre.
+fn by_merging(places: &[Position<Base>], agents: &[(u16, Position<Base>)]) -> Option<Vec<u16>> {
+    let shared = vec![NOBODY; places.len()];
+    let mut clusters: Vec<Vec<usize>> = (0..places.len()).map(|index| vec![index]).collect();
+    let nearest = |clusters: &[Vec<usize>]| {
+        let apart = |a: &[usize], b: &[usize]| {
+            let pairs = a.iter().flat_map(|one| b.iter().map(|other| places[*one].distance(&places[*other])));
+            pairs.fold(f64::INFINITY, f64::min)
+        };
+        let pairs = (0..clusters.len()).flat_map(|one| (0..one).map(move |other| (one, other)));
+        let apart = pairs.map(|(one, other)| (apart(&clusters[one], &clusters[other]), one, other));
+        apart.min_by(|a, b| a.0.total_cmp(&b.0))
+    };
+    let mut widest = 0.0_f64;
+    while clusters.len() > 2 {
+        let (length, one, other) = nearest(&clusters)?;
+        widest = widest.max(length);
+        let merged = clusters.remove(one);
+        clusters[other].extend(merged);
+    }
+    let Some((gap, ..)) = nearest(&clusters) else { return Some(shared) };
+    if (gap - 1.5 * widest).abs() < 1e-9 || (gap - widest).abs() < 1e-9 {
+        return None;
+    }
+    if gap < 1.5 * widest || clusters.iter().any(|cluster| cluster.len() < 2) {
+        return Some(shared);
+    }
+    let mut whose = Vec::new();
+    for cluster in &clusters {
+        let count = f64::from(u8::try_from(cluster.len()).unwrap());
+        let sum = cluster.iter().fold([0.0; 2], |[x, y], index| {
+            let [dx, dy, _] = places[*index].to_array();
+            [x + dx, y + dy]
+        });
+        let away = |(agent, place): &(u16, Position<Base>)| {
+            let [x, y, _] = place.to_array();
+            ((x - sum[0] / count).hypot(y - sum[1] / count), *agent)
+        };
+        let mut away: Vec<_> = agents.iter().map(away).collect();
+        away.sort_by(|a, b| a.0.total_cmp(&b.0));
+        if away[1].0 - away[0].0 < 1e-9 {
+            return None;
+        }
+        whose.push(away[0].1);
+    }
+    if whose[0] == whose[1] {
+        return Some(shared);
+    }
+    let mut owners = shared;
+    for (cluster, agent) in clusters.iter().zip(whose) {
+        for index in cluster {
+            owners[*index] = agent;
+        }
+    }
+    Some(owners)
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 2000, rng_seed: RngSeed::Fixed(28), ..ProptestConfig::default() })]
+
+    #[test]
+    fn territories_are_those_of_single_linkage_in_every_frame_and_every_order(
+        near in prop::collection::vec((-0.15..0.15_f64, -0.3..0.3_f64, 0.0..0.2_f64), 0..8),
+        far in prop::collection::vec((-0.15..0.15_f64, -0.3..0.3_f64, 0.0..0.2_f64), 0..8),
+        apart in (0.1..0.6_f64, 0.6..1.4_f64),
+        third in prop::option::of((-1.0..2.0_f64, -1.0..1.0_f64)),
+        by in (-3.0..3.0_f64, -3.0..3.0_f64, -3.0..3.0_f64),
+        turn in any::<prop::sample::Index>(),
+    ) {
+        let at = |x: f64, (dx, y, z): &(f64, f64, f64)| Position::<Base>::new(x + dx, *y, *z);
+        let places: Vec<_> =
+            near.iter().map(|thing| at(apart.0, thing)).chain(far.iter().map(|thing| at(apart.1, thing))).collect();
+        let mut known = vec![(0, Position::new(0.0, 0.0, 0.6)), (1, Position::new(1.5, 0.0, 0.55))];
+        known.extend(third.map(|(x, y)| (2, Position::new(x, y, 0.5))));
+        let claims = |places: &[Position<Base>]| -> Vec<Claim> {
+            (1..).zip(places).map(|(id, place)| Claim { id, place: *place, held_by: NOBODY }).collect()
+        };
+        let mut owners = Owners::new(&resource(Owning::Territory), 16);
+        owners.judge(claims(&places), known.iter().copied());
+        let here = owners.all().to_vec();
+        let Some(expected) = by_merging(&places, &known) else { return Ok(()) };
+        prop_assert_eq!(&here, &expected);
+
+        let x_there_here = Pose::<Base, Base>::upright(by.0, by.1, 0.3, by.2);
+        let mut moved: Vec<_> = places.iter().map(|place| x_there_here * *place).collect();
+        let known: Vec<_> = known.iter().map(|(agent, place)| (*agent, x_there_here * *place)).collect();
+        let by = if moved.is_empty() { 0 } else { turn.index(moved.len()) };
+        moved.rotate_left(by);
+        owners.judge(claims(&moved), known);
+        let mut there = owners.all().to_vec();
+        there.rotate_right(by);
+        prop_assert_eq!(here, there);
+    }
+}
