@@ -3,14 +3,18 @@ use chronicle::Mind;
 use clock::Instant;
 use config::Robot;
 use message::{Belief, BeliefHead, Header, Hop, Perceived};
+use perception::{Frame as Whose, Perception};
 use perspective::{Divergence, Side};
-use sensor_process::Sensor;
 use trace::Frame;
 
-/// All perspectives over a trace: the cores of the sensor and belief processes, one after the
-/// other as the buffers between them would have it, and how each partner differs from the robot.
+/// All perspectives over a trace: the robot's perception and the core of the belief process, one
+/// after the other as the percept buffer between them would have it, and how each perspective
+/// differs from the robot's.
+///
+/// Whoever read the trace has judged what sources reported, and a trace is in the base frame: of the
+/// sensor process's work, perceiving is what is left.
 pub(super) struct Minds {
-    sensor: Sensor,
+    perception: Perception,
     believer: Believer,
     partners: u32,
     capacity: usize,
@@ -39,7 +43,7 @@ impl Minds {
             divergence: Divergence::new(&robot.percepts, capacity),
         };
         Ok(Self {
-            sensor: Sensor::new(&robot.percepts, capacity)?,
+            perception: Perception::new(&robot.percepts)?,
             partners,
             capacity,
             entries: Vec::with_capacity(capacity),
@@ -49,19 +53,17 @@ impl Minds {
         })
     }
 
-    /// One cycle of the sensor process and the step of the belief process that it wakes, over the
-    /// frames of one instant.
+    /// One look, and the step of the belief process that it wakes: over the frames of one instant.
     pub(super) fn step(&mut self, frames: &[Frame]) {
         let Some(at_ns) = frames.iter().map(|frame| frame.at_ns).max() else { return };
-        let slices = frames.iter().enumerate().map(|(index, frame)| (index, frame.observations.as_slice()));
-        let count = self.sensor.choose(slices);
-        let sensor = &self.sensor;
+        let observations = || frames.iter().flat_map(|frame| &frame.observations);
+        let perception = &self.perception;
         self.entries.clear();
-        self.entries.extend((0..count.min(self.capacity)).filter_map(|index| {
-            let (frame, index) = sensor.chosen(index)?;
-            Some(sensor.perceive(frames.get(frame)?.observations.get(index)?))
+        self.entries.extend(observations().take(self.capacity).map(|observation| Perceived {
+            observation: *observation,
+            snapshot: perception.perceive(observation, &Whose { agent: 0 }),
         }));
-        let left_out = count.saturating_sub(self.entries.len());
+        let left_out = observations().count().saturating_sub(self.entries.len());
         self.left_out = self.left_out.saturating_add(u64::try_from(left_out).unwrap_or(u64::MAX));
         let mut header = Header::at(at_ns);
         // A stamp of zero would say that nobody looked.
