@@ -182,9 +182,14 @@ impl Run {
         let state = domain::state_directory()?;
         // Here it is one clear error; the learner could only die of it again and again.
         learner_process::check_memory(&state).map_err(Failed::usage)?;
+        // On a real robot nobody plays the world.
+        let plays = robot.leo.sensor.simulator().is_some();
         let orders = Orders {
             domain: domain::own(self.domain.as_deref())?,
-            processes: ORDER.to_vec(),
+            processes: ORDER
+                .into_iter()
+                .filter(|process| *process != message::Process::Simulator || plays)
+                .collect(),
             settings: robot.leo,
             config: self.config.clone(),
             lesson: self.lesson.clone(),
@@ -200,6 +205,12 @@ impl Run {
 impl Teach {
     fn run(&self) -> Result<ExitCode, Failure> {
         let robot = Robot::load(self.config.as_deref()).map_err(Failed::usage)?;
+        if robot.leo.sensor.simulator().is_none() {
+            return Err(Failed::usage(
+                "a lesson is played by the simulator, and no [[sensor.source]] of leo.toml is of the kind \
+                 \"simulator\"",
+            ));
+        }
         let partners = match self.perspective.as_slice() {
             [] => None,
             whose if !whose.contains(&Whose::Robot) => {

@@ -190,7 +190,7 @@ impl Robots {
             threads.push((name, thread.spawn(move || run(&launch, &robot)).expect("a thread")));
         };
         spawn("simulator", |launch, robot| simulator_process::run(launch, robot, &Lesson::builtin()));
-        spawn("sensor", |launch, robot| sensor_process::run(launch, &robot.leo, &robot.percepts));
+        spawn("sensor", sensor_process::run);
         spawn("belief", belief_process::run);
         spawn("mock-bus", mock_bus_process::run);
         spawn("motor", motor_process::run);

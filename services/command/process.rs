@@ -75,7 +75,7 @@ impl Process {
         let robot = Robot::load(launch.config.as_deref()).map_err(Failed::usage)?;
         match self {
             Self::Simulator(_) => simulator_process::run(&launch, &robot, &lesson(&launch)?),
-            Self::Sensor(_) => sensor_process::run(&launch, &robot.leo, &robot.percepts),
+            Self::Sensor(_) => sensor_process::run(&launch, &robot),
             Self::Belief(_) => belief_process::run(&launch, &robot),
             Self::Learner(_) => learner_process::run(&launch, &robot),
             Self::Motor(_) => motor_process::run(&launch, &robot),

@@ -293,8 +293,8 @@ fn what_cannot_be_used_is_told_at_the_end_and_what_found_no_room_too() {
     let told = believe(&[], &trace);
     assert_eq!((told.status, told.err.as_str()), (Some(0), ""), "{told:?}");
     for line in [
-        "1 observations refused: position_m holds no finite number (the first: line 2)\n",
-        "1 observations refused: the frame is not later than the one before it of its source (the first: line 3)\n",
+        "1 observations refused: `position_m` must be finite and within 1000 m (the first: line 2)\n",
+        "1 observations refused: `at_ns` must be later than in the frame before of the same source (the first: line 3)\n",
         "6 observations found no room: raise buffers.objects in leo.toml\n",
         "the trace ends in the middle of a frame: it was read up to there\n",
     ] {

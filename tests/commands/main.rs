@@ -3,6 +3,7 @@
 
 mod believe;
 mod house;
+mod sources;
 
 use std::fs;
 use std::path::{Path, PathBuf};

@@ -73,7 +73,7 @@ pub(crate) fn is_alive(pid: i32) -> bool {
 
 impl Robot {
     /// Starts a robot that stays until it is stopped. `changes` are keys of `leo.toml` with the
-    /// values that they shall have instead.
+    /// values that they shall have instead, and `[[tables]]` with the lines of one more of them.
     pub(crate) fn start(name: &str, changes: &[(&str, &str)]) -> Self {
         let files = tempfile::tempdir().expect("a folder");
         let config = files.path().join("leo.toml");
@@ -140,11 +140,16 @@ impl Robot {
         named.collect()
     }
 
-    /// Cycles of every process that runs, as `leo top` shows them.
-    pub(crate) fn cycles(&self) -> BTreeMap<String, u64> {
+    /// The processes as `leo top` shows them.
+    pub(crate) fn rows(&self) -> Vec<serde_json::Value> {
         let shown = leo(&["top", "--json", "--domain"]).arg(&self.domain).output().expect("runs");
-        let table: serde_json::Value = serde_json::from_slice(&shown.stdout).unwrap_or_default();
-        let rows = table.as_array().into_iter().flatten().filter(|row| row["state"] == "running");
+        serde_json::from_slice(&shown.stdout).unwrap_or_default()
+    }
+
+    /// Cycles of every process that runs.
+    pub(crate) fn cycles(&self) -> BTreeMap<String, u64> {
+        let rows = self.rows();
+        let rows = rows.iter().filter(|row| row["state"] == "running");
         rows.filter_map(|row| Some((row["process"].as_str()?.to_owned(), row["cycles"].as_u64()?))).collect()
     }
 
@@ -192,6 +197,10 @@ fn changed(changes: &[(&str, &str)]) -> String {
     let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("config/leo.toml");
     fs::File::open(file).and_then(|mut file| file.read_to_string(&mut text)).expect("the configuration");
     for (key, value) in changes {
+        if key.starts_with("[[") {
+            text.push_str(&format!("\n{key}\n{value}\n"));
+            continue;
+        }
         let line =
             text.lines().find(|line| line.starts_with(&format!("{key} = "))).expect("a key").to_owned();
         text = text.replace(&line, &format!("{key} = {value}"));

@@ -4,10 +4,12 @@ use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use std::time::Duration;
 
-use message::{Health, Histogram, Process, ProcessState, Roster};
+use message::{Health, Histogram, Loss, Process, ProcessState, Roster, SourceHealth};
 use serde::Serialize;
 use transport::janitor::is_claimed;
-use transport::{Delivery, Domain, HealthReader, JoinError, Node, PortError, Queues, RosterReader};
+use transport::{
+    Delivery, Domain, HealthReader, JoinError, Node, PortError, Queues, RosterReader, SourcesReader,
+};
 
 /// Why there is nothing to look at.
 #[derive(Debug, thiserror::Error)]
@@ -34,6 +36,7 @@ pub struct Top {
     node: Node,
     roster: RosterReader,
     readers: BTreeMap<Process, (u64, HealthReader)>,
+    sources: Option<(u64, SourcesReader)>,
     earlier: BTreeMap<Process, Health>,
 }
 
@@ -60,6 +63,8 @@ pub struct Row {
     pub drops: u64,
     /// Frames or entries refused as nonsense.
     pub refused: u64,
+    /// Of the sensor process: its sensory sources.
+    pub sources: Vec<SourceRow>,
     /// Page faults since its loop began.
     pub page_faults: u64,
     /// Release to start.
@@ -68,6 +73,21 @@ pub struct Row {
     pub execution_us: Quantiles,
     /// Age of the input.
     pub age_us: Quantiles,
+}
+
+/// A sensory source, since the sensor process's life began.
+#[derive(Clone, Debug, Serialize)]
+pub struct SourceRow {
+    /// What the configuration calls it.
+    pub name: String,
+    /// Whether frames are expected of it, and none come.
+    pub silent: bool,
+    /// Frames that were taken.
+    pub frames: u64,
+    /// Observations that entered the percept buffer.
+    pub observations: u64,
+    /// What was lost, by the name of the reason; without those that did not happen.
+    pub losses: BTreeMap<&'static str, u64>,
 }
 
 /// A distribution in microseconds.
@@ -114,7 +134,7 @@ impl Top {
         let queues = Queues { frames: 1, delivery: Delivery::Newest };
         let node = Node::join(&domain, "top", 1, queues)?;
         let roster = RosterReader::open(&node, Process::Supervisor, 1).map_err(TopError::NoRoster)?;
-        Ok(Self { node, roster, readers: BTreeMap::new(), earlier: BTreeMap::new() })
+        Ok(Self { node, roster, readers: BTreeMap::new(), sources: None, earlier: BTreeMap::new() })
     }
 
     /// A row for every process, over the time since the last look; over its whole life at the
@@ -125,7 +145,11 @@ impl Top {
         for &process in Process::ALL {
             if let Some(health) = self.health(process, &roster) {
                 let earlier = self.earlier.insert(process, health);
-                rows.push(row(process, &health, earlier.filter(|then| then.pid == health.pid)));
+                let mut row = row(process, &health, earlier.filter(|then| then.pid == health.pid));
+                if process == Process::Sensor {
+                    row.sources = self.sources(health.incarnation);
+                }
+                rows.push(row);
             }
         }
         rows
@@ -139,6 +163,28 @@ impl Top {
             self.readers.insert(process, (incarnation, reader));
         }
         self.readers.get(&process).map(|(_, reader)| reader.read())
+    }
+}
+
+impl Top {
+    fn sources(&mut self, incarnation: u64) -> Vec<SourceRow> {
+        if self.sources.as_ref().is_none_or(|(life, _)| *life != incarnation) {
+            let reader = SourcesReader::open(&self.node, Process::Sensor, incarnation);
+            self.sources = reader.ok().map(|reader| (incarnation, reader));
+        }
+        let sources = self.sources.as_ref().map(|(_, reader)| reader.read());
+        sources.iter().flat_map(message::Sources::all).map(source_row).collect()
+    }
+}
+
+fn source_row(source: &SourceHealth) -> SourceRow {
+    let losses = Loss::ALL.iter().map(|loss| (loss.name(), source.lost(*loss)));
+    SourceRow {
+        name: source.name.as_str().to_owned(),
+        silent: source.silent != 0,
+        frames: source.frames,
+        observations: source.observations,
+        losses: losses.filter(|(_, count)| *count > 0).collect(),
     }
 }
 
@@ -173,6 +219,7 @@ fn row(process: Process, health: &Health, earlier: Option<Health>) -> Row {
         skipped: health.skipped,
         drops: health.drops,
         refused: health.refused,
+        sources: Vec::new(),
         page_faults: health.page_faults,
         wakeup_us: Quantiles::of(&health.wakeup.since(&earlier.wakeup)),
         execution_us: Quantiles::of(&health.execution.since(&earlier.execution)),
@@ -180,7 +227,7 @@ fn row(process: Process, health: &Health, earlier: Option<Health>) -> Row {
     }
 }
 
-/// The rows as a table of 100 columns.
+/// The rows as a table of 100 columns, with a line for each sensory source below it.
 #[must_use]
 pub fn table(rows: &[Row]) -> String {
     let mut out = String::from(
@@ -207,6 +254,20 @@ pub fn table(rows: &[Row]) -> String {
             row.skipped,
             row.drops,
             row.restarts,
+        );
+    }
+    for (number, source) in rows.iter().flat_map(|row| row.sources.iter().enumerate()) {
+        let lost: Vec<String> =
+            source.losses.iter().map(|(reason, count)| format!("{count} {reason}")).collect();
+        let _ = writeln!(
+            out,
+            "source {number} {:<14} {:>8} frames {:>9} observations{}{}{}",
+            source.name,
+            source.frames,
+            source.observations,
+            if source.silent { "   SILENT" } else { "" },
+            if lost.is_empty() { "" } else { "   lost: " },
+            lost.join(", "),
         );
     }
     out
@@ -256,6 +317,22 @@ mod tests {
         let row = row(Process::Belief, &now, Some(then));
         assert_eq!(row.execution_us.count, 1);
         assert!(row.execution_us.p99 < 3.0);
+    }
+
+    #[test]
+    fn each_source_has_a_line_below_the_table() {
+        let mut camera = SourceHealth { frames: 12, observations: 34, silent: 1, ..SourceHealth::default() };
+        camera.name = message::Text::new("camera");
+        camera.losses[usize::from(Loss::Place.raw())] = 7;
+        camera.losses[usize::from(Loss::Overtaken.raw())] = 2;
+        let mut row = row(Process::Sensor, &Health::default(), None);
+        row.sources = vec![source_row(&SourceHealth::default()), source_row(&camera)];
+        assert_eq!((row.sources[1].losses.len(), row.sources[1].losses["place"]), (2, 7));
+        let table = table(&[row]);
+        let last = table.lines().last().unwrap();
+        let said: Vec<&str> = last.split_whitespace().collect();
+        let should = "source 1 camera 12 frames 34 observations SILENT lost: 2 overtaken, 7 place";
+        assert_eq!(said.join(" "), should);
     }
 
     #[test]

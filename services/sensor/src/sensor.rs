@@ -1,88 +1,222 @@
+use clock::Instant;
+use config::leo;
 use config::percepts::Percepts;
-use message::{Observation, Perceived};
+use geometry::Pose;
+use message::{Header, LOSSES, Loss, MAX_SOURCES, Observation, Perceived, Sources};
 use perception::{Frame, Perception, Unperceivable};
+use quantity::number::{saturating_u32, single};
+
+use crate::source::Source;
+
+/// Why nothing can be sensed.
+#[derive(Debug, thiserror::Error)]
+pub enum Unsensing {
+    /// The percepts cannot be evaluated.
+    #[error(transparent)]
+    Percepts(#[from] Unperceivable),
+    /// A source's frame is none.
+    #[error("the frame of the source `{name}` is no pose")]
+    Frame {
+        /// The source.
+        name: String,
+    },
+    /// There are more sources than can be told apart.
+    #[error("{sources} sources are too many: at most {most} can be told apart", most = MAX_SOURCES)]
+    Sources {
+        /// The number asked for.
+        sources: usize,
+    },
+}
+
+/// What is to be told of a source.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum News {
+    /// Something it reported was lost, for the first time for this reason.
+    Lost(Loss),
+    /// Nothing has been heard of it for longer than its rate lets expect.
+    Silent,
+    /// It is heard again.
+    Heard,
+}
 
 /// The core of the sensor process: which observations of this cycle enter the percept buffer, and
 /// what the robot perceives in each (Berlin et al. 2006, Eq. 1 and 2).
 ///
-/// Allocates nothing after `new`.
+/// What a source reports is an allegation. Here it is judged: what is nonsense is refused and
+/// counted by its reason, and what is left is brought into the robot's base frame and bears the
+/// number of the source that it came from. Allocates in `new` alone.
+///
+/// ```
+/// use clock::Instant;
+/// use message::{Header, Hop, Loss, Observation};
+/// use sensor_process::Sensor;
+///
+/// let robot = config::Robot::load(None)?;
+/// let mut sensor = Sensor::new(&robot.percepts, &robot.leo.sensor.source, 16)?;
+///
+/// let mut header = Header { sequence: 1, ..Header::at(1_000) };
+/// header.pass(Hop::Observed, 1_100);
+/// let sound = Observation::object(7, 1_000);
+/// let nowhere = Observation { position_m: [f32::NAN; 3], ..sound };
+///
+/// sensor.begin(Instant::from_nanos(2_000));
+/// assert!(sensor.note(0, &header));
+/// sensor.take(0, &header, &[nowhere, sound]);
+/// let header = sensor.end();
+///
+/// assert_eq!((header.valid_at_ns, sensor.len()), (1_000, 1));
+/// assert_eq!(sensor.perceived().next().unwrap().observation.source, 0);
+/// assert_eq!(sensor.losses()[usize::from(Loss::Place.raw())], 1);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Clone)]
 pub struct Sensor {
     perception: Perception,
-    chosen: Vec<(usize, usize)>,
-    refused: u64,
+    sources: Vec<Source>,
+    capacity: usize,
+    now: Instant,
 }
 
 impl Sensor {
-    /// A sensor for frames of at most `capacity` observations.
+    /// A sensor of these sources, for frames of at most `capacity` observations.
     ///
     /// # Errors
     ///
-    /// The percepts cannot be evaluated.
-    pub fn new(percepts: &Percepts, capacity: usize) -> Result<Self, Unperceivable> {
-        Ok(Self { perception: Perception::new(percepts)?, chosen: Vec::with_capacity(capacity), refused: 0 })
-    }
-
-    /// Chooses the sound observations of the newest frame of each source; returns how many there
-    /// are, those beyond the capacity included.
-    pub fn choose<'a>(&mut self, frames: impl Iterator<Item = (usize, &'a [Observation])>) -> usize {
-        self.chosen.clear();
-        let mut count = 0;
-        for (source, observations) in frames {
-            for (index, observation) in observations.iter().enumerate() {
-                if observation.is_sound() {
-                    count += 1;
-                    if self.chosen.len() < self.chosen.capacity() {
-                        self.chosen.push((source, index));
-                    }
-                } else {
-                    self.refused += 1;
-                }
-            }
+    /// The percepts cannot be evaluated, or a source cannot be.
+    pub fn new(percepts: &Percepts, sources: &[leo::Source], capacity: usize) -> Result<Self, Unsensing> {
+        if sources.len() > MAX_SOURCES {
+            return Err(Unsensing::Sources { sources: sources.len() });
         }
-        count
+        let make = |(number, source): (u16, &leo::Source)| {
+            let x_base_source = source.frame.map(|frame| {
+                Pose::from_parts(frame.position_m, frame.orientation_xyzw)
+                    .ok_or_else(|| Unsensing::Frame { name: source.name.clone() })
+            });
+            let confidence = single(source.confidence(percepts));
+            let period = source.rate_hz.map(config::number::Hertz::period);
+            Ok(Source::new(number, &source.name, x_base_source.transpose()?, confidence, period, capacity))
+        };
+        Ok(Self {
+            perception: Perception::new(percepts)?,
+            sources: (0..).zip(sources).map(make).collect::<Result<_, Unsensing>>()?,
+            capacity,
+            now: Instant::EPOCH,
+        })
     }
 
-    /// Source and place in its frame of a chosen observation.
-    #[must_use]
-    pub fn chosen(&self, index: usize) -> Option<(usize, usize)> {
-        self.chosen.get(index).copied()
+    /// Begins a cycle.
+    pub fn begin(&mut self, now: Instant) {
+        self.now = now;
+        self.sources.iter_mut().for_each(Source::begin);
     }
 
-    /// What the robot perceives in an observation: its percept snapshot (Eq. 2).
+    /// Takes note of a frame of a source, in the order of their coming. Whether it may be taken:
+    /// the newest one of the cycle is.
+    pub fn note(&mut self, source: usize, header: &Header) -> bool {
+        self.sources.get_mut(source).is_some_and(|source| source.note(header))
+    }
+
+    /// Takes the frame of a source that was noted last in this cycle. It is refused whole where
+    /// its times cannot be; else its sound observations are taken, as many as there is room for.
+    pub fn take(&mut self, source: usize, header: &Header, observations: &[Observation]) {
+        if let Some(source) = self.sources.get_mut(source) {
+            source.take(self.now, header, observations);
+        }
+    }
+
+    /// Counts a frame of a source, or an observation, that was lost before it came here.
+    pub fn lose(&mut self, source: usize, loss: Loss) {
+        if let Some(source) = self.sources.get_mut(source) {
+            source.lose(loss, 1);
+        }
+    }
+
+    /// Ends the cycle; gives the header of the percept buffer.
+    ///
+    /// It speaks about the newest instant that a source observed in this cycle, with the stamp of
+    /// that source, and says how many observations were left out for lack of room, by all sources
+    /// and here. Where no source had anything new, it speaks about `now` and was observed by
+    /// nobody: time passes for the beliefs, and nothing is taken to have vanished.
+    pub fn end(&mut self) -> Header {
+        self.share_out();
+        for source in &mut self.sources {
+            source.end(self.now);
+        }
+        let headers = || self.sources.iter().filter_map(Source::header);
+        let newest = headers().max_by_key(|header| header.valid_at_ns);
+        let mut header = newest.copied().unwrap_or_else(|| Header::at(self.now.as_nanos()));
+        header.left_out = headers().fold(0, |sum: u64, header| sum.saturating_add(header.left_out));
+        header
+    }
+
+    /// Where there are more observations than room, every source is sure of an equal share of it,
+    /// and the first ones get what others leave: a source that floods crowds out nobody's share.
+    fn share_out(&mut self) {
+        let share = self.capacity / self.sources.len().max(1);
+        let claim = |source: &Source| source.observations().len().min(share);
+        let mut claimed: usize = self.sources.iter().map(claim).sum();
+        let mut room = self.capacity;
+        for source in &mut self.sources {
+            claimed -= claim(source);
+            source.keep(room.saturating_sub(claimed));
+            room = room.saturating_sub(source.observations().len());
+        }
+    }
+
+    /// How many observations of the cycle enter the percept buffer.
     #[must_use]
-    pub fn perceive(&self, observation: &Observation) -> Perceived {
-        Perceived {
+    pub fn len(&self) -> usize {
+        self.sources.iter().map(|source| source.observations().len()).sum()
+    }
+
+    /// Whether none does.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    /// The entries of the percept buffer, source by source: each observation with what the robot
+    /// perceives in it, its percept snapshot (Eq. 2).
+    pub fn perceived(&self) -> impl Iterator<Item = Perceived> {
+        let observations = self.sources.iter().flat_map(Source::observations);
+        observations.map(|observation| Perceived {
             observation: *observation,
             snapshot: self.perception.perceive(observation, &Frame { agent: 0 }),
-        }
+        })
     }
 
-    /// Observations refused because their numbers were unsound.
+    /// What was lost of all sources' reports, by the number of the [`Loss`].
     #[must_use]
-    pub fn refused(&self) -> u64 {
-        self.refused
+    pub fn losses(&self) -> [u64; LOSSES] {
+        let mut losses = [0_u64; LOSSES];
+        for source in &self.sources {
+            for (sum, count) in losses.iter_mut().zip(&source.health().losses) {
+                *sum = sum.saturating_add(*count);
+            }
+        }
+        losses
+    }
+
+    /// What became of what each source reported.
+    #[must_use]
+    pub fn sources(&self) -> Sources {
+        let mut sources =
+            Sources { count: u64::from(saturating_u32(self.sources.len())), ..Sources::default() };
+        for (slot, source) in sources.sources.iter_mut().zip(&self.sources) {
+            *slot = *source.health();
+        }
+        sources
+    }
+
+    /// Something to be told of a source that was not told yet, with the source's number. Each loss
+    /// is told once, when it first happens.
+    pub fn news(&mut self) -> Option<(usize, News)> {
+        self.sources.iter_mut().enumerate().find_map(|(number, source)| {
+            let turned = source.turn().map(|silent| if silent { News::Silent } else { News::Heard });
+            Some((number, turned.or_else(|| source.first_loss().map(News::Lost))?))
+        })
     }
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn unsound_observations_are_refused_and_counted() {
-        let mut sensor = Sensor::new(&Percepts::builtin(), 4).unwrap();
-        let sound = Observation::object(0, 5);
-        let unsound = Observation { confidence: f32::NAN, ..sound };
-        assert_eq!(sensor.choose([(0, [unsound, sound].as_slice()), (1, &[sound])].into_iter()), 2);
-        assert_eq!(sensor.refused(), 1);
-        assert_eq!((sensor.chosen(0), sensor.chosen(1)), (Some((0, 1)), Some((1, 0))));
-    }
-
-    #[test]
-    fn observations_beyond_the_capacity_are_counted_and_not_chosen() {
-        let mut sensor = Sensor::new(&Percepts::builtin(), 4).unwrap();
-        let frame = [Observation::object(0, 5); 6];
-        assert_eq!(sensor.choose([(0, frame.as_slice())].into_iter()), 6);
-        assert_eq!(sensor.chosen(4), None);
-    }
-}
+mod tests;

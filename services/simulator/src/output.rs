@@ -11,7 +11,7 @@ use crate::settle;
 use crate::teacher::Teacher;
 use crate::thing::{Motion, SeatKind, Thing};
 
-/// The number of this sensory source.
+/// The sensor process gives every observation the number of the source that it came from.
 const SOURCE: u16 = 0;
 /// Half the extents of a head, in metres.
 const HEAD_M: [f64; 3] = [0.10, 0.08, 0.12];

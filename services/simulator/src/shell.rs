@@ -10,8 +10,6 @@ use process::{Failure, Launch, Member, Progress};
 use crate::World;
 use crate::limbs::Limbs;
 
-/// The number of the simulator among the sensory sources.
-const SOURCE: u32 = 0;
 /// Sentences that one frame holds.
 const SENTENCES: usize = 8;
 
@@ -26,7 +24,12 @@ pub fn run(launch: &Launch, robot: &Robot, lesson: &Lesson) -> Result<(), Failur
     let capacity = leo.buffers.objects.get();
     let mut member = Member::join(launch, Process::Simulator, &leo.buffers, &leo.simulator.realtime)?;
     let mut joint_states = member.inlet::<JointStates>(None)?;
-    let mut observations = member.outlet::<Observations>(Some(SOURCE), capacity)?;
+    let source = leo.sensor.simulator().ok_or_else(|| {
+        Failure::own(
+            "no [[sensor.source]] of leo.toml is of the kind \"simulator\": there is nobody to play for",
+        )
+    })?;
+    let mut observations = member.outlet::<Observations>(Some(u32::from(source)), capacity)?;
     let mut scene = member.outlet::<Scene>(None, capacity)?;
     let mut utterances = member.outlet::<Utterances>(None, SENTENCES)?;
     let joints: Vec<&str> = robot.motor.joints.iter().map(|joint| joint.name.as_str()).collect();

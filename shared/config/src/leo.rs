@@ -1,6 +1,11 @@
 //! `leo.toml`: the robot as a set of processes.
 
+mod source;
+
 use serde::Deserialize;
+
+pub(crate) use source::fault as fault_of_sources;
+pub use source::{Source, SourceFrame, SourceKind};
 
 use crate::number::{Capacity, Hertz, Milliseconds, Unit};
 
@@ -81,10 +86,19 @@ impl Priority {
 pub struct Sensor {
     /// Cycles per second.
     pub rate_hz: Hertz,
-    /// Sensory sources whose observations it reads, numbered from 0.
-    pub sources: u32,
+    /// Sensory sources whose observations it reads, numbered by their place in this list.
+    pub source: Vec<Source>,
     /// Real-time rights.
     pub realtime: Rights,
+}
+
+impl Sensor {
+    /// The number of Leo's own simulator among the sources; `None` on a robot without.
+    #[must_use]
+    pub fn simulator(&self) -> Option<u16> {
+        let index = self.source.iter().position(|source| source.kind == SourceKind::Simulator)?;
+        u16::try_from(index).ok()
+    }
 }
 
 /// The belief process.

@@ -315,6 +315,21 @@ impl Percepts {
         u16::try_from(index).ok()
     }
 
+    /// How far apart two sightings may be that are alike in everything else, and yet of one thing,
+    /// in metres (Eq. 4); infinite where the distance of two beliefs asks for no place.
+    #[must_use]
+    pub fn same_place_m(&self) -> f64 {
+        let belief = &self.belief;
+        let is_place = |term: &&Distance| {
+            let kernel = self.get(term.percept).map(|percept| &percept.kernel);
+            term.measure == Measure::Metres && kernel == Some(&Kernel::Position)
+        };
+        let place: f64 = belief.distance.iter().filter(is_place).map(|term| term.weight).sum();
+        let all: f64 = belief.distance.iter().map(|term| term.weight).sum();
+        let share = if belief.normalised { place / all } else { place };
+        if share > 0.0 { belief.threshold / share } else { f64::INFINITY }
+    }
+
     /// The percept of that number.
     #[must_use]
     pub fn get(&self, index: u16) -> Option<&Percept> {

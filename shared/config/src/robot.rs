@@ -3,7 +3,7 @@ use std::path::{Path, PathBuf};
 
 use message::PERSPECTIVES_MOST;
 
-use crate::leo::Leo;
+use crate::leo::{Leo, fault_of_sources};
 use crate::load::invalid;
 use crate::motor::Motor;
 use crate::percepts::Percepts;
@@ -51,9 +51,13 @@ impl Robot {
             Some(file) => (read(file)?, file.to_owned()),
             None => (builtin::LEO.to_owned(), PathBuf::from("leo.toml")),
         };
+        let (leo_text, leo_file) = leo;
+        let leo = consistent(&leo_text, &leo_file)?;
+        let percepts = Percepts::parse(&percepts.0, &percepts.1)?;
+        perceivable(&leo, &percepts, &leo_text, &leo_file)?;
         Ok(Self {
-            leo: consistent(&leo.0, &leo.1)?,
-            percepts: Percepts::parse(&percepts.0, &percepts.1)?,
+            leo,
+            percepts,
             perspective: parse(&perspective.0, &perspective.1)?,
             motor: motor::parse(&motor.0, &motor.1)?,
             urdf: urdf.0,
@@ -105,7 +109,33 @@ fn consistent(text: &str, file: &Path) -> Result<Leo, ConfigError> {
         );
         return Err(invalid(text, file, at..at, reason));
     }
+    if let Some((index, reason)) = fault_of_sources(&leo.sensor.source) {
+        let at = place_of_source(text, index);
+        return Err(invalid(text, file, at..at, reason));
+    }
     Ok(leo)
+}
+
+/// Refuses a source of which nothing would ever be perceived.
+fn perceivable(leo: &Leo, percepts: &Percepts, text: &str, file: &Path) -> Result<(), ConfigError> {
+    for (index, source) in leo.sensor.source.iter().enumerate() {
+        let confidence = source.confidence(percepts);
+        if confidence <= percepts.threshold {
+            let at = place_of_source(text, index);
+            let reason = format!(
+                "nothing of `{}` would be perceived: with so large a `position_sd_m` its confidence is at most \
+                 {confidence:.2}, and the threshold in percepts.toml is {}",
+                source.name, percepts.threshold
+            );
+            return Err(invalid(text, file, at..at, reason));
+        }
+    }
+    Ok(())
+}
+
+/// Where a source of the list begins.
+fn place_of_source(text: &str, index: usize) -> usize {
+    text.match_indices("\n[[sensor.source]]").nth(index).map_or(0, |(at, _)| at + 1)
 }
 
 fn read(file: &Path) -> Result<String, ConfigError> {
@@ -152,6 +182,38 @@ mod tests {
             let error = with(1.0, depth).unwrap_err().to_string();
             assert!(error.contains("from 1 to 6 deep"), "{error}");
         }
+    }
+
+    #[test]
+    fn the_simulator_is_the_only_source_unless_more_are_named() {
+        let robot = Robot::load(None).unwrap();
+        assert_eq!((robot.leo.sensor.source.len(), robot.leo.sensor.simulator()), (1, Some(0)));
+    }
+
+    #[test]
+    fn sources_that_cannot_be_are_refused_with_their_line() {
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join("leo.toml");
+        let lines = builtin::LEO.lines().count();
+        let camera = |name: &str, more: &str| {
+            format!("\n[[sensor.source]]\nname = \"{name}\"\nkind = \"external\"\n{more}")
+        };
+        for (sources, line, word) in [
+            (camera("a", "") + &camera("a", ""), lines + 6, "`a` already"),
+            (camera("a", "position_sd_m = 0.1"), lines + 2, "nothing of `a` would be perceived"),
+            (camera("a", "rate_hz = 0.0"), lines + 5, "from 1 to 10000 Hz"),
+            (camera("a", "rate = 5.0"), lines + 5, "did you mean `rate_hz`?"),
+        ] {
+            fs::write(&file, builtin::LEO.to_owned() + &sources).unwrap();
+            let error = Robot::load(Some(&file)).unwrap_err().to_string();
+            assert!(
+                error.contains(&format!("leo.toml:{line}:1: ")) || error.contains(&format!(":{line}:11")),
+                "{error}"
+            );
+            assert!(error.contains(word), "{error}");
+        }
+        fs::write(&file, builtin::LEO.to_owned() + &camera("a", "position_sd_m = 0.02")).unwrap();
+        assert_eq!(Robot::load(Some(&file)).unwrap().leo.sensor.source.len(), 2);
     }
 
     #[test]

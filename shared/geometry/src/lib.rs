@@ -34,6 +34,9 @@ pub enum Eye {}
 /// A hand: origin between the fingertips, x along the fingers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Hand {}
+/// A sensory source: the frame that it reports in, whichever that is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Source {}
 /// An object of the scene: origin at its centre.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Thing {}

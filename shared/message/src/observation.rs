@@ -1,7 +1,7 @@
 use iceoryx2_bb_derive_macros::ZeroCopySend;
 use iceoryx2_bb_elementary_traits::zero_copy_send::ZeroCopySend;
 
-use crate::numbered;
+use crate::{Loss, numbered};
 
 /// Discrete states that an observation can report.
 pub const STATES: usize = 8;
@@ -135,28 +135,58 @@ impl Observation {
         }
     }
 
-    /// Whether every number is one that the Perception System may use: finite position, extents
-    /// not negative, confidence in [0, 1], a quaternion of norm one within 1 %, a known kind and
-    /// sense. (States may be NaN: the thing has none.)
+    /// Whether every number is one that the Perception System may use: see [`Self::fault`].
     #[must_use]
     #[inline]
     pub fn is_sound(&self) -> bool {
-        let norm: f32 = self.orientation_xyzw.iter().map(|part| part * part).sum();
-        // All numbers are looked at, for they are sound as a rule: so the compiler can look at several
-        // at once.
-        let all = |numbers: &[f32], holds: fn(f32) -> bool| {
-            numbers.iter().fold(true, |all, number| all & holds(*number))
-        };
-        self.kind().is_some()
-            & self.modality().is_some()
-            & all(&self.position_m, f32::is_finite)
-            & all(&self.half_extents_m, |part| (0.0..f32::INFINITY).contains(&part))
-            & all(&self.colour_rgb, f32::is_finite)
-            & all(&self.shape, f32::is_finite)
-            & (0.0..=1.0).contains(&self.confidence)
-            & ((norm - 1.0).abs() < 0.02)
+        self.fault().is_none()
+    }
+
+    /// What is wrong with it, if anything: a known kind and sense, place and extents finite and
+    /// within 1000 m, extents not negative, a quaternion of norm one within 1 %, colour, shape and
+    /// confidence in [0, 1], and of a person, which partner. (States may be NaN: the thing has none.)
+    ///
+    /// ```
+    /// use message::{Loss, Observation};
+    /// let sound = Observation::object(0, 5);
+    /// assert_eq!(sound.fault(), None);
+    /// let nowhere = Observation { position_m: [0.0, f32::NAN, 0.0], ..sound };
+    /// assert_eq!(nowhere.fault(), Some(Loss::Place));
+    /// ```
+    #[must_use]
+    #[inline]
+    pub fn fault(&self) -> Option<Loss> {
+        // Written so that NaN fails.
+        let is_share = |part: &f32| (0.0..=1.0).contains(part);
+        let norm_squared: f32 = self.orientation_xyzw.iter().map(|part| part * part).sum();
+        let is_unit = (norm_squared - 1.0).abs() < NORM_SQUARED_WITHIN;
+        let is_person = self.kind() == Some(ObservationKind::Person);
+        if self.kind().is_none() {
+            Some(Loss::Kind)
+        } else if self.modality().is_none() {
+            Some(Loss::Sense)
+        } else if !self.position_m.iter().all(|part| part.abs() <= REACH_M) {
+            Some(Loss::Place)
+        } else if !is_unit {
+            Some(Loss::Orientation)
+        } else if !self.half_extents_m.iter().all(|part| (0.0..=REACH_M).contains(part)) {
+            Some(Loss::Extents)
+        } else if !self.colour_rgb.iter().chain(&self.shape).all(is_share) {
+            Some(Loss::Look)
+        } else if !is_share(&self.confidence) {
+            Some(Loss::Confidence)
+        } else if is_person && self.partner == NOBODY {
+            Some(Loss::Person)
+        } else {
+            None
+        }
     }
 }
+
+/// Nothing that is observed is further away, or larger.
+const REACH_M: f32 = 1000.0;
+/// 1 % of a norm is 2 % of its square, less what rounds.
+const NORM_SQUARED_WITHIN: f32 = 0.0198;
 
 #[cfg(test)]
 mod tests {
@@ -170,6 +200,30 @@ mod tests {
         assert!(!Observation { orientation_xyzw: [0.0; 4], ..sound }.is_sound());
         assert!(!Observation { confidence: -0.5, ..sound }.is_sound());
         assert!(!Observation { kind: 77, ..sound }.is_sound());
+    }
+
+    #[test]
+    fn every_fault_is_told_from_the_others() {
+        let sound =
+            Observation { kind: ObservationKind::Person.raw(), partner: 1, ..Observation::object(1, 5) };
+        assert_eq!(sound.fault(), None);
+        for (unsound, loss) in [
+            (Observation { kind: 0, ..sound }, Loss::Kind),
+            (Observation { modality: 9, ..sound }, Loss::Sense),
+            (Observation { position_m: [0.0, f32::INFINITY, 0.0], ..sound }, Loss::Place),
+            (Observation { position_m: [0.0, -1000.5, 0.0], ..sound }, Loss::Place),
+            (Observation { orientation_xyzw: [0.0; 4], ..sound }, Loss::Orientation),
+            (Observation { orientation_xyzw: [f32::NAN; 4], ..sound }, Loss::Orientation),
+            (Observation { half_extents_m: [0.1, -0.1, 0.1], ..sound }, Loss::Extents),
+            (Observation { half_extents_m: [0.1, f32::NAN, 0.1], ..sound }, Loss::Extents),
+            (Observation { colour_rgb: [0.0, 0.0, 1.5], ..sound }, Loss::Look),
+            (Observation { shape: [0.0, 0.0, 0.0, f32::NAN], ..sound }, Loss::Look),
+            (Observation { confidence: -0.5, ..sound }, Loss::Confidence),
+            (Observation { confidence: f32::NAN, ..sound }, Loss::Confidence),
+            (Observation { partner: NOBODY, ..sound }, Loss::Person),
+        ] {
+            assert_eq!(unsound.fault(), Some(loss), "{unsound:?}");
+        }
     }
 
     #[test]

@@ -6,7 +6,7 @@ use clock::Instant;
 use config::leo::{Buffers, Rights};
 use cycle::{Account, Schedule};
 use message::{Health, Process, ProcessState, Topic};
-use transport::{Delivery, Domain, HealthWriter, Inlet, Node, Outlet, Queues};
+use transport::{Delivery, Domain, HealthWriter, Inlet, Node, Outlet, Queues, SourcesWriter};
 
 use crate::pace::{Lockstep, Pace, Wait, wait_for_call};
 use crate::{Failure, Launch};
@@ -117,6 +117,15 @@ impl Member {
             Pace::Wall { .. } => Ok(self.node.waking_inlet(number)?),
             Pace::Lockstep(_) => Ok(self.node.inlet(number)?),
         }
+    }
+
+    /// Puts up the board on which the sensor process says what became of what its sources reported.
+    ///
+    /// # Errors
+    ///
+    /// As [`SourcesWriter::create`].
+    pub fn sources_board(&self) -> Result<SourcesWriter, Failure> {
+        Ok(SourcesWriter::create(&self.node, self.process, self.health.incarnation)?)
     }
 
     /// The present instant: of the clock, or of simulated time.

@@ -33,7 +33,7 @@ type Whole<R> = BufReader<Chain<Cursor<Vec<u8>>, R>>;
 /// let mut reader = trace::Reader::new(text.as_bytes(), "example")?;
 /// let frames = reader.by_ref().collect::<Result<Vec<_>, _>>()?;
 /// assert_eq!((frames.len(), frames[0].observations.len(), frames[1].observations.len()), (2, 1, 0));
-/// assert_eq!(reader.refused()[0].reason.to_string(), "confidence is not from 0 to 1");
+/// assert_eq!(reader.refused()[0].reason.to_string(), "`confidence` must be from 0 to 1");
 /// # Ok::<(), trace::TraceError>(())
 /// ```
 pub struct Reader<R> {

@@ -1,24 +1,14 @@
 use std::fmt;
 
-use message::Observation;
+use message::{Loss, Observation};
 
 use crate::Place;
 
 /// Why an observation, or a frame of them, is not taken in although it can be read.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Reason {
-    /// A coordinate is no finite number.
-    Position,
-    /// The orientation is no quaternion of length one.
-    Orientation,
-    /// A half extent is no finite number, or negative.
-    HalfExtents,
-    /// A part of the colour is no finite number.
-    Colour,
-    /// A part of the shape is no finite number.
-    Shape,
-    /// The confidence is not from 0 to 1.
-    Confidence,
+    /// The Perception System cannot use its numbers.
+    Unsound(Loss),
     /// The degree of a state is not from 0 to 1.
     State,
     /// It was observed long after its frame.
@@ -36,37 +26,26 @@ impl Reason {
     /// of `at_ns`; `None` for a sound one.
     #[must_use]
     pub fn against(observation: &Observation, at_ns: u64) -> Option<Self> {
-        let finite = |numbers: &[f32]| numbers.iter().all(|number| number.is_finite());
-        let share = |number: f32| (0.0..=1.0).contains(&number);
-        let norm: f32 = observation.orientation_xyzw.iter().map(|part| part * part).sum();
-        let half = &observation.half_extents_m;
-        let holds = [
-            (Self::Position, finite(&observation.position_m)),
-            // Written so that NaN fails.
-            (Self::Orientation, (norm - 1.0).abs() < 0.02),
-            (Self::HalfExtents, finite(half) && half.iter().all(|half| *half >= 0.0)),
-            (Self::Colour, finite(&observation.colour_rgb)),
-            (Self::Shape, finite(&observation.shape)),
-            (Self::Confidence, share(observation.confidence)),
-            (Self::State, observation.states.iter().all(|degree| degree.is_nan() || share(*degree))),
-            (Self::Ahead, observation.observed_at_ns <= at_ns.saturating_add(AHEAD_NS)),
-        ];
-        holds.into_iter().find(|(_, holds)| !holds).map(|(reason, _)| reason)
+        let degree = |degree: &f32| degree.is_nan() || (0.0..=1.0).contains(degree);
+        if let Some(fault) = observation.fault() {
+            Some(Self::Unsound(fault))
+        } else if !observation.states.iter().all(degree) {
+            Some(Self::State)
+        } else if observation.observed_at_ns > at_ns.saturating_add(AHEAD_NS) {
+            Some(Self::Ahead)
+        } else {
+            None
+        }
     }
 }
 
 impl fmt::Display for Reason {
     fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
         out.write_str(match self {
-            Self::Position => "position_m holds no finite number",
-            Self::Orientation => "orientation_xyzw is no quaternion of length 1",
-            Self::HalfExtents => "half_extents_m holds a negative or no finite number",
-            Self::Colour => "colour_rgb holds no finite number",
-            Self::Shape => "shape holds no finite number",
-            Self::Confidence => "confidence is not from 0 to 1",
-            Self::State => "the degree of a state is not from 0 to 1",
-            Self::Ahead => "observed_at_ns is more than a second after at_ns",
-            Self::Stale => "the frame is not later than the one before it of its source",
+            Self::Unsound(fault) => fault.advice(),
+            Self::State => "the degree of a state must be from 0 to 1",
+            Self::Ahead => "`observed_at_ns` must be no more than a second after `at_ns`",
+            Self::Stale => "`at_ns` must be later than in the frame before of the same source",
         })
     }
 }

@@ -1,6 +1,6 @@
 use std::io::Read;
 
-use message::{Modality, NOBODY, Observation, ObservationKind, State};
+use message::{Loss, Modality, NOBODY, Observation, ObservationKind, State};
 use proptest::prelude::*;
 
 use crate::{Frame, Instants, Place, Reader, Reason, TraceError, Writer};
@@ -69,8 +69,7 @@ fn unit() -> impl Strategy<Value = f32> {
 }
 
 fn number() -> impl Strategy<Value = f32> {
-    prop_oneof![Just(-0.0), Just(f32::MIN_POSITIVE / 8.0), Just(f32::MAX), -1e3..1e3_f32, any::<f32>()]
-        .prop_filter("finite", |number| number.is_finite())
+    prop_oneof![Just(-0.0), Just(f32::MIN_POSITIVE / 8.0), Just(1000.0), -1e3..1e3_f32]
 }
 
 prop_compose! {
@@ -80,8 +79,8 @@ prop_compose! {
         (partner, held_by) in (0..NOBODY, agent()),
         position_m in prop::array::uniform3(number()),
         half_extents_m in prop::array::uniform3(number().prop_map(f32::abs)),
-        colour_rgb in prop::array::uniform3(number()),
-        shape in prop::array::uniform4(number()),
+        colour_rgb in prop::array::uniform3(unit()),
+        shape in prop::array::uniform4(unit()),
         axis in prop::sample::select(vec![[0.0, 0.0, 0.0, 1.0], [0.6, 0.0, -0.8, 0.0], [0.5, 0.5, -0.5, 0.5]]),
         degrees in prop::array::uniform4(prop::option::of(unit())),
         confidence in unit(),
@@ -383,8 +382,8 @@ fn what_cannot_be_used_is_refused_with_its_reason_and_the_rest_goes_on() {
         assert_eq!(
             refused,
             [
-                (Reason::Position, 2, Place::Line(2)),
-                (Reason::Orientation, 1, Place::Line(4)),
+                (Reason::Unsound(Loss::Place), 2, Place::Line(2)),
+                (Reason::Unsound(Loss::Orientation), 1, Place::Line(4)),
                 (Reason::Stale, 2, Place::Line(5)),
                 (Reason::State, 1, Place::Line(6)),
                 (Reason::Ahead, 1, Place::Line(8)),

@@ -1,4 +1,4 @@
-//! Health on blackboards in shared memory: one board per life of a process, written by it alone.
+//! Health on blackboards in shared memory: boards of one life of a process, written by it alone.
 //!
 //! Reading a board touches neither the writer's thread nor its ports: whoever looks costs the
 //! loop that is looked at nothing. A board bears the number of the life that wrote it, because
@@ -10,7 +10,7 @@ use iceoryx2::port::reader::{EntryHandle, Reader};
 use iceoryx2::port::writer::{EntryHandleMut, Writer};
 use iceoryx2::service::ipc::Service;
 use iceoryx2::service::port_factory::blackboard::PortFactory;
-use message::{Health, Process, Roster};
+use message::{Health, Process, Roster, Sources};
 
 use crate::service::service_name;
 use crate::{Node, PortError};
@@ -21,7 +21,7 @@ const KEY: u64 = 0;
 const READERS: usize = 16;
 
 macro_rules! board {
-    ($(#[$writer_doc:meta])* $writer:ident, $(#[$reader_doc:meta])* $reader:ident: $value:ty) => {
+    ($(#[$writer_doc:meta])* $writer:ident, $(#[$reader_doc:meta])* $reader:ident: $value:ty as $name:literal) => {
         $(#[$writer_doc])*
         pub struct $writer {
             entry: EntryHandleMut<Service, u64, $value>,
@@ -36,7 +36,7 @@ macro_rules! board {
             ///
             /// The board exists already, or shared memory is full.
             pub fn create(node: &Node, process: Process, incarnation: u64) -> Result<Self, PortError> {
-                let name = board_name(process, incarnation);
+                let name = board_name($name, process, incarnation);
                 let failed = |reason: &dyn fmt::Debug| PortError::new(&name, "writing", reason);
                 let board = node
                     .raw()
@@ -78,7 +78,7 @@ macro_rules! board {
             ///
             /// There is no such board (yet), or it has too many readers.
             pub fn open(node: &Node, process: Process, incarnation: u64) -> Result<Self, PortError> {
-                let name = board_name(process, incarnation);
+                let name = board_name($name, process, incarnation);
                 let failed = |reason: &dyn fmt::Debug| PortError::new(&name, "reading", reason);
                 let board = node
                     .raw()
@@ -110,15 +110,22 @@ board!(
     /// Writes the health of one life of a process.
     HealthWriter,
     /// Reads the health of one life of a process.
-    HealthReader: Health
+    HealthReader: Health as "health"
 );
 board!(
     /// Writes which life of each process is the newest: the supervisor.
     RosterWriter,
     /// Reads which life of each process is the newest.
-    RosterReader: Roster
+    RosterReader: Roster as "roster"
 );
 
-fn board_name(process: Process, incarnation: u64) -> String {
-    format!("health/{process}/{incarnation}")
+board!(
+    /// Writes what became of what each source reported: the sensor process.
+    SourcesWriter,
+    /// Reads what became of what each source reported.
+    SourcesReader: Sources as "sources"
+);
+
+fn board_name(name: &str, process: Process, incarnation: u64) -> String {
+    format!("{name}/{process}/{incarnation}")
 }

@@ -1,0 +1,773 @@
+/* What Leo's processes share through memory, for C and C++: made from shared/message by
+ * `LEO_REWRITE=1 cargo test -p message`; do not edit. docs/sources.md says how to use it.
+ *
+ * A topic is an iceoryx2 publish-subscribe service whose payload is a slice of entries and whose
+ * user header is the head. The types are known by the names that the macros ..._TYPE hold. */
+#ifndef LEO_MESSAGES_H
+#define LEO_MESSAGES_H
+
+#include <stddef.h>
+#include <stdint.h>
+
+#ifdef __cplusplus
+#define LEO_ASSERT(holds, text) static_assert(holds, text)
+/* The C++ binding of iceoryx2 finds the name here. */
+#define LEO_NAMED(name) static constexpr const char *IOX2_TYPE_NAME = name;
+#else
+#define LEO_ASSERT(holds, text) _Static_assert(holds, text)
+#define LEO_NAMED(name)
+#endif
+
+#define LEO_NOBODY 65535
+#define LEO_STATES 8
+#define LEO_MAX_PERCEPTS 12
+#define LEO_MAX_SOURCES 16
+#define LEO_LOSSES 24
+#define LEO_TEXT_CAPACITY 252
+
+/* What the learner reports. */
+enum leo_event_kind {
+    /* Leo said something; the text is what. */
+    LEO_EVENT_KIND_SAID = 1,
+    /* A lesson about a task began; the text is its name. */
+    LEO_EVENT_KIND_TEACHING_STARTED = 2,
+    /* An action was recognised; the text says whose and what. */
+    LEO_EVENT_KIND_ACTION_SEEN = 3,
+    /* A demonstration ended and became an example; the text is the task's name. */
+    LEO_EVENT_KIND_DEMONSTRATION_ENDED = 4,
+    /* A hypothesis with its posterior, tally and rank; the text is its computed name. */
+    LEO_EVENT_KIND_HYPOTHESIS = 5,
+    /* The primary hypothesis of a task; the text is its computed name. */
+    LEO_EVENT_KIND_RULE_CHOSEN = 6,
+    /* Why the hypotheses of two perspectives differ; the text explains it. */
+    LEO_EVENT_KIND_EXPLAINED = 7,
+    /* Leo began to perform a task; the text is its name. */
+    LEO_EVENT_KIND_PERFORMANCE_STARTED = 8,
+    /* A step of the performance began; the text says which. */
+    LEO_EVENT_KIND_STEP_STARTED = 9,
+    /* A step ended, and the belief of the robot confirms it; the text says which. */
+    LEO_EVENT_KIND_STEP_DONE = 10,
+    /* A step ended without the effect it should have had; the text says why. */
+    LEO_EVENT_KIND_STEP_FAILED = 11,
+    /* The performance ended; the text says with what result. */
+    LEO_EVENT_KIND_PERFORMANCE_ENDED = 12,
+    /* The belief buffer's continuity was broken: its process began anew. */
+    LEO_EVENT_KIND_CONTINUITY_BROKEN = 13,
+    /* What a perspective has before it as a demonstration or a performance begins; the text lists it. */
+    LEO_EVENT_KIND_SEEN = 14,
+};
+
+/* A point on the way of a frame, in the direction the data flows. */
+enum leo_hop {
+    /* The source published the observations. */
+    LEO_HOP_OBSERVED = 0,
+    /* The sensor process began the cycle that read them. */
+    LEO_HOP_SENSOR_STARTED = 1,
+    /* The sensor process published the percept buffer. */
+    LEO_HOP_PERCEIVED = 2,
+    /* The belief process began its step on it. */
+    LEO_HOP_BELIEF_STARTED = 3,
+    /* The belief process published the belief buffers. */
+    LEO_HOP_BELIEVED = 4,
+    /* The learner published the joint goals. */
+    LEO_HOP_DECIDED = 5,
+    /* The motor process took the joint goals. */
+    LEO_HOP_COMMANDED = 6,
+    /* The motor process published the joint states. */
+    LEO_HOP_MOVED = 7,
+};
+
+/* Why a joint is in its mode. */
+enum leo_joint_cause {
+    /* As it should be. */
+    LEO_JOINT_CAUSE_NONE = 0,
+    /* Not started yet. */
+    LEO_JOINT_CAUSE_NOT_STARTED = 1,
+    /* No new goals for longer than the command time-out. */
+    LEO_JOINT_CAUSE_COMMAND_TIMEOUT = 2,
+    /* The servo does not answer. */
+    LEO_JOINT_CAUSE_SILENT = 3,
+    /* The servo reports a hardware alert. */
+    LEO_JOINT_CAUSE_ALERT = 4,
+    /* The servo's own bus watchdog tripped. */
+    LEO_JOINT_CAUSE_WATCHDOG = 5,
+    /* The bus itself is lost. */
+    LEO_JOINT_CAUSE_BUS_LOST = 6,
+    /* Stopped by order. */
+    LEO_JOINT_CAUSE_STOPPED = 7,
+    /* The servo refused an instruction, or is another model than the configured one. */
+    LEO_JOINT_CAUSE_REFUSED = 8,
+};
+
+/* What the motor process does with a joint. */
+enum leo_joint_mode {
+    /* No torque: the joint hangs free. */
+    LEO_JOINT_MODE_LIMP = 0,
+    /* Being brought up: found, checked, torque not yet on. */
+    LEO_JOINT_MODE_STARTING = 1,
+    /* Following goals. */
+    LEO_JOINT_MODE_FOLLOWING = 2,
+    /* The commander is gone: slowing down. */
+    LEO_JOINT_MODE_DECELERATING = 3,
+    /* Holding the position where it stopped. */
+    LEO_JOINT_MODE_HOLDING = 4,
+    /* Its servo does not answer: no goal is sent, it is asked again now and then. */
+    LEO_JOINT_MODE_QUARANTINED = 5,
+};
+
+/* Why something that a source reported did not become a percept. Frames are lost whole for
+ * the first six reasons, single observations for the others. */
+enum leo_loss {
+    /* A newer frame of its source came before the cycle that would have taken it. */
+    LEO_LOSS_OVERTAKEN = 0,
+    /* It was dropped before the sensor process came to take it: a gap of the sequence. */
+    LEO_LOSS_MISSED = 1,
+    /* The middleware could not give it to the sensor process. */
+    LEO_LOSS_UNREADABLE = 2,
+    /* Its number did not grow, or grew by more than a source can have sent. */
+    LEO_LOSS_MISNUMBERED = 3,
+    /* It bore no stamp of `Hop::Observed`, or one of another time than the present. */
+    LEO_LOSS_UNSTAMPED = 4,
+    /* A frame was later or much earlier than the present, or not newer than its predecessor. */
+    LEO_LOSS_UNTIMELY = 5,
+    /* It was later than the present. */
+    LEO_LOSS_FUTURE = 6,
+    /* It was so old that it says nothing of the present. */
+    LEO_LOSS_PAST = 7,
+    /* It was not newer than what its source reported in an earlier frame. */
+    LEO_LOSS_STALE = 8,
+    /* It was of no known kind. */
+    LEO_LOSS_KIND = 9,
+    /* It was made by no known sense. */
+    LEO_LOSS_SENSE = 10,
+    /* Its place was no number, or out of reach. */
+    LEO_LOSS_PLACE = 11,
+    /* Its orientation was no quaternion of norm one. */
+    LEO_LOSS_ORIENTATION = 12,
+    /* Its extents were no number, negative, or out of reach. */
+    LEO_LOSS_EXTENTS = 13,
+    /* Its colour or its shape was not in [0, 1]. */
+    LEO_LOSS_LOOK = 14,
+    /* Its confidence was not in [0, 1]. */
+    LEO_LOSS_CONFIDENCE = 15,
+    /* It was of a person who is no partner. */
+    LEO_LOSS_PERSON = 16,
+    /* There was no room for it. */
+    LEO_LOSS_LEFT_OUT = 17,
+};
+
+/* The sense that made an observation. */
+enum leo_modality {
+    /* Seen. */
+    LEO_MODALITY_VISION = 1,
+    /* Heard. */
+    LEO_MODALITY_HEARING = 2,
+    /* Felt, or known from one's own joints. */
+    LEO_MODALITY_TOUCH = 3,
+};
+
+/* What an observation is of. */
+enum leo_observation_kind {
+    /* A thing on the table. */
+    LEO_OBSERVATION_KIND_OBJECT = 1,
+    /* A partner, or the robot's own head; the pose is that of the eyes (x along the line of sight). */
+    LEO_OBSERVATION_KIND_PERSON = 2,
+    /* A thing that hides what lies behind it; the extents are those of a box. */
+    LEO_OBSERVATION_KIND_OCCLUDER = 3,
+};
+
+/* A process of Leo, in the direction the data flows. */
+enum leo_process {
+    /* The workspace, the teacher and Leo's body. */
+    LEO_PROCESS_SIMULATOR = 0,
+    /* Observations to percepts. */
+    LEO_PROCESS_SENSOR = 1,
+    /* Percepts to beliefs. */
+    LEO_PROCESS_BELIEF = 2,
+    /* Beliefs to tasks, tasks to joint goals. */
+    LEO_PROCESS_LEARNER = 3,
+    /* The other end of the servo buses. */
+    LEO_PROCESS_MOCK_BUS = 4,
+    /* Joint goals to servos, servos to joint states. */
+    LEO_PROCESS_MOTOR = 5,
+    /* Tells people what happens. */
+    LEO_PROCESS_CONSOLE = 6,
+    /* Starts and watches the others. */
+    LEO_PROCESS_SUPERVISOR = 7,
+};
+
+/* Where a process is in its life. */
+enum leo_process_state {
+    /* Nothing was written yet. */
+    LEO_PROCESS_STATE_ABSENT = 0,
+    /* Opening its ports, locking its memory. */
+    LEO_PROCESS_STATE_STARTING = 1,
+    /* In its loop. */
+    LEO_PROCESS_STATE_RUNNING = 2,
+    /* Told to stop. */
+    LEO_PROCESS_STATE_STOPPING = 3,
+};
+
+/* A discrete state of a thing, observed as a degree in [0, 1]. */
+enum leo_state {
+    /* Its hole holds a peg. */
+    LEO_STATE_FILLED = 0,
+    /* It carries a marker. */
+    LEO_STATE_MARKED = 1,
+    /* It sits in a hole. */
+    LEO_STATE_INSERTED = 2,
+    /* It is switched on. */
+    LEO_STATE_ON = 3,
+};
+
+/* What a process shall do with its turn. */
+enum leo_turn_kind {
+    /* One step at the given instant. */
+    LEO_TURN_KIND_STEP = 1,
+    /* End the process. */
+    LEO_TURN_KIND_STOP = 2,
+};
+
+/* The remembered evaluation of one percept at the frame's instant: h(t) = (m', c', d') (Eq. 3). */
+#define LEO_REMEMBERED_TYPE "leo/Remembered/1"
+struct leo_remembered {
+    LEO_NAMED(LEO_REMEMBERED_TYPE)
+    /* When the newest sample behind it was taken, in nanoseconds of the clock. */
+    uint64_t sampled_at_ns;
+    /* The percept: its index in the configured set P. */
+    uint16_t percept;
+    uint16_t feature_kind;
+    /* Match m' in [0, 1]. */
+    float matching;
+    /* Confidence c' in [0, 1], decayed since the newest sample. */
+    float confidence;
+    float feature[4];
+};
+LEO_ASSERT(sizeof(struct leo_remembered) == 40, "size of leo/Remembered/1");
+LEO_ASSERT(offsetof(struct leo_remembered, sampled_at_ns) == 0, "place of sampled_at_ns");
+LEO_ASSERT(offsetof(struct leo_remembered, percept) == 8, "place of percept");
+LEO_ASSERT(offsetof(struct leo_remembered, feature_kind) == 10, "place of feature_kind");
+LEO_ASSERT(offsetof(struct leo_remembered, matching) == 12, "place of matching");
+LEO_ASSERT(offsetof(struct leo_remembered, confidence) == 16, "place of confidence");
+LEO_ASSERT(offsetof(struct leo_remembered, feature) == 20, "place of feature");
+
+/* An entry of a belief buffer: one remembered object (Eq. 3), evaluated at the frame's instant. */
+#define LEO_BELIEF_TYPE "leo/Belief/2"
+struct leo_belief {
+    LEO_NAMED(LEO_BELIEF_TYPE)
+    /* Identity within its belief system; the older one survives a merge. */
+    uint64_t id;
+    /* When the object was first perceived, in nanoseconds of the clock. */
+    uint64_t born_at_ns;
+    /* When it was last perceived. */
+    uint64_t perceived_at_ns;
+    /* Observations behind it. */
+    uint64_t observations;
+    /* The agent who last was perceived to hold it at this instant, or `NOBODY`. */
+    uint16_t held_by;
+    /* The agent to whom the thing belongs in the eyes of this perspective, or `NOBODY` for what is
+     * everybody's. */
+    uint16_t owner;
+    uint32_t count;
+    struct leo_remembered percepts[12];
+};
+LEO_ASSERT(sizeof(struct leo_belief) == 520, "size of leo/Belief/2");
+LEO_ASSERT(offsetof(struct leo_belief, id) == 0, "place of id");
+LEO_ASSERT(offsetof(struct leo_belief, born_at_ns) == 8, "place of born_at_ns");
+LEO_ASSERT(offsetof(struct leo_belief, perceived_at_ns) == 16, "place of perceived_at_ns");
+LEO_ASSERT(offsetof(struct leo_belief, observations) == 24, "place of observations");
+LEO_ASSERT(offsetof(struct leo_belief, held_by) == 32, "place of held_by");
+LEO_ASSERT(offsetof(struct leo_belief, owner) == 34, "place of owner");
+LEO_ASSERT(offsetof(struct leo_belief, count) == 36, "place of count");
+LEO_ASSERT(offsetof(struct leo_belief, percepts) == 40, "place of percepts");
+
+/* The beginning of every frame. */
+#define LEO_HEADER_TYPE "leo/Header/1"
+struct leo_header {
+    LEO_NAMED(LEO_HEADER_TYPE)
+    /* The instant that the frame speaks about, in nanoseconds of the clock. */
+    uint64_t valid_at_ns;
+    /* Counts the writer's frames from one, without gaps: a gap at the reader is a loss. */
+    uint64_t sequence;
+    /* Counts the writer's lives from one: a change says that its memory began anew. */
+    uint64_t incarnation;
+    /* When the frame, or what it was made from, passed each hop; zero where it did not. */
+    uint64_t hops_ns[8];
+    /* Entries that did not fit into this frame, or into those it was made from, and were left out. */
+    uint64_t left_out;
+};
+LEO_ASSERT(sizeof(struct leo_header) == 96, "size of leo/Header/1");
+LEO_ASSERT(offsetof(struct leo_header, valid_at_ns) == 0, "place of valid_at_ns");
+LEO_ASSERT(offsetof(struct leo_header, sequence) == 8, "place of sequence");
+LEO_ASSERT(offsetof(struct leo_header, incarnation) == 16, "place of incarnation");
+LEO_ASSERT(offsetof(struct leo_header, hops_ns) == 24, "place of hops_ns");
+LEO_ASSERT(offsetof(struct leo_header, left_out) == 88, "place of left_out");
+
+/* Whose perspective it is, and within whose: `[]` is the robot's own, `[1]` what it takes partner 1
+ * to believe, `[1, 0]` what it takes partner 1 to take the robot to believe.
+ * 
+ * Nobody stands twice in a row, nor the robot first: what somebody takes himself to believe is
+ * what he believes. */
+#define LEO_PATH_TYPE "leo/Path/1"
+struct leo_path {
+    LEO_NAMED(LEO_PATH_TYPE)
+    uint32_t depth;
+    uint16_t agents[6];
+};
+LEO_ASSERT(sizeof(struct leo_path) == 16, "size of leo/Path/1");
+LEO_ASSERT(offsetof(struct leo_path, depth) == 0, "place of depth");
+LEO_ASSERT(offsetof(struct leo_path, agents) == 4, "place of agents");
+
+/* The head of a belief buffer: whose beliefs, and the frame they are in. */
+#define LEO_BELIEF_HEAD_TYPE "leo/BeliefHead/2"
+struct leo_belief_head {
+    LEO_NAMED(LEO_BELIEF_HEAD_TYPE)
+    /* The frame's header. */
+    struct leo_header header;
+    /* Which perspective's beliefs, by the number of the buffer: 0 the robot's own, n what it takes
+     * partner n to believe, and from there on those nested deeper, in the order of their paths. */
+    uint32_t perspective;
+    /* Whether the perspective perceived anything possible at this instant: 1 yes, 0 the partner
+     * is absent or his pose unknown, and his beliefs are frozen. */
+    uint32_t present;
+    /* Position of the perspective's frame in the robot's base frame, in metres. */
+    double frame_position_m[3];
+    /* Orientation of that frame, quaternion `[x, y, z, w]`. */
+    double frame_orientation_xyzw[4];
+    /* Position of the perspective's eye in the robot's base frame, in metres. */
+    double eye_position_m[3];
+    /* Orientation of that eye (x along the line of sight), quaternion `[x, y, z, w]`. */
+    double eye_orientation_xyzw[4];
+    /* Observations of this instant that the perspective could perceive. */
+    uint32_t perceivable;
+    /* Observations of this instant that it could not. */
+    uint32_t hidden;
+    /* Observations refused because their numbers were unsound, since the process started. */
+    uint64_t refused;
+    /* Beliefs created, since the process started. */
+    uint64_t created;
+    /* Pairs of beliefs merged, since the process started. */
+    uint64_t merged;
+    /* Beliefs culled, since the process started. */
+    uint64_t culled;
+    /* Observations dropped because no belief was free, since the process started. */
+    uint64_t overflowed;
+    /* Whose beliefs, and within whose. */
+    struct leo_path path;
+};
+LEO_ASSERT(sizeof(struct leo_belief_head) == 280, "size of leo/BeliefHead/2");
+LEO_ASSERT(offsetof(struct leo_belief_head, header) == 0, "place of header");
+LEO_ASSERT(offsetof(struct leo_belief_head, perspective) == 96, "place of perspective");
+LEO_ASSERT(offsetof(struct leo_belief_head, present) == 100, "place of present");
+LEO_ASSERT(offsetof(struct leo_belief_head, frame_position_m) == 104, "place of frame_position_m");
+LEO_ASSERT(offsetof(struct leo_belief_head, frame_orientation_xyzw) == 128, "place of frame_orientation_xyzw");
+LEO_ASSERT(offsetof(struct leo_belief_head, eye_position_m) == 160, "place of eye_position_m");
+LEO_ASSERT(offsetof(struct leo_belief_head, eye_orientation_xyzw) == 184, "place of eye_orientation_xyzw");
+LEO_ASSERT(offsetof(struct leo_belief_head, perceivable) == 216, "place of perceivable");
+LEO_ASSERT(offsetof(struct leo_belief_head, hidden) == 220, "place of hidden");
+LEO_ASSERT(offsetof(struct leo_belief_head, refused) == 224, "place of refused");
+LEO_ASSERT(offsetof(struct leo_belief_head, created) == 232, "place of created");
+LEO_ASSERT(offsetof(struct leo_belief_head, merged) == 240, "place of merged");
+LEO_ASSERT(offsetof(struct leo_belief_head, culled) == 248, "place of culled");
+LEO_ASSERT(offsetof(struct leo_belief_head, overflowed) == 256, "place of overflowed");
+LEO_ASSERT(offsetof(struct leo_belief_head, path) == 264, "place of path");
+
+/* Lockstep: a process has done its turn. */
+#define LEO_DONE_TYPE "leo/Done/1"
+struct leo_done {
+    LEO_NAMED(LEO_DONE_TYPE)
+    /* The turn that is done. */
+    uint64_t round;
+    /* Whether the process has nothing left to do: 1 yes, 0 no. The lesson is over when the
+     * simulator says so. */
+    uint64_t finished;
+};
+LEO_ASSERT(sizeof(struct leo_done) == 16, "size of leo/Done/1");
+LEO_ASSERT(offsetof(struct leo_done, round) == 0, "place of round");
+LEO_ASSERT(offsetof(struct leo_done, finished) == 8, "place of finished");
+
+/* A short text of fixed capacity, UTF-8. */
+#define LEO_TEXT_TYPE "leo/Text/1"
+struct leo_text {
+    LEO_NAMED(LEO_TEXT_TYPE)
+    uint32_t length;
+    uint8_t bytes[252];
+};
+LEO_ASSERT(sizeof(struct leo_text) == 256, "size of leo/Text/1");
+LEO_ASSERT(offsetof(struct leo_text, length) == 0, "place of length");
+LEO_ASSERT(offsetof(struct leo_text, bytes) == 4, "place of bytes");
+
+/* An event of the learner. */
+#define LEO_EVENT_TYPE "leo/Event/1"
+struct leo_event {
+    LEO_NAMED(LEO_EVENT_TYPE)
+    /* Posterior probability of a hypothesis within its perspective, in [0, 1]. */
+    double posterior;
+    /* An `EventKind`. */
+    uint16_t kind;
+    /* Whose perspective it belongs to: 0 the robot's, n partner n's. */
+    uint16_t perspective;
+    /* Rank of a hypothesis from 1; hypotheses that tie share their rank. */
+    uint32_t rank;
+    /* Examples that a hypothesis is consistent with. */
+    uint32_t tally;
+    /* Examples seen. */
+    uint32_t examples;
+    /* Whether it is a high-likelihood hypothesis: 1 yes, 0 no. */
+    uint32_t high_likelihood;
+    /* Steps of a performance that succeeded. */
+    uint32_t succeeded;
+    /* The task it is about. */
+    struct leo_text task;
+    /* What it says. */
+    struct leo_text text;
+};
+LEO_ASSERT(sizeof(struct leo_event) == 544, "size of leo/Event/1");
+LEO_ASSERT(offsetof(struct leo_event, posterior) == 0, "place of posterior");
+LEO_ASSERT(offsetof(struct leo_event, kind) == 8, "place of kind");
+LEO_ASSERT(offsetof(struct leo_event, perspective) == 10, "place of perspective");
+LEO_ASSERT(offsetof(struct leo_event, rank) == 12, "place of rank");
+LEO_ASSERT(offsetof(struct leo_event, tally) == 16, "place of tally");
+LEO_ASSERT(offsetof(struct leo_event, examples) == 20, "place of examples");
+LEO_ASSERT(offsetof(struct leo_event, high_likelihood) == 24, "place of high_likelihood");
+LEO_ASSERT(offsetof(struct leo_event, succeeded) == 28, "place of succeeded");
+LEO_ASSERT(offsetof(struct leo_event, task) == 32, "place of task");
+LEO_ASSERT(offsetof(struct leo_event, text) == 288, "place of text");
+
+/* A distribution of durations in nanoseconds with a bounded relative error of 1/16, in the
+ * log-linear layout of HDR histograms, as plain memory: recording is a handful of instructions,
+ * publishing is a copy, and nothing allocates. */
+#define LEO_HISTOGRAM_TYPE "leo/Histogram/1"
+struct leo_histogram {
+    LEO_NAMED(LEO_HISTOGRAM_TYPE)
+    uint64_t count;
+    uint64_t max_ns;
+    uint32_t buckets[433];
+    uint32_t reserved;
+};
+LEO_ASSERT(sizeof(struct leo_histogram) == 1752, "size of leo/Histogram/1");
+LEO_ASSERT(offsetof(struct leo_histogram, count) == 0, "place of count");
+LEO_ASSERT(offsetof(struct leo_histogram, max_ns) == 8, "place of max_ns");
+LEO_ASSERT(offsetof(struct leo_histogram, buckets) == 16, "place of buckets");
+LEO_ASSERT(offsetof(struct leo_histogram, reserved) == 1748, "place of reserved");
+
+/* The health of one process: what its loop counted, for whoever looks.
+ * 
+ * It stands on a blackboard in shared memory, so that looking never touches the thread that is
+ * looked at. */
+#define LEO_HEALTH_TYPE "leo/Health/1"
+struct leo_health {
+    LEO_NAMED(LEO_HEALTH_TYPE)
+    /* The operating system's process number. */
+    uint32_t pid;
+    uint32_t state;
+    /* Counts the process's lives from one. */
+    uint64_t incarnation;
+    /* Grows with every turn of the loop: a beat that stands still is a process that hangs. */
+    uint64_t beat;
+    /* When the beat last grew, in nanoseconds of the monotonic clock. */
+    uint64_t beat_at_ns;
+    /* When this life began. */
+    uint64_t started_at_ns;
+    /* Configured period of the cycle; zero for a process that is woken. */
+    uint64_t period_ns;
+    /* Cycles begun. */
+    uint64_t cycles;
+    /* Cycles that ended after their deadline. */
+    uint64_t overruns;
+    /* Releases skipped because a cycle ran past them; never made up. */
+    uint64_t skipped;
+    /* Frames lost at the process's inlets, by gaps of the sequence. */
+    uint64_t drops;
+    /* Frames that an outlet could not deliver to some reader. */
+    uint64_t undelivered;
+    /* Frames or entries refused because they were nonsense. */
+    uint64_t refused;
+    /* Page faults since the loop began, minor and major. */
+    uint64_t page_faults;
+    /* Rights that were asked for and not granted, one bit each: scheduling, affinity, memory. */
+    uint64_t missing_rights;
+    /* Release to start. */
+    struct leo_histogram wakeup;
+    /* Start to end. */
+    struct leo_histogram execution;
+    /* Age of the input when its step began: from the previous hop's publication. */
+    struct leo_histogram latency;
+};
+LEO_ASSERT(sizeof(struct leo_health) == 5368, "size of leo/Health/1");
+LEO_ASSERT(offsetof(struct leo_health, pid) == 0, "place of pid");
+LEO_ASSERT(offsetof(struct leo_health, state) == 4, "place of state");
+LEO_ASSERT(offsetof(struct leo_health, incarnation) == 8, "place of incarnation");
+LEO_ASSERT(offsetof(struct leo_health, beat) == 16, "place of beat");
+LEO_ASSERT(offsetof(struct leo_health, beat_at_ns) == 24, "place of beat_at_ns");
+LEO_ASSERT(offsetof(struct leo_health, started_at_ns) == 32, "place of started_at_ns");
+LEO_ASSERT(offsetof(struct leo_health, period_ns) == 40, "place of period_ns");
+LEO_ASSERT(offsetof(struct leo_health, cycles) == 48, "place of cycles");
+LEO_ASSERT(offsetof(struct leo_health, overruns) == 56, "place of overruns");
+LEO_ASSERT(offsetof(struct leo_health, skipped) == 64, "place of skipped");
+LEO_ASSERT(offsetof(struct leo_health, drops) == 72, "place of drops");
+LEO_ASSERT(offsetof(struct leo_health, undelivered) == 80, "place of undelivered");
+LEO_ASSERT(offsetof(struct leo_health, refused) == 88, "place of refused");
+LEO_ASSERT(offsetof(struct leo_health, page_faults) == 96, "place of page_faults");
+LEO_ASSERT(offsetof(struct leo_health, missing_rights) == 104, "place of missing_rights");
+LEO_ASSERT(offsetof(struct leo_health, wakeup) == 112, "place of wakeup");
+LEO_ASSERT(offsetof(struct leo_health, execution) == 1864, "place of execution");
+LEO_ASSERT(offsetof(struct leo_health, latency) == 3616, "place of latency");
+
+/* Where one joint shall be, and when. */
+#define LEO_JOINT_GOAL_TYPE "leo/JointGoal/1"
+struct leo_joint_goal {
+    LEO_NAMED(LEO_JOINT_GOAL_TYPE)
+    /* The joint: its index in the robot's configuration. */
+    uint32_t joint;
+    /* Not used; zero. */
+    uint32_t reserved;
+    /* Goal position, in radians from the joint's zero. */
+    double goal_position_rad;
+    /* When it shall be there, in nanoseconds of the clock; the motor process moves smoothly and
+     * arrives later where the joint's limits ask for it. */
+    uint64_t arrive_at_ns;
+};
+LEO_ASSERT(sizeof(struct leo_joint_goal) == 24, "size of leo/JointGoal/1");
+LEO_ASSERT(offsetof(struct leo_joint_goal, joint) == 0, "place of joint");
+LEO_ASSERT(offsetof(struct leo_joint_goal, reserved) == 4, "place of reserved");
+LEO_ASSERT(offsetof(struct leo_joint_goal, goal_position_rad) == 8, "place of goal_position_rad");
+LEO_ASSERT(offsetof(struct leo_joint_goal, arrive_at_ns) == 16, "place of arrive_at_ns");
+
+/* What one joint does. */
+#define LEO_JOINT_STATE_TYPE "leo/JointState/1"
+struct leo_joint_state {
+    LEO_NAMED(LEO_JOINT_STATE_TYPE)
+    /* The joint: its index in the robot's configuration. */
+    uint32_t joint;
+    uint16_t mode;
+    uint16_t cause;
+    /* When the servo was read, in nanoseconds of the clock; zero when it never was. */
+    uint64_t sampled_at_ns;
+    double present_position_rad;
+    double present_velocity_rad_s;
+    double present_current_a;
+    double command_position_rad;
+};
+LEO_ASSERT(sizeof(struct leo_joint_state) == 48, "size of leo/JointState/1");
+LEO_ASSERT(offsetof(struct leo_joint_state, joint) == 0, "place of joint");
+LEO_ASSERT(offsetof(struct leo_joint_state, mode) == 4, "place of mode");
+LEO_ASSERT(offsetof(struct leo_joint_state, cause) == 6, "place of cause");
+LEO_ASSERT(offsetof(struct leo_joint_state, sampled_at_ns) == 8, "place of sampled_at_ns");
+LEO_ASSERT(offsetof(struct leo_joint_state, present_position_rad) == 16, "place of present_position_rad");
+LEO_ASSERT(offsetof(struct leo_joint_state, present_velocity_rad_s) == 24, "place of present_velocity_rad_s");
+LEO_ASSERT(offsetof(struct leo_joint_state, present_current_a) == 32, "place of present_current_a");
+LEO_ASSERT(offsetof(struct leo_joint_state, command_position_rad) == 40, "place of command_position_rad");
+
+/* What one sensory process reported of one thing at one instant, in the robot's base frame.
+ * 
+ * An observation carries no identity of the thing: finding out which thing it was is the Belief
+ * System's work (Berlin et al. 2006, "Belief Modeling"). */
+#define LEO_OBSERVATION_TYPE "leo/Observation/1"
+struct leo_observation {
+    LEO_NAMED(LEO_OBSERVATION_TYPE)
+    /* When the sensory process observed it, in nanoseconds of the clock. */
+    uint64_t observed_at_ns;
+    /* The sensory process that reported it. */
+    uint16_t source;
+    /* A `Modality`. */
+    uint16_t modality;
+    /* An `ObservationKind`. */
+    uint16_t kind;
+    /* For a person: which partner (1, 2, …), or 0 for the robot itself. */
+    uint16_t partner;
+    /* The agent who holds or moves it, or `NOBODY`. */
+    uint16_t held_by;
+    /* Not used; zero. */
+    uint16_t reserved;
+    /* How sure the sensory process is, in [0, 1]. */
+    float confidence;
+    /* Position in the robot's base frame, in metres. */
+    float position_m[3];
+    /* Orientation in the robot's base frame, quaternion `[x, y, z, w]`. */
+    float orientation_xyzw[4];
+    /* Half the extents along the thing's own axes, in metres. */
+    float half_extents_m[3];
+    /* Colour, linear red, green and blue in [0, 1]. */
+    float colour_rgb[3];
+    /* Shape descriptor: how elongated, how flat, how round, how tapered; each in [0, 1]. */
+    float shape[4];
+    /* Degree of each `State`; NaN where the thing has no such state. */
+    float states[8];
+};
+LEO_ASSERT(sizeof(struct leo_observation) == 128, "size of leo/Observation/1");
+LEO_ASSERT(offsetof(struct leo_observation, observed_at_ns) == 0, "place of observed_at_ns");
+LEO_ASSERT(offsetof(struct leo_observation, source) == 8, "place of source");
+LEO_ASSERT(offsetof(struct leo_observation, modality) == 10, "place of modality");
+LEO_ASSERT(offsetof(struct leo_observation, kind) == 12, "place of kind");
+LEO_ASSERT(offsetof(struct leo_observation, partner) == 14, "place of partner");
+LEO_ASSERT(offsetof(struct leo_observation, held_by) == 16, "place of held_by");
+LEO_ASSERT(offsetof(struct leo_observation, reserved) == 18, "place of reserved");
+LEO_ASSERT(offsetof(struct leo_observation, confidence) == 20, "place of confidence");
+LEO_ASSERT(offsetof(struct leo_observation, position_m) == 24, "place of position_m");
+LEO_ASSERT(offsetof(struct leo_observation, orientation_xyzw) == 36, "place of orientation_xyzw");
+LEO_ASSERT(offsetof(struct leo_observation, half_extents_m) == 52, "place of half_extents_m");
+LEO_ASSERT(offsetof(struct leo_observation, colour_rgb) == 64, "place of colour_rgb");
+LEO_ASSERT(offsetof(struct leo_observation, shape) == 76, "place of shape");
+LEO_ASSERT(offsetof(struct leo_observation, states) == 92, "place of states");
+
+/* One percept's evaluation of one observation: p(o) = (m, c, d) (Eq. 1). */
+#define LEO_PERCEPT_VALUE_TYPE "leo/PerceptValue/1"
+struct leo_percept_value {
+    LEO_NAMED(LEO_PERCEPT_VALUE_TYPE)
+    /* The percept: its index in the configured set P. */
+    uint16_t percept;
+    uint16_t feature_kind;
+    /* Match m in [0, 1]. */
+    float matching;
+    /* Confidence c in [0, 1]. */
+    float confidence;
+    float feature[4];
+};
+LEO_ASSERT(sizeof(struct leo_percept_value) == 28, "size of leo/PerceptValue/1");
+LEO_ASSERT(offsetof(struct leo_percept_value, percept) == 0, "place of percept");
+LEO_ASSERT(offsetof(struct leo_percept_value, feature_kind) == 2, "place of feature_kind");
+LEO_ASSERT(offsetof(struct leo_percept_value, matching) == 4, "place of matching");
+LEO_ASSERT(offsetof(struct leo_percept_value, confidence) == 8, "place of confidence");
+LEO_ASSERT(offsetof(struct leo_percept_value, feature) == 12, "place of feature");
+
+/* The percepts of one observation that passed the threshold (Eq. 2). */
+#define LEO_SNAPSHOT_TYPE "leo/Snapshot/1"
+struct leo_snapshot {
+    LEO_NAMED(LEO_SNAPSHOT_TYPE)
+    uint32_t count;
+    struct leo_percept_value values[12];
+};
+LEO_ASSERT(sizeof(struct leo_snapshot) == 340, "size of leo/Snapshot/1");
+LEO_ASSERT(offsetof(struct leo_snapshot, count) == 0, "place of count");
+LEO_ASSERT(offsetof(struct leo_snapshot, values) == 4, "place of values");
+
+/* An entry of the percept buffer: an observation and what the robot perceives in it.
+ * 
+ * The observation travels along because another perspective perceives it anew in its own frame
+ * (Eq. 7). */
+#define LEO_PERCEIVED_TYPE "leo/Perceived/1"
+struct leo_perceived {
+    LEO_NAMED(LEO_PERCEIVED_TYPE)
+    /* What was observed. */
+    struct leo_observation observation;
+    /* The robot's own percept snapshot of it. */
+    struct leo_snapshot snapshot;
+};
+LEO_ASSERT(sizeof(struct leo_perceived) == 472, "size of leo/Perceived/1");
+LEO_ASSERT(offsetof(struct leo_perceived, observation) == 0, "place of observation");
+LEO_ASSERT(offsetof(struct leo_perceived, snapshot) == 128, "place of snapshot");
+
+/* Which life of each process is the newest, as the supervisor knows it: it names the board on
+ * which that life's `Health` stands. */
+#define LEO_ROSTER_TYPE "leo/Roster/1"
+struct leo_roster {
+    LEO_NAMED(LEO_ROSTER_TYPE)
+    /* Newest incarnation of each process by its number; zero where it was never started. */
+    uint64_t incarnations[8];
+};
+LEO_ASSERT(sizeof(struct leo_roster) == 64, "size of leo/Roster/1");
+LEO_ASSERT(offsetof(struct leo_roster, incarnations) == 0, "place of incarnations");
+
+/* What the simulator knows to be true of one thing, in the world frame.
+ * 
+ * For people who look on, and for checking what Leo did; no other process of the robot reads it. */
+#define LEO_SCENE_OBJECT_TYPE "leo/SceneObject/1"
+struct leo_scene_object {
+    LEO_NAMED(LEO_SCENE_OBJECT_TYPE)
+    /* Position in the world, in metres. */
+    double position_m[3];
+    /* Orientation in the world, quaternion `[x, y, z, w]`. */
+    double orientation_xyzw[4];
+    /* Half the extents along its own axes, in metres. */
+    double half_extents_m[3];
+    /* Colour, linear red, green and blue in [0, 1]. */
+    float colour_rgb[3];
+    /* Degree of each `State`; NaN where the thing has no such state. */
+    float states[8];
+    /* An `ObservationKind`. */
+    uint16_t kind;
+    /* The agent who holds it, or `NOBODY`. */
+    uint16_t held_by;
+    /* Its name in the lesson. */
+    struct leo_text name;
+};
+LEO_ASSERT(sizeof(struct leo_scene_object) == 384, "size of leo/SceneObject/1");
+LEO_ASSERT(offsetof(struct leo_scene_object, position_m) == 0, "place of position_m");
+LEO_ASSERT(offsetof(struct leo_scene_object, orientation_xyzw) == 24, "place of orientation_xyzw");
+LEO_ASSERT(offsetof(struct leo_scene_object, half_extents_m) == 56, "place of half_extents_m");
+LEO_ASSERT(offsetof(struct leo_scene_object, colour_rgb) == 80, "place of colour_rgb");
+LEO_ASSERT(offsetof(struct leo_scene_object, states) == 92, "place of states");
+LEO_ASSERT(offsetof(struct leo_scene_object, kind) == 124, "place of kind");
+LEO_ASSERT(offsetof(struct leo_scene_object, held_by) == 126, "place of held_by");
+LEO_ASSERT(offsetof(struct leo_scene_object, name) == 128, "place of name");
+
+/* What became of what one source reported. */
+#define LEO_SOURCE_HEALTH_TYPE "leo/SourceHealth/1"
+struct leo_source_health {
+    LEO_NAMED(LEO_SOURCE_HEALTH_TYPE)
+    /* What people call it. */
+    struct leo_text name;
+    /* Frames that were taken. */
+    uint64_t frames;
+    /* Observations that entered the percept buffer. */
+    uint64_t observations;
+    /* When a frame was taken last, in nanoseconds of the clock; zero where none was. */
+    uint64_t heard_at_ns;
+    /* Whether it has been silent for longer than its rate lets expect: 1 yes, 0 no. */
+    uint64_t silent;
+    /* What was lost, by the number of the `Loss`. */
+    uint64_t losses[24];
+};
+LEO_ASSERT(sizeof(struct leo_source_health) == 480, "size of leo/SourceHealth/1");
+LEO_ASSERT(offsetof(struct leo_source_health, name) == 0, "place of name");
+LEO_ASSERT(offsetof(struct leo_source_health, frames) == 256, "place of frames");
+LEO_ASSERT(offsetof(struct leo_source_health, observations) == 264, "place of observations");
+LEO_ASSERT(offsetof(struct leo_source_health, heard_at_ns) == 272, "place of heard_at_ns");
+LEO_ASSERT(offsetof(struct leo_source_health, silent) == 280, "place of silent");
+LEO_ASSERT(offsetof(struct leo_source_health, losses) == 288, "place of losses");
+
+/* What became of what each source reported: the sensor process writes it to a board of its own. */
+#define LEO_SOURCES_TYPE "leo/Sources/1"
+struct leo_sources {
+    LEO_NAMED(LEO_SOURCES_TYPE)
+    /* How many sources there are. */
+    uint64_t count;
+    /* Each of them, by its number. */
+    struct leo_source_health sources[16];
+};
+LEO_ASSERT(sizeof(struct leo_sources) == 7688, "size of leo/Sources/1");
+LEO_ASSERT(offsetof(struct leo_sources, count) == 0, "place of count");
+LEO_ASSERT(offsetof(struct leo_sources, sources) == 8, "place of sources");
+
+/* Lockstep: the conductor gives one process its turn at an instant of simulated time. The
+ * header's `valid_at_ns` is that instant. */
+#define LEO_TURN_TYPE "leo/Turn/1"
+struct leo_turn {
+    LEO_NAMED(LEO_TURN_TYPE)
+    /* A `TurnKind`. */
+    uint32_t kind;
+    /* Not used; zero. */
+    uint32_t reserved;
+    /* Counts the turns of the run from one. */
+    uint64_t round;
+};
+LEO_ASSERT(sizeof(struct leo_turn) == 16, "size of leo/Turn/1");
+LEO_ASSERT(offsetof(struct leo_turn, kind) == 0, "place of kind");
+LEO_ASSERT(offsetof(struct leo_turn, reserved) == 4, "place of reserved");
+LEO_ASSERT(offsetof(struct leo_turn, round) == 8, "place of round");
+
+/* A sentence that somebody said. */
+#define LEO_UTTERANCE_TYPE "leo/Utterance/1"
+struct leo_utterance {
+    LEO_NAMED(LEO_UTTERANCE_TYPE)
+    /* Who said it: partner 1, 2, … */
+    uint32_t speaker;
+    /* What was said. */
+    struct leo_text text;
+};
+LEO_ASSERT(sizeof(struct leo_utterance) == 260, "size of leo/Utterance/1");
+LEO_ASSERT(offsetof(struct leo_utterance, speaker) == 0, "place of speaker");
+LEO_ASSERT(offsetof(struct leo_utterance, text) == 4, "place of text");
+
+#endif

@@ -1,0 +1,139 @@
+#!/usr/bin/env python3
+"""A sensory source for Leo in Python: reports a red block that goes round in a circle.
+
+It stands for any perception of your own: replace `look` by what your camera sees. It needs a
+running robot whose leo.toml has an external source; docs/sources.md explains both.
+
+    pip install iceoryx2==0.10.0
+    python3 docs/examples/python/observe.py --source 1 --rate 30
+"""
+
+import argparse
+import ctypes
+import glob
+import math
+import os
+import sys
+import time
+
+import iceoryx2 as iox2
+
+from leo_messages import NOBODY, STATES, Header, Hop, Modality, Observation, ObservationKind
+
+
+def arguments():
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--domain", help="the robot's domain, where several run: /dev/shm/leo-NAME")
+    parser.add_argument("--source", type=int, default=1, help="the number of the source [default: 1]")
+    parser.add_argument("--rate", type=float, default=30.0, help="frames per second [default: 30]")
+    parser.add_argument("--centre", type=float, nargs=3, default=[0.6, 0.0, 0.3], metavar=("X", "Y", "Z"),
+                        help="centre of the circle in the source's frame, in metres [default: 0.6 0 0.3]")
+    parser.add_argument("--frames", type=int, help="stop after so many frames")
+    return parser.parse_args()
+
+
+def find_domain(named):
+    """A robot's domain is a directory of shared memory that holds the middleware's configuration."""
+    found = [named] if named else sorted(glob.glob("/dev/shm/leo-*"))
+    found = [root for root in found if os.path.isfile(os.path.join(root, "iceoryx2.toml"))]
+    if not found:
+        sys.exit("no robot runs here: start one with `leo run`" if not named else f"{named} is no domain of Leo")
+    if len(found) > 1:
+        sys.exit(f"{len(found)} robots run here: name one with --domain {' or --domain '.join(found)}")
+    return found[0]
+
+
+def open_publisher(root, source, capacity):
+    """Joins the domain and opens the writing end of `observations/<source>`."""
+    iox2.set_log_level(iox2.LogLevel.Fatal)
+    iox2.config.setup_global_config_from_file(iox2.FilePath.new(os.path.join(root, "iceoryx2.toml")))
+    node = (
+        iox2.NodeBuilder.new()
+        .name(iox2.NodeName.new(f"source-{source}"))
+        # Ctrl-C is Python's.
+        .signal_handling_mode(iox2.SignalHandlingMode.Disabled)
+        .create(iox2.ServiceType.Ipc)
+    )
+    topic = f"observations/{source}"
+    try:
+        # The sensor process has made the topic with all its settings; `open` takes them as they are.
+        service = (
+            node.service_builder(iox2.ServiceName.new(topic))
+            .publish_subscribe(iox2.Slice[Observation])
+            .user_header(Header)
+            .open()
+        )
+    except iox2.PublishSubscribeOpenError as error:
+        sys.exit(
+            f"cannot open `{topic}` in {root}: {error}\n"
+            f"Does the robot's leo.toml have a [[sensor.source]] number {source} (from 0) of the kind "
+            '"external", and is leo_messages.py from the same version of Leo?'
+        )
+    for attempt in range(2):
+        try:
+            publisher = service.publisher_builder().initial_max_slice_len(capacity).create()
+            return node, publisher
+        except iox2.PublisherCreateError as error:
+            if attempt > 0:
+                sys.exit(f"cannot write `{topic}`: {error}\nDoes another process publish it already?")
+            # It may be one that was killed: then its place is free once it is cleaned up.
+            node.blocking_cleanup_dead_nodes(iox2.Duration.from_millis(500))
+
+
+def look(now_ns, centre):
+    """What is seen at an instant: here, one red block on a circle of 10 cm, once round in 4 s."""
+    angle = now_ns * 1e-9 * math.tau / 4.0
+    block = Observation()
+    block.observed_at_ns = now_ns
+    block.kind = ObservationKind.OBJECT
+    block.modality = Modality.VISION
+    block.partner = NOBODY
+    block.held_by = NOBODY
+    block.confidence = 0.95
+    block.position_m[:] = (centre[0] + 0.1 * math.cos(angle), centre[1] + 0.1 * math.sin(angle), centre[2])
+    block.orientation_xyzw[:] = (0.0, 0.0, 0.0, 1.0)
+    block.half_extents_m[:] = (0.03, 0.03, 0.03)
+    block.colour_rgb[:] = (0.80, 0.05, 0.05)
+    block.shape[:] = (0.0, 0.0, 0.0, 0.0)
+    block.states[:] = [math.nan] * STATES
+    return [block]
+
+
+def main():
+    options = arguments()
+    root = find_domain(options.domain)
+    node, publisher = open_publisher(root, options.source, capacity=16)
+    print(f"publishes observations/{options.source} in {root}; Ctrl-C ends it", flush=True)
+    # Any number that is another in every life of this process.
+    incarnation = time.monotonic_ns()
+    sequence = 0
+    release = time.monotonic()
+    while options.frames is None or sequence < options.frames:
+        # The instant at which the world was as reported: when the picture was taken, not when
+        # it was understood. time.monotonic_ns() is CLOCK_MONOTONIC, the clock of all processes.
+        now_ns = time.monotonic_ns()
+        seen = look(now_ns, options.centre)
+        sequence += 1
+        sample = publisher.loan_slice_uninit(len(seen))
+        header = sample.user_header().contents
+        # The memory is not cleared: what is not written is what was there before.
+        ctypes.memset(ctypes.addressof(header), 0, ctypes.sizeof(Header))
+        header.valid_at_ns = now_ns
+        header.sequence = sequence
+        header.incarnation = incarnation
+        payload = sample.payload()
+        for index, observation in enumerate(seen):
+            payload[index] = observation
+        header.hops_ns[Hop.OBSERVED] = time.monotonic_ns()
+        sample.assume_init().send()
+        if not os.path.isdir(root):
+            sys.exit("the robot has ended")
+        release += 1.0 / options.rate
+        time.sleep(max(0.0, release - time.monotonic()))
+
+
+if __name__ == "__main__":
+    try:
+        main()
+    except KeyboardInterrupt:
+        pass

@@ -1,0 +1,339 @@
+use std::path::Path;
+
+use clock::Duration;
+use message::{Hop, NOBODY, ObservationKind};
+
+use super::*;
+
+const MILLI: u64 = 1_000_000;
+const CAPACITY: usize = 6;
+
+fn sources(more: &[&str]) -> Vec<leo::Source> {
+    let one = |(number, more): (usize, &&str)| {
+        let text = format!("name = \"{number}\"\nkind = \"external\"\n{more}");
+        config::parse(&text, Path::new("x.toml")).unwrap()
+    };
+    more.iter().enumerate().map(one).collect()
+}
+
+fn sensor(more: &[&str]) -> Sensor {
+    Sensor::new(&Percepts::builtin(), &sources(more), CAPACITY).unwrap()
+}
+
+fn at(millis: u64) -> Instant {
+    Instant::EPOCH + Duration::from_millis(millis)
+}
+
+/// A header as an honest source writes it at `millis`.
+fn header(sequence: u64, millis: u64) -> Header {
+    let mut header = Header { sequence, incarnation: 1, ..Header::at(millis * MILLI) };
+    header.pass(Hop::Observed, millis * MILLI + 1);
+    header
+}
+
+fn seen(millis: u64) -> Observation {
+    Observation::object(99, millis * MILLI)
+}
+
+/// A cycle at `now` in which each of some sources has sent one frame.
+fn cycle(sensor: &mut Sensor, now: u64, frames: &[(usize, Header, &[Observation])]) -> Header {
+    sensor.begin(at(now));
+    for (source, header, observations) in frames {
+        if sensor.note(*source, header) {
+            sensor.take(*source, header, observations);
+        }
+    }
+    sensor.end()
+}
+
+/// How often each loss happened, those that did not left out.
+fn lost(sensor: &Sensor) -> Vec<(Loss, u64)> {
+    let all = Loss::ALL.iter().copied().zip(sensor.losses());
+    all.filter(|(_, count)| *count > 0).collect()
+}
+
+/// The sources that are silent.
+fn silent(sensor: &Sensor) -> Vec<usize> {
+    let sources = sensor.sources();
+    let all = sources.all().iter().enumerate();
+    all.filter(|(_, source)| source.silent == 1).map(|(number, _)| number).collect()
+}
+
+fn reported(sensor: &Sensor) -> Vec<Observation> {
+    sensor.perceived().map(|perceived| perceived.observation).collect()
+}
+
+#[test]
+fn an_observation_bears_the_number_of_the_source_that_it_came_from() {
+    let mut sensor = sensor(&["", ""]);
+    cycle(&mut sensor, 10, &[(0, header(1, 9), &[seen(9)]), (1, header(1, 8), &[seen(8), seen(7)])]);
+    let came_from: Vec<u16> = reported(&sensor).iter().map(|observation| observation.source).collect();
+    assert_eq!(came_from, [0, 1, 1]);
+    assert_eq!(lost(&sensor), []);
+}
+
+#[test]
+fn an_unsound_observation_is_refused_by_its_reason_and_the_others_are_taken() {
+    let mut sensor = sensor(&[""]);
+    let nan = Observation { confidence: f32::NAN, ..seen(9) };
+    let nobody = Observation { kind: ObservationKind::Person.raw(), partner: NOBODY, ..seen(9) };
+    cycle(&mut sensor, 10, &[(0, header(1, 9), &[nan, seen(9), nobody, nan])]);
+    assert_eq!(sensor.len(), 1);
+    assert_eq!(lost(&sensor), [(Loss::Confidence, 2), (Loss::Person, 1)]);
+}
+
+#[test]
+fn the_frame_of_a_source_is_turned_and_moved_into_the_base_frame() {
+    // A camera one metre ahead of the robot that looks back at it.
+    let mut sensor = sensor(&["frame = { position_m = [1.0, 0.0, 0.5], heading_deg = 180.0 }"]);
+    let thing = Observation { position_m: [0.25, 0.1, -0.5], ..seen(9) };
+    let person = Observation { kind: ObservationKind::Person.raw(), partner: 1, ..thing };
+    cycle(&mut sensor, 10, &[(0, header(1, 9), &[thing, person])]);
+    let taken = reported(&sensor);
+    assert_eq!(taken.len(), 2);
+    for taken in taken {
+        for (is, should) in taken.position_m.iter().zip([0.75, -0.1, 0.0]) {
+            assert!((is - should).abs() < 1e-6, "{taken:?}");
+        }
+        // Half a turn about the vertical.
+        assert!((taken.orientation_xyzw[2].abs() - 1.0).abs() < 1e-6, "{taken:?}");
+    }
+}
+
+#[test]
+fn what_is_within_reach_of_a_far_source_only_is_refused() {
+    let mut sensor = sensor(&["frame = { position_m = [100.0, 0.0, 0.0], heading_deg = 0.0 }"]);
+    let far = Observation { position_m: [950.0, 0.0, 0.0], ..seen(9) };
+    cycle(&mut sensor, 10, &[(0, header(1, 9), &[far])]);
+    assert_eq!((sensor.len(), lost(&sensor)), (0, vec![(Loss::Place, 1)]));
+}
+
+#[test]
+fn a_source_without_a_frame_is_taken_to_the_bit() {
+    let mut sensor = sensor(&[""]);
+    let thing = Observation { orientation_xyzw: [0.1, 0.2, 0.3, 0.927_361_8], ..seen(9) };
+    cycle(&mut sensor, 10, &[(0, header(1, 9), &[thing])]);
+    assert_eq!(
+        reported(&sensor)[0].orientation_xyzw.map(f32::to_bits),
+        thing.orientation_xyzw.map(f32::to_bits)
+    );
+}
+
+#[test]
+fn the_noise_of_a_source_takes_from_its_confidence() {
+    let mut sensor = sensor(&["position_sd_m = 0.05"]);
+    let thing = Observation { confidence: 0.5, ..seen(9) };
+    cycle(&mut sensor, 10, &[(0, header(1, 9), &[thing])]);
+    let confidence = reported(&sensor)[0].confidence;
+    assert!((confidence - 0.5 * 0.970_709).abs() < 1e-5, "{confidence}");
+}
+
+#[test]
+fn frames_of_all_sources_are_one_frame_of_the_newest_instant_and_all_that_was_left_out() {
+    let mut sensor = sensor(&["", "", ""]);
+    let old = Header { left_out: 3, ..header(1, 5) };
+    let new = Header { left_out: 4, ..header(1, 8) };
+    let merged = cycle(&mut sensor, 10, &[(0, old, &[seen(5)]), (2, new, &[seen(8)])]);
+    assert_eq!((merged.valid_at_ns, merged.passed(Hop::Observed)), (8 * MILLI, Some(8 * MILLI + 1)));
+    assert_eq!((merged.left_out, sensor.len()), (7, 2));
+    // Nobody had anything new: time passes.
+    let merged = cycle(&mut sensor, 15, &[]);
+    assert_eq!((merged.valid_at_ns, merged.passed(Hop::Observed)), (15 * MILLI, None));
+    assert_eq!((merged.left_out, sensor.len()), (0, 0));
+}
+
+#[test]
+fn a_count_of_what_was_left_out_that_is_a_lie_does_not_overflow() {
+    let mut sensor = sensor(&["", ""]);
+    let lie = Header { left_out: u64::MAX, ..header(1, 8) };
+    let merged = cycle(&mut sensor, 10, &[(0, lie, &[seen(8); 9]), (1, lie, &[seen(8); 9])]);
+    assert_eq!(merged.left_out, u64::MAX);
+}
+
+#[test]
+fn of_several_frames_in_a_cycle_the_newest_is_taken_and_the_others_are_counted() {
+    let mut sensor = sensor(&[""]);
+    sensor.begin(at(10));
+    for sequence in 1..=3 {
+        assert!(sensor.note(0, &header(sequence, 6 + sequence)));
+    }
+    sensor.take(0, &header(3, 9), &[seen(9)]);
+    assert_eq!(sensor.end().valid_at_ns, 9 * MILLI);
+    assert_eq!(lost(&sensor), [(Loss::Overtaken, 2)]);
+}
+
+#[test]
+fn a_gap_in_the_numbers_is_counted_and_a_lie_about_them_is_not_believed() {
+    let mut sensor = sensor(&[""]);
+    let frames =
+        [(5, 1, 1), (8, 1, 1), (8, 1, 0), (7, 1, 0), (u64::MAX, 1, 0), (0, 1, 0), (1, 1, 1), (9, 2, 1)];
+    for (now, (sequence, incarnation, taken)) in (10..).zip(frames) {
+        let header = Header { incarnation, ..header(sequence, now) };
+        cycle(&mut sensor, now, &[(0, header, &[seen(now)])]);
+        assert_eq!(sensor.len(), taken, "{header:?}");
+    }
+    assert_eq!(lost(&sensor), [(Loss::Missed, 2), (Loss::Misnumbered, 4)]);
+}
+
+#[test]
+fn a_frame_of_another_time_is_refused_whole() {
+    let mut sensor = sensor(&[""]);
+    let now = 60_000;
+    let late = |millis: u64| Header { valid_at_ns: millis * MILLI, ..header(1, now) };
+    for (number, bad) in (1..).zip([
+        late(now + 101),
+        late(now - 10_001),
+        late(u64::MAX / MILLI),
+        Header { hops_ns: [0; 8], ..header(1, now) },
+        Header { hops_ns: [u64::MAX; 8], ..header(1, now) },
+        Header { hops_ns: [1; 8], ..header(1, now) },
+    ]) {
+        cycle(&mut sensor, now, &[(0, Header { sequence: number, ..bad }, &[seen(now)])]);
+        assert!(sensor.is_empty(), "{bad:?}");
+    }
+    assert_eq!(lost(&sensor), [(Loss::Unstamped, 3), (Loss::Untimely, 3)]);
+    // At the edges it is of the present.
+    for (number, good) in (7..).zip([now - 10_000, now + 100]) {
+        cycle(&mut sensor, now, &[(0, Header { sequence: number, ..late(good) }, &[])]);
+    }
+    assert_eq!(lost(&sensor), [(Loss::Unstamped, 3), (Loss::Untimely, 3)]);
+}
+
+#[test]
+fn time_that_stands_still_or_runs_backwards_is_refused_for_its_source_alone() {
+    let mut sensor = sensor(&["", ""]);
+    cycle(&mut sensor, 10, &[(0, header(1, 9), &[seen(9)])]);
+    // The same frame again, an older one; and what the other source saw at that time.
+    cycle(&mut sensor, 15, &[(0, header(2, 9), &[seen(9)]), (1, header(1, 9), &[seen(9)])]);
+    assert_eq!(sensor.len(), 1);
+    cycle(&mut sensor, 20, &[(0, header(3, 8), &[seen(8)])]);
+    assert_eq!((sensor.len(), lost(&sensor)), (0, vec![(Loss::Untimely, 2)]));
+    // A new frame that holds old news.
+    cycle(&mut sensor, 25, &[(0, header(4, 24), &[seen(9), seen(24), seen(23)])]);
+    assert_eq!(sensor.len(), 2);
+    cycle(&mut sensor, 30, &[(0, header(5, 29), &[seen(24), seen(29)])]);
+    assert_eq!((sensor.len(), lost(&sensor)), (1, vec![(Loss::Untimely, 2), (Loss::Stale, 2)]));
+}
+
+#[test]
+fn observations_of_another_time_are_refused() {
+    let mut sensor = sensor(&[""]);
+    let now = 60_000;
+    let when = |nanos| Observation { observed_at_ns: nanos, ..seen(now) };
+    let alleged =
+        [when(u64::MAX), when((now + 101) * MILLI), when(0), when((now - 10_001) * MILLI), seen(now)];
+    cycle(&mut sensor, now, &[(0, header(1, now), &alleged)]);
+    assert_eq!((sensor.len(), lost(&sensor)), (1, vec![(Loss::Future, 2), (Loss::Past, 2)]));
+}
+
+#[test]
+fn a_burst_crowds_out_nobodys_share() {
+    let mut sensor = sensor(&["", "", ""]);
+    let burst = [seen(9); 10 * CAPACITY];
+    let two = [seen(9); 2];
+    let merged = cycle(
+        &mut sensor,
+        10,
+        &[(0, header(1, 9), &burst), (1, header(1, 9), &two), (2, header(1, 9), &two)],
+    );
+    let of = |number| reported(&sensor).iter().filter(|observation| observation.source == number).count();
+    assert_eq!([of(0), of(1), of(2)], [2, 2, 2]);
+    assert_eq!((merged.left_out, lost(&sensor)), (58, vec![(Loss::LeftOut, 58)]));
+    // What others leave is for whoever needs it.
+    let merged = cycle(
+        &mut sensor,
+        15,
+        &[(1, header(2, 14), &[seen(14); 10 * CAPACITY]), (2, header(2, 14), &[seen(14)])],
+    );
+    let of = |number| reported(&sensor).iter().filter(|observation| observation.source == number).count();
+    assert_eq!([of(0), of(1), of(2)], [0, 5, 1]);
+    assert_eq!(merged.left_out, 55);
+}
+
+/// What is told of the second of two sources, of which 20 frames per second are expected, when it
+/// sends a frame in those cycles of 5 ms in which it `speaks`, and when.
+fn told(until: u64, speaks: impl Fn(u64) -> bool) -> Vec<(u64, News, Vec<usize>)> {
+    let mut sensor = sensor(&["", "rate_hz = 20.0"]);
+    let mut told = Vec::new();
+    let mut sent = 0;
+    for (number, now) in (1..).zip((5..until).step_by(5)) {
+        let frames = [(0, header(number, now), &[][..]), (1, header(sent + 1, now), &[][..])];
+        sent += u64::from(speaks(now));
+        cycle(&mut sensor, now, if speaks(now) { &frames } else { &frames[..1] });
+        while let Some((source, news)) = sensor.news() {
+            assert_eq!(source, 1);
+            told.push((now, news, silent(&sensor)));
+        }
+    }
+    told
+}
+
+#[test]
+fn a_source_of_which_frames_are_expected_is_told_to_be_silent_and_to_be_heard_again() {
+    // Three periods of 50 ms after the frame at 295 ms, and a second after it speaks regularly.
+    let told = told(2000, |now| !(300..600).contains(&now));
+    assert_eq!(told, [(450, News::Silent, vec![1]), (1595, News::Heard, vec![])]);
+}
+
+#[test]
+fn a_source_that_is_slower_than_expected_is_told_to_be_silent_once() {
+    let told = told(4000, |now| now.is_multiple_of(200));
+    assert_eq!(told, [(160, News::Silent, vec![1])]);
+}
+
+#[test]
+fn a_source_of_which_no_frames_are_expected_is_never_silent() {
+    let mut sensor = sensor(&["", ""]);
+    for now in 1..100 {
+        cycle(&mut sensor, 1000 * now, &[]);
+        assert_eq!((silent(&sensor), sensor.news()), (vec![], None));
+    }
+}
+
+#[test]
+fn each_source_is_shown_with_what_became_of_its_own_reports() {
+    let mut sensor = sensor(&["", ""]);
+    let nowhere = Observation { position_m: [f32::NAN; 3], ..seen(9) };
+    cycle(&mut sensor, 10, &[(0, header(1, 9), &[seen(9)]), (1, header(1, 9), &[seen(9), nowhere, seen(9)])]);
+    cycle(&mut sensor, 15, &[(0, header(2, 14), &[seen(14)])]);
+    let sources = sensor.sources();
+    let [first, second] = sources.all() else { panic!("{sources:?}") };
+    assert_eq!((first.name.as_str(), first.frames, first.observations), ("0", 2, 2));
+    assert_eq!((first.heard_at_ns, first.losses), (15 * MILLI, [0; LOSSES]));
+    assert_eq!((second.name.as_str(), second.frames, second.observations), ("1", 1, 2));
+    assert_eq!((second.heard_at_ns, second.lost(Loss::Place)), (10 * MILLI, 1));
+}
+
+#[test]
+fn a_loss_is_told_once() {
+    let mut sensor = sensor(&["", ""]);
+    let mut told = Vec::new();
+    for number in 1..5 {
+        let nowhere = Observation { position_m: [f32::INFINITY; 3], ..seen(number) };
+        let frame = (1, header(number, number), &[nowhere, Observation { kind: 0, ..nowhere }][..]);
+        cycle(&mut sensor, number, &[frame]);
+        while let Some(news) = sensor.news() {
+            told.push(news);
+        }
+    }
+    assert_eq!(told, [(1, News::Lost(Loss::Kind)), (1, News::Lost(Loss::Place))]);
+    assert_eq!(lost(&sensor), [(Loss::Kind, 4), (Loss::Place, 4)]);
+}
+
+#[test]
+fn a_source_that_there_is_not_is_ignored() {
+    let mut sensor = sensor(&[""]);
+    sensor.begin(at(10));
+    assert!(!sensor.note(7, &header(1, 9)));
+    sensor.take(7, &header(1, 9), &[seen(9)]);
+    sensor.lose(7, Loss::Unreadable);
+    sensor.end();
+    assert!(sensor.is_empty() && lost(&sensor).is_empty());
+}
+
+#[test]
+fn more_sources_than_can_be_told_apart_are_refused() {
+    let refused =
+        Sensor::new(&Percepts::builtin(), &sources(&[""; 17]), 4).err().map(|error| error.to_string());
+    assert_eq!(refused.as_deref(), Some("17 sources are too many: at most 16 can be told apart"));
+}

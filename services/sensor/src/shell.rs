@@ -1,0 +1,119 @@
+use clock::{Duration, Instant};
+use config::Robot;
+use config::leo::SourceKind;
+use message::{Hop, LOSSES, Loss, Observation, Observations, Perceived, Percepts, Process, Snapshot};
+use process::{Failure, Launch, Member, Progress};
+use quantity::number::saturating_u32;
+use transport::{Frame, Inlet};
+
+use crate::{News, Sensor};
+
+/// What became of what the sources reported is shown this often.
+const SHOWN_EVERY: Duration = Duration::from_millis(20);
+
+/// Runs the process until it is told to stop.
+///
+/// # Errors
+///
+/// The domain cannot be joined, the percepts cannot be evaluated, or the middleware failed. What
+/// goes wrong with one source is that source's loss.
+pub fn run(launch: &Launch, robot: &Robot) -> Result<(), Failure> {
+    let leo = &robot.leo;
+    let capacity = leo.buffers.objects.get();
+    let mut member = Member::join(launch, Process::Sensor, &leo.buffers, &leo.sensor.realtime)?;
+    // No more frames than these wait for a cycle; whoever sends faster does not hold it up.
+    let frames_most = process::queues(&leo.buffers, member.is_lockstep()).frames;
+    let mut sources = leo.sensor.source.clone();
+    let mut inlets: Vec<(usize, Inlet<Observations>)> = Vec::new();
+    for (number, source) in sources.iter_mut().enumerate() {
+        if source.kind == SourceKind::External && member.is_lockstep() {
+            let name = &source.name;
+            tracing::info!(source = name, "is not heard: in simulated time nobody outside knows when it is");
+            source.rate_hz = None;
+        } else {
+            inlets.push((number, member.inlet(Some(saturating_u32(number)))?));
+        }
+    }
+    let mut outlet = member.outlet::<Percepts>(None, capacity)?;
+    let mut sensor = Sensor::new(&robot.percepts, &sources, capacity).map_err(Failure::own)?;
+    let mut board = member.sources_board()?;
+    let mut shown_at = Instant::EPOCH;
+    member.begin(Some(leo.sensor.rate_hz.period()))?;
+    while let Some(now) = member.next_cycle()? {
+        sensor.begin(now);
+        for (source, inlet) in &mut inlets {
+            if let Some(frame) = newest(&mut sensor, *source, inlet, frames_most) {
+                sensor.take(*source, frame.head(), frame.entries());
+            }
+        }
+        let mut header = sensor.end();
+        header.pass(Hop::SensorStarted, now.as_nanos());
+        let nothing = Perceived { observation: Observation::object(0, 0), snapshot: Snapshot::default() };
+        let mut perceived = sensor.perceived();
+        outlet.send(
+            header,
+            sensor.len(),
+            |_| perceived.next().unwrap_or(nothing),
+            |header| {
+                header.pass(Hop::Perceived, member.now().as_nanos());
+            },
+        )?;
+        drop(perceived);
+        let health = member.health();
+        let losses = sensor.losses();
+        health.refused = sum(&losses, Loss::is_refusal);
+        health.drops = sum(&losses, |loss| matches!(loss, Loss::Overtaken | Loss::Missed));
+        health.undelivered = outlet.undelivered();
+        if now.since(shown_at) >= SHOWN_EVERY {
+            board.write(&sensor.sources());
+            shown_at = now;
+        }
+        while let Some((source, news)) = sensor.news() {
+            tell(sources.get(source).map_or("", |source| &source.name), news);
+        }
+        member.end_cycle(Progress::More)?;
+    }
+    Ok(())
+}
+
+/// The newest frame of a source that may be taken; older ones are overtaken.
+fn newest(
+    sensor: &mut Sensor,
+    source: usize,
+    inlet: &mut Inlet<Observations>,
+    frames_most: usize,
+) -> Option<Frame<Observations>> {
+    let mut newest = None;
+    for _frame in 0..frames_most {
+        match inlet.receive() {
+            Ok(Some(frame)) => newest = sensor.note(source, frame.head()).then_some(frame),
+            Ok(None) => break,
+            Err(error) => {
+                tracing::debug!(%error, "lost");
+                sensor.lose(source, Loss::Unreadable);
+                break;
+            }
+        }
+    }
+    newest
+}
+
+fn sum(losses: &[u64; LOSSES], among: impl Fn(Loss) -> bool) -> u64 {
+    let all = Loss::ALL.iter().zip(losses);
+    all.filter(|(loss, _)| among(**loss)).fold(0, |sum: u64, (_, count)| sum.saturating_add(*count))
+}
+
+fn tell(source: &str, news: News) {
+    match news {
+        News::Silent => tracing::warn!(source, "is silent: is its process alive, and does it publish here?"),
+        // As loud as the warning that it ends.
+        News::Heard => tracing::warn!(source, "is heard again"),
+        // Now and then that is what two clocks do, or a busy machine: it is counted as drops.
+        News::Lost(loss @ (Loss::Overtaken | Loss::Missed)) => {
+            tracing::debug!(source, loss = loss.name(), "{}", loss.advice());
+        }
+        News::Lost(loss) => {
+            tracing::warn!(source, loss = loss.name(), "{}; more are only counted", loss.advice());
+        }
+    }
+}

@@ -1,0 +1,248 @@
+use clock::{Duration, Instant};
+use geometry::{Base, Pose, Thing};
+use message::{Header, Hop, LOSSES, Loss, Observation, SourceHealth, Text};
+use quantity::number::single;
+
+/// A source may be ahead of the cycle by so much: what it sends while the cycle begins is later
+/// than the cycle's instant.
+const AHEAD: Duration = Duration::from_millis(100);
+/// What is older than this says nothing of the present.
+const BEHIND: Duration = Duration::from_secs(10);
+/// More frames than this are not lost between two: a number that says so is a lie.
+const GAP_MOST: u64 = 1 << 20;
+/// Periods without a frame after which a source is silent, and the least time without.
+const SILENT_PERIODS: u32 = 3;
+const SILENT_LEAST: Duration = Duration::from_millis(100);
+/// A source that was silent is heard again when it has not been silent for so long: one that is a
+/// little slower than expected is told to be silent once, and not with every frame.
+const SETTLED: Duration = Duration::from_secs(1);
+
+/// There is a bit for every loss.
+const _: () = assert!(LOSSES <= 32);
+
+/// One sensory source: what is known of it, and what it reports in this cycle.
+///
+/// Allocates in `new` alone.
+#[derive(Clone, Debug)]
+pub(crate) struct Source {
+    number: u16,
+    x_base_source: Option<Pose<Base, geometry::Source>>,
+    confidence: f32,
+    silent_after: Option<Duration>,
+    /// Life and number of its last frame.
+    last: Option<(u64, u64)>,
+    /// Whether a frame of this cycle waits to be taken.
+    waits: bool,
+    /// The instant of its newest frame that was taken.
+    valid_at: Option<Instant>,
+    /// The newest instant that it observed in all frames that were taken.
+    observed_at: Option<Instant>,
+    heard_at: Option<Instant>,
+    /// When it was silent last.
+    silent_at: Instant,
+    /// What it reports in this cycle: the header of its frame, and the sound observations in the
+    /// robot's base frame.
+    header: Option<Header>,
+    observations: Vec<Observation>,
+    capacity: usize,
+    health: SourceHealth,
+    /// Losses that have happened and were not told yet, one bit each.
+    untold: u32,
+    told_silent: bool,
+    turn: Option<bool>,
+}
+
+impl Source {
+    pub(crate) fn new(
+        number: u16,
+        name: &str,
+        x_base_source: Option<Pose<Base, geometry::Source>>,
+        confidence: f32,
+        period: Option<Duration>,
+        capacity: usize,
+    ) -> Self {
+        Self {
+            number,
+            x_base_source,
+            confidence,
+            silent_after: period.map(|period| (period * SILENT_PERIODS).max(SILENT_LEAST)),
+            last: None,
+            waits: false,
+            valid_at: None,
+            observed_at: None,
+            heard_at: None,
+            silent_at: Instant::EPOCH,
+            header: None,
+            observations: Vec::with_capacity(capacity),
+            capacity,
+            health: SourceHealth { name: Text::new(name), ..SourceHealth::default() },
+            untold: 0,
+            told_silent: false,
+            turn: None,
+        }
+    }
+
+    /// Begins a cycle.
+    pub(crate) fn begin(&mut self) {
+        self.header = None;
+        self.observations.clear();
+        self.waits = false;
+    }
+
+    /// A frame has come. Whether it may be taken, if none comes after it in this cycle.
+    pub(crate) fn note(&mut self, header: &Header) -> bool {
+        if std::mem::replace(&mut self.waits, false) {
+            self.lose(Loss::Overtaken, 1);
+        }
+        let last = self.last.replace((header.incarnation, header.sequence));
+        let missed = match last {
+            Some((life, number)) if life == header.incarnation => {
+                header.sequence.checked_sub(number).and_then(|step| step.checked_sub(1))
+            }
+            Some(_) | None => Some(0),
+        };
+        match missed {
+            Some(missed) if missed <= GAP_MOST => {
+                self.lose(Loss::Missed, missed);
+                self.waits = true;
+            }
+            Some(_) | None => self.lose(Loss::Misnumbered, 1),
+        }
+        self.waits
+    }
+
+    /// Takes the newest frame of the cycle that begins at `now`.
+    pub(crate) fn take(&mut self, now: Instant, header: &Header, entries: &[Observation]) {
+        self.waits = false;
+        // It lies in its writer's memory: what is judged shall be what is used.
+        let header = *header;
+        let valid_at = Instant::from_nanos(header.valid_at_ns);
+        let stamped_at = header.passed(Hop::Observed).map(Instant::from_nanos);
+        let Some(stamped_at) = stamped_at.filter(|stamped_at| when(now, *stamped_at).is_ok()) else {
+            return self.lose(Loss::Unstamped, 1);
+        };
+        if when(now, valid_at).is_err() || self.valid_at.is_some_and(|newest| valid_at <= newest) {
+            return self.lose(Loss::Untimely, 1);
+        }
+        self.valid_at = Some(valid_at);
+        self.heard_at = Some(now);
+        self.health.heard_at_ns = now.as_nanos();
+        self.health.frames += 1;
+        let mut newest = self.observed_at;
+        // However many there are, no more are looked at than there is room for.
+        let room = self.capacity.saturating_sub(self.observations.len());
+        for entry in entries.iter().take(room) {
+            match self.judge(now, *entry) {
+                Ok(observation) => {
+                    newest = newest.max(Some(Instant::from_nanos(observation.observed_at_ns)));
+                    self.observations.push(observation);
+                }
+                Err(loss) => self.lose(loss, 1),
+            }
+        }
+        self.observed_at = newest;
+        let beyond = u64::try_from(entries.len().saturating_sub(room)).unwrap_or(u64::MAX);
+        self.lose(Loss::LeftOut, beyond);
+        let mut taken = Header::at(header.valid_at_ns);
+        taken.pass(Hop::Observed, stamped_at.as_nanos());
+        taken.left_out = header.left_out.saturating_add(beyond);
+        self.header = Some(taken);
+    }
+
+    /// The observation as the robot makes it, from this source, in its base frame.
+    fn judge(&self, now: Instant, alleged: Observation) -> Result<Observation, Loss> {
+        if let Some(loss) = alleged.fault() {
+            return Err(loss);
+        }
+        let observed_at = Instant::from_nanos(alleged.observed_at_ns);
+        when(now, observed_at)?;
+        if self.observed_at.is_some_and(|newest| observed_at <= newest) {
+            return Err(Loss::Stale);
+        }
+        let mut observation =
+            Observation { source: self.number, confidence: alleged.confidence * self.confidence, ..alleged };
+        if let Some(x_base_source) = self.x_base_source {
+            let position_m = alleged.position_m.map(f64::from);
+            let orientation_xyzw = alleged.orientation_xyzw.map(f64::from);
+            let x_source_thing = Pose::<geometry::Source, Thing>::from_parts(position_m, orientation_xyzw);
+            let x_base_thing = x_base_source * x_source_thing.ok_or(Loss::Orientation)?;
+            observation.position_m = x_base_thing.position_m().map(single);
+            observation.orientation_xyzw = x_base_thing.orientation_xyzw().map(single);
+        }
+        // Within reach of the source may be out of reach of the robot.
+        observation.fault().map_or(Ok(observation), Err)
+    }
+
+    /// Ends the cycle that began at `now`: whether the source is silent.
+    pub(crate) fn end(&mut self, now: Instant) {
+        let entered = u64::try_from(self.observations.len()).unwrap_or(0);
+        self.health.observations = self.health.observations.saturating_add(entered);
+        let heard_at = *self.heard_at.get_or_insert(now);
+        let is_silent = self.silent_after.is_some_and(|limit| now.since(heard_at) > limit);
+        self.health.silent = u64::from(is_silent);
+        if is_silent {
+            self.silent_at = now;
+        }
+        let settled = now.since(self.silent_at) >= SETTLED;
+        if is_silent != self.told_silent && (is_silent || settled) {
+            self.told_silent = is_silent;
+            self.turn = Some(is_silent);
+        }
+    }
+
+    /// Counts what was lost.
+    pub(crate) fn lose(&mut self, loss: Loss, count: u64) {
+        let Some(slot) = self.health.losses.get_mut(usize::from(loss.raw())) else { return };
+        if *slot == 0 && count > 0 {
+            self.untold |= 1 << loss.raw();
+        }
+        *slot = slot.saturating_add(count);
+    }
+
+    /// A reason for which something was lost for the first time, and was not told yet.
+    pub(crate) fn first_loss(&mut self) -> Option<Loss> {
+        let loss = Loss::ALL.iter().copied().find(|loss| self.untold & (1 << loss.raw()) != 0)?;
+        self.untold &= !(1 << loss.raw());
+        Some(loss)
+    }
+
+    /// Whether it has fallen silent, or is heard again, and that was not told yet.
+    pub(crate) fn turn(&mut self) -> Option<bool> {
+        self.turn.take()
+    }
+
+    pub(crate) fn header(&self) -> Option<&Header> {
+        self.header.as_ref()
+    }
+
+    pub(crate) fn observations(&self) -> &[Observation] {
+        &self.observations
+    }
+
+    /// Leaves out all but the first `room` observations of this cycle.
+    pub(crate) fn keep(&mut self, room: usize) {
+        let beyond = self.observations.len().saturating_sub(room);
+        self.observations.truncate(room);
+        let beyond = u64::try_from(beyond).unwrap_or(u64::MAX);
+        self.lose(Loss::LeftOut, beyond);
+        if let Some(header) = &mut self.header {
+            header.left_out = header.left_out.saturating_add(beyond);
+        }
+    }
+
+    /// What became of what it reported.
+    pub(crate) fn health(&self) -> &SourceHealth {
+        &self.health
+    }
+}
+
+/// Whether an instant that a source alleges is of the present.
+fn when(now: Instant, alleged: Instant) -> Result<(), Loss> {
+    if alleged.since(now) > AHEAD {
+        Err(Loss::Future)
+    } else if now.since(alleged) > BEHIND {
+        Err(Loss::Past)
+    } else {
+        Ok(())
+    }
+}

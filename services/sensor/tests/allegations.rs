@@ -1,0 +1,35 @@
+//! What a source reports is an allegation: whatever it says, the core goes on, and what it gives
+//! away is sound.
+
+mod bytes;
+
+use proptest::prelude::*;
+use proptest::strategy::ValueTree as _;
+use proptest::test_runner::{RngSeed, TestRunner};
+
+fn script() -> impl Strategy<Value = Vec<u8>> {
+    prop::collection::vec(any::<u8>(), 0..6000)
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 300, rng_seed: RngSeed::Fixed(6), ..ProptestConfig::default() })]
+
+    #[test]
+    fn whatever_the_sources_say_the_percept_buffer_is_sound_and_every_loss_is_counted(script in script()) {
+        bytes::play(&script);
+    }
+}
+
+#[test]
+fn the_allegations_of_these_tests_are_taken_and_refused_for_many_reasons() {
+    let mut runner = TestRunner::deterministic();
+    let seen: Vec<bytes::Seen> =
+        (0..30).map(|_| bytes::play(&script().new_tree(&mut runner).unwrap().current())).collect();
+    let (cycles, entries) =
+        seen.iter().fold((0, 0), |(cycles, entries), seen| (cycles + seen.cycles, entries + seen.entries));
+    let reasons = seen.iter().map(|seen| seen.reasons).max();
+    assert!(
+        cycles > 300 && entries > 300 && reasons > Some(10),
+        "{cycles} cycles, {entries} entries, {reasons:?} reasons"
+    );
+}

@@ -1,0 +1,91 @@
+//! The hot path of the sensor process allocates nothing, whatever its sources send.
+
+#![expect(unsafe_code, reason = "an allocator that counts is a `GlobalAlloc`, whose methods are unsafe")]
+
+use std::alloc::{GlobalAlloc, Layout, System};
+use std::cell::Cell;
+use std::path::Path;
+
+use clock::{Duration, Instant};
+use config::percepts::Percepts;
+use message::{Header, Hop, Loss, Observation};
+use sensor_process::Sensor;
+
+const CAPACITY: usize = 64;
+
+thread_local! {
+    static ALLOCATIONS: Cell<u64> = const { Cell::new(0) };
+}
+
+struct Counting;
+
+// SAFETY: every call is handed to the system's allocator, which keeps the promises of the trait;
+// counting in a constant-initialised thread local allocates nothing.
+unsafe impl GlobalAlloc for Counting {
+    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
+        ALLOCATIONS.with(|count| count.set(count.get() + 1));
+        // SAFETY: the caller's promises about `layout` are those that `System` asks for.
+        unsafe { System.alloc(layout) }
+    }
+
+    unsafe fn dealloc(&self, pointer: *mut u8, layout: Layout) {
+        // SAFETY: the pointer came from `System` with this layout, since `alloc` hands on to it.
+        unsafe { System.dealloc(pointer, layout) }
+    }
+}
+
+#[global_allocator]
+static ALLOCATOR: Counting = Counting;
+
+fn allocations_in(work: impl FnOnce()) -> u64 {
+    let before = ALLOCATIONS.with(Cell::get);
+    work();
+    ALLOCATIONS.with(Cell::get) - before
+}
+
+#[test]
+fn the_counter_counts() {
+    let mut kept = Vec::new();
+    assert!(allocations_in(|| kept.push(vec![0_u8; 16])) >= 2);
+}
+
+#[test]
+fn three_sources_of_which_one_bursts_and_one_falls_silent_allocate_nothing() {
+    let percepts = Percepts::builtin();
+    let source = |more: &str| {
+        let text = format!("name = \"x\"\nkind = \"external\"\n{more}");
+        config::parse(&text, Path::new("source.toml")).unwrap()
+    };
+    let turned = "frame = { position_m = [1.0, 0.0, 0.5], heading_deg = 30.0 }\nposition_sd_m = 0.02";
+    let sources = [source(""), source(turned), source("rate_hz = 50.0")];
+    let mut sensor = Sensor::new(&percepts, &sources, CAPACITY).unwrap();
+    let mut observations = vec![Observation { confidence: 0.9, ..Observation::object(0, 0) }; 10 * CAPACITY];
+    let (mut perceived, mut news) = (0, 0);
+    let allocations = allocations_in(|| {
+        for cycle in 1..500_u64 {
+            let now = Instant::EPOCH + Duration::from_millis(5) * u32::try_from(cycle).unwrap_or(0);
+            for observation in &mut observations {
+                observation.observed_at_ns = now.as_nanos();
+            }
+            sensor.begin(now);
+            for (number, count) in [(0, 20), (1, observations.len()), (2, 7)] {
+                let mut header = Header { sequence: cycle, ..Header::at(now.as_nanos()) };
+                header.pass(Hop::Observed, now.as_nanos());
+                let speaks = number != 2 || !(100..150).contains(&cycle);
+                if speaks && sensor.note(number, &header) {
+                    sensor.take(number, &header, observations.get(..count).unwrap_or(&[]));
+                }
+            }
+            let _header = sensor.end();
+            perceived += sensor.perceived().count();
+            while sensor.news().is_some() {
+                news += 1;
+            }
+        }
+    });
+    assert_eq!(allocations, 0);
+    assert_eq!(perceived, 499 * CAPACITY);
+    // Left out, silent, heard again, missed.
+    assert_eq!(news, 4);
+    assert!(sensor.losses()[usize::from(Loss::LeftOut.raw())] > 0);
+}

@@ -1,0 +1,199 @@
+use message::MAX_SOURCES;
+use serde::Deserialize;
+
+use crate::number::{Coordinate, Hertz, NotNegative};
+use crate::percepts::Percepts;
+
+/// A sensory process whose observations are read. Its number, and that of its topic, is its place
+/// in the list, from zero.
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Source {
+    /// What people call it.
+    pub name: String,
+    /// Who it is.
+    pub kind: SourceKind,
+    /// The frame that it reports in; the robot's base frame without.
+    pub frame: Option<SourceFrame>,
+    /// How many frames per second are expected of it; nothing is expected without.
+    pub rate_hz: Option<Hertz>,
+    /// Standard deviation of the places that it reports, along each axis; none without.
+    pub position_sd_m: Option<NotNegative>,
+}
+
+/// Who a source is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum SourceKind {
+    /// Leo's own simulator.
+    Simulator,
+    /// Any process of this machine. In simulated time nobody outside can know when it is, and it
+    /// is not heard.
+    External,
+}
+
+/// The pose of a source's frame in the robot's base frame.
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
+#[serde(try_from = "WrittenFrame")]
+pub struct SourceFrame {
+    /// Its origin, in metres.
+    pub position_m: [f64; 3],
+    /// Its orientation, unit quaternion `[x, y, z, w]`.
+    pub orientation_xyzw: [f64; 4],
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct WrittenFrame {
+    position_m: [Coordinate; 3],
+    heading_deg: Option<f64>,
+    orientation_xyzw: Option<[f64; 4]>,
+}
+
+impl TryFrom<WrittenFrame> for SourceFrame {
+    type Error = String;
+
+    fn try_from(written: WrittenFrame) -> Result<Self, String> {
+        let orientation_xyzw = match (written.heading_deg, written.orientation_xyzw) {
+            (Some(degrees), None) if (-360.0..=360.0).contains(&degrees) => {
+                let half = degrees.to_radians() / 2.0;
+                [0.0, 0.0, half.sin(), half.cos()]
+            }
+            (Some(degrees), None) => {
+                return Err(format!("heading_deg = {degrees} is out of range: it must be from -360 to 360"));
+            }
+            (None, Some(orientation)) => {
+                let norm = orientation.iter().map(|part| part * part).sum::<f64>().sqrt();
+                // Written so that NaN fails.
+                if (norm - 1.0).abs() < 0.01 {
+                    orientation.map(|part| part / norm)
+                } else {
+                    return Err(format!(
+                        "orientation_xyzw has the norm {norm}: that of a quaternion is 1, within 1 %"
+                    ));
+                }
+            }
+            (None, None) | (Some(_), Some(_)) => {
+                return Err("a frame has either heading_deg or orientation_xyzw".to_owned());
+            }
+        };
+        Ok(Self { position_m: written.position_m.map(Coordinate::get), orientation_xyzw })
+    }
+}
+
+impl Source {
+    /// The share of its observations' confidence that counts, in [0, 1]: the probability that a
+    /// place as noisy as it reports them lies within the distance at which the belief system takes
+    /// two sightings for one thing. 1 without noise.
+    ///
+    /// That is P(|e| < r) of a normal e with the standard deviation σ along each of three axes:
+    /// erf(u) − 2u/√π · exp(−u²) with u = r/(σ√2).
+    #[must_use]
+    pub fn confidence(&self, percepts: &Percepts) -> f64 {
+        let sd_m = self.position_sd_m.map_or(0.0, NotNegative::get);
+        let reach = percepts.same_place_m() / (sd_m * std::f64::consts::SQRT_2);
+        if reach.is_finite() {
+            libm::erf(reach) - std::f64::consts::FRAC_2_SQRT_PI * reach * (-reach * reach).exp()
+        } else {
+            1.0
+        }
+    }
+}
+
+/// What is wrong with a list of sources, if anything, and of which of them.
+pub(crate) fn fault(sources: &[Source]) -> Option<(usize, String)> {
+    let is_simulator = |source: &&Source| source.kind == SourceKind::Simulator;
+    if sources.len() > MAX_SOURCES {
+        return Some((
+            MAX_SOURCES,
+            format!("there are {} sources: at most {MAX_SOURCES} can be", sources.len()),
+        ));
+    }
+    sources.iter().enumerate().find_map(|(index, source)| {
+        let mut earlier = sources.iter().take(index);
+        let reason = if source.name.trim().is_empty() {
+            "a source needs a name".to_owned()
+        } else if earlier.clone().any(|earlier| earlier.name == source.name) {
+            format!("there is a source `{}` already", source.name)
+        } else if is_simulator(&source) && earlier.any(|earlier| is_simulator(&earlier)) {
+            format!("`{}` is a second simulator: there is one", source.name)
+        } else {
+            return None;
+        };
+        Some((index, reason))
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use super::*;
+
+    fn source(more: &str) -> Result<Source, String> {
+        let text = format!("name = \"camera\"\nkind = \"external\"\n{more}");
+        crate::parse(&text, Path::new("x.toml")).map_err(|error| error.to_string())
+    }
+
+    #[test]
+    fn a_source_reports_in_the_base_frame_and_exactly_unless_it_is_said() {
+        let source = source("").unwrap();
+        assert_eq!((source.frame, source.rate_hz, source.position_sd_m), (None, None, None));
+        assert!((source.confidence(&Percepts::builtin()) - 1.0).abs() < 1e-15);
+    }
+
+    #[test]
+    fn a_frame_is_turned_by_a_heading_or_by_a_quaternion() {
+        let heading = source("frame = { position_m = [1, 0, 0.5], heading_deg = 90.0 }").unwrap();
+        let quaternion =
+            source("frame = { position_m = [1, 0, 0.5], orientation_xyzw = [0.0, 0.0, 0.7071, 0.7071] }")
+                .unwrap();
+        let (heading, quaternion) = (heading.frame.unwrap(), quaternion.frame.unwrap());
+        let numbers = |frame: SourceFrame| frame.position_m.into_iter().chain(frame.orientation_xyzw);
+        for (a, b) in numbers(heading).zip(numbers(quaternion)) {
+            assert!((a - b).abs() < 1e-12, "{heading:?} {quaternion:?}");
+        }
+        assert!((heading.position_m[2] - 0.5).abs() < 1e-12);
+    }
+
+    #[test]
+    fn a_frame_that_is_none_is_refused_and_says_what_would_be_right() {
+        for (frame, word) in [
+            ("{ position_m = [0, 0, 0] }", "either heading_deg or orientation_xyzw"),
+            ("{ position_m = [0, 0, 0], heading_deg = 1.0, orientation_xyzw = [0, 0, 0, 1] }", "either"),
+            ("{ position_m = [0, 0, 0], orientation_xyzw = [0.0, 0.0, 0.0, 0.0] }", "norm 0"),
+            ("{ position_m = [0, 0, 0], orientation_xyzw = [nan, 0.0, 0.0, 1.0] }", "norm NaN"),
+            ("{ position_m = [0, nan, 0], heading_deg = 1.0 }", "-100 to 100 m"),
+            ("{ position_m = [0, 0, 0], heading_deg = inf }", "-360 to 360"),
+            ("{ position_m = [0, 0, 0], heading = 1.0 }", "did you mean `heading_deg`?"),
+        ] {
+            let error = source(&format!("frame = {frame}")).unwrap_err();
+            assert!(error.starts_with("x.toml:3:") && error.contains(word), "{error}");
+        }
+    }
+
+    #[test]
+    fn the_noisier_a_source_the_less_it_counts() {
+        let percepts = Percepts::builtin();
+        let confidence =
+            |sd_m: f64| source(&format!("position_sd_m = {sd_m:?}")).unwrap().confidence(&percepts);
+        // Of the chi distribution with three degrees of freedom at 0.15 m / σ = 50, 3, 1.5 and 1.
+        for (sd_m, expected) in [(0.003, 1.0), (0.05, 0.970_709), (0.1, 0.477_835), (0.15, 0.198_748)] {
+            assert!((confidence(sd_m) - expected).abs() < 1e-5, "{sd_m}: {}", confidence(sd_m));
+        }
+        assert!(confidence(1e9) < 1e-20);
+    }
+
+    #[test]
+    fn sources_are_told_apart_by_name_and_one_is_the_simulator_at_most() {
+        let make = |name: &str, kind| Source { name: name.to_owned(), kind, ..source("").unwrap() };
+        let (simulator, external) = (SourceKind::Simulator, SourceKind::External);
+        assert_eq!(fault(&[make("a", simulator), make("b", external)]), None);
+        let said = |sources: &[Source]| fault(sources).unwrap();
+        assert!(said(&[make("a", simulator), make("a", external)]).1.contains("already"));
+        assert!(said(&[make("a", simulator), make("b", simulator)]).1.contains("second simulator"));
+        assert_eq!(said(&[make("a", external), make(" ", external)]).0, 1);
+        let many: Vec<Source> = (0..17).map(|index| make(&index.to_string(), external)).collect();
+        assert!(said(&many).1.contains("17 sources"));
+    }
+}

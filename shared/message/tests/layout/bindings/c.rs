@@ -1,0 +1,124 @@
+use std::fmt::Write as _;
+
+use message::{LOSSES, MAX_PERCEPTS, MAX_SOURCES, NOBODY, STATES, TEXT_CAPACITY};
+
+use super::numbers::Numbered;
+use crate::declared::{Compiled, Declared, array, laid_out};
+
+const OPENING: &str = "\
+/* What Leo's processes share through memory, for C and C++: made from shared/message by
+ * `LEO_REWRITE=1 cargo test -p message`; do not edit. docs/sources.md says how to use it.
+ *
+ * A topic is an iceoryx2 publish-subscribe service whose payload is a slice of entries and whose
+ * user header is the head. The types are known by the names that the macros ..._TYPE hold. */
+#ifndef LEO_MESSAGES_H
+#define LEO_MESSAGES_H
+
+#include <stddef.h>
+#include <stdint.h>
+
+#ifdef __cplusplus
+#define LEO_ASSERT(holds, text) static_assert(holds, text)
+/* The C++ binding of iceoryx2 finds the name here. */
+#define LEO_NAMED(name) static constexpr const char *IOX2_TYPE_NAME = name;
+#else
+#define LEO_ASSERT(holds, text) _Static_assert(holds, text)
+#define LEO_NAMED(name)
+#endif
+";
+
+/// `leo_observation_kind` of `ObservationKind`.
+fn snake(name: &str) -> String {
+    let mut out = String::from("leo");
+    for letter in name.chars() {
+        if letter.is_ascii_uppercase() {
+            out.push('_');
+        }
+        out.push(letter.to_ascii_lowercase());
+    }
+    out
+}
+
+fn loud(name: &str) -> String {
+    snake(name).to_uppercase()
+}
+
+fn kind(rust: &str) -> String {
+    match rust {
+        "u8" | "u16" | "u32" | "u64" => format!("uint{}_t", rust.trim_start_matches('u')),
+        "f32" => "float".to_owned(),
+        "f64" => "double".to_owned(),
+        nested => format!("struct {}", snake(nested)),
+    }
+}
+
+fn comment(out: &mut String, indent: &str, doc: &[String]) {
+    // Links between Rust items mean nothing here.
+    let plain = |line: &String| line.replace("[`", "`").replace("`]", "`");
+    match doc {
+        [] => {}
+        [first, more @ ..] => {
+            write!(out, "{indent}/* {}", plain(first)).expect("a string");
+            for line in more {
+                write!(out, "\n{indent} * {}", plain(line)).expect("a string");
+            }
+            out.push_str(" */\n");
+        }
+    }
+}
+
+/// The header.
+pub(crate) fn header(types: &[(&str, &Declared)], numbers: &[Numbered], compiled: &[Compiled]) -> String {
+    let mut out = OPENING.to_owned();
+    for (name, value) in [
+        ("LEO_NOBODY", usize::from(NOBODY)),
+        ("LEO_STATES", STATES),
+        ("LEO_MAX_PERCEPTS", MAX_PERCEPTS),
+        ("LEO_MAX_SOURCES", MAX_SOURCES),
+        ("LEO_LOSSES", LOSSES),
+        ("LEO_TEXT_CAPACITY", TEXT_CAPACITY),
+    ] {
+        write!(out, "\n#define {name} {value}").expect("a string");
+    }
+    out.push('\n');
+    for numbered in numbers {
+        out.push('\n');
+        comment(&mut out, "", &numbered.doc);
+        writeln!(out, "enum {} {{", snake(&numbered.name)).expect("a string");
+        for value in &numbered.values {
+            comment(&mut out, "    ", std::slice::from_ref(&value.doc));
+            let name = format!("{}{}", loud(&numbered.name), loud(&value.name).trim_start_matches("LEO"));
+            writeln!(out, "    {name} = {},", value.number).expect("a string");
+        }
+        out.push_str("};\n");
+    }
+    for (name, declared) in types {
+        structure(&mut out, name, declared, compiled);
+    }
+    out.push_str("\n#endif\n");
+    out
+}
+
+fn structure(out: &mut String, name: &str, declared: &Declared, compiled: &[Compiled]) {
+    let (places, size, _) = laid_out(declared, compiled);
+    out.push('\n');
+    comment(out, "", &declared.doc);
+    writeln!(out, "#define {}_TYPE \"{}\"", loud(name), declared.type_name).expect("a string");
+    writeln!(out, "struct {} {{\n    LEO_NAMED({}_TYPE)", snake(name), loud(name)).expect("a string");
+    for field in &declared.fields {
+        comment(out, "    ", &field.doc);
+        let (entry, length) =
+            array(&field.kind).map_or((field.kind.as_str(), None), |(entry, n)| (entry, Some(n)));
+        let length = length.map_or_else(String::new, |length| format!("[{length}]"));
+        writeln!(out, "    {} {}{length};", kind(entry), field.name).expect("a string");
+    }
+    out.push_str("};\n");
+    let structure = format!("struct {}", snake(name));
+    writeln!(out, "LEO_ASSERT(sizeof({structure}) == {size}, \"size of {}\");", declared.type_name)
+        .expect("a string");
+    for (field, (offset, _)) in declared.fields.iter().zip(places) {
+        let field = &field.name;
+        writeln!(out, "LEO_ASSERT(offsetof({structure}, {field}) == {offset}, \"place of {field}\");")
+            .expect("a string");
+    }
+}

@@ -1,0 +1,107 @@
+use std::fmt::Write as _;
+
+use message::{LOSSES, MAX_PERCEPTS, MAX_SOURCES, NOBODY, STATES, TEXT_CAPACITY};
+
+use super::numbers::Numbered;
+use crate::declared::{Compiled, Declared, array, laid_out};
+
+const OPENING: &str = r#""""What Leo's processes share through memory, for ctypes: made from shared/message by
+`LEO_REWRITE=1 cargo test -p message`; do not edit. docs/sources.md says how to use it.
+
+A topic is an iceoryx2 publish-subscribe service whose payload is a slice of entries and whose
+user header is the head.
+"""
+
+import ctypes
+import enum
+"#;
+
+/// The bytes of every type are those that the compiler of Rust gave it, or nothing works.
+const CLOSING: &str = r#"
+for _type, _size, _places in _LAYOUT:
+    _is = [getattr(_type, _name).offset for _name, *_ in _type._fields_]
+    if ctypes.sizeof(_type) != _size or _is != _places:
+        raise ImportError(f"{_type.type_name()} is laid out otherwise on this machine")
+"#;
+
+/// `LEFT_OUT` of `LeftOut`.
+fn loud(name: &str) -> String {
+    let mut out = String::new();
+    for (index, letter) in name.chars().enumerate() {
+        if letter.is_ascii_uppercase() && index > 0 {
+            out.push('_');
+        }
+        out.push(letter.to_ascii_uppercase());
+    }
+    out
+}
+
+fn kind(rust: &str) -> String {
+    match rust {
+        "u8" | "u16" | "u32" | "u64" => format!("ctypes.c_uint{}", rust.trim_start_matches('u')),
+        "f32" => "ctypes.c_float".to_owned(),
+        "f64" => "ctypes.c_double".to_owned(),
+        nested => nested.to_owned(),
+    }
+}
+
+fn comment(out: &mut String, indent: &str, doc: &[String]) {
+    for line in doc {
+        // Links between Rust items mean nothing here.
+        let line = line.replace("[`", "`").replace("`]", "`");
+        writeln!(out, "{}", format!("{indent}# {line}").trim_end()).expect("a string");
+    }
+}
+
+/// The module.
+pub(crate) fn module(types: &[(&str, &Declared)], numbers: &[Numbered], compiled: &[Compiled]) -> String {
+    let mut out = OPENING.to_owned();
+    for (name, value) in [
+        ("NOBODY", usize::from(NOBODY)),
+        ("STATES", STATES),
+        ("MAX_PERCEPTS", MAX_PERCEPTS),
+        ("MAX_SOURCES", MAX_SOURCES),
+        ("LOSSES", LOSSES),
+        ("TEXT_CAPACITY", TEXT_CAPACITY),
+    ] {
+        write!(out, "\n{name} = {value}").expect("a string");
+    }
+    out.push('\n');
+    for numbered in numbers {
+        out.push_str("\n\n");
+        comment(&mut out, "", &numbered.doc);
+        writeln!(out, "class {}(enum.IntEnum):", numbered.name).expect("a string");
+        for value in &numbered.values {
+            comment(&mut out, "    ", std::slice::from_ref(&value.doc));
+            writeln!(out, "    {} = {}", loud(&value.name), value.number).expect("a string");
+        }
+    }
+    for (name, declared) in types {
+        structure(&mut out, name, declared);
+    }
+    out.push_str("\n\n_LAYOUT = [\n");
+    for (name, declared) in types {
+        let (places, size, _) = laid_out(declared, compiled);
+        let places: Vec<usize> = places.into_iter().map(|(offset, _)| offset).collect();
+        writeln!(out, "    ({name}, {size}, {places:?}),").expect("a string");
+    }
+    out.push_str("]\n");
+    out.push_str(CLOSING);
+    out
+}
+
+fn structure(out: &mut String, name: &str, declared: &Declared) {
+    out.push_str("\n\n");
+    comment(out, "", &declared.doc);
+    writeln!(out, "class {name}(ctypes.Structure):\n    _fields_ = [").expect("a string");
+    for field in &declared.fields {
+        comment(out, "        ", &field.doc);
+        let kind = match array(&field.kind) {
+            Some((entry, length)) => format!("{} * {length}", kind(entry)),
+            None => kind(&field.kind),
+        };
+        writeln!(out, "        (\"{}\", {kind}),", field.name).expect("a string");
+    }
+    out.push_str("    ]\n\n    @staticmethod\n    def type_name():\n");
+    writeln!(out, "        return \"{}\"", declared.type_name).expect("a string");
+}

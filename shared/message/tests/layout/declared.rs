@@ -1,0 +1,210 @@
+//! What the sources of the crate declare to be shared between processes, read from their text, and
+//! what the compiler made of it.
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::mem::{align_of, offset_of, size_of};
+use std::path;
+
+use message::{
+    Belief, BeliefHead, DEPTH_MOST, Done, Event, Header, Health, Histogram, JointGoal, JointState, LOSSES,
+    MAX_PERCEPTS, MAX_SOURCES, Observation, Path, Perceived, PerceptValue, Remembered, Roster, STATES,
+    SceneObject, Snapshot, SourceHealth, Sources, TEXT_CAPACITY, Text, Turn, Utterance,
+};
+
+/// What the compiler says of a type: size, alignment, and the offsets of its public fields.
+pub(crate) struct Compiled {
+    pub(crate) name: &'static str,
+    pub(crate) size: usize,
+    pub(crate) align: usize,
+    pub(crate) offsets: Vec<(&'static str, usize)>,
+}
+
+macro_rules! compiled {
+    ($($type:ident { $($field:ident),* })+) => {
+        [$(Compiled {
+            name: stringify!($type),
+            size: size_of::<$type>(),
+            align: align_of::<$type>(),
+            offsets: vec![$((stringify!($field), offset_of!($type, $field))),*],
+        }),+]
+    };
+}
+
+pub(crate) fn compiled() -> Vec<Compiled> {
+    Vec::from(compiled! {
+        Belief { id, born_at_ns, perceived_at_ns, observations, held_by, owner }
+        BeliefHead {
+            header, perspective, present, frame_position_m, frame_orientation_xyzw, eye_position_m,
+            eye_orientation_xyzw, perceivable, hidden, refused, created, merged, culled, overflowed,
+            path
+        }
+        Done { round, finished }
+        Event {
+            posterior, kind, perspective, rank, tally, examples, high_likelihood, succeeded, task, text
+        }
+        Header { valid_at_ns, sequence, incarnation, hops_ns, left_out }
+        Health {
+            pid, incarnation, beat, beat_at_ns, started_at_ns, period_ns, cycles, overruns, skipped, drops,
+            undelivered, refused, page_faults, missing_rights, wakeup, execution, latency
+        }
+        Histogram {}
+        JointGoal { joint, reserved, goal_position_rad, arrive_at_ns }
+        JointState { joint, sampled_at_ns }
+        Observation {
+            observed_at_ns, source, modality, kind, partner, held_by, reserved, confidence, position_m,
+            orientation_xyzw, half_extents_m, colour_rgb, shape, states
+        }
+        Path {}
+        Perceived { observation, snapshot }
+        PerceptValue { percept, matching, confidence }
+        Remembered { sampled_at_ns, percept, matching, confidence }
+        Roster { incarnations }
+        SceneObject {
+            position_m, orientation_xyzw, half_extents_m, colour_rgb, states, kind, held_by, name
+        }
+        Snapshot {}
+        SourceHealth { name, frames, observations, heard_at_ns, silent, losses }
+        Sources { count, sources }
+        Text {}
+        Turn { kind, reserved, round }
+        Utterance { speaker, text }
+    })
+}
+
+/// A field as the sources declare it.
+#[derive(Debug)]
+pub(crate) struct Field {
+    pub(crate) name: String,
+    pub(crate) kind: String,
+    pub(crate) is_public: bool,
+    pub(crate) doc: Vec<String>,
+}
+
+/// A shared type as its source declares it.
+#[derive(Debug)]
+pub(crate) struct Declared {
+    pub(crate) type_name: String,
+    pub(crate) is_repr_c: bool,
+    pub(crate) doc: Vec<String>,
+    pub(crate) fields: Vec<Field>,
+}
+
+/// Every type with a `type_name` in the crate's sources, by its Rust name.
+pub(crate) fn declared() -> BTreeMap<String, Declared> {
+    let mut found = BTreeMap::new();
+    let folder = path::Path::new(env!("CARGO_MANIFEST_DIR")).join("src");
+    for entry in fs::read_dir(folder).expect("the crate has sources") {
+        let path = entry.expect("readable").path();
+        let source = fs::read_to_string(&path).expect("sources are text");
+        let mut lines = source.lines();
+        let mut is_repr_c = false;
+        let mut doc = Vec::new();
+        while let Some(line) = lines.next() {
+            is_repr_c |= line == "#[repr(C)]";
+            match line.strip_prefix("///") {
+                Some(text) => doc.push(text.trim().to_owned()),
+                None if !line.starts_with("#[") => doc.clear(),
+                None => {}
+            }
+            let Some(rest) = line.strip_prefix("#[type_name(\"") else { continue };
+            let type_name = rest.trim_end_matches("\")]").to_owned();
+            let name = lines.next().and_then(|line| line.strip_prefix("pub struct "));
+            let name = name.and_then(|name| name.strip_suffix(" {")).expect("a public struct").to_owned();
+            let fields = fields(lines.by_ref().take_while(|line| *line != "}"));
+            let declared = Declared { type_name, is_repr_c, doc: std::mem::take(&mut doc), fields };
+            assert!(found.insert(name, declared).is_none(), "declared twice: {}", path.display());
+            is_repr_c = false;
+        }
+    }
+    found
+}
+
+fn fields<'a>(body: impl Iterator<Item = &'a str>) -> Vec<Field> {
+    let mut fields = Vec::new();
+    let mut doc = Vec::new();
+    for line in body.map(str::trim) {
+        if let Some(text) = line.strip_prefix("///") {
+            doc.push(text.trim().to_owned());
+        } else if let Some((name, kind)) = line.trim_end_matches(',').split_once(": ")
+            && !line.starts_with(['/', '#'])
+        {
+            let is_public = name.starts_with("pub ");
+            let name = name.trim_start_matches("pub ").to_owned();
+            fields.push(Field { name, kind: kind.to_owned(), is_public, doc: std::mem::take(&mut doc) });
+        }
+    }
+    fields
+}
+
+/// Length of an array as the sources write it.
+pub(crate) fn length(count: &str) -> usize {
+    match count {
+        "DEPTH_MOST" => DEPTH_MOST,
+        "MAX_PERCEPTS" => MAX_PERCEPTS,
+        "LOSSES" => LOSSES,
+        "MAX_SOURCES" => MAX_SOURCES,
+        "STATES" => STATES,
+        "TEXT_CAPACITY" => TEXT_CAPACITY,
+        // Private to the histogram, and held by the size of it.
+        "BUCKETS" => 433,
+        number => number.parse().expect("a number or a known constant"),
+    }
+}
+
+/// Entry and length of an array type; `None` of any other.
+pub(crate) fn array(kind: &str) -> Option<(&str, usize)> {
+    let array = kind.strip_prefix('[').and_then(|array| array.strip_suffix(']'))?;
+    let (entry, count) = array.split_once("; ").expect("an array");
+    Some((entry, length(count)))
+}
+
+/// Size and alignment of a field's type, by the rules of C.
+pub(crate) fn extent(kind: &str, compiled: &[Compiled]) -> (usize, usize) {
+    if let Some((entry, count)) = array(kind) {
+        let (size, align) = extent(entry, compiled);
+        return (size * count, align);
+    }
+    match kind {
+        "u8" => (1, 1),
+        "u16" => (2, 2),
+        "u32" | "f32" => (4, 4),
+        "u64" | "f64" => (8, 8),
+        nested => {
+            let nested = compiled.iter().find(|compiled| compiled.name == nested);
+            nested.map(|nested| (nested.size, nested.align)).expect("a number or a shared type")
+        }
+    }
+}
+
+/// Offset and size of each field of a type, then the type's size and alignment, by the rules of C.
+pub(crate) fn laid_out(declared: &Declared, compiled: &[Compiled]) -> (Vec<(usize, usize)>, usize, usize) {
+    let (mut end, mut align_most) = (0_usize, 1);
+    let mut places = Vec::new();
+    for field in &declared.fields {
+        let (size, align) = extent(&field.kind, compiled);
+        let offset = end.next_multiple_of(align);
+        places.push((offset, size));
+        end = offset + size;
+        align_most = align_most.max(align);
+    }
+    (places, end.next_multiple_of(align_most), align_most)
+}
+
+/// Compares a file of the repository, named from the crate's folder, with what it should hold.
+/// With `LEO_REWRITE=1` in the environment it is written instead.
+pub(crate) fn compare(file: &str, should: &str) {
+    let file = path::Path::new(env!("CARGO_MANIFEST_DIR")).join(file);
+    if std::env::var_os("LEO_REWRITE").is_some() {
+        fs::write(&file, should).expect("may be written");
+        return;
+    }
+    let is = fs::read_to_string(&file).unwrap_or_default();
+    let differing = is.lines().zip(should.lines()).find(|(is, should)| is != should);
+    assert!(
+        is == should,
+        "{} is not what the sources say (first: {differing:?}): raise the version of the type that changed, \
+         and rewrite what is made from it with `LEO_REWRITE=1 cargo test -p message`",
+        file.display()
+    );
+}

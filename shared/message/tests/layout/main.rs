@@ -1,0 +1,91 @@
+//! The layout of every type that processes share, byte by byte, beside its version.
+//!
+//! The middleware compares name, size and alignment: two fields of one size that change places
+//! pass it unseen. `tests/layout.txt` therefore says where every field lies, private ones included.
+//! Whoever changes a layout raises the version in its type name and writes the new one there.
+#![expect(clippy::expect_used, reason = "a test that cannot read the sources has failed")]
+
+mod bindings;
+mod declared;
+
+use std::collections::BTreeMap;
+use std::fmt::Write as _;
+
+use declared::{Compiled, Declared, compare, compiled, declared, laid_out};
+
+/// Padding is written down too: it is memory that no writer sets.
+fn pad(out: &mut String, from: usize, to: usize) {
+    if to > from {
+        writeln!(out, "{from:>8} padding").expect("a string");
+    }
+}
+
+fn written(declared: &BTreeMap<String, Declared>, compiled: &[Compiled]) -> String {
+    let mut out = String::new();
+    for declared in declared.values() {
+        let (places, size, align) = laid_out(declared, compiled);
+        writeln!(out, "{}: {size} bytes, aligned to {align}", declared.type_name).expect("a string");
+        let mut end = 0;
+        for (field, (offset, extent)) in declared.fields.iter().zip(places) {
+            pad(&mut out, end, offset);
+            writeln!(out, "{offset:>8} {}: {}", field.name, field.kind).expect("a string");
+            end = offset + extent;
+        }
+        pad(&mut out, end, size);
+    }
+    out
+}
+
+#[test]
+fn every_layout_is_the_one_written_down_for_its_version() {
+    let written = written(&declared(), &compiled());
+    compare("tests/layout.txt", &written);
+    assert_eq!(written.lines().filter(|line| line.starts_with("leo/")).count(), 22);
+}
+
+#[test]
+fn the_compiler_lays_the_types_out_as_written_down() {
+    let (declared, compiled) = (declared(), compiled());
+    let names: Vec<&str> = declared.keys().map(String::as_str).collect();
+    assert_eq!(names, compiled.iter().map(|compiled| compiled.name).collect::<Vec<_>>());
+    let mut compared = 0;
+    for compiled_type in &compiled {
+        let declared = declared.get(compiled_type.name).expect("the names agree");
+        assert!(declared.is_repr_c, "{} is not repr(C)", compiled_type.name);
+        let (places, size, align) = laid_out(declared, &compiled);
+        assert_eq!((size, align), (compiled_type.size, compiled_type.align), "{}", compiled_type.name);
+        let public: Vec<(&str, usize)> = declared
+            .fields
+            .iter()
+            .zip(&places)
+            .filter(|(field, _)| field.is_public)
+            .map(|(field, (offset, _))| (field.name.as_str(), *offset))
+            .collect();
+        assert_eq!(public, compiled_type.offsets, "{}", compiled_type.name);
+        compared += public.len();
+    }
+    assert_eq!(compared, 106);
+}
+
+#[test]
+fn every_type_name_is_the_types_own_and_carries_a_version() {
+    let declared = declared();
+    for (name, declared) in &declared {
+        let version = declared.type_name.strip_prefix(&format!("leo/{name}/"));
+        let version = version.and_then(|version| version.parse::<u32>().ok());
+        assert!(version.is_some_and(|version| version > 0), "{} names {name}", declared.type_name);
+    }
+    assert_eq!(declared.len(), 22);
+}
+
+#[test]
+fn fields_that_change_places_are_noticed() {
+    let mut declared = declared();
+    let compiled = compiled();
+    let before = written(&declared, &compiled);
+    let goal = declared.get_mut("JointGoal").expect("declared");
+    goal.fields.swap(2, 3);
+    let swapped = written(&declared, &compiled);
+    assert_eq!(before.len(), swapped.len());
+    assert_ne!(before, swapped);
+}

@@ -1,0 +1,9 @@
+//! Frames of the percept buffer to the core of the belief process.
+#![no_main]
+
+#[path = "../../../services/belief/tests/bytes/mod.rs"]
+mod bytes;
+
+libfuzzer_sys::fuzz_target!(|script: &[u8]| {
+    let _seen = bytes::play(script);
+});

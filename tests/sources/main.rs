@@ -1,0 +1,118 @@
+//! A sensory source from outside, in another language, over real processes.
+#![expect(clippy::expect_used, reason = "a test fails by panicking")]
+
+mod python;
+#[path = "../supervision/robot.rs"]
+#[expect(dead_code, reason = "the tests of the supervisor use the rest")]
+mod robot;
+
+use message::{Belief, Beliefs, Feature};
+use rustix::process::Signal;
+use transport::{Delivery, Domain, Inlet, Node, Queues};
+
+use python::Python;
+use robot::{Robot, left_behind, wait_until};
+
+/// As in `leo.toml`: every port of a domain has the same queues.
+const QUEUES: Queues = Queues { frames: 4, delivery: Delivery::Newest };
+/// The number of the percept of place in `percepts.toml`.
+const POSITION: u16 = 0;
+
+/// Where the circle of the example goes round, in the frame of its source, and in the base frame.
+const CENTRE: [&str; 3] = ["1.0", "0.5", "1.0"];
+const CENTRE_BASE_M: [f32; 3] = [-0.5, 1.0, 1.5];
+const RADIUS_M: f32 = 0.1;
+const CAMERA: &str = "name = \"camera\"\nkind = \"external\"\nrate_hz = 50.0\nposition_sd_m = 0.01\n\
+    frame = { position_m = [0.0, 0.0, 0.5], heading_deg = 90.0 }";
+
+fn place(belief: &Belief) -> Option<[f32; 3]> {
+    match belief.percept(POSITION)?.feature()? {
+        Feature::Vector(place) => Some(place),
+        Feature::None | Feature::Symbol(_) | Feature::Number(_) | Feature::Orientation(_) => None,
+    }
+}
+
+/// Whether a belief is of the block that the example sees.
+fn is_of_the_example(belief: &Belief) -> bool {
+    place(belief).is_some_and(|place| {
+        let off: Vec<f32> = place.iter().zip(CENTRE_BASE_M).map(|(is, centre)| is - centre).collect();
+        let [x, y, z] = off.as_slice() else { return false };
+        (x.hypot(*y) - RADIUS_M).abs() < 0.03 && z.abs() < 0.01
+    })
+}
+
+/// The belief in the example's block, once there is one in the newest frame; `None` where it does
+/// not come, or where it does not go.
+fn believed(beliefs: &mut Inlet<Beliefs>, there: bool) -> Option<Belief> {
+    let mut found = None;
+    let came = wait_until(|| {
+        beliefs.newest().expect("works").is_some_and(|frame| {
+            found = frame.entries().iter().find(|belief| is_of_the_example(belief)).copied();
+            found.is_some() == there
+        })
+    });
+    found.filter(|_| came)
+}
+
+/// The sensor process as `leo top` shows it.
+fn sensor(robot: &Robot) -> serde_json::Value {
+    robot.rows().into_iter().find(|row| row["process"] == "sensor").unwrap_or_default()
+}
+
+/// Whether the sensor process hears nothing of the example.
+fn is_silent(robot: &Robot) -> Option<bool> {
+    let row = sensor(robot);
+    let camera = row.pointer("/sources/1").filter(|source| source["name"] == "camera")?;
+    camera["silent"].as_bool()
+}
+
+#[test]
+fn a_process_in_another_language_is_a_source_is_missed_when_it_dies_and_is_heard_again() {
+    let Some(python) = Python::find() else {
+        eprintln!("SKIPPED: `python3 -m venv` and `pip install iceoryx2==0.10.0` do not work here");
+        return;
+    };
+    let robot = Robot::ready("sources", &[("[[sensor.source]]", CAMERA)]);
+    let domain = Domain::at(robot.domain()).expect("a domain");
+    let node = Node::join(&domain, "observer", 1, QUEUES).expect("joins");
+    let mut beliefs = node.inlet::<Beliefs>(Some(0)).expect("a free reader");
+
+    let mut example = python.observe(robot.domain(), &CENTRE);
+    let first =
+        believed(&mut beliefs, true).unwrap_or_else(|| panic!("{}\n{}", example.said(), robot.said()));
+    // It is one thing all the time, between the frames of its source too.
+    let mut newest = first;
+    let stays = wait_until(|| {
+        if let Some(belief) = believed(&mut beliefs, true) {
+            assert_eq!(belief.id, first.id);
+            newest = belief;
+        }
+        newest.observations > first.observations + 100
+    });
+    assert!(stays, "{first:?}\n{newest:?}");
+    let row = sensor(&robot);
+    assert_eq!((&row["refused"], is_silent(&robot)), (&0.into(), Some(false)), "{row}");
+    assert!(row["sources"][1]["observations"].as_u64() > Some(100), "{row}");
+
+    // Its process is killed: the robot says so, and in the end no longer believes in the block.
+    example.kill();
+    assert!(wait_until(|| is_silent(&robot) == Some(true)), "{}", robot.said());
+    assert!(wait_until(|| robot.said().contains("camera")), "{}", robot.said());
+    assert!(believed(&mut beliefs, false).is_none());
+
+    // Another life of it takes the place of the dead one.
+    let mut example = python.observe(robot.domain(), &CENTRE);
+    let again = believed(&mut beliefs, true);
+    assert!(again.is_some_and(|again| again.id > first.id), "{again:?}\n{}", example.said());
+    assert!(wait_until(|| is_silent(&robot) == Some(false)), "{}", robot.said());
+    assert_eq!(sensor(&robot)["restarts"], 0);
+
+    // It ends with the robot, and leaves nothing behind.
+    drop((beliefs, node));
+    let domain = robot.domain().to_owned();
+    let (status, said) = robot.stop(Signal::TERM);
+    assert!(status.success(), "{status}\n{said}");
+    assert!(wait_until(|| example.has_ended()), "the example goes on");
+    assert!(example.said().contains("the robot has ended"), "{}", example.said());
+    assert_eq!(left_behind(&domain), [""; 0]);
+}

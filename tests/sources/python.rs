@@ -1,0 +1,76 @@
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, Stdio};
+
+/// The interpreter of a virtual environment that has the middleware.
+pub(crate) struct Python(PathBuf);
+
+/// A run of the example.
+pub(crate) struct Example {
+    process: Child,
+    words: PathBuf,
+}
+
+impl Python {
+    /// The environment below the target folder; made there where it is not yet. `None` where that
+    /// does not work.
+    pub(crate) fn find() -> Option<Self> {
+        let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("python-iceoryx2-0.10.0");
+        let python = folder.join("bin/python");
+        let succeeds = |command: &mut Command| {
+            command.stdout(Stdio::null()).stderr(Stdio::null()).status().is_ok_and(|status| status.success())
+        };
+        let works = || succeeds(Command::new(&python).args(["-c", "import iceoryx2"]));
+        if !works() {
+            let install =
+                ["-m", "pip", "install", "--quiet", "--disable-pip-version-check", "iceoryx2==0.10.0"];
+            let made = succeeds(Command::new("python3").args(["-m", "venv", "--clear"]).arg(&folder))
+                && succeeds(Command::new(&python).args(install));
+            if !made || !works() {
+                return None;
+            }
+        }
+        Some(Self(python))
+    }
+
+    /// Runs the example as source 1 of a robot.
+    pub(crate) fn observe(&self, domain: &Path, centre: &[&str; 3]) -> Example {
+        let words = Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("observe-{}", std::process::id()));
+        let file = fs::File::create(&words).expect("writes");
+        let process = Command::new(&self.0)
+            .arg("-B")
+            .arg(concat!(env!("CARGO_MANIFEST_DIR"), "/docs/examples/python/observe.py"))
+            .args(["--source", "1", "--rate", "50", "--domain"])
+            .arg(domain)
+            .arg("--centre")
+            .args(centre)
+            .stdin(Stdio::null())
+            .stdout(file.try_clone().expect("a descriptor"))
+            .stderr(file)
+            .spawn()
+            .expect("starts");
+        Example { process, words }
+    }
+}
+
+impl Example {
+    /// What it said so far.
+    pub(crate) fn said(&self) -> String {
+        fs::read_to_string(&self.words).unwrap_or_default()
+    }
+
+    pub(crate) fn has_ended(&mut self) -> bool {
+        self.process.try_wait().expect("asked").is_some()
+    }
+
+    pub(crate) fn kill(&mut self) {
+        let _dead = self.process.kill().and_then(|()| self.process.wait().map(drop));
+    }
+}
+
+impl Drop for Example {
+    fn drop(&mut self) {
+        self.kill();
+        let _removed = fs::remove_file(&self.words);
+    }
+}
