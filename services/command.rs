@@ -1,5 +1,6 @@
 //! The commands: their names, their flags, and whom each hands over to.
 
+mod believe;
 mod domain;
 mod failure;
 mod output;
@@ -43,6 +44,8 @@ enum Command {
     Run(Run),
     /// Play a lesson in lockstep time, as fast as the machine can, and say what Leo learned
     Teach(Teach),
+    /// Believe a recorded trace of observations again: perception and belief alone, no processes
+    Believe(believe::Believe),
     /// Show a live table of the processes: rates, latencies, overruns, drops, restarts
     Top(Top),
     /// Check the whole configuration and what this machine can hold
@@ -156,6 +159,7 @@ impl Command {
         match self {
             Self::Run(run) => run.run(),
             Self::Teach(teach) => teach.run(),
+            Self::Believe(believe) => believe.run(),
             Self::Top(top) => top.run(),
             Self::Check(check) => check.run(),
             Self::Bench(bench) => bench.run(),

@@ -20,10 +20,11 @@ const LAYERS: [&[&str]; 6] = [
         "simulator-process",
         "supervisor-process",
     ],
-    &["process", "realtime", "serial", "store", "transport"],
+    &["process", "realtime", "serial", "store", "trace", "transport"],
     &[
         "account",
         "belief",
+        "chronicle",
         "cycle",
         "kinematics",
         "motion",
@@ -38,21 +39,23 @@ const LAYERS: [&[&str]; 6] = [
 ];
 
 /// Arrows within a layer, from the crate to those of its own layer that it may know.
-const PEERS: [(&str, &[&str]); 5] = [
+const PEERS: [(&str, &[&str]); 6] = [
     ("process", &["realtime", "transport"]),
     ("belief", &["perception"]),
+    ("chronicle", &["perspective"]),
     ("perspective", &["belief", "perception", "scene"]),
     ("motion", &["kinematics"]),
     ("config", &["message"]),
 ];
 
 /// What others made that only some of our crates may know.
-const WRAPPED: [(&str, &[&str]); 10] = [
+const WRAPPED: [(&str, &[&str]); 11] = [
     ("iceoryx2", &["transport"]),
     ("iceoryx2-bb-derive-macros", &["message"]),
     ("iceoryx2-bb-elementary-traits", &["message"]),
     ("parry3d", &["scene"]),
     ("redb", &["store"]),
+    ("mcap", &["trace"]),
     ("libc", &["realtime"]),
     ("signal-hook", &["process", "supervisor-process"]),
     ("rustix", &["clock", "realtime", "serial", "supervisor-process", "transport"]),

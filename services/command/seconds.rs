@@ -12,6 +12,15 @@ pub(crate) fn parse(text: &str) -> Result<Duration, String> {
         .ok_or_else(|| "give the seconds as a number above 0, for example 60 or 2.5".to_owned())
 }
 
+/// Reads milliseconds: a number above 0 and up to a year.
+pub(crate) fn parse_millis(text: &str) -> Result<Duration, String> {
+    text.parse::<f64>()
+        .ok()
+        .and_then(|millis| Duration::try_from_secs_f64(millis / 1000.0).ok())
+        .filter(|time| !time.is_zero() && *time <= MOST)
+        .ok_or_else(|| "give the milliseconds as a number above 0, for example 500".to_owned())
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -19,8 +28,9 @@ mod tests {
     #[test]
     fn only_a_time_that_can_pass_is_one() {
         assert_eq!(parse("2.5"), Ok(Duration::from_millis(2500)));
+        assert_eq!(parse_millis("2.5"), Ok(Duration::from_micros(2500)));
         for nonsense in ["-3", "0", "-0.0", "NaN", "inf", "1e30", "soon", "", "3 s", "1e-30"] {
-            assert!(parse(nonsense).is_err(), "{nonsense}");
+            assert!(parse(nonsense).is_err() && parse_millis(nonsense).is_err(), "{nonsense}");
         }
     }
 }

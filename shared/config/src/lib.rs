@@ -16,5 +16,5 @@ pub mod perspective;
 mod robot;
 
 pub use error::ConfigError;
-pub use load::{load, parse};
+pub use load::{load, parse, suggest};
 pub use robot::Robot;

@@ -59,8 +59,10 @@ fn line_and_column(text: &str, span: Option<Range<usize>>) -> (usize, usize) {
     (line, column)
 }
 
-/// Adds the closest of the expected keys to serde's message about an unknown one.
-fn suggest(message: &str) -> String {
+/// Adds the closest of the expected keys to serde's message about an unknown one; gives back any
+/// other message in one line.
+#[must_use]
+pub fn suggest(message: &str) -> String {
     let message = message.trim_end().replace('\n', "; ");
     let mut quoted = message.split('`').skip(1).step_by(2);
     if !message.starts_with("unknown field") && !message.starts_with("unknown variant") {

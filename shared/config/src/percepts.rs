@@ -337,6 +337,26 @@ impl Percepts {
     }
 }
 
+impl Belief {
+    /// Sets every switch to what the paper literally says, where the built-in setting departs from
+    /// it; tells of each what it is now and what it was, for people.
+    pub fn make_literal(&mut self) -> Vec<String> {
+        let was = self.clone();
+        self.cannot_link_same_source_instant = false;
+        self.no_term_applies = NoTermApplies::Zero;
+        self.normalised = false;
+        let no_term = |setting| match setting {
+            NoTermApplies::Infinite => "\"infinite\"",
+            NoTermApplies::Zero => "\"zero\"",
+        };
+        vec![
+            format!("cannot_link_same_source_instant = false (was {})", was.cannot_link_same_source_instant),
+            format!("no_term_applies = \"zero\" (was {})", no_term(was.no_term_applies)),
+            format!("normalised = false (was {})", was.normalised),
+        ]
+    }
+}
+
 impl Percept {
     /// The names of its symbols, in the order of their numbers; none where it derives no symbol.
     pub fn symbols(&self) -> impl Iterator<Item = &str> {

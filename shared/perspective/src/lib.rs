@@ -34,6 +34,7 @@
 
 mod anchor;
 mod awareness;
+mod divergence;
 mod error;
 mod field;
 mod nested;
@@ -45,6 +46,7 @@ mod transform;
 
 pub use anchor::Anchor;
 pub use awareness::Awareness;
+pub use divergence::{Aspect, Difference, Divergence, Side};
 pub use error::NoPerspective;
 pub use nested::Nested;
 pub use owners::{Claim, Owners, attends};

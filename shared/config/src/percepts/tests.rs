@@ -82,3 +82,14 @@ fn a_region_holds_its_sides_and_no_nan() {
     assert!(!region.holds([0.0, 0.5, 1.1]));
     assert!(!region.holds([f32::NAN, 0.5, 0.5]));
 }
+
+#[test]
+fn taken_at_its_word_the_paper_merges_without_cannot_link_infinity_or_norm() {
+    let mut belief = Percepts::builtin().belief;
+    belief.normalised = true;
+    let settings = belief.make_literal();
+    assert!(!belief.cannot_link_same_source_instant && !belief.normalised);
+    assert_eq!(belief.no_term_applies, NoTermApplies::Zero);
+    assert_eq!(settings[2], "normalised = false (was true)");
+    assert_eq!(settings.len(), 3);
+}

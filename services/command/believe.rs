@@ -1,0 +1,194 @@
+//! `leo believe`: a recorded trace through perception and belief, and what comes of it told.
+
+mod minds;
+
+use std::fs::File;
+use std::io::{BufWriter, ErrorKind, Read, StdoutLock, Write as _, stdin, stdout};
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+use std::time::Duration;
+
+use chronicle::{JsonLines, Mind, Refusal, Summary, Timeline};
+use clap::Args;
+use clock::Instant;
+use config::Robot;
+use message::{Observation, ObservationKind};
+use trace::{Instants, Reader};
+
+use super::failure::Failed;
+use super::seconds;
+use minds::Minds;
+
+#[derive(Args, Clone, Debug)]
+#[command(
+    after_help = "Example:\n  leo believe config/traces/moved.jsonl --every 500\n\ndocs/traces.md says what a \
+                        trace is and how to make one, and what is printed."
+)]
+pub(crate) struct Believe {
+    /// The trace, as JSON lines or MCAP; `-` is standard input
+    #[arg(value_name = "TRACE")]
+    trace: PathBuf,
+    /// Take the paper at its word where Leo departs from it; says in what
+    #[arg(long)]
+    literal: bool,
+    /// Print JSON lines: every belief of every perspective at every instant
+    #[arg(long)]
+    json: bool,
+    /// The robot's leo.toml; the files beside it are read too [default: built in]
+    #[arg(long, value_name = "FILE")]
+    config: Option<PathBuf>,
+    /// Partners whose beliefs are simulated, numbered from 1 [default: as configured]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(0..=64))]
+    partners: Option<u32>,
+    /// Tell of an instant at most this often; all of them are believed [default: of every one]
+    #[arg(long, value_name = "MS", value_parser = seconds::parse_millis, allow_hyphen_values = true)]
+    every: Option<Duration>,
+}
+
+impl Believe {
+    /// Believes the trace and tells what comes of it.
+    pub(crate) fn run(&self) -> Result<ExitCode, Failed> {
+        let mut robot = Robot::load(self.config.as_deref()).map_err(Failed::usage)?;
+        let literal = if self.literal { robot.percepts.belief.make_literal() } else { Vec::new() };
+        let partners = self.partners.unwrap_or(robot.leo.belief.partners);
+        let minds = Minds::new(&robot, partners).map_err(Failed::usage)?;
+        let reader = open(&self.trace).map_err(Failed::usage)?;
+        let teller = if self.json {
+            Teller::Json(JsonLines::new(&robot.percepts))
+        } else {
+            Teller::Text(Timeline::new(&robot.percepts))
+        };
+        let mut out = Out { out: BufWriter::new(stdout().lock()), text: String::new() };
+        if !self.json {
+            out.text.extend(literal.iter().map(|setting| format!("literal: {setting}\n")));
+        }
+        match self.tell(minds, Instants::new(reader), teller, literal, &mut out) {
+            Err(Stopped::Unread(error)) => Err(Failed::usage(error)),
+            // Who closed the other end has read enough.
+            Err(Stopped::Unwritten(error)) if error.kind() != ErrorKind::BrokenPipe => {
+                Err(Failed::because(format!("cannot write to standard output: {error}")))
+            }
+            Ok(()) | Err(Stopped::Unwritten(_)) => Ok(ExitCode::SUCCESS),
+        }
+    }
+
+    fn tell(
+        &self,
+        mut minds: Minds,
+        mut trace: Instants<Box<dyn Read>>,
+        mut teller: Teller,
+        literal: Vec<String>,
+        out: &mut Out<'_>,
+    ) -> Result<(), Stopped> {
+        let mut summary = Summary { literal, ..Summary::default() };
+        let mut frames = Vec::new();
+        let mut told: Option<Instant> = None;
+        while trace.read(&mut frames)? {
+            minds.step(&frames);
+            let at = minds.at();
+            summary.first_at_ns.get_or_insert(at.as_nanos());
+            summary.last_at_ns = Some(at.as_nanos());
+            for frame in &frames {
+                summary.frames += 1;
+                summary.observations += u64::try_from(frame.observations.len()).unwrap_or(u64::MAX);
+                let persons = frame.observations.iter().filter_map(partner);
+                summary.not_simulated.extend(persons.filter(|partner| !minds.simulates(*partner)));
+            }
+            if self.every.is_none_or(|every| told.is_none_or(|told| at.since(told) >= every)) {
+                told = Some(at);
+                teller.note(at, &minds.all(), &mut out.text);
+                out.write()?;
+            }
+        }
+        let reader = trace.reader();
+        summary.cut_short = reader.is_cut();
+        summary.left_out = minds.left_out();
+        summary.refused = reader.refused().iter().map(refusal).collect();
+        teller.close(&minds.all(), &summary, &mut out.text);
+        out.write()?;
+        Ok(())
+    }
+}
+
+/// Opens a file, or standard input.
+fn open(trace: &Path) -> Result<Reader<Box<dyn Read>>, trace::TraceError> {
+    if trace == Path::new("-") {
+        return Reader::new(Box::new(stdin().lock()), "standard input");
+    }
+    let name = trace.display().to_string();
+    match File::open(trace) {
+        Ok(file) => Reader::new(Box::new(file), &name),
+        Err(source) => Err(trace::TraceError::Read { name, source }),
+    }
+}
+
+/// Who was observed, if a partner was.
+fn partner(observation: &Observation) -> Option<u16> {
+    (observation.kind() == Some(ObservationKind::Person)).then_some(observation.partner)
+}
+
+fn refusal(refused: &trace::Refused) -> Refusal {
+    Refusal {
+        reason: refused.reason.to_string(),
+        observations: refused.observations,
+        first: refused.first.to_string(),
+    }
+}
+
+/// How it is told.
+enum Teller {
+    Text(Timeline),
+    Json(JsonLines),
+}
+
+impl Teller {
+    fn note(&mut self, at: Instant, minds: &[Mind<'_>], out: &mut String) {
+        match self {
+            Self::Text(timeline) => timeline.note(at.as_nanos(), minds, out),
+            Self::Json(lines) => lines.note(at.as_nanos(), minds, out),
+        }
+    }
+
+    fn close(&self, minds: &[Mind<'_>], summary: &Summary, out: &mut String) {
+        match self {
+            Self::Text(timeline) => timeline.close(minds, summary, out),
+            Self::Json(lines) => lines.close(minds, summary, out),
+        }
+    }
+}
+
+/// Why the telling ended before its end.
+enum Stopped {
+    Unread(trace::TraceError),
+    Unwritten(std::io::Error),
+}
+
+impl From<trace::TraceError> for Stopped {
+    fn from(error: trace::TraceError) -> Self {
+        Self::Unread(error)
+    }
+}
+
+impl From<std::io::Error> for Stopped {
+    fn from(error: std::io::Error) -> Self {
+        Self::Unwritten(error)
+    }
+}
+
+/// Standard output, and what shall be written to it.
+struct Out<'a> {
+    out: BufWriter<StdoutLock<'a>>,
+    text: String,
+}
+
+impl Out<'_> {
+    /// Writes at once: whoever waits at the other end of a pipe sees what was believed so far.
+    fn write(&mut self) -> std::io::Result<()> {
+        if !self.text.is_empty() {
+            self.out.write_all(self.text.as_bytes())?;
+            self.out.flush()?;
+            self.text.clear();
+        }
+        Ok(())
+    }
+}

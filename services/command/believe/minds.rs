@@ -1,0 +1,118 @@
+use belief_process::{Believer, Unbelieving};
+use chronicle::Mind;
+use clock::Instant;
+use config::Robot;
+use message::{Belief, BeliefHead, Header, Hop, Perceived};
+use perception::{Frame as Whose, Perception};
+use perspective::{Divergence, Side};
+use trace::Frame;
+
+/// All perspectives over a trace: the robot's perception and the core of the belief process, one
+/// after the other as the percept buffer between them would have it, and how each perspective
+/// differs from the robot's.
+///
+/// Whoever read the trace has judged what sources reported, and a trace is in the base frame: of the
+/// sensor process's work, perceiving is what is left.
+pub(super) struct Minds {
+    perception: Perception,
+    believer: Believer,
+    partners: u32,
+    capacity: usize,
+    entries: Vec<Perceived>,
+    left_out: u64,
+    minds: Vec<Own>,
+}
+
+/// A perspective of its own.
+struct Own {
+    head: BeliefHead,
+    beliefs: Vec<Belief>,
+    /// How it differs from the robot; nothing is compared before the partner has been seen.
+    divergence: Divergence,
+}
+
+impl Minds {
+    /// Nothing believed yet, with the sizes of the robot's buffers.
+    pub(super) fn new(robot: &Robot, partners: u32) -> Result<Self, Unbelieving> {
+        let capacity = robot.leo.buffers.objects.get();
+        let depth = robot.leo.belief.depth.get();
+        let believer = Believer::new(&robot.percepts, &robot.perspective, partners, depth, capacity)?;
+        let own = |perspective| Own {
+            head: believer.head(perspective),
+            beliefs: Vec::with_capacity(capacity),
+            divergence: Divergence::new(&robot.percepts, capacity),
+        };
+        Ok(Self {
+            perception: Perception::new(&robot.percepts)?,
+            partners,
+            capacity,
+            entries: Vec::with_capacity(capacity),
+            left_out: 0,
+            minds: (0..believer.perspectives()).map(own).collect(),
+            believer,
+        })
+    }
+
+    /// One look, and the step of the belief process that it wakes: over the frames of one instant.
+    pub(super) fn step(&mut self, frames: &[Frame]) {
+        let Some(at_ns) = frames.iter().map(|frame| frame.at_ns).max() else { return };
+        let observations = || frames.iter().flat_map(|frame| &frame.observations);
+        let perception = &self.perception;
+        self.entries.clear();
+        self.entries.extend(observations().take(self.capacity).map(|observation| Perceived {
+            observation: *observation,
+            snapshot: perception.perceive(observation, &Whose { agent: 0 }),
+        }));
+        let left_out = observations().count().saturating_sub(self.entries.len());
+        self.left_out = self.left_out.saturating_add(u64::try_from(left_out).unwrap_or(u64::MAX));
+        let mut header = Header::at(at_ns);
+        // A stamp of zero would say that nobody looked.
+        header.pass(Hop::Observed, at_ns.max(1));
+        self.believer.step(Instant::from_nanos(at_ns), &header, &self.entries);
+        self.read();
+    }
+
+    /// Reads what every perspective believes, as from the belief buffers.
+    fn read(&mut self) {
+        let believer = &self.believer;
+        for (perspective, own) in (0..).zip(&mut self.minds) {
+            own.head = believer.head(perspective);
+            own.beliefs.clear();
+            own.beliefs.extend(
+                (0..believer.len(perspective)).filter_map(|index| believer.entry(perspective, index)),
+            );
+        }
+        let Some((robot, partners)) = self.minds.split_first_mut() else { return };
+        let robots = Side { head: &robot.head, beliefs: &robot.beliefs };
+        for partner in partners {
+            if partner.head.present != 0 || !partner.beliefs.is_empty() {
+                let his = Side { head: &partner.head, beliefs: &partner.beliefs };
+                partner.divergence.compare(robots, his);
+            }
+        }
+    }
+
+    /// The instant that all beliefs are of.
+    pub(super) fn at(&self) -> Instant {
+        Instant::from_nanos(self.minds.first().map_or(0, |robot| robot.head.header.valid_at_ns))
+    }
+
+    /// Whether a partner's beliefs are simulated.
+    pub(super) fn simulates(&self, partner: u16) -> bool {
+        u32::from(partner) <= self.partners
+    }
+
+    /// Observations that found no room in a frame of the percept buffer.
+    pub(super) fn left_out(&self) -> u64 {
+        self.left_out
+    }
+
+    /// Every perspective, the robot's first.
+    pub(super) fn all(&self) -> Vec<Mind<'_>> {
+        let mind = |own| {
+            let Own { head, beliefs, divergence }: &Own = own;
+            Mind { head, beliefs, pairs: divergence.pairs(), differences: divergence.differences() }
+        };
+        self.minds.iter().map(mind).collect()
+    }
+}

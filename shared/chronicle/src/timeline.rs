@@ -1,0 +1,235 @@
+use std::collections::{BTreeMap, BTreeSet};
+use std::fmt::Write as _;
+
+use clock::{Duration, Instant};
+use config::percepts::Percepts;
+use message::{Belief, BeliefHead, NOBODY};
+
+use crate::words::{Words, agent, number, place, symbol, whose};
+use crate::{Mind, Summary, table};
+
+/// A thing has moved when it is further than this from where it was last said to be.
+const MOVED_M: f64 = 0.03;
+/// A thing rests when it has stayed within [`REST_M`] for so long.
+const REST: Duration = Duration::from_millis(200);
+const REST_M: f64 = 0.01;
+/// A state has changed when its degree has changed by more than this.
+const CHANGED: f32 = 0.25;
+
+/// Tells people what happened in the minds: who began to believe, ceased to, or changed what he
+/// believes, and where a partner began or ceased to differ from the robot. The time is that since
+/// the first instant noted. A thing that moves is told of once it rests.
+#[derive(Clone, Debug)]
+pub struct Timeline {
+    words: Words,
+    first: Option<Instant>,
+    minds: BTreeMap<u32, Told>,
+}
+
+/// What was told of a perspective.
+#[derive(Clone, Debug, Default)]
+struct Told {
+    present: bool,
+    beliefs: BTreeMap<u64, Account>,
+    differences: BTreeMap<(Option<u64>, Option<u64>), Vec<u16>>,
+}
+
+/// What was told of a belief.
+#[derive(Clone, Debug)]
+struct Account {
+    thing: String,
+    place_m: Option<[f64; 3]>,
+    /// Where it was of late, and since when.
+    stays: Option<([f64; 3], Instant)>,
+    states: Vec<Option<f32>>,
+    class: Vec<Option<u16>>,
+    held_by: u16,
+}
+
+impl Timeline {
+    /// Nothing happened yet.
+    #[must_use]
+    pub fn new(percepts: &Percepts) -> Self {
+        Self { words: Words::of(percepts), first: None, minds: BTreeMap::new() }
+    }
+
+    /// Takes note of an instant and tells what is new.
+    pub fn note(&mut self, at_ns: u64, minds: &[Mind<'_>], out: &mut String) {
+        let at = Instant::from_nanos(at_ns);
+        let first = *self.first.get_or_insert(at);
+        let mut lines = Lines { since: at.since(first), out };
+        for mind in minds {
+            let told = self.minds.entry(mind.head.perspective).or_default();
+            told.presence(mind, &mut lines);
+            told.beliefs(&self.words, at, mind, &mut lines);
+            told.differences(&self.words, mind, &mut lines);
+        }
+    }
+
+    /// Tells what is believed at the end, and what went in.
+    pub fn close(&self, minds: &[Mind<'_>], summary: &Summary, out: &mut String) {
+        // Writing to a string cannot fail.
+        let _ = table::write(&self.words, minds, summary, out);
+    }
+}
+
+/// Lines of one instant.
+struct Lines<'a> {
+    since: Duration,
+    out: &'a mut String,
+}
+
+impl Lines<'_> {
+    fn say(&mut self, who: &BeliefHead, words: &str) {
+        // Writing to a string cannot fail.
+        let _ = writeln!(self.out, "[{:7.2} s] {:<10} {words}", self.since.as_secs_f64(), whose(who));
+    }
+}
+
+impl Told {
+    fn presence(&mut self, mind: &Mind<'_>, lines: &mut Lines<'_>) {
+        let present = mind.head.present != 0;
+        if self.present != present && mind.head.perspective != 0 {
+            lines.say(mind.head, if present { "is there" } else { "is away: his beliefs freeze" });
+        }
+        self.present = present;
+    }
+
+    fn beliefs(&mut self, words: &Words, at: Instant, mind: &Mind<'_>, lines: &mut Lines<'_>) {
+        let who = mind.head;
+        self.beliefs.retain(|id, account| {
+            let lives = mind.belief(*id).is_some();
+            if !lives {
+                lines.say(who, &format!("no longer believes in {id}: {}", account.thing));
+            }
+            lives
+        });
+        for belief in mind.beliefs {
+            match self.beliefs.get_mut(&belief.id) {
+                Some(account) => {
+                    account.update(words, at, mind, belief, |change| {
+                        lines.say(who, &format!("{}: {change}", belief.id));
+                    });
+                }
+                None => {
+                    let account = Account::new(words, at, mind, belief);
+                    let text = table::describe(words, mind, belief);
+                    lines.say(who, &format!("believes in {}: {text}", belief.id));
+                    self.beliefs.insert(belief.id, account);
+                }
+            }
+        }
+    }
+
+    fn differences(&mut self, words: &Words, mind: &Mind<'_>, lines: &mut Lines<'_>) {
+        let now: BTreeMap<_, Vec<u16>> = mind
+            .differences
+            .iter()
+            .map(|difference| {
+                let about = difference.aspects().iter().map(|aspect| aspect.percept).collect();
+                ((difference.one, difference.other), about)
+            })
+            .collect();
+        let who = mind.head;
+        for (pair, about) in &now {
+            if self.differences.get(pair) == Some(about) {
+                continue;
+            }
+            let names: Vec<&str> = about.iter().map(|percept| words.name(*percept)).collect();
+            let names = names.join(", ");
+            lines.say(
+                who,
+                &match pair {
+                    (Some(robots), Some(his)) => format!("{his} differs from Leo's {robots}: {names}"),
+                    (Some(robots), None) => format!("does not know of Leo's {robots}"),
+                    (None, his) => format!("alone believes in {}", his.unwrap_or(0)),
+                },
+            );
+        }
+        // Whatever either of them was at odds about may be settled by another belief of his.
+        let settled = |(one, other): &(Option<u64>, Option<u64>)| {
+            let pair = mind.pairs.iter().find(|(own, his)| Some(*own) == *one || Some(*his) == *other);
+            pair.filter(|(own, his)| !now.contains_key(&(Some(*own), Some(*his))))
+        };
+        let over = self.differences.keys().filter(|pair| !now.contains_key(*pair));
+        let agreed: BTreeSet<_> = over.filter_map(settled).collect();
+        for (robots, his) in agreed {
+            lines.say(who, &format!("{his} agrees with Leo's {robots}"));
+        }
+        self.differences = now;
+    }
+}
+
+impl Account {
+    fn new(words: &Words, at: Instant, mind: &Mind<'_>, belief: &Belief) -> Self {
+        let place_m = mind.place_m(belief, words.position);
+        Self {
+            thing: words.thing(belief),
+            place_m,
+            stays: place_m.map(|place| (place, at)),
+            states: words.states().iter().map(|percept| number(belief, *percept)).collect(),
+            class: words.class().iter().map(|percept| symbol(belief, *percept)).collect(),
+            held_by: belief.held_by,
+        }
+    }
+
+    /// Tells what has changed.
+    fn update(
+        &mut self,
+        words: &Words,
+        at: Instant,
+        mind: &Mind<'_>,
+        belief: &Belief,
+        mut tell: impl FnMut(&str),
+    ) {
+        let class: Vec<_> = words.class().iter().map(|percept| symbol(belief, *percept)).collect();
+        if class != self.class {
+            self.class = class;
+            let thing = words.thing(belief);
+            tell(&format!("is a {thing}, not a {}", self.thing));
+            self.thing = thing;
+        }
+        if let Some(place_m) = self.moved(at, mind.place_m(belief, words.position)) {
+            tell(&format!("moved to {}", place(place_m)));
+        }
+        for (told, percept) in self.states.iter_mut().zip(words.states()) {
+            let now = number(belief, *percept);
+            let changed = match (*told, now) {
+                (Some(told), Some(now)) => (told - now).abs() > CHANGED,
+                (None, Some(_)) => true,
+                (_, None) => false,
+            };
+            if changed {
+                *told = now;
+                tell(&words.state(*percept, belief).unwrap_or_default());
+            }
+        }
+        if belief.held_by != self.held_by {
+            self.held_by = belief.held_by;
+            tell(&match belief.held_by {
+                NOBODY => "nobody holds it".to_owned(),
+                holder => format!("{} holds it", agent(holder)),
+            });
+        }
+    }
+
+    /// Where it has come to rest, if that is elsewhere than it was said to be.
+    fn moved(&mut self, at: Instant, place_m: Option<[f64; 3]>) -> Option<[f64; 3]> {
+        let place_m = place_m?;
+        let far =
+            |from: &[f64; 3]| from.iter().zip(&place_m).map(|(a, b)| (a - b).powi(2)).sum::<f64>().sqrt();
+        let since = match self.stays {
+            Some((place, since)) if far(&place) <= REST_M => since,
+            _ => {
+                self.stays = Some((place_m, at));
+                at
+            }
+        };
+        let rests = at.since(since) >= REST;
+        if rests && self.place_m.is_none_or(|told| far(&told) > MOVED_M) {
+            self.place_m = Some(place_m);
+            return Some(place_m);
+        }
+        None
+    }
+}

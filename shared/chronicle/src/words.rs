@@ -1,0 +1,140 @@
+use config::percepts::{Kernel, Percepts, Space};
+use message::{Belief, BeliefHead, Feature};
+
+/// What the percepts are called, and what to say of them.
+#[derive(Clone, Debug)]
+pub(crate) struct Words {
+    percepts: Vec<Word>,
+    /// The percept that says where a thing is.
+    pub(crate) position: Option<u16>,
+    /// The percepts that say what a thing is, in the order of speech: the noun comes last.
+    class: Vec<u16>,
+    /// The percepts that say in which states it is.
+    states: Vec<u16>,
+}
+
+#[derive(Clone, Debug)]
+struct Word {
+    name: String,
+    symbols: Vec<String>,
+}
+
+impl Words {
+    pub(crate) fn of(percepts: &Percepts) -> Self {
+        let (mut class, mut nouns, mut states, mut position) = (Vec::new(), Vec::new(), Vec::new(), None);
+        for (number, percept) in (0_u16..).zip(&percepts.percepts) {
+            match &percept.kernel {
+                Kernel::Position => position = position.or(Some(number)),
+                Kernel::Nearest(nearest) => match nearest.of {
+                    Space::Shape => nouns.push(number),
+                    Space::Colour => class.push(number),
+                    Space::EdgeM => {}
+                },
+                Kernel::State(_) => states.push(number),
+                Kernel::Orientation | Kernel::Extents | Kernel::Region(_) | Kernel::Own(_) => {}
+            }
+        }
+        class.append(&mut nouns);
+        let percepts = percepts.percepts.iter().map(|percept| Word {
+            name: percept.name.clone(),
+            symbols: percept.symbols().map(str::to_owned).collect(),
+        });
+        Self { percepts: percepts.collect(), position, class, states }
+    }
+
+    /// What a percept is called.
+    pub(crate) fn name(&self, percept: u16) -> &str {
+        self.percepts.get(usize::from(percept)).map_or("?", |word| &word.name)
+    }
+
+    /// What a symbol of a percept is called.
+    pub(crate) fn symbol(&self, percept: u16, symbol: u16) -> Option<&str> {
+        let word = self.percepts.get(usize::from(percept))?;
+        word.symbols.get(usize::from(symbol)).map(String::as_str)
+    }
+
+    /// What a thing is: "red square".
+    pub(crate) fn thing(&self, belief: &Belief) -> String {
+        let words: Vec<&str> = self
+            .class
+            .iter()
+            .filter_map(|percept| self.symbol(*percept, symbol(belief, *percept)?))
+            .collect();
+        if words.is_empty() { "thing".to_owned() } else { words.join(" ") }
+    }
+
+    /// In which state it is as to a percept: "filled", "not filled"; `None` where it has none.
+    pub(crate) fn state(&self, percept: u16, belief: &Belief) -> Option<String> {
+        Some(degree(self.name(percept), number(belief, percept)?))
+    }
+
+    /// The percepts that say in which states a thing is.
+    pub(crate) fn states(&self) -> &[u16] {
+        &self.states
+    }
+
+    /// The percepts that say what a thing is, in the order of speech.
+    pub(crate) fn class(&self) -> &[u16] {
+        &self.class
+    }
+
+    /// A feature in words.
+    pub(crate) fn feature(&self, percept: u16, feature: Option<Feature>) -> String {
+        match feature {
+            None | Some(Feature::None) => "unknown".to_owned(),
+            Some(Feature::Symbol(symbol)) => {
+                self.symbol(percept, symbol).map_or_else(|| symbol.to_string(), str::to_owned)
+            }
+            Some(Feature::Number(value)) => degree(self.name(percept), value),
+            Some(Feature::Vector(vector)) => place(vector.map(f64::from)),
+            Some(Feature::Orientation([x, y, z, w])) => format!("({x:.2}, {y:.2}, {z:.2}, {w:.2})"),
+        }
+    }
+}
+
+/// A perspective as people call it: "Leo", "partner 1", or of a nested one "partner 1's Leo".
+pub(crate) fn whose(head: &BeliefHead) -> String {
+    match head.path.agents() {
+        None | Some([]) => agent(0),
+        Some(agents) => agents.iter().map(|number| agent(*number)).collect::<Vec<_>>().join("'s "),
+    }
+}
+
+/// An agent as people call him.
+pub(crate) fn agent(number: u16) -> String {
+    match number {
+        0 => "Leo".to_owned(),
+        partner => format!("partner {partner}"),
+    }
+}
+
+/// A place in words.
+pub(crate) fn place([x, y, z]: [f64; 3]) -> String {
+    // What rounds to zero is zero, and never "-0.00".
+    let [x, y, z] = [x, y, z].map(|part| if part.abs() < 0.005 { 0.0 } else { part });
+    format!("({x:.2}, {y:.2}, {z:.2})")
+}
+
+pub(crate) fn symbol(belief: &Belief, percept: u16) -> Option<u16> {
+    match belief.percept(percept)?.feature()? {
+        Feature::Symbol(symbol) => Some(symbol),
+        Feature::None | Feature::Number(_) | Feature::Vector(_) | Feature::Orientation(_) => None,
+    }
+}
+
+pub(crate) fn number(belief: &Belief, percept: u16) -> Option<f32> {
+    match belief.percept(percept)?.feature()? {
+        Feature::Number(number) => Some(number),
+        Feature::None | Feature::Symbol(_) | Feature::Vector(_) | Feature::Orientation(_) => None,
+    }
+}
+
+fn degree(name: &str, value: f32) -> String {
+    if value > 0.95 {
+        name.to_owned()
+    } else if value < 0.05 {
+        format!("not {name}")
+    } else {
+        format!("{name} {value:.2}")
+    }
+}

@@ -1,0 +1,93 @@
+//! What comparing two perspectives costs: `cargo bench -p perspective --bench divergence`.
+//!
+//! A robot and a partner opposite believe in the same things on a grid of 11 cm. "same": both see
+//! all of it at every instant. "away": the partner does not look, a tenth of the things were moved
+//! and the robot believes in a tenth more. "first": the same, and nothing was compared before: all
+//! are paired by likeness, which happens once.
+
+#![expect(clippy::print_stdout, reason = "a benchmark prints")]
+
+use std::f64::consts::PI;
+use std::hint::black_box;
+
+use config::percepts::Percepts;
+use geometry::{Base, Person, Pose, Position};
+use message::{Belief, BeliefHead, Feature, Header, NOBODY, Remembered};
+use perspective::{Divergence, Side};
+use quantity::number::{float, single};
+
+const ROUNDS: u64 = 200;
+
+fn belief(id: u64, thing: u16, at_ns: u64, moved: bool, x_person_base: &Pose<Person, Base>) -> Belief {
+    let aside = if moved { 0.5 } else { 0.0 };
+    let place = Position::new(f64::from(thing / 64) * 0.11, f64::from(thing % 64) * 0.11 + aside, 0.03);
+    let place = (*x_person_base * place).to_array().map(single);
+    let mut belief = Belief::new(id, 1, at_ns, 100, NOBODY);
+    for (percept, feature) in [
+        (0, Feature::Vector(place)),
+        (4, Feature::Symbol(0)),
+        (5, Feature::Symbol(thing % 3)),
+        (6, Feature::Number(0.0)),
+    ] {
+        assert!(belief.push(Remembered::new(percept, at_ns, 1.0, 0.9, feature)), "there is room");
+    }
+    belief
+}
+
+fn main() {
+    let percepts = Percepts::builtin();
+    let x_base_person = Pose::<Base, Person>::upright(3.0, 0.0, 0.0, PI);
+    let (own, his) = (Pose::identity(), x_base_person.inverse());
+    println!("things   same p50/p99 us        away p50/p99 us        first p50/p99 us   agreed");
+    for things in [16_u16, 64, 256, 1000] {
+        let capacity = usize::from(things) + usize::from(things) / 10;
+        let mut columns = Vec::new();
+        let mut agreed = 0;
+        for (away, first) in [(false, false), (true, false), (true, true)] {
+            let mut divergence = Divergence::new(&percepts, capacity);
+            let mut nanos = Vec::new();
+            for round in 0..ROUNDS {
+                if first {
+                    divergence = Divergence::new(&percepts, capacity);
+                }
+                let at_ns = 10 + round;
+                let moved = |thing: u16| away && round > 0 && thing.is_multiple_of(10);
+                let more = if away { things / 10 } else { 0 };
+                let robots: Vec<Belief> = (0..things + more)
+                    .map(|thing| belief(u64::from(thing) + 1, thing, at_ns, moved(thing), &own))
+                    .collect();
+                let seen_at = if away { 10 } else { at_ns };
+                let partners: Vec<Belief> = (0..things)
+                    .map(|thing| belief(u64::from(thing) + 1, thing, seen_at, false, &his))
+                    .collect();
+                let robot = BeliefHead::of(0, Header::at(at_ns));
+                let partner = BeliefHead {
+                    frame_position_m: x_base_person.position_m(),
+                    frame_orientation_xyzw: x_base_person.orientation_xyzw(),
+                    ..BeliefHead::of(1, Header::at(at_ns))
+                };
+                let started = clock::now();
+                let found = divergence.compare(
+                    Side { head: &robot, beliefs: &robots },
+                    Side { head: &partner, beliefs: &partners },
+                );
+                black_box(found.len());
+                nanos.push(clock::nanos(clock::now().since(started)));
+                if !away {
+                    agreed = divergence.agreed();
+                }
+            }
+            assert_eq!(agreed, usize::from(things), "who sees the same believes the same");
+            nanos.sort_unstable();
+            columns.push(nanos);
+        }
+        print!("{things:6}");
+        for nanos in &columns {
+            for share in [50, 99] {
+                let index = usize::try_from((ROUNDS - 1) * share / 100).unwrap_or(0);
+                print!("  {:10.1}", float(nanos.get(index).copied().unwrap_or(0)) / 1000.0);
+            }
+        }
+        println!("  {agreed}");
+    }
+}

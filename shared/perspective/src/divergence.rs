@@ -1,0 +1,247 @@
+//! What one perspective believes and another does not.
+
+mod pairing;
+#[cfg(test)]
+mod tests;
+mod thing;
+
+use config::percepts::{self, Kernel, Percepts};
+use message::{Belief, BeliefHead, Feature, MAX_PERCEPTS};
+
+use pairing::{Measure, Pairing};
+use thing::{Aspects, Thing};
+
+/// The beliefs of a perspective at one instant, as its belief buffer holds them.
+#[derive(Clone, Copy, Debug)]
+pub struct Side<'a> {
+    /// The head: whose beliefs, and in which frame.
+    pub head: &'a BeliefHead,
+    /// The beliefs, in the order of their identities.
+    pub beliefs: &'a [Belief],
+}
+
+/// How two perspectives differ about one thing.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Difference {
+    /// The belief of the one; `None` where only the other believes in the thing.
+    pub one: Option<u64>,
+    /// The belief of the other; `None` where only the one believes in the thing.
+    pub other: Option<u64>,
+    count: usize,
+    aspects: [Aspect; MAX_PERCEPTS],
+}
+
+/// One percept about which two beliefs in the same thing differ. Places and orientations are in
+/// the robot's base frame.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Aspect {
+    /// The percept's number.
+    pub percept: u16,
+    /// What the one believes; `None` where it knows nothing of it.
+    pub one: Option<Feature>,
+    /// What the other believes; `None` where it knows nothing of it.
+    pub other: Option<Feature>,
+    /// How far apart the two are, where both are known: metres, radians, a difference of degrees,
+    /// or 1 for two symbols.
+    pub apart: Option<f64>,
+}
+
+impl Difference {
+    /// The percepts about which the two beliefs differ; none where only one believes at all.
+    #[must_use]
+    pub fn aspects(&self) -> &[Aspect] {
+        self.aspects.get(..self.count).unwrap_or(&[])
+    }
+
+    fn new(one: Option<u64>, other: Option<u64>) -> Self {
+        let nothing = Aspect { percept: 0, one: None, other: None, apart: None };
+        Self { one, other, count: 0, aspects: [nothing; MAX_PERCEPTS] }
+    }
+
+    fn push(&mut self, aspect: Aspect) {
+        if let Some(slot) = self.aspects.get_mut(self.count) {
+            *slot = aspect;
+            self.count += 1;
+        }
+    }
+}
+
+/// Compares two perspectives, belief by belief and percept by percept, instant after instant.
+///
+/// # Which beliefs are of one thing
+///
+/// Identities are each belief system's own, so two beliefs are paired by what they have in common:
+///
+/// 1. *The same observation.* Whatever a partner perceives, the perspective that contains his
+///    perceives too, at the same instant. Two beliefs that were last perceived at one instant and
+///    are closer than the configured threshold in D (Eq. 4), in the base frame, are of one thing.
+///    The pair is remembered: when he looks away and the thing is moved, it is a pair still, and
+///    the two differ about its place.
+/// 2. *Likeness.* Where a belief has no pair by observation, it is paired with one that is closer
+///    than the threshold in D without places, unless both could have been observed at once and
+///    were not: one of the two must have begun after the other was last perceived, or both before
+///    anything was compared.
+///
+/// Of several possible pairs the closest is taken first, one to one; among equal ones that of the
+/// lowest identities. A newer common observation overrules an older pair.
+///
+/// # Limits
+///
+/// Among equal things the second rule may err: if a red block is taken away behind his back and
+/// another put down elsewhere, his belief in the first is paired with the second. A belief that has a
+/// place is never paired by observation with one that has none. Indexical percepts (regions, a program's own) are not
+/// compared: "left" is another question for each. Who holds a thing is not compared.
+///
+/// Allocates in `new` alone. A pair that goes on costs a search by identity; new ones are looked
+/// for within the threshold's reach of their place. Pairs by likeness cost the product of the
+/// beliefs without a pair on the two sides, which are few: a partner observes nothing that the
+/// robot does not.
+#[derive(Clone, Debug)]
+pub struct Divergence {
+    aspects: Aspects,
+    measure: Measure,
+    pairing: Pairing,
+    one: Vec<Thing>,
+    other: Vec<Thing>,
+    /// The pairs that are remembered, by identity.
+    pairs: Vec<(u64, u64)>,
+    /// The first instant that was compared.
+    began_at_ns: Option<u64>,
+    agreed: usize,
+    differences: Vec<Difference>,
+    capacity: usize,
+}
+
+impl Divergence {
+    /// Nothing compared yet. `capacity` is that of the two belief systems; beliefs beyond it are
+    /// left out.
+    #[must_use]
+    pub fn new(percepts: &Percepts, capacity: usize) -> Self {
+        let aspects = Aspects::of(percepts);
+        Self {
+            measure: Measure::new(&percepts.belief, &aspects),
+            aspects,
+            pairing: Pairing::new(capacity),
+            one: Vec::with_capacity(capacity),
+            other: Vec::with_capacity(capacity),
+            pairs: Vec::with_capacity(capacity),
+            began_at_ns: None,
+            agreed: 0,
+            differences: Vec::with_capacity(2 * capacity),
+            capacity,
+        }
+    }
+
+    /// Compares the two at an instant; gives the things about which they differ: first those that
+    /// the one believes in, in the order of its identities, then those that only the other does.
+    pub fn compare(&mut self, one: Side<'_>, other: Side<'_>) -> &[Difference] {
+        let at_ns = one.head.header.valid_at_ns.min(other.head.header.valid_at_ns);
+        let began_at_ns = *self.began_at_ns.get_or_insert(at_ns);
+        for (things, side) in [(&mut self.one, one), (&mut self.other, other)] {
+            let frame = side.head.frame();
+            things.clear();
+            things.extend(
+                side.beliefs
+                    .iter()
+                    .take(self.capacity)
+                    .map(|belief| Thing::new(belief, frame.as_ref(), &self.aspects)),
+            );
+        }
+        self.recall();
+        self.pairing.by_observation(&self.measure, &mut self.one, &mut self.other);
+        self.pairing.by_likeness(&self.measure, began_at_ns, &mut self.one, &mut self.other);
+        self.list();
+        &self.differences
+    }
+
+    /// Things about which the two agreed at the last instant compared.
+    #[must_use]
+    pub fn agreed(&self) -> usize {
+        self.agreed
+    }
+
+    /// The pairs of beliefs in one thing at the last instant compared, by identity.
+    #[must_use]
+    pub fn pairs(&self) -> &[(u64, u64)] {
+        &self.pairs
+    }
+
+    /// The things about which the two differed at the last instant compared.
+    #[must_use]
+    pub fn differences(&self) -> &[Difference] {
+        &self.differences
+    }
+
+    /// Takes over the pairs of the instant before, as far as nothing speaks against them.
+    fn recall(&mut self) {
+        for (one, other) in self.pairs.drain(..) {
+            let find = |things: &[Thing], id: u64| things.binary_search_by_key(&id, |thing| thing.id).ok();
+            let (Some(i), Some(j)) = (find(&self.one, one), find(&self.other, other)) else { continue };
+            let (Some(one), Some(other)) = (self.one.get_mut(i), self.other.get_mut(j)) else { continue };
+            let observed_at_once = one.perceived_at_ns == other.perceived_at_ns;
+            if observed_at_once && self.measure.distance(one, other).is_none() {
+                continue;
+            }
+            (one.pair, other.pair) = (Some(j), Some(i));
+            (one.is_sure, other.is_sure) = (observed_at_once, observed_at_once);
+        }
+    }
+
+    /// Lists what differs and remembers the pairs.
+    fn list(&mut self) {
+        self.agreed = 0;
+        self.differences.clear();
+        for one in &self.one {
+            let Some(other) = one.pair.and_then(|index| self.other.get(index)) else {
+                self.differences.push(Difference::new(Some(one.id), None));
+                continue;
+            };
+            self.pairs.push((one.id, other.id));
+            let mut difference = Difference::new(Some(one.id), Some(other.id));
+            self.aspects.compare(one, other, |aspect| difference.push(aspect));
+            if difference.count == 0 {
+                self.agreed += 1;
+            } else {
+                self.differences.push(difference);
+            }
+        }
+        let alone = self.other.iter().filter(|other| other.pair.is_none());
+        self.differences.extend(alone.map(|other| Difference::new(None, Some(other.id))));
+    }
+}
+
+/// A percept that means the same to everybody, once it is in the base frame.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Meaning {
+    Place,
+    Orientation,
+    Extents,
+    Degree,
+    Symbol,
+}
+
+impl Meaning {
+    fn of(percept: &percepts::Percept) -> Option<Self> {
+        match &percept.kernel {
+            Kernel::Position => Some(Self::Place),
+            Kernel::Orientation => Some(Self::Orientation),
+            Kernel::Extents => Some(Self::Extents),
+            Kernel::State(_) => Some(Self::Degree),
+            Kernel::Nearest(_) => Some(Self::Symbol),
+            Kernel::Region(_) | Kernel::Own(_) => None,
+        }
+    }
+
+    /// Two features that are no further apart than this are the same belief.
+    const fn tolerance(self) -> f64 {
+        match self {
+            // What is nearer was not moved: the learner takes the same distance.
+            Self::Place => 0.03,
+            // 15 degrees.
+            Self::Orientation => 0.262,
+            Self::Extents => 0.01,
+            Self::Degree => 0.25,
+            Self::Symbol => 0.5,
+        }
+    }
+}

@@ -1,0 +1,327 @@
+use std::collections::BTreeSet;
+use std::sync::LazyLock;
+
+use config::percepts::Percepts;
+use geometry::{Base, Person, Pose, Position};
+use message::{Belief, BeliefHead, Feature, Header, NOBODY, Remembered};
+use proptest::prelude::*;
+use quantity::number::single;
+
+use super::{Difference, Divergence, Side};
+
+const CAPACITY: usize = 32;
+static PERCEPTS: LazyLock<Percepts> = LazyLock::new(Percepts::builtin);
+
+/// A thing of a test: where it is in the base frame, what it looks like, and since when it is known.
+#[derive(Clone, Copy, Debug)]
+struct Known {
+    place_m: [f64; 3],
+    colour: u16,
+    on: f32,
+    born_at_ns: u64,
+    perceived_at_ns: u64,
+}
+
+/// A perspective of a test.
+#[derive(Clone, Debug)]
+struct Mind {
+    head: BeliefHead,
+    beliefs: Vec<Belief>,
+}
+
+impl Mind {
+    /// Beliefs numbered from `first_id`, in a frame of their own.
+    fn new(at_ns: u64, x_base_person: &Pose<Base, Person>, first_id: u64, things: &[Known]) -> Self {
+        let mut head = BeliefHead::of(1, Header::at(at_ns));
+        head.frame_position_m = x_base_person.position_m();
+        head.frame_orientation_xyzw = x_base_person.orientation_xyzw();
+        let beliefs = (first_id..).zip(things).map(|(id, thing)| thing.believed(id, x_base_person));
+        Self { head, beliefs: beliefs.collect() }
+    }
+
+    fn side(&self) -> Side<'_> {
+        Side { head: &self.head, beliefs: &self.beliefs }
+    }
+}
+
+impl Known {
+    fn believed(&self, id: u64, x_base_person: &Pose<Base, Person>) -> Belief {
+        let [x, y, z] = self.place_m;
+        let place = (x_base_person.inverse() * Position::new(x, y, z)).to_array();
+        let mut belief = Belief::new(id, self.born_at_ns, self.perceived_at_ns, 9, NOBODY);
+        for (percept, feature) in [
+            ("position", Feature::Vector(place.map(single))),
+            ("shape", Feature::Symbol(0)),
+            ("colour", Feature::Symbol(self.colour)),
+            ("on", Feature::Number(self.on)),
+            // On whose left it is, is nobody else's business.
+            ("left", Feature::Number(if place[1] > 0.0 { 1.0 } else { 0.0 })),
+        ] {
+            let number = PERCEPTS.index(percept).unwrap();
+            assert!(belief.push(Remembered::new(number, self.perceived_at_ns, 1.0, 1.0, feature)));
+        }
+        belief
+    }
+}
+
+fn red(place_m: [f64; 3], born_at_ns: u64, perceived_at_ns: u64) -> Known {
+    Known { place_m, colour: 0, on: 0.0, born_at_ns, perceived_at_ns }
+}
+
+/// The robot's frame, and that of somebody opposite.
+fn frames() -> (Pose<Base, Person>, Pose<Base, Person>) {
+    (Pose::identity(), Pose::upright(1.5, 0.0, 0.0, std::f64::consts::PI))
+}
+
+/// Compares beliefs of the robot, numbered from 1, with those of somebody opposite, from 101.
+fn compare(divergence: &mut Divergence, at_ns: u64, robots: &[Known], his: &[Known]) -> Vec<Difference> {
+    let (base, opposite) = frames();
+    let (robot, partner) = (Mind::new(at_ns, &base, 1, robots), Mind::new(at_ns, &opposite, 101, his));
+    divergence.compare(robot.side(), partner.side()).to_vec()
+}
+
+fn new() -> Divergence {
+    Divergence::new(&PERCEPTS, CAPACITY)
+}
+
+/// Who differs, and about which percepts.
+fn told(differences: &[Difference]) -> Vec<(Option<u64>, Option<u64>, Vec<u16>)> {
+    let about = |difference: &Difference| difference.aspects().iter().map(|aspect| aspect.percept).collect();
+    differences.iter().map(|difference| (difference.one, difference.other, about(difference))).collect()
+}
+
+fn position() -> u16 {
+    PERCEPTS.index("position").unwrap()
+}
+
+prop_compose! {
+    fn known()(
+        place_m in prop::array::uniform3(-0.6..0.6_f64),
+        colour in 0..2_u16,
+        on in prop::sample::select(vec![0.0, 1.0_f32]),
+        born_at_ns in 1..20_u64,
+        lasts in 0..3_u64,
+    ) -> Known {
+        Known { place_m, colour, on, born_at_ns, perceived_at_ns: born_at_ns + lasts }
+    }
+}
+
+prop_compose! {
+    fn pose()(
+        position in prop::array::uniform3(-3.0..3.0_f64),
+        angles in prop::array::uniform3(-3.0..3.0_f64),
+    ) -> Pose<Base, Person> {
+        let [x, y, z] = position;
+        let [roll, pitch, yaw] = angles;
+        let rotation = nalgebra::UnitQuaternion::from_euler_angles(roll, pitch, yaw);
+        Pose::from_isometry(nalgebra::Isometry3::from_parts(nalgebra::Translation3::new(x, y, z), rotation))
+    }
+}
+
+fn minds() -> impl Strategy<Value = (Vec<Known>, Vec<Known>)> {
+    // Some things are known to both, perhaps at another place and in another state.
+    let both = prop::collection::vec((known(), -0.2..0.2_f64, any::<bool>()), 0..12);
+    (both, prop::collection::vec(known(), 0..5), prop::collection::vec(known(), 0..5)).prop_map(
+        |(both, mut robots, mut his)| {
+            for (thing, aside, on) in both {
+                let [x, y, z] = thing.place_m;
+                robots.push(thing);
+                his.push(Known { place_m: [x + aside, y, z], on: if on { 1.0 } else { 0.0 }, ..thing });
+            }
+            (robots, his)
+        },
+    )
+}
+
+/// Every pair of both rules, the closest first: what the pairing does, written plainly.
+fn paired_plainly(began_at_ns: u64, robots: &[Known], his: &[Known]) -> BTreeSet<(u64, u64)> {
+    let far = |one: &Known, other: &Known| {
+        let squares = one.place_m.iter().zip(&other.place_m).map(|(a, b)| (a - b).powi(2));
+        squares.sum::<f64>().sqrt()
+    };
+    let mut pairs = BTreeSet::new();
+    for by_observation in [true, false] {
+        let mut candidates = Vec::new();
+        for (i, one) in (1..).zip(robots) {
+            for (j, other) in (101..).zip(his) {
+                let alike = one.colour == other.colour;
+                let may = if by_observation {
+                    one.perceived_at_ns == other.perceived_at_ns && far(one, other) < 0.15
+                } else {
+                    one.born_at_ns > other.perceived_at_ns
+                        || other.born_at_ns > one.perceived_at_ns
+                        || (one.born_at_ns < began_at_ns && other.born_at_ns < began_at_ns)
+                };
+                if alike && may {
+                    candidates.push((far(one, other), i, j));
+                }
+            }
+        }
+        candidates.sort_by(|a, b| a.0.total_cmp(&b.0));
+        for (_, i, j) in candidates {
+            if pairs.iter().all(|(one, other)| *one != i && *other != j) {
+                pairs.insert((i, j));
+            }
+        }
+    }
+    pairs
+}
+
+proptest! {
+    #[test]
+    fn the_pairs_are_those_that_all_pairs_in_their_order_give((robots, his) in minds(), began in 1..20_u64) {
+        let mut divergence = new();
+        let _ = compare(&mut divergence, began, &robots, &his);
+        let pairs: BTreeSet<_> = divergence.pairs.iter().copied().collect();
+        prop_assert_eq!(pairs, paired_plainly(began, &robots, &his));
+    }
+
+    #[test]
+    fn what_the_one_lacks_of_the_other_the_other_has_more_than_the_one(
+        instants in prop::collection::vec(minds(), 1..4),
+    ) {
+        let (mut there, mut back) = (new(), new());
+        let (base, opposite) = frames();
+        for (at_ns, (robots, his)) in (10..).zip(&instants) {
+            let (robot, partner) = (Mind::new(at_ns, &base, 1, robots), Mind::new(at_ns, &opposite, 1, his));
+            let there = there.compare(robot.side(), partner.side());
+            let back = back.compare(partner.side(), robot.side());
+            let mut mirrored: Vec<_> = back
+                .iter()
+                .map(|difference| {
+                    let mut mirrored = Difference { one: difference.other, other: difference.one, ..*difference };
+                    for aspect in &mut mirrored.aspects {
+                        (aspect.one, aspect.other) = (aspect.other, aspect.one);
+                    }
+                    mirrored
+                })
+                .collect();
+            mirrored.sort_by_key(|difference| (difference.one.is_none(), difference.one, difference.other));
+            prop_assert_eq!(there, mirrored.as_slice());
+        }
+    }
+
+    #[test]
+    fn who_believes_the_same_differs_in_nothing(
+        columns in prop::collection::btree_set((0..6_u8, 0..6_u8), 0..12),
+        looks in prop::collection::vec(known(), 12),
+        his in pose(),
+    ) {
+        // A hand's breadth apart: what lies closer may be taken for one another.
+        let things: Vec<Known> = columns
+            .iter()
+            .zip(looks)
+            .map(|((x, y), look)| Known { place_m: [f64::from(*x) * 0.2, f64::from(*y) * 0.2, 0.03], ..look })
+            .collect();
+        let mut divergence = new();
+        let robot = Mind::new(30, &Pose::identity(), 1, &things);
+        let backwards: Vec<Known> = things.iter().rev().copied().collect();
+        let partner = Mind::new(30, &his, 7, &backwards);
+        prop_assert_eq!(divergence.compare(robot.side(), partner.side()), &[]);
+        prop_assert_eq!(divergence.agreed(), things.len());
+    }
+
+    #[test]
+    fn where_the_base_and_the_frames_lie_changes_nothing(
+        instants in prop::collection::vec(minds(), 1..3),
+        base in pose(),
+        his in pose(),
+    ) {
+        let (mut here, mut there) = (new(), new());
+        for (at_ns, (robots, partners)) in (10..).zip(&instants) {
+            let expected = compare(&mut here, at_ns, robots, partners);
+            let robot = Mind::new(at_ns, &base, 1, robots);
+            let partner = Mind::new(at_ns, &his, 101, partners);
+            let found = there.compare(robot.side(), partner.side());
+            prop_assert_eq!(told(found), told(&expected));
+            for (found, expected) in found.iter().zip(&expected) {
+                for (found, expected) in found.aspects().iter().zip(expected.aspects()) {
+                    let near = found.apart.zip(expected.apart).is_none_or(|(a, b)| (a - b).abs() < 1e-5);
+                    prop_assert!(near, "{found:?} {expected:?}");
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn what_is_moved_behind_his_back_is_one_thing_at_two_places() {
+    let mut divergence = new();
+    let there = [0.6, 0.0, 0.03];
+    let here = [0.6, 0.3, 0.03];
+    assert_eq!(compare(&mut divergence, 5, &[red(there, 5, 5)], &[red(there, 5, 5)]), []);
+    let differences = compare(&mut divergence, 9, &[red(here, 5, 9)], &[red(there, 5, 5)]);
+    assert_eq!(told(&differences), [(Some(1), Some(101), vec![position()])]);
+    let [aspect] = differences[0].aspects() else { panic!("{differences:?}") };
+    assert!(aspect.apart.is_some_and(|apart| (apart - 0.3).abs() < 1e-6));
+    assert_eq!(aspect.one, Some(Feature::Vector(here.map(single))));
+    let Some(Feature::Vector([x, y, _])) = aspect.other else { panic!("{aspect:?}") };
+    assert!((x - 0.6).abs() < 1e-6 && y.abs() < 1e-6, "not in the base frame: {aspect:?}");
+    // He looks again: a new belief of his, and the old one, which he gives up later.
+    let his = [red(there, 5, 5), red(here, 12, 12)];
+    let differences = compare(&mut divergence, 12, &[red(here, 5, 12)], &his);
+    assert_eq!(told(&differences), [(None, Some(101), vec![])]);
+    assert_eq!(divergence.agreed(), 1);
+}
+
+#[test]
+fn two_alike_that_change_places_behind_his_back_are_not_mistaken() {
+    let mut divergence = new();
+    let (a, b) = ([0.6, 0.0, 0.03], [0.6, 0.3, 0.03]);
+    let first = [red(a, 5, 5), red(b, 5, 5)];
+    assert_eq!(compare(&mut divergence, 5, &first, &first), []);
+    let differences = compare(&mut divergence, 9, &[red(b, 5, 9), red(a, 5, 9)], &first);
+    assert_eq!(
+        told(&differences),
+        [(Some(1), Some(101), vec![position()]), (Some(2), Some(102), vec![position()])]
+    );
+}
+
+#[test]
+fn a_belief_begun_anew_is_paired_by_likeness_and_one_that_stood_beside_it_is_not() {
+    let mut divergence = new();
+    let (a, hidden, c) = ([0.6, 0.0, 0.03], [0.3, 0.4, 0.03], [0.6, 0.5, 0.03]);
+    let robots = [red(a, 5, 5), red(hidden, 5, 5)];
+    assert_eq!(told(&compare(&mut divergence, 5, &robots, &[red(a, 5, 5)])), [(Some(2), None, vec![])]);
+    // The robot has lost sight of the first and found one like it elsewhere.
+    let (base, opposite) = frames();
+    let mut robot = Mind::new(20, &base, 2, &[red(hidden, 5, 20), red(c, 14, 20)]);
+    let partner = Mind::new(20, &opposite, 101, &[red(a, 5, 5)]);
+    let differences = divergence.compare(robot.side(), partner.side());
+    assert_eq!(told(differences), [(Some(2), None, vec![]), (Some(3), Some(101), vec![position()])]);
+    // Without it, he believes in what is no longer there.
+    robot.beliefs.truncate(1);
+    let differences = divergence.compare(robot.side(), partner.side());
+    assert_eq!(told(differences), [(Some(2), None, vec![]), (None, Some(101), vec![])]);
+}
+
+#[test]
+fn what_only_one_has_seen_of_a_thing_is_a_difference_too() {
+    let on = PERCEPTS.index("on").unwrap();
+    let thing = red([0.6, 0.0, 0.03], 5, 5);
+    let (base, opposite) = frames();
+    let robot = Mind::new(5, &base, 1, &[thing]);
+    let mut partner = Mind::new(5, &opposite, 101, &[thing]);
+    let mut without = Belief::new(101, 5, 5, 9, NOBODY);
+    for remembered in partner.beliefs[0].percepts().iter().filter(|remembered| remembered.percept != on) {
+        assert!(without.push(*remembered));
+    }
+    partner.beliefs[0] = without;
+    let mut divergence = new();
+    let [difference] = divergence.compare(robot.side(), partner.side()) else { panic!("nothing differs") };
+    let [aspect] = difference.aspects() else { panic!("{difference:?}") };
+    let expected = (on, Some(Feature::Number(0.0)), None, None);
+    assert_eq!((aspect.percept, aspect.one, aspect.other, aspect.apart), expected);
+}
+
+#[test]
+fn a_head_that_lies_about_its_frame_harms_nobody() {
+    let thing = red([0.6, 0.0, 0.03], 5, 5);
+    let mut robot = Mind::new(5, &Pose::identity(), 1, &[thing]);
+    let lying = robot.clone();
+    robot.head.frame_position_m = [f64::NAN; 3];
+    let mut divergence = new();
+    // Whose places are nowhere has nothing in common with anybody.
+    let differences = divergence.compare(robot.side(), lying.side());
+    assert_eq!(told(differences), [(Some(1), None, vec![]), (None, Some(1), vec![])]);
+}

@@ -1,0 +1,136 @@
+use config::percepts::Percepts;
+use geometry::{Base, Person, Pose, Position};
+use message::{Belief, Feature, MAX_PERCEPTS};
+use quantity::number::single;
+
+use super::{Aspect, Meaning};
+
+/// A belief brought into the base frame.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Thing {
+    pub(super) id: u64,
+    pub(super) born_at_ns: u64,
+    pub(super) perceived_at_ns: u64,
+    /// The belief of the other side that is of the same thing: its place in that side's list.
+    pub(super) pair: Option<usize>,
+    /// Whether the pair was observed as one at the newest instant of both.
+    pub(super) is_sure: bool,
+    /// By percept; those that mean something else to everybody are left out.
+    features: [Option<Feature>; MAX_PERCEPTS],
+    pub(super) place_m: Option<[f64; 3]>,
+}
+
+impl Thing {
+    pub(super) fn new(
+        belief: &Belief,
+        x_base_person: Option<&Pose<Base, Person>>,
+        aspects: &Aspects,
+    ) -> Self {
+        let mut features = [None; MAX_PERCEPTS];
+        let mut place_m = None;
+        for remembered in belief.percepts() {
+            let Some(meaning) = aspects.meaning(remembered.percept) else { continue };
+            let feature = remembered.feature().and_then(|feature| in_base(meaning, x_base_person, feature));
+            if let (Meaning::Place, Some(Feature::Vector(place))) = (meaning, feature) {
+                place_m = place_m.or(Some(place.map(f64::from)));
+            }
+            if let Some(slot) = features.get_mut(usize::from(remembered.percept)) {
+                *slot = feature;
+            }
+        }
+        Self {
+            id: belief.id,
+            born_at_ns: belief.born_at_ns,
+            perceived_at_ns: belief.perceived_at_ns,
+            pair: None,
+            is_sure: false,
+            features,
+            place_m,
+        }
+    }
+
+    pub(super) fn feature(&self, percept: u16) -> Option<&Feature> {
+        self.features.get(usize::from(percept))?.as_ref()
+    }
+}
+
+/// The percepts that are compared.
+#[derive(Clone, Debug)]
+pub(super) struct Aspects(Vec<Option<Meaning>>);
+
+impl Aspects {
+    pub(super) fn of(percepts: &Percepts) -> Self {
+        Self(percepts.percepts.iter().map(Meaning::of).collect())
+    }
+
+    pub(super) fn meaning(&self, percept: u16) -> Option<Meaning> {
+        self.0.get(usize::from(percept)).copied().flatten()
+    }
+
+    /// Tells about which of them two beliefs in one thing differ.
+    pub(super) fn compare(&self, one: &Thing, other: &Thing, mut tell: impl FnMut(Aspect)) {
+        for (percept, meaning) in (0..).zip(&self.0) {
+            let Some(meaning) = meaning else { continue };
+            let (of_one, of_other) = (one.feature(percept), other.feature(percept));
+            let apart = of_one.zip(of_other).and_then(|(one, other)| apart(one, other));
+            let same = match (of_one, of_other) {
+                (None, None) => true,
+                (Some(_), Some(_)) => apart.is_some_and(|apart| apart <= meaning.tolerance()),
+                (Some(_), None) | (None, Some(_)) => false,
+            };
+            if !same {
+                tell(Aspect { percept, one: of_one.copied(), other: of_other.copied(), apart });
+            }
+        }
+    }
+}
+
+/// How far apart two features are, as the belief distances measure it (Eq. 4); `None` where they
+/// cannot be compared.
+pub(super) fn apart(one: &Feature, other: &Feature) -> Option<f64> {
+    match (one, other) {
+        (Feature::Vector(one), Feature::Vector(other)) => {
+            Some(distance(&one.map(f64::from), &other.map(f64::from)))
+        }
+        (Feature::Orientation(one), Feature::Orientation(other)) => {
+            let dot: f64 = one.iter().zip(other).map(|(a, b)| f64::from(*a) * f64::from(*b)).sum();
+            Some(2.0 * dot.abs().min(1.0).acos())
+        }
+        (Feature::Number(one), Feature::Number(other)) => Some((f64::from(*one) - f64::from(*other)).abs()),
+        (Feature::Symbol(one), Feature::Symbol(other)) => Some(if one == other { 0.0 } else { 1.0 }),
+        (
+            Feature::None
+            | Feature::Vector(_)
+            | Feature::Orientation(_)
+            | Feature::Number(_)
+            | Feature::Symbol(_),
+            _,
+        ) => None,
+    }
+}
+
+pub(super) fn distance(one: &[f64; 3], other: &[f64; 3]) -> f64 {
+    one.iter().zip(other).map(|(a, b)| (a - b).powi(2)).sum::<f64>().sqrt()
+}
+
+/// A feature of a perspective's frame in the base frame; `None` where that frame is nonsense.
+fn in_base(
+    meaning: Meaning,
+    x_base_person: Option<&Pose<Base, Person>>,
+    feature: Feature,
+) -> Option<Feature> {
+    match (meaning, feature) {
+        (Meaning::Place, Feature::Vector(place_m)) => {
+            let [x, y, z] = place_m.map(f64::from);
+            Some(Feature::Vector((*x_base_person? * Position::new(x, y, z)).to_array().map(single)))
+        }
+        (Meaning::Orientation, Feature::Orientation(xyzw)) => {
+            let x_person_thing = Pose::<Person, geometry::Thing>::from_parts([0.0; 3], xyzw.map(f64::from))?;
+            Some(Feature::Orientation((*x_base_person? * x_person_thing).orientation_xyzw().map(single)))
+        }
+        (
+            Meaning::Place | Meaning::Orientation | Meaning::Extents | Meaning::Degree | Meaning::Symbol,
+            feature,
+        ) => Some(feature),
+    }
+}

@@ -1,0 +1,93 @@
+use std::io::{BufRead, Read as _};
+
+use serde::Deserialize;
+use serde_json::Value;
+
+use crate::json::{self, LONGEST, Unread};
+use crate::{Frame, Place, TraceError};
+
+/// The version that this crate reads and writes.
+pub(crate) const VERSION: u64 = 1;
+
+/// The first line.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Header {
+    #[serde(rename = "leo_trace")]
+    _version: u64,
+    /// For people.
+    #[serde(rename = "title")]
+    _title: Option<String>,
+}
+
+/// JSON lines.
+pub(crate) struct Lines<R> {
+    source: R,
+    line: Vec<u8>,
+    number: u64,
+}
+
+impl<R: BufRead> Lines<R> {
+    /// Reads the header.
+    pub(crate) fn open(source: R, name: &str) -> Result<Self, TraceError> {
+        let mut lines = Self { source, line: Vec::new(), number: 0 };
+        if !lines.advance(name)? {
+            return Err(TraceError::Foreign { name: name.to_owned(), found: "it is empty".to_owned() });
+        }
+        let found = match json::read::<Value>(&lines.line) {
+            Ok(header) => header.get("leo_trace").map(Value::to_string),
+            Err(_) => None,
+        };
+        match found {
+            Some(version) if version == VERSION.to_string() => {}
+            Some(found) => return Err(TraceError::Version { name: name.to_owned(), found }),
+            None => {
+                let found = "its first line is no header".to_owned();
+                return Err(TraceError::Foreign { name: name.to_owned(), found });
+            }
+        }
+        let header: Result<Header, Unread> = json::read(&lines.line);
+        header.map_err(|unread| unread.at(name, lines.place()))?;
+        Ok(lines)
+    }
+
+    /// The next frame; `None` at the end, and where the last line was cut short, which sets `cut`.
+    pub(crate) fn next(&mut self, name: &str, cut: &mut bool) -> Result<Option<Frame>, TraceError> {
+        if !self.advance(name)? {
+            return Ok(None);
+        }
+        match json::read_frame(&self.line) {
+            Ok(frame) => Ok(Some(frame)),
+            Err(Unread::Cut(_)) if !self.line.ends_with(b"\n") => {
+                *cut = true;
+                Ok(None)
+            }
+            Err(unread) => Err(unread.at(name, self.place())),
+        }
+    }
+
+    pub(crate) fn place(&self) -> Place {
+        Place::Line(self.number)
+    }
+
+    /// Reads the next line that is not blank; `false` at the end.
+    fn advance(&mut self, name: &str) -> Result<bool, TraceError> {
+        loop {
+            self.line.clear();
+            self.number += 1;
+            let most = u64::try_from(LONGEST).unwrap_or(u64::MAX).saturating_add(1);
+            let read = self.source.by_ref().take(most).read_until(b'\n', &mut self.line);
+            let length = read.map_err(|source| TraceError::Read { name: name.to_owned(), source })?;
+            if length > LONGEST {
+                let reason = format!("longer than {} MiB: put one frame in a line", LONGEST >> 20);
+                return Err(Unread::Wrong(String::new(), reason).at(name, self.place()));
+            }
+            if length == 0 {
+                return Ok(false);
+            }
+            if !self.line.trim_ascii().is_empty() {
+                return Ok(true);
+            }
+        }
+    }
+}

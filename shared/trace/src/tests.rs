@@ -1,0 +1,468 @@
+use std::io::Read;
+
+use message::{Loss, Modality, NOBODY, Observation, ObservationKind, State};
+use proptest::prelude::*;
+
+use crate::{Frame, Instants, Place, Reader, Reason, TraceError, Writer};
+
+fn read(bytes: &[u8]) -> (Vec<Frame>, Option<TraceError>, Reader<&[u8]>) {
+    let mut reader = Reader::new(bytes, "t").unwrap();
+    let (mut frames, mut error) = (Vec::new(), None);
+    for frame in reader.by_ref() {
+        match frame {
+            Ok(frame) => frames.push(frame),
+            Err(refusal) => error = Some(refusal),
+        }
+    }
+    (frames, error, reader)
+}
+
+/// What is said about a trace of this second line; there must be something.
+fn complaint(line: &str) -> String {
+    let text = format!("{{\"leo_trace\": 1}}\n{line}\n");
+    let (frames, error, _) = read(text.as_bytes());
+    assert!(frames.is_empty(), "{line}");
+    error.expect(line).to_string()
+}
+
+fn write(mut writer: Writer<Vec<u8>>, frames: &[Frame]) -> Vec<u8> {
+    for frame in frames {
+        writer.write(frame).unwrap();
+    }
+    writer.finish().unwrap()
+}
+
+fn both(frames: &[Frame]) -> [Vec<u8>; 2] {
+    [write(Writer::json_lines(Vec::new()).unwrap(), frames), write(Writer::mcap(Vec::new()).unwrap(), frames)]
+}
+
+/// An MCAP file as somebody else may write it: nothing compressed, nothing that tells of damage.
+fn unchecked(frames: &[Frame]) -> Vec<u8> {
+    let options = mcap::WriteOptions::new()
+        .profile("leo_trace/1")
+        .compression(None)
+        .calculate_chunk_crcs(false)
+        .calculate_data_section_crc(false);
+    let mut out = options.create(std::io::Cursor::new(Vec::new())).unwrap();
+    let channel_id =
+        out.add_channel(0, "observations/0", "json", &std::collections::BTreeMap::new()).unwrap();
+    for frame in frames {
+        let header =
+            mcap::records::MessageHeader { channel_id, sequence: 0, log_time: frame.at_ns, publish_time: 0 };
+        out.write_to_known_channel(&header, &crate::json::write_frame(frame).unwrap()).unwrap();
+    }
+    out.finish().unwrap();
+    out.into_inner().into_inner()
+}
+
+/// Equal bit by bit but for NaN, which equals itself.
+fn assert_same(a: &[Frame], b: &[Frame]) {
+    assert_eq!(format!("{a:?}"), format!("{b:?}"));
+}
+
+fn agent() -> impl Strategy<Value = u16> {
+    prop_oneof![Just(NOBODY), 1..NOBODY]
+}
+
+fn unit() -> impl Strategy<Value = f32> {
+    prop_oneof![Just(0.0), Just(1.0), 0.0..=1.0_f32]
+}
+
+fn number() -> impl Strategy<Value = f32> {
+    prop_oneof![Just(-0.0), Just(f32::MIN_POSITIVE / 8.0), Just(1000.0), -1e3..1e3_f32]
+}
+
+prop_compose! {
+    fn observation(source: u16, at_ns: u64)(
+        kind in prop::sample::select(ObservationKind::ALL),
+        modality in prop::sample::select(Modality::ALL),
+        (partner, held_by) in (0..NOBODY, agent()),
+        position_m in prop::array::uniform3(number()),
+        half_extents_m in prop::array::uniform3(number().prop_map(f32::abs)),
+        colour_rgb in prop::array::uniform3(unit()),
+        shape in prop::array::uniform4(unit()),
+        axis in prop::sample::select(vec![[0.0, 0.0, 0.0, 1.0], [0.6, 0.0, -0.8, 0.0], [0.5, 0.5, -0.5, 0.5]]),
+        degrees in prop::array::uniform4(prop::option::of(unit())),
+        confidence in unit(),
+        late in 0..3_u64,
+    ) -> Observation {
+        let mut observation = Observation {
+            kind: kind.raw(),
+            modality: modality.raw(),
+            partner,
+            held_by,
+            confidence,
+            position_m,
+            orientation_xyzw: axis,
+            half_extents_m,
+            colour_rgb,
+            shape,
+            ..Observation::object(source, at_ns - late)
+        };
+        for (state, degree) in State::ALL.iter().zip(degrees) {
+            observation.set_state(*state, degree.unwrap_or(f32::NAN));
+        }
+        observation
+    }
+}
+
+fn frames() -> impl Strategy<Value = Vec<Frame>> {
+    let frame = |index: u64| {
+        (0..3_u16, Just(1 + index)).prop_flat_map(move |(source, step)| {
+            let at_ns = u64::MAX / 64 * step;
+            prop::collection::vec(observation(source, at_ns), 0..4).prop_map(move |observations| Frame {
+                at_ns,
+                source,
+                observations,
+            })
+        })
+    };
+    (0..12_u64).prop_flat_map(move |count| (0..count).map(frame).collect::<Vec<_>>())
+}
+
+proptest! {
+    #[test]
+    fn what_is_written_is_what_is_read(frames in frames()) {
+        let [lines, mcap] = both(&frames);
+        for bytes in [lines, mcap, unchecked(&frames)] {
+            let (back, error, reader) = read(&bytes);
+            prop_assert!(error.is_none(), "{error:?}");
+            assert_same(&back, &frames);
+            prop_assert!(reader.refused().is_empty() && !reader.is_cut());
+        }
+    }
+
+    #[test]
+    fn the_same_frames_are_the_same_bytes(frames in frames()) {
+        prop_assert_eq!(both(&frames), both(&frames));
+    }
+
+    #[test]
+    fn a_trace_that_was_cut_is_read_up_to_the_cut(frames in frames(), at in any::<prop::sample::Index>()) {
+        for bytes in both(&frames) {
+            // Who dies before the header is written has written no trace.
+            let shortest = if bytes.starts_with(mcap::MAGIC) { 8 } else { 16 };
+            let cut = &bytes[..at.index(bytes.len() - shortest) + shortest];
+            let (back, error, reader) = read(cut);
+            prop_assert!(error.is_none(), "{error:?}");
+            assert_same(&back, &frames[..back.len()]);
+            // A cut between two lines looks like a shorter trace.
+            let between = !cut.starts_with(mcap::MAGIC) && cut.last().is_some_and(|last| b"\n}".contains(last));
+            prop_assert!(reader.is_cut() || between);
+        }
+    }
+
+    #[test]
+    fn damage_is_an_error_or_a_refusal_and_never_a_panic(
+        frames in frames(),
+        flips in prop::collection::vec((any::<prop::sample::Index>(), any::<u8>()), 1..6),
+    ) {
+        let [lines, mcap] = both(&frames);
+        for mut bytes in [lines, mcap, unchecked(&frames)] {
+            for (at, flip) in &flips {
+                let at = at.index(bytes.len());
+                bytes[at] ^= flip;
+            }
+            if let Ok(reader) = Reader::new(bytes.as_slice(), "t") {
+                for frame in reader.flatten() {
+                    prop_assert!(frame.observations.iter().all(Observation::is_sound));
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn anything_at_all_is_an_error_or_a_trace(bytes in prop::collection::vec(any::<u8>(), 0..300), mcap in any::<bool>()) {
+        let bytes = if mcap { [mcap::MAGIC, &bytes].concat() } else { bytes };
+        if let Ok(reader) = Reader::new(bytes.as_slice(), "t") {
+            prop_assert_eq!(reader.flatten().count(), 0);
+        }
+    }
+
+    #[test]
+    fn what_is_not_refused_is_sound(numbers in prop::array::uniform32(prop_oneof![any::<f32>(), unit()])) {
+        let [a, b, c, d, e, f, g, h, i, j, k, l, m, n, o, p, q, r, s, ..] = numbers;
+        let mut observation = Observation {
+            position_m: [a, b, c],
+            orientation_xyzw: [d, e, f, g],
+            half_extents_m: [h, i, j],
+            colour_rgb: [k, l, m],
+            shape: [n, o, p, q],
+            confidence: r,
+            ..Observation::object(0, 1)
+        };
+        observation.set_state(State::On, s);
+        if Reason::against(&observation, 1).is_none() {
+            prop_assert!(observation.is_sound());
+        }
+    }
+}
+
+#[test]
+fn half_of_a_written_trace_is_still_there_after_the_other_half_is_lost() {
+    let frame = |at_ns| Frame { at_ns, source: 0, observations: vec![Observation::object(0, at_ns); 20] };
+    let frames: Vec<Frame> = (1..500).map(frame).collect();
+    for bytes in both(&frames) {
+        let (back, error, reader) = read(&bytes[..bytes.len() / 2]);
+        assert!(error.is_none() && reader.is_cut());
+        assert!((100..400).contains(&back.len()), "{}", back.len());
+    }
+}
+
+#[test]
+fn a_damaged_chunk_is_told_and_what_stands_before_it_is_read() {
+    let frame = |at_ns| Frame { at_ns, source: 0, observations: vec![Observation::object(0, at_ns); 20] };
+    let frames: Vec<Frame> = (1..500).map(frame).collect();
+    let [_, mut bytes] = both(&frames);
+    let middle = bytes.len() / 2;
+    bytes[middle] ^= 0x55;
+    let (back, error, reader) = read(&bytes);
+    let said = error.unwrap().to_string();
+    assert!(said.starts_with(&format!("t is damaged after message {}: ", back.len())), "{said}");
+    assert!((20..400).contains(&back.len()) && !reader.is_cut(), "{}", back.len());
+    assert_same(&back, &frames[..back.len()]);
+}
+
+#[test]
+fn a_mistake_is_told_with_its_place_and_what_would_be_right() {
+    let cases = [
+        (
+            r#"{"at_ns": 1, "observation": []}"#,
+            "line 2, column 26, observation: unknown field",
+            "did you mean `observations`?",
+        ),
+        (
+            r#"{"at_ns": 1, "observations": [{"position": [0, 0, 0]}]}"#,
+            "observations[0].position: ",
+            "did you mean `position_m`?",
+        ),
+        (r#"{"at_ns": 1, "observations": [{}]}"#, "observations[0]: ", "missing field `position_m`"),
+        (
+            r#"{"at_ns": 1, "observations": [{"position_m": [0, 0]}]}"#,
+            "observations[0].position_m: ",
+            "2 numbers: give 3",
+        ),
+        (
+            r#"{"at_ns": 1, "observations": [{"position_m": [0, 0, 0, 0]}]}"#,
+            "observations[0].position_m: ",
+            "4 numbers: give 3",
+        ),
+        (
+            r#"{"at_ns": 1, "observations": [{"position_m": [0, "a", 0]}]}"#,
+            "observations[0].position_m[1]: ",
+            "string \"a\"",
+        ),
+        (
+            r#"{"at_ns": 1, "observations": [{"position_m": [0, 0, 0], "kind": "persn"}]}"#,
+            "observations[0].kind: ",
+            "did you mean `person`?",
+        ),
+        (
+            r#"{"at_ns": 1, "observations": [{"position_m": [0, 0, 0], "states": {"full": 1}}]}"#,
+            "states.full: ",
+            "`filled`",
+        ),
+        (
+            r#"{"at_ns": 1, "observations": [{"position_m": [0, 0, 0], "kind": "person"}]}"#,
+            "observations[0]: ",
+            "needs `partner`",
+        ),
+        (
+            r#"{"at_ns": 1, "observations": [{"position_m": [0, 0, 0], "partner": 65535}]}"#,
+            "observations[0]: ",
+            "from 1",
+        ),
+        (r#"{"at_ns": 1, "observations": [{"position_m": [0, 0, NaN]}]}"#, "line 2, column", "write null"),
+        (r#"{"at_ns": 1.5, "observations": []}"#, "at_ns: ", "1.5"),
+        (r#"{"at_ns": -1, "observations": []}"#, "at_ns: ", "-1"),
+        (r#"{"at_ns": 1, "source": 70000, "observations": []}"#, "source: ", "70000"),
+        (r#"{"observations": []}"#, "line 2", "missing field `at_ns`"),
+        (r#"{"at_ns": 1, "at_ns": 2, "observations": []}"#, "line 2, column 20, ", "duplicate field"),
+        (r#"{"at_ns": 1, "observations": []} {}"#, "line 2, column", "trailing"),
+        (r#"{"at_ns": 1, "observations": ["#, "line 2", "EOF"),
+        ("time,x,y", "line 2, column", "expected"),
+    ];
+    for (line, place, right) in cases {
+        let said = complaint(line);
+        assert!(
+            said.starts_with("t: line 2") && said.contains(place) && said.contains(right),
+            "{line}: {said}"
+        );
+        assert_eq!(said.lines().count(), 1, "{said}");
+    }
+}
+
+#[test]
+fn a_mistake_in_a_message_is_told_with_its_number() {
+    let mut out =
+        mcap::WriteOptions::new().profile("leo_trace/1").create(std::io::Cursor::new(Vec::new())).unwrap();
+    let channel_id =
+        out.add_channel(0, "observations/4", "json", &std::collections::BTreeMap::new()).unwrap();
+    for (sequence, data) in [(0, r#"{"at_ns": 1, "observations": []}"#), (1, r#"{"at_ns": 2}"#)] {
+        let header = mcap::records::MessageHeader { channel_id, sequence, log_time: 1, publish_time: 1 };
+        out.write_to_known_channel(&header, data.as_bytes()).unwrap();
+    }
+    out.finish().unwrap();
+    let (frames, error, _) = read(&out.into_inner().into_inner());
+    assert_eq!(frames.len(), 1);
+    let said = error.unwrap().to_string();
+    assert!(said.starts_with("t: message 2, ") && said.contains("missing field `observations`"), "{said}");
+}
+
+#[test]
+fn what_else_is_in_an_mcap_file_is_left_alone() {
+    let mut out =
+        mcap::WriteOptions::new().profile("leo_trace/1").create(std::io::Cursor::new(Vec::new())).unwrap();
+    let camera = out.add_channel(0, "camera", "protobuf", &std::collections::BTreeMap::new()).unwrap();
+    let ours = out.add_channel(0, "observations/0", "json", &std::collections::BTreeMap::new()).unwrap();
+    for (channel_id, data) in [(camera, "\x01\x02"), (ours, r#"{"at_ns": 7, "observations": []}"#)] {
+        let header = mcap::records::MessageHeader { channel_id, sequence: 0, log_time: 7, publish_time: 7 };
+        out.write_to_known_channel(&header, data.as_bytes()).unwrap();
+    }
+    out.finish().unwrap();
+    let (frames, error, _) = read(&out.into_inner().into_inner());
+    assert!(error.is_none());
+    assert_same(&frames, &[Frame { at_ns: 7, source: 0, observations: Vec::new() }]);
+}
+
+#[test]
+fn what_is_no_trace_is_told_apart_from_one_of_another_version() {
+    let mcap = |profile: &str, encoding: &str| {
+        let mut out =
+            mcap::WriteOptions::new().profile(profile).create(std::io::Cursor::new(Vec::new())).unwrap();
+        out.add_channel(0, "observations/0", encoding, &std::collections::BTreeMap::new()).unwrap();
+        out.finish().unwrap();
+        out.into_inner().into_inner()
+    };
+    let cases: [(Vec<u8>, &str, bool); 9] = [
+        (b"".to_vec(), "it is empty", false),
+        (b"time,x,y\n1,2,3\n".to_vec(), "its first line is no header", false),
+        (b"\x89PNG\r\n\x1a\n\0\0".to_vec(), "its first line is no header", false),
+        (b"{\"at_ns\": 1, \"observations\": []}\n".to_vec(), "its first line is no header", false),
+        (b"{\"leo_trace\": 2, \"units\": 5}\n".to_vec(), "of version 2", true),
+        (b"{\"leo_trace\": \"1\"}\n".to_vec(), "of version \"1\"", true),
+        (mcap("ros2", "cdr"), "profile `ros2`", false),
+        (mcap("leo_trace/2", "json"), "of version 2", true),
+        (mcap("leo_trace/1", "cdr"), "encoded as `cdr`", false),
+    ];
+    for (bytes, words, version) in cases {
+        let error = match Reader::new(bytes.as_slice(), "t") {
+            Ok(mut reader) => reader.next().unwrap().unwrap_err(),
+            Err(error) => error,
+        };
+        assert_eq!(matches!(error, TraceError::Version { .. }), version, "{error}");
+        assert!(error.to_string().starts_with("t is ") && error.to_string().contains(words), "{error}");
+    }
+    let header = Reader::new(&b"{\"leo_trace\": 1, \"titel\": \"x\"}\n"[..], "t").err().unwrap().to_string();
+    assert!(header.starts_with("t: line 1, ") && header.contains("did you mean `title`?"), "{header}");
+}
+
+#[test]
+fn what_cannot_be_used_is_refused_with_its_reason_and_the_rest_goes_on() {
+    let text = r#"{"leo_trace": 1, "title": "refusals"}
+{"at_ns": 5, "observations": [{"position_m": [null, 0, 0]}, {"position_m": [1, 0, 0]}]}
+
+{"at_ns": 6, "observations": [{"position_m": [1e300, 0, 0]}, {"position_m": [1, 0, 0], "orientation_xyzw": [0, 0, 0, 0]}]}
+{"at_ns": 6, "observations": [{"position_m": [1, 0, 0]}, {"position_m": [2, 0, 0]}]}
+{"at_ns": 3, "source": 1, "observations": [{"position_m": [1, 0, 0], "states": {"on": 2}}]}
+{"at_ns": 4, "source": 1, "observations": [{"position_m": [1, 0, 0], "states": {"on": null}}]}
+{"at_ns": 5, "source": 1, "observations": [{"position_m": [1, 0, 0], "observed_at_ns": 2000000000}]}
+"#;
+    // Whoever edits on another system leaves a mark and other ends of lines.
+    for text in [text.to_owned(), format!("\u{feff}{}", text.replace('\n', "\r\n"))] {
+        let (frames, error, reader) = read(text.as_bytes());
+        assert!(error.is_none(), "{error:?}");
+        let counts: Vec<_> = frames.iter().map(|frame| (frame.at_ns, frame.observations.len())).collect();
+        assert_eq!(counts, [(5, 1), (6, 0), (3, 0), (4, 1), (5, 0)]);
+        let refused: Vec<_> = reader
+            .refused()
+            .iter()
+            .map(|refused| (refused.reason, refused.observations, refused.first))
+            .collect();
+        assert_eq!(
+            refused,
+            [
+                (Reason::Unsound(Loss::Place), 2, Place::Line(2)),
+                (Reason::Unsound(Loss::Orientation), 1, Place::Line(4)),
+                (Reason::Stale, 2, Place::Line(5)),
+                (Reason::State, 1, Place::Line(6)),
+                (Reason::Ahead, 1, Place::Line(8)),
+            ]
+        );
+    }
+}
+
+#[test]
+fn a_line_without_an_end_is_refused_before_it_fills_the_memory() {
+    let endless = (&b"{\"leo_trace\": 1}\n"[..]).chain(std::io::repeat(b' '));
+    let mut reader = Reader::new(endless, "t").unwrap();
+    let said = reader.next().unwrap().unwrap_err().to_string();
+    assert!(said.contains("line 2, longer than 16 MiB"), "{said}");
+    assert!(reader.next().is_none());
+}
+
+#[test]
+fn viewers_are_told_of_every_key_and_of_no_other() {
+    let mut person = Observation::object(3, 9);
+    person.kind = ObservationKind::Person.raw();
+    (person.partner, person.held_by) = (1, 2);
+    for state in State::ALL {
+        person.set_state(*state, 1.0);
+    }
+    let line = both(&[Frame { at_ns: 10, source: 3, observations: vec![person] }])[0].clone();
+    let line = String::from_utf8(line).unwrap();
+    let written: serde_json::Value = serde_json::from_str(line.lines().nth(1).unwrap()).unwrap();
+    let schema: serde_json::Value = serde_json::from_str(include_str!("schema.json")).unwrap();
+    let keys = |value: &serde_json::Value| {
+        value.as_object().unwrap().keys().cloned().collect::<std::collections::BTreeSet<_>>()
+    };
+    let item = "/properties/observations/items/properties";
+    for (written, told) in [
+        (Some(&written), "/properties"),
+        (written.pointer("/observations/0"), item),
+        (written.pointer("/observations/0/states"), &format!("{item}/states/properties")),
+    ] {
+        assert_eq!(keys(written.unwrap()), keys(schema.pointer(told).unwrap()));
+    }
+    for (key, names) in [("kind", 3), ("modality", 3)] {
+        for name in schema.pointer(&format!("{item}/{key}/enum")).unwrap().as_array().unwrap() {
+            let line = format!(
+                r#"{{"at_ns": 1, "observations": [{{"position_m": [0,0,0], "partner": 1, "{key}": {name}}}]}}"#
+            );
+            let (frames, error, _) = read(format!("{{\"leo_trace\": 1}}\n{line}").as_bytes());
+            assert_eq!((frames.len(), error.is_none()), (1, true), "{line}");
+        }
+        assert_eq!(schema.pointer(&format!("{item}/{key}/enum")).unwrap().as_array().unwrap().len(), names);
+    }
+}
+
+#[test]
+fn frames_of_one_instant_come_together_and_a_mistake_after_all_before_it() {
+    let frame = |at_ns, source| format!(r#"{{"at_ns": {at_ns}, "source": {source}, "observations": []}}"#);
+    let lines = [
+        r#"{"leo_trace": 1}"#.to_owned(),
+        frame(5, 0),
+        frame(5, 1),
+        // A second one of that source and instant is refused.
+        frame(5, 1),
+        frame(6, 0),
+        frame(4, 2),
+        "{}".to_owned(),
+    ];
+    let text = lines.join("\n");
+    let mut instants = Instants::new(Reader::new(text.as_bytes(), "t").unwrap());
+    let mut frames = vec![Frame { at_ns: 1, source: 1, observations: Vec::new() }];
+    let mut found = Vec::new();
+    let error = loop {
+        match instants.read(&mut frames) {
+            Ok(true) => {
+                found.push(frames.iter().map(|frame| (frame.at_ns, frame.source)).collect::<Vec<_>>());
+            }
+            Ok(false) => panic!("the mistake was not told"),
+            Err(error) => break error,
+        }
+    };
+    assert_eq!(found, [vec![(5, 0), (5, 1)], vec![(6, 0)], vec![(4, 2)]]);
+    assert!(error.to_string().starts_with("t: line 7"), "{error}");
+    assert!(matches!(instants.read(&mut frames), Ok(false)));
+}

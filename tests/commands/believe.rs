@@ -1,0 +1,400 @@
+//! `leo believe` as its users meet it.
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::io::{Read as _, Write as _};
+use std::path::Path;
+use std::process::{Command, Stdio};
+
+use serde_json::Value;
+
+use crate::assert_refused;
+use crate::house::{Told, leo, read, tell, write};
+
+/// Fig. 4 of the paper as a recording: a block is moved and a button pressed while he looks away.
+const MOVED: &str = "config/traces/moved.jsonl";
+const HEADER: &str = r#"{"leo_trace": 1}"#;
+
+/// What a command says of JSON lines given on standard input, or of a file.
+fn lines(told: &Told) -> Vec<Value> {
+    assert_eq!((told.status, told.err.as_str()), (Some(0), ""), "{told:?}");
+    told.out.lines().map(|line| serde_json::from_str(line).expect("is JSON")).collect()
+}
+
+fn text<'a>(line: &'a Value, pointer: &str) -> &'a str {
+    line.pointer(pointer).and_then(Value::as_str).unwrap_or_default()
+}
+
+fn number(line: &Value, pointer: &str) -> Option<u64> {
+    line.pointer(pointer).and_then(Value::as_u64)
+}
+
+/// Runs a command with something on standard input; its status, and what it said.
+fn pipe(command: &mut Command, input: &[u8]) -> Told {
+    command.stdin(Stdio::piped()).stdout(Stdio::piped()).stderr(Stdio::piped());
+    let mut child = command.spawn().expect("starts");
+    let mut stdin = child.stdin.take().expect("is piped");
+    let input = input.to_owned();
+    let feed = std::thread::spawn(move || {
+        // Whoever is refused does not read to the end.
+        let _ = stdin.write_all(&input);
+    });
+    let ended = child.wait_with_output().expect("ends");
+    feed.join().expect("is fed");
+    let said = |bytes: Vec<u8>| String::from_utf8(bytes).expect("is text");
+    Told { status: ended.status.code(), out: said(ended.stdout), err: said(ended.stderr) }
+}
+
+fn believe(arguments: &[&str], input: impl AsRef<[u8]>) -> Told {
+    let (mut command, _files) = leo(&[&["believe", "-"], arguments].concat());
+    pipe(&mut command, input.as_ref())
+}
+
+/// What differs between the robot and partner 1 at every instant, in words.
+fn differences(lines: &[Value]) -> BTreeMap<u64, Vec<String>> {
+    let mut by_instant: BTreeMap<u64, Vec<String>> = BTreeMap::new();
+    for line in lines {
+        let Some(at_ns) = number(line, "/at_ns") else { continue };
+        let told = by_instant.entry(at_ns / 1_000_000).or_default();
+        if text(line, "/record") == "difference" {
+            let percepts = line.pointer("/percepts").and_then(Value::as_object).expect("a map");
+            told.extend(percepts.keys().cloned());
+            told.sort();
+            if percepts.is_empty() {
+                told.push(format!("{:?} {:?}", number(line, "/robot_id"), number(line, "/partner_id")));
+            }
+        }
+    }
+    by_instant
+}
+
+#[test]
+fn what_happens_behind_his_back_he_does_not_know_until_he_looks_again() {
+    let told = tell(&["believe", MOVED, "--json"]);
+    let lines = lines(&told);
+    let differences = differences(&lines);
+    let at = |millis: u64| differences.get(&millis).expect("an instant").as_slice();
+    assert_eq!(differences.len(), 29);
+    // He looks on, and looks away while nothing happens.
+    assert!((0..=2000).step_by(200).all(|millis| at(millis).is_empty()), "{differences:?}");
+    // The block is moved, then the button is pressed.
+    assert!((2200..3600).step_by(200).all(|millis| at(millis) == ["position"]), "{differences:?}");
+    assert!((3600..4400).step_by(200).all(|millis| at(millis) == ["on", "position"]), "{differences:?}");
+    // He looks again.
+    assert!((4400..=5600).step_by(200).all(|millis| at(millis).is_empty()), "{differences:?}");
+    let apart = lines.iter().rfind(|line| line.pointer("/percepts/position/apart").is_some());
+    let apart = apart.expect("a difference in place");
+    assert_eq!(number(apart, "/at_ns"), Some(4_200_000_000));
+    let apart = apart.pointer("/percepts/position/apart").and_then(Value::as_f64).expect("a distance");
+    assert!((apart - 0.3).abs() < 0.01, "{apart}");
+}
+
+#[test]
+fn every_belief_of_every_perspective_is_told_with_its_percepts_by_name() {
+    let lines = lines(&tell(&["believe", MOVED, "--json"]));
+    let beliefs: Vec<&Value> = lines.iter().filter(|line| text(line, "/record") == "belief").collect();
+    let red = |line: &&&Value| {
+        text(line, "/percepts/colour/feature") == "red" && text(line, "/percepts/shape/feature") == "square"
+    };
+    assert_eq!(beliefs.iter().filter(red).filter(|line| number(line, "/perspective") == Some(0)).count(), 29);
+    let his = beliefs.iter().filter(red).filter(|line| number(line, "/perspective") == Some(1));
+    assert!(his.clone().count() >= 29 && his.clone().all(|line| number(line, "/robot_id") == Some(1)));
+    // Who looks at the block from the other side has it before him.
+    let place = his.clone().next().and_then(|line| line.pointer("/percepts/position/feature/0"));
+    assert!(place.and_then(Value::as_f64).is_some_and(|x| (x - 0.9).abs() < 1e-6), "{place:?}");
+    let held = beliefs.iter().filter(|line| number(line, "/held_by") == Some(0)).count();
+    assert!(held > 0);
+    let summary = lines.last().expect("a summary");
+    assert_eq!(text(summary, "/record"), "summary");
+    assert_eq!((number(summary, "/frames"), number(summary, "/observations")), (Some(29), Some(87)));
+    assert_eq!(number(summary, "/perspectives/1/beliefs"), Some(2));
+}
+
+#[test]
+fn the_same_trace_gives_the_same_bytes_and_telling_less_changes_nothing() {
+    let (one, again) = (tell(&["believe", MOVED, "--json"]), tell(&["believe", MOVED, "--json"]));
+    assert_eq!(one.out, again.out);
+    let (all, some) = (lines(&one), lines(&tell(&["believe", MOVED, "--json", "--every", "1000"])));
+    let kept = |line: &&Value| number(line, "/at_ns").is_none_or(|at_ns| at_ns.is_multiple_of(1_000_000_000));
+    assert_eq!(all.iter().filter(kept).collect::<Vec<_>>(), some.iter().collect::<Vec<_>>());
+    assert!(some.len() * 4 < all.len());
+    let (file, piped) = (tell(&["believe", MOVED]), believe(&[], read(MOVED)));
+    assert_eq!((file.status, file.out), (piped.status, piped.out));
+}
+
+#[test]
+fn an_mcap_file_is_believed_as_its_lines_are_and_half_of_one_up_to_its_end() {
+    let mut writer = trace::Writer::mcap(Vec::new()).expect("writes");
+    // As long a story again and again, that there is more than one chunk.
+    let frames: Vec<trace::Frame> = (0..40_u64)
+        .flat_map(|time| {
+            let again = trace::Reader::open(Path::new(MOVED)).expect("opens");
+            again.map(move |frame| {
+                let frame = frame.expect("is right");
+                let at_ns = frame.at_ns + time * 10_000_000_000;
+                let mut observations = frame.observations;
+                observations.iter_mut().for_each(|observation| observation.observed_at_ns = at_ns);
+                trace::Frame { at_ns, observations, ..frame }
+            })
+        })
+        .collect();
+    let mut lines = trace::Writer::json_lines(Vec::new()).expect("writes");
+    for frame in &frames {
+        writer.write(frame).expect("writes");
+        lines.write(frame).expect("writes");
+    }
+    let (mcap, lines) = (writer.finish().expect("ends"), lines.finish().expect("ends"));
+    let (from_mcap, from_lines) = (believe(&[], &mcap), believe(&[], &lines));
+    assert_eq!((from_mcap.status, &from_mcap.err), (Some(0), &String::new()));
+    assert!(from_mcap.out.contains("1160 frames, 3480 observations\n"), "{}", from_mcap.out);
+    assert_eq!(from_mcap.out, from_lines.out);
+    let half = believe(&[], mcap.get(..mcap.len() / 2).expect("a half"));
+    assert_eq!((half.status, half.err.as_str()), (Some(0), ""), "{half:?}");
+    let told = |out: &str| out.split("What is believed").next().unwrap_or_default().trim_end().to_owned();
+    assert!(from_mcap.out.starts_with(&told(&half.out)) && told(&half.out).lines().count() > 20, "{half:?}");
+    assert!(
+        half.out.ends_with("the trace ends in the middle of a frame: it was read up to there\n"),
+        "{half:?}"
+    );
+}
+
+#[test]
+fn people_are_told_a_timeline_and_what_is_believed_at_the_end() {
+    let told = tell(&["believe", MOVED]);
+    assert_eq!((told.status, told.err.as_str()), (Some(0), ""), "{told:?}");
+    for line in [
+        "[   0.00 s] partner 1  is there\n",
+        "[   0.00 s] partner 1  believes in 1: red square at (0.60, 0.00, 0.03)\n",
+        "[   2.00 s] Leo        1: Leo holds it\n",
+        "[   2.20 s] partner 1  1 differs from Leo's 1: position\n",
+        "[   3.60 s] Leo        1: moved to (0.60, 0.29, 0.03)\n",
+        "[   3.60 s] Leo        2: on\n",
+        "[   4.40 s] partner 1  2: on\n",
+        "[   4.40 s] partner 1  3 agrees with Leo's 1\n",
+        "What is believed at the end, at 5.60 s\n",
+        "  and differs from Leo in nothing\n",
+        "29 frames, 87 observations\n",
+    ] {
+        assert!(told.out.contains(line), "{line} is not in\n{}", told.out);
+    }
+    assert_eq!(told.out.matches("agrees with Leo's").count(), 2, "{}", told.out);
+}
+
+#[test]
+fn whose_perspectives_there_are_is_as_told() {
+    let perspectives = |partners: &str| {
+        let lines = lines(&tell(&["believe", MOVED, "--json", "--partners", partners]));
+        let summary = lines.last().and_then(|line| line.pointer("/perspectives")).expect("a list").clone();
+        let robot = lines.iter().filter(|line| number(line, "/perspective") == Some(0)).count();
+        (summary.as_array().map(Vec::len), robot)
+    };
+    assert_eq!(perspectives("0"), (Some(1), 29 * 3));
+    assert_eq!(perspectives("3"), (Some(4), 29 * 3));
+    let told = tell(&["believe", MOVED, "--partners", "0"]);
+    assert!(
+        told.out.contains("observed, and not simulated: partner 1; for his beliefs too, give --partners 1\n")
+    );
+    // Of whom nobody has seen, nothing is told.
+    let told = tell(&["believe", MOVED, "--partners", "2"]);
+    assert!(
+        told.out.contains("partner 2 was never there\n") && !told.out.contains("] partner 2"),
+        "{told:?}"
+    );
+}
+
+#[test]
+fn what_he_takes_the_robot_to_believe_is_told_by_its_path() {
+    let files = tempfile::tempdir().expect("a folder");
+    let flat = read("config/leo.toml");
+    let deeper = flat.replacen("\ndepth = 1 ", "\ndepth = 2 ", 1);
+    assert_ne!(flat, deeper);
+    let config = write(&files, "leo.toml", &deeper);
+    let lines = lines(&tell(&["believe", MOVED, "--json", "--config", &config]));
+    let nested: Vec<&Value> = lines.iter().filter(|line| number(line, "/perspective") == Some(2)).collect();
+    let paths: Vec<_> = nested.iter().filter_map(|line| line.pointer("/path")).collect();
+    assert_eq!(paths.len(), 29);
+    assert!(paths.iter().all(|path| **path == serde_json::json!([1, 0])), "{paths:?}");
+    // While he looks away, he does not know what the robot has come to know.
+    let at_odds = nested.iter().filter(|line| text(line, "/record") == "difference").count();
+    assert!(at_odds > 0 && nested.iter().any(|line| text(line, "/record") == "belief"));
+}
+
+#[test]
+fn taken_at_its_word_the_paper_makes_one_belief_of_two_alike() {
+    let twin = r#"{"position_m": [0.6, 0.1, 0.03], "colour_rgb": [0.8, 0.05, 0.05]}"#;
+    let frame = format!(r#"{{"at_ns": 1, "observations": [{twin}, {}]}}"#, twin.replace("0.1", "0.18"));
+    let trace = format!("{HEADER}\n{frame}\n");
+    let beliefs = |arguments: &[&str]| {
+        let lines = lines(&believe(&[&["--json"], arguments].concat(), &trace));
+        let summary = lines.last().expect("a summary").clone();
+        (number(&summary, "/perspectives/0/beliefs"), summary.pointer("/literal").cloned())
+    };
+    assert_eq!(beliefs(&[]), (Some(2), Some(Value::Array(Vec::new()))));
+    let (merged, literal) = beliefs(&["--literal"]);
+    assert_eq!(merged, Some(1));
+    let told = believe(&["--literal"], &trace);
+    for setting in literal.as_ref().and_then(Value::as_array).expect("a list") {
+        let setting = setting.as_str().expect("a text");
+        assert!(told.out.contains(&format!("literal: {setting}\n")), "{setting}: {told:?}");
+    }
+    for setting in [
+        "cannot_link_same_source_instant = false (was true)",
+        "no_term_applies = \"zero\" (was \"infinite\")",
+        "normalised = false (was false)",
+    ] {
+        assert!(told.out.contains(setting), "{setting}: {told:?}");
+    }
+}
+
+#[test]
+fn what_two_sources_see_at_one_place_is_one_thing_and_each_has_its_own_time() {
+    let frame = |at_ns: u32, source: u32, y: f32| {
+        format!(
+            r#"{{"at_ns": {at_ns}, "source": {source}, "observations": [{{"position_m": [0.6, {y}, 0.03]}}]}}"#
+        )
+    };
+    let frames =
+        [frame(50, 0, 0.1), frame(50, 1, 0.12), frame(70, 1, 0.12), frame(60, 0, 0.1), frame(60, 1, 0.4)];
+    let lines = lines(&believe(&["--json"], format!("{HEADER}\n{}\n", frames.join("\n"))));
+    let beliefs: Vec<_> = lines
+        .iter()
+        .filter(|line| text(line, "/record") == "belief")
+        .map(|line| (number(line, "/at_ns"), number(line, "/id"), number(line, "/observations")))
+        .collect();
+    // The first two are one look. The last but one is late, and taken as of then; the last is stale.
+    assert_eq!(
+        beliefs,
+        [(Some(50), Some(1), Some(2)), (Some(70), Some(1), Some(3)), (Some(70), Some(1), Some(4))]
+    );
+    let summary = lines.last().expect("a summary");
+    assert_eq!((number(summary, "/frames"), number(summary, "/refused/0/observations")), (Some(4), Some(1)));
+}
+
+#[test]
+fn a_trace_of_nothing_is_no_error() {
+    let told = believe(&[], HEADER);
+    assert_eq!(
+        (told.status, told.out.as_str(), told.err.as_str()),
+        (Some(0), "0 frames, 0 observations\n", "")
+    );
+    let [summary] = &lines(&believe(&["--json"], HEADER))[..] else { panic!("more than a summary") };
+    assert_eq!((number(summary, "/frames"), summary.pointer("/first_at_ns")), (Some(0), Some(&Value::Null)));
+}
+
+#[test]
+fn what_cannot_be_used_is_told_at_the_end_and_what_found_no_room_too() {
+    let block = r#"{"position_m": [0.6, 0.1, 0.03]}"#;
+    let many = vec![block; 70].join(", ");
+    let trace = format!(
+        "{HEADER}\n{{\"at_ns\": 5, \"observations\": [{}]}}\n{{\"at_ns\": 5, \"observations\": [{block}]}}\n\
+         {{\"at_ns\": 6, \"observations\": [{many}]}}\n{{\"at_ns\": 7, \"observations\": [",
+        block.replace("0.1", "null")
+    );
+    let told = believe(&[], &trace);
+    assert_eq!((told.status, told.err.as_str()), (Some(0), ""), "{told:?}");
+    for line in [
+        "1 observations refused: `position_m` must be finite and within 1000 m (the first: line 2)\n",
+        "1 observations refused: `at_ns` must be later than in the frame before of the same source (the first: line 3)\n",
+        "6 observations found no room: raise buffers.objects in leo.toml\n",
+        "the trace ends in the middle of a frame: it was read up to there\n",
+    ] {
+        assert!(told.out.contains(line), "{line} is not in\n{}", told.out);
+    }
+}
+
+#[test]
+fn what_is_no_trace_is_refused_in_one_line() {
+    let files = tempfile::tempdir().expect("a folder");
+    let file = |name: &str, text: &str| write(&files, name, text);
+    for (file, words) in [
+        ("/nowhere/trace.jsonl".to_owned(), ["cannot read /nowhere/trace.jsonl", "No such file"]),
+        ("config".to_owned(), ["cannot read config", "directory"]),
+        (file("empty.jsonl", ""), ["empty.jsonl", "is empty"]),
+        (file("table.csv", "time,x\n1,2\n"), ["table.csv is no trace", "leo_trace"]),
+        (file("newer.jsonl", "{\"leo_trace\": 2}\n"), ["newer.jsonl", "version 2"]),
+        (
+            file("wrong.jsonl", &format!("{HEADER}\n{{\"at_ns\": 5, \"observation\": []}}\n")),
+            ["wrong.jsonl: line 2, column 26, observation: ", "did you mean `observations`?"],
+        ),
+    ] {
+        assert_refused(&tell(&["believe", &file]), 2, &words);
+        assert_refused(&tell(&["believe", &file, "--json"]), 2, &words);
+    }
+    let told = believe(&[], "nothing of the kind");
+    assert_refused(&told, 2, &["standard input is no trace"]);
+    // What stands before a mistake is told.
+    let frame = r#"{"at_ns": 5, "observations": [{"position_m": [0, 0, 0]}]}"#;
+    let told = believe(&["--json"], format!("{HEADER}\n{frame}\n{{}}\n"));
+    assert_eq!((told.status, told.out.lines().count()), (Some(2), 3), "{told:?}");
+    assert!(
+        told.err.starts_with("leo: standard input: line 3, ") && told.err.lines().count() == 1,
+        "{told:?}"
+    );
+}
+
+#[test]
+fn bad_usage_of_believe_is_told_with_what_to_do() {
+    let cases: [(&[&str], &str); 5] = [
+        (&["believe"], "<TRACE>"),
+        (&["believe", MOVED, "--every", "0"], "above 0"),
+        (&["believe", MOVED, "--every", "-5"], "above 0"),
+        (&["believe", MOVED, "--partners", "1000"], "0..=64"),
+        (&["believe", MOVED, "--config", "/nowhere/leo.toml"], "/nowhere/leo.toml"),
+    ];
+    for (arguments, word) in cases {
+        let told = tell(arguments);
+        assert_eq!((told.status, told.out.as_str()), (Some(2), ""), "{arguments:?} {told:?}");
+        assert!(told.err.contains(word), "{arguments:?} {told:?}");
+    }
+}
+
+#[test]
+fn who_has_read_enough_ends_it_well_and_a_full_disk_does_not() {
+    // More than a pipe holds, so that it is written to after it was closed.
+    let frame =
+        |at: usize| format!("{{\"at_ns\": {at}, \"observations\": [{{\"position_m\": [0, 0, 0]}}]}}\n");
+    let trace: String = std::iter::once(format!("{HEADER}\n")).chain((1..2000).map(frame)).collect();
+    let files = tempfile::tempdir().expect("a folder");
+    let file = write(&files, "long.jsonl", &trace);
+    let (mut command, _folder) = leo(&["believe", &file, "--json"]);
+    let mut child = command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().expect("starts");
+    let mut first = [0; 20];
+    let mut out = child.stdout.take().expect("is piped");
+    out.read_exact(&mut first).expect("says something");
+    drop(out);
+    let ended = child.wait_with_output().expect("ends");
+    assert_eq!((ended.status.code(), ended.stderr.as_slice()), (Some(0), &[][..]), "{ended:?}");
+
+    let (mut command, _folder) = leo(&["believe", &file]);
+    let full = fs::OpenOptions::new().write(true).open("/dev/full").expect("is there");
+    let ended = command.stdout(full).output().expect("ends");
+    let err = String::from_utf8_lossy(&ended.stderr);
+    assert_eq!(ended.status.code(), Some(1), "{err}");
+    assert!(err.starts_with("leo: cannot write to standard output: ") && err.lines().count() == 1, "{err}");
+}
+
+#[test]
+fn the_example_of_a_detector_does_what_its_page_says() {
+    let page = read("docs/traces.md");
+    let block = |kind: &str, nth: usize| {
+        let rest = page.split(&format!("```{kind}\n")).nth(1 + nth).expect("a block");
+        rest.split("```").next().expect("its end").to_owned()
+    };
+    let mut python = Command::new("python3");
+    python.args(["-c", &block("python", 0)]);
+    match Command::new("python3").arg("--version").output() {
+        Ok(version) if version.status.success() => {}
+        _ => {
+            eprintln!("skipped: there is no python3 here to convert a detector's CSV with");
+            return;
+        }
+    }
+    let trace = pipe(&mut python, block("csv", 0).as_bytes());
+    assert_eq!((trace.status, trace.err.as_str()), (Some(0), ""), "{trace:?}");
+    let told = believe(&[], &trace.out);
+    assert_eq!((told.status, told.out), (Some(0), block("text", 0)));
+    // And what the page shows of the format is of the format.
+    let told = believe(&[], block("json", 0));
+    assert_eq!((told.status, told.err.as_str()), (Some(0), ""), "{told:?}");
+    assert!(Path::new(env!("CARGO_MANIFEST_DIR")).join("shared/trace/src/schema.json").exists());
+}
