@@ -162,9 +162,7 @@ impl Histories {
     pub(crate) fn newest(&self, row: u32, percept: u16) -> Option<Sample> {
         match self.generators.get(usize::from(percept))? {
             Generator::LowPass { index, .. } => self.low_passes.get(row, *index)?.newest(),
-            Generator::Series { index, cells, .. } => {
-                self.series.get(row, *index)?.newest(self.cells.range(row, cells)?)
-            }
+            Generator::Series { index, .. } => self.series.get(row, *index)?.newest(),
         }
     }
 
@@ -188,7 +186,7 @@ impl Histories {
                 }
             }
             Some(Generator::Series { index, cells: range, .. }) => {
-                if let (Some(series), Some(cells)) = (series.get(row, *index), cells.range_mut(row, range)) {
+                if let (Some(series), Some(cells)) = (series.get_mut(row, *index), cells.range_mut(row, range)) {
                     series.map(cells, change);
                 }
             }

@@ -17,25 +17,31 @@ pub(crate) enum Thinning {
 
 /// Samples in the order of their instants, at most one per instant: a ring over cells that are
 /// kept elsewhere and handed to every call, always the same ones.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug)]
 pub(crate) struct Series {
     /// The cell of the oldest sample.
     first: u32,
     len: u32,
     /// Samples ever taken in, of all histories merged into this one.
     taken: u64,
-    /// The instant of the newest sample: asked every time, and its cell lies elsewhere.
-    newest_at: Instant,
+    /// The newest sample again: asked every time, and its cell lies elsewhere.
+    newest: Sample,
+}
+
+impl Default for Series {
+    fn default() -> Self {
+        Self { first: 0, len: 0, taken: 0, newest: Sample::NONE }
+    }
 }
 
 impl Series {
     #[inline]
-    pub(crate) fn newest(self, cells: &[Sample]) -> Option<Sample> {
-        self.get(cells, (self.len as usize).checked_sub(1)?)
+    pub(crate) fn newest(&self) -> Option<Sample> {
+        (self.len > 0).then_some(self.newest)
     }
 
-    pub(crate) fn at(self, cells: &[Sample], instant: Instant, decay_per_s: f64) -> Option<Sample> {
-        let newest = self.newest(cells)?;
+    pub(crate) fn at(&self, cells: &[Sample], instant: Instant, decay_per_s: f64) -> Option<Sample> {
+        let newest = self.newest()?;
         if newest.at <= instant {
             return Some(newest.decayed(instant, decay_per_s));
         }
@@ -53,19 +59,20 @@ impl Series {
 
     /// Samples ever taken in.
     #[cfg(test)]
-    pub(crate) fn taken(self) -> u64 {
+    pub(crate) fn taken(&self) -> u64 {
         self.taken
     }
 
     /// From the oldest to the newest.
-    pub(crate) fn samples(self, cells: &[Sample]) -> impl Iterator<Item = Sample> {
+    pub(crate) fn samples(&self, cells: &[Sample]) -> impl Iterator<Item = Sample> {
         (0..self.len as usize).filter_map(move |index| self.get(cells, index))
     }
 
-    pub(crate) fn map(self, cells: &mut [Sample], change: impl Fn(Feature) -> Feature) {
+    pub(crate) fn map(&mut self, cells: &mut [Sample], change: impl Fn(Feature) -> Feature) {
         for index in 0..self.len as usize {
             if let Some(sample) = cells.get_mut(self.cell(cells.len(), index)) {
                 sample.feature = change(sample.feature);
+                self.newest = *sample;
             }
         }
     }
@@ -82,7 +89,7 @@ impl Series {
         scratch: &mut Vec<Sample>,
     ) {
         // What comes every time.
-        if self.len == 0 || self.newest_at < sample.at {
+        if self.len == 0 || self.newest.at < sample.at {
             self.append(cells, thinning, sample, phase, scratch);
             return;
         }
@@ -102,7 +109,7 @@ impl Series {
         phase: u64,
         scratch: &mut Vec<Sample>,
     ) {
-        let newest = |series: &Self| (series.len > 0).then_some(series.newest_at);
+        let newest = |series: &Self| series.newest().map(|newest| newest.at);
         let (mine, others) = (newest(self), newest(&other));
         match (mine, others) {
             (_, None) => {}
@@ -165,7 +172,7 @@ impl Series {
             self.len -= 1;
         }
         self.len += 1;
-        self.newest_at = sample.at;
+        self.newest = sample;
         self.set(cells, self.len - 1, sample);
         let octaves = self.taken.wrapping_add(phase).trailing_zeros();
         if thinning == Thinning::Octaves && octaves > 0 {
@@ -178,7 +185,7 @@ impl Series {
     /// Drops, among the `most` newest samples that have a neighbour on each side, those that the
     /// older neighbour may stand for.
     fn thin_newest(&mut self, cells: &mut [Sample], most: u32) {
-        let series = *self;
+        let series = &*self;
         let at = |cells: &[Sample], index: u32| {
             let cell = cells.get(series.cell(cells.len(), index as usize));
             cell.map_or(0, |sample| sample.at.as_nanos())
@@ -204,7 +211,7 @@ impl Series {
         }
     }
 
-    fn shift(self, cells: &mut [Sample], from: u32, to: u32) {
+    fn shift(&self, cells: &mut [Sample], from: u32, to: u32) {
         if from != to
             && let Some(sample) = self.get(cells, from as usize)
         {
@@ -213,19 +220,19 @@ impl Series {
     }
 
     #[inline]
-    fn get(self, cells: &[Sample], index: usize) -> Option<Sample> {
+    fn get(&self, cells: &[Sample], index: usize) -> Option<Sample> {
         cells.get(self.cell(cells.len(), index)).copied().filter(|_| index < self.len as usize)
     }
 
     #[inline]
-    fn set(self, cells: &mut [Sample], index: u32, sample: Sample) {
+    fn set(&self, cells: &mut [Sample], index: u32, sample: Sample) {
         if let Some(cell) = cells.get_mut(self.cell(cells.len(), index as usize)) {
             *cell = sample;
         }
     }
 
     #[inline]
-    fn cell(self, cells: usize, index: usize) -> usize {
+    fn cell(&self, cells: usize, index: usize) -> usize {
         let cell = self.first as usize + index;
         if cell < cells { cell } else { cell - cells }
     }
@@ -235,7 +242,7 @@ impl Series {
         for (cell, sample) in cells.iter_mut().zip(samples) {
             *cell = *sample;
             self.len += 1;
-            self.newest_at = sample.at;
+            self.newest = *sample;
         }
     }
 }
