@@ -186,7 +186,9 @@ impl Histories {
                 }
             }
             Some(Generator::Series { index, cells: range, .. }) => {
-                if let (Some(series), Some(cells)) = (series.get_mut(row, *index), cells.range_mut(row, range)) {
+                if let (Some(series), Some(cells)) =
+                    (series.get_mut(row, *index), cells.range_mut(row, range))
+                {
                     series.map(cells, change);
                 }
             }
