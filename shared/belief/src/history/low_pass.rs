@@ -155,5 +155,6 @@ fn mix_on_sphere(x: [f32; 4], a: f64, y: [f32; 4], b: f64) -> [f32; 4] {
         *x = a * *x + b * y;
     }
     let norm = mean.iter().map(|part| part * part).sum::<f64>().sqrt();
-    if norm > 1e-6 { mean.map(|part| single(part / norm)) } else { x }
+    let scale = 1.0 / norm;
+    if norm > 1e-6 { mean.map(|part| single(part * scale)) } else { x }
 }

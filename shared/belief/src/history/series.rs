@@ -175,9 +175,9 @@ impl Series {
         self.newest = sample;
         self.set(cells, self.len - 1, sample);
         let octaves = self.taken.wrapping_add(phase).trailing_zeros();
-        if thinning == Thinning::Octaves && octaves > 0 {
+        if thinning == Thinning::Octaves && octaves > 1 {
             // An octave of age twice as old is crossed half as often, so it is looked at half as
-            // often: two or three samples for each that comes, on the average, and no pass over all.
+            // often: one or two samples for each that comes, on the average, and no pass over them all.
             self.thin_newest(cells, 2 * octaves + 1);
         }
     }
