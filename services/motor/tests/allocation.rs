@@ -1,11 +1,7 @@
 //! The hot path of the motor process allocates nothing: not while 65 joints start, not while they
 //! move, not when the commander falls silent or servos do.
 
-#![expect(unsafe_code, reason = "an allocator that counts is a `GlobalAlloc`, whose methods are unsafe")]
 #![expect(clippy::indexing_slicing, reason = "a test fails by panicking")]
-
-use std::alloc::{GlobalAlloc, Layout, System};
-use std::cell::Cell;
 
 use clock::{Duration, Instant};
 use config::Robot;
@@ -14,39 +10,10 @@ use motor_process::{Motor, Port, Replies, Request, exchange};
 use serial::Lost;
 use servo::Parser;
 use servo::mock::Line;
+use testkit::allocations_in;
 
 const PERIOD: Duration = Duration::from_millis(4);
 const JOINTS: usize = 65;
-
-thread_local! {
-    static ALLOCATIONS: Cell<u64> = const { Cell::new(0) };
-}
-
-struct Counting;
-
-// SAFETY: every call is handed to the system's allocator, which keeps the promises of the trait;
-// counting in a constant-initialised thread local allocates nothing.
-unsafe impl GlobalAlloc for Counting {
-    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
-        ALLOCATIONS.with(|count| count.set(count.get() + 1));
-        // SAFETY: the caller's promises about `layout` are those that `System` asks for.
-        unsafe { System.alloc(layout) }
-    }
-
-    unsafe fn dealloc(&self, pointer: *mut u8, layout: Layout) {
-        // SAFETY: the pointer came from `System` with this layout, since `alloc` hands on to it.
-        unsafe { System.dealloc(pointer, layout) }
-    }
-}
-
-#[global_allocator]
-static ALLOCATOR: Counting = Counting;
-
-fn allocations_in(work: impl FnOnce()) -> u64 {
-    let before = ALLOCATIONS.with(Cell::get);
-    work();
-    ALLOCATIONS.with(Cell::get) - before
-}
 
 /// A bus whose servos are in this process, and which can be cut.
 struct Wire {
@@ -69,12 +36,6 @@ impl Port for Wire {
         self.said.drain(..count);
         Ok(count)
     }
-}
-
-#[test]
-fn the_counter_counts() {
-    let mut kept = Vec::new();
-    assert!(allocations_in(|| kept.push(vec![0_u8; 16])) >= 2);
 }
 
 #[test]

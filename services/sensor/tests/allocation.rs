@@ -1,53 +1,14 @@
 //! The hot path of the sensor process allocates nothing, whatever its sources send.
 
-#![expect(unsafe_code, reason = "an allocator that counts is a `GlobalAlloc`, whose methods are unsafe")]
-
-use std::alloc::{GlobalAlloc, Layout, System};
-use std::cell::Cell;
 use std::path::Path;
 
 use clock::{Duration, Instant};
 use config::percepts::Percepts;
 use message::{Header, Hop, Loss, Observation};
 use sensor_process::Sensor;
+use testkit::allocations_in;
 
 const CAPACITY: usize = 64;
-
-thread_local! {
-    static ALLOCATIONS: Cell<u64> = const { Cell::new(0) };
-}
-
-struct Counting;
-
-// SAFETY: every call is handed to the system's allocator, which keeps the promises of the trait;
-// counting in a constant-initialised thread local allocates nothing.
-unsafe impl GlobalAlloc for Counting {
-    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
-        ALLOCATIONS.with(|count| count.set(count.get() + 1));
-        // SAFETY: the caller's promises about `layout` are those that `System` asks for.
-        unsafe { System.alloc(layout) }
-    }
-
-    unsafe fn dealloc(&self, pointer: *mut u8, layout: Layout) {
-        // SAFETY: the pointer came from `System` with this layout, since `alloc` hands on to it.
-        unsafe { System.dealloc(pointer, layout) }
-    }
-}
-
-#[global_allocator]
-static ALLOCATOR: Counting = Counting;
-
-fn allocations_in(work: impl FnOnce()) -> u64 {
-    let before = ALLOCATIONS.with(Cell::get);
-    work();
-    ALLOCATIONS.with(Cell::get) - before
-}
-
-#[test]
-fn the_counter_counts() {
-    let mut kept = Vec::new();
-    assert!(allocations_in(|| kept.push(vec![0_u8; 16])) >= 2);
-}
 
 #[test]
 fn three_sources_of_which_one_bursts_and_one_falls_silent_allocate_nothing() {

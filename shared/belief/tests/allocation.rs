@@ -1,9 +1,5 @@
 //! The promise that a belief system allocates nothing after it was made.
 
-#![expect(unsafe_code, reason = "an allocator that counts is an allocator")]
-
-use std::alloc::{GlobalAlloc, Layout, System};
-use std::cell::Cell;
 use std::hint::black_box;
 
 use belief::BeliefSystem;
@@ -12,46 +8,7 @@ use config::percepts::Percepts;
 use geometry::{Base, Person, Pose};
 use message::{Observation, Perceived, State};
 use perception::{Frame, Perception};
-
-struct Counting;
-
-thread_local! {
-    static ALLOCATIONS: Cell<u64> = const { Cell::new(0) };
-}
-
-fn count() {
-    // The thread's storage may be gone when the thread ends.
-    let _gone = ALLOCATIONS.try_with(|count| count.set(count.get() + 1));
-}
-
-// SAFETY: every call is handed to the system's allocator as it came, which keeps its promises.
-unsafe impl GlobalAlloc for Counting {
-    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
-        count();
-        // SAFETY: the caller's promises about `layout` are passed on.
-        unsafe { System.alloc(layout) }
-    }
-
-    unsafe fn dealloc(&self, pointer: *mut u8, layout: Layout) {
-        // SAFETY: the pointer came from `alloc` above with the same layout, says the caller.
-        unsafe { System.dealloc(pointer, layout) }
-    }
-
-    unsafe fn realloc(&self, pointer: *mut u8, layout: Layout, size: usize) -> *mut u8 {
-        count();
-        // SAFETY: the pointer came from `alloc` above with the same layout, says the caller.
-        unsafe { System.realloc(pointer, layout, size) }
-    }
-}
-
-#[global_allocator]
-static ALLOCATOR: Counting = Counting;
-
-fn allocations_in(act: impl FnOnce()) -> u64 {
-    let before = ALLOCATIONS.get();
-    act();
-    ALLOCATIONS.get() - before
-}
+use testkit::allocations_in;
 
 /// Sixty-four things on a slow walk, some of which are now and then not seen.
 fn frame(number: u16, into: &mut Vec<Perceived>, perception: &Perception) {
@@ -101,10 +58,4 @@ fn a_belief_system_allocates_nothing_after_it_was_made() {
 
     let counts = snapshot.counts();
     assert!(counts.merged > 50_000 && counts.culled > 20 && snapshot.len() > 40, "{counts:?}");
-}
-
-#[test]
-fn the_counter_counts() {
-    assert_eq!(allocations_in(|| drop(black_box(Box::new(7)))), 1);
-    assert_eq!(allocations_in(|| drop(black_box(Vec::<u8>::new()))), 0);
 }

@@ -1,42 +1,11 @@
 //! The promise that comparing two perspectives allocates nothing after `new`.
 
-#![expect(unsafe_code, reason = "an allocator that counts is an allocator")]
 #![expect(clippy::unwrap_used, reason = "a test fails by panicking")]
-
-use std::alloc::{GlobalAlloc, Layout, System};
-use std::cell::Cell;
 
 use config::percepts::Percepts;
 use message::{Belief, BeliefHead, Feature, Header, NOBODY, Remembered};
 use perspective::{Divergence, Side};
-
-struct Counting;
-
-thread_local! {
-    static ALLOCATIONS: Cell<u64> = const { Cell::new(0) };
-}
-
-fn count() {
-    // The thread's storage may be gone when the thread ends.
-    let _gone = ALLOCATIONS.try_with(|count| count.set(count.get() + 1));
-}
-
-// SAFETY: every call is handed to the system's allocator as it came, which keeps its promises.
-unsafe impl GlobalAlloc for Counting {
-    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
-        count();
-        // SAFETY: the caller's promises about `layout` are passed on.
-        unsafe { System.alloc(layout) }
-    }
-
-    unsafe fn dealloc(&self, pointer: *mut u8, layout: Layout) {
-        // SAFETY: the pointer came from `alloc` above with the same layout, says the caller.
-        unsafe { System.dealloc(pointer, layout) }
-    }
-}
-
-#[global_allocator]
-static ALLOCATOR: Counting = Counting;
+use testkit::allocations_in;
 
 const CAPACITY: usize = 40;
 
@@ -64,17 +33,10 @@ fn comparing_allocates_nothing() {
         let head = |perspective| BeliefHead::of(perspective, Header::at(round));
         let (one, other) = (head(0), head(1));
         let (ones, others) = (beliefs(0, round), beliefs(1, round));
-        let before = ALLOCATIONS.get();
-        let differences = divergence
-            .compare(Side { head: &one, beliefs: &ones }, Side { head: &other, beliefs: &others })
-            .len();
-        assert_eq!(ALLOCATIONS.get(), before, "in round {round}");
-        most = most.max(differences);
+        let sides = (Side { head: &one, beliefs: &ones }, Side { head: &other, beliefs: &others });
+        let allocations = allocations_in(|| most = most.max(divergence.compare(sides.0, sides.1).len()));
+        assert_eq!(allocations, 0, "in round {round}");
         agreed = agreed.max(divergence.agreed());
     }
-    // It had something to do, and its allocations would have been counted.
-    assert!(most > CAPACITY && agreed > 0, "{most} {agreed}");
-    let before = ALLOCATIONS.get();
-    drop(std::hint::black_box(vec![0_u8; 10]));
-    assert_eq!(ALLOCATIONS.get(), before + 1);
+    assert!(most > CAPACITY && agreed > 0, "it had something to do: {most} {agreed}");
 }

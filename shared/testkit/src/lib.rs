@@ -1,0 +1,80 @@
+//! What several crates' tests need: an allocator that counts, for the promise that a step
+//! allocates nothing.
+//!
+//! Whoever names this crate in a test has its allocator. It hands every call on to the system's
+//! and counts the calling thread's, so tests that run beside one another do not disturb it.
+//!
+//! ```
+//! let mut kept = Vec::new();
+//! assert_eq!(testkit::allocations_in(|| kept.push(7)), 1);
+//! assert_eq!(testkit::allocations_in(|| drop(kept.pop())), 0);
+//! ```
+
+#![expect(unsafe_code, reason = "an allocator that counts is a `GlobalAlloc`, whose methods are unsafe")]
+
+use std::alloc::{GlobalAlloc, Layout, System};
+use std::cell::Cell;
+
+struct Counting;
+
+thread_local! {
+    static ALLOCATIONS: Cell<u64> = const { Cell::new(0) };
+}
+
+fn count() {
+    // The thread's storage may be gone when the thread ends.
+    let _gone = ALLOCATIONS.try_with(|count| count.set(count.get() + 1));
+}
+
+// SAFETY: every call is handed to the system's allocator as it came, which keeps the promises of
+// the trait; counting in a constant-initialised thread local allocates nothing.
+unsafe impl GlobalAlloc for Counting {
+    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
+        count();
+        // SAFETY: the caller's promises about `layout` are those that `System` asks for.
+        unsafe { System.alloc(layout) }
+    }
+
+    unsafe fn alloc_zeroed(&self, layout: Layout) -> *mut u8 {
+        count();
+        // SAFETY: the caller's promises about `layout` are those that `System` asks for.
+        unsafe { System.alloc_zeroed(layout) }
+    }
+
+    unsafe fn dealloc(&self, pointer: *mut u8, layout: Layout) {
+        // SAFETY: the pointer came from `System` with this layout, since `alloc` hands on to it.
+        unsafe { System.dealloc(pointer, layout) }
+    }
+
+    unsafe fn realloc(&self, pointer: *mut u8, layout: Layout, size: usize) -> *mut u8 {
+        count();
+        // SAFETY: the pointer came from `System` with this layout, since `alloc` hands on to it.
+        unsafe { System.realloc(pointer, layout, size) }
+    }
+}
+
+#[global_allocator]
+static ALLOCATOR: Counting = Counting;
+
+/// How often the calling thread allocates, or grows what it has, in `work`.
+pub fn allocations_in(work: impl FnOnce()) -> u64 {
+    let before = ALLOCATIONS.get();
+    work();
+    ALLOCATIONS.get() - before
+}
+
+#[cfg(test)]
+mod tests {
+    use std::hint::black_box;
+
+    use super::*;
+
+    #[test]
+    fn the_counter_counts() {
+        assert_eq!(allocations_in(|| drop(black_box(Box::new(7)))), 1);
+        assert_eq!(allocations_in(|| drop(black_box(Vec::<u8>::new()))), 0);
+        let mut grown = Vec::with_capacity(1);
+        assert_eq!(allocations_in(|| grown.extend(black_box([1_u8, 2, 3]))), 1);
+        assert_eq!(allocations_in(|| drop(black_box(vec![0_u64; 100]))), 1);
+    }
+}
