@@ -21,9 +21,6 @@ const SILENCE: Duration = Duration::from_secs(2);
 /// Priority of the echo: that of the belief process, whose place it takes.
 const ECHO_PRIORITY: u8 = 69;
 
-/// Priority of the sensor process, as it comes.
-const SENSOR_PRIORITY: u8 = 70;
-
 /// Bytes of the percept buffer, and of the belief buffers of two perspectives.
 fn sizes(objects: u32) -> (usize, usize) {
     let objects = usize::try_from(objects).unwrap_or(usize::MAX);
@@ -98,16 +95,12 @@ pub fn echo(root: &Path, name: &str, bytes: usize) -> Result<(), BenchError> {
     Ok(())
 }
 
-/// How late a thread of the sensor's priority wakes that does nothing but sleep to an absolute grid
+/// How late a thread with the sensor's rights wakes that does nothing but sleep to an absolute grid
 /// of the sensor's rate.
 ///
 /// It runs while the sensor does: what the machine does to the one it does to the other.
 pub(super) fn wakeups(case: Case) -> Result<JoinHandle<Histogram>, BenchError> {
-    let rights = Rights {
-        fifo_priority: Priority::try_from(SENSOR_PRIORITY).map_err(BenchError::Port)?,
-        cores: Vec::new(),
-        lock_memory: true,
-    };
+    let rights = config::Robot::load(None).map_err(BenchError::port)?.leo.sensor.realtime;
     let thread = std::thread::Builder::new().name("bare-wakeup".to_owned());
     Ok(thread.spawn(move || {
         // The bench itself says what is missing.

@@ -94,10 +94,7 @@ impl Series {
             return;
         }
         self.taken = self.taken.wrapping_add(1);
-        scratch.clear();
-        union(self.samples(cells), [sample].into_iter(), scratch);
-        thin(scratch, cells.len(), thinning);
-        self.replace(cells, scratch);
+        self.unite(cells, thinning, [sample].into_iter(), scratch);
     }
 
     /// The union with another series, in cells of its own. `scratch` has room for both.
@@ -135,10 +132,7 @@ impl Series {
             }
             (_, Some(_)) => {
                 self.taken = self.taken.wrapping_add(other.taken);
-                scratch.clear();
-                union(self.samples(cells), other.samples(of_other), scratch);
-                thin(scratch, cells.len(), thinning);
-                self.replace(cells, scratch);
+                self.unite(cells, thinning, other.samples(of_other), scratch);
             }
         }
     }
@@ -235,6 +229,19 @@ impl Series {
     fn cell(&self, cells: usize, index: usize) -> usize {
         let cell = self.first as usize + index;
         if cell < cells { cell } else { cell - cells }
+    }
+
+    fn unite(
+        &mut self,
+        cells: &mut [Sample],
+        thinning: Thinning,
+        others: impl Iterator<Item = Sample>,
+        scratch: &mut Vec<Sample>,
+    ) {
+        scratch.clear();
+        union(self.samples(cells), others, scratch);
+        thin(scratch, cells.len(), thinning);
+        self.replace(cells, scratch);
     }
 
     fn replace(&mut self, cells: &mut [Sample], samples: &[Sample]) {
