@@ -14,6 +14,15 @@ pub enum Skill {
         /// The middle of the hole's upper edge.
         hole: Position<Base>,
     },
+    /// Takes a thing from above and puts it down elsewhere.
+    Place {
+        /// The thing's centre.
+        thing: Position<Base>,
+        /// Half its height, in metres.
+        half_height_m: f64,
+        /// Where its centre shall come to be.
+        to: Position<Base>,
+    },
     /// Hands open, arms where they are in nobody's way.
     Rest,
     /// The face of one who watches.

@@ -21,10 +21,12 @@ pub struct Settings {
     pub block_half_height_m: f64,
     /// Half the height of a peg whose extents are not perceived, in metres.
     pub peg_half_height_m: f64,
+    /// Half the height of a marker whose extents are not perceived, in metres.
+    pub marker_half_height_m: f64,
 }
 
 impl Settings {
-    /// The settings of a configuration, with blocks and pegs as in the study.
+    /// The settings of a configuration, with blocks, pegs and markers as in the study.
     #[must_use]
     pub fn of(learner: &config::leo::Learner) -> Self {
         Self {
@@ -32,6 +34,7 @@ impl Settings {
             goal_period: learner.goal_rate_hz.period(),
             block_half_height_m: 0.03,
             peg_half_height_m: 0.025,
+            marker_half_height_m: 0.005,
         }
     }
 }
@@ -327,6 +330,7 @@ impl<B: Body> Learner<B> {
             half_heights: HalfHeights {
                 block_m: self.settings.block_half_height_m,
                 peg_m: self.settings.peg_half_height_m,
+                marker_m: self.settings.marker_half_height_m,
             },
             own: own.as_ref(),
             present_rad,

@@ -44,6 +44,7 @@ impl Body for LeoBody {
             Skill::Insert { thing, half_height_m, hole } => {
                 motion::Skill::Insert { thing, half_height_m, hole }
             }
+            Skill::Place { thing, half_height_m, to } => motion::Skill::Place { thing, half_height_m, to },
             Skill::Rest => motion::Skill::Rest,
             Skill::Attentive => motion::Skill::Show(Face::Attentive),
             Skill::Puzzled => motion::Skill::Show(Face::Puzzled),

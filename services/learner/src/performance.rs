@@ -1,6 +1,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use clock::{Duration, Instant};
+use geometry::Position;
 use message::{Event, EventKind};
 use tasks::{Effect, Learned, Object, Rule, Snapshot, describe_object};
 
@@ -20,6 +21,7 @@ const SAME_PLACE_M: f64 = 0.04;
 pub(crate) struct HalfHeights {
     pub(crate) block_m: f64,
     pub(crate) peg_m: f64,
+    pub(crate) marker_m: f64,
 }
 
 /// Leo performing a task: the objects that its rules are about and that are not as they should
@@ -28,7 +30,7 @@ pub(crate) struct HalfHeights {
 pub(crate) struct Performance {
     pub(crate) task: String,
     rules: Vec<Rule>,
-    /// What the teachers' pegs were like.
+    /// What the teachers' pegs and markers were like.
     kinds: BTreeSet<BTreeMap<String, String>>,
     phase: Phase,
     done: u32,
@@ -191,46 +193,74 @@ impl Performance {
 
     /// What brings about what a step's rule expects.
     fn skill<B>(&self, step: &Step, own: &Snapshot, stage: &Stage<'_, B>) -> Result<Skill, String> {
-        let wanted = expectation(&step.rule);
-        let unable = || format!("I have no skill that makes a thing {wanted}");
-        let insertion = stage.vocabulary.insertion.as_ref().ok_or_else(unable)?;
-        let fills = Effect::State { name: insertion.filled.clone(), on: true };
-        if step.rule.expectation.iter().ne([&fills]) {
-            return Err(unable());
-        }
+        let Stage { vocabulary, half_heights, .. } = stage;
         let block = own
             .nearest(&step.features, step.place_m, SAME_PLACE_M)
             .ok_or_else(|| format!("the {} is no longer where it was", step.name))?;
-        let peg = self
-            .peg(insertion, own, step)
-            .ok_or_else(|| format!("I see nothing that could still be {}", insertion.inserted))?;
-        let (Some(place), Some(thing)) = (block.position(), peg.position()) else {
-            return Err("I do not know where things are".to_owned());
+        let lost = || "I do not know where things are".to_owned();
+        let [x, y, z] = block.position().ok_or_else(lost)?.to_array();
+        let top_m = z + half_height_m(block).unwrap_or(half_heights.block_m);
+        let is_wanted = |state: &str| {
+            let effect = Effect::State { name: state.to_owned(), on: true };
+            step.rule.expectation.iter().eq([&effect])
         };
-        let [x, y, z] = place.to_array();
-        let top_m = z + half_height_m(block).unwrap_or(stage.half_heights.block_m);
-        Ok(Skill::Insert {
-            thing,
-            half_height_m: half_height_m(peg).unwrap_or(stage.half_heights.peg_m),
-            hole: geometry::Position::new(x, y, top_m),
-        })
+        if let Some(Insertion { filled, inserted }) = &vocabulary.insertion
+            && is_wanted(filled)
+        {
+            let is_loose = |object: &Object| object.states.get(inserted) == Some(&false);
+            let peg = self.means(own, step, is_loose);
+            let peg = peg.ok_or_else(|| format!("I see nothing that could still be {inserted}"))?;
+            return Ok(Skill::Insert {
+                thing: peg.position().ok_or_else(lost)?,
+                half_height_m: half_height_m(peg).unwrap_or(half_heights.peg_m),
+                hole: Position::new(x, y, top_m),
+            });
+        }
+        if let Some(marked) = &vocabulary.marked
+            && is_wanted(marked)
+        {
+            // A marker that lies on something marked is what marks it.
+            let lies_on = |marker: &Object, thing: &Object| {
+                let places = marker.position().zip(thing.position());
+                thing.states.get(marked) == Some(&true)
+                    && places.is_some_and(|(above, below)| {
+                        let offset = above.point() - below.point();
+                        offset.xy().norm() < SAME_PLACE_M && offset.z > 0.0
+                    })
+            };
+            let is_loose = |object: &Object| {
+                object.states.is_empty() && !own.objects.iter().any(|thing| lies_on(object, thing))
+            };
+            let marker = self.means(own, step, is_loose);
+            let marker = marker.ok_or_else(|| format!("I see nothing left by which it could be {marked}"))?;
+            let half_height_m = half_height_m(marker).unwrap_or(half_heights.marker_m);
+            return Ok(Skill::Place {
+                thing: marker.position().ok_or_else(lost)?,
+                half_height_m,
+                to: Position::new(x, y, top_m + half_height_m),
+            });
+        }
+        Err(format!("I have no skill that makes a thing {}", expectation(&step.rule)))
     }
 
-    /// A peg that is in no hole, of the kind that the teachers used, the nearest to the hole; for
-    /// every retry the next one, because the first may be out of reach.
-    fn peg<'a>(&self, insertion: &Insertion, own: &'a Snapshot, step: &Step) -> Option<&'a Object> {
-        let loose = |object: &&Object| object.states.get(&insertion.inserted) == Some(&false);
-        let known = |object: &&Object| self.kinds.is_empty() || self.kinds.contains(&object.features);
-        let mut pegs: Vec<(f64, &Object)> = own
+    /// What the work is done with: of the kind that the teachers used, not used up yet, the nearest
+    /// to the step's object; for every retry the next one, because the first may be out of reach.
+    fn means<'a>(
+        &self,
+        own: &'a Snapshot,
+        step: &Step,
+        is_loose: impl Fn(&Object) -> bool,
+    ) -> Option<&'a Object> {
+        let is_known = |object: &Object| self.kinds.is_empty() || self.kinds.contains(&object.features);
+        let mut means: Vec<(f64, &Object)> = own
             .objects
             .iter()
-            .filter(loose)
-            .filter(known)
+            .filter(|object| is_known(object) && is_loose(object))
             .filter_map(|object| Some((object.distance(step.place_m)?, object)))
             .collect();
-        pegs.sort_by(|a, b| a.0.total_cmp(&b.0));
-        let last = pegs.len().checked_sub(1)?;
-        pegs.get(step.retries.min(last)).map(|(_, object)| *object)
+        means.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let last = means.len().checked_sub(1)?;
+        means.get(step.retries.min(last)).map(|(_, object)| *object)
     }
 
     fn ended(&self) -> Event {

@@ -5,8 +5,8 @@ use std::collections::BTreeMap;
 use message::{Event, EventKind};
 use quantity::number::saturating_u32;
 use tasks::{
-    Change, Language, Learned, Object, Prior, Rule, Snapshot, Task, decide, describe_change, describe_object,
-    explain, learn, listed,
+    Change, Language, Learned, Object, Prior, Rule, Snapshot, Task, View, decide, describe_change,
+    describe_object, explain, learn, listed,
 };
 
 /// Rules reported per perspective and goal at most, beyond those of high likelihood.
@@ -25,7 +25,8 @@ impl Verdict {
         let by_perspective: BTreeMap<u16, Learned> = perspectives
             .iter()
             .map(|&perspective| {
-                let views: Vec<_> = task.views(perspective).collect();
+                let views: Vec<View> = task.views(perspective).map(View::attended).collect();
+                let views: Vec<&View> = views.iter().collect();
                 (perspective, learn(language, &views, &Prior::default(), share))
             })
             .collect();
@@ -127,11 +128,23 @@ pub(crate) fn sight(language: &Language, view: &Snapshot) -> String {
     // What there is most of is the stuff to work with, and comes last.
     let mut counts: Vec<(usize, String)> = counts.into_iter().map(|(name, count)| (count, name)).collect();
     counts.sort();
-    let names = counts
+    let mut names = counts
         .into_iter()
         .map(|(count, name)| if count == 1 { name } else { format!("{count} × {name}") })
         .collect::<Vec<_>>();
-    if names.is_empty() { "nothing".to_owned() } else { listed(&names) }
+    let all = names.len();
+    // Said whole or with what is left out counted, never cut in the middle of a word.
+    loop {
+        let text = match (names.len(), all - names.len()) {
+            (0, _) => return "nothing".to_owned(),
+            (_, 0) => listed(&names),
+            (_, untold) => format!("{} and {untold} kinds more", names.join(", ")),
+        };
+        if text.len() <= message::TEXT_CAPACITY {
+            return text;
+        }
+        names.pop();
+    }
 }
 
 /// Things are told apart from those of their kind: blocks from blocks, pegs from pegs.

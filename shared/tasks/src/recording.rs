@@ -2,7 +2,7 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
-use crate::{Change, Snapshot, changes};
+use crate::{Change, Object, Snapshot, changes};
 
 /// A task as taught so far: S, whose hypotheses are computed from its examples.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -49,6 +49,24 @@ pub struct View {
     /// What was done in between, the same acts in every perspective.
     #[serde(default)]
     pub executables: Vec<Executable>,
+}
+
+impl View {
+    /// What of it concerns him whose perspective it is (the resource perspective): what belongs to
+    /// him, and what is everybody's.
+    ///
+    /// What he leaves alone because it is somebody else's says nothing about what he means. The
+    /// robot itself looks at everything: it is not the one who acts.
+    #[must_use]
+    pub fn attended(&self) -> Self {
+        if self.perspective == 0 {
+            return self.clone();
+        }
+        // Whose a thing was when the demonstration began; what came later, as it was in the end.
+        let owner = |object: &Object| self.before.object(object.id).unwrap_or(object).owner;
+        let attends = |object: &Object| owner(object).is_none_or(|owner| owner == self.perspective);
+        Self { before: self.before.filtered(attends), after: self.after.filtered(attends), ..self.clone() }
+    }
 }
 
 /// An executable of a schema: a primitive act, or another task (E = a | S), and its goal.
