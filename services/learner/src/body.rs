@@ -22,6 +22,8 @@ pub enum Skill {
         half_height_m: f64,
         /// Where its centre shall come to be.
         to: Position<Base>,
+        /// How it shall be turned on the way; `None` where that does not matter.
+        turn: Option<Turn>,
     },
     /// Hands open, arms where they are in nobody's way.
     Rest,
@@ -31,6 +33,15 @@ pub enum Skill {
     Puzzled,
     /// The face of one who has succeeded.
     Pleased,
+}
+
+/// A turn of a thing about the vertical, seen from above anticlockwise.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Turn {
+    /// By how much, in radians.
+    pub by_rad: f64,
+    /// Turned by this much more, in radians, it looks the same.
+    pub period_rad: f64,
 }
 
 /// How a skill stands.

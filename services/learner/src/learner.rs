@@ -301,7 +301,12 @@ impl<B: Body> Learner<B> {
         if let Some(view) = self.views.own(language) {
             output.events.push(seen(language, &task.name, 0, &view));
         }
-        self.performance = Some(Performance::new(&task.name, learned));
+        let half_heights = HalfHeights {
+            block_m: self.settings.block_half_height_m,
+            peg_m: self.settings.peg_half_height_m,
+            marker_m: self.settings.marker_half_height_m,
+        };
+        self.performance = Some(Performance::new(&task.name, learned, half_heights));
     }
 
     /// Moves the body on, and the performance with it.
@@ -327,11 +332,6 @@ impl<B: Body> Learner<B> {
         let mut stage = Stage {
             now,
             vocabulary: &self.vocabulary,
-            half_heights: HalfHeights {
-                block_m: self.settings.block_half_height_m,
-                peg_m: self.settings.peg_half_height_m,
-                marker_m: self.settings.marker_half_height_m,
-            },
             own: own.as_ref(),
             present_rad,
             body: &mut self.body,

@@ -13,7 +13,7 @@ mod teaching;
 mod views;
 mod vocabulary;
 
-pub use body::{Body, Motion, Skill};
+pub use body::{Body, Motion, Skill, Turn};
 pub use learner::{Input, Learner, Output, Settings};
 pub use leo_body::{LeoBody, LeoBodyError};
 pub use shell::{check_memory, run};

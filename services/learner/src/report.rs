@@ -5,8 +5,8 @@ use std::collections::BTreeMap;
 use message::{Event, EventKind};
 use quantity::number::saturating_u32;
 use tasks::{
-    Change, Language, Learned, Object, Prior, Rule, Snapshot, Task, View, decide, describe_change,
-    describe_object, explain, learn, listed,
+    Change, FigureRule, Language, Learned, Object, Prior, Rule, Snapshot, Task, View, decide,
+    describe_change, describe_object, explain, learn, listed,
 };
 
 /// Rules reported per perspective and goal at most, beyond those of high likelihood.
@@ -54,7 +54,16 @@ impl Verdict {
                 }
             }
         }
+        for (&perspective, learned) in &self.by_perspective {
+            let reported = learned.figures.iter().take(REPORTED);
+            events.extend(
+                reported.map(|figure| figure_event(EventKind::Hypothesis, task, perspective, figure)),
+            );
+        }
         let (Some(chosen), Some(learned)) = (self.chosen, self.learned()) else { return events };
+        if let Some(first) = learned.figures.first() {
+            events.push(figure_event(EventKind::RuleChosen, task, chosen, first));
+        }
         if let Some(first) = learned.primary().next() {
             let text = if learned.goals.len() > 1 { spoken(learned) } else { first.name.clone() };
             events.push(rule_event(EventKind::RuleChosen, task, chosen, first, &text));
@@ -78,6 +87,12 @@ impl Verdict {
         if chosen == 0 {
             return None;
         }
+        if let Some(figure) = learned.figures.first() {
+            let own = self.by_perspective.get(&0).and_then(|own| own.figures.first());
+            return own.filter(|own| !own.figure.looks_like(&figure.figure)).map(|own| {
+                format!("to me it looked like \"{}\", but you see it from where you are", own.name)
+            });
+        }
         let rule = learned.primary().next()?;
         let own = self.by_perspective.get(&0).and_then(|own| own.primary().next());
         if own.is_some_and(|own| own.agrees_with(rule)) {
@@ -96,6 +111,9 @@ impl Verdict {
 
 /// What a task is, in words: "all filled".
 pub(crate) fn spoken(learned: &Learned) -> String {
+    if let Some(figure) = learned.figures.first() {
+        return figure.name.clone();
+    }
     listed(&learned.primary().map(with_expectation).collect::<Vec<_>>())
 }
 
@@ -116,6 +134,17 @@ fn rule_event(kind: EventKind, task: &Task, perspective: u16, rule: &Rule, text:
     event.tally = saturating_u32(rule.tally);
     event.examples = saturating_u32(rule.examples);
     event.high_likelihood = u32::from(rule.high_likelihood);
+    event
+}
+
+fn figure_event(kind: EventKind, task: &Task, perspective: u16, figure: &FigureRule) -> Event {
+    let mut event = Event::new(kind, &task.name, &figure.name);
+    event.perspective = perspective;
+    event.posterior = figure.posterior;
+    event.rank = saturating_u32(figure.rank);
+    event.tally = saturating_u32(figure.tally);
+    event.examples = saturating_u32(figure.examples);
+    event.high_likelihood = u32::from(figure.high_likelihood);
     event
 }
 
