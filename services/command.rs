@@ -6,6 +6,7 @@ mod failure;
 mod output;
 mod process;
 mod seconds;
+mod study;
 
 use std::io::IsTerminal as _;
 use std::path::PathBuf;
@@ -44,6 +45,8 @@ enum Command {
     Run(Run),
     /// Play a lesson in lockstep time, as fast as the machine can, and say what Leo learned
     Teach(Teach),
+    /// Play the paper's study, with and without perspective taking, beside the paper's tables
+    Study(study::Study),
     /// Believe a recorded trace of observations again: perception and belief alone, no processes
     Believe(believe::Believe),
     /// Show a live table of the processes: rates, latencies, overruns, drops, restarts
@@ -159,6 +162,7 @@ impl Command {
         match self {
             Self::Run(run) => run.run(),
             Self::Teach(teach) => teach.run(),
+            Self::Study(study) => study.run(),
             Self::Believe(believe) => believe.run(),
             Self::Top(top) => top.run(),
             Self::Check(check) => check.run(),

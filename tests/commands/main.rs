@@ -4,6 +4,7 @@
 mod believe;
 mod house;
 mod sources;
+mod study;
 
 use std::fs;
 use std::path::{Path, PathBuf};
