@@ -5,6 +5,7 @@ mod domain;
 mod failure;
 mod output;
 mod process;
+mod rehearsal;
 mod seconds;
 mod study;
 

@@ -25,7 +25,8 @@ impl Verdict {
         let by_perspective: BTreeMap<u16, Learned> = perspectives
             .iter()
             .map(|&perspective| {
-                let views: Vec<View> = task.views(perspective).map(View::attended).collect();
+                let views: Vec<View> =
+                    task.views(perspective).map(|view| view.attended(language.moved_m)).collect();
                 let views: Vec<&View> = views.iter().collect();
                 (perspective, learn(language, &views, &Prior::default(), share))
             })

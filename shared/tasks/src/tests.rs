@@ -52,7 +52,7 @@ fn view(perspective: u16, before: Vec<Object>, after: Vec<Object>) -> View {
 }
 
 fn learned(task: &Task, perspective: u16) -> Learned {
-    let views: Vec<View> = task.views(perspective).map(View::attended).collect();
+    let views: Vec<View> = task.views(perspective).map(|view| view.attended(0.03)).collect();
     let views: Vec<&View> = views.iter().collect();
     learn(&language(), &views, &Prior::default(), SHARE)
 }

@@ -195,3 +195,19 @@ fn what_belongs_to_somebody_else_is_no_exception_to_his_rule() {
     assert!(explanation.text().ends_with("are not yours"), "{}", explanation.text());
     assert!(explanation.foreign.contains(&"medium red square".to_owned()), "{explanation:?}");
 }
+
+#[test]
+fn whoever_works_on_what_is_not_his_does_not_go_by_whose_things_are() {
+    let mut task = task_2();
+    for example in &mut task.examples {
+        for object in &mut example.views[1].after.objects {
+            // He marks one thing on the other side, too.
+            if object.id == 51 {
+                object.states.insert("marked".to_owned(), true);
+            }
+        }
+    }
+    let everything = task.examples[0].views[1].clone();
+    assert_eq!(everything.attended(0.03), everything);
+    assert_ne!(task_2().examples[0].views[1].attended(0.03), everything);
+}
