@@ -25,6 +25,8 @@ pub enum Skill {
         /// How it shall be turned on the way; `None` where that does not matter.
         turn: Option<Turn>,
     },
+    /// Every joint stays where it is.
+    Hold,
     /// Hands open, arms where they are in nobody's way.
     Rest,
     /// The face of one who watches.

@@ -48,6 +48,7 @@ impl Body for LeoBody {
                 let turn = turn.map(|Turn { by_rad, period_rad }| motion::Turn { by_rad, period_rad });
                 motion::Skill::Place { thing, half_height_m, to, turn }
             }
+            Skill::Hold => motion::Skill::Hold,
             Skill::Rest => motion::Skill::Rest,
             Skill::Attentive => motion::Skill::Show(Face::Attentive),
             Skill::Puzzled => motion::Skill::Show(Face::Puzzled),

@@ -3,6 +3,7 @@
 //! [`Learner`] is the core: beliefs and sentences in; events, joint goals and what is to be
 //! stored out. It knows no clock, no files and no shared memory.
 
+mod answers;
 mod body;
 mod learner;
 mod leo_body;

@@ -178,6 +178,26 @@ impl Performance {
         Some(self)
     }
 
+    /// Leaves what is being worked on alone; its name, and the event that tells of it. `None` where
+    /// nothing is.
+    pub(crate) fn skip(&mut self) -> Option<(String, Event)> {
+        let step = match &self.phase {
+            Phase::Choosing => return None,
+            Phase::Acting(step) | Phase::Confirming(step, _) | Phase::Recovering(step) => step.clone(),
+        };
+        self.failed += 1;
+        self.work.work().give_up(&step);
+        self.phase = Phase::Choosing;
+        let event = self.event(EventKind::StepFailed, &format!("{}: not that one", step.name));
+        Some((step.name, event))
+    }
+
+    /// The event that tells that it was stopped.
+    pub(crate) fn stopped(&mut self) -> Event {
+        let text = format!("stopped: {} {}", self.work.work().wanted(), self.done);
+        self.event(EventKind::PerformanceEnded, &text)
+    }
+
     /// The face of one who has done all, or not all.
     fn end<B: Body>(&self, stage: &mut Stage<'_, B>) -> Option<Self> {
         let mood = if self.failed == 0 { Skill::Pleased } else { Skill::Puzzled };

@@ -78,7 +78,7 @@ impl Verdict {
     }
 
     /// Why the robot's own view speaks against the rule that it follows.
-    fn explanation(
+    pub(crate) fn explanation(
         &self,
         language: &Language,
         task: &Task,
@@ -151,9 +151,14 @@ fn figure_event(kind: EventKind, task: &Task, perspective: u16, figure: &FigureR
 
 /// What a perspective has before it, in words: "blue square, 2 × red square and 7 × peg".
 pub(crate) fn sight(language: &Language, view: &Snapshot) -> String {
+    sight_among(language, view, view)
+}
+
+/// The same in words that tell the things apart from all those of another view.
+pub(crate) fn sight_among(language: &Language, view: &Snapshot, all: &Snapshot) -> String {
     let mut counts: BTreeMap<String, usize> = BTreeMap::new();
     for object in &view.objects {
-        *counts.entry(describe_object(language, object, like(view, object))).or_default() += 1;
+        *counts.entry(describe_object(language, object, like(all, object))).or_default() += 1;
     }
     // What there is most of is the stuff to work with, and comes last.
     let mut counts: Vec<(usize, String)> = counts.into_iter().map(|(name, count)| (count, name)).collect();
@@ -178,7 +183,7 @@ pub(crate) fn sight(language: &Language, view: &Snapshot) -> String {
 }
 
 /// Things are told apart from those of their kind: blocks from blocks, pegs from pegs.
-fn like<'a>(view: &'a Snapshot, object: &Object) -> impl Iterator<Item = &'a Object> {
+pub(crate) fn like<'a>(view: &'a Snapshot, object: &Object) -> impl Iterator<Item = &'a Object> {
     let kind: Vec<String> = object.states.keys().cloned().collect();
     view.objects.iter().filter(move |other| other.states.keys().eq(&kind))
 }

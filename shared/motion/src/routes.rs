@@ -76,6 +76,10 @@ impl Draft<'_> {
                 self.look(target);
                 self.push(Phase::Look, Await::Moved)
             }
+            Skill::Hold => {
+                self.restart();
+                self.push(Phase::Rest, Await::Nothing)
+            }
             Skill::Rest => {
                 self.restart();
                 self.raise_low_hands()?;

@@ -30,6 +30,8 @@ pub enum Skill {
     },
     /// Turn the neck and the eyes towards a point.
     LookAt(Position<Base>),
+    /// Every joint stays where it is.
+    Hold,
     /// Both arms, the torso and the gaze to rest.
     Rest,
     /// Make a face.

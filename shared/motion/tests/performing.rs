@@ -278,10 +278,10 @@ fn a_thing_is_turned_on_its_way_as_it_was_asked_for() {
                 stand.perform(&Skill::Place { thing, half_height_m: 0.02, to, turn }, |stand, phase| {
                     held = held.or(stand.held.map(|(side, _)| side));
                     let Some(side) = held else { return };
-                    match phase {
-                        Phase::Close => grasped_rad = turned_rad(stand, side),
-                        Phase::Lower => let_go_rad = turned_rad(stand, side),
-                        _ => {}
+                    if phase == Phase::Close {
+                        grasped_rad = turned_rad(stand, side);
+                    } else if phase == Phase::Lower {
+                        let_go_rad = turned_rad(stand, side);
                     }
                 });
             assert_eq!(end, Progress::Done);
