@@ -8,6 +8,7 @@ mod process;
 mod rehearsal;
 mod seconds;
 mod study;
+mod tasks;
 
 use std::io::IsTerminal as _;
 use std::path::PathBuf;
@@ -48,6 +49,8 @@ enum Command {
     Teach(Teach),
     /// Play the paper's study, with and without perspective taking, beside the paper's tables
     Study(study::Study),
+    /// Show, forget, export or import what Leo has learned
+    Tasks(tasks::Tasks),
     /// Believe a recorded trace of observations again: perception and belief alone, no processes
     Believe(believe::Believe),
     /// Show a live table of the processes: rates, latencies, overruns, drops, restarts
@@ -164,6 +167,7 @@ impl Command {
             Self::Run(run) => run.run(),
             Self::Teach(teach) => teach.run(),
             Self::Study(study) => study.run(),
+            Self::Tasks(tasks) => tasks.run(),
             Self::Believe(believe) => believe.run(),
             Self::Top(top) => top.run(),
             Self::Check(check) => check.run(),

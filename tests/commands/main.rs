@@ -5,6 +5,7 @@ mod believe;
 mod house;
 mod sources;
 mod study;
+mod tasks;
 
 use std::fs;
 use std::path::{Path, PathBuf};

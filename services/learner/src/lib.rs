@@ -17,7 +17,8 @@ mod vocabulary;
 pub use body::{Body, Motion, Skill, Turn};
 pub use learner::{Input, Learner, Output, Settings};
 pub use leo_body::{LeoBody, LeoBodyError};
-pub use shell::{check_memory, run};
+pub use report::retell;
+pub use shell::{check_memory, memory_file, run};
 pub use vocabulary::{Vocabulary, VocabularyError};
 
 #[cfg(test)]

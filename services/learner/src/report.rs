@@ -1,6 +1,6 @@
 //! Events about what was learned.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use message::{Event, EventKind};
 use quantity::number::saturating_u32;
@@ -108,6 +108,19 @@ impl Verdict {
             None => why,
         })
     }
+}
+
+/// The events that tell what a task comes to, as they were told when it was learned: hypotheses of
+/// every perspective that has examples of it, the rule chosen, and why another sees it differently.
+#[must_use]
+pub fn retell(language: &Language, task: &Task, high_likelihood: f64) -> Vec<Event> {
+    let views = task.examples.iter().flat_map(|example| &example.views);
+    let perspectives: BTreeSet<u16> = views.map(|view| view.perspective).collect();
+    let perspectives: Vec<u16> = perspectives.into_iter().collect();
+    let examples = saturating_u32(task.examples.len());
+    let ended = Event { examples, ..Event::new(EventKind::DemonstrationEnded, &task.name, &task.name) };
+    let verdict = Verdict::of(language, task, &perspectives, high_likelihood);
+    std::iter::once(ended).chain(verdict.events(language, task)).collect()
 }
 
 /// What a task is, in words: "all filled".
