@@ -37,16 +37,41 @@ pub struct Change {
 /// What changed between two snapshots of one perspective, by the identity of the object.
 ///
 /// Net change: what was undone in between is no change. Objects that are in one snapshot only
-/// did not change: that somebody begins to see a thing is no act.
+/// did not change: that somebody begins to see a thing is no act. But where one is gone and one of
+/// the same class and kind has come, it is one thing whose identity was lost on the way: things do
+/// not vanish.
 #[must_use]
 pub fn changes(before: &Snapshot, after: &Snapshot, moved_m: f64) -> BTreeMap<u64, Change> {
+    let lost = found_again(before, after);
     let mut changes = BTreeMap::new();
     for now in &after.objects {
-        if let Some(change) = before.object(now.id).and_then(|then| change(then, now, moved_m)) {
+        let then = before.object(now.id).or_else(|| before.object(*lost.get(&now.id)?));
+        if let Some(change) = then.and_then(|then| change(then, now, moved_m)) {
             changes.insert(now.id, change);
         }
     }
     changes
+}
+
+/// The objects that have come, each with the one that is gone and was it; the nearest first.
+fn found_again(before: &Snapshot, after: &Snapshot) -> BTreeMap<u64, u64> {
+    let gone = || before.objects.iter().filter(|then| after.object(then.id).is_none());
+    let come = after.objects.iter().filter(|now| before.object(now.id).is_none());
+    let mut pairs: Vec<(f64, u64, u64)> = come
+        .flat_map(|now| {
+            let same = gone()
+                .filter(|then| then.features == now.features && then.states.keys().eq(now.states.keys()));
+            same.filter_map(|then| Some((now.distance(then.position_m?)?, now.id, then.id)))
+        })
+        .collect();
+    pairs.sort_by(|a, b| a.0.total_cmp(&b.0).then((a.1, a.2).cmp(&(b.1, b.2))));
+    let (mut found, mut taken) = (BTreeMap::new(), BTreeSet::new());
+    for (_, now, then) in pairs {
+        if !found.contains_key(&now) && taken.insert(then) {
+            found.insert(now, then);
+        }
+    }
+    found
 }
 
 fn change(then: &Object, now: &Object, moved_m: f64) -> Option<Change> {
@@ -110,6 +135,16 @@ mod tests {
             Signature::from([Effect::Moved])
         );
         assert!(changes(&block(0.1, true), &block(f64::NAN, true), 0.03).is_empty());
+    }
+
+    #[test]
+    fn a_thing_whose_identity_was_lost_is_found_again_by_what_it_is() {
+        let mut after = block(0.4, true);
+        after.objects[0].id = 9;
+        let change = &changes(&block(0.1, false), &after, 0.03)[&9];
+        assert!(change.displaced && change.signature.len() == 1);
+        after.objects[0].features.insert("colour".to_owned(), "red".to_owned());
+        assert!(changes(&block(0.1, false), &after, 0.03).is_empty(), "it is another thing");
     }
 
     #[test]
