@@ -426,8 +426,9 @@ struct leo_divergence_head {
     uint32_t within;
     /* Things about which the two believe the same. */
     uint32_t agreed;
-    /* Zero. */
-    uint32_t reserved;
+    /* 1 where the two are compared, 0 as long as he whose the other perspective is was not
+     * observed yet. */
+    uint32_t compared;
     /* Whose the other perspective is, and within whose. */
     struct leo_path path;
 };
@@ -436,7 +437,7 @@ LEO_ASSERT(offsetof(struct leo_divergence_head, header) == 0, "place of header")
 LEO_ASSERT(offsetof(struct leo_divergence_head, perspective) == 96, "place of perspective");
 LEO_ASSERT(offsetof(struct leo_divergence_head, within) == 100, "place of within");
 LEO_ASSERT(offsetof(struct leo_divergence_head, agreed) == 104, "place of agreed");
-LEO_ASSERT(offsetof(struct leo_divergence_head, reserved) == 108, "place of reserved");
+LEO_ASSERT(offsetof(struct leo_divergence_head, compared) == 108, "place of compared");
 LEO_ASSERT(offsetof(struct leo_divergence_head, path) == 112, "place of path");
 
 /* Lockstep: a process has done its turn. */

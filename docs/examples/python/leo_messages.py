@@ -389,8 +389,9 @@ class DivergenceHead(ctypes.Structure):
         ("within", ctypes.c_uint32),
         # Things about which the two believe the same.
         ("agreed", ctypes.c_uint32),
-        # Zero.
-        ("reserved", ctypes.c_uint32),
+        # 1 where the two are compared, 0 as long as he whose the other perspective is was not
+        # observed yet.
+        ("compared", ctypes.c_uint32),
         # Whose the other perspective is, and within whose.
         ("path", Path),
     ]

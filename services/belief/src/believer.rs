@@ -171,6 +171,13 @@ impl Believer {
         }
     }
 
+    /// The perspective that one is made from and nested in, by its number; `None` for the robot's
+    /// own, and where there is none.
+    #[must_use]
+    pub fn within(&self, perspective: u32) -> Option<u32> {
+        Some(saturating_u32(self.other(perspective)?.within))
+    }
+
     /// Whether a perspective believes in no object.
     #[must_use]
     pub fn is_empty(&self, perspective: u32) -> bool {

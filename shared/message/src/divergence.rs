@@ -17,8 +17,9 @@ pub struct DivergenceHead {
     pub within: u32,
     /// Things about which the two believe the same.
     pub agreed: u32,
-    /// Zero.
-    pub reserved: u32,
+    /// 1 where the two are compared, 0 as long as he whose the other perspective is was not
+    /// observed yet.
+    pub compared: u32,
     /// Whose the other perspective is, and within whose.
     pub path: Path,
 }

@@ -155,13 +155,15 @@ impl Divergence {
                 continue;
             };
             self.pairs.push((one.id, other.id));
-            let mut difference = Difference::new(Some(one.id), Some(other.id));
-            // There is room for each percept once.
-            self.aspects.compare(one, other, |aspect| _ = difference.push(aspect));
-            if difference.aspects().is_empty() {
-                self.agreed += 1;
-            } else {
-                self.differences.push(difference);
+            let mut difference = None;
+            self.aspects.compare(one, other, |aspect| {
+                let new = || Difference::new(Some(one.id), Some(other.id));
+                // There is room for each percept once.
+                let _fits = difference.get_or_insert_with(new).push(aspect);
+            });
+            match difference {
+                None => self.agreed += 1,
+                Some(difference) => self.differences.push(difference),
             }
         }
         let alone = self.other.iter().filter(|other| other.pair.is_none());

@@ -42,7 +42,7 @@ pub(crate) fn compiled() -> Vec<Compiled> {
             path
         }
         Difference {}
-        DivergenceHead { header, perspective, within, agreed, reserved, path }
+        DivergenceHead { header, perspective, within, agreed, compared, path }
         Done { round, finished }
         Event {
             posterior, kind, perspective, rank, tally, examples, high_likelihood, succeeded, task, text
