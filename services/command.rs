@@ -179,6 +179,7 @@ impl Run {
         if let Some(lesson) = &self.lesson {
             Lesson::load(lesson).map_err(Failed::usage)?;
         }
+        sensor_process::check_traces(&robot.leo.sensor.source).map_err(Failed::usage)?;
         let state = domain::state_directory()?;
         // Here it is one clear error; the learner could only die of it again and again.
         learner_process::check_memory(&state).map_err(Failed::usage)?;
@@ -211,6 +212,7 @@ impl Teach {
                  \"simulator\"",
             ));
         }
+        sensor_process::check_traces(&robot.leo.sensor.source).map_err(Failed::usage)?;
         let partners = match self.perspective.as_slice() {
             [] => None,
             whose if !whose.contains(&Whose::Robot) => {
@@ -259,6 +261,8 @@ impl Top {
 
 impl Check {
     fn run(&self) -> Result<ExitCode, Failure> {
+        let robot = Robot::load(self.config.as_deref()).map_err(Failed::usage)?;
+        sensor_process::check_traces(&robot.leo.sensor.source).map_err(Failed::usage)?;
         let mut out = std::io::stdout().lock();
         let holds =
             supervisor_process::check(self.config.as_deref(), self.json, &mut out).map_err(|error| {
