@@ -1,5 +1,5 @@
 //! A recorded trace as a source of the running robot: it believes what `leo believe` says of it.
-#![expect(clippy::expect_used, reason = "a test fails by panicking")]
+#![expect(clippy::expect_used, clippy::indexing_slicing, reason = "a test fails by panicking")]
 
 #[path = "supervision/robot.rs"]
 #[expect(dead_code, reason = "the tests of the supervisor use the rest")]
