@@ -83,3 +83,22 @@ fn a_trace_that_cannot_be_played_is_refused_before_anything_starts() {
         }
     }
 }
+
+#[test]
+fn a_function_that_this_program_lacks_is_refused_before_anything_starts() {
+    let files = tempfile::tempdir().expect("a folder");
+    let config = write(&files, "leo.toml", &read("config/leo.toml"));
+    let percepts = read("config/percepts.toml");
+    for (from, to, words) in [
+        ("measure = \"metres\"", "measure = { own = \"mine\" }", "own distance `mine`"),
+        ("when = \"place_in_view_and_empty\"", "when = { own = \"mine\" }", "own culling function `mine`"),
+        ("history = { low_pass = { share = 0.5 } }", "history = { own = \"mine\" }", "own history `mine`"),
+        ("kernel = \"orientation\"", "kernel = { own = \"mine\" }", "own classifier `mine`"),
+    ] {
+        assert!(percepts.contains(from), "{from}");
+        write(&files, "percepts.toml", &percepts.replacen(from, to, 1));
+        for command in [&["check"][..], &["run", "--for", "5"]] {
+            assert_refused(&tell(&[command, &["--config", &config]].concat()), 2, &[words, "lacks"]);
+        }
+    }
+}

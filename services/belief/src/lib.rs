@@ -8,6 +8,6 @@ mod believer;
 mod divergences;
 mod shell;
 
-pub use believer::{Believer, Unbelieving};
+pub use believer::{Believer, Own, Unbelieving};
 pub use divergences::Divergences;
 pub use shell::run;
