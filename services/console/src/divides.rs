@@ -14,6 +14,8 @@ struct Partner {
     beliefs: Inlet<Beliefs>,
     divergences: Inlet<Divergences>,
     divide: Divide,
+    /// The belief process's life that was listened to: identities are another's in every life.
+    life: u64,
 }
 
 impl Divides {
@@ -25,6 +27,7 @@ impl Divides {
                 beliefs: member.inlet(number)?,
                 divergences: member.inlet(number)?,
                 divide: Divide::new(percepts, partner),
+                life: 0,
             })
         };
         let partners: Vec<Partner> = (1..=u16::MAX)
@@ -46,7 +49,11 @@ impl Divides {
             if differing.head().compared == 0 {
                 continue;
             }
-            let at_ns = differing.head().header.valid_at_ns;
+            let header = differing.head().header;
+            if std::mem::replace(&mut partner.life, header.incarnation) != header.incarnation {
+                partner.divide.forget();
+            }
+            let at_ns = header.valid_at_ns;
             partner.divide.note(at_ns, differing.entries(), robots.entries(), his.entries(), |words| {
                 tell(at_ns, words);
             });

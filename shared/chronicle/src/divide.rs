@@ -83,6 +83,11 @@ impl Divide {
         }));
     }
 
+    /// Forgets what was told: the identities that follow are those of another life.
+    pub fn forget(&mut self) {
+        self.things.clear();
+    }
+
     fn sentence(&self, who: &str, name: &str, difference: &Difference) -> String {
         let names: Vec<&str> = match (difference.one(), difference.other()) {
             (Some(_), None) => return format!("{who} does not know of the {name}"),
