@@ -75,15 +75,15 @@ impl own::History for Mean {
     }
 
     fn at(&self, kept: &[Sample], instant: Instant) -> Option<Sample> {
-        let kept = kept.iter().filter(|sample| sample.at <= instant);
-        let mut places = Vec::new();
-        for sample in kept.clone() {
-            let Feature::Vector(place) = sample.feature else { return kept.last().copied() };
-            places.push(place);
+        let kept = &kept[..kept.partition_point(|sample| sample.at <= instant)];
+        let last = kept.last()?;
+        let mut mean = [0.0; 3];
+        for sample in kept {
+            let Feature::Vector(place) = sample.feature else { return Some(*last) };
+            mean = [0, 1, 2].map(|axis| mean[axis] + place[axis]);
         }
-        let count = f32::from(u16::try_from(places.len()).unwrap());
-        let mean = |axis: usize| places.iter().map(|place| place[axis]).sum::<f32>() / count;
-        Some(Sample { feature: Feature::Vector([0, 1, 2].map(mean)), ..*kept.last()? })
+        let count = f32::from(u16::try_from(kept.len()).unwrap());
+        Some(Sample { feature: Feature::Vector(mean.map(|sum| sum / count)), ..*last })
     }
 }
 
@@ -260,7 +260,7 @@ fn what_is_no_distance_keeps_two_apart_and_no_order_of_the_beliefs_matters() {
             colour: Some(0),
             shape: None,
             confidence: 0.9,
-            group: usize::try_from(x.unsigned_abs()).unwrap(),
+            group: usize::from(x.unsigned_abs()),
         });
         let [naive, fast] = twins.step(1, &seen, false);
         assert_eq!(naive, fast);

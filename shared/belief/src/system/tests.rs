@@ -330,7 +330,9 @@ impl own::History for Highest {
     fn take(&self, kept: &mut crate::Samples<'_>, sample: &Sample) {
         let number = |sample: &Sample| match sample.feature {
             Feature::Number(number) => number,
-            _ => f32::NEG_INFINITY,
+            Feature::None | Feature::Symbol(_) | Feature::Vector(_) | Feature::Orientation(_) => {
+                f32::NEG_INFINITY
+            }
         };
         if kept.as_slice().first().is_none_or(|highest| number(highest) < number(sample)) {
             kept.clear();
