@@ -5,7 +5,10 @@ mod domain;
 mod failure;
 mod output;
 mod process;
+mod rehearsal;
 mod seconds;
+mod study;
+mod tasks;
 
 use std::io::IsTerminal as _;
 use std::path::PathBuf;
@@ -44,6 +47,10 @@ enum Command {
     Run(Run),
     /// Play a lesson in lockstep time, as fast as the machine can, and say what Leo learned
     Teach(Teach),
+    /// Play the paper's study, with and without perspective taking, beside the paper's tables
+    Study(study::Study),
+    /// Show, forget, export or import what Leo has learned
+    Tasks(tasks::Tasks),
     /// Believe a recorded trace of observations again: perception and belief alone, no processes
     Believe(believe::Believe),
     /// Show a live table of the processes: rates, latencies, overruns, drops, restarts
@@ -159,6 +166,8 @@ impl Command {
         match self {
             Self::Run(run) => run.run(),
             Self::Teach(teach) => teach.run(),
+            Self::Study(study) => study.run(),
+            Self::Tasks(tasks) => tasks.run(),
             Self::Believe(believe) => believe.run(),
             Self::Top(top) => top.run(),
             Self::Check(check) => check.run(),

@@ -32,6 +32,7 @@ const LAYERS: [&[&str]; 6] = [
         "perspective",
         "scene",
         "servo",
+        "study",
         "tasks",
     ],
     &["config", "message"],
@@ -39,12 +40,13 @@ const LAYERS: [&[&str]; 6] = [
 ];
 
 /// Arrows within a layer, from the crate to those of its own layer that it may know.
-const PEERS: [(&str, &[&str]); 6] = [
+const PEERS: [(&str, &[&str]); 7] = [
     ("process", &["realtime", "transport"]),
     ("belief", &["perception"]),
     ("chronicle", &["perspective"]),
     ("perspective", &["belief", "perception", "scene"]),
     ("motion", &["kinematics"]),
+    ("study", &["account"]),
     ("config", &["message"]),
 ];
 

@@ -150,9 +150,9 @@ def arm_and_hand(side, torso):
     shoulder = large("shoulder_roll", shoulder, (0, 0, 0), -0.5, 2.2, 0.25, sphere(0.05))
     upper = large("shoulder_yaw", shoulder, (0, 0, 0), -1.7, 1.7, 0.6, cylinder(0.038, UPPER_ARM - 0.06, (0, 0, -UPPER_ARM / 2)))
     forearm = large("elbow_pitch", upper, (0, 0, -UPPER_ARM), -2.45, 0.0, 0.2, sphere(0.04), cylinder(0.034, FOREARM / 2, (0, 0, -FOREARM / 4)))
-    wrist = large("wrist_yaw", forearm, (0, 0, -FOREARM), -1.8, 1.8, 0.3, cylinder(0.030, FOREARM / 2, (0, 0, FOREARM / 4)))
+    wrist = large("wrist_yaw", forearm, (0, 0, -FOREARM), -2.6, 2.6, 0.3, cylinder(0.030, FOREARM / 2, (0, 0, FOREARM / 4)))
     wrist = large("wrist_pitch", wrist, (0, 0, 0), -1.9, 1.9, 0.08, sphere(0.028))
-    palm = large("wrist_roll", wrist, (0, 0, 0), -0.9, 0.9, 0.12, box(0.028, 0.072, 0.055, (0, 0, -0.032), "cream"))
+    palm = large("wrist_roll", wrist, (0, 0, 0), -1.5, 1.5, 0.12, box(0.028, 0.072, 0.055, (0, 0, -0.032), "cream"))
 
     def finger(part, xyz, radius, length, **more):
         joint(f"{side}_{part}", palm, xyz, 0.0, 1.4, SMALL, bus, 0.015, cylinder(radius, length, (0, 0, -length / 2), "cream"),

@@ -23,12 +23,18 @@ pub(crate) fn print_accounts(accounts: &[(String, String, Account)], json: bool)
     print(&text)
 }
 
+/// Prints one JSON document.
+pub(crate) fn print_json(value: &(impl serde::Serialize + ?Sized)) -> Result<(), Failed> {
+    print(&to_json(value)?)
+}
+
 fn to_json(value: &(impl serde::Serialize + ?Sized)) -> Result<String, Failed> {
     let text = serde_json::to_string_pretty(value).map_err(Failed::because)?;
     Ok(text + "\n")
 }
 
-fn print(text: &str) -> Result<(), Failed> {
+/// Prints text as it is.
+pub(crate) fn print(text: &str) -> Result<(), Failed> {
     let mut out = std::io::stdout().lock();
     out.write_all(text.as_bytes())
         .and_then(|()| out.flush())

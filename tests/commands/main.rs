@@ -4,6 +4,8 @@
 mod believe;
 mod house;
 mod sources;
+mod study;
+mod tasks;
 
 use std::fs;
 use std::path::{Path, PathBuf};

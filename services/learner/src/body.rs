@@ -14,6 +14,19 @@ pub enum Skill {
         /// The middle of the hole's upper edge.
         hole: Position<Base>,
     },
+    /// Takes a thing from above and puts it down elsewhere.
+    Place {
+        /// The thing's centre.
+        thing: Position<Base>,
+        /// Half its height, in metres.
+        half_height_m: f64,
+        /// Where its centre shall come to be.
+        to: Position<Base>,
+        /// How it shall be turned on the way; `None` where that does not matter.
+        turn: Option<Turn>,
+    },
+    /// Every joint stays where it is.
+    Hold,
     /// Hands open, arms where they are in nobody's way.
     Rest,
     /// The face of one who watches.
@@ -22,6 +35,15 @@ pub enum Skill {
     Puzzled,
     /// The face of one who has succeeded.
     Pleased,
+}
+
+/// A turn of a thing about the vertical, seen from above anticlockwise.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Turn {
+    /// By how much, in radians.
+    pub by_rad: f64,
+    /// Turned by this much more, in radians, it looks the same.
+    pub period_rad: f64,
 }
 
 /// How a skill stands.

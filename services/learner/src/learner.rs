@@ -4,6 +4,7 @@ use clock::{Duration, Instant};
 use message::{Belief, BeliefHead, Event, EventKind, JointGoal, Utterance};
 use tasks::{Language, Sentence, Snapshot, Task, key};
 
+use crate::answers;
 use crate::performance::{HalfHeights, Performance, Stage};
 use crate::report::{Verdict, sight, spoken};
 use crate::teaching::Teaching;
@@ -21,10 +22,12 @@ pub struct Settings {
     pub block_half_height_m: f64,
     /// Half the height of a peg whose extents are not perceived, in metres.
     pub peg_half_height_m: f64,
+    /// Half the height of a marker whose extents are not perceived, in metres.
+    pub marker_half_height_m: f64,
 }
 
 impl Settings {
-    /// The settings of a configuration, with blocks and pegs as in the study.
+    /// The settings of a configuration, with blocks, pegs and markers as in the study.
     #[must_use]
     pub fn of(learner: &config::leo::Learner) -> Self {
         Self {
@@ -32,6 +35,7 @@ impl Settings {
             goal_period: learner.goal_rate_hz.period(),
             block_half_height_m: 0.03,
             peg_half_height_m: 0.025,
+            marker_half_height_m: 0.005,
         }
     }
 }
@@ -72,6 +76,8 @@ pub struct Learner<B> {
     heard: VecDeque<(u16, String)>,
     teaching: Option<Teaching>,
     performance: Option<Performance>,
+    /// The key of the task that was last taught or performed: the one in question.
+    in_question: Option<String>,
     begun: bool,
     goals_at: Option<Instant>,
 }
@@ -97,6 +103,7 @@ impl<B: Body> Learner<B> {
             heard: VecDeque::new(),
             teaching: None,
             performance: None,
+            in_question: None,
             begun: false,
             goals_at: None,
         }
@@ -185,8 +192,63 @@ impl<B: Body> Learner<B> {
             Sentence::Teach(name) => self.begin_teaching(now, speaker, &name, present_rad, output),
             Sentence::Done(name) => self.end_teaching(now, &name, output),
             Sentence::Do(name) => self.begin_performance(&name, output),
+            Sentence::Stop => self.stop(now, present_rad, output),
+            Sentence::NotThatOne => self.skip(now, present_rad, output),
+            Sentence::Yes => match self.in_question() {
+                Some(task) => {
+                    say(output, &task.name.clone(), "good, I will do it like that");
+                    self.show(now, Skill::Pleased, present_rad);
+                }
+                None => say(output, "", "I did not ask anything"),
+            },
+            Sentence::No => match self.in_question() {
+                Some(Task { name, .. }) => {
+                    let text =
+                        format!("what is wrong? Say \"like this\", show me, and say \"{name} is done\"");
+                    say(output, name, &text);
+                }
+                None => say(output, "", "I did not do anything"),
+            },
+            Sentence::LikeThis => match self.in_question().map(|task| task.name.clone()) {
+                Some(name) => {
+                    if self.performance.is_some() {
+                        self.stop(now, present_rad, output);
+                    }
+                    self.begin_teaching(now, speaker, &name, present_rad, output);
+                }
+                None => {
+                    say(output, "", "like what? Say \"Leo, I can teach you to do\" and what it is called");
+                }
+            },
+            Sentence::WhatDidYouLearn => {
+                let share = self.settings.high_likelihood;
+                let known = answers::learned(
+                    &self.vocabulary.language,
+                    self.tasks.values(),
+                    &self.perspectives,
+                    share,
+                );
+                known.iter().for_each(|(task, text)| say(output, task, text));
+            }
+            Sentence::Why => {
+                let share = self.settings.high_likelihood;
+                let (task, text) = match self.in_question() {
+                    Some(task) => {
+                        let language = &self.vocabulary.language;
+                        (task.name.as_str(), answers::why(language, task, &self.perspectives, share))
+                    }
+                    None => ("", "I have learned nothing and done nothing yet".to_owned()),
+                };
+                say(output, task, &text);
+            }
+            Sentence::WhatDoISee => {
+                let language = &self.vocabulary.language;
+                let views = self.views.snapshots(now, language, &self.perspectives);
+                say(output, "", &answers::seen_by(language, &views, speaker));
+            }
             Sentence::Unknown => {
-                say(output, "", &format!("I did not understand \"{text}\"; {}", Sentence::help()));
+                say(output, "", &format!("I did not understand \"{text}\""));
+                say(output, "", &Sentence::help());
                 self.show(now, Skill::Puzzled, present_rad);
             }
         }
@@ -260,6 +322,7 @@ impl<B: Body> Learner<B> {
             self.tasks.entry(key(&name)).or_insert_with(|| Task { name: name.clone(), examples: Vec::new() });
         task.examples.push(example);
         output.save.push((key(&name), task.clone()));
+        self.in_question = Some(key(&name));
         let examples = u32::try_from(task.examples.len()).unwrap_or(u32::MAX);
         output.events.push(Event { examples, ..Event::new(EventKind::DemonstrationEnded, &name, &name) });
         let verdict = Verdict::of(language, task, &self.perspectives, self.settings.high_likelihood);
@@ -274,6 +337,37 @@ impl<B: Body> Learner<B> {
             }
         };
         say(output, &name, &text);
+    }
+
+    fn in_question(&self) -> Option<&Task> {
+        self.tasks.get(self.in_question.as_ref()?)
+    }
+
+    /// Leo holds still where it is, and what it was performing is over.
+    fn stop(&mut self, now: Instant, present_rad: &[Option<f64>], output: &mut Output) {
+        self.begun = true;
+        self.body.begin(now, Skill::Hold, present_rad);
+        match self.performance.take() {
+            Some(mut performance) => {
+                output.events.push(performance.stopped());
+                say(output, &performance.task, "I stopped");
+            }
+            None => say(output, "", "I hold still"),
+        }
+    }
+
+    /// What is being worked on is left alone, and the performance goes on.
+    fn skip(&mut self, now: Instant, present_rad: &[Option<f64>], output: &mut Output) {
+        let skipped = self.performance.as_mut().and_then(Performance::skip);
+        match skipped {
+            Some((name, event)) => {
+                let task = event.task;
+                output.events.push(event);
+                self.body.begin(now, Skill::Rest, present_rad);
+                say(output, task.as_str(), &format!("I leave the {name} alone"));
+            }
+            None => say(output, "", "I am not working on anything"),
+        }
     }
 
     fn begin_performance(&mut self, name: &str, output: &mut Output) {
@@ -298,7 +392,13 @@ impl<B: Body> Learner<B> {
         if let Some(view) = self.views.own(language) {
             output.events.push(seen(language, &task.name, 0, &view));
         }
-        self.performance = Some(Performance::new(&task.name, learned));
+        let half_heights = HalfHeights {
+            block_m: self.settings.block_half_height_m,
+            peg_m: self.settings.peg_half_height_m,
+            marker_m: self.settings.marker_half_height_m,
+        };
+        self.in_question = Some(key(name));
+        self.performance = Some(Performance::new(&task.name, learned, half_heights));
     }
 
     /// Moves the body on, and the performance with it.
@@ -324,10 +424,6 @@ impl<B: Body> Learner<B> {
         let mut stage = Stage {
             now,
             vocabulary: &self.vocabulary,
-            half_heights: HalfHeights {
-                block_m: self.settings.block_half_height_m,
-                peg_m: self.settings.peg_half_height_m,
-            },
             own: own.as_ref(),
             present_rad,
             body: &mut self.body,

@@ -3,7 +3,7 @@ use config::Robot;
 use message::JointGoal;
 use motion::{Face, Performer, Progress};
 
-use crate::{Body, Motion, Skill};
+use crate::{Body, Motion, Skill, Turn};
 
 /// Leo's own body: the learner's skills, performed by its joints.
 #[derive(Clone, Debug)]
@@ -44,6 +44,11 @@ impl Body for LeoBody {
             Skill::Insert { thing, half_height_m, hole } => {
                 motion::Skill::Insert { thing, half_height_m, hole }
             }
+            Skill::Place { thing, half_height_m, to, turn } => {
+                let turn = turn.map(|Turn { by_rad, period_rad }| motion::Turn { by_rad, period_rad });
+                motion::Skill::Place { thing, half_height_m, to, turn }
+            }
+            Skill::Hold => motion::Skill::Hold,
             Skill::Rest => motion::Skill::Rest,
             Skill::Attentive => motion::Skill::Show(Face::Attentive),
             Skill::Puzzled => motion::Skill::Show(Face::Puzzled),

@@ -3,6 +3,7 @@
 //! [`Learner`] is the core: beliefs and sentences in; events, joint goals and what is to be
 //! stored out. It knows no clock, no files and no shared memory.
 
+mod answers;
 mod body;
 mod learner;
 mod leo_body;
@@ -13,10 +14,11 @@ mod teaching;
 mod views;
 mod vocabulary;
 
-pub use body::{Body, Motion, Skill};
+pub use body::{Body, Motion, Skill, Turn};
 pub use learner::{Input, Learner, Output, Settings};
 pub use leo_body::{LeoBody, LeoBodyError};
-pub use shell::{check_memory, run};
+pub use report::retell;
+pub use shell::{check_memory, memory_file, run};
 pub use vocabulary::{Vocabulary, VocabularyError};
 
 #[cfg(test)]

@@ -1,12 +1,19 @@
-use std::collections::{BTreeMap, BTreeSet};
+//! Leo performing a task.
+
+mod building;
+mod by_rules;
+mod ground;
+
+use std::collections::BTreeMap;
 
 use clock::{Duration, Instant};
 use message::{Event, EventKind};
-use tasks::{Effect, Learned, Object, Rule, Snapshot, describe_object};
+use tasks::{Learned, Object, Snapshot};
 
-use crate::report::expectation;
-use crate::vocabulary::{Insertion, Vocabulary};
+use crate::vocabulary::Vocabulary;
 use crate::{Body, Motion, Skill};
+use building::Building;
+use by_rules::ByRules;
 
 /// An effect that the beliefs do not confirm this long after the skill ended has not come about.
 const CONFIRM: Duration = Duration::from_millis(1500);
@@ -20,20 +27,63 @@ const SAME_PLACE_M: f64 = 0.04;
 pub(crate) struct HalfHeights {
     pub(crate) block_m: f64,
     pub(crate) peg_m: f64,
+    pub(crate) marker_m: f64,
 }
 
-/// Leo performing a task: the objects that its rules are about and that are not as they should
-/// be are worked off, the nearest first.
+/// What there is to do, step by step.
+trait Work {
+    /// What is to become of things, in words: "filled".
+    fn wanted(&self) -> String;
+
+    /// The next step; `None` when nothing is left to do.
+    ///
+    /// # Errors
+    /// In words, why the work cannot be begun.
+    fn choose(&mut self, vocabulary: &Vocabulary, own: &Snapshot) -> Result<Option<Step>, String>;
+
+    /// What brings the chosen step about.
+    ///
+    /// # Errors
+    /// In words, why nothing does.
+    fn skill(&self, vocabulary: &Vocabulary, step: &Step, own: &Snapshot) -> Result<Skill, String>;
+
+    /// Whether the chosen step has come about; `None` where its object is not to be found.
+    fn is_done(&self, step: &Step, own: &Snapshot) -> Option<bool>;
+
+    /// The chosen step has come about.
+    fn done(&mut self);
+
+    /// The chosen step is given up.
+    fn give_up(&mut self, step: &Step);
+}
+
+/// Leo performing a task: one step after the other is chosen, acted out, and confirmed by what Leo
+/// then believes; what fails is tried again, and given up with the reason.
 #[derive(Clone, Debug)]
 pub(crate) struct Performance {
     pub(crate) task: String,
-    rules: Vec<Rule>,
-    /// What the teachers' pegs were like.
-    kinds: BTreeSet<BTreeMap<String, String>>,
+    work: Kind,
     phase: Phase,
     done: u32,
-    /// Places of objects that were given up.
-    given_up: Vec<[f64; 3]>,
+    failed: u32,
+}
+
+/// What a task is about.
+#[derive(Clone, Debug)]
+enum Kind {
+    /// What becomes of things.
+    ByRules(ByRules),
+    /// Where they stand.
+    Building(Building),
+}
+
+impl Kind {
+    fn work(&mut self) -> &mut dyn Work {
+        match self {
+            Self::ByRules(work) => work,
+            Self::Building(work) => work,
+        }
+    }
 }
 
 #[derive(Clone, Debug)]
@@ -50,8 +100,9 @@ enum Phase {
 struct Step {
     name: String,
     features: BTreeMap<String, String>,
+    /// Where it is to be found when it is done.
     place_m: [f64; 3],
-    rule: Rule,
+    wanted: String,
     retries: usize,
 }
 
@@ -59,7 +110,6 @@ struct Step {
 pub(crate) struct Stage<'a, B> {
     pub(crate) now: Instant,
     pub(crate) vocabulary: &'a Vocabulary,
-    pub(crate) half_heights: HalfHeights,
     /// What the robot believes; `None` while it may not have found everything yet.
     pub(crate) own: Option<&'a Snapshot>,
     pub(crate) present_rad: &'a [Option<f64>],
@@ -68,32 +118,33 @@ pub(crate) struct Stage<'a, B> {
 }
 
 impl Performance {
-    pub(crate) fn new(task: &str, learned: &Learned) -> Self {
-        Self {
-            task: task.to_owned(),
-            rules: learned.primary().cloned().collect(),
-            kinds: learned.means.iter().flat_map(|means| means.kinds.iter().cloned()).collect(),
-            phase: Phase::Choosing,
-            done: 0,
-            given_up: Vec::new(),
-        }
+    pub(crate) fn new(task: &str, learned: &Learned, half_heights: HalfHeights) -> Self {
+        let work = match learned.figures.first() {
+            Some(rule) => Kind::Building(Building::new(&rule.figure)),
+            None => Kind::ByRules(ByRules::new(learned, half_heights)),
+        };
+        Self { task: task.to_owned(), work, phase: Phase::Choosing, done: 0, failed: 0 }
     }
 
     /// Goes on; gives the performance back unless it has ended.
     pub(crate) fn step<B: Body>(mut self, stage: &mut Stage<'_, B>, events: &mut Vec<Event>) -> Option<Self> {
         let Some(own) = stage.own else { return Some(self) };
         self.phase = match self.phase.clone() {
-            Phase::Choosing => match self.choose(stage.vocabulary, own) {
-                Some(step) => {
-                    let text = format!("{}, to be {}", step.name, expectation(&step.rule));
+            Phase::Choosing => match self.work.work().choose(stage.vocabulary, own) {
+                Ok(Some(step)) => {
+                    let text = format!("{}, to be {}", step.name, step.wanted);
                     events.push(self.event(EventKind::StepStarted, &text));
                     self.attempt(step, own, stage, events)
                 }
-                None => {
+                Ok(None) => {
                     events.push(self.ended());
-                    let mood = if self.given_up.is_empty() { Skill::Pleased } else { Skill::Puzzled };
-                    stage.body.begin(stage.now, mood, stage.present_rad);
-                    return None;
+                    return self.end(stage);
+                }
+                Err(why) => {
+                    self.failed += 1;
+                    events.push(self.event(EventKind::StepFailed, &why));
+                    events.push(self.ended());
+                    return self.end(stage);
                 }
             },
             Phase::Acting(step) => match stage.motion.clone() {
@@ -102,18 +153,19 @@ impl Performance {
                 Motion::Failed { why } => self.retry(step, &why, stage, events),
             },
             Phase::Confirming(step, until) => {
-                let object = own.nearest(&step.features, step.place_m, SAME_PLACE_M);
-                if object.is_some_and(|object| step.rule.is_done(object)) {
+                let is_done = self.work.work().is_done(&step, own);
+                if is_done == Some(true) {
                     self.done += 1;
-                    let text = format!("{} {}", step.name, expectation(&step.rule));
+                    self.work.work().done();
+                    let text = format!("{} {}", step.name, step.wanted);
                     events.push(self.event(EventKind::StepDone, &text));
                     Phase::Choosing
                 } else if stage.now < until {
                     Phase::Confirming(step, until)
                 } else {
-                    let why = match object {
-                        Some(_) => format!("the {} is still not {}", step.name, expectation(&step.rule)),
-                        None => format!("the {} is no longer where it was", step.name),
+                    let why = match is_done {
+                        Some(_) => format!("the {} is still not {}", step.name, step.wanted),
+                        None => format!("the {} is not where it should be", step.name),
                     };
                     self.retry(step, &why, stage, events)
                 }
@@ -126,29 +178,31 @@ impl Performance {
         Some(self)
     }
 
-    /// The open object nearest to the robot.
-    fn choose(&self, vocabulary: &Vocabulary, own: &Snapshot) -> Option<Step> {
-        let open = self.rules.iter().flat_map(|rule| rule.open(own).map(move |object| (rule, object)));
-        let (_, place_m, rule, object) = open
-            .filter_map(|(rule, object)| {
-                let place_m = object.position_m.filter(|_| !self.is_given_up(object))?;
-                Some((object.distance([0.0; 3])?, place_m, rule, object))
-            })
-            .min_by(|a, b| a.0.total_cmp(&b.0))?;
-        let like = own.objects.iter().filter(|other| other.states.keys().eq(object.states.keys()));
-        Some(Step {
-            name: describe_object(&vocabulary.language, object, like),
-            features: object.features.clone(),
-            place_m,
-            rule: rule.clone(),
-            retries: 0,
-        })
+    /// Leaves what is being worked on alone; its name, and the event that tells of it. `None` where
+    /// nothing is.
+    pub(crate) fn skip(&mut self) -> Option<(String, Event)> {
+        let step = match &self.phase {
+            Phase::Choosing => return None,
+            Phase::Acting(step) | Phase::Confirming(step, _) | Phase::Recovering(step) => step.clone(),
+        };
+        self.failed += 1;
+        self.work.work().give_up(&step);
+        self.phase = Phase::Choosing;
+        let event = self.event(EventKind::StepFailed, &format!("{}: not that one", step.name));
+        Some((step.name, event))
     }
 
-    fn is_given_up(&self, object: &Object) -> bool {
-        self.given_up
-            .iter()
-            .any(|place| object.distance(*place).is_some_and(|distance| distance < SAME_PLACE_M))
+    /// The event that tells that it was stopped.
+    pub(crate) fn stopped(&mut self) -> Event {
+        let text = format!("stopped: {} {}", self.work.work().wanted(), self.done);
+        self.event(EventKind::PerformanceEnded, &text)
+    }
+
+    /// The face of one who has done all, or not all.
+    fn end<B: Body>(&self, stage: &mut Stage<'_, B>) -> Option<Self> {
+        let mood = if self.failed == 0 { Skill::Pleased } else { Skill::Puzzled };
+        stage.body.begin(stage.now, mood, stage.present_rad);
+        None
     }
 
     fn attempt<B: Body>(
@@ -158,7 +212,7 @@ impl Performance {
         stage: &mut Stage<'_, B>,
         events: &mut Vec<Event>,
     ) -> Phase {
-        match self.skill(&step, own, stage) {
+        match self.work.work().skill(stage.vocabulary, &step, own) {
             Ok(skill) => {
                 stage.body.begin(stage.now, skill, stage.present_rad);
                 Phase::Acting(step)
@@ -184,59 +238,15 @@ impl Performance {
     }
 
     fn give_up(&mut self, step: &Step, why: &str, events: &mut Vec<Event>) -> Phase {
-        self.given_up.push(step.place_m);
+        self.failed += 1;
+        self.work.work().give_up(step);
         events.push(self.event(EventKind::StepFailed, &format!("{}: {why}", step.name)));
         Phase::Choosing
     }
 
-    /// What brings about what a step's rule expects.
-    fn skill<B>(&self, step: &Step, own: &Snapshot, stage: &Stage<'_, B>) -> Result<Skill, String> {
-        let wanted = expectation(&step.rule);
-        let unable = || format!("I have no skill that makes a thing {wanted}");
-        let insertion = stage.vocabulary.insertion.as_ref().ok_or_else(unable)?;
-        let fills = Effect::State { name: insertion.filled.clone(), on: true };
-        if step.rule.expectation.iter().ne([&fills]) {
-            return Err(unable());
-        }
-        let block = own
-            .nearest(&step.features, step.place_m, SAME_PLACE_M)
-            .ok_or_else(|| format!("the {} is no longer where it was", step.name))?;
-        let peg = self
-            .peg(insertion, own, step)
-            .ok_or_else(|| format!("I see nothing that could still be {}", insertion.inserted))?;
-        let (Some(place), Some(thing)) = (block.position(), peg.position()) else {
-            return Err("I do not know where things are".to_owned());
-        };
-        let [x, y, z] = place.to_array();
-        let top_m = z + half_height_m(block).unwrap_or(stage.half_heights.block_m);
-        Ok(Skill::Insert {
-            thing,
-            half_height_m: half_height_m(peg).unwrap_or(stage.half_heights.peg_m),
-            hole: geometry::Position::new(x, y, top_m),
-        })
-    }
-
-    /// A peg that is in no hole, of the kind that the teachers used, the nearest to the hole; for
-    /// every retry the next one, because the first may be out of reach.
-    fn peg<'a>(&self, insertion: &Insertion, own: &'a Snapshot, step: &Step) -> Option<&'a Object> {
-        let loose = |object: &&Object| object.states.get(&insertion.inserted) == Some(&false);
-        let known = |object: &&Object| self.kinds.is_empty() || self.kinds.contains(&object.features);
-        let mut pegs: Vec<(f64, &Object)> = own
-            .objects
-            .iter()
-            .filter(loose)
-            .filter(known)
-            .filter_map(|object| Some((object.distance(step.place_m)?, object)))
-            .collect();
-        pegs.sort_by(|a, b| a.0.total_cmp(&b.0));
-        let last = pegs.len().checked_sub(1)?;
-        pegs.get(step.retries.min(last)).map(|(_, object)| *object)
-    }
-
-    fn ended(&self) -> Event {
-        let wanted: BTreeSet<String> = self.rules.iter().map(expectation).collect();
-        let wanted = wanted.into_iter().collect::<Vec<_>>().join(", ");
-        let all = self.done + quantity::number::saturating_u32(self.given_up.len());
+    fn ended(&mut self) -> Event {
+        let wanted = self.work.work().wanted();
+        let all = self.done + self.failed;
         let text = if all == 0 {
             format!("nothing to do: everything is {wanted}")
         } else {

@@ -1,12 +1,12 @@
 //! Events about what was learned.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use message::{Event, EventKind};
 use quantity::number::saturating_u32;
 use tasks::{
-    Change, Language, Learned, Object, Prior, Rule, Snapshot, Task, decide, describe_change, describe_object,
-    explain, learn, listed,
+    Change, FigureRule, Language, Learned, Object, Prior, Rule, Snapshot, Task, View, decide,
+    describe_change, describe_object, explain, learn, listed,
 };
 
 /// Rules reported per perspective and goal at most, beyond those of high likelihood.
@@ -25,7 +25,9 @@ impl Verdict {
         let by_perspective: BTreeMap<u16, Learned> = perspectives
             .iter()
             .map(|&perspective| {
-                let views: Vec<_> = task.views(perspective).collect();
+                let views: Vec<View> =
+                    task.views(perspective).map(|view| view.attended(language.moved_m)).collect();
+                let views: Vec<&View> = views.iter().collect();
                 (perspective, learn(language, &views, &Prior::default(), share))
             })
             .collect();
@@ -53,7 +55,16 @@ impl Verdict {
                 }
             }
         }
+        for (&perspective, learned) in &self.by_perspective {
+            let reported = learned.figures.iter().take(REPORTED);
+            events.extend(
+                reported.map(|figure| figure_event(EventKind::Hypothesis, task, perspective, figure)),
+            );
+        }
         let (Some(chosen), Some(learned)) = (self.chosen, self.learned()) else { return events };
+        if let Some(first) = learned.figures.first() {
+            events.push(figure_event(EventKind::RuleChosen, task, chosen, first));
+        }
         if let Some(first) = learned.primary().next() {
             let text = if learned.goals.len() > 1 { spoken(learned) } else { first.name.clone() };
             events.push(rule_event(EventKind::RuleChosen, task, chosen, first, &text));
@@ -67,7 +78,7 @@ impl Verdict {
     }
 
     /// Why the robot's own view speaks against the rule that it follows.
-    fn explanation(
+    pub(crate) fn explanation(
         &self,
         language: &Language,
         task: &Task,
@@ -76,6 +87,12 @@ impl Verdict {
     ) -> Option<String> {
         if chosen == 0 {
             return None;
+        }
+        if let Some(figure) = learned.figures.first() {
+            let own = self.by_perspective.get(&0).and_then(|own| own.figures.first());
+            return own.filter(|own| !own.figure.looks_like(&figure.figure)).map(|own| {
+                format!("to me it looked like \"{}\", but you see it from where you are", own.name)
+            });
         }
         let rule = learned.primary().next()?;
         let own = self.by_perspective.get(&0).and_then(|own| own.primary().next());
@@ -93,8 +110,24 @@ impl Verdict {
     }
 }
 
+/// The events that tell what a task comes to, as they were told when it was learned: hypotheses of
+/// every perspective that has examples of it, the rule chosen, and why another sees it differently.
+#[must_use]
+pub fn retell(language: &Language, task: &Task, high_likelihood: f64) -> Vec<Event> {
+    let views = task.examples.iter().flat_map(|example| &example.views);
+    let perspectives: BTreeSet<u16> = views.map(|view| view.perspective).collect();
+    let perspectives: Vec<u16> = perspectives.into_iter().collect();
+    let examples = saturating_u32(task.examples.len());
+    let ended = Event { examples, ..Event::new(EventKind::DemonstrationEnded, &task.name, &task.name) };
+    let verdict = Verdict::of(language, task, &perspectives, high_likelihood);
+    std::iter::once(ended).chain(verdict.events(language, task)).collect()
+}
+
 /// What a task is, in words: "all filled".
 pub(crate) fn spoken(learned: &Learned) -> String {
+    if let Some(figure) = learned.figures.first() {
+        return figure.name.clone();
+    }
     listed(&learned.primary().map(with_expectation).collect::<Vec<_>>())
 }
 
@@ -118,24 +151,52 @@ fn rule_event(kind: EventKind, task: &Task, perspective: u16, rule: &Rule, text:
     event
 }
 
+fn figure_event(kind: EventKind, task: &Task, perspective: u16, figure: &FigureRule) -> Event {
+    let mut event = Event::new(kind, &task.name, &figure.name);
+    event.perspective = perspective;
+    event.posterior = figure.posterior;
+    event.rank = saturating_u32(figure.rank);
+    event.tally = saturating_u32(figure.tally);
+    event.examples = saturating_u32(figure.examples);
+    event.high_likelihood = u32::from(figure.high_likelihood);
+    event
+}
+
 /// What a perspective has before it, in words: "blue square, 2 × red square and 7 × peg".
 pub(crate) fn sight(language: &Language, view: &Snapshot) -> String {
+    sight_among(language, view, view)
+}
+
+/// The same in words that tell the things apart from all those of another view.
+pub(crate) fn sight_among(language: &Language, view: &Snapshot, all: &Snapshot) -> String {
     let mut counts: BTreeMap<String, usize> = BTreeMap::new();
     for object in &view.objects {
-        *counts.entry(describe_object(language, object, like(view, object))).or_default() += 1;
+        *counts.entry(describe_object(language, object, like(all, object))).or_default() += 1;
     }
     // What there is most of is the stuff to work with, and comes last.
     let mut counts: Vec<(usize, String)> = counts.into_iter().map(|(name, count)| (count, name)).collect();
     counts.sort();
-    let names = counts
+    let mut names = counts
         .into_iter()
         .map(|(count, name)| if count == 1 { name } else { format!("{count} × {name}") })
         .collect::<Vec<_>>();
-    if names.is_empty() { "nothing".to_owned() } else { listed(&names) }
+    let all = names.len();
+    // Said whole or with what is left out counted, never cut in the middle of a word.
+    loop {
+        let text = match (names.len(), all - names.len()) {
+            (0, _) => return "nothing".to_owned(),
+            (_, 0) => listed(&names),
+            (_, untold) => format!("{} and {untold} kinds more", names.join(", ")),
+        };
+        if text.len() <= message::TEXT_CAPACITY {
+            return text;
+        }
+        names.pop();
+    }
 }
 
 /// Things are told apart from those of their kind: blocks from blocks, pegs from pegs.
-fn like<'a>(view: &'a Snapshot, object: &Object) -> impl Iterator<Item = &'a Object> {
+pub(crate) fn like<'a>(view: &'a Snapshot, object: &Object) -> impl Iterator<Item = &'a Object> {
     let kind: Vec<String> = object.states.keys().cloned().collect();
     view.objects.iter().filter(move |other| other.states.keys().eq(&kind))
 }

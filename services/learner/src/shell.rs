@@ -1,4 +1,4 @@
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use config::Robot;
 use message::{Beliefs, Event, Events, Header, Hop, JointGoals, JointStates, Process, Utterance, Utterances};
@@ -174,6 +174,12 @@ impl BeliefInlets {
     }
 }
 
+/// The file in a state directory that holds what Leo has learned.
+#[must_use]
+pub fn memory_file(state: &Path) -> PathBuf {
+    state.join(FILE)
+}
+
 /// Whether what is remembered in a state directory can be read, and more be remembered there; the
 /// directory is made where there is none. Another robot that has it open is no obstacle.
 ///
@@ -181,7 +187,7 @@ impl BeliefInlets {
 ///
 /// It cannot be read or written; nothing of it was changed.
 pub fn check_memory(state: &Path) -> Result<(), Failure> {
-    match Store::open(&state.join(FILE)) {
+    match Store::open(&memory_file(state)) {
         Ok(store) => Memory(Some(store)).tasks().map(drop),
         Err(OpenError::InUse { .. }) => Ok(()),
         Err(error) => Err(Failure::own(error)),
@@ -194,7 +200,7 @@ struct Memory(Option<Store>);
 impl Memory {
     fn open(folder: Option<&Path>) -> Result<Self, Failure> {
         let Some(folder) = folder else { return Ok(Self(None)) };
-        match Store::open(&folder.join(FILE)) {
+        match Store::open(&memory_file(folder)) {
             Ok(store) => Ok(Self(Some(store))),
             Err(busy @ OpenError::InUse { .. }) => {
                 tracing::warn!("{busy}: this robot begins knowing nothing, and forgets when it ends");

@@ -190,6 +190,7 @@ fn sentences_at_the_wrong_time_are_answered() {
     let said = run.texts(EventKind::Said);
     let expected = [
         "I did not understand \"What a nice day\"",
+        "you can say: ",
         "nobody is showing me Task 1",
         "I have not learned task 1; I know nothing yet",
         "I am watching",
@@ -202,6 +203,7 @@ fn sentences_at_the_wrong_time_are_answered() {
         assert!(said.starts_with(expected), "{said:?} should begin with {expected:?}");
     }
     assert_eq!(run.saved, []);
+    assert!(said[1].ends_with("see?\""), "it was cut: {}", said[1]);
 }
 
 #[test]
@@ -220,4 +222,85 @@ fn the_same_input_gives_the_same_output() {
         (run.events, run.saved)
     };
     assert_eq!(run(), run());
+}
+
+#[test]
+fn questions_are_answered() {
+    let mut run = Run::new(1, Vec::new());
+    run.table.borrow_mut().lay(&["red", "blue"], Some(1));
+    run.steps(5);
+    run.say("What did you learn?");
+    run.say("Why?");
+    run.say("What do you think I see?");
+    run.teach();
+    run.say("What did you learn?");
+    run.say("Why?");
+    let said = run.texts(EventKind::Said);
+    for expected in [
+        "I have learned nothing yet",
+        "I have learned nothing and done nothing yet",
+        "I think you know of red square and 7 × peg, and not of the blue square",
+        "task 1 is: all filled",
+        "\"all filled\" is what 2 of 2 showings say; to me it looked like \"all but blue\", but you could not see \
+         the blue square",
+    ] {
+        assert!(said.iter().any(|text| text == expected), "{expected:?} is not in {said:#?}");
+    }
+}
+
+#[test]
+fn without_perspective_taking_leo_does_not_know_what_others_see() {
+    let mut run = Run::new(0, Vec::new());
+    run.table.borrow_mut().lay(&["red"], None);
+    run.steps(5);
+    run.say("What do you think I see?");
+    assert!(run.texts(EventKind::Said)[0].contains("perspective taking is switched off"));
+}
+
+#[test]
+fn whoever_says_stop_is_obeyed_at_once() {
+    let mut run = Run::new(1, Vec::new());
+    run.teach();
+    run.perform_with(&[], |run| {
+        run.steps(3);
+        run.say("Stop!");
+        assert!(!run.learner.is_performing());
+        assert_eq!(run.table.borrow().skills.last(), Some(&Skill::Hold));
+    });
+    assert_eq!(run.texts(EventKind::PerformanceEnded), ["stopped: filled 0"]);
+}
+
+#[test]
+fn what_is_not_meant_is_left_alone() {
+    let mut run = Run::new(1, Vec::new());
+    run.teach();
+    run.say("not that one");
+    run.perform_with(&[], |run| {
+        run.steps(3);
+        run.say("No, not that one.");
+    });
+    assert_eq!(run.texts(EventKind::PerformanceEnded), ["filled 4 of 5"]);
+    let said = run.texts(EventKind::Said);
+    assert!(said.iter().any(|text| text == "I am not working on anything"), "{said:?}");
+    assert!(said.iter().any(|text| text == "I leave the green square alone"), "{said:?}");
+}
+
+#[test]
+fn a_correction_is_a_new_example() {
+    // Leo alone learns to leave the blue ones out; then it is shown that they are meant, too.
+    let mut run = Run::new(0, Vec::new());
+    run.teach();
+    run.perform(&[]);
+    assert_eq!(run.texts(EventKind::PerformanceEnded), ["filled 3 of 3"]);
+    run.say("No");
+    run.say("No, like this");
+    run.insert(5, 0);
+    run.insert(6, 3);
+    run.say("Task 1 is done");
+    run.steps(10);
+    assert_eq!(run.saved.last().unwrap().1.examples.len(), 3);
+    let said = run.texts(EventKind::Said);
+    assert!(said.iter().any(|text| text.starts_with("what is wrong?")), "{said:?}");
+    run.say("Yes");
+    assert!(run.texts(EventKind::Said).last().unwrap().starts_with("good"));
 }

@@ -9,6 +9,8 @@ pub struct Vocabulary {
     /// The state that the skill [`crate::Skill::Insert`] brings about, and that of the thing it
     /// inserts; `None` where the configuration has no percepts of them.
     pub(crate) insertion: Option<Insertion>,
+    /// The state that a marker brings about which is put onto a thing; `None` likewise.
+    pub(crate) marked: Option<String>,
 }
 
 /// What people call a filled hole and an inserted peg.
@@ -39,12 +41,13 @@ impl Vocabulary {
     /// [`VocabularyError`] when nothing could be learned with these percepts.
     pub fn of(percepts: &Percepts) -> Result<Self, VocabularyError> {
         let (mut features, mut nouns, mut states) = (Vec::new(), Vec::new(), Vec::new());
-        let (mut position, mut extents) = (None, None);
-        let (mut filled, mut inserted) = (None, None);
+        let (mut position, mut orientation, mut extents) = (None, None, None);
+        let (mut filled, mut inserted, mut marked) = (None, None, None);
         for (index, percept) in (0_u16..).zip(&percepts.percepts) {
             let is_criterion = percept.role == Role::Criteria;
             match &percept.kernel {
                 Kernel::Position => position = position.or(Some(index)),
+                Kernel::Orientation => orientation = orientation.or(Some(index)),
                 Kernel::Extents => extents = extents.or(Some(index)),
                 Kernel::Nearest(nearest) if is_criterion => {
                     let words = FeatureWords {
@@ -58,15 +61,12 @@ impl Vocabulary {
                     match state {
                         StateName::Filled => filled = Some(percept.name.clone()),
                         StateName::Inserted => inserted = Some(percept.name.clone()),
-                        StateName::Marked | StateName::On => {}
+                        StateName::Marked => marked = Some(percept.name.clone()),
+                        StateName::On => {}
                     }
                     states.push(StateWords { percept: index, name: percept.name.clone() });
                 }
-                Kernel::State(_)
-                | Kernel::Nearest(_)
-                | Kernel::Orientation
-                | Kernel::Region(_)
-                | Kernel::Own(_) => {}
+                Kernel::State(_) | Kernel::Nearest(_) | Kernel::Region(_) | Kernel::Own(_) => {}
             }
         }
         features.append(&mut nouns);
@@ -75,7 +75,8 @@ impl Vocabulary {
         }
         let position = position.ok_or(VocabularyError::NoPosition)?;
         let insertion = filled.zip(inserted).map(|(filled, inserted)| Insertion { filled, inserted });
-        Ok(Self { language: Language { features, states, position, extents, moved_m: MOVED_M }, insertion })
+        let language = Language { features, states, position, orientation, extents, moved_m: MOVED_M };
+        Ok(Self { language, insertion, marked })
     }
 }
 

@@ -24,10 +24,10 @@ pub fn run(launch: &Launch, robot: &Robot) -> Result<(), Failure> {
     let turn_within = leo.supervisor.turn_within_ms.duration();
     // In lockstep a slow machine must not look like a silent servo.
     let patience = if launch.lockstep { turn_within / 4 } else { 2 * period };
-    // The mock servo bus may still be starting.
+    // A device may still be starting. In lockstep the mock servo bus has to be there at every turn.
     let until = clock::now() + leo.supervisor.ready_within_ms.duration() / 2;
-    let mut threads =
-        Threads::start(&robot.motor.buses, &launch.domain, patience, until).map_err(Failure::own)?;
+    let mut threads = Threads::start(&robot.motor.buses, &launch.domain, patience, until, !launch.lockstep)
+        .map_err(Failure::own)?;
     member.begin(Some(period))?;
     while let Some(now) = member.next_cycle()? {
         if !member.is_lockstep() {

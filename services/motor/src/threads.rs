@@ -56,16 +56,34 @@ pub(crate) enum ThreadError {
 
 impl Threads {
     /// Opens the line of every bus, those of the mock servo bus in `folder`, and starts its
-    /// thread. Lines may appear until `until`. A servo may be silent for `patience` beyond the
-    /// time on the wire.
+    /// thread. Lines may appear until `until`; those of the mock servo bus, where it `may_be_gone`,
+    /// at any time: it is a process of its own that may be starting anew just now. A servo may be
+    /// silent for `patience` beyond the time on the wire.
     pub(crate) fn start(
         buses: &[Bus],
         folder: &Path,
         patience: Duration,
         until: Instant,
+        may_be_gone: bool,
     ) -> Result<Self, ThreadError> {
-        let ends =
-            buses.iter().map(|bus| End::start(bus, folder, patience, until)).collect::<Result<_, _>>()?;
+        let ends = buses
+            .iter()
+            .map(|bus| {
+                let (path, is_mock) = match &bus.device {
+                    Device::Mock => (folder.join(format!("bus-{}", bus.name)), true),
+                    Device::Tty(path) => (path.clone(), false),
+                };
+                let tty = match Tty::open(&path, bus.baud) {
+                    Ok(tty) => Some(tty),
+                    Err(_) if is_mock && may_be_gone => None,
+                    Err(_) => Some(
+                        open_until(&path, bus.baud, until)
+                            .map_err(|source| ThreadError::Open { bus: bus.name.clone(), source })?,
+                    ),
+                };
+                End::start(bus, path, tty, patience)
+            })
+            .collect::<Result<_, _>>()?;
         Ok(Self { ends, skipped: 0 })
     }
 
@@ -125,17 +143,11 @@ impl Threads {
 }
 
 impl End {
-    fn start(bus: &Bus, folder: &Path, patience: Duration, until: Instant) -> Result<Self, ThreadError> {
-        let path = match &bus.device {
-            Device::Mock => folder.join(format!("bus-{}", bus.name)),
-            Device::Tty(path) => path.clone(),
-        };
+    fn start(bus: &Bus, path: PathBuf, tty: Option<Tty>, patience: Duration) -> Result<Self, ThreadError> {
         let (name, baud) = (bus.name.clone(), bus.baud);
-        let tty = open_until(&path, baud, until)
-            .map_err(|source| ThreadError::Open { bus: name.clone(), source })?;
         let (to, inbox) = bounded::<Box<Exchange>>(1);
         let (outbox, from) = bounded(1);
-        let mut line = Line { tty: Some(tty), path, baud, until: Instant::EPOCH, reopen_at: Instant::EPOCH };
+        let mut line = Line { tty, path, baud, until: Instant::EPOCH, reopen_at: Instant::EPOCH };
         let thread = std::thread::Builder::new()
             .name(format!("bus {name}"))
             .spawn(move || {
@@ -246,7 +258,7 @@ mod tests {
             let ptys = Ptys::open(&robot.motor, folder.path(), lockstep).unwrap();
             let patience = if lockstep { LONG } else { 2 * PERIOD };
             let until = clock::now() + LONG;
-            let threads = Threads::start(&robot.motor.buses, folder.path(), patience, until).unwrap();
+            let threads = Threads::start(&robot.motor.buses, folder.path(), patience, until, false).unwrap();
             let motor = Motor::new(&robot.motor, &robot.leo.motor).unwrap();
             let now = if lockstep { Instant::EPOCH } else { clock::now() };
             Self { robot, folder, ptys: Some(ptys), threads, motor, now, lockstep }
@@ -333,9 +345,21 @@ mod tests {
     }
 
     #[test]
+    fn a_mock_servo_bus_may_come_after_the_motor() {
+        let mut rig = Rig::new(false);
+        rig.ptys = None;
+        let buses = &rig.robot.motor.buses;
+        rig.threads = Threads::start(buses, rig.folder.path(), 2 * PERIOD, Instant::EPOCH, true).unwrap();
+        rig.until("lost", |state| state.cause() == Some(JointCause::BusLost));
+        rig.ptys = Some(Ptys::open(&rig.robot.motor, rig.folder.path(), false).unwrap());
+        rig.until("following", follows);
+    }
+
+    #[test]
     fn a_device_that_is_not_there_is_named() {
         let robot = Robot::load(None).unwrap();
-        let started = Threads::start(&robot.motor.buses, Path::new("/nowhere"), PERIOD, Instant::EPOCH);
+        let started =
+            Threads::start(&robot.motor.buses, Path::new("/nowhere"), PERIOD, Instant::EPOCH, false);
         let said = started.unwrap_err().to_string();
         assert!(said.starts_with("bus `face_left`: cannot open /nowhere/bus-face_left: "), "{said}");
     }

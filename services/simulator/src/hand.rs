@@ -1,7 +1,7 @@
 //! Leo's hands: when they grasp and when they let go.
 
 use clock::Instant;
-use config::lesson::{Object, Role};
+use config::lesson::Object;
 use geometry::{Base, Pose, World};
 
 use crate::settle;
@@ -60,19 +60,13 @@ impl Grasp {
     }
 }
 
-/// Takes the loose peg or marker next to the grasp point, if one is near enough.
-pub(crate) fn grasp(
-    things: &mut [Thing],
-    objects: &[Object],
-    hand: usize,
-    x_world_hand: &Pose<World, geometry::Hand>,
-) {
+/// Takes the loose thing next to the grasp point, if one is near enough.
+pub(crate) fn grasp(things: &mut [Thing], hand: usize, x_world_hand: &Pose<World, geometry::Hand>) {
     let point = x_world_hand.origin();
     let nearest = things
         .iter_mut()
-        .zip(objects)
-        .filter(|(thing, object)| thing.is_loose() && object.kind.role != Role::Block)
-        .map(|(thing, _)| (thing.pose.origin().distance(&point), thing))
+        .filter(|thing| thing.is_loose())
+        .map(|thing| (thing.pose.origin().distance(&point), thing))
         .filter(|(distance, _)| *distance <= REACH_M)
         .min_by(|a, b| a.0.total_cmp(&b.0));
     if let Some((_, thing)) = nearest {

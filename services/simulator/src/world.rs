@@ -197,7 +197,7 @@ impl World {
         }
         match change {
             Change::None => {}
-            Change::Closes => hand::grasp(things, &table.objects, index, &x_world_hand),
+            Change::Closes => hand::grasp(things, index, &x_world_hand),
             Change::Opens => hand::release(things, &table.objects, index, now),
         }
     }

@@ -272,6 +272,18 @@ impl BeliefSystem {
         Some(belief)
     }
 
+    /// The identity of the belief at `index` in the order of the identities.
+    #[must_use]
+    pub fn id(&self, index: usize) -> Option<u64> {
+        Some(self.arena.memory(*self.arena.live().get(index)?)?.id)
+    }
+
+    /// Who holds the thing of the belief at `index`, or `NOBODY`.
+    #[must_use]
+    pub fn held_by(&self, index: usize) -> Option<u16> {
+        Some(self.arena.memory(*self.arena.live().get(index)?)?.held_by)
+    }
+
     /// Where the belief at `index` was last perceived to be, in metres in the perspective's
     /// frame; `None` where it has no place.
     #[must_use]

@@ -21,6 +21,14 @@ use crate::{ConfigError, load};
 /// The lesson that the program carries: Task 1 of the paper.
 const TASK_1: &str = include_str!("../../../config/lessons/task1.toml");
 
+/// The lessons of the paper's study, Tasks 1 to 4, as text: the program carries them.
+pub const STUDY: [&str; 4] = [
+    TASK_1,
+    include_str!("../../../config/lessons/task2.toml"),
+    include_str!("../../../config/lessons/task3.toml"),
+    include_str!("../../../config/lessons/task4.toml"),
+];
+
 /// A lesson that was checked.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Lesson {

@@ -1,5 +1,6 @@
 use geometry::{Base, Pose, Position};
 use kinematics::{ARM_JOINTS, Aim, Side, Unreachable};
+use nalgebra::{Isometry3, UnitQuaternion, Vector3};
 
 use crate::gaze::look;
 use crate::model::Model;
@@ -9,6 +10,8 @@ use crate::{Phase, Refusal};
 
 /// The furthest that a hand goes between two waypoints, in metres.
 const STEP_M: f64 = 0.025;
+/// The furthest that it turns between them, in radians.
+const TURN_RAD: f64 = 0.15;
 /// The furthest that a joint of the arm goes between them: further is a leap to another solution,
 /// and the hand would leave the line.
 const LEAP_RAD: f64 = 0.5;
@@ -67,9 +70,29 @@ impl Draft<'_> {
     /// Moves a hand along a straight line, fingers down.
     pub(crate) fn line(&mut self, side: Side, phase: Phase, to: &Position<Base>) -> Result<(), Refusal> {
         let from = self.model.body.hand(side, self.at).origin();
-        self.points(side, phase, from.distance(to), |share| {
+        self.points(side, phase, steps_of(from.distance(to), STEP_M), |share| {
             let point = from.point() + (to.point() - from.point()) * share;
             Aim::Down(Position::from_point(point))
+        })
+    }
+
+    /// Moves a hand along a straight line and turns it about the vertical meanwhile, by an angle in
+    /// radians and not otherwise.
+    pub(crate) fn turned_line(
+        &mut self,
+        side: Side,
+        phase: Phase,
+        to: &Position<Base>,
+        by_rad: f64,
+    ) -> Result<(), Refusal> {
+        let x_base_hand = self.model.body.hand(side, self.at);
+        let from = x_base_hand.origin();
+        let steps = steps_of(from.distance(to), STEP_M).max(steps_of(by_rad.abs(), TURN_RAD));
+        self.points(side, phase, steps, |share| {
+            let point = from.point() + (to.point() - from.point()) * share;
+            let turn = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), by_rad * share);
+            let rotation = turn * x_base_hand.isometry().rotation;
+            Aim::Pose(Pose::from_isometry(Isometry3::from_parts(point.into(), rotation)))
         })
     }
 
@@ -77,7 +100,7 @@ impl Draft<'_> {
     pub(crate) fn raise(&mut self, side: Side, height_m: f64) -> Result<(), Refusal> {
         let x_base_hand = self.model.body.hand(side, self.at);
         let way = height_m - x_base_hand.origin().point().z;
-        let raised = self.points(side, Phase::Raise, way, |share| {
+        let raised = self.points(side, Phase::Raise, steps_of(way, STEP_M), |share| {
             let mut isometry = *x_base_hand.isometry();
             isometry.translation.z += way * share;
             Aim::Pose(Pose::from_isometry(isometry))
@@ -94,10 +117,9 @@ impl Draft<'_> {
         &mut self,
         side: Side,
         phase: Phase,
-        way_m: f64,
+        steps: u32,
         aim: impl Fn(f64) -> Aim,
     ) -> Result<(), Refusal> {
-        let steps = u32::try_from(quantity::number::round_i32((way_m / STEP_M).ceil())).unwrap_or(0).max(1);
         for step in 1..=steps {
             let arm_rad = self
                 .model
@@ -122,4 +144,9 @@ impl Draft<'_> {
             Err(Unreachable { side, distance_m: 0.0, angle_rad: leap })
         }
     }
+}
+
+/// How many steps of at most `longest` a way takes; at least one.
+fn steps_of(way: f64, longest: f64) -> u32 {
+    u32::try_from(quantity::number::round_i32((way / longest).ceil())).unwrap_or(0).max(1)
 }

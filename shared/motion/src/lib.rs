@@ -17,4 +17,4 @@ mod skill;
 pub use face::Face;
 pub use parts::MissingJoint;
 pub use performer::Performer;
-pub use skill::{Phase, Progress, Refusal, Skill, Why};
+pub use skill::{Phase, Progress, Refusal, Skill, Turn, Why};

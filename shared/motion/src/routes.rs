@@ -7,7 +7,7 @@ use crate::draft::Draft;
 use crate::model::Stance;
 use crate::parts::set;
 use crate::plan::Await;
-use crate::{Face, Phase, Refusal, Skill};
+use crate::{Face, Phase, Refusal, Skill, Turn};
 
 /// An empty hand above the table is at least this high, in metres: blocks are up to 0.10 tall.
 const SAFE_M: f64 = 0.22;
@@ -17,8 +17,41 @@ const OVER_M: f64 = 0.04;
 const CLEAR_M: f64 = 0.12;
 /// A hand below this, in metres, is lifted out of the blocks before anything else.
 const LOW_M: f64 = 0.18;
+/// How a hand may turn on the way to what it comes for, in radians, least first.
+const TAKES_RAD: [f64; 9] = [0.0, -0.35, 0.35, -0.7, 0.7, -1.05, 1.05, -1.4, 1.4];
 /// How deep a long peg goes into a hole, in metres.
 const DEPTH_MOST_M: f64 = 0.05;
+
+/// A thing to be carried.
+struct Load {
+    /// Its centre.
+    thing: Position<Base>,
+    half_height_m: f64,
+    /// Where the centre shall come to be.
+    to: Position<Base>,
+    turn: Option<Turn>,
+}
+
+/// How a hand turns about the vertical, in radians: on the way to the thing, and with it.
+#[derive(Clone, Copy)]
+struct Wrist {
+    takes_rad: f64,
+    turns_rad: f64,
+}
+
+impl Load {
+    /// The ways to turn, the plainest first: where the wrist cannot turn as far with the thing as
+    /// is needed, it can begin turned another way.
+    fn wrists(&self) -> impl Iterator<Item = Option<Wrist>> {
+        let turned = self.turn.into_iter().flat_map(|turn| {
+            TAKES_RAD.into_iter().flat_map(move |takes_rad| {
+                turn.equivalents().map(move |turns_rad| Some(Wrist { takes_rad, turns_rad }))
+            })
+        });
+        let free = if self.turn.is_none() { Some(None) } else { None };
+        turned.chain(free)
+    }
+}
 
 impl Draft<'_> {
     /// Writes a skill into the plan.
@@ -27,17 +60,25 @@ impl Draft<'_> {
             Skill::Insert { thing, half_height_m, hole } => {
                 check(&[*thing, *hole], *half_height_m)?;
                 let lower_end_m = hole.point().z - half_height_m.min(DEPTH_MOST_M);
-                self.carry(thing, *half_height_m, &at_height(hole, lower_end_m + half_height_m))
+                let to = at_height(hole, lower_end_m + half_height_m);
+                self.carry(&Load { thing: *thing, half_height_m: *half_height_m, to, turn: None })
             }
-            Skill::Place { thing, half_height_m, to } => {
+            Skill::Place { thing, half_height_m, to, turn } => {
                 check(&[*thing, *to], *half_height_m)?;
-                self.carry(thing, *half_height_m, to)
+                if turn.is_some_and(|turn| !(turn.by_rad.is_finite() && turn.period_rad > 0.0)) {
+                    return Err(Refusal::NoNumber);
+                }
+                self.carry(&Load { thing: *thing, half_height_m: *half_height_m, to: *to, turn: *turn })
             }
             Skill::LookAt(target) => {
                 check(&[*target], 0.0)?;
                 self.restart();
                 self.look(target);
                 self.push(Phase::Look, Await::Moved)
+            }
+            Skill::Hold => {
+                self.restart();
+                self.push(Phase::Rest, Await::Nothing)
             }
             Skill::Rest => {
                 self.restart();
@@ -48,23 +89,20 @@ impl Draft<'_> {
         }
     }
 
-    /// Takes a thing at its centre and puts it down with the centre at `to`: by the nearer arm if
-    /// that gets there, by the other or with the torso's help if not.
-    fn carry(
-        &mut self,
-        thing: &Position<Base>,
-        half_height_m: f64,
-        to: &Position<Base>,
-    ) -> Result<(), Refusal> {
-        let leftness = thing.point().y + to.point().y;
+    /// Takes a thing at its centre and puts it down elsewhere: by the nearer arm if that gets
+    /// there, by the other or with the torso's help if not.
+    fn carry(&mut self, load: &Load) -> Result<(), Refusal> {
+        let leftness = load.thing.point().y + load.to.point().y;
         let sides = if leftness >= 0.0 { [Side::Left, Side::Right] } else { [Side::Right, Side::Left] };
         let mut first = None;
         for stance in &self.model.stances {
             for side in sides {
-                match self.carry_by(side, stance, thing, half_height_m, to) {
-                    Ok(()) => return Ok(()),
-                    // The first way tried is the plainest: its reason is the one to tell.
-                    Err(why) => first = first.or(Some(why)),
+                for wrist in load.wrists() {
+                    match self.carry_by(side, stance, load, wrist) {
+                        Ok(()) => return Ok(()),
+                        // The first way tried is the plainest: its reason is the one to tell.
+                        Err(why) => first = first.or(Some(why)),
+                    }
                 }
             }
         }
@@ -75,10 +113,10 @@ impl Draft<'_> {
         &mut self,
         side: Side,
         stance: &Stance,
-        thing: &Position<Base>,
-        half_height_m: f64,
-        to: &Position<Base>,
+        load: &Load,
+        wrist: Option<Wrist>,
     ) -> Result<(), Refusal> {
+        let Load { thing, half_height_m, to, .. } = load;
         let higher = thing.point().z.max(to.point().z);
         let over_m = SAFE_M.max(higher + half_height_m + OVER_M);
         // On the way from above one thing to above the other it clears both and what stands there.
@@ -96,18 +134,38 @@ impl Draft<'_> {
         self.push(Phase::Ready, Await::MovedButGaze)?;
         let ready = self.model.body.hand(side, self.at).origin();
         self.line(side, Phase::Hover, &at_height(thing, over_m))?;
-        self.line(side, Phase::Descend, thing)?;
+        if let Some(Wrist { takes_rad, .. }) = wrist {
+            self.turned_line(side, Phase::Hover, &at_height(thing, over_m), takes_rad)?;
+        }
+        // From where it takes the thing to where it lets go, the hand turns as the thing shall.
+        let still = wrist.map(|_| 0.0);
+        self.line_with(side, Phase::Descend, thing, still)?;
         self.close(side);
         self.push(Phase::Close, Await::MovedButGaze)?;
-        self.line(side, Phase::Lift, &at_height(thing, carried_m))?;
+        self.line_with(side, Phase::Lift, &at_height(thing, carried_m), still)?;
         self.look(to);
-        self.line(side, Phase::Carry, &at_height(to, carried_m))?;
-        self.line(side, Phase::Lower, to)?;
+        let turns = wrist.map(|wrist| wrist.turns_rad);
+        self.line_with(side, Phase::Carry, &at_height(to, carried_m), turns)?;
+        self.line_with(side, Phase::Lower, to, still)?;
         self.open(side);
         self.push(Phase::Open, Await::MovedButGaze)?;
-        self.line(side, Phase::Retreat, &at_height(to, over_m))?;
+        self.line_with(side, Phase::Retreat, &at_height(to, over_m), still)?;
         self.line(side, Phase::Rest, &ready)?;
         self.rest(Await::MovedButGaze)
+    }
+
+    /// Along a line, turned by so much or as it likes.
+    fn line_with(
+        &mut self,
+        side: Side,
+        phase: Phase,
+        to: &Position<Base>,
+        by_rad: Option<f64>,
+    ) -> Result<(), Refusal> {
+        match by_rad {
+            Some(by_rad) => self.turned_line(side, phase, to, by_rad),
+            None => self.line(side, phase, to),
+        }
     }
 
     /// Brings everything but the face to rest.

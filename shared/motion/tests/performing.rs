@@ -16,7 +16,7 @@ use config::lesson::{Lesson, Object, Role, Table};
 use geometry::{Base, Pose, Position, World};
 use kinematics::Side;
 use leo::{LEO, MOTOR};
-use motion::{Face, Performer, Phase, Progress, Refusal, Skill, Why};
+use motion::{Face, Performer, Phase, Progress, Refusal, Skill, Turn, Why};
 use servo::{Limits, Motion};
 
 const PERIOD: Duration = Duration::from_millis(20);
@@ -251,8 +251,45 @@ fn joints_that_have_to_speed_up_and_slow_down_keep_to_the_way_too() {
 fn a_thing_is_placed_where_it_was_asked_for() {
     let (thing, to) = (Position::new(0.32, 0.2, 0.03), Position::new(0.42, 0.0, 0.09));
     let mut stand = Stand::new(thing);
-    assert_eq!(stand.perform(&Skill::Place { thing, half_height_m: 0.03, to }, |_, _| {}), Progress::Done);
+    assert_eq!(
+        stand.perform(&Skill::Place { thing, half_height_m: 0.03, to, turn: None }, |_, _| {}),
+        Progress::Done
+    );
     assert!(stand.dropped.expect("it was let go").distance(&to) < 1e-3);
+}
+
+/// How far a hand is turned about the vertical, by the way its palm faces.
+fn turned_rad(stand: &Stand, side: Side) -> f64 {
+    let palm = LEO.body.hand(side, &stand.positions()).isometry().rotation * nalgebra::Vector3::y();
+    palm.y.atan2(palm.x)
+}
+
+#[test]
+fn a_thing_is_turned_on_its_way_as_it_was_asked_for() {
+    let half_turn = std::f64::consts::PI;
+    for (from_y, to_y) in [(0.25, 0.0), (-0.2, 0.2), (0.05, 0.25), (-0.28, -0.1), (0.1, -0.26)] {
+        for degrees in [0.0, 90.0, -90.0, 35.0, 135.0] {
+            let (thing, to) = (Position::new(0.30, from_y, 0.02), Position::new(0.44, to_y, 0.02));
+            let by_rad = f64::to_radians(degrees);
+            let turn = Some(Turn { by_rad, period_rad: half_turn });
+            let mut stand = Stand::new(thing);
+            let (mut held, mut grasped_rad, mut let_go_rad) = (None, f64::NAN, f64::NAN);
+            let end =
+                stand.perform(&Skill::Place { thing, half_height_m: 0.02, to, turn }, |stand, phase| {
+                    held = held.or(stand.held.map(|(side, _)| side));
+                    let Some(side) = held else { return };
+                    if phase == Phase::Close {
+                        grasped_rad = turned_rad(stand, side);
+                    } else if phase == Phase::Lower {
+                        let_go_rad = turned_rad(stand, side);
+                    }
+                });
+            assert_eq!(end, Progress::Done);
+            assert!(stand.dropped.expect("it was let go").distance(&to) < 1e-3);
+            let missed = (let_go_rad - grasped_rad - by_rad).rem_euclid(half_turn);
+            assert!(missed.min(half_turn - missed) < 0.01, "{degrees} from {from_y} to {to_y}: {missed}");
+        }
+    }
 }
 
 #[test]
@@ -413,7 +450,7 @@ fn check_table(table: &Table, x_base_world: &Pose<Base, World>) -> usize {
                 }
                 Role::Marker if block.kind.markable => {
                     let to = Position::from_point(top.point() + nalgebra::Vector3::z() * half_height_m);
-                    Skill::Place { thing: place(thing), half_height_m, to }
+                    Skill::Place { thing: place(thing), half_height_m, to, turn: None }
                 }
                 Role::Peg | Role::Marker | Role::Block => continue,
             };

@@ -1,5 +1,5 @@
 use belief::BeliefSystem;
-use clock::Instant;
+use clock::{Duration, Instant};
 use config::perspective::{Owning, Resource};
 use geometry::{Base, Pose, Position};
 use message::NOBODY;
@@ -11,8 +11,9 @@ use quantity::number::float_of_count;
 /// all. What is nobody's is everybody's. Distances alone decide, so that it is the same in every
 /// frame; but what is told is told of the base frame.
 ///
-/// By territory, n beliefs cost n² distances: with the most that a system holds, 4096, some tens of
-/// milliseconds, and with 64 some microseconds. Allocates in `new` alone.
+/// By territory, n beliefs cost n² distances. So it is judged anew when a thing has come or gone, and
+/// otherwise ten times a second: things do not change hands faster. Of more than 256 things nobody
+/// could say whose they are at a glance, and all are everybody's. Allocates in `new` alone.
 ///
 /// ```
 /// use geometry::Position;
@@ -42,7 +43,22 @@ pub struct Owners {
     outside: Vec<Link>,
     /// Which things lie beyond the longest link.
     beyond: Vec<bool>,
+    judged: Option<Judged>,
 }
+
+/// When the beliefs of a system were last judged, and which they were: how many, and the youngest.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Judged {
+    at: Instant,
+    count: usize,
+    youngest: u64,
+}
+
+/// Territories are judged anew after this time, even when nothing has come or gone.
+const JUDGED_EVERY: Duration = Duration::from_millis(100);
+
+/// With more things there are no territories.
+const TERRITORY_MOST: usize = 256;
 
 /// What is asked of one belief.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -62,12 +78,6 @@ struct Link {
     length_m: f64,
 }
 
-/// Whether an agent attends to a thing by its owner: it is his, or everybody's.
-#[must_use]
-pub fn attends(agent: u16, owner: u16) -> bool {
-    owner == agent || owner == NOBODY
-}
-
 impl Owners {
     /// Nothing is anybody's yet, of up to `capacity` beliefs.
     #[must_use]
@@ -84,6 +94,7 @@ impl Owners {
             links: Vec::with_capacity(capacity),
             outside: Vec::with_capacity(capacity),
             beyond: Vec::with_capacity(capacity),
+            judged: None,
         }
     }
 
@@ -112,7 +123,7 @@ impl Owners {
         }
     }
 
-    /// Judges the beliefs of a system, whose frame is `x_base_frame`, at an instant.
+    /// Judges the beliefs of a system, whose frame is `x_base_frame`, at an instant, if it is time.
     pub(crate) fn judge_system<F>(
         &mut self,
         system: &BeliefSystem,
@@ -120,19 +131,36 @@ impl Owners {
         x_base_frame: &Pose<Base, F>,
         agents: impl IntoIterator<Item = (u16, Position<Base>), IntoIter: Clone>,
     ) {
-        if self.config.by == Owning::None {
+        if self.config.by == Owning::None || !self.is_due(system, at) {
             return;
         }
         let claims = (0..system.len()).filter_map(|index| {
-            let belief = system.write(index, at)?;
+            let (id, held_by) = (system.id(index)?, system.held_by(index)?);
             // What has no place is in no region, and as long as there is such a thing, there are no
             // territories: it may be between them.
             let place_m = system.position(index).map_or([f64::NAN; 3], |place_m| place_m.map(f64::from));
             let [x, y, z] = place_m;
             let place = *x_base_frame * Position::new(x, y, z);
-            Some(Claim { id: belief.id, place, held_by: belief.held_by })
+            Some(Claim { id, place, held_by })
         });
         self.judge(claims, agents);
+    }
+
+    /// Whether the beliefs of a system are to be judged; if so, takes note that they are.
+    fn is_due(&mut self, system: &BeliefSystem, at: Instant) -> bool {
+        let count = system.len();
+        // Identities rise: what comes is younger than all, and where nothing comes, going shows in
+        // the count.
+        let youngest = count.checked_sub(1).and_then(|last| system.id(last)).unwrap_or(0);
+        let is_known = self.judged.is_some_and(|judged| {
+            (judged.count, judged.youngest) == (count, youngest) && at.since(judged.at) < JUDGED_EVERY
+        });
+        // Whoever holds a thing for a moment possesses it from then on.
+        if is_known && self.config.by != Owning::Possession {
+            return false;
+        }
+        self.judged = Some(Judged { at, count, youngest });
+        true
     }
 
     /// The owner of the belief at an index, in the order of the claims: an agent, or `NOBODY` for what
@@ -167,6 +195,9 @@ impl Owners {
     /// and each is nearer to another agent.
     fn by_territory(&mut self, agents: &(impl Iterator<Item = (u16, Position<Base>)> + Clone)) {
         self.owners.extend(self.claims.iter().map(|_| NOBODY));
+        if self.claims.len() > TERRITORY_MOST {
+            return;
+        }
         self.grow();
         let longest = self.links.iter().max_by(|a, b| a.length_m.total_cmp(&b.length_m)).copied();
         let Some(gap) = longest else { return };

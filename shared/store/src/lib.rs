@@ -115,10 +115,30 @@ impl Store {
     /// [`WriteError`] when the entry is no JSON value or the file cannot be written; the file is
     /// then as it was.
     pub fn save<T: Serialize>(&self, key: &str, value: &T) -> Result<(), WriteError> {
-        let json =
-            serde_json::to_vec(value).map_err(|source| WriteError::Entry { key: key.to_owned(), source })?;
+        self.save_all([(key, value)])
+    }
+
+    /// Writes entries, each in place of what was under its key, all of them or none. Durable when it
+    /// returns.
+    ///
+    /// # Errors
+    /// As [`Self::save`].
+    pub fn save_all<'a, T: Serialize + 'a>(
+        &self,
+        entries: impl IntoIterator<Item = (&'a str, &'a T)>,
+    ) -> Result<(), WriteError> {
+        let entries = entries
+            .into_iter()
+            .map(|(key, value)| match serde_json::to_vec(value) {
+                Ok(json) => Ok((key, json)),
+                Err(source) => Err(WriteError::Entry { key: key.to_owned(), source }),
+            })
+            .collect::<Result<Vec<_>, _>>()?;
         self.write(|transaction| {
-            transaction.open_table(ENTRIES)?.insert(key, json.as_slice())?;
+            let mut table = transaction.open_table(ENTRIES)?;
+            for (key, json) in &entries {
+                table.insert(*key, json.as_slice())?;
+            }
             Ok(())
         })
     }
@@ -156,6 +176,16 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("leo").join("tasks.redb");
         (folder, path)
+    }
+
+    #[test]
+    fn several_are_saved_at_once() {
+        let (_folder, path) = file();
+        let store = Store::open(&path).unwrap();
+        let (one, two) = (vec![1_u32], vec![2_u32, 3]);
+        store.save_all([("task 1", &one), ("task 2", &two)]).unwrap();
+        let entries = store.load::<Entry>().unwrap();
+        assert_eq!(entries, [("task 1".to_owned(), one), ("task 2".to_owned(), two)]);
     }
 
     #[test]

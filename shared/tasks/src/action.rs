@@ -137,6 +137,7 @@ mod tests {
             features: vec![FeatureWords { percept: 1, name: "colour".into(), values: vec!["red".into()] }],
             states: vec![StateWords { percept: 2, name: "filled".into() }],
             position: 0,
+            orientation: None,
             extents: None,
             moved_m: 0.03,
         }

@@ -7,26 +7,65 @@ pub enum Sentence {
     Done(String),
     /// "Leo, do X": Leo shall perform X.
     Do(String),
+    /// "Stop": Leo shall hold still.
+    Stop,
+    /// "Yes": it was right.
+    Yes,
+    /// "No": it was wrong.
+    No,
+    /// "No, not that one": the thing being worked on shall be left alone.
+    NotThatOne,
+    /// "No, like this": a demonstration of the task in question begins.
+    LikeThis,
+    /// "What did you learn?"
+    WhatDidYouLearn,
+    /// "Why?": why Leo takes the task in question for what it takes it.
+    Why,
+    /// "What do you think I see?"
+    WhatDoISee,
     /// Anything else.
     Unknown,
 }
 
+/// What is said in the same words every time.
+const FIXED: [(&[&str], Sentence); 15] = [
+    (&["stop"], Sentence::Stop),
+    (&["halt"], Sentence::Stop),
+    (&["yes"], Sentence::Yes),
+    (&["right"], Sentence::Yes),
+    (&["no"], Sentence::No),
+    (&["wrong"], Sentence::No),
+    (&["not", "that", "one"], Sentence::NotThatOne),
+    (&["no", "not", "that", "one"], Sentence::NotThatOne),
+    (&["like", "this"], Sentence::LikeThis),
+    (&["no", "like", "this"], Sentence::LikeThis),
+    (&["what", "did", "you", "learn"], Sentence::WhatDidYouLearn),
+    (&["what", "have", "you", "learned"], Sentence::WhatDidYouLearn),
+    (&["why"], Sentence::Why),
+    (&["what", "do", "you", "think", "i", "see"], Sentence::WhatDoISee),
+    (&["what", "do", "i", "see"], Sentence::WhatDoISee),
+];
+
 impl Sentence {
-    /// Understands a sentence. Case, punctuation and spaces do not matter; the task's name comes
-    /// back in the words that were said.
+    /// Understands a sentence. Case, punctuation and spaces do not matter, nor whether it begins
+    /// with "Leo"; the task's name comes back in the words that were said.
     ///
     /// ```
     /// use tasks::Sentence;
     /// assert_eq!(Sentence::of("leo - I can teach you to do Task 1!"), Sentence::Teach("Task 1".to_owned()));
     /// assert_eq!(Sentence::of("Task 1 is done."), Sentence::Done("Task 1".to_owned()));
     /// assert_eq!(Sentence::of("Leo, do task 1"), Sentence::Do("task 1".to_owned()));
+    /// assert_eq!(Sentence::of("No! Like this:"), Sentence::LikeThis);
     /// assert_eq!(Sentence::of("Leo, do"), Sentence::Unknown);
     /// ```
     #[must_use]
     pub fn of(text: &str) -> Self {
         let words = words(text);
         let rest = without(&words, &["leo"]).unwrap_or(&words);
-        if let Some(name) = without(rest, &["i", "can", "teach", "you", "to", "do"]) {
+        let fixed = FIXED.iter().find(|(said, _)| without(rest, said).is_some_and(<[_]>::is_empty));
+        if let Some((_, sentence)) = fixed {
+            sentence.clone()
+        } else if let Some(name) = without(rest, &["i", "can", "teach", "you", "to", "do"]) {
             Self::about(name, Self::Teach)
         } else if let Some((name, ["is", "done"])) = split_end(rest) {
             Self::about(name, Self::Done)
@@ -40,7 +79,9 @@ impl Sentence {
     /// What could be said, for an answer to a sentence that was not understood.
     #[must_use]
     pub fn help() -> String {
-        "you can say: \"Leo, I can teach you to do task 1\", \"Task 1 is done\", \"Leo, do task 1\""
+        "you can say: \"Leo, I can teach you to do task 1\", \"Task 1 is done\", \"Leo, do task 1\", \
+         \"Stop\", \"Yes\", \"No, like this\", \"Not that one\", \"What did you learn?\", \"Why?\", \
+         \"What do you think I see?\""
             .to_owned()
     }
 
@@ -84,7 +125,7 @@ mod tests {
 
     #[test]
     fn a_sentence_without_a_name_is_not_understood() {
-        for text in ["", "Leo", "is done", "do", "I can teach you to do", "hello Leo"] {
+        for text in ["", "Leo", "is done", "do", "I can teach you to do", "hello Leo", "no way", "stop it"] {
             assert_eq!(Sentence::of(text), Sentence::Unknown, "{text:?}");
         }
     }
@@ -93,7 +134,7 @@ mod tests {
     fn every_sentence_of_the_help_is_understood() {
         let help = Sentence::help();
         let examples: Vec<&str> = help.split('"').skip(1).step_by(2).collect();
-        assert_eq!(examples.len(), 3);
+        assert_eq!(examples.len(), 10);
         for example in examples {
             assert_ne!(Sentence::of(example), Sentence::Unknown, "{example}");
         }

@@ -13,6 +13,8 @@ pub struct Explanation {
     pub unseen: Vec<String>,
     /// Objects that contradict it and that the partner believes to be as the rule wants them.
     pub mistaken: Vec<String>,
+    /// Objects that contradict it and that belong to somebody else, as the partner sees it.
+    pub foreign: Vec<String>,
     /// Objects that contradict it although the partner knows them as they are.
     pub unexplained: Vec<String>,
 }
@@ -22,7 +24,8 @@ impl Explanation {
     /// one.
     #[must_use]
     pub fn is_complete(&self) -> bool {
-        self.unexplained.is_empty() && !(self.unseen.is_empty() && self.mistaken.is_empty())
+        let explained = [&self.unseen, &self.mistaken, &self.foreign];
+        self.unexplained.is_empty() && explained.iter().any(|objects| !objects.is_empty())
     }
 
     /// The explanation, said to the partner; empty when nothing contradicts his rule.
@@ -38,6 +41,10 @@ impl Explanation {
         }
         if !self.mistaken.is_empty() {
             parts.push(format!("you could not know how {} had changed", the(&self.mistaken)));
+        }
+        if !self.foreign.is_empty() {
+            let is = if self.foreign.len() == 1 { "is" } else { "are" };
+            parts.push(format!("{} {is} not yours", the(&self.foreign)));
         }
         if !self.unexplained.is_empty() {
             parts.push(format!("I do not know why you treated {} differently", the(&self.unexplained)));
@@ -58,6 +65,9 @@ pub fn explain(language: &Language, task: &Task, partner: u16, rule: &Rule) -> E
             let name = describe_object(language, object, eligible);
             let list = match counterpart(object, &theirs.after) {
                 None => &mut explanation.unseen,
+                Some(believed) if believed.owner.is_some_and(|owner| owner != partner) => {
+                    &mut explanation.foreign
+                }
                 Some(believed) if believed.states != object.states => &mut explanation.mistaken,
                 Some(_) => &mut explanation.unexplained,
             };

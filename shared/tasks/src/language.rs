@@ -10,6 +10,8 @@ pub struct Language {
     pub states: Vec<StateWords>,
     /// The percept whose feature is the position in the perspective's frame.
     pub position: u16,
+    /// The percept whose feature is the orientation in the perspective's frame, where there is one.
+    pub orientation: Option<u16>,
     /// The percept whose feature is half the extents, where there is one.
     pub extents: Option<u16>,
     /// An object has moved when its place differs by more than this, in metres.

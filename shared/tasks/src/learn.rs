@@ -3,7 +3,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use crate::change::changes;
 use crate::describe::describe_classes;
 use crate::hypothesis::{Evidence, Hypothesis, class_of, expand};
-use crate::{Class, Language, Prior, Rule, Signature, Template, View};
+use crate::{Class, Effect, FigureRule, Language, Prior, Rule, Signature, Template, View, figures};
 
 /// Scores closer than this are a tie: they differ by rounding.
 const TIE: f64 = 1e-9;
@@ -15,6 +15,8 @@ pub struct Learned {
     pub examples: usize,
     /// For every goal belief of the task its rules, best first; the first is the primary one.
     pub goals: Vec<Vec<Rule>>,
+    /// What was built, where the task is about how things stand: best first.
+    pub figures: Vec<FigureRule>,
     /// What else changed, and with what: the means to the goals.
     pub means: Vec<Means>,
 }
@@ -23,6 +25,12 @@ impl Learned {
     /// The primary rule of every goal belief.
     pub fn primary(&self) -> impl Iterator<Item = &Rule> {
         self.goals.iter().filter_map(|rules| rules.first())
+    }
+
+    /// Whether anything was learned.
+    #[must_use]
+    pub fn explains(&self) -> bool {
+        !self.goals.is_empty() || !self.figures.is_empty()
     }
 }
 
@@ -92,6 +100,14 @@ pub fn learn(language: &Language, views: &[&View], prior: &Prior, share: f64) ->
             let kinds = changed.map(|object| object.features.clone()).collect();
             learned.means.push(Means { signature: group.signature, kinds });
         }
+    }
+    // Where nothing but places changed, that a thing is somewhere else is no goal: where it stands is.
+    let moved = Signature::from([Effect::Moved]);
+    let all = evidence.iter().flat_map(|one| one.changes.values());
+    if all.map(|change| &change.signature).all(|signature| *signature == moved) {
+        learned.goals.clear();
+        learned.means.clear();
+        learned.figures = figures(views, language.moved_m);
     }
     learned
 }
@@ -253,7 +269,5 @@ impl LogSum {
 /// correct"), else Leo's own (0). `None` where neither explains anything.
 #[must_use]
 pub fn decide(learned: &BTreeMap<u16, Learned>, teacher: u16) -> Option<u16> {
-    [teacher, 0]
-        .into_iter()
-        .find(|perspective| learned.get(perspective).is_some_and(|learned| !learned.goals.is_empty()))
+    [teacher, 0].into_iter().find(|perspective| learned.get(perspective).is_some_and(Learned::explains))
 }

@@ -9,6 +9,8 @@
 //! 3. a [`Recording`] keeps, for every perspective, the acts with their goals and makes an
 //!    [`Example`] of the snapshots before and after the demonstration;
 //! 4. [`learn`] expands hypotheses from the examples of one perspective and ranks them;
+//!    Where things were moved about and nothing else became of them, what counts is where they
+//!    stand in the end: a [`Figure`];
 //! 5. [`decide`] picks the perspective whose rule is followed, and [`explain`] says in words why
 //!    two perspectives differ;
 //! 6. [`Rule::open`] says which objects still lack what the rule wants, for performing it.
@@ -22,6 +24,7 @@ mod change;
 mod describe;
 mod dialogue;
 mod explain;
+mod figure;
 mod hypothesis;
 mod identity;
 mod language;
@@ -35,6 +38,7 @@ pub use change::{Change, Effect, Signature, changes};
 pub use describe::{describe_change, describe_classes, describe_object, listed};
 pub use dialogue::{Sentence, key};
 pub use explain::{Explanation, explain};
+pub use figure::{Figure, FigureRule, Part, figures, laid_out};
 pub use hypothesis::{Class, Prior, Template};
 pub use identity::{Identities, Moment};
 pub use language::{FeatureWords, Language, StateWords};

@@ -2,7 +2,7 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
-use crate::{Change, Snapshot, changes};
+use crate::{Change, Effect, Object, Signature, Snapshot, changes};
 
 /// A task as taught so far: S, whose hypotheses are computed from its examples.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -49,6 +49,34 @@ pub struct View {
     /// What was done in between, the same acts in every perspective.
     #[serde(default)]
     pub executables: Vec<Executable>,
+}
+
+impl View {
+    /// What of it concerns him whose perspective it is (the resource perspective): what belongs to
+    /// him, and what is everybody's.
+    ///
+    /// What he leaves alone because it is somebody else's says nothing about what he means. Whoever
+    /// works on what is not his does not go by whose things are, and then nothing is left out.
+    /// Worked on is what changed its state, or where nothing did, what was moved by more than
+    /// `moved_m` metres. The robot itself looks at everything: it is not the one who acts.
+    #[must_use]
+    pub fn attended(&self, moved_m: f64) -> Self {
+        // Whose a thing was when the demonstration began; what came later, as it was in the end.
+        let owner = |object: &Object| self.before.object(object.id).unwrap_or(object).owner;
+        let attends = |object: &Object| owner(object).is_none_or(|owner| owner == self.perspective);
+        let changes = changes(&self.before, &self.after, moved_m);
+        let moved = Signature::from([Effect::Moved]);
+        let any_state = changes.values().any(|change| change.signature != moved);
+        let is_worked_on = |object: &Object| {
+            let change = changes.get(&object.id);
+            change.is_some_and(|change| !any_state || change.signature != moved)
+        };
+        let goes_by_owners = || self.after.objects.iter().filter(|object| is_worked_on(object)).all(&attends);
+        if self.perspective == 0 || !goes_by_owners() {
+            return self.clone();
+        }
+        Self { before: self.before.filtered(attends), after: self.after.filtered(attends), ..self.clone() }
+    }
 }
 
 /// An executable of a schema: a primitive act, or another task (E = a | S), and its goal.

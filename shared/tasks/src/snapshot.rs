@@ -1,7 +1,7 @@
 use std::collections::BTreeMap;
 
-use geometry::{Base, Person, Pose, Position};
-use message::{Belief, BeliefHead, Feature, Remembered};
+use geometry::{Base, Person, Pose, Position, Thing};
+use message::{Belief, BeliefHead, Feature, NOBODY, Remembered};
 use serde::{Deserialize, Serialize};
 
 use crate::{Identities, Language};
@@ -42,6 +42,12 @@ pub struct Object {
     /// Half its extents, in metres.
     #[serde(default)]
     pub half_extents_m: Option<[f64; 3]>,
+    /// How far it is turned about the vertical in the robot's base frame, in radians.
+    #[serde(default)]
+    pub heading_rad: Option<f64>,
+    /// The agent to whom it belongs in the eyes of the perspective; none where it is everybody's.
+    #[serde(default)]
+    pub owner: Option<u16>,
 }
 
 impl Snapshot {
@@ -79,6 +85,13 @@ impl Snapshot {
     #[must_use]
     pub fn object(&self, id: u64) -> Option<&Object> {
         self.objects.iter().find(|object| object.id == id)
+    }
+
+    /// The same with those objects alone that `keeps` says.
+    #[must_use]
+    pub(crate) fn filtered(&self, keeps: impl Fn(&Object) -> bool) -> Self {
+        let objects = self.objects.iter().filter(|object| keeps(object)).cloned().collect();
+        Self { objects, ..*self }
     }
 
     /// The object of the same class features nearest to a place, within `within_m` of it.
@@ -142,7 +155,17 @@ fn object(
         states,
         position_m: position(language, belief).map(|place| (*frame * place).to_array()),
         half_extents_m: language.extents.and_then(|percept| vector(belief, percept)),
+        heading_rad: language.orientation.and_then(|percept| heading_rad(frame, belief, percept)),
+        owner: Some(belief.owner).filter(|owner| *owner != NOBODY),
     }
+}
+
+fn heading_rad(frame: &Pose<Base, Person>, belief: &Belief, percept: u16) -> Option<f64> {
+    let Feature::Orientation(xyzw) = belief.percept(percept).and_then(Remembered::feature)? else {
+        return None;
+    };
+    let x_person_thing = Pose::<Person, Thing>::from_parts([0.0; 3], xyzw.map(f64::from))?;
+    Some((*frame * x_person_thing).heading_rad())
 }
 
 /// Whether a state is on, given its degree and what it was.
@@ -180,13 +203,19 @@ mod tests {
 
     #[test]
     fn places_are_in_the_base_frame_whoever_believes_them() {
-        let language =
-            Language { features: Vec::new(), states: Vec::new(), position: 0, extents: None, moved_m: 0.03 };
+        let language = Language {
+            features: Vec::new(),
+            states: Vec::new(),
+            position: 0,
+            orientation: None,
+            extents: None,
+            moved_m: 0.03,
+        };
         let mut head = BeliefHead::of(1, message::Header::at(5));
         let x_base_person = Pose::<Base, Person>::upright(1.5, 0.0, 0.0, std::f64::consts::PI);
         head.frame_position_m = x_base_person.position_m();
         head.frame_orientation_xyzw = x_base_person.orientation_xyzw();
-        let mut belief = Belief::new(7, 0, 0, 1, message::NOBODY);
+        let mut belief = Belief::new(7, 0, 0, 1, NOBODY);
         belief.push(Remembered::new(0, 0, 1.0, 1.0, Feature::Vector([1.0, 0.25, 0.0])));
         let snapshot = Snapshot::of(&language, &head, &[belief], &Identities::default(), None);
         let place = snapshot.objects[0].position().unwrap();

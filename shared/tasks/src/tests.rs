@@ -27,6 +27,7 @@ fn language() -> Language {
         ],
         states: vec![state(6, "filled"), state(7, "marked"), state(8, "inserted")],
         position: 0,
+        orientation: None,
         extents: None,
         moved_m: 0.03,
     }
@@ -39,7 +40,7 @@ fn object(id: u64, words: &str, place_m: [f64; 3], states: &[(&str, bool)]) -> O
         features.insert(name.to_owned(), words.next().unwrap().to_owned());
     }
     let states = states.iter().map(|&(name, on)| (name.to_owned(), on)).collect();
-    Object { id, features, states, position_m: Some(place_m), half_extents_m: None }
+    Object { id, features, states, position_m: Some(place_m), ..Object::default() }
 }
 
 fn snapshot(objects: Vec<Object>) -> Snapshot {
@@ -51,7 +52,8 @@ fn view(perspective: u16, before: Vec<Object>, after: Vec<Object>) -> View {
 }
 
 fn learned(task: &Task, perspective: u16) -> Learned {
-    let views: Vec<&View> = task.views(perspective).collect();
+    let views: Vec<View> = task.views(perspective).map(|view| view.attended(0.03)).collect();
+    let views: Vec<&View> = views.iter().collect();
     learn(&language(), &views, &Prior::default(), SHARE)
 }
 

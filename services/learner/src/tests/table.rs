@@ -148,6 +148,7 @@ impl Run {
             goal_period: Duration::from_millis(20),
             block_half_height_m: 0.03,
             peg_half_height_m: 0.025,
+            marker_half_height_m: 0.005,
         };
         let vocabulary = Vocabulary::of(&Percepts::builtin()).unwrap();
         let body = StandIn { table: Rc::clone(&table), under_way: None };

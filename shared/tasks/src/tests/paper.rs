@@ -44,13 +44,13 @@ fn mark_red_and_green(his: &[&str], others: &[&str]) -> Vec<View> {
             .map(|(id, words)| {
                 let x = quantity::number::float(id).mul_add(0.1, -0.5);
                 let marked = done && mine && !words.contains("blue");
-                object(id, words, [x, y, 0.03], &[("marked", marked)])
+                let owner = Some(if mine { 1 } else { 0 });
+                Object { owner, ..object(id, words, [x, y, 0.03], &[("marked", marked)]) }
             })
             .collect::<Vec<Object>>()
     };
-    let his_own = |done: bool| blocks(his, 0, 1.0, done, true);
-    let all = |done: bool| [his_own(done), blocks(others, 50, 0.4, done, false)].concat();
-    vec![view(0, all(false), all(true)), view(1, his_own(false), his_own(true))]
+    let all = |done: bool| [blocks(his, 0, 1.0, done, true), blocks(others, 50, 0.4, done, false)].concat();
+    vec![view(0, all(false), all(true)), view(1, all(false), all(true))]
 }
 
 fn task_2() -> Task {
@@ -184,4 +184,30 @@ fn after_one_example_the_most_specific_rule_is_chosen() {
     let ties: Vec<&str> =
         learned.goals[0].iter().filter(|rule| rule.rank == 2).map(|rule| rule.name.as_str()).collect();
     assert_eq!(ties, ["all red", "all triangle"], "colour and shape explain it equally well");
+}
+
+#[test]
+fn what_belongs_to_somebody_else_is_no_exception_to_his_rule() {
+    let task = task_2();
+    let rule = learned(&task, 1).primary().next().unwrap().clone();
+    let explanation = explain(&language(), &task, 1, &rule);
+    assert!(explanation.is_complete(), "{explanation:?}");
+    assert!(explanation.text().ends_with("are not yours"), "{}", explanation.text());
+    assert!(explanation.foreign.contains(&"medium red square".to_owned()), "{explanation:?}");
+}
+
+#[test]
+fn whoever_works_on_what_is_not_his_does_not_go_by_whose_things_are() {
+    let mut task = task_2();
+    for example in &mut task.examples {
+        for object in &mut example.views[1].after.objects {
+            // He marks one thing on the other side, too.
+            if object.id == 51 {
+                object.states.insert("marked".to_owned(), true);
+            }
+        }
+    }
+    let everything = task.examples[0].views[1].clone();
+    assert_eq!(everything.attended(0.03), everything);
+    assert_ne!(task_2().examples[0].views[1].attended(0.03), everything);
 }

@@ -1,0 +1,81 @@
+//! A lesson played in one process, as fast as it goes: the cores of simulator, sensor, belief and
+//! learner handed to one another, without shared memory, bus or body.
+
+use account::Account;
+use clock::{Duration, Instant};
+use config::Robot;
+use config::lesson::Lesson;
+use learner_process::{Body, Input, Learner, Motion, Settings, Skill, Vocabulary};
+use message::{Belief, Header, Hop, JointGoal, Observation, Perceived, Utterance};
+use simulator_process::World;
+
+use super::failure::Failed;
+
+/// What was said last is heard and answered within this time.
+const ANSWER: Duration = Duration::from_secs(1);
+
+/// Plays the demonstrations of a lesson to a robot with so many partners' perspectives; what it made
+/// of them.
+///
+/// # Errors
+///
+/// The robot's configuration cannot be.
+pub(super) fn rehearse(robot: &Robot, lesson: &Lesson, partners: u32) -> Result<Account, Failed> {
+    let settings = &robot.leo;
+    let capacity = settings.buffers.objects.get();
+    let mut world = World::new(lesson, lesson.seed);
+    let mut sensor = sensor_process::Sensor::new(&robot.percepts, &settings.sensor.source, capacity)
+        .map_err(Failed::usage)?;
+    let mut believer =
+        belief_process::Believer::new(&robot.percepts, &robot.perspective, partners, 1, capacity)
+            .map_err(Failed::usage)?;
+    let vocabulary = Vocabulary::of(&robot.percepts).map_err(Failed::usage)?;
+    let perspectives: Vec<u16> = (0..).take(partners as usize + 1).collect();
+    let mut learner = Learner::new(Settings::of(&settings.learner), vocabulary, &perspectives, Still, []);
+    let mut account = Account::default();
+    let mut now = Instant::from_nanos(1_000_000_000);
+    let mut sequence = 0;
+    let mut ended = None;
+    while ended.is_none_or(|ended| now < ended + ANSWER) {
+        now += settings.sensor.rate_hz.period();
+        sequence += 1;
+        world.step(now, [None, None]);
+        let observations: Vec<Observation> = world.observations().collect();
+        let mut header = Header { sequence, ..Header::at(now.as_nanos()) };
+        header.pass(Hop::Observed, now.as_nanos());
+        sensor.begin(now);
+        if sensor.note(0, &header) {
+            sensor.take(0, &header, &observations);
+        }
+        let header = sensor.end();
+        let perceived: Vec<Perceived> = sensor.perceived().collect();
+        believer.step(now, &header, &perceived);
+        let frames: Vec<_> = (0..believer.perspectives())
+            .map(|perspective| {
+                let believed =
+                    (0..believer.len(perspective)).filter_map(|at| believer.entry(perspective, at));
+                (believer.head(perspective), believed.collect::<Vec<Belief>>())
+            })
+            .collect();
+        let beliefs: Vec<_> = frames.iter().map(|(head, beliefs)| (head, beliefs.as_slice())).collect();
+        let utterances: Vec<Utterance> = world.utterances().collect();
+        let input = Input { beliefs: &beliefs, utterances: &utterances, present_rad: &[] };
+        learner.step(now, &input).events.iter().for_each(|event| account.note(event));
+        if ended.is_none() && world.is_finished() {
+            ended = Some(now);
+        }
+    }
+    Ok(account)
+}
+
+/// A body that does nothing: nobody asks it to.
+#[derive(Clone, Copy, Debug)]
+struct Still;
+
+impl Body for Still {
+    fn begin(&mut self, _now: Instant, _skill: Skill, _present_rad: &[Option<f64>]) {}
+
+    fn step(&mut self, _now: Instant, _present_rad: &[Option<f64>], _goals: &mut Vec<JointGoal>) -> Motion {
+        Motion::Done
+    }
+}

@@ -1,0 +1,182 @@
+//! The study again and again, with other blocks, noise, cones and thresholds.
+
+use std::fmt;
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::thread;
+
+use config::Robot;
+use serde::Serialize;
+use study::Design;
+
+use crate::command::failure::Failed;
+use crate::command::rehearsal::rehearse;
+
+/// Tasks of the study.
+const TASKS: u32 = 4;
+/// Designs that failed are named up to this many for each setting and task.
+const NAMED: usize = 5;
+
+/// What is varied beside the blocks.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+struct Setting {
+    /// Standard deviation of an observed position, in metres.
+    position_sigma_m: f64,
+    /// Half the angle of the partner's cone, in degrees.
+    cone_half_angle_deg: f64,
+    /// Beliefs closer than this are of one thing.
+    threshold: f64,
+}
+
+const AS_IT_COMES: Setting = Setting { position_sigma_m: 0.003, cone_half_angle_deg: 60.0, threshold: 0.15 };
+
+const SETTINGS: [Setting; 7] = [
+    AS_IT_COMES,
+    Setting { position_sigma_m: 0.010, ..AS_IT_COMES },
+    Setting { position_sigma_m: 0.030, ..AS_IT_COMES },
+    Setting { cone_half_angle_deg: 30.0, ..AS_IT_COMES },
+    Setting { cone_half_angle_deg: 89.0, ..AS_IT_COMES },
+    Setting { threshold: 0.10, ..AS_IT_COMES },
+    Setting { threshold: 0.20, ..AS_IT_COMES },
+];
+
+/// How often the winner was the right one, setting by setting and task by task.
+#[derive(Clone, Debug, Serialize)]
+pub(super) struct Sweep {
+    designs: u64,
+    rows: Vec<Row>,
+}
+
+#[derive(Clone, Debug, Serialize)]
+struct Row {
+    setting: Setting,
+    task: u32,
+    /// Designs whose winner was right in both conditions.
+    held: u64,
+    /// What was learned instead, from the first designs where it was not.
+    broken: Vec<Broken>,
+}
+
+#[derive(Clone, Debug, Serialize)]
+struct Broken {
+    design: u64,
+    perspective_taking: bool,
+    wanted: String,
+    learned: String,
+}
+
+impl Sweep {
+    /// Plays so many designs of every task in every setting, on all processors.
+    pub(super) fn of(robot: &Robot, designs: u64, told: &(dyn Fn(&str) + Sync)) -> Result<Self, Failed> {
+        let mut rows = Vec::new();
+        for setting in SETTINGS {
+            let robot = setting.apply(robot)?;
+            for task in 1..=TASKS {
+                told(&format!("task {task}, {setting} ..."));
+                rows.push(Row::of(&robot, setting, task, designs)?);
+            }
+        }
+        Ok(Self { designs, rows })
+    }
+
+    /// Whether all winners were right with up to 10 mm of noise, and nearly all with more.
+    pub(super) fn holds(&self) -> bool {
+        self.rows.iter().all(|row| row.held * 100 >= self.designs * row.setting.percent())
+    }
+}
+
+impl Setting {
+    fn apply(self, robot: &Robot) -> Result<Robot, Failed> {
+        let mut robot = robot.clone();
+        let cone = self.cone_half_angle_deg.try_into().map_err(Failed::because)?;
+        robot.perspective.sight.cone_half_angle_deg = cone;
+        robot.percepts.belief.threshold = self.threshold;
+        Ok(robot)
+    }
+
+    /// The share of right winners that is asked for.
+    fn percent(self) -> u64 {
+        if self.position_sigma_m > 0.01 { 95 } else { 100 }
+    }
+}
+
+impl Row {
+    fn of(robot: &Robot, setting: Setting, task: u32, designs: u64) -> Result<Self, Failed> {
+        let next = AtomicU64::new(0);
+        let found = Mutex::new((0_u64, Vec::new(), None));
+        let workers = thread::available_parallelism().map_or(1, usize::from);
+        thread::scope(|scope| {
+            for _ in 0..workers {
+                scope.spawn(|| {
+                    loop {
+                        let design = next.fetch_add(1, Ordering::Relaxed);
+                        if design >= designs {
+                            return;
+                        }
+                        let outcome = play(robot, setting, task, design);
+                        let mut found = found.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
+                        match outcome {
+                            Ok(broken) if broken.is_empty() => found.0 += 1,
+                            Ok(broken) => found.1.extend(broken),
+                            Err(failed) => found.2 = Some(failed),
+                        }
+                    }
+                });
+            }
+        });
+        let (held, mut broken, failed) =
+            found.into_inner().unwrap_or_else(std::sync::PoisonError::into_inner);
+        if let Some(failed) = failed {
+            return Err(failed);
+        }
+        broken.sort_by_key(|broken: &Broken| (broken.design, broken.perspective_taking));
+        broken.truncate(NAMED);
+        Ok(Self { setting, task, held, broken })
+    }
+}
+
+/// Plays a design with and without perspective taking; the conditions whose winner is not the one
+/// that should be.
+fn play(robot: &Robot, setting: Setting, task: u32, design: u64) -> Result<Vec<Broken>, Failed> {
+    let Some(Design { mut lesson, with, without, .. }) = Design::of(task, design) else {
+        return Err(Failed::because(format!("there is no design of task {task}")));
+    };
+    lesson.noise.position_sigma_m = setting.position_sigma_m;
+    let mut broken = Vec::new();
+    for (perspective_taking, wanted) in [(true, with), (false, without)] {
+        let account = rehearse(robot, &lesson, u32::from(perspective_taking))?;
+        let rule = account.tasks.first().and_then(|task| task.rule.as_ref());
+        let learned = rule.map_or_else(|| "nothing".to_owned(), |rule| rule.name.clone());
+        if learned != wanted {
+            broken.push(Broken { design, perspective_taking, wanted, learned });
+        }
+    }
+    Ok(broken)
+}
+
+impl fmt::Display for Setting {
+    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { position_sigma_m, cone_half_angle_deg, threshold } = self;
+        let noise_mm = position_sigma_m * 1e3;
+        write!(out, "noise {noise_mm:>2.0} mm, cone {cone_half_angle_deg:.0}°, threshold {threshold:.2}")
+    }
+}
+
+impl fmt::Display for Sweep {
+    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
+        writeln!(
+            out,
+            "Designs of {} whose winner is right with and without perspective taking",
+            self.designs
+        )?;
+        for row in &self.rows {
+            let asked = format!("(asked: {} %)", row.setting.percent());
+            writeln!(out, "  {:<42} task {}: {:>5} {asked}", row.setting.to_string(), row.task, row.held)?;
+            for Broken { design, perspective_taking, wanted, learned } in &row.broken {
+                let how = if *perspective_taking { "with" } else { "without" };
+                writeln!(out, "      design {design}, {how}: \"{learned}\" instead of \"{wanted}\"")?;
+            }
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,200 @@
+//! `leo tasks`: what Leo has learned, to look at, to take along, to forget.
+
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+
+use ::tasks::{Task, key, listed};
+use account::Account;
+use clap::{Args, Subcommand};
+use config::Robot;
+use learner_process::{Vocabulary, memory_file, retell};
+use serde::{Deserialize, Serialize};
+use store::Store;
+
+use super::failure::Failed;
+use super::{domain, output};
+
+/// The version of the exported format that this program writes and reads.
+const FORMAT: u32 = 1;
+
+/// What to do with what was learned.
+#[derive(Args, Clone, Debug)]
+#[command(
+    after_help = "Examples:\n  leo tasks list\n  leo tasks show \"task 1\"\n  leo tasks export > learned.json"
+)]
+pub(crate) struct Tasks {
+    #[command(subcommand)]
+    what: What,
+    /// The robot's leo.toml, for the names of what it perceives [default: built in]
+    #[arg(long, value_name = "FILE", global = true)]
+    config: Option<PathBuf>,
+    /// Where Leo remembers [default: $XDG_STATE_HOME/leo or ~/.local/state/leo]
+    #[arg(long, value_name = "DIRECTORY", global = true)]
+    state: Option<PathBuf>,
+}
+
+#[derive(Clone, Debug, Subcommand)]
+enum What {
+    /// List the tasks: name, examples, rule
+    List {
+        /// Print one JSON document
+        #[arg(long)]
+        json: bool,
+    },
+    /// Show what a task comes to: the hypotheses of each perspective, the rule, and why
+    Show {
+        /// The task
+        name: String,
+        /// Print one JSON document
+        #[arg(long)]
+        json: bool,
+    },
+    /// Forget a task and all its examples
+    Forget {
+        /// The task
+        name: String,
+    },
+    /// Print tasks with all their examples as one JSON document, to be imported elsewhere
+    Export {
+        /// The tasks [default: all]
+        names: Vec<String>,
+    },
+    /// Take in what was exported: all of it or, where a task is known already, nothing
+    Import {
+        /// The file
+        file: PathBuf,
+        /// Put what is imported in place of known tasks of the same names
+        #[arg(long)]
+        replace: bool,
+    },
+}
+
+/// What is exported.
+#[derive(Debug, Deserialize, Serialize)]
+#[serde(deny_unknown_fields)]
+struct Exported {
+    leo_tasks: u32,
+    tasks: Vec<Task>,
+}
+
+/// A line of the list.
+#[derive(Debug, Serialize)]
+struct Known {
+    name: String,
+    examples: usize,
+    rule: Option<String>,
+}
+
+impl Tasks {
+    pub(crate) fn run(&self) -> Result<ExitCode, Failed> {
+        let memory = match &self.state {
+            Some(state) => Memory::open(state)?,
+            None => Memory::open(&domain::state_directory()?)?,
+        };
+        match &self.what {
+            What::List { json } => self.list(&memory, *json)?,
+            What::Show { name, json } => {
+                let account = self.account(memory.task(name)?)?;
+                if *json { output::print_json(&account)? } else { output::print(&account.to_text())? }
+            }
+            What::Forget { name } => {
+                let task = memory.task(name)?;
+                memory.store.forget(&key(name)).map_err(Failed::because)?;
+                output::print(&format!("forgot {} and its {} examples\n", task.name, task.examples.len()))?;
+            }
+            What::Export { names } => {
+                let tasks = if names.is_empty() {
+                    memory.tasks
+                } else {
+                    names.iter().map(|name| memory.task(name).cloned()).collect::<Result<_, _>>()?
+                };
+                output::print_json(&Exported { leo_tasks: FORMAT, tasks })?;
+            }
+            What::Import { file, replace } => {
+                let names = memory.import(file, *replace)?;
+                output::print(&format!("learned {}\n", listed(&names)))?;
+            }
+        }
+        Ok(ExitCode::SUCCESS)
+    }
+
+    fn account(&self, task: &Task) -> Result<Account, Failed> {
+        let robot = Robot::load(self.config.as_deref()).map_err(Failed::usage)?;
+        let vocabulary = Vocabulary::of(&robot.percepts).map_err(Failed::usage)?;
+        let mut account = Account::default();
+        let share = robot.leo.learner.high_likelihood.get();
+        retell(&vocabulary.language, task, share).iter().for_each(|event| account.note(event));
+        Ok(account)
+    }
+
+    fn list(&self, memory: &Memory, json: bool) -> Result<(), Failed> {
+        let known = memory.tasks.iter().map(|task| {
+            let account = self.account(task)?;
+            let rule =
+                account.tasks.first().and_then(|task| task.rule.as_ref()).map(|rule| rule.name.clone());
+            Ok(Known { name: task.name.clone(), examples: task.examples.len(), rule })
+        });
+        let known: Vec<Known> = known.collect::<Result<_, Failed>>()?;
+        if json {
+            return output::print_json(&known);
+        }
+        if known.is_empty() {
+            return output::print("Leo has learned nothing yet\n");
+        }
+        let line = |Known { name, examples, rule }: &Known| {
+            format!("{name:<24} {examples:>4} examples   {}\n", rule.as_deref().unwrap_or("no rule"))
+        };
+        output::print(&known.iter().map(line).collect::<String>())
+    }
+}
+
+/// What is remembered, opened.
+struct Memory {
+    store: Store,
+    tasks: Vec<Task>,
+}
+
+impl Memory {
+    fn open(state: &Path) -> Result<Self, Failed> {
+        let store = Store::open(&memory_file(state)).map_err(Failed::because)?;
+        let tasks = store.load::<Task>().map_err(Failed::because)?;
+        Ok(Self { store, tasks: tasks.into_iter().map(|(_, task)| task).collect() })
+    }
+
+    fn task(&self, name: &str) -> Result<&Task, Failed> {
+        self.tasks.iter().find(|task| key(&task.name) == key(name)).ok_or_else(|| {
+            let known: Vec<String> = self.tasks.iter().map(|task| task.name.clone()).collect();
+            let known = if known.is_empty() { "nothing yet".to_owned() } else { listed(&known) };
+            Failed::usage(format!("Leo has not learned \"{name}\"; it knows {known}"))
+        })
+    }
+
+    /// Takes in all tasks of a file or none; their names.
+    fn import(&self, file: &Path, replace: bool) -> Result<Vec<String>, Failed> {
+        let at = file.display();
+        let text = std::fs::read_to_string(file)
+            .map_err(|error| Failed::usage(format!("cannot read {at}: {error}")))?;
+        let exported: Exported =
+            serde_json::from_str(&text).map_err(|error| Failed::usage(format!("{at}: {error}")))?;
+        if exported.leo_tasks != FORMAT {
+            let found = exported.leo_tasks;
+            return Err(Failed::usage(format!(
+                "{at} is of version {found} of the format, and this program knows {FORMAT}: use a newer one"
+            )));
+        }
+        let known = exported.tasks.iter().find(|task| self.task(&task.name).is_ok());
+        if let Some(known) = known.filter(|_| !replace) {
+            return Err(Failed::usage(format!(
+                "Leo knows \"{}\" already, and took nothing in: forget it first, or say --replace",
+                known.name
+            )));
+        }
+        let keys: Vec<String> = exported.tasks.iter().map(|task| key(&task.name)).collect();
+        if let Some(nameless) = keys.iter().position(String::is_empty) {
+            return Err(Failed::usage(format!("{at}: task {} has no name", nameless + 1)));
+        }
+        let entries = keys.iter().map(String::as_str).zip(&exported.tasks);
+        self.store.save_all(entries).map_err(Failed::because)?;
+        Ok(exported.tasks.iter().map(|task| task.name.clone()).collect())
+    }
+}

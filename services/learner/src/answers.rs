@@ -1,0 +1,70 @@
+//! Answers to questions about what Leo believes and has learned.
+
+use std::collections::BTreeMap;
+
+use tasks::{Language, Snapshot, Task, describe_object, listed};
+
+use crate::report::{Verdict, like, sight_among, spoken};
+
+/// The furthest that two perspectives put one thing apart, in metres.
+const SAME_PLACE_M: f64 = 0.08;
+
+/// What each task comes to, task by task: its name, and what is said.
+pub(crate) fn learned<'a>(
+    language: &Language,
+    tasks: impl Iterator<Item = &'a Task>,
+    perspectives: &[u16],
+    share: f64,
+) -> Vec<(String, String)> {
+    let mut known: Vec<(String, String)> = tasks
+        .map(|task| {
+            let verdict = Verdict::of(language, task, perspectives, share);
+            let text = match verdict.learned() {
+                Some(learned) => format!("{} is: {}", task.name, spoken(learned)),
+                None => format!("I know no rule for {}; please show it again", task.name),
+            };
+            (task.name.clone(), text)
+        })
+        .collect();
+    if known.is_empty() {
+        known.push((String::new(), "I have learned nothing yet".to_owned()));
+    }
+    known
+}
+
+/// Why a task is taken for what it is taken for.
+pub(crate) fn why(language: &Language, task: &Task, perspectives: &[u16], share: f64) -> String {
+    let verdict = Verdict::of(language, task, perspectives, share);
+    let (Some(chosen), Some(learned)) = (verdict.chosen, verdict.learned()) else {
+        return format!(
+            "I know no rule for {}: nothing that I can think of explains what changed",
+            task.name
+        );
+    };
+    let first = learned.primary().next();
+    let (tally, examples) = match (first, learned.figures.first()) {
+        (Some(rule), _) => (rule.tally, rule.examples),
+        (None, Some(figure)) => (figure.tally, figure.examples),
+        (None, None) => (0, learned.examples),
+    };
+    let shown = format!("\"{}\" is what {tally} of {examples} showings say", spoken(learned));
+    match verdict.explanation(language, task, chosen, learned) {
+        Some(explanation) => format!("{shown}; {explanation}"),
+        None => shown,
+    }
+}
+
+/// What the robot takes a partner to know of, and of what not.
+pub(crate) fn seen_by(language: &Language, views: &BTreeMap<u16, Snapshot>, partner: u16) -> String {
+    let (Some(own), Some(theirs)) = (views.get(&0), views.get(&partner)) else {
+        return "I do not think about what others see: perspective taking is switched off".to_owned();
+    };
+    let unknown = own.objects.iter().filter(|object| {
+        object.position_m.is_some_and(|place| theirs.nearest(&object.features, place, SAME_PLACE_M).is_none())
+    });
+    let unknown: Vec<String> = unknown
+        .map(|object| format!("the {}", describe_object(language, object, like(own, object))))
+        .collect();
+    let known = format!("I think you know of {}", sight_among(language, theirs, own));
+    if unknown.is_empty() { known } else { format!("{known}, and not of {}", listed(&unknown)) }
+}

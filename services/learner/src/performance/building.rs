@@ -1,0 +1,215 @@
+use std::collections::BTreeMap;
+
+use geometry::{Base, Position};
+use tasks::{Figure, Object, Part, Snapshot, describe_object, laid_out};
+
+use super::ground::{Footprint, free_middle};
+use super::{SAME_PLACE_M, Step, Work, half_height_m};
+use crate::vocabulary::Vocabulary;
+use crate::{Skill, Turn};
+
+/// A thing stands where it should when it is no further away than this, in metres.
+const IN_PLACE_M: f64 = 0.02;
+/// A thing stands on what is below it within this distance, in metres.
+const BELOW_M: f64 = 0.03;
+/// Half the height of a thing whose extents are not perceived, in metres.
+const HALF_HEIGHT_M: f64 = 0.03;
+
+/// A figure is built from things of its parts' kinds, from the table upwards.
+#[derive(Clone, Debug)]
+pub(super) struct Building {
+    figure: Figure,
+    /// Which thing comes where, once the robot has seen what there is.
+    placings: Option<Vec<Placing>>,
+    /// The placing that was chosen last.
+    chosen: usize,
+}
+
+#[derive(Clone, Debug)]
+struct Placing {
+    name: String,
+    features: BTreeMap<String, String>,
+    from_m: [f64; 3],
+    to: Position<Base>,
+    heading_rad: Option<f64>,
+    period_rad: f64,
+    stands: Stands,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Stands {
+    Open,
+    InPlace,
+    GivenUp,
+}
+
+impl Building {
+    pub(super) fn new(figure: &Figure) -> Self {
+        Self { figure: figure.clone(), placings: None, chosen: 0 }
+    }
+
+    /// Which thing takes the part of which, and where all of them will stand.
+    fn plan(&self, vocabulary: &Vocabulary, own: &Snapshot) -> Result<Vec<Placing>, String> {
+        let cast = cast(vocabulary, &self.figure, own)?;
+        let taken = |object: &Object| cast.iter().any(|taken| taken.id == object.id);
+        let others: Vec<Footprint> =
+            own.objects.iter().filter(|object| !taken(object)).filter_map(Footprint::of).collect();
+        let lying: Vec<Footprint> = cast.iter().filter_map(|object| Footprint::of(object)).collect();
+        let occupied = [others, lying].concat();
+        let middle_m = free_middle(&self.figure, &occupied)
+            .ok_or_else(|| format!("I find no free place for {} things", self.figure.parts.len()))?;
+        // The things of one kind are alike: each goes to the nearest of their places.
+        let mut left = cast;
+        let mut placings = Vec::new();
+        for (part, to) in laid_out(&self.figure, middle_m) {
+            let fits = left.iter().enumerate().filter(|(_, object)| object.plays == part.features);
+            let nearest = fits.filter_map(|(index, object)| Some((object.position()?.distance(&to), index)));
+            let (_, index) = nearest
+                .min_by(|a, b| a.0.total_cmp(&b.0))
+                .ok_or_else(|| "I do not know where things are".to_owned())?;
+            let object = left.swap_remove(index).object;
+            placings.push(Placing {
+                name: describe_object(&vocabulary.language, object, own.objects.iter()),
+                features: object.features.clone(),
+                from_m: object.position_m.unwrap_or_default(),
+                to,
+                heading_rad: part.heading_rad,
+                period_rad: part.period_rad(),
+                stands: Stands::Open,
+            });
+        }
+        Ok(placings)
+    }
+
+    fn placing(&self) -> Option<&Placing> {
+        self.placings.as_ref()?.get(self.chosen)
+    }
+
+    fn settle(&mut self, stands: Stands) {
+        if let Some(placing) = self.placings.as_mut().and_then(|placings| placings.get_mut(self.chosen)) {
+            placing.stands = stands;
+        }
+    }
+}
+
+/// A thing, and whose part it plays.
+struct Actor<'a> {
+    object: &'a Object,
+    plays: BTreeMap<String, String>,
+}
+
+impl std::ops::Deref for Actor<'_> {
+    type Target = Object;
+
+    fn deref(&self) -> &Object {
+        self.object
+    }
+}
+
+/// A thing for every part, one to one: of the same features, or where there are not enough, of as
+/// many of them as there are enough of; the first in the order of speech matter least.
+fn cast<'a>(vocabulary: &Vocabulary, figure: &Figure, own: &'a Snapshot) -> Result<Vec<Actor<'a>>, String> {
+    let names: Vec<&str> = vocabulary.language.features.iter().map(|words| words.name.as_str()).collect();
+    let mut missing = String::new();
+    for dropped in 0..names.len() {
+        let matters = names.get(dropped..).unwrap_or(&[]);
+        let alike = |part: &Part, object: &Object| {
+            matters.iter().all(|name| part.features.get(*name) == object.features.get(*name))
+        };
+        let mut left: Vec<&Object> =
+            own.objects.iter().filter(|object| object.position_m.is_some()).collect();
+        let mut actors = Vec::new();
+        for part in &figure.parts {
+            // Equal in some features: an equivalence, so whoever comes first is as good as any.
+            match left.iter().position(|object| alike(part, object)) {
+                Some(index) => {
+                    actors.push(Actor { object: left.remove(index), plays: part.features.clone() });
+                }
+                None => {
+                    let like = Object { features: part.features.clone(), ..Object::default() };
+                    let name = describe_object(&vocabulary.language, &like, own.objects.iter());
+                    if missing.is_empty() {
+                        missing = name;
+                    }
+                    break;
+                }
+            }
+        }
+        if actors.len() == figure.parts.len() {
+            return Ok(actors);
+        }
+    }
+    Err(format!("I have not enough of what it takes: there is no {missing} left"))
+}
+
+impl Work for Building {
+    fn wanted(&self) -> String {
+        "in place".to_owned()
+    }
+
+    /// The lowest thing that is not in its place.
+    fn choose(&mut self, vocabulary: &Vocabulary, own: &Snapshot) -> Result<Option<Step>, String> {
+        let placings = match self.placings.take() {
+            Some(placings) => placings,
+            None => self.plan(vocabulary, own)?,
+        };
+        let next = placings.iter().position(|placing| placing.stands == Stands::Open);
+        let step = next.and_then(|index| placings.get(index)).map(|placing| Step {
+            name: placing.name.clone(),
+            features: placing.features.clone(),
+            place_m: placing.to.to_array(),
+            wanted: self.wanted(),
+            retries: 0,
+        });
+        self.chosen = next.unwrap_or(0);
+        self.placings = Some(placings);
+        Ok(step)
+    }
+
+    fn is_done(&self, step: &Step, own: &Snapshot) -> Option<bool> {
+        own.nearest(&step.features, step.place_m, IN_PLACE_M).map(|_| true)
+    }
+
+    fn done(&mut self) {
+        self.settle(Stands::InPlace);
+    }
+
+    fn give_up(&mut self, _step: &Step) {
+        self.settle(Stands::GivenUp);
+    }
+
+    fn skill(&self, _vocabulary: &Vocabulary, step: &Step, own: &Snapshot) -> Result<Skill, String> {
+        let placing = self.placing().ok_or("there is nothing to build")?;
+        let placings = self.placings.as_deref().unwrap_or(&[]);
+        let is_below = |other: &&Placing| {
+            let offset = placing.to.point() - other.to.point();
+            offset.z > 0.0 && offset.xy().norm() < BELOW_M && other.stands == Stands::GivenUp
+        };
+        if let Some(below) = placings.iter().find(is_below) {
+            return Err(format!("the {} that it would stand on is missing", below.name));
+        }
+        // Where it was, or where it was left when it went wrong.
+        let is_free = |object: &Object| {
+            !placings.iter().any(|other| {
+                other.stands == Stands::InPlace
+                    && object.distance(other.to.to_array()).is_some_and(|away_m| away_m <= IN_PLACE_M)
+            })
+        };
+        let alike = own.objects.iter().filter(|object| object.features == step.features && is_free(object));
+        let nearest = alike.filter_map(|object| Some((object.distance(placing.from_m)?, object)));
+        let (_, object) = nearest
+            .min_by(|a, b| a.0.total_cmp(&b.0))
+            .filter(|(away_m, _)| *away_m <= SAME_PLACE_M || step.retries > 0)
+            .ok_or_else(|| format!("the {} is no longer where it was", step.name))?;
+        let turn = placing
+            .heading_rad
+            .zip(object.heading_rad)
+            .map(|(shall, is)| Turn { by_rad: shall - is, period_rad: placing.period_rad });
+        Ok(Skill::Place {
+            thing: object.position().ok_or("I do not know where things are")?,
+            half_height_m: half_height_m(object).unwrap_or(HALF_HEIGHT_M),
+            to: placing.to,
+            turn,
+        })
+    }
+}

@@ -1,0 +1,152 @@
+use std::collections::{BTreeMap, BTreeSet};
+
+use geometry::Position;
+use tasks::{Effect, Learned, Object, Rule, Snapshot, describe_object};
+
+use super::{HalfHeights, SAME_PLACE_M, Step, Work, half_height_m};
+use crate::Skill;
+use crate::report::expectation;
+use crate::vocabulary::{Insertion, Vocabulary};
+
+/// The objects that rules are about and that are not as they should be are worked off, the nearest
+/// first.
+#[derive(Clone, Debug)]
+pub(super) struct ByRules {
+    rules: Vec<Rule>,
+    /// What the teachers' pegs and markers were like.
+    kinds: BTreeSet<BTreeMap<String, String>>,
+    half_heights: HalfHeights,
+    /// The rule of the step that was chosen last.
+    chosen: Option<Rule>,
+    /// Places of objects that were given up.
+    given_up: Vec<[f64; 3]>,
+}
+
+impl ByRules {
+    pub(super) fn new(learned: &Learned, half_heights: HalfHeights) -> Self {
+        Self {
+            rules: learned.primary().cloned().collect(),
+            kinds: learned.means.iter().flat_map(|means| means.kinds.iter().cloned()).collect(),
+            half_heights,
+            chosen: None,
+            given_up: Vec::new(),
+        }
+    }
+
+    fn is_given_up(&self, object: &Object) -> bool {
+        self.given_up
+            .iter()
+            .any(|place| object.distance(*place).is_some_and(|distance| distance < SAME_PLACE_M))
+    }
+
+    /// What the work is done with: of the kind that the teachers used, not used up yet, the nearest
+    /// to the step's object; for every retry the next one, because the first may be out of reach.
+    fn means<'a>(
+        &self,
+        own: &'a Snapshot,
+        step: &Step,
+        is_loose: impl Fn(&Object) -> bool,
+    ) -> Option<&'a Object> {
+        let is_known = |object: &Object| self.kinds.is_empty() || self.kinds.contains(&object.features);
+        let mut means: Vec<(f64, &Object)> = own
+            .objects
+            .iter()
+            .filter(|object| is_known(object) && is_loose(object))
+            .filter_map(|object| Some((object.distance(step.place_m)?, object)))
+            .collect();
+        means.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let last = means.len().checked_sub(1)?;
+        means.get(step.retries.min(last)).map(|(_, object)| *object)
+    }
+}
+
+impl Work for ByRules {
+    fn wanted(&self) -> String {
+        let wanted: BTreeSet<String> = self.rules.iter().map(expectation).collect();
+        wanted.into_iter().collect::<Vec<_>>().join(", ")
+    }
+
+    /// The open object nearest to the robot.
+    fn choose(&mut self, vocabulary: &Vocabulary, own: &Snapshot) -> Result<Option<Step>, String> {
+        let open = self.rules.iter().flat_map(|rule| rule.open(own).map(move |object| (rule, object)));
+        let nearest = open
+            .filter_map(|(rule, object)| {
+                let place_m = object.position_m.filter(|_| !self.is_given_up(object))?;
+                Some((object.distance([0.0; 3])?, place_m, rule, object))
+            })
+            .min_by(|a, b| a.0.total_cmp(&b.0));
+        let Some((_, place_m, rule, object)) = nearest else { return Ok(None) };
+        let like = own.objects.iter().filter(|other| other.states.keys().eq(object.states.keys()));
+        let step = Step {
+            name: describe_object(&vocabulary.language, object, like),
+            features: object.features.clone(),
+            place_m,
+            wanted: expectation(rule),
+            retries: 0,
+        };
+        self.chosen = Some(rule.clone());
+        Ok(Some(step))
+    }
+
+    fn is_done(&self, step: &Step, own: &Snapshot) -> Option<bool> {
+        let object = own.nearest(&step.features, step.place_m, SAME_PLACE_M)?;
+        Some(self.chosen.as_ref().is_some_and(|rule| rule.is_done(object)))
+    }
+
+    fn done(&mut self) {}
+
+    fn give_up(&mut self, step: &Step) {
+        self.given_up.push(step.place_m);
+    }
+
+    fn skill(&self, vocabulary: &Vocabulary, step: &Step, own: &Snapshot) -> Result<Skill, String> {
+        let block = own
+            .nearest(&step.features, step.place_m, SAME_PLACE_M)
+            .ok_or_else(|| format!("the {} is no longer where it was", step.name))?;
+        let lost = || "I do not know where things are".to_owned();
+        let [x, y, z] = block.position().ok_or_else(lost)?.to_array();
+        let top_m = z + half_height_m(block).unwrap_or(self.half_heights.block_m);
+        let is_wanted = |state: &str| {
+            let effect = Effect::State { name: state.to_owned(), on: true };
+            self.chosen.as_ref().is_some_and(|rule| rule.expectation.iter().eq([&effect]))
+        };
+        if let Some(Insertion { filled, inserted }) = &vocabulary.insertion
+            && is_wanted(filled)
+        {
+            let is_loose = |object: &Object| object.states.get(inserted) == Some(&false);
+            let peg = self.means(own, step, is_loose);
+            let peg = peg.ok_or_else(|| format!("I see nothing that could still be {inserted}"))?;
+            return Ok(Skill::Insert {
+                thing: peg.position().ok_or_else(lost)?,
+                half_height_m: half_height_m(peg).unwrap_or(self.half_heights.peg_m),
+                hole: Position::new(x, y, top_m),
+            });
+        }
+        if let Some(marked) = &vocabulary.marked
+            && is_wanted(marked)
+        {
+            // A marker that lies on something marked is what marks it.
+            let lies_on = |marker: &Object, thing: &Object| {
+                let places = marker.position().zip(thing.position());
+                thing.states.get(marked) == Some(&true)
+                    && places.is_some_and(|(above, below)| {
+                        let offset = above.point() - below.point();
+                        offset.xy().norm() < SAME_PLACE_M && offset.z > 0.0
+                    })
+            };
+            let is_loose = |object: &Object| {
+                object.states.is_empty() && !own.objects.iter().any(|thing| lies_on(object, thing))
+            };
+            let marker = self.means(own, step, is_loose);
+            let marker = marker.ok_or_else(|| format!("I see nothing left by which it could be {marked}"))?;
+            let half_height_m = half_height_m(marker).unwrap_or(self.half_heights.marker_m);
+            return Ok(Skill::Place {
+                thing: marker.position().ok_or_else(lost)?,
+                half_height_m,
+                to: Position::new(x, y, top_m + half_height_m),
+                turn: None,
+            });
+        }
+        Err(format!("I have no skill that makes a thing {}", step.wanted))
+    }
+}

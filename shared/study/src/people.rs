@@ -1,0 +1,124 @@
+//! What the 41 participants did: Tables 1 and 3.
+
+use quantity::number::{float, float_of_count};
+use serde::Serialize;
+use statrs::distribution::{ChiSquared, ContinuousCDF as _};
+
+/// A row of Table 1: how many participants followed which rule in one task.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+pub struct Rules {
+    /// Whether a teacher sat opposite (the social condition) or pictures were shown.
+    pub social: bool,
+    /// The perspective taking rule.
+    pub perspective_taking: u32,
+    /// The rule without perspective taking.
+    pub not_perspective_taking: u32,
+    /// Another one; `None` where the paper counts none.
+    pub other: Option<u32>,
+}
+
+/// A task of the study, as people did it.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Task {
+    /// 1 to 4.
+    pub number: u32,
+    /// Its rows of Table 1.
+    pub rules: [Rules; 2],
+    /// Its rows of Table 3, social and nonsocial: what was chosen, the most popular in capitals.
+    pub chosen: [&'static [&'static str]; 2],
+}
+
+const fn row(social: bool, counts: (u32, u32, Option<u32>)) -> Rules {
+    let (perspective_taking, not_perspective_taking, other) = counts;
+    Rules { social, perspective_taking, not_perspective_taking, other }
+}
+
+const FIGURES: [&[&str]; 2] = [&["ROTATE FIGURE", "mirror figure"], &["MIRROR FIGURE"]];
+
+/// Tables 1 and 3.
+pub const TASKS: [Task; 4] = [
+    Task {
+        number: 1,
+        rules: [row(true, (6, 1, Some(13))), row(false, (1, 12, Some(8)))],
+        chosen: [
+            &["ALL", "number", "spatial arrangement"],
+            &["ALL BUT BLUE", "spatial arrangement", "all but one"],
+        ],
+    },
+    Task {
+        number: 2,
+        rules: [row(true, (16, 0, Some(4))), row(false, (7, 12, Some(2)))],
+        chosen: [
+            &["ALL RED AND GREEN", "shape preference", "spatial arrangement"],
+            &["SHAPE PREFERENCE", "all red and green"],
+        ],
+    },
+    Task { number: 3, rules: [row(true, (12, 8, None)), row(false, (0, 21, None))], chosen: FIGURES },
+    Task { number: 4, rules: [row(true, (14, 6, None)), row(false, (0, 21, None))], chosen: FIGURES },
+];
+
+/// Pearson's chi-square test of independence: whether the condition made a difference to the rule.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct ChiSquare {
+    /// Σ (observed − expected)² / expected.
+    pub statistic: f64,
+    /// Degrees of freedom.
+    pub degrees: u32,
+    /// The probability of a statistic as great or greater without any difference.
+    pub p: f64,
+}
+
+impl Task {
+    /// The test of its rows, without the columns in which nobody is.
+    ///
+    /// ```
+    /// let task_1 = study::people::TASKS[0].chi_square().unwrap();
+    /// assert_eq!(task_1.degrees, 2);
+    /// assert!((task_1.statistic - 14.05).abs() < 0.005 && (task_1.p - 8.9e-4).abs() < 5e-6);
+    /// ```
+    #[must_use]
+    pub fn chi_square(&self) -> Option<ChiSquare> {
+        let counts = self.rules.map(|row| {
+            [row.perspective_taking, row.not_perspective_taking, row.other.unwrap_or(0)]
+                .map(|count| float(u64::from(count)))
+        });
+        let [social, nonsocial] = counts;
+        let columns: Vec<[f64; 2]> =
+            social.into_iter().zip(nonsocial).map(|(a, b)| [a, b]).filter(|[a, b]| a + b > 0.0).collect();
+        let rows = [0, 1].map(|row| columns.iter().filter_map(|column| column.get(row)).sum::<f64>());
+        let all: f64 = rows.iter().sum();
+        let cells = columns.iter().flat_map(|column| {
+            let of_column: f64 = column.iter().sum();
+            column.iter().zip(rows).map(move |(observed, of_row)| (*observed, of_row * of_column / all))
+        });
+        let statistic = cells.map(|(observed, expected)| (observed - expected).powi(2) / expected).sum();
+        let degrees = columns.len().checked_sub(1)?;
+        let distribution = ChiSquared::new(float_of_count(degrees)).ok()?;
+        Some(ChiSquare { statistic, degrees: u32::try_from(degrees).ok()?, p: distribution.sf(statistic) })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn all_participants_are_counted() {
+        for task in TASKS {
+            let of =
+                |row: Rules| row.perspective_taking + row.not_perspective_taking + row.other.unwrap_or(0);
+            assert_eq!(task.rules.map(of), [20, 21]);
+        }
+    }
+
+    #[test]
+    fn every_difference_is_highly_significant() {
+        let expected = [(14.05, 2, 8.9e-4), (16.17, 2, 3.1e-4), (17.81, 1, 2.4e-5), (22.32, 1, 2.3e-6)];
+        for (task, (statistic, degrees, p)) in TASKS.iter().zip(expected) {
+            let test = task.chi_square().unwrap();
+            assert!((test.statistic - statistic).abs() < 0.006, "{test:?}");
+            assert!((test.p / p - 1.0).abs() < 0.05 && test.p < 0.001, "{test:?}");
+            assert_eq!(test.degrees, degrees);
+        }
+    }
+}

@@ -1,0 +1,287 @@
+use std::collections::BTreeMap;
+use std::f64::consts::{FRAC_PI_2, PI, TAU};
+
+use geometry::{Base, Person, Pose, Position};
+use quantity::number::float_of_count;
+use serde::{Deserialize, Serialize};
+
+use crate::change::changes;
+use crate::{Effect, Object, Signature, Snapshot, View};
+
+/// Parts of two figures further apart than this stand in other places, in metres.
+const SAME_PLACE_M: f64 = 0.04;
+/// Sides that differ by no more than this are equal, in metres.
+const SAME_SIDE_M: f64 = 0.004;
+/// Two turns closer than this look the same, in radians.
+const SAME_TURN_RAD: f64 = 0.26;
+
+/// Things in poses relative to one another, in the frame of the perspective that saw them: the goal
+/// of a task that is about where things stand and not about what became of them.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Figure {
+    /// The things, the lowest first.
+    pub parts: Vec<Part>,
+}
+
+/// One thing of a figure: what it is (the criteria), and how it stands (the expectation).
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Part {
+    /// Its class features by name.
+    pub features: BTreeMap<String, String>,
+    /// Its centre from the middle of the figure, x forward and y to the left of whoever sees it, in
+    /// metres; z above the table.
+    pub offset_m: [f64; 3],
+    /// How far it is turned about the vertical against whoever sees it, in radians.
+    pub heading_rad: Option<f64>,
+    /// Half its extents, in metres.
+    pub half_extents_m: Option<[f64; 3]>,
+}
+
+/// What Leo takes a teacher to have built.
+#[derive(Clone, Debug, PartialEq)]
+pub struct FigureRule {
+    /// What shall stand there.
+    pub figure: Figure,
+    /// How far the copy that is built is turned against what the robot saw, in radians, in
+    /// (-π, π]: zero in the robot's own perspective.
+    pub turn_rad: f64,
+    /// Examples that it is consistent with.
+    pub tally: usize,
+    /// Examples seen.
+    pub examples: usize,
+    /// Posterior probability.
+    pub posterior: f64,
+    /// Rank from 1; those that tie share their rank.
+    pub rank: usize,
+    /// Whether its tally is the highest.
+    pub high_likelihood: bool,
+    /// What people would call it, computed from its parts and its turn.
+    pub name: String,
+}
+
+impl Figure {
+    /// What was moved between the snapshots of a view, as it stands in the end. `None` where nothing
+    /// was, or where some of it is nowhere.
+    #[must_use]
+    pub fn of(view: &View, moved_m: f64) -> Option<Self> {
+        let changes = changes(&view.before, &view.after, moved_m);
+        let moved = Signature::from([Effect::Moved]);
+        let is_part =
+            |object: &&Object| changes.get(&object.id).is_some_and(|change| change.signature == moved);
+        let x_frame_base = frame(&view.after).inverse();
+        let heading_rad = x_frame_base.heading_rad();
+        let part = |object: &Object| {
+            Some(Part {
+                features: object.features.clone(),
+                offset_m: (x_frame_base * object.position()?).to_array(),
+                heading_rad: object.heading_rad.map(|heading| wrapped(heading + heading_rad)),
+                half_extents_m: object.half_extents_m,
+            })
+        };
+        let mut parts = view.after.objects.iter().filter(is_part).map(part).collect::<Option<Vec<Part>>>()?;
+        if parts.is_empty() {
+            return None;
+        }
+        let count = float_of_count(parts.len());
+        let mean = |axis: fn(&Part) -> f64| parts.iter().map(axis).sum::<f64>() / count;
+        let middle = [mean(|part| part.offset_m[0]), mean(|part| part.offset_m[1])];
+        // Heights are kept: all perspectives are of one table.
+        let table_m = frame(&view.after).position_m()[2];
+        for part in &mut parts {
+            let [x, y, z] = part.offset_m;
+            part.offset_m = [x - middle[0], y - middle[1], z + table_m];
+        }
+        parts.sort_by(|a, b| a.offset_m[2].total_cmp(&b.offset_m[2]));
+        Some(Self { parts })
+    }
+
+    /// Whether two figures are the same: each part of the one has one of the other in its place, of
+    /// its class and turned as it is.
+    #[must_use]
+    pub fn looks_like(&self, other: &Self) -> bool {
+        let mut left: Vec<&Part> = other.parts.iter().collect();
+        let all = self.parts.iter().all(|part| {
+            let near = left.iter().enumerate().filter(|(_, other)| part.looks_like(other));
+            let nearest = near.min_by(|(_, a), (_, b)| part.away_m(a).total_cmp(&part.away_m(b)));
+            nearest.map(|(index, _)| index).map(|index| left.swap_remove(index)).is_some()
+        });
+        all && left.is_empty()
+    }
+}
+
+impl Part {
+    /// How far it may be turned to look as before, in radians: half a turn, or a quarter where its
+    /// sides are equal.
+    #[must_use]
+    pub fn period_rad(&self) -> f64 {
+        let square = self.half_extents_m.is_some_and(|[x, y, _]| (x - y).abs() <= SAME_SIDE_M);
+        if square { FRAC_PI_2 } else { PI }
+    }
+
+    fn away_m(&self, other: &Self) -> f64 {
+        let squares = self.offset_m.iter().zip(&other.offset_m).map(|(a, b)| (a - b) * (a - b));
+        squares.sum::<f64>().sqrt()
+    }
+
+    fn looks_like(&self, other: &Self) -> bool {
+        let turned = match (self.heading_rad, other.heading_rad) {
+            (Some(a), Some(b)) => {
+                let rest = (a - b).rem_euclid(self.period_rad());
+                rest.min(self.period_rad() - rest) <= SAME_TURN_RAD
+            }
+            _ => true,
+        };
+        turned && self.features == other.features && self.away_m(other) <= SAME_PLACE_M
+    }
+}
+
+/// The figures that the examples of one perspective show, best first.
+///
+/// P(h|D) ∝ P(D|h) P(h) as for classes of objects, with the same prior for all figures: they have
+/// as many classes, and as many features, as they have parts.
+#[must_use]
+pub fn figures(views: &[&View], moved_m: f64) -> Vec<FigureRule> {
+    let shown: Vec<Option<Figure>> = views.iter().map(|view| Figure::of(view, moved_m)).collect();
+    let mut rules: Vec<FigureRule> = Vec::new();
+    for (view, figure) in views.iter().zip(&shown) {
+        let Some(figure) = figure else { continue };
+        if rules.iter().any(|rule| rule.figure.looks_like(figure)) {
+            continue;
+        }
+        let tally = shown.iter().flatten().filter(|other| figure.looks_like(other)).count();
+        let turn_rad = wrapped(-frame(&view.after).heading_rad());
+        rules.push(FigureRule {
+            turn_rad,
+            tally,
+            examples: views.len(),
+            posterior: 0.0,
+            rank: 0,
+            high_likelihood: false,
+            name: name(figure, turn_rad),
+            figure: figure.clone(),
+        });
+    }
+    rules.sort_by_key(|rule| std::cmp::Reverse(rule.tally));
+    let all: usize = rules.iter().map(|rule| rule.tally).sum();
+    let best = rules.first().map_or(0, |rule| rule.tally);
+    let ahead = |tally: usize, rules: &[FigureRule]| rules.iter().filter(|rule| rule.tally > tally).count();
+    let ranks: Vec<usize> = rules.iter().map(|rule| 1 + ahead(rule.tally, &rules)).collect();
+    for (rule, rank) in rules.iter_mut().zip(ranks) {
+        rule.posterior = float_of_count(rule.tally) / float_of_count(all);
+        rule.rank = rank;
+        rule.high_likelihood = rule.tally == best;
+    }
+    rules
+}
+
+/// What people would call a copy of a figure.
+fn name(figure: &Figure, turn_rad: f64) -> String {
+    let things = match figure.parts.len() {
+        1 => "one thing".to_owned(),
+        count => format!("{count} things"),
+    };
+    if turn_rad.abs() <= SAME_TURN_RAD {
+        format!("{things} as they stood before me")
+    } else {
+        format!("{things} turned by {:.0}°, as they stood before you", turn_rad.to_degrees().abs())
+    }
+}
+
+/// The frame of a snapshot's perspective, upright.
+fn frame(snapshot: &Snapshot) -> Pose<Base, Person> {
+    let pose = Pose::from_parts(snapshot.frame_position_m, snapshot.frame_orientation_xyzw);
+    pose.unwrap_or_else(Pose::identity).levelled()
+}
+
+/// An angle in (-π, π].
+pub(crate) fn wrapped(angle_rad: f64) -> f64 {
+    let rest = angle_rad.rem_euclid(TAU);
+    if rest > PI { rest - TAU } else { rest }
+}
+
+/// Where a figure's parts come to stand when its middle stands at a place of the robot's own frame
+/// and it is turned as whoever saw it saw it.
+pub fn laid_out<'a>(
+    figure: &'a Figure,
+    middle_m: [f64; 2],
+) -> impl Iterator<Item = (&'a Part, Position<Base>)> + Clone + 'a {
+    let [middle_x, middle_y] = middle_m;
+    figure.parts.iter().map(move |part| {
+        let [x, y, z] = part.offset_m;
+        (part, Position::new(middle_x + x, middle_y + y, z))
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A view of a teacher who faces the robot, or of the robot itself.
+    fn view(perspective: u16, before: &[(&str, f64, f64)], after: &[(&str, f64, f64)]) -> View {
+        let heading_rad = if perspective == 0 { 0.0 } else { PI };
+        let place_m = if perspective == 0 { 0.0 } else { 1.5 };
+        let frame = Pose::<Base, Person>::upright(place_m, 0.0, 0.0, heading_rad);
+        let snapshot = |things: &[(&str, f64, f64)]| Snapshot {
+            at_ns: 0,
+            frame_position_m: frame.position_m(),
+            frame_orientation_xyzw: frame.orientation_xyzw(),
+            objects: (1..)
+                .zip(things)
+                .map(|(id, (colour, x, y))| Object {
+                    id,
+                    features: BTreeMap::from([("colour".to_owned(), (*colour).to_owned())]),
+                    position_m: Some([*x, *y, 0.03]),
+                    half_extents_m: Some([0.06, 0.02, 0.03]),
+                    heading_rad: Some(0.5),
+                    ..Object::default()
+                })
+                .collect(),
+        };
+        View { perspective, before: snapshot(before), after: snapshot(after), executables: Vec::new() }
+    }
+
+    const HEAP: [(&str, f64, f64); 3] = [("red", 1.2, 0.3), ("blue", 1.2, 0.0), ("green", 1.2, -0.3)];
+    /// Red on the robot's left.
+    const BUILT: [(&str, f64, f64); 3] = [("red", 0.75, 0.1), ("blue", 0.75, -0.1), ("green", 1.2, -0.3)];
+
+    #[test]
+    fn what_was_moved_is_the_figure_and_each_sees_it_from_where_he_is() {
+        let own = Figure::of(&view(0, &HEAP, &BUILT), 0.03).unwrap();
+        let his = Figure::of(&view(1, &HEAP, &BUILT), 0.03).unwrap();
+        let lateral = |figure: &Figure| {
+            figure
+                .parts
+                .iter()
+                .map(|part| (part.features["colour"].clone(), (part.offset_m[1] * 100.0).round()))
+                .collect::<Vec<_>>()
+        };
+        assert_eq!(lateral(&own), [("red".to_owned(), 10.0), ("blue".to_owned(), -10.0)]);
+        assert_eq!(lateral(&his), [("red".to_owned(), -10.0), ("blue".to_owned(), 10.0)]);
+        assert!((his.parts[0].heading_rad.unwrap() - (0.5 - PI)).abs() < 1e-9);
+        assert!(!own.looks_like(&his) && own.looks_like(&own));
+    }
+
+    #[test]
+    fn a_figure_is_called_by_how_its_copy_is_turned() {
+        let names = [0, 1].map(|perspective| {
+            let view = view(perspective, &HEAP, &BUILT);
+            figures(&[&view], 0.03)[0].name.clone()
+        });
+        assert_eq!(
+            names,
+            ["2 things as they stood before me", "2 things turned by 180°, as they stood before you"]
+        );
+    }
+
+    #[test]
+    fn the_figure_that_most_examples_show_comes_first() {
+        let shifted = BUILT.map(|(colour, x, y)| (colour, x - 0.2, y + 0.05));
+        let other = [("red", 0.75, -0.1), ("blue", 0.75, 0.1), ("green", 1.2, -0.3)];
+        let views = [view(0, &HEAP, &other), view(0, &HEAP, &BUILT), view(0, &HEAP, &shifted[..2])];
+        let rules = figures(&views.iter().collect::<Vec<_>>(), 0.03);
+        let seen: Vec<_> = rules.iter().map(|rule| (rule.tally, rule.rank, rule.high_likelihood)).collect();
+        assert_eq!(seen, [(2, 1, true), (1, 2, false)]);
+        assert!((rules.iter().map(|rule| rule.posterior).sum::<f64>() - 1.0).abs() < 1e-12);
+        assert!(figures(&[&view(0, &HEAP, &HEAP)], 0.03).is_empty(), "nothing was moved");
+    }
+}

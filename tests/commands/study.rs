@@ -1,0 +1,49 @@
+//! `leo study` over the real processes.
+
+use serde_json::Value;
+
+use crate::house::tell;
+
+#[test]
+fn the_study_comes_out_as_in_the_paper_in_every_cell() {
+    let told = tell(&["study", "--json"]);
+    assert_eq!((told.status, told.err.as_str()), (Some(0), ""), "{told:?}");
+    let study: Value = serde_json::from_str(&told.out).expect("is JSON");
+    let cells = study.pointer("/cells").and_then(Value::as_array).expect("a list");
+    assert_eq!(cells.len(), 8);
+    for cell in cells {
+        assert_eq!(cell.pointer("/differs"), Some(&Value::Array(Vec::new())), "{cell}");
+    }
+    let tests = study.pointer("/chi_square").and_then(Value::as_array).expect("a list");
+    assert!(tests.iter().all(|test| test.pointer("/p").and_then(Value::as_f64).is_some_and(|p| p < 0.001)));
+}
+
+/// The rule chosen from a lesson, why it is not Leo's own, and what was done.
+fn taught(lesson: &str) -> [String; 3] {
+    let told = tell(&["teach", lesson, "--json"]);
+    assert_eq!((told.status, told.err.as_str()), (Some(0), ""), "{told:?}");
+    let lessons: Value = serde_json::from_str(&told.out).expect("is JSON");
+    ["/rule/name", "/explanation", "/performances/0/result"].map(|field| {
+        let pointer = format!("/0/account/tasks/0{field}");
+        lessons.pointer(&pointer).and_then(Value::as_str).expect("a text").to_owned()
+    })
+}
+
+#[test]
+fn a_teacher_at_the_side_sees_a_quarter_turned() {
+    let [rule, why, done] = taught("config/lessons/from_the_side.toml");
+    assert_eq!(rule, "6 things turned by 90°, as they stood before you");
+    assert!(why.ends_with("you see it from where you are"), "{why}");
+    assert_eq!(done, "in place 6 of 6");
+}
+
+#[test]
+fn what_happened_behind_the_teachers_back_is_no_part_of_what_he_means() {
+    let [rule, why, done] = taught("config/lessons/behind_his_back.toml");
+    assert_eq!(rule, "all");
+    assert_eq!(
+        why,
+        "to me it looked like \"all red and green\", but you could not know how the yellow square had changed"
+    );
+    assert_eq!(done, "filled 5 of 5");
+}

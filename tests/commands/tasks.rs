@@ -1,0 +1,65 @@
+//! `leo tasks`: what was learned goes from one memory to another.
+
+use serde_json::{Value, json};
+
+use crate::assert_refused;
+use crate::house::{tell, write};
+
+/// A task with one example: of two squares the red one was filled.
+fn exported() -> Value {
+    let object = |id: u64, colour: &str, filled: bool| {
+        json!({ "id": id, "features": { "colour": colour, "shape": "square" }, "states": { "filled": filled },
+                "position_m": [0.4, 0.1, 0.03] })
+    };
+    let snapshot = |filled: bool| {
+        json!({ "at_ns": 1, "frame_position_m": [0.0, 0.0, 0.0], "frame_orientation_xyzw": [0.0, 0.0, 0.0, 1.0],
+                "objects": [object(1, "red", filled), object(2, "blue", false)] })
+    };
+    let view = json!({ "perspective": 0, "before": snapshot(false), "after": snapshot(true) });
+    json!({ "leo_tasks": 1, "tasks": [{ "name": "Task 1", "examples": [{ "teacher": 1, "views": [view] }] }] })
+}
+
+#[test]
+fn what_was_learned_is_listed_shown_exported_forgotten_and_imported() {
+    let files = tempfile::tempdir().expect("a folder");
+    let state = files.path().join("state").display().to_string();
+    let ask = |arguments: &[&str]| tell(&[&["tasks"], arguments, &["--state", &state]].concat());
+    assert_eq!(ask(&["list"]).out, "Leo has learned nothing yet\n");
+    assert_refused(&ask(&["show", "task 1"]), 2, &["task 1", "knows nothing yet"]);
+
+    let file = write(&files, "learned.json", &exported().to_string());
+    assert_eq!(ask(&["import", &file]).out, "learned Task 1\n");
+    let list = ask(&["list"]).out;
+    assert!(list.starts_with("Task 1 ") && list.contains("1 examples") && list.contains("all red"), "{list}");
+    let shown = ask(&["show", "task 1"]).out;
+    assert!(shown.contains("rule chosen: ALL RED (as Leo saw it)"), "{shown}");
+    let listed: Value = serde_json::from_str(&ask(&["list", "--json"]).out).expect("is JSON");
+    assert_eq!(listed, json!([{ "name": "Task 1", "examples": 1, "rule": "all red" }]));
+
+    // What comes out goes in again, and says the same.
+    let out = ask(&["export"]).out;
+    assert_refused(&ask(&["import", &file]), 2, &["knows \"Task 1\" already", "--replace"]);
+    assert_eq!(ask(&["forget", "TASK 1"]).out, "forgot Task 1 and its 1 examples\n");
+    let again = write(&files, "again.json", &out);
+    assert_eq!(ask(&["import", &again]).out, "learned Task 1\n");
+    assert_eq!(ask(&["export", "task 1"]).out, out);
+    assert_eq!(ask(&["import", &again, "--replace"]).out, "learned Task 1\n");
+}
+
+#[test]
+fn a_file_that_is_no_export_changes_nothing() {
+    let files = tempfile::tempdir().expect("a folder");
+    let state = files.path().join("state").display().to_string();
+    let import = |text: &str| {
+        let file = write(&files, "learned.json", text);
+        tell(&["tasks", "import", &file, "--state", &state])
+    };
+    assert_refused(&import("{"), 2, &["learned.json", "line 1"]);
+    assert_refused(&import(r#"{ "leo_tasks": 1, "tasks": [], "more": 1 }"#), 2, &["unknown field `more`"]);
+    assert_refused(&import(r#"{ "leo_tasks": 2, "tasks": [] }"#), 2, &["version 2", "newer"]);
+    let mut nameless = exported();
+    nameless["tasks"][0]["name"] = "!".into();
+    assert_refused(&import(&nameless.to_string()), 2, &["task 1 has no name"]);
+    assert_refused(&tell(&["tasks", "import", "/nowhere.json", "--state", &state]), 2, &["/nowhere.json"]);
+    assert_eq!(tell(&["tasks", "list", "--state", &state]).out, "Leo has learned nothing yet\n");
+}
