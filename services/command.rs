@@ -188,6 +188,7 @@ impl Run {
         if let Some(lesson) = &self.lesson {
             Lesson::load(lesson).map_err(Failed::usage)?;
         }
+        startable(&robot)?;
         let state = domain::state_directory()?;
         // Here it is one clear error; the learner could only die of it again and again.
         learner_process::check_memory(&state).map_err(Failed::usage)?;
@@ -220,6 +221,7 @@ impl Teach {
                  \"simulator\"",
             ));
         }
+        startable(&robot)?;
         let partners = match self.perspective.as_slice() {
             [] => None,
             whose if !whose.contains(&Whose::Robot) => {
@@ -268,6 +270,8 @@ impl Top {
 
 impl Check {
     fn run(&self) -> Result<ExitCode, Failure> {
+        let robot = Robot::load(self.config.as_deref()).map_err(Failed::usage)?;
+        startable(&robot)?;
         let mut out = std::io::stdout().lock();
         let holds =
             supervisor_process::check(self.config.as_deref(), self.json, &mut out).map_err(|error| {
@@ -287,6 +291,23 @@ impl Bench {
             .map_err(Failed::because)?;
         Ok(ExitCode::SUCCESS)
     }
+}
+
+/// Refuses what the processes could only die of again and again: a trace that cannot be played, a
+/// function of the program's own that this program lacks.
+fn startable(robot: &Robot) -> Result<(), Failure> {
+    sensor_process::check_traces(&robot.leo.sensor.source).map_err(Failed::usage)?;
+    let belief = &robot.leo.belief;
+    // Whether there can be any: their size does not matter.
+    belief_process::Believer::new(
+        &robot.percepts,
+        &robot.perspective,
+        belief.partners,
+        belief.depth.get(),
+        1,
+    )
+    .map_err(Failed::usage)?;
+    Ok(())
 }
 
 /// What the processes say goes to standard error: by default warnings, `-v` what they do,

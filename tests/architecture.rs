@@ -72,7 +72,8 @@ const MAY_BE_UNSAFE: [&str; 2] = ["shared/realtime", "shared/testkit"];
 const SHELL_FILES: [&str; 3] = ["lib.rs", "run.rs", "shell.rs"];
 
 /// Further files of a shell, where it has more than one noun.
-const MORE_SHELL_FILES: [&str; 12] = [
+const MORE_SHELL_FILES: [&str; 13] = [
+    "console/src/divides.rs",
     "console/src/top.rs",
     "mock_bus/src/ptys.rs",
     "motor/src/threads.rs",

@@ -304,7 +304,8 @@ fn after_warm_up_a_cycle_allocates_once_per_frame_and_only_in_the_middleware() {
     };
     // The counts are read a moment before or after the sequence numbers: some frames lie between.
     check("sensor", percepts, 50);
-    check("belief", own + partner, 100);
+    // Of a partner, what he believes and how he and the robot differ.
+    check("belief", own + 2 * partner, 150);
     check("motor", states, 50);
     let buses: Vec<&String> = after.keys().filter(|name| name.starts_with("bus ")).collect();
     assert_eq!(buses.len(), 5, "{buses:?}");

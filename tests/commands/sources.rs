@@ -1,5 +1,6 @@
 //! Commands with other sensory sources than the simulator alone.
 
+use crate::assert_refused;
 use crate::house::{read, short_lesson, tell, write};
 
 /// The configuration with one more source, and with another in place of the simulator.
@@ -35,4 +36,69 @@ fn without_a_simulator_among_the_sources_none_is_started_and_no_lesson_is_played
     let ran = tell(&["-v", "run", "--for", "1", "--config", &config]);
     assert_eq!(ran.status, Some(0), "{ran:?}");
     assert!(ran.err.contains("the robot runs") && ran.err.contains("processes=6"), "{ran:?}");
+}
+
+/// The configuration with a trace as one more source.
+fn with_trace(keys: &str) -> String {
+    read("config/leo.toml") + "\n[[sensor.source]]\nname = \"recorded\"\nkind = \"trace\"\n" + keys
+}
+
+#[test]
+fn a_trace_is_played_in_simulated_time_the_same_every_time() {
+    let files = tempfile::tempdir().expect("a folder");
+    let lesson = write(&files, "lesson.toml", &short_lesson());
+    write(&files, "moved.jsonl", &read("config/traces/moved.jsonl"));
+    // A file is one beside the configuration that names it.
+    let config = write(&files, "leo.toml", &with_trace("file = \"moved.jsonl\"\nrepeat = true\n"));
+    let alone = tell(&["teach", &lesson, "--json"]);
+    let one = tell(&["teach", &lesson, "--json", "--config", &config]);
+    let two = tell(&["teach", &lesson, "--json", "--config", &config]);
+    assert_eq!((one.status, one.err.as_str()), (Some(0), ""), "{one:?}");
+    assert_eq!(one.out, two.out);
+    assert_ne!(one.out, alone.out, "what was recorded is among what is believed");
+}
+
+#[test]
+fn a_trace_that_cannot_be_played_is_refused_before_anything_starts() {
+    let files = tempfile::tempdir().expect("a folder");
+    write(&files, "empty.jsonl", "{\"leo_trace\": 1}\n");
+    write(&files, "bad.jsonl", "{\"leo_trace\": 1}\n{\"at_ns\": -3}\n");
+    write(
+        &files,
+        "two.jsonl",
+        "{\"leo_trace\": 1}\n{\"at_ns\": 1, \"observations\": []}\n\
+         {\"at_ns\": 1, \"source\": 4, \"observations\": []}\n",
+    );
+    for (keys, words) in [
+        ("", &["leo.toml", "needs a `file`"][..]),
+        ("file = \"none.jsonl\"", &["the source `recorded`", "none.jsonl", "No such file"]),
+        ("file = \"empty.jsonl\"", &["the source `recorded`", "empty.jsonl has no frames"]),
+        ("file = \"bad.jsonl\"", &["the source `recorded`", "bad.jsonl: line 2"]),
+        ("file = \"two.jsonl\"", &["the source `recorded`", "0, 4", "recorded_source"]),
+        ("file = \"two.jsonl\"\nrecorded_source = 3", &["no frames of a source 3"]),
+    ] {
+        let config = write(&files, "leo.toml", &with_trace(keys));
+        for command in [&["check"][..], &["run", "--for", "5"]] {
+            assert_refused(&tell(&[command, &["--config", &config]].concat()), 2, words);
+        }
+    }
+}
+
+#[test]
+fn a_function_that_this_program_lacks_is_refused_before_anything_starts() {
+    let files = tempfile::tempdir().expect("a folder");
+    let config = write(&files, "leo.toml", &read("config/leo.toml"));
+    let percepts = read("config/percepts.toml");
+    for (from, to, words) in [
+        ("measure = \"metres\"", "measure = { own = \"mine\" }", "own distance `mine`"),
+        ("when = \"place_in_view_and_empty\"", "when = { own = \"mine\" }", "own culling function `mine`"),
+        ("history = { low_pass = { share = 0.5 } }", "history = { own = \"mine\" }", "own history `mine`"),
+        ("kernel = \"orientation\"", "kernel = { own = \"mine\" }", "own classifier `mine`"),
+    ] {
+        assert!(percepts.contains(from), "{from}");
+        write(&files, "percepts.toml", &percepts.replacen(from, to, 1));
+        for command in [&["check"][..], &["run", "--for", "5"]] {
+            assert_refused(&tell(&[command, &["--config", &config]].concat()), 2, &[words, "lacks"]);
+        }
+    }
 }

@@ -229,6 +229,29 @@ enum leo_turn_kind {
     LEO_TURN_KIND_STOP = 2,
 };
 
+/* One percept about which two beliefs in the same thing differ. Places and orientations are in
+ * the robot's base frame. */
+#define LEO_ASPECT_TYPE "leo/Aspect/1"
+struct leo_aspect {
+    LEO_NAMED(LEO_ASPECT_TYPE)
+    double apart;
+    /* The percept: its index in the configured set P. */
+    uint16_t percept;
+    uint16_t one_kind;
+    uint16_t other_kind;
+    uint16_t reserved;
+    float one[4];
+    float other[4];
+};
+LEO_ASSERT(sizeof(struct leo_aspect) == 48, "size of leo/Aspect/1");
+LEO_ASSERT(offsetof(struct leo_aspect, apart) == 0, "place of apart");
+LEO_ASSERT(offsetof(struct leo_aspect, percept) == 8, "place of percept");
+LEO_ASSERT(offsetof(struct leo_aspect, one_kind) == 10, "place of one_kind");
+LEO_ASSERT(offsetof(struct leo_aspect, other_kind) == 12, "place of other_kind");
+LEO_ASSERT(offsetof(struct leo_aspect, reserved) == 14, "place of reserved");
+LEO_ASSERT(offsetof(struct leo_aspect, one) == 16, "place of one");
+LEO_ASSERT(offsetof(struct leo_aspect, other) == 32, "place of other");
+
 /* The remembered evaluation of one percept at the frame's instant: h(t) = (m', c', d') (Eq. 3). */
 #define LEO_REMEMBERED_TYPE "leo/Remembered/1"
 struct leo_remembered {
@@ -372,6 +395,50 @@ LEO_ASSERT(offsetof(struct leo_belief_head, merged) == 240, "place of merged");
 LEO_ASSERT(offsetof(struct leo_belief_head, culled) == 248, "place of culled");
 LEO_ASSERT(offsetof(struct leo_belief_head, overflowed) == 256, "place of overflowed");
 LEO_ASSERT(offsetof(struct leo_belief_head, path) == 264, "place of path");
+
+/* An entry of a divergence buffer: how two perspectives differ about one thing. */
+#define LEO_DIFFERENCE_TYPE "leo/Difference/1"
+struct leo_difference {
+    LEO_NAMED(LEO_DIFFERENCE_TYPE)
+    uint64_t one;
+    uint64_t other;
+    uint32_t count;
+    uint32_t reserved;
+    struct leo_aspect aspects[12];
+};
+LEO_ASSERT(sizeof(struct leo_difference) == 600, "size of leo/Difference/1");
+LEO_ASSERT(offsetof(struct leo_difference, one) == 0, "place of one");
+LEO_ASSERT(offsetof(struct leo_difference, other) == 8, "place of other");
+LEO_ASSERT(offsetof(struct leo_difference, count) == 16, "place of count");
+LEO_ASSERT(offsetof(struct leo_difference, reserved) == 20, "place of reserved");
+LEO_ASSERT(offsetof(struct leo_difference, aspects) == 24, "place of aspects");
+
+/* The head of a divergence buffer: which two perspectives are compared. Of the same instant and
+ * number as the belief buffers of both. */
+#define LEO_DIVERGENCE_HEAD_TYPE "leo/DivergenceHead/1"
+struct leo_divergence_head {
+    LEO_NAMED(LEO_DIVERGENCE_HEAD_TYPE)
+    /* The frame's header. */
+    struct leo_header header;
+    /* The other of the two perspectives, by the number of its buffers. */
+    uint32_t perspective;
+    /* The one of the two: the perspective that the other is nested in, 0 for a partner's. */
+    uint32_t within;
+    /* Things about which the two believe the same. */
+    uint32_t agreed;
+    /* 1 where the two are compared, 0 as long as he whose the other perspective is was not
+     * observed yet. */
+    uint32_t compared;
+    /* Whose the other perspective is, and within whose. */
+    struct leo_path path;
+};
+LEO_ASSERT(sizeof(struct leo_divergence_head) == 128, "size of leo/DivergenceHead/1");
+LEO_ASSERT(offsetof(struct leo_divergence_head, header) == 0, "place of header");
+LEO_ASSERT(offsetof(struct leo_divergence_head, perspective) == 96, "place of perspective");
+LEO_ASSERT(offsetof(struct leo_divergence_head, within) == 100, "place of within");
+LEO_ASSERT(offsetof(struct leo_divergence_head, agreed) == 104, "place of agreed");
+LEO_ASSERT(offsetof(struct leo_divergence_head, compared) == 108, "place of compared");
+LEO_ASSERT(offsetof(struct leo_divergence_head, path) == 112, "place of path");
 
 /* Lockstep: a process has done its turn. */
 #define LEO_DONE_TYPE "leo/Done/1"

@@ -220,6 +220,25 @@ class TurnKind(enum.IntEnum):
     STOP = 2
 
 
+# One percept about which two beliefs in the same thing differ. Places and orientations are in
+# the robot's base frame.
+class Aspect(ctypes.Structure):
+    _fields_ = [
+        ("apart", ctypes.c_double),
+        # The percept: its index in the configured set P.
+        ("percept", ctypes.c_uint16),
+        ("one_kind", ctypes.c_uint16),
+        ("other_kind", ctypes.c_uint16),
+        ("reserved", ctypes.c_uint16),
+        ("one", ctypes.c_float * 4),
+        ("other", ctypes.c_float * 4),
+    ]
+
+    @staticmethod
+    def type_name():
+        return "leo/Aspect/1"
+
+
 # The remembered evaluation of one percept at the frame's instant: h(t) = (m', c', d') (Eq. 3).
 class Remembered(ctypes.Structure):
     _fields_ = [
@@ -341,6 +360,45 @@ class BeliefHead(ctypes.Structure):
     @staticmethod
     def type_name():
         return "leo/BeliefHead/2"
+
+
+# An entry of a divergence buffer: how two perspectives differ about one thing.
+class Difference(ctypes.Structure):
+    _fields_ = [
+        ("one", ctypes.c_uint64),
+        ("other", ctypes.c_uint64),
+        ("count", ctypes.c_uint32),
+        ("reserved", ctypes.c_uint32),
+        ("aspects", Aspect * 12),
+    ]
+
+    @staticmethod
+    def type_name():
+        return "leo/Difference/1"
+
+
+# The head of a divergence buffer: which two perspectives are compared. Of the same instant and
+# number as the belief buffers of both.
+class DivergenceHead(ctypes.Structure):
+    _fields_ = [
+        # The frame's header.
+        ("header", Header),
+        # The other of the two perspectives, by the number of its buffers.
+        ("perspective", ctypes.c_uint32),
+        # The one of the two: the perspective that the other is nested in, 0 for a partner's.
+        ("within", ctypes.c_uint32),
+        # Things about which the two believe the same.
+        ("agreed", ctypes.c_uint32),
+        # 1 where the two are compared, 0 as long as he whose the other perspective is was not
+        # observed yet.
+        ("compared", ctypes.c_uint32),
+        # Whose the other perspective is, and within whose.
+        ("path", Path),
+    ]
+
+    @staticmethod
+    def type_name():
+        return "leo/DivergenceHead/1"
 
 
 # Lockstep: a process has done its turn.
@@ -700,11 +758,14 @@ class Utterance(ctypes.Structure):
 
 
 _LAYOUT = [
+    (Aspect, 48, [0, 8, 10, 12, 14, 16, 32]),
     (Remembered, 40, [0, 8, 10, 12, 16, 20]),
     (Belief, 520, [0, 8, 16, 24, 32, 34, 36, 40]),
     (Header, 96, [0, 8, 16, 24, 88]),
     (Path, 16, [0, 4]),
     (BeliefHead, 280, [0, 96, 100, 104, 128, 160, 184, 216, 220, 224, 232, 240, 248, 256, 264]),
+    (Difference, 600, [0, 8, 16, 20, 24]),
+    (DivergenceHead, 128, [0, 96, 100, 104, 108, 112]),
     (Done, 16, [0, 8]),
     (Text, 256, [0, 4]),
     (Event, 544, [0, 8, 10, 12, 16, 20, 24, 28, 32, 288]),

@@ -2,7 +2,8 @@
 //!
 //! Things on a grid of 11 cm that wobble by a few millimetres and are tracked at 200 Hz, each of
 //! them unseen for a while now and then; for the robot alone, and for the robot and a partner who
-//! sees all of them. Beside it, in the same run, one frame's clustering alone: as it is done here,
+//! sees all of them; of the latter also what it costs to read what both believe, as the belief buffers
+//! get it, and to compare the two. Beside it, in the same run, one frame's clustering alone: as it is done here,
 //! as the paper's loop does it, and as agglomerative clustering by an independent library (average
 //! linkage) over the same points.
 
@@ -15,7 +16,7 @@
 use std::hint::black_box;
 
 use belief::{Clustering, Population, Symbols, cluster_naively};
-use belief_process::Believer;
+use belief_process::{Believer, Divergences};
 use clock::Instant;
 use config::percepts::Percepts;
 use config::perspective::{Angle, Perspective};
@@ -71,8 +72,8 @@ fn observations(count: usize, frame: usize, at: Instant) -> impl Iterator<Item =
     std::iter::once(person).chain(seen)
 }
 
-/// Nanoseconds of each frame.
-fn track(count: usize, partners: u32) -> Vec<u64> {
+/// Nanoseconds of each frame: of the step, of reading what is believed, and of comparing it.
+fn track(count: usize, partners: u32) -> [Vec<u64>; 3] {
     let percepts = Percepts::builtin();
     let perception = Perception::new(&percepts).expect("the built-in percepts need no program");
     let mut config = Perspective::builtin();
@@ -82,7 +83,8 @@ fn track(count: usize, partners: u32) -> Vec<u64> {
         Believer::new(&percepts, &config, partners, 1, count + 1).expect("the capacity is in range");
     let frames = WARM + (1_000_000 / count).clamp(20, 4_000);
     let mut entries = Vec::with_capacity(count + 1);
-    let mut costs = Vec::with_capacity(frames);
+    let mut divergences = Divergences::new(&percepts, &believer, count + 1);
+    let mut costs = [(); 3].map(|()| Vec::with_capacity(frames));
     let mut at = Instant::from_nanos(1_000_000_000);
     for frame in 0..frames {
         at += clock::Duration::from_millis(5);
@@ -95,15 +97,25 @@ fn track(count: usize, partners: u32) -> Vec<u64> {
         header.pass(Hop::Observed, at.as_nanos());
         let started = clock::now();
         believer.step(at, &header, &entries);
-        costs.push(clock::nanos(clock::now().since(started)));
+        let stepped = clock::now();
+        divergences.read(&believer);
+        let read = clock::now();
+        divergences.compare();
+        let spans = [stepped.since(started), read.since(stepped), clock::now().since(read)];
+        for (costs, span) in costs.iter_mut().zip(spans) {
+            costs.push(clock::nanos(span));
+        }
+        assert!(divergences.head(1).agreed > 0 || partners == 0 || frame < WARM, "they believe the same");
         for perspective in 0..believer.perspectives() {
             let all = believer.len(perspective) == count || frame < WARM;
             assert!(all, "each thing is one belief, whether it is seen now or not");
         }
     }
-    costs.drain(..WARM);
-    costs.sort_unstable();
-    costs
+    costs.map(|mut costs| {
+        costs.drain(..WARM);
+        costs.sort_unstable();
+        costs
+    })
 }
 
 /// A frame's points and those before: positions with a colour, merged half way.
@@ -245,24 +257,29 @@ fn cluster(count: usize) -> [Option<f64>; 3] {
 fn main() {
     println!("Belief update per frame, us; the clustering of one frame alone, ms");
     println!(
-        "{:>7} | {:^35} | {:^35} | {:^29}",
+        "{:>7} | {:^35} | {:^35} | {:^17} | {:^29}",
         "things",
         "robot: p50  p99  p99.9  max",
         "and a partner: p50  p99  p99.9  max",
+        "read, compare p50",
         "here, naive, library"
     );
     let mut slopes: [Vec<(f64, f64)>; 2] = [Vec::new(), Vec::new()];
     for count in SIZES {
         print!("{count:>7}");
         for (partners, slope) in (0..).zip(&mut slopes) {
-            let costs = track(count, partners);
-            let us = |share: usize| {
+            let [step, read, compare] = track(count, partners);
+            let us = |costs: &[u64], share: usize| {
                 let index = (costs.len() - 1) * share / 1_000;
                 float(costs.get(index).copied().unwrap_or(0)) / 1e3
             };
-            print!(" | {:8.1} {:8.1} {:8.1} {:8.1}", us(500), us(990), us(999), us(1_000));
+            let [p50, p99, p999, max] = [500, 990, 999, 1_000].map(|share| us(&step, share));
+            print!(" | {p50:8.1} {p99:8.1} {p999:8.1} {max:8.1}");
             if count >= LARGE {
-                slope.push((float_of_count(count).ln(), us(500).ln()));
+                slope.push((float_of_count(count).ln(), p50.ln()));
+            }
+            if partners > 0 {
+                print!(" | {:8.1} {:8.1}", us(&read, 500), us(&compare, 500));
             }
         }
         print!(" |");

@@ -3,9 +3,18 @@ use config::percepts::Percepts;
 use config::perspective::Perspective;
 use geometry::{Base, Position};
 use message::{Belief, BeliefHead, Header, Hop, Path, Perceived};
-use perception::{Own, Perception, Unperceivable};
+use perception::{Perception, Unperceivable};
 use perspective::{Nested, NoPerspective, Partner, Robot};
 use quantity::number::{saturating_u16, saturating_u32};
+
+/// What a program brings along itself, by the names that `percepts.toml` calls it.
+#[derive(Clone, Default)]
+pub struct Own {
+    /// Percepts, for `kernel = { own = "NAME" }`.
+    pub percepts: perception::Own,
+    /// Distances, culling functions and histories.
+    pub functions: belief::Functions,
+}
 
 /// Why nothing can be believed.
 #[derive(Debug, thiserror::Error)]
@@ -79,14 +88,44 @@ impl Believer {
         depth: u32,
         capacity: usize,
     ) -> Result<Self, Unbelieving> {
-        Self::with_own(percepts, &Own::new(), config, partners, depth, capacity)
+        Self::with_own(percepts, &Own::default(), config, partners, depth, capacity)
     }
 
-    /// The same with the program's own percepts.
+    /// The same with the program's own percepts and functions of the Belief System: every perspective
+    /// has them.
     ///
     /// # Errors
     ///
     /// As [`Self::new`].
+    ///
+    /// ```
+    /// use std::sync::Arc;
+    ///
+    /// use belief::{Cull, Doubtful};
+    /// use belief_process::{Believer, Own};
+    /// use config::percepts::Percepts;
+    /// use config::perspective::Perspective;
+    ///
+    /// /// Nobody forgets what somebody has in hand.
+    /// struct InNobodysHand;
+    ///
+    /// impl Cull for InNobodysHand {
+    ///     fn agrees(&self, belief: &Doubtful<'_>) -> bool {
+    ///         belief.held_by() == message::NOBODY
+    ///     }
+    /// }
+    ///
+    /// let text = std::fs::read_to_string("../../config/percepts.toml")?;
+    /// let text = text + "\n[[belief.cull]]\nwhen = { own = \"in nobody's hand\" }\n";
+    /// let percepts = Percepts::parse(&text, "percepts.toml".as_ref())?;
+    /// assert!(Believer::new(&percepts, &Perspective::builtin(), 1, 1, 64).is_err());
+    ///
+    /// let mut own = Own::default();
+    /// own.functions.culls.push(("in nobody's hand".to_owned(), Arc::new(InNobodysHand)));
+    /// let believer = Believer::with_own(&percepts, &own, &Perspective::builtin(), 1, 1, 64)?;
+    /// assert_eq!(believer.perspectives(), 2);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
     pub fn with_own(
         percepts: &Percepts,
         own: &Own,
@@ -98,12 +137,13 @@ impl Believer {
         let perspectives = Nested::all(partners, depth)?;
         // There are fewer partners than perspectives.
         let partners = usize::try_from(partners).map_or(u16::MAX, saturating_u16);
-        let perception = Perception::with_own(percepts, own)?;
-        let robot = Robot::new(percepts, config, partners, capacity)?;
+        let perception = Perception::with_own(percepts, &own.percepts)?;
+        let robot = Robot::with_own(percepts, &own.functions, config, partners, capacity)?;
         let other = |(number, nested): (usize, &Nested)| {
             let Nested { path, within } = *nested;
             let agent = path.agent().unwrap_or(0);
-            let partner = Partner::new(agent, perception.clone(), percepts, config, capacity)?;
+            let partner =
+                Partner::with_own(agent, perception.clone(), percepts, &own.functions, config, capacity)?;
             let contains = perspectives.iter().any(|nested| nested.within == number);
             let partner = if contains { partner.with_awareness(config, partners, capacity) } else { partner };
             Ok(Other { path, within, partner })
@@ -169,6 +209,13 @@ impl Believer {
             None => 0,
             Some(other) => other.partner.beliefs().len(),
         }
+    }
+
+    /// The perspective that one is made from and nested in, by its number; `None` for the robot's
+    /// own, and where there is none.
+    #[must_use]
+    pub fn within(&self, perspective: u32) -> Option<u32> {
+        Some(saturating_u32(self.other(perspective)?.within))
     }
 
     /// Whether a perspective believes in no object.

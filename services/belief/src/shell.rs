@@ -1,12 +1,13 @@
 use config::Robot;
-use message::{Belief, Beliefs, Hop, Percepts, Process};
+use message::{Beliefs, Divergences as Differing, Hop, Percepts, Process};
 use process::{Failure, Launch, Member, Progress};
 use transport::Outlet;
 
-use crate::Believer;
+use crate::{Believer, Divergences};
 
 /// Runs the process until it is told to stop: one step for every frame of the percept buffer, one
-/// belief buffer per perspective, all of one instant. Hot path.
+/// belief buffer per perspective and one divergence buffer per perspective but the robot's, all of
+/// one instant and one number. Hot path.
 ///
 /// # Errors
 ///
@@ -20,8 +21,14 @@ pub fn run(launch: &Launch, robot: &Robot) -> Result<(), Failure> {
     let depth = leo.belief.depth.get();
     let mut believer = Believer::new(&robot.percepts, &robot.perspective, partners, depth, capacity)
         .map_err(Failure::own)?;
+    let mut divergences = Divergences::new(&robot.percepts, &believer, capacity);
     let mut outlets: Vec<Outlet<Beliefs>> = (0..believer.perspectives())
         .map(|perspective| member.outlet(Some(perspective), capacity))
+        .collect::<Result<_, _>>()?;
+    // Where two perspectives believe in nothing in common, both differ about all.
+    let most = capacity.saturating_mul(2);
+    let mut differing: Vec<Outlet<Differing>> = (1..believer.perspectives())
+        .map(|perspective| member.outlet(Some(perspective), most))
         .collect::<Result<_, _>>()?;
     member.begin(None)?;
     while member.next_call(&mut percepts)?.is_some() {
@@ -31,22 +38,28 @@ pub fn run(launch: &Launch, robot: &Robot) -> Result<(), Failure> {
             let published_ns = frame.head().passed(Hop::Perceived).unwrap_or(member.now().as_nanos());
             let now = member.begin_step(published_ns);
             believer.step(now, frame.head(), frame.entries());
+            divergences.read(&believer);
             // All perspectives are believed before the first is published: one instant for all.
             for (perspective, outlet) in (0..).zip(&mut outlets) {
                 let mut head = believer.head(perspective);
                 head.header.pass(Hop::BeliefStarted, now.as_nanos());
-                let nothing = Belief::new(0, 0, 0, 0, message::NOBODY);
-                outlet.send(
-                    head,
-                    believer.len(perspective),
-                    |index| believer.entry(perspective, index).unwrap_or(nothing),
-                    |head| head.header.pass(Hop::Believed, member.now().as_nanos()),
-                )?;
+                outlet.send_all(head, divergences.beliefs(perspective), |head| {
+                    head.header.pass(Hop::Believed, member.now().as_nanos());
+                })?;
+            }
+            divergences.compare();
+            for (perspective, outlet) in (1..).zip(&mut differing) {
+                let mut head = divergences.head(perspective);
+                head.header.pass(Hop::BeliefStarted, now.as_nanos());
+                outlet.send_all(head, divergences.differences(perspective), |head| {
+                    head.header.pass(Hop::Believed, member.now().as_nanos());
+                })?;
             }
             let health = member.health();
             health.drops = percepts.drops();
             health.refused = believer.head(0).refused;
-            health.undelivered = outlets.iter().map(Outlet::undelivered).sum();
+            health.undelivered = outlets.iter().map(Outlet::undelivered).sum::<u64>()
+                + differing.iter().map(Outlet::undelivered).sum::<u64>();
             member.end_step();
         }
         member.end_call(Progress::More)?;

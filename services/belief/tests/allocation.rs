@@ -4,7 +4,7 @@
 
 mod frames;
 
-use belief_process::Believer;
+use belief_process::{Believer, Divergences};
 use frames::{Frames, capacity};
 use testkit::allocations_in;
 
@@ -14,8 +14,9 @@ fn hundreds_of_frames_with_two_partners_nested_twice_and_64_things_allocate_noth
     let mut config = config::perspective::Perspective::builtin();
     config.resource.by = config::perspective::Owning::Territory;
     let mut believer = Believer::new(&percepts, &config, 2, 2, capacity()).unwrap();
+    let mut divergences = Divergences::new(&percepts, &believer, capacity());
     let mut frames = Frames::new(64);
-    let mut published = 0;
+    let (mut published, mut differing) = (0, 0);
     let allocations = allocations_in(|| {
         for _ in 0..300 {
             let (now, header, entries) = frames.next();
@@ -25,10 +26,14 @@ fn hundreds_of_frames_with_two_partners_nested_twice_and_64_things_allocate_noth
                 let beliefs = (0..believer.len(perspective)).filter_map(|at| believer.entry(perspective, at));
                 published += beliefs.count();
             }
+            divergences.read(&believer);
+            divergences.compare();
+            differing += (1..7).map(|number| divergences.differences(number).len()).sum::<usize>();
         }
     });
     assert_eq!(allocations, 0);
     assert!(published > 300 * 64, "only {published} beliefs were published");
+    assert!(differing > 300 && (1..=2).all(|number| divergences.head(number).compared == 1));
     // The frames were not idle: partners saw things, missed things, and turned away.
     assert_eq!(believer.head(0).culled, 4);
     for perspective in 1..=2 {

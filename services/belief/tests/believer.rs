@@ -4,11 +4,11 @@
 
 mod frames;
 
-use belief_process::{Believer, Unbelieving};
+use belief_process::{Believer, Divergences, Unbelieving};
 use clock::{Duration, Instant};
 use frames::{Frames, capacity};
 use message::{Header, Hop, Observation, Perceived, PerceptValue, Snapshot};
-use perspective::NoPerspective;
+use perspective::{Divergence, NoPerspective, Side};
 
 fn believer(partners: u32) -> Believer {
     nested(partners, 1)
@@ -146,4 +146,48 @@ fn nested_perspectives_are_numbered_after_the_partners_and_change_nothing_of_the
         present += head.present;
     }
     assert!(present > 5, "{present}");
+}
+
+#[test]
+fn each_perspective_is_compared_with_the_one_that_it_is_nested_in() {
+    let percepts = config::percepts::Percepts::builtin();
+    let mut believer = nested(2, 2);
+    let mut divergences = Divergences::new(&percepts, &believer, capacity());
+    let within: Vec<_> = (0..8).map(|perspective| believer.within(perspective)).collect();
+    let (robot, one, two) = (Some(0), Some(1), Some(2));
+    assert_eq!(within, [None, robot, robot, one, one, two, two, None]);
+
+    let mut expected: Vec<_> = (0..7).map(|_| Divergence::new(&percepts, capacity())).collect();
+    let mut frames = Frames::new(16);
+    let mut differences = [0; 7];
+    for _ in 0..300 {
+        let (now, header, entries) = frames.next();
+        believer.step(now, &header, entries);
+        divergences.read(&believer);
+        divergences.compare();
+        for perspective in 1..7 {
+            let head = divergences.head(perspective);
+            assert_eq!(head.header, believer.head(perspective).header);
+            assert_eq!(
+                (head.path, head.within),
+                (believer.head(perspective).path, within[head.perspective as usize].unwrap())
+            );
+            if head.compared == 0 {
+                assert!(divergences.differences(perspective).is_empty() && believer.is_empty(perspective));
+                continue;
+            }
+            let (one, other) = (believer.head(head.within), believer.head(perspective));
+            let (ones, others) = (divergences.beliefs(head.within), divergences.beliefs(perspective));
+            let entries: Vec<_> =
+                (0..believer.len(perspective)).filter_map(|at| believer.entry(perspective, at)).collect();
+            assert_eq!(others, entries);
+            let place = usize::try_from(perspective).unwrap();
+            let sides = (Side { head: &one, beliefs: ones }, Side { head: &other, beliefs: others });
+            assert_eq!(divergences.differences(perspective), expected[place].compare(sides.0, sides.1));
+            differences[place] += divergences.differences(perspective).len();
+        }
+    }
+    // Partner 2 sees all that the robot sees, and knows as well as it what partner 1 does not.
+    assert!(differences[1] > 0 && differences[2] == 0 && differences[6] > 0, "{differences:?}");
+    assert_eq!((divergences.head(7).compared, divergences.differences(7)), (0, &[][..]));
 }

@@ -1,15 +1,17 @@
 //! Console process: tells people what happens, one clear line per event.
 
+mod divides;
 mod narrator;
 pub mod top;
 
 use std::io::Write as _;
 
 use account::Account;
-use config::leo::Leo;
+use config::Robot;
 use message::{Events, Process, Utterances};
 use process::{Aside, Failure, Launch, Member, Progress};
 
+use divides::Divides;
 pub use narrator::Narrator;
 
 /// Runs the process until it is told to stop, or until Leo has performed as often as the lesson has
@@ -18,10 +20,13 @@ pub use narrator::Narrator;
 /// # Errors
 ///
 /// The domain cannot be joined, or the middleware failed.
-pub fn run(launch: &Launch, leo: &Leo, performances: u32) -> Result<(), Failure> {
+pub fn run(launch: &Launch, robot: &Robot, performances: u32) -> Result<(), Failure> {
+    let leo = &robot.leo;
     let mut member = Member::join(launch, Process::Console, &leo.buffers, &leo.console.realtime)?;
     let mut utterances = member.inlet::<Utterances>(None)?;
     let mut events = member.inlet::<Events>(None)?;
+    let mut divides =
+        Divides::open(&member, &robot.percepts, launch.partners.unwrap_or(leo.belief.partners))?;
     let mut narrator = Narrator::default();
     let mut account = Account::default();
     let performances = usize::try_from(performances).unwrap_or(usize::MAX);
@@ -40,6 +45,7 @@ pub fn run(launch: &Launch, leo: &Leo, performances: u32) -> Result<(), Failure>
                 account.note(event);
             }
         }
+        divides.tell(|at_ns, words| narrator.divide(at_ns, words, &mut lines))?;
         if !lines.is_empty() {
             // Never waits and never fails: what nobody reads is left out.
             let _taken = out.write_all(lines.as_bytes());

@@ -50,6 +50,11 @@ impl Narrator {
         self.line(at_ns, &words, out);
     }
 
+    /// A line about how somebody and Leo differ, or no longer differ, at `at_ns`.
+    pub fn divide(&mut self, at_ns: u64, words: &str, out: &mut String) {
+        self.line(at_ns, &format!("  knows  {words}"), out);
+    }
+
     fn line(&mut self, at_ns: u64, words: &str, out: &mut String) {
         let first = *self.first_ns.get_or_insert(at_ns);
         let since = clock::Instant::from_nanos(at_ns).since(clock::Instant::from_nanos(first));

@@ -1,11 +1,12 @@
 use clock::{Duration, Instant};
 use config::Robot;
-use config::leo::SourceKind;
+use config::leo::{Source, SourceKind};
 use message::{Hop, LOSSES, Loss, Observation, Observations, Perceived, Percepts, Process, Snapshot};
 use process::{Failure, Launch, Member, Progress};
 use quantity::number::saturating_u32;
 use transport::{Frame, Inlet};
 
+use crate::recordings::Recordings;
 use crate::{News, Sensor};
 
 /// What became of what the sources reported is shown this often.
@@ -26,6 +27,9 @@ pub fn run(launch: &Launch, robot: &Robot) -> Result<(), Failure> {
     let mut sources = leo.sensor.source.clone();
     let mut inlets: Vec<(usize, Inlet<Observations>)> = Vec::new();
     for (number, source) in sources.iter_mut().enumerate() {
+        if source.kind == SourceKind::Trace {
+            continue;
+        }
         if source.kind == SourceKind::External && member.is_lockstep() {
             let name = &source.name;
             tracing::info!(source = name, "is not heard: in simulated time nobody outside knows when it is");
@@ -36,6 +40,8 @@ pub fn run(launch: &Launch, robot: &Robot) -> Result<(), Failure> {
     }
     let mut outlet = member.outlet::<Percepts>(None, capacity)?;
     let mut sensor = Sensor::new(&robot.percepts, &sources, capacity).map_err(Failure::own)?;
+    let mut recordings = Recordings::open(&sources).map_err(Failure::own)?;
+    recordings.tell(&sources);
     let mut board = member.sources_board()?;
     let mut shown_at = Instant::EPOCH;
     member.begin(Some(leo.sensor.rate_hz.period()))?;
@@ -46,6 +52,7 @@ pub fn run(launch: &Launch, robot: &Robot) -> Result<(), Failure> {
                 sensor.take(*source, frame.head(), frame.entries());
             }
         }
+        recordings.play(now, leo.sensor.rate_hz.period(), &mut sensor);
         let mut header = sensor.end();
         header.pass(Hop::SensorStarted, now.as_nanos());
         let nothing = Perceived { observation: Observation::object(0, 0), snapshot: Snapshot::default() };
@@ -68,12 +75,19 @@ pub fn run(launch: &Launch, robot: &Robot) -> Result<(), Failure> {
             board.write(&sensor.sources());
             shown_at = now;
         }
+        if let Some(source) = recordings.ended() {
+            tracing::warn!(source = name_of(&sources, source), "the trace is over: nothing more comes of it");
+        }
         while let Some((source, news)) = sensor.news() {
-            tell(sources.get(source).map_or("", |source| &source.name), news);
+            tell(name_of(&sources, source), news);
         }
         member.end_cycle(Progress::More)?;
     }
     Ok(())
+}
+
+fn name_of(sources: &[Source], number: usize) -> &str {
+    sources.get(number).map_or("", |source| &source.name)
 }
 
 /// The newest frame of a source that may be taken; older ones are overtaken.

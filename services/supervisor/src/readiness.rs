@@ -6,8 +6,8 @@ use serde::Serialize;
 /// Shared memory that the processes need whatever the sizes of their buffers are.
 const SHARED_MEMORY_BASE: u64 = 8 << 20;
 /// Shared memory for one object in one frame of one perspective, the observations and percepts
-/// about it included. Measured: 50 KiB per object with four frames and one partner.
-const SHARED_MEMORY_OF_OBJECT: u64 = 8 << 10;
+/// about it included. Measured: 86 KiB per object with four frames and one partner.
+const SHARED_MEMORY_OF_OBJECT: u64 = 12 << 10;
 /// Descriptors that one process may need.
 const DESCRIPTORS_LEAST: u64 = 1024;
 
@@ -242,7 +242,7 @@ mod tests {
             config::parse::<Buffers>(&text, std::path::Path::new("leo.toml")).unwrap()
         };
         // Measured of running robots with one partner, in KiB.
-        for (objects, measured) in [(64, 3844), (1024, 51_508), (4096, 204_028)] {
+        for (objects, measured) in [(64, 6232), (1024, 88_772), (4096, 352_892)] {
             let needed = shared_memory_needed(&buffers(objects, 4), 2) >> 10;
             assert!(measured < needed && needed < 2 * measured + 8192, "{objects}: {needed} KiB");
         }

@@ -2,10 +2,12 @@ use clock::Instant;
 use config::percepts::Percepts;
 use message::{Feature, Perceived, PerceptValue, Snapshot};
 
+use crate::Unbelievable;
 use crate::cluster::{Population, Symbols};
 use crate::history::Histories;
 use crate::memory::Memory;
 use crate::metric::{Metric, Reach};
+use crate::own::Functions;
 use crate::room::Room;
 use crate::sample::Sample;
 use crate::sightings::{Run, Sightings};
@@ -25,6 +27,9 @@ pub(crate) struct Arena {
     /// Of each slot the newest features that the metric compares, in the order of its terms.
     features: Box<[Option<Feature>]>,
     terms: Box<[u16]>,
+    /// Whether the features that the metric compares follow from the newest snapshot and those before
+    /// it: not where a history is the program's own.
+    foreseen: bool,
     /// Slots in use by beliefs of earlier steps, in the order of the identities.
     live: Room<u32>,
     /// Slots in use by beliefs of this step, likewise. All these identities are higher.
@@ -76,14 +81,16 @@ const VACANT: Slot = Slot {
 };
 
 impl Arena {
-    pub(crate) fn new(percepts: &Percepts, slots: u32) -> Self {
+    pub(crate) fn new(percepts: &Percepts, own: &Functions, slots: u32) -> Result<Self, Unbelievable> {
         let count = slots as usize;
-        let metric = Metric::new(&percepts.belief);
+        let metric = Metric::new(&percepts.belief, own)?;
+        let histories = Histories::new(&percepts.percepts, own, count)?;
         let terms: Box<[u16]> = metric.percepts().collect();
         let mut free = Room::for_most(count);
         free.extend((0..slots).rev());
         let cannot_link = percepts.belief.cannot_link_same_source_instant;
-        Self {
+        Ok(Self {
+            foreseen: !terms.iter().any(|percept| histories.is_own(*percept)),
             slots: vec![VACANT; count].into_boxed_slice(),
             versions: vec![0; count].into_boxed_slice(),
             features: vec![None; count * terms.len()].into_boxed_slice(),
@@ -91,12 +98,12 @@ impl Arena {
             live: Room::for_most(count),
             fresh: Room::for_most(count),
             free,
-            histories: Histories::new(&percepts.percepts, count),
+            histories,
             reach: metric.reach(),
             metric,
             sightings: cannot_link.then(|| Sightings::new(count)),
             unsound: 0,
-        }
+        })
     }
 
     pub(crate) fn slots(&self) -> usize {
@@ -194,7 +201,7 @@ impl Arena {
             return false;
         };
         let histories = matches!(older.holds, Holds::Histories(_)) && newer.holds == Holds::Snapshot;
-        if !histories || newer.memory.perceived_at <= older.memory.perceived_at {
+        if !self.foreseen || !histories || newer.memory.perceived_at <= older.memory.perceived_at {
             return false;
         }
         older.memory.merge(&newer.memory);

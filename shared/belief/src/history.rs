@@ -13,6 +13,8 @@ use low_pass::LowPass;
 use message::Feature;
 use series::{Series, Thinning};
 
+use crate::Unbelievable;
+use crate::own::{Functions, History, Samples, Supplied};
 use crate::room::Room;
 use crate::sample::Sample;
 
@@ -33,9 +35,14 @@ pub(crate) struct Histories {
     free: Room<u32>,
     low_passes: Table<LowPass>,
     series: Table<Series>,
+    /// How many samples each history of the program's own keeps.
+    kept: Table<u32>,
     cells: Table<Sample>,
     scratch: Room<Sample>,
 }
+
+/// Samples that a history of the program's own may keep.
+const OWN_MOST: usize = 4096;
 
 /// g of a percept, and where in a row its history is.
 #[derive(Clone, Debug)]
@@ -44,43 +51,65 @@ enum Generator {
     LowPass { index: usize, share: f64 },
     /// Samples as they were: lossless, or thinned on a logarithmic time scale.
     Series { index: usize, cells: Range<usize>, thinning: Thinning },
+    /// The program's own, over samples that are kept for it.
+    Own { index: usize, cells: Range<usize>, history: Supplied<dyn History> },
 }
 
 impl Histories {
     /// Room for `rows` beliefs.
-    pub(crate) fn new(percepts: &[Percept], rows: usize) -> Self {
-        let (mut low_passes, mut series, mut cells, mut most) = (0, 0, 0, 0);
-        let mut place = |samples: usize, thinning: Thinning| {
+    pub(crate) fn new(percepts: &[Percept], own: &Functions, rows: usize) -> Result<Self, Unbelievable> {
+        let (mut low_passes, mut series, mut kept, mut cells, mut most) = (0, 0, 0, 0, 0);
+        let mut generators = Vec::with_capacity(percepts.len());
+        for percept in percepts {
+            let thinned = match &percept.history {
+                percepts::History::Lossless { samples, when_full: WhenFull::ForgetOldest } => {
+                    (samples.get(), Thinning::ForgetOldest)
+                }
+                percepts::History::Lossless { samples, when_full: WhenFull::Thin } => {
+                    (samples.get(), Thinning::ShortestGap)
+                }
+                percepts::History::LogTimescale { samples } => (samples.get(), Thinning::Octaves),
+                percepts::History::LowPass { share } => {
+                    generators.push(Generator::LowPass { index: low_passes, share: share.get() });
+                    low_passes += 1;
+                    continue;
+                }
+                percepts::History::Own(name) => {
+                    let history = own.history(name)?;
+                    let samples = history.samples();
+                    if !(1..=OWN_MOST).contains(&samples) {
+                        return Err(Unbelievable::Samples { name: name.clone(), samples });
+                    }
+                    generators.push(Generator::Own { index: kept, cells: cells..cells + samples, history });
+                    kept += 1;
+                    cells += samples;
+                    continue;
+                }
+            };
+            let (samples, thinning) = thinned;
             let samples = samples.max(1);
-            let generator = Generator::Series { index: series, cells: cells..cells + samples, thinning };
+            generators.push(Generator::Series { index: series, cells: cells..cells + samples, thinning });
             series += 1;
             cells += samples;
             most = most.max(samples);
-            generator
-        };
-        let generators = percepts.iter().map(|percept| match percept.history {
-            percepts::History::Lossless { samples, when_full: WhenFull::ForgetOldest } => {
-                place(samples.get(), Thinning::ForgetOldest)
-            }
-            percepts::History::Lossless { samples, when_full: WhenFull::Thin } => {
-                place(samples.get(), Thinning::ShortestGap)
-            }
-            percepts::History::LogTimescale { samples } => place(samples.get(), Thinning::Octaves),
-            percepts::History::LowPass { share } => {
-                low_passes += 1;
-                Generator::LowPass { index: low_passes - 1, share: share.get() }
-            }
-        });
-        Self {
-            generators: generators.collect(),
+        }
+        Ok(Self {
+            generators: generators.into_boxed_slice(),
             rows,
             used: 0,
             free: Room::for_most(rows),
             low_passes: Table::new(low_passes, rows),
             series: Table::new(series, rows),
+            kept: Table::new(kept, rows),
             cells: Table::new(cells, rows),
             scratch: Room::for_most(2 * most),
-        }
+        })
+    }
+
+    /// Whether the program's own generator remembers a percept: what it will say next, it alone
+    /// knows.
+    pub(crate) fn is_own(&self, percept: u16) -> bool {
+        matches!(self.generators.get(usize::from(percept)), Some(Generator::Own { .. }))
     }
 
     /// A row of empty histories; `None` when all are taken.
@@ -88,12 +117,14 @@ impl Histories {
         if let Some(row) = self.free.pop() {
             self.low_passes.reset(row as usize);
             self.series.reset(row as usize);
+            self.kept.reset(row as usize);
             return Some(row);
         }
         let row = u32::try_from(self.used).ok().filter(|_| self.used < self.rows)?;
         self.used += 1;
         self.low_passes.grow();
         self.series.grow();
+        self.kept.grow();
         self.cells.grow_with(Sample::NONE);
         Some(row)
     }
@@ -107,7 +138,7 @@ impl Histories {
     /// `phase`, another for each belief, spreads the work of thinning over time.
     #[inline]
     pub(crate) fn take(&mut self, row: u32, percept: u16, sample: Sample, phase: u64) {
-        let Self { generators, low_passes, series, cells, scratch, .. } = self;
+        let Self { generators, low_passes, series, kept, cells, scratch, .. } = self;
         match generators.get(usize::from(percept)) {
             Some(Generator::LowPass { index, share }) => {
                 if let Some(low_pass) = low_passes.get_mut(row, *index) {
@@ -121,6 +152,11 @@ impl Histories {
                     series.take(cells, *thinning, sample, phase, scratch);
                 }
             }
+            Some(Generator::Own { index, cells: range, history }) => {
+                if let (Some(len), Some(cells)) = (kept.get_mut(row, *index), cells.range_mut(row, range)) {
+                    history.take(&mut Samples { cells, len }, &sample);
+                }
+            }
             None => {}
         }
     }
@@ -131,13 +167,16 @@ impl Histories {
             (Some(Generator::LowPass { share, .. }), Some(newest)) => {
                 low_pass::mix(sample, *share, newest, 1.0 - *share)
             }
-            (Some(Generator::LowPass { .. } | Generator::Series { .. }) | None, _) => *sample,
+            (
+                Some(Generator::LowPass { .. } | Generator::Series { .. } | Generator::Own { .. }) | None,
+                _,
+            ) => *sample,
         }
     }
 
     /// Unites the histories of one row with those of another; `phase` as for [`Self::take`].
     pub(crate) fn merge(&mut self, kept: u32, gone: u32, phase: u64) {
-        let Self { generators, low_passes, series, cells, scratch, .. } = self;
+        let Self { generators, low_passes, series, kept: lens, cells, scratch, .. } = self;
         for generator in generators.iter() {
             match generator {
                 Generator::LowPass { index, share } => {
@@ -154,6 +193,15 @@ impl Histories {
                         mine.merge(cells, *thinning, (other, of_other), phase, scratch);
                     }
                 }
+                Generator::Own { index, cells: range, history } => {
+                    let others = lens.get(gone, *index).map_or(0, |len| *len as usize);
+                    if let (Some(len), Some((cells, of_other))) =
+                        (lens.get_mut(kept, *index), cells.two_ranges_mut(kept, gone, range))
+                    {
+                        let others = of_other.get(..others).unwrap_or(&[]);
+                        history.merge(&mut Samples { cells, len }, others);
+                    }
+                }
             }
         }
     }
@@ -163,7 +211,16 @@ impl Histories {
         match self.generators.get(usize::from(percept))? {
             Generator::LowPass { index, .. } => self.low_passes.get(row, *index)?.newest(),
             Generator::Series { index, .. } => self.series.get(row, *index)?.newest(),
+            Generator::Own { index, cells, history } => {
+                let end = Instant::from_nanos(u64::MAX);
+                history.at(self.kept(row, *index, cells)?, end).filter(Sample::is_sound)
+            }
         }
+    }
+
+    /// The samples of a history of the program's own.
+    fn kept(&self, row: u32, index: usize, cells: &Range<usize>) -> Option<&[Sample]> {
+        self.cells.range(row, cells)?.get(..*self.kept.get(row, index)? as usize)
     }
 
     /// h(t), and its sample's instant.
@@ -173,12 +230,18 @@ impl Histories {
             Generator::Series { index, cells, .. } => {
                 self.series.get(row, *index)?.at(self.cells.range(row, cells)?, instant, decay_per_s)
             }
+            Generator::Own { index, cells, history } => {
+                let kept = self.kept(row, *index, cells)?;
+                let sample = history.at(kept, instant).filter(Sample::is_sound)?;
+                let is_past = kept.iter().any(|sample| sample.at > instant);
+                Some(if is_past { sample } else { sample.decayed(instant, decay_per_s) })
+            }
         }
     }
 
     /// Replaces every remembered feature of a percept.
     pub(crate) fn map(&mut self, row: u32, percept: u16, change: impl Fn(Feature) -> Feature) {
-        let Self { generators, low_passes, series, cells, .. } = self;
+        let Self { generators, low_passes, series, kept, cells, .. } = self;
         match generators.get(usize::from(percept)) {
             Some(Generator::LowPass { index, .. }) => {
                 if let Some(low_pass) = low_passes.get_mut(row, *index) {
@@ -190,6 +253,13 @@ impl Histories {
                     (series.get_mut(row, *index), cells.range_mut(row, range))
                 {
                     series.map(cells, change);
+                }
+            }
+            Some(Generator::Own { index, cells: range, .. }) => {
+                if let (Some(len), Some(cells)) = (kept.get_mut(row, *index), cells.range_mut(row, range)) {
+                    for sample in (Samples { cells, len }).as_mut_slice() {
+                        sample.feature = change(sample.feature);
+                    }
                 }
             }
             None => {}
@@ -209,6 +279,11 @@ impl Histories {
                     *series = Series::default();
                 }
             }
+            Some(Generator::Own { index, .. }) => {
+                if let Some(len) = self.kept.get_mut(row, *index) {
+                    *len = 0;
+                }
+            }
             None => {}
         }
         if let Some(sample) = sample {
@@ -225,6 +300,7 @@ impl Histories {
                 let cells = self.cells.range(row, cells).unwrap();
                 self.series.get(row, *index).unwrap().samples(cells).collect()
             }
+            Generator::Own { index, cells, .. } => self.kept(row, *index, cells).unwrap().to_vec(),
         }
     }
 
@@ -238,6 +314,7 @@ impl Histories {
                 let taken = self.series.get(row, *index).unwrap().taken();
                 format!("{taken} {:?}", self.samples(row, percept))
             }
+            Generator::Own { .. } => format!("{:?}", self.samples(row, percept)),
         });
         histories.collect::<Vec<_>>().join("\n")
     }

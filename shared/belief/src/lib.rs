@@ -64,6 +64,15 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
+//! # Functions of one's own
+//!
+//! A program supplies its own distance d with its applicability q ([`Distance`]), culling function c
+//! ([`Cull`]) and history generator g ([`History`]) under names ([`Functions`]), and the
+//! configuration refers to these: `measure = { own = "NAME" }`, `when = { own = "NAME" }`,
+//! `history = { own = "NAME" }`. Its own percepts are [`perception::Classify`]. Weights w stand in the
+//! configuration; M follows from the histories' own unions. Those that Leo comes with cost what
+//! they cost without any of one's own.
+//!
 //! # Cost
 //!
 //! A frame costs in proportion to what it holds, whatever the number of beliefs
@@ -76,6 +85,7 @@ mod cluster;
 mod history;
 mod memory;
 mod metric;
+mod own;
 mod room;
 mod sample;
 mod sightings;
@@ -83,4 +93,6 @@ mod sources;
 mod system;
 
 pub use cluster::{Clustering, Population, Symbols, cluster_naively};
+pub use own::{Cull, Distance, Doubtful, Functions, History, Samples};
+pub use sample::Sample;
 pub use system::{BeliefSystem, Counts, Unbelievable};

@@ -1,15 +1,49 @@
 use config::percepts::{self, Measure, NoTermApplies};
 use message::Feature;
 
+use crate::Unbelievable;
 use crate::cluster::Symbols;
+use crate::own::{Distance, Functions, Supplied};
+use crate::sample::order;
 
 /// The belief distance D (Eq. 4): Σ wᵢ·qᵢ·dᵢ over the configured terms, in their order.
 #[derive(Clone, Debug)]
 pub(crate) struct Metric {
-    terms: Vec<percepts::Distance>,
+    terms: Vec<Term>,
     threshold: f64,
     normalised: bool,
     no_term_applies: NoTermApplies,
+}
+
+/// A term w·q·d.
+#[derive(Clone, Debug)]
+struct Term {
+    percept: u16,
+    weight: f64,
+    measure: How,
+}
+
+/// d and q.
+#[derive(Clone, Debug)]
+enum How {
+    Metres,
+    AngleRad,
+    Difference,
+    Differs,
+    Own(Supplied<dyn Distance>),
+}
+
+impl Term {
+    fn new(config: &percepts::Distance, own: &Functions) -> Result<Self, Unbelievable> {
+        let measure = match &config.measure {
+            Measure::Metres => How::Metres,
+            Measure::AngleRad => How::AngleRad,
+            Measure::Difference => How::Difference,
+            Measure::Differs => How::Differs,
+            Measure::Own(name) => How::Own(own.distance(name)?),
+        };
+        Ok(Self { percept: config.percept, weight: config.weight, measure })
+    }
 }
 
 /// A term whose features no two beliefs of one thing have further apart than this.
@@ -21,15 +55,15 @@ pub(crate) struct Reach {
 }
 
 impl Metric {
-    pub(crate) fn new(config: &percepts::Belief) -> Self {
-        // A term without weight says nothing, not even that it applies.
-        let terms = config.distance.iter().copied().filter(|term| term.weight > 0.0).collect();
-        Self {
-            terms,
+    pub(crate) fn new(config: &percepts::Belief, own: &Functions) -> Result<Self, Unbelievable> {
+        let terms = config.distance.iter().map(|term| Term::new(term, own)).collect::<Result<Vec<_>, _>>()?;
+        Ok(Self {
+            // A term without weight says nothing, not even that it applies.
+            terms: terms.into_iter().filter(|term| term.weight > 0.0).collect(),
             threshold: config.threshold,
             normalised: config.normalised,
             no_term_applies: config.no_term_applies,
-        }
+        })
     }
 
     /// Of a belief's features, in the order of the terms, the symbols that alone tell it from
@@ -38,7 +72,7 @@ impl Metric {
         let mut symbols = Symbols::NONE;
         // Divided by all weights, no term alone says that much.
         let telling = self.terms.iter().zip(features).filter(|(term, _)| {
-            term.measure == Measure::Differs && term.weight >= self.threshold && !self.normalised
+            matches!(term.measure, How::Differs) && term.weight >= self.threshold && !self.normalised
         });
         for (place, (_, feature)) in telling.enumerate() {
             if let Some(Feature::Symbol(symbol)) = *feature {
@@ -59,7 +93,7 @@ impl Metric {
         let (mut sum, mut weights) = (0.0, 0.0);
         for (term, features) in self.terms.iter().zip(a.iter().zip(b)) {
             let (Some(of_a), Some(of_b)) = features else { continue };
-            let Some(distance) = measure(term.measure, of_a, of_b) else { continue };
+            let Some(distance) = measure(&term.measure, of_a, of_b) else { continue };
             sum += term.weight * distance;
             weights += term.weight;
             // No term is negative and addition rounds monotonically: it will not fall again.
@@ -83,7 +117,7 @@ impl Metric {
     /// of the first term measured in metres: D is at least that term alone.
     pub(crate) fn reach(&self) -> Option<Reach> {
         let (index, term) =
-            self.terms.iter().enumerate().find(|(_, term)| term.measure == Measure::Metres)?;
+            self.terms.iter().enumerate().find(|(_, term)| matches!(term.measure, How::Metres))?;
         let total: f64 = self.terms.iter().map(|term| term.weight).sum();
         let share = if self.normalised { total } else { 1.0 };
         Some(Reach { term: index, metres: self.threshold * share / term.weight })
@@ -91,20 +125,32 @@ impl Metric {
 }
 
 /// d of two features; `None` (q = 0) where the measure does not apply to them.
-fn measure(measure: Measure, a: &Feature, b: &Feature) -> Option<f64> {
+#[inline]
+fn measure(measure: &How, a: &Feature, b: &Feature) -> Option<f64> {
     match (measure, a, b) {
-        (Measure::Metres, Feature::Vector(a), Feature::Vector(b)) => {
+        (How::Metres, Feature::Vector(a), Feature::Vector(b)) => {
             let squared = a.iter().zip(b).map(|(a, b)| (f64::from(*a) - f64::from(*b)).powi(2));
             Some(squared.sum::<f64>().sqrt())
         }
-        (Measure::AngleRad, Feature::Orientation(a), Feature::Orientation(b)) => {
+        (How::AngleRad, Feature::Orientation(a), Feature::Orientation(b)) => {
             let dot: f64 = a.iter().zip(b).map(|(a, b)| f64::from(*a) * f64::from(*b)).sum();
             Some(2.0 * dot.abs().min(1.0).acos())
         }
-        (Measure::Difference, Feature::Number(a), Feature::Number(b)) => {
+        (How::Difference, Feature::Number(a), Feature::Number(b)) => {
             Some((f64::from(*a) - f64::from(*b)).abs())
         }
-        (Measure::Differs, Feature::Symbol(a), Feature::Symbol(b)) => Some(if a == b { 0.0 } else { 1.0 }),
-        (Measure::Metres | Measure::AngleRad | Measure::Difference | Measure::Differs, _, _) => None,
+        (How::Differs, Feature::Symbol(a), Feature::Symbol(b)) => Some(if a == b { 0.0 } else { 1.0 }),
+        (How::Own(own), a, b) => of_its_own(&**own, a, b),
+        (How::Metres | How::AngleRad | How::Difference | How::Differs, _, _) => None,
     }
+}
+
+/// What the program calls the distance. What is none keeps the two apart, whatever the other terms
+/// say.
+#[cold]
+fn of_its_own(own: &dyn Distance, a: &Feature, b: &Feature) -> Option<f64> {
+    let (one, other) = if order(a, b).is_le() { (a, b) } else { (b, a) };
+    let distance = own.between(one, other)?;
+    // Written so that NaN is no distance either.
+    Some(if distance >= 0.0 { distance } else { f64::INFINITY })
 }

@@ -1,22 +1,33 @@
 use std::cmp::Ordering;
 
 use clock::Instant;
-use message::Feature;
+use message::{Feature, PerceptValue};
 use quantity::number::single;
 
 /// One evaluation (m, c, d) of a percept and when it was made.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Sample {
-    pub(crate) at: Instant,
-    pub(crate) matching: f32,
-    pub(crate) confidence: f32,
-    pub(crate) feature: Feature,
+pub struct Sample {
+    /// When the observation behind it was made.
+    pub at: Instant,
+    /// Match m in [0, 1].
+    pub matching: f32,
+    /// Confidence c in [0, 1].
+    pub confidence: f32,
+    /// The feature d.
+    pub feature: Feature,
 }
 
 impl Sample {
     /// What stands in a cell that holds no sample yet.
     pub(crate) const NONE: Self =
         Self { at: Instant::EPOCH, matching: 0.0, confidence: 0.0, feature: Feature::None };
+
+    /// Whether it is an evaluation.
+    pub(crate) fn is_sound(&self) -> bool {
+        let Self { matching, confidence, feature, .. } = *self;
+        let within = (0.0..=1.0).contains(&matching) && (0.0..=1.0).contains(&confidence);
+        within && PerceptValue::new(0, matching, confidence, feature).feature().is_some()
+    }
 
     /// Which of two samples counts at one instant: that of the higher m·c. Among equals the
     /// numbers decide, so that the outcome does not depend on who came first.

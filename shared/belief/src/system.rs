@@ -2,13 +2,14 @@
 mod tests;
 
 use clock::{Duration, Instant};
-use config::percepts::{Cull, Kernel, Percept, Percepts};
+use config::percepts::{self, Kernel, Percept, Percepts};
 use geometry::{Pose, Position};
 use message::{Belief, Feature, Perceived, Remembered};
 use quantity::number::{saturating_u32, single};
 
 use crate::arena::{Arena, Step, sample};
 use crate::cluster::Clustering;
+use crate::own::{self, Doubtful, Functions, Supplied};
 use crate::sample::Sample;
 use crate::sources::{Admission, Sources};
 
@@ -97,14 +98,52 @@ impl Counts {
     }
 }
 
+/// A culling function c (Eq. 5).
+#[derive(Clone, Debug)]
+enum Cull {
+    UnseenLongerThan(Duration),
+    ConfidenceBelow { percept: u16, floor: f64 },
+    PlaceInViewAndEmpty,
+    Own(Supplied<dyn own::Cull>),
+}
+
+impl Cull {
+    fn new(config: &percepts::Cull, own: &Functions) -> Result<Self, Unbelievable> {
+        Ok(match config {
+            percepts::Cull::UnseenLongerThan(limit) => Self::UnseenLongerThan(*limit),
+            percepts::Cull::ConfidenceBelow { percept, floor } => {
+                Self::ConfidenceBelow { percept: *percept, floor: *floor }
+            }
+            percepts::Cull::PlaceInViewAndEmpty => Self::PlaceInViewAndEmpty,
+            percepts::Cull::Own(name) => Self::Own(own.cull(name)?),
+        })
+    }
+}
+
 /// Why there can be no such belief system.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum Unbelievable {
     /// The capacity is out of its range.
     #[error("a belief system for {capacity} beliefs: the capacity must be from 1 to 1000000")]
     Capacity {
         /// Beliefs asked for.
         capacity: usize,
+    },
+    /// The configuration names a function that the program does not supply.
+    #[error("the configuration wants the program's own {what} `{name}`, which this program lacks")]
+    NoSuchFunction {
+        /// Which of the functions of a belief system.
+        what: &'static str,
+        /// Its name.
+        name: String,
+    },
+    /// A history of the program's own keeps too many samples, or none.
+    #[error("the program's own history `{name}` keeps {samples} samples: it must be from 1 to 4096")]
+    Samples {
+        /// Its name.
+        name: String,
+        /// What it says.
+        samples: usize,
     },
 }
 
@@ -114,17 +153,28 @@ impl BeliefSystem {
     ///
     /// # Errors
     ///
-    /// The capacity is zero or above a million.
+    /// The capacity is zero or above a million, or the configuration names a function of the
+    /// program's own: see [`Self::with_own`].
     pub fn new(percepts: &Percepts, capacity: usize) -> Result<Self, Unbelievable> {
+        Self::with_own(percepts, &Functions::default(), capacity)
+    }
+
+    /// The same with functions of the program's own.
+    ///
+    /// # Errors
+    ///
+    /// The capacity is zero or above a million, or the configuration names a function that `own`
+    /// lacks, or a history that keeps too much.
+    pub fn with_own(percepts: &Percepts, own: &Functions, capacity: usize) -> Result<Self, Unbelievable> {
         if !(1..=MOST).contains(&capacity) {
             return Err(Unbelievable::Capacity { capacity });
         }
         let place = percepts.percepts.iter().position(|percept| percept.kernel == Kernel::Position);
-        let arena = Arena::new(percepts, saturating_u32(2 * capacity));
+        let arena = Arena::new(percepts, own, saturating_u32(2 * capacity))?;
         Ok(Self {
             percepts: percepts.percepts.clone(),
             place: place.and_then(|index| u16::try_from(index).ok()),
-            cull: percepts.belief.cull.clone(),
+            cull: percepts.belief.cull.iter().map(|cull| Cull::new(cull, own)).collect::<Result<_, _>>()?,
             capacity,
             clustering: Clustering::new(arena.slots(), arena.reach_m()),
             arena,
@@ -363,6 +413,20 @@ impl BeliefSystem {
             // empty of it.
             Cull::PlaceInViewAndEmpty => {
                 memory.perceived_at < self.now && self.place_of(slot).is_some_and(in_view)
+            }
+            Cull::Own(own) => {
+                let remembered = |number: u16| {
+                    let decay = self.percepts.get(usize::from(number))?.decay_per_s;
+                    let (histories, row) = self.arena.histories(slot)?;
+                    histories.at(row, number, self.now, decay)
+                };
+                own.agrees(&Doubtful {
+                    now: self.now,
+                    memory,
+                    place: self.place_of(slot),
+                    remembered: &remembered,
+                    in_view: &in_view,
+                })
             }
         }
     }

@@ -1,12 +1,15 @@
 //! The promise that a belief system allocates nothing after it was made.
 
-use std::hint::black_box;
+#![expect(clippy::expect_used, reason = "a test fails by panicking")]
 
-use belief::BeliefSystem;
+use std::hint::black_box;
+use std::sync::Arc;
+
+use belief::{BeliefSystem, Cull, Distance, Doubtful, Functions, History, Sample, Samples};
 use clock::Instant;
 use config::percepts::Percepts;
 use geometry::{Base, Person, Pose};
-use message::{Observation, Perceived, State};
+use message::{Feature, Observation, Perceived, State};
 use perception::{Frame, Perception};
 use testkit::allocations_in;
 
@@ -29,11 +32,72 @@ fn frame(number: u16, into: &mut Vec<Perceived>, perception: &Perception) {
     }
 }
 
+/// Functions of a program's own.
+struct Own;
+
+impl Distance for Own {
+    fn between(&self, one: &Feature, other: &Feature) -> Option<f64> {
+        let (Feature::Symbol(one), Feature::Symbol(other)) = (one, other) else { return None };
+        Some(f64::from(one.abs_diff(*other)))
+    }
+}
+
+impl Cull for Own {
+    fn agrees(&self, belief: &Doubtful<'_>) -> bool {
+        belief.percept(6).is_some() && belief.is_in_view() == Some(true)
+    }
+}
+
+impl History for Own {
+    fn samples(&self) -> usize {
+        4
+    }
+
+    fn take(&self, kept: &mut Samples<'_>, sample: &Sample) {
+        if kept.as_slice().len() == self.samples() {
+            kept.remove(0);
+        }
+        kept.push(*sample);
+    }
+
+    fn at(&self, kept: &[Sample], instant: Instant) -> Option<Sample> {
+        kept.iter().rev().find(|sample| sample.at <= instant).copied()
+    }
+}
+
 #[test]
 fn a_belief_system_allocates_nothing_after_it_was_made() {
     let percepts = Percepts::builtin();
-    let perception = Perception::new(&percepts).expect("the built-in percepts need no program");
-    let mut system = BeliefSystem::new(&percepts, 64).expect("64 is in range");
+    let system = BeliefSystem::new(&percepts, 64).expect("64 is in range");
+    allocates_nothing(&percepts, system);
+}
+
+#[test]
+fn with_functions_of_the_programs_own_it_allocates_nothing_either() {
+    let mut percepts = Percepts::builtin();
+    let name = || "own".to_owned();
+    let (position, colour, filled) =
+        (percepts.index("position"), percepts.index("colour"), percepts.index("filled"));
+    for term in percepts.belief.distance.iter_mut().filter(|term| Some(term.percept) == colour) {
+        term.measure = config::percepts::Measure::Own(name());
+    }
+    percepts.belief.cull.push(config::percepts::Cull::Own(name()));
+    for percept in [position, filled].into_iter().flatten() {
+        if let Some(percept) = percepts.percepts.get_mut(usize::from(percept)) {
+            percept.history = config::percepts::History::Own(name());
+        }
+    }
+    let functions = Functions {
+        distances: vec![(name(), Arc::new(Own))],
+        culls: vec![(name(), Arc::new(Own))],
+        histories: vec![(name(), Arc::new(Own))],
+    };
+    let system = BeliefSystem::with_own(&percepts, &functions, 64).expect("all are supplied");
+    allocates_nothing(&percepts, system);
+}
+
+fn allocates_nothing(percepts: &Percepts, mut system: BeliefSystem) {
+    let perception = Perception::new(percepts).expect("the built-in percepts need no program");
     let mut perceived = Vec::with_capacity(64);
     let x_new_old = Pose::<Person, Base>::upright(0.0, 0.0, 0.0, 0.0);
     let run = |system: &mut BeliefSystem, perceived: &mut Vec<Perceived>, numbers: std::ops::Range<u16>| {

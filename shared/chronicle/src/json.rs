@@ -1,6 +1,5 @@
 use config::percepts::Percepts;
-use message::{Belief, Feature, NOBODY};
-use perspective::{Aspect, Difference};
+use message::{Aspect, Belief, Difference, Feature, NOBODY};
 use serde::ser::SerializeMap as _;
 use serde::{Serialize, Serializer};
 
@@ -201,8 +200,8 @@ impl<'a> DifferenceLine<'a> {
             record: "difference",
             at_ns,
             perspective: mind.head.perspective,
-            robot_id: difference.one,
-            partner_id: difference.other,
+            robot_id: difference.one(),
+            partner_id: difference.other(),
             percepts: Differing(words, difference.aspects()),
         }
     }
@@ -235,9 +234,9 @@ impl Serialize for Differing<'_> {
         let mut map = to.serialize_map(Some(aspects.len()))?;
         for aspect in *aspects {
             let percept = DifferingPercept {
-                robot: value(words, aspect.percept, aspect.one),
-                partner: value(words, aspect.percept, aspect.other),
-                apart: aspect.apart,
+                robot: value(words, aspect.percept, aspect.one()),
+                partner: value(words, aspect.percept, aspect.other()),
+                apart: aspect.apart(),
             };
             map.serialize_entry(words.name(aspect.percept), &percept)?;
         }

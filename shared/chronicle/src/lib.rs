@@ -1,9 +1,10 @@
 //! What was believed when, by whom, and how the perspectives differ.
 //!
 //! Told from belief buffers, instant by instant: for people as a timeline with a table at its end
-//! ([`Timeline`]), for programs as JSON lines ([`JsonLines`]). Both write into a string and open
-//! nothing.
+//! ([`Timeline`]) or, while it happens, as sentences about what divides a partner and the robot
+//! ([`Divide`]); for programs as JSON lines ([`JsonLines`]). All write into strings and open nothing.
 
+mod divide;
 mod json;
 mod mind;
 mod summary;
@@ -13,6 +14,7 @@ mod tests;
 mod timeline;
 mod words;
 
+pub use divide::Divide;
 pub use json::JsonLines;
 pub use mind::Mind;
 pub use summary::{Refusal, Summary};

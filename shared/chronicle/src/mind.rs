@@ -1,5 +1,4 @@
-use message::{Belief, BeliefHead, Feature};
-use perspective::Difference;
+use message::{Belief, BeliefHead, Difference, Feature};
 
 use geometry::Position;
 

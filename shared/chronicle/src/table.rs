@@ -3,8 +3,7 @@
 use std::fmt::{self, Write as _};
 
 use clock::Instant;
-use message::{Belief, BeliefHead, NOBODY};
-use perspective::Difference;
+use message::{Belief, BeliefHead, Difference, NOBODY};
 
 use crate::words::{Words, agent, place, whose};
 use crate::{Mind, Summary};
@@ -75,7 +74,7 @@ fn write_difference(
     out: &mut String,
 ) -> fmt::Result {
     let who = whose(head);
-    match (difference.one, difference.other) {
+    match (difference.one(), difference.other()) {
         (Some(robots), None) => writeln!(out, "  only Leo believes in Leo's {robots}"),
         (None, Some(his)) => writeln!(out, "  only {who} believes in {his}"),
         (Some(robots), Some(his)) => {
@@ -83,7 +82,7 @@ fn write_difference(
             for aspect in difference.aspects() {
                 let name = words.name(aspect.percept);
                 let [own, his] =
-                    [aspect.one, aspect.other].map(|feature| words.feature(aspect.percept, feature));
+                    [aspect.one(), aspect.other()].map(|feature| words.feature(aspect.percept, feature));
                 writeln!(out, "        {name:<12} {own} for Leo, {his} for {who}")?;
             }
             Ok(())

@@ -1,6 +1,6 @@
 use config::percepts::Percepts;
-use message::{Belief, BeliefHead, Feature, Header, NOBODY, Remembered};
-use perspective::{Difference, Divergence, Side};
+use message::{Belief, BeliefHead, Difference, Feature, Header, NOBODY, Remembered};
+use perspective::{Divergence, Side};
 
 use crate::{JsonLines, Mind, Refusal, Summary, Timeline};
 

@@ -127,7 +127,7 @@ impl Told {
             .iter()
             .map(|difference| {
                 let about = difference.aspects().iter().map(|aspect| aspect.percept).collect();
-                ((difference.one, difference.other), about)
+                ((difference.one(), difference.other()), about)
             })
             .collect();
         let who = mind.head;

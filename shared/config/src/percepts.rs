@@ -60,7 +60,7 @@ pub enum Role {
 }
 
 /// A history generator g of G (between Eqs. 3 and 4).
-#[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
 pub enum History {
     /// Every sample, exactly, as long as there is room.
@@ -81,6 +81,8 @@ pub enum History {
         /// Samples kept at most; two per octave of age are needed.
         samples: Capacity,
     },
+    /// A generator that the program supplies under this name.
+    Own(String),
 }
 
 /// What a lossless history gives up when it is full.
@@ -237,7 +239,7 @@ pub enum NoTermApplies {
 }
 
 /// One term w·q·d of the belief distance (Eq. 4).
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Distance {
     /// The percept that it compares; it applies where both beliefs have it.
     pub percept: u16,
@@ -248,7 +250,7 @@ pub struct Distance {
 }
 
 /// A belief distance function d.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Measure {
     /// Euclidean distance of two positions or of two extents.
@@ -259,10 +261,12 @@ pub enum Measure {
     Difference,
     /// 1 for two different symbols, 0 for equal ones.
     Differs,
+    /// A distance that the program supplies under this name.
+    Own(String),
 }
 
 /// A culling function (Eq. 5).
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub enum Cull {
     /// Not perceived for longer than this.
     UnseenLongerThan(Duration),
@@ -275,6 +279,8 @@ pub enum Cull {
     },
     /// Its place is in view and it is not perceived there; a belief without a place disagrees.
     PlaceInViewAndEmpty,
+    /// A culling function that the program supplies under this name.
+    Own(String),
 }
 
 impl Percepts {

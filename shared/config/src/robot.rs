@@ -52,7 +52,10 @@ impl Robot {
             None => (builtin::LEO.to_owned(), PathBuf::from("leo.toml")),
         };
         let (leo_text, leo_file) = leo;
-        let leo = consistent(&leo_text, &leo_file)?;
+        let mut leo = consistent(&leo_text, &leo_file)?;
+        if let Some(folder) = folder {
+            leo.sensor.source.iter_mut().for_each(|source| source.relative_to(folder));
+        }
         let percepts = Percepts::parse(&percepts.0, &percepts.1)?;
         perceivable(&leo, &percepts, &leo_text, &leo_file)?;
         Ok(Self {

@@ -12,6 +12,7 @@
 //! accessors return `None` for nonsense. No type here has an invalid bit pattern.
 
 mod belief;
+mod divergence;
 mod event;
 mod header;
 mod health;
@@ -28,6 +29,7 @@ mod topic;
 mod turn;
 
 pub use belief::{Belief, BeliefHead, Remembered};
+pub use divergence::{Aspect, Difference, DivergenceHead};
 pub use event::{Event, EventKind};
 pub use header::{Head, Header, Hop};
 pub use health::{Health, Process, ProcessState, Roster, UnknownProcess};
@@ -41,7 +43,9 @@ pub use scene::SceneObject;
 pub use sources::{MAX_SOURCES, SourceHealth, Sources};
 pub use text::{TEXT_CAPACITY, Text};
 pub use topic::Utterance;
-pub use topic::{Beliefs, Events, JointGoals, JointStates, Observations, Percepts, Scene, Topic, Utterances};
+pub use topic::{
+    Beliefs, Divergences, Events, JointGoals, JointStates, Observations, Percepts, Scene, Topic, Utterances,
+};
 pub use turn::{Done, Turn, TurnKind, Turns, TurnsDone};
 
 /// Implements `TryFrom<$raw>` for an enum whose variants have explicit numbers.

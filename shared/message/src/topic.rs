@@ -2,7 +2,8 @@ use iceoryx2_bb_derive_macros::ZeroCopySend;
 use iceoryx2_bb_elementary_traits::zero_copy_send::ZeroCopySend;
 
 use crate::{
-    Belief, BeliefHead, Event, Head, Header, JointGoal, JointState, Observation, Perceived, SceneObject, Text,
+    Belief, BeliefHead, Difference, DivergenceHead, Event, Head, Header, JointGoal, JointState, Observation,
+    Perceived, SceneObject, Text,
 };
 
 /// A buffer between processes: what it is called and what a frame of it holds. Each has exactly
@@ -42,6 +43,11 @@ topic!(
 topic!(
     /// The belief buffer of one perspective; numbered by perspective. Writer: belief.
     Beliefs = "beliefs": BeliefHead, Belief
+);
+topic!(
+    /// What one perspective believes and the one that it is nested in does not, and the reverse;
+    /// numbered by perspective, from 1. Writer: belief.
+    Divergences = "divergences": DivergenceHead, Difference
 );
 topic!(
     /// Joint commands: where the joints shall be, and when. Writer: learner.

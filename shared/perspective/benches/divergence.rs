@@ -3,7 +3,8 @@
 //! A robot and a partner opposite believe in the same things on a grid of 11 cm. "same": both see
 //! all of it at every instant. "away": the partner does not look, a tenth of the things were moved
 //! and the robot believes in a tenth more. "first": the same, and nothing was compared before: all
-//! are paired by likeness, which happens once.
+//! are paired by likeness, which happens once. "pile": the same, and all lie at one place, which is
+//! the worst of cases: they are paired bit by bit, at many instants.
 
 #![expect(clippy::print_stdout, reason = "a benchmark prints")]
 
@@ -18,9 +19,12 @@ use quantity::number::{float, single};
 
 const ROUNDS: u64 = 200;
 
-fn belief(id: u64, thing: u16, at_ns: u64, moved: bool, x_person_base: &Pose<Person, Base>) -> Belief {
-    let aside = if moved { 0.5 } else { 0.0 };
-    let place = Position::new(f64::from(thing / 64) * 0.11, f64::from(thing % 64) * 0.11 + aside, 0.03);
+fn belief(id: u64, thing: u16, at_ns: u64, aside: f64, x_person_base: &Pose<Person, Base>) -> Belief {
+    let place = if aside < 0.0 {
+        Position::new(0.0, 0.0, 0.03)
+    } else {
+        Position::new(f64::from(thing / 64) * 0.11, f64::from(thing % 64) * 0.11 + aside, 0.03)
+    };
     let place = (*x_person_base * place).to_array().map(single);
     let mut belief = Belief::new(id, 1, at_ns, 100, NOBODY);
     for (percept, feature) in [
@@ -38,12 +42,16 @@ fn main() {
     let percepts = Percepts::builtin();
     let x_base_person = Pose::<Base, Person>::upright(3.0, 0.0, 0.0, PI);
     let (own, his) = (Pose::identity(), x_base_person.inverse());
-    println!("things   same p50/p99 us        away p50/p99 us        first p50/p99 us   agreed");
+    println!(
+        "things   same p50/p99 us        away p50/p99 us        first p50/p99 us         pile p50/p99 us   agreed"
+    );
     for things in [16_u16, 64, 256, 1000] {
         let capacity = usize::from(things) + usize::from(things) / 10;
         let mut columns = Vec::new();
         let mut agreed = 0;
-        for (away, first) in [(false, false), (true, false), (true, true)] {
+        for (away, first, pile) in
+            [(false, false, false), (true, false, false), (true, true, false), (true, true, true)]
+        {
             let mut divergence = Divergence::new(&percepts, capacity);
             let mut nanos = Vec::new();
             for round in 0..ROUNDS {
@@ -51,14 +59,18 @@ fn main() {
                     divergence = Divergence::new(&percepts, capacity);
                 }
                 let at_ns = 10 + round;
-                let moved = |thing: u16| away && round > 0 && thing.is_multiple_of(10);
+                let aside = |thing: u16| {
+                    let moved = away && round > 0 && thing.is_multiple_of(10);
+                    if pile { -1.0 } else { f64::from(u8::from(moved)) * 0.5 }
+                };
+                let there = if pile { -1.0 } else { 0.0 };
                 let more = if away { things / 10 } else { 0 };
                 let robots: Vec<Belief> = (0..things + more)
-                    .map(|thing| belief(u64::from(thing) + 1, thing, at_ns, moved(thing), &own))
+                    .map(|thing| belief(u64::from(thing) + 1, thing, at_ns, aside(thing), &own))
                     .collect();
                 let seen_at = if away { 10 } else { at_ns };
                 let partners: Vec<Belief> = (0..things)
-                    .map(|thing| belief(u64::from(thing) + 1, thing, seen_at, false, &his))
+                    .map(|thing| belief(u64::from(thing) + 1, thing, seen_at, there, &his))
                     .collect();
                 let robot = BeliefHead::of(0, Header::at(at_ns));
                 let partner = BeliefHead {

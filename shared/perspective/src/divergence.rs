@@ -6,7 +6,7 @@ mod tests;
 mod thing;
 
 use config::percepts::{self, Kernel, Percepts};
-use message::{Belief, BeliefHead, Feature, MAX_PERCEPTS};
+use message::{Belief, BeliefHead, Difference};
 
 use pairing::{Measure, Pairing};
 use thing::{Aspects, Thing};
@@ -18,52 +18,6 @@ pub struct Side<'a> {
     pub head: &'a BeliefHead,
     /// The beliefs, in the order of their identities.
     pub beliefs: &'a [Belief],
-}
-
-/// How two perspectives differ about one thing.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Difference {
-    /// The belief of the one; `None` where only the other believes in the thing.
-    pub one: Option<u64>,
-    /// The belief of the other; `None` where only the one believes in the thing.
-    pub other: Option<u64>,
-    count: usize,
-    aspects: [Aspect; MAX_PERCEPTS],
-}
-
-/// One percept about which two beliefs in the same thing differ. Places and orientations are in
-/// the robot's base frame.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Aspect {
-    /// The percept's number.
-    pub percept: u16,
-    /// What the one believes; `None` where it knows nothing of it.
-    pub one: Option<Feature>,
-    /// What the other believes; `None` where it knows nothing of it.
-    pub other: Option<Feature>,
-    /// How far apart the two are, where both are known: metres, radians, a difference of degrees,
-    /// or 1 for two symbols.
-    pub apart: Option<f64>,
-}
-
-impl Difference {
-    /// The percepts about which the two beliefs differ; none where only one believes at all.
-    #[must_use]
-    pub fn aspects(&self) -> &[Aspect] {
-        self.aspects.get(..self.count).unwrap_or(&[])
-    }
-
-    fn new(one: Option<u64>, other: Option<u64>) -> Self {
-        let nothing = Aspect { percept: 0, one: None, other: None, apart: None };
-        Self { one, other, count: 0, aspects: [nothing; MAX_PERCEPTS] }
-    }
-
-    fn push(&mut self, aspect: Aspect) {
-        if let Some(slot) = self.aspects.get_mut(self.count) {
-            *slot = aspect;
-            self.count += 1;
-        }
-    }
 }
 
 /// Compares two perspectives, belief by belief and percept by percept, instant after instant.
@@ -82,8 +36,9 @@ impl Difference {
 ///    were not: one of the two must have begun after the other was last perceived, or both before
 ///    anything was compared.
 ///
-/// Of several possible pairs the closest is taken first, one to one; among equal ones that of the
-/// lowest identities. A newer common observation overrules an older pair.
+/// Of several possible pairs the closest is taken first, one to one: by D, or of those that look
+/// alike the nearest; among equal ones that of the lowest identities. A newer common observation
+/// overrules an older pair.
 ///
 /// # Limits
 ///
@@ -92,10 +47,13 @@ impl Difference {
 /// place is never paired by observation with one that has none. Indexical percepts (regions, a program's own) are not
 /// compared: "left" is another question for each. Who holds a thing is not compared.
 ///
-/// Allocates in `new` alone. A pair that goes on costs a search by identity; new ones are looked
-/// for within the threshold's reach of their place. Pairs by likeness cost the product of the
-/// beliefs without a pair on the two sides, which are few: a partner observes nothing that the
-/// robot does not.
+/// Of a pile, more things than 64 to each side of it along one line, a belief may fail to be paired,
+/// or be paired an instant later.
+///
+/// Allocates in `new` alone. A pair that goes on costs a search by identity. For a new one, things
+/// are looked at in the order of their distance along one line, no more than 128 of the other
+/// side, until none can be closer: what an instant costs grows as the number of things, whatever
+/// they are and wherever they lie.
 #[derive(Clone, Debug)]
 pub struct Divergence {
     aspects: Aspects,
@@ -197,12 +155,15 @@ impl Divergence {
                 continue;
             };
             self.pairs.push((one.id, other.id));
-            let mut difference = Difference::new(Some(one.id), Some(other.id));
-            self.aspects.compare(one, other, |aspect| difference.push(aspect));
-            if difference.count == 0 {
-                self.agreed += 1;
-            } else {
-                self.differences.push(difference);
+            let mut difference = None;
+            self.aspects.compare(one, other, |aspect| {
+                let new = || Difference::new(Some(one.id), Some(other.id));
+                // There is room for each percept once.
+                let _fits = difference.get_or_insert_with(new).push(aspect);
+            });
+            match difference {
+                None => self.agreed += 1,
+                Some(difference) => self.differences.push(difference),
             }
         }
         let alone = self.other.iter().filter(|other| other.pair.is_none());

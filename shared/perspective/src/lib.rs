@@ -46,7 +46,7 @@ mod transform;
 
 pub use anchor::Anchor;
 pub use awareness::Awareness;
-pub use divergence::{Aspect, Difference, Divergence, Side};
+pub use divergence::{Divergence, Side};
 pub use error::NoPerspective;
 pub use nested::Nested;
 pub use owners::{Claim, Owners};

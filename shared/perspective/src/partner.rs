@@ -1,4 +1,4 @@
-use belief::BeliefSystem;
+use belief::{BeliefSystem, Functions};
 use clock::Instant;
 use config::percepts::Percepts;
 use config::perspective::Perspective;
@@ -59,13 +59,29 @@ impl Partner {
         config: &Perspective,
         capacity: usize,
     ) -> Result<Self, NoPerspective> {
+        Self::with_own(agent, perception, percepts, &Functions::default(), config, capacity)
+    }
+
+    /// The same with a belief system that has the program's own functions.
+    ///
+    /// # Errors
+    ///
+    /// As [`Self::new`].
+    pub fn with_own(
+        agent: u16,
+        perception: Perception,
+        percepts: &Percepts,
+        functions: &Functions,
+        config: &Perspective,
+        capacity: usize,
+    ) -> Result<Self, NoPerspective> {
         let sight = &config.sight;
         let cone = Cone::new(sight.cone_half_angle_deg.radians(), sight.range_m.get())
             .map_err(|source| NoPerspective::Cone { agent, source })?;
         Ok(Self {
             frame: Frame { agent },
             perception,
-            system: BeliefSystem::new(percepts, capacity)
+            system: BeliefSystem::with_own(percepts, functions, capacity)
                 .map_err(|source| NoPerspective::Belief { agent, source })?,
             sight: Sight::new(Pose::identity(), cone, &Occluders::new(config.occluders.most.get())),
             samples: match sight.samples {

@@ -1,4 +1,4 @@
-use belief::BeliefSystem;
+use belief::{BeliefSystem, Functions};
 use clock::Instant;
 use config::number::Coordinate;
 use config::percepts::Percepts;
@@ -44,7 +44,22 @@ impl Robot {
         partners: u16,
         capacity: usize,
     ) -> Result<Self, NoPerspective> {
-        let system = BeliefSystem::new(percepts, capacity)
+        Self::with_own(percepts, &Functions::default(), config, partners, capacity)
+    }
+
+    /// The same with a belief system that has the program's own functions.
+    ///
+    /// # Errors
+    ///
+    /// As [`Self::new`].
+    pub fn with_own(
+        percepts: &Percepts,
+        functions: &Functions,
+        config: &Perspective,
+        partners: u16,
+        capacity: usize,
+    ) -> Result<Self, NoPerspective> {
+        let system = BeliefSystem::with_own(percepts, functions, capacity)
             .map_err(|source| NoPerspective::Belief { agent: 0, source })?;
         let awareness = Awareness::new(0, config, partners, capacity);
         let position = |coordinates: [Coordinate; 3]| {

@@ -1,15 +1,21 @@
 use std::fmt;
+use std::mem::MaybeUninit;
 
 use iceoryx2::node::Node as RawNode;
 use iceoryx2::port::BackpressureAction;
 use iceoryx2::port::notifier::Notifier;
 use iceoryx2::port::publisher::Publisher;
 use iceoryx2::prelude::{AllocationStrategy, BackpressureStrategy};
+use iceoryx2::sample_mut::SampleMut;
+use iceoryx2::sample_mut_uninit::SampleMutUninit;
 use iceoryx2::service::ipc::Service;
 use message::{Head as _, Topic};
 
 use crate::service::{bell_service, frame_service};
 use crate::{Delivery, PortError, Queues, SendError};
+
+/// A frame's memory, not yet written.
+type Loan<T> = SampleMutUninit<Service, [MaybeUninit<<T as Topic>::Entry>], <T as Topic>::Head>;
 
 /// The writing end of a topic.
 pub struct Outlet<T: Topic> {
@@ -79,18 +85,45 @@ impl<T: Topic> Outlet<T> {
         entry: impl FnMut(usize) -> T::Entry,
         seal: impl FnOnce(&mut T::Head),
     ) -> Result<u64, SendError> {
-        let fitting = count.min(self.capacity);
-        let mut sample = match self.publisher.loan_slice_uninit(fitting) {
-            Ok(sample) => sample,
-            Err(error) => return Err(self.failed(&error)),
-        };
+        let mut sample = self.loan(count)?;
         *sample.user_header_mut() = head;
-        let mut sample = sample.write_from_fn(entry);
+        self.deliver(sample.write_from_fn(entry), count, seal)
+    }
+
+    /// Sends a frame with these entries, as [`Self::send`] does.
+    ///
+    /// # Errors
+    ///
+    /// As [`Self::send`].
+    pub fn send_all(
+        &mut self,
+        head: T::Head,
+        entries: &[T::Entry],
+        seal: impl FnOnce(&mut T::Head),
+    ) -> Result<u64, SendError> {
+        let mut sample = self.loan(entries.len())?;
+        *sample.user_header_mut() = head;
+        let fitting = entries.get(..sample.payload().len()).unwrap_or(entries);
+        self.deliver(sample.write_from_slice(fitting), entries.len(), seal)
+    }
+
+    /// Memory for a frame of as many entries as fit.
+    fn loan(&self, count: usize) -> Result<Loan<T>, SendError> {
+        self.publisher.loan_slice_uninit(count.min(self.capacity)).map_err(|error| self.failed(&error))
+    }
+
+    fn deliver(
+        &mut self,
+        mut sample: SampleMut<Service, [T::Entry], T::Head>,
+        count: usize,
+        seal: impl FnOnce(&mut T::Head),
+    ) -> Result<u64, SendError> {
+        let left_out = count.saturating_sub(self.capacity);
         self.sequence += 1;
         let header = sample.user_header_mut().header_mut();
         header.sequence = self.sequence;
         header.incarnation = self.incarnation;
-        header.left_out = header.left_out.saturating_add(u64::try_from(count - fitting).unwrap_or(u64::MAX));
+        header.left_out = header.left_out.saturating_add(u64::try_from(left_out).unwrap_or(u64::MAX));
         seal(sample.user_header_mut());
         if let Err(error) = sample.send() {
             self.undelivered += 1;

@@ -1,10 +1,14 @@
+use std::sync::Arc;
+
 use clock::Instant;
-use config::percepts::{Distance, Measure, NoTermApplies, Percepts};
+use config::percepts::{Distance, History, Measure, NoTermApplies, Percepts};
 use message::{Feature, Observation, Perceived, PerceptValue, Snapshot};
 use proptest::prelude::*;
 
 use super::{Clustering, Population as _, cluster_naively};
 use crate::arena::{Arena, Step};
+use crate::own::{self, Functions, Samples};
+use crate::sample::Sample;
 
 /// A new belief: coordinates on a coarse lattice, so that ties are common.
 #[derive(Clone, Debug)]
@@ -33,11 +37,84 @@ fn seen() -> impl Strategy<Value = Seen> {
         })
 }
 
+/// A distance of the program's own that is larger one way than the other, and for some pairs none.
+struct Uphill;
+
+impl own::Distance for Uphill {
+    fn between(&self, one: &Feature, other: &Feature) -> Option<f64> {
+        let up = |a: f32, b: f32| f64::from(if a < b { 2.0 * (b - a) } else { a - b });
+        match (one, other) {
+            (Feature::Vector([x, y, z]), Feature::Vector([u, v, w])) if x + u < 0.35 => {
+                Some(up(*x, *u) + up(*y, *v) + up(*z, *w))
+            }
+            (Feature::Vector(_), Feature::Vector(_)) => Some(f64::NAN),
+            (Feature::Symbol(0), Feature::Symbol(0)) => Some(-1.0),
+            (Feature::Symbol(one), Feature::Symbol(other)) if one == other => None,
+            (Feature::Symbol(one), Feature::Symbol(other)) => {
+                Some(0.02 * up(f32::from(*one), f32::from(*other)))
+            }
+            _ => None,
+        }
+    }
+}
+
+/// A history of the program's own that says the mean of the last three places.
+struct Mean;
+
+impl own::History for Mean {
+    fn samples(&self) -> usize {
+        3
+    }
+
+    fn take(&self, kept: &mut Samples<'_>, sample: &Sample) {
+        if kept.as_slice().len() == self.samples() {
+            kept.remove(0);
+        }
+        kept.push(*sample);
+        kept.as_mut_slice().sort_by(|a, b| a.at.cmp(&b.at).then_with(|| a.rank(b)));
+    }
+
+    fn at(&self, kept: &[Sample], instant: Instant) -> Option<Sample> {
+        let kept = &kept[..kept.partition_point(|sample| sample.at <= instant)];
+        let last = kept.last()?;
+        let mut mean = [0.0; 3];
+        for sample in kept {
+            let Feature::Vector(place) = sample.feature else { return Some(*last) };
+            mean = [0, 1, 2].map(|axis| mean[axis] + place[axis]);
+        }
+        let count = f32::from(u16::try_from(kept.len()).unwrap());
+        Some(Sample { feature: Feature::Vector(mean.map(|sum| sum / count)), ..*last })
+    }
+}
+
+fn functions() -> Functions {
+    let mut functions = Functions::default();
+    functions.distances.push(("uphill".to_owned(), Arc::new(Uphill)));
+    functions.histories.push(("mean".to_owned(), Arc::new(Mean)));
+    functions
+}
+
+/// Some of the functions are the program's own.
+fn make_own(percepts: &mut Percepts, which: [bool; 3]) {
+    let uphill = || Measure::Own("uphill".to_owned());
+    let [colour, place, history] = which;
+    let (colour_percept, position) = (percepts.index("colour").unwrap(), percepts.index("position").unwrap());
+    for term in &mut percepts.belief.distance {
+        if colour && term.percept == colour_percept || place && term.percept == position {
+            term.measure = uphill();
+        }
+    }
+    if history {
+        percepts.percepts[usize::from(position)].history = History::Own("mean".to_owned());
+    }
+}
+
 fn percepts() -> impl Strategy<Value = Percepts> {
     let weight = || prop::sample::select(vec![0.0, 0.5, 1.0]);
     let threshold = prop::sample::select(vec![0.0, 0.03, 0.08, 0.15, 0.6, 3.0]);
-    (weight(), weight(), weight(), threshold, any::<bool>(), any::<bool>(), any::<bool>()).prop_map(
-        |(place, colour, shape, threshold, normalised, zero, cannot_link)| {
+    let which = prop::array::uniform3(prop::bool::weighted(0.3));
+    (weight(), weight(), weight(), threshold, any::<bool>(), any::<bool>(), any::<bool>(), which).prop_map(
+        |(place, colour, shape, threshold, normalised, zero, cannot_link, which)| {
             let mut percepts = Percepts::builtin();
             let term =
                 |name, measure, weight| Distance { percept: percepts.index(name).unwrap(), measure, weight };
@@ -51,6 +128,7 @@ fn percepts() -> impl Strategy<Value = Percepts> {
             percepts.belief.no_term_applies =
                 if zero { NoTermApplies::Zero } else { NoTermApplies::Infinite };
             percepts.belief.cannot_link_same_source_instant = cannot_link;
+            make_own(&mut percepts, which);
             percepts
         },
     )
@@ -85,7 +163,7 @@ struct Twins {
 
 impl Twins {
     fn new(percepts: Percepts) -> Self {
-        let arena = Arena::new(&percepts, 400);
+        let arena = Arena::new(&percepts, &functions(), 400).unwrap();
         Self {
             percepts,
             reference: arena.clone(),
@@ -168,4 +246,28 @@ fn of_equally_near_pairs_the_lowest_identities_merge_first() {
     }
     let ids: Vec<_> = twins.arena.live().iter().map(|&slot| twins.arena.memory(slot).unwrap().id).collect();
     assert_eq!(ids, [1, 3]);
+}
+
+#[test]
+fn what_is_no_distance_keeps_two_apart_and_no_order_of_the_beliefs_matters() {
+    let mut percepts = Percepts::builtin();
+    make_own(&mut percepts, [false, true, false]);
+    percepts.belief.threshold = 0.3;
+    let merged = |x: [i8; 2]| {
+        let mut twins = Twins::new(percepts.clone());
+        let seen = x.map(|x| Seen {
+            place: Some([x, 0, 0]),
+            colour: Some(0),
+            shape: None,
+            confidence: 0.9,
+            group: usize::from(x.unsigned_abs()),
+        });
+        let [naive, fast] = twins.step(1, &seen, false);
+        assert_eq!(naive, fast);
+        fast
+    };
+    // From 0.0 to 0.1 m it is 0.1 or 0.2: either way the same, and below the threshold.
+    assert_eq!([merged([0, 2]), merged([2, 0])], [1, 1]);
+    // From there on it says NaN.
+    assert_eq!([merged([3, 4]), merged([4, 3])], [0, 0]);
 }

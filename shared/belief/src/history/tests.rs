@@ -23,16 +23,16 @@ fn low_pass(share: f64) -> percepts::History {
 }
 
 /// Histories of one percept, with room for three beliefs.
-fn histories(generator: percepts::History) -> Histories {
+fn histories(generator: &percepts::History) -> Histories {
     let percept = Percept {
         name: "p".to_owned(),
         parent: None,
         role: Role::Neither,
         decay_per_s: DECAY,
-        history: generator,
+        history: generator.clone(),
         kernel: Kernel::Position,
     };
-    Histories::new(&[percept], 3)
+    Histories::new(&[percept], &Functions::default(), 3).unwrap()
 }
 
 /// A row of samples that came one by one.
@@ -45,7 +45,7 @@ fn grow(histories: &mut Histories, samples: &[Sample]) -> u32 {
 /// A history of its own.
 struct History(Histories, u32);
 
-fn grown(generator: percepts::History, samples: &[Sample]) -> History {
+fn grown(generator: &percepts::History, samples: &[Sample]) -> History {
     let mut histories = histories(generator);
     let row = grow(&mut histories, samples);
     History(histories, row)
@@ -74,7 +74,7 @@ fn number(sample: Sample) -> f32 {
 fn before_the_first_sample_there_is_none_and_after_the_last_confidence_decays() {
     for generator in [series(4, WhenFull::ForgetOldest), log_timescale(4), low_pass(0.5)] {
         let history =
-            grown(generator, &[sample(1_000, Feature::Number(1.0)), sample(2_000, Feature::Number(1.0))]);
+            grown(&generator, &[sample(1_000, Feature::Number(1.0)), sample(2_000, Feature::Number(1.0))]);
         assert_eq!(history.at(Instant::from_nanos(999), DECAY), None);
         let last = history.at(Instant::from_nanos(2_000), DECAY).unwrap();
         assert_eq!(last, sample(2_000, Feature::Number(1.0)));
@@ -87,7 +87,7 @@ fn before_the_first_sample_there_is_none_and_after_the_last_confidence_decays() 
 #[test]
 fn a_full_lossless_history_forgets_as_told() {
     let samples: Vec<_> = [10, 20, 21, 40, 80].map(|at| sample(at, Feature::None)).into();
-    let instants = |when_full| grown(series(4, when_full), &samples).instants();
+    let instants = |when_full| grown(&series(4, when_full), &samples).instants();
     assert_eq!(instants(WhenFull::ForgetOldest), [20, 21, 40, 80]);
     // Without 20 the gap is from 10 to 21, the shortest.
     assert_eq!(instants(WhenFull::Thin), [10, 21, 40, 80]);
@@ -97,7 +97,7 @@ fn a_full_lossless_history_forgets_as_told() {
 fn the_low_pass_is_the_recurrence() {
     let xs = [1.0_f32, 2.0, -3.0, 0.5];
     let samples: Vec<_> = (1..).zip(xs).map(|(at, x)| sample(at, Feature::Number(x))).collect();
-    let history = grown(low_pass(0.3), &samples);
+    let history = grown(&low_pass(0.3), &samples);
     let mut y = xs[0];
     for x in &xs[1..] {
         y = quantity::number::single(0.3 * f64::from(*x) + (1.0 - 0.3) * f64::from(y));
@@ -111,9 +111,9 @@ fn of_two_samples_of_one_instant_the_higher_match_times_confidence_counts() {
     let strong = sample(9, Feature::Number(1.0));
     let first = sample(5, Feature::Number(0.0));
     for generator in [series(8, WhenFull::ForgetOldest), log_timescale(8), low_pass(0.5)] {
-        let alone = grown(generator, &[first, strong]);
+        let alone = grown(&generator, &[first, strong]);
         for samples in [[first, weak, strong], [first, strong, weak]] {
-            let history = grown(generator, &samples);
+            let history = grown(&generator, &samples);
             assert_eq!(history.newest(), alone.newest(), "{generator:?}");
         }
     }
@@ -125,7 +125,7 @@ fn an_orientation_is_filtered_on_the_sphere_along_the_shorter_way() {
     // The same turn about z as two quaternions of opposite sign.
     let quarter = Feature::Orientation([0.0, 0.0, -half, -half]);
     let none = Feature::Orientation([0.0, 0.0, 0.0, 1.0]);
-    let history = grown(low_pass(0.5), &[sample(1, none), sample(2, quarter)]);
+    let history = grown(&low_pass(0.5), &[sample(1, none), sample(2, quarter)]);
     let Some(Feature::Orientation([_, _, z, w])) = history.newest().map(|sample| sample.feature) else {
         panic!("an orientation is remembered")
     };
@@ -137,7 +137,7 @@ fn an_orientation_is_filtered_on_the_sphere_along_the_shorter_way() {
 #[test]
 fn half_a_day_at_200_hz_fits_a_log_timescale_of_64_and_reaches_back_to_its_beginning() {
     let period = 5_000_000;
-    let mut history = grown(log_timescale(64), &[]);
+    let mut history = grown(&log_timescale(64), &[]);
     let frames = 12 * 3_600 * 200;
     let mut most = 0;
     // Nearly nine million samples are many for an unoptimised test: one in ten.
@@ -156,7 +156,7 @@ fn half_a_day_at_200_hz_fits_a_log_timescale_of_64_and_reaches_back_to_its_begin
 #[ignore = "half a minute when optimised"]
 fn a_billion_samples_pass_through_a_log_timescale_in_constant_memory() {
     let period = 5_000_000;
-    let mut history = grown(log_timescale(64), &[]);
+    let mut history = grown(&log_timescale(64), &[]);
     for frame in 1..=1_000_000_000 {
         history.0.take(history.1, 0, sample(frame * period, Feature::None), 0);
         if frame % 10_000_019 == 0 {
@@ -201,7 +201,7 @@ proptest! {
     #[test]
     fn merging_is_commutative(generator in generators(), a in samples(12), b in samples(12)) {
         let merged = |first: &[Sample], second: &[Sample]| {
-            let mut histories = histories(generator);
+            let mut histories = histories(&generator);
             let (kept, gone) = (grow(&mut histories, first), grow(&mut histories, second));
             histories.merge(kept, gone, 0);
             histories.contents(kept)
@@ -213,7 +213,7 @@ proptest! {
     fn a_sample_taken_is_the_history_of_that_sample_merged(
         generator in generators(), grown in samples(12), one in samples(12),
     ) {
-        let mut histories = histories(generator);
+        let mut histories = histories(&generator);
         let row = grow(&mut histories, &grown);
         let other = grow(&mut histories, &grown);
         for sample in one {
@@ -229,7 +229,7 @@ proptest! {
     fn a_lossless_history_with_room_answers_exactly_in_whatever_order_its_samples_came(
         drawn in samples(30), instant in 0..70_u64,
     ) {
-        let history = grown(series(64, WhenFull::ForgetOldest), &drawn);
+        let history = grown(&series(64, WhenFull::ForgetOldest), &drawn);
         let instant = Instant::from_nanos(instant);
         let expected = drawn
             .iter()
@@ -244,7 +244,7 @@ proptest! {
     ) {
         let mut at = 0;
         let drawn: Vec<_> = gaps.iter().map(|gap| { at += gap; sample(at, Feature::None) }).collect();
-        let history = grown(log_timescale(48), &drawn);
+        let history = grown(&log_timescale(48), &drawn);
         let (first, now) = (drawn[0].at, drawn[drawn.len() - 1].at.as_nanos() + wait);
         let age = quantity::number::floor_u64(share * quantity::number::float(now - first.as_nanos()));
         let asked = Instant::from_nanos(now - age);
@@ -257,10 +257,10 @@ proptest! {
 
     #[test]
     fn no_history_outgrows_its_room(generator in generators(), drawn in samples(40)) {
-        let instants = grown(generator, &drawn).instants();
+        let instants = grown(&generator, &drawn).instants();
         let room = match generator {
             percepts::History::Lossless { samples, .. } | percepts::History::LogTimescale { samples } => samples.get(),
-            percepts::History::LowPass { .. } => 1,
+            percepts::History::LowPass { .. } | percepts::History::Own(_) => 1,
         };
         prop_assert!(instants.len() <= room);
         prop_assert!(instants.is_sorted_by(|a, b| a < b));

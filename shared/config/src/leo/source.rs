@@ -1,3 +1,5 @@
+use std::path::{Path, PathBuf};
+
 use message::MAX_SOURCES;
 use serde::Deserialize;
 
@@ -19,6 +21,12 @@ pub struct Source {
     pub rate_hz: Option<Hertz>,
     /// Standard deviation of the places that it reports, along each axis; none without.
     pub position_sd_m: Option<NotNegative>,
+    /// Of a trace: the file.
+    pub file: Option<PathBuf>,
+    /// Of a trace: which of the sources that it was recorded of is played; the only one without.
+    pub recorded_source: Option<u16>,
+    /// Of a trace: whether it begins anew at its end; it stops there without.
+    pub repeat: Option<bool>,
 }
 
 /// Who a source is.
@@ -30,6 +38,8 @@ pub enum SourceKind {
     /// Any process of this machine. In simulated time nobody outside can know when it is, and it
     /// is not heard.
     External,
+    /// A recording, played by the sensor process itself: in simulated time too.
+    Trace,
 }
 
 /// The pose of a source's frame in the robot's base frame.
@@ -82,6 +92,34 @@ impl TryFrom<WrittenFrame> for SourceFrame {
 }
 
 impl Source {
+    /// Takes the file of a trace as one beside the configuration that names it.
+    pub(crate) fn relative_to(&mut self, folder: &Path) {
+        if let Some(file) = &mut self.file {
+            *file = folder.join(&*file);
+        }
+    }
+
+    /// What a key is wrong that belongs to sources of another kind, if there is one.
+    fn stray_key(&self) -> Option<String> {
+        let name = &self.name;
+        if self.kind == SourceKind::Trace {
+            return match (&self.file, self.rate_hz) {
+                (None, _) => Some(format!("the trace `{name}` needs a `file`")),
+                (Some(_), Some(_)) => {
+                    Some(format!("the trace `{name}` has the rhythm of its recording: leave out `rate_hz`"))
+                }
+                (Some(_), None) => None,
+            };
+        }
+        let stray = [
+            ("file", self.file.is_some()),
+            ("recorded_source", self.recorded_source.is_some()),
+            ("repeat", self.repeat.is_some()),
+        ];
+        let (key, _) = stray.iter().find(|(_, is_there)| *is_there)?;
+        Some(format!("`{name}` is no trace: `{key}` is for sources with kind = \"trace\""))
+    }
+
     /// The share of its observations' confidence that counts, in [0, 1]: the probability that a
     /// place as noisy as it reports them lies within the distance at which the belief system takes
     /// two sightings for one thing. 1 without noise.
@@ -118,7 +156,7 @@ pub(crate) fn fault(sources: &[Source]) -> Option<(usize, String)> {
         } else if is_simulator(&source) && earlier.any(|earlier| is_simulator(&earlier)) {
             format!("`{}` is a second simulator: there is one", source.name)
         } else {
-            return None;
+            source.stray_key()?
         };
         Some((index, reason))
     })
@@ -126,8 +164,6 @@ pub(crate) fn fault(sources: &[Source]) -> Option<(usize, String)> {
 
 #[cfg(test)]
 mod tests {
-    use std::path::Path;
-
     use super::*;
 
     fn source(more: &str) -> Result<Source, String> {
@@ -169,6 +205,24 @@ mod tests {
         ] {
             let error = source(&format!("frame = {frame}")).unwrap_err();
             assert!(error.starts_with("x.toml:3:") && error.contains(word), "{error}");
+        }
+    }
+
+    #[test]
+    fn a_trace_needs_a_file_and_nobody_else_has_one() {
+        let trace = |more: &str| {
+            let text = format!("name = \"a\"\nkind = \"trace\"\n{more}");
+            fault(&[crate::parse(&text, Path::new("x.toml")).unwrap()]).map(|(_, reason)| reason)
+        };
+        assert_eq!(trace("file = \"a.jsonl\"\nrepeat = true\nrecorded_source = 2"), None);
+        assert!(trace("").unwrap().contains("needs a `file`"));
+        assert!(trace("file = \"a.jsonl\"\nrate_hz = 5.0").unwrap().contains("leave out `rate_hz`"));
+        for stray in ["file = \"a\"", "repeat = false", "recorded_source = 0"] {
+            let (_, reason) = fault(&[source(stray).unwrap()]).unwrap();
+            assert!(
+                reason.contains("`camera` is no trace") && reason.contains("kind = \"trace\""),
+                "{reason}"
+            );
         }
     }
 

@@ -66,6 +66,7 @@ enum When {
     UnseenLongerThanMs(Milliseconds),
     ConfidenceBelow { percept: Spanned<String>, floor: Unit },
     PlaceInViewAndEmpty,
+    Own(String),
 }
 
 impl File {
@@ -95,7 +96,7 @@ impl WrittenPercept {
         let kernel_span = self.kernel.span();
         let kernel = self.kernel.into_inner();
         check_kernel(&kernel).map_err(|reason| (kernel_span, reason))?;
-        let history = *self.history.get_ref();
+        let history = self.history.get_ref().clone();
         if matches!(kernel, Kernel::Nearest(_)) && matches!(history, History::LowPass { .. }) {
             let reason = "symbols cannot be filtered: use lossless or log_timescale".to_owned();
             return Err((self.history.span(), reason));
@@ -116,9 +117,9 @@ impl WrittenBelief {
         let mut distance = Vec::with_capacity(self.distance.len());
         for term in self.distance {
             let percept = number(&term.percept, percepts)?;
-            let measure = *term.measure.get_ref();
+            let measure = term.measure.get_ref().clone();
             let kernel = percepts.get(usize::from(percept)).map(|percept| &percept.kernel);
-            if !kernel.is_some_and(|kernel| fits(measure, kernel)) {
+            if !kernel.is_some_and(|kernel| fits(&measure, kernel)) {
                 let reason = format!(
                     "this measure does not fit what `{}` derives: metres for positions and extents, angle_rad \
                      for orientations, difference for states and regions, differs for symbols",
@@ -136,6 +137,7 @@ impl WrittenBelief {
                     Cull::ConfidenceBelow { percept: number(&percept, percepts)?, floor: floor.get() }
                 }
                 When::PlaceInViewAndEmpty => Cull::PlaceInViewAndEmpty,
+                When::Own(name) => Cull::Own(name),
             });
         }
         Ok(Belief {
@@ -159,12 +161,15 @@ fn number(name: &Spanned<String>, percepts: &[Percept]) -> Result<u16, Fault> {
     })
 }
 
-fn fits(measure: Measure, kernel: &Kernel) -> bool {
+fn fits(measure: &Measure, kernel: &Kernel) -> bool {
+    if matches!(measure, Measure::Own(_)) {
+        return true;
+    }
     match kernel {
-        Kernel::Position | Kernel::Extents => measure == Measure::Metres,
-        Kernel::Orientation => measure == Measure::AngleRad,
-        Kernel::State(_) | Kernel::Region(_) => measure == Measure::Difference,
-        Kernel::Nearest(_) => measure == Measure::Differs,
+        Kernel::Position | Kernel::Extents => *measure == Measure::Metres,
+        Kernel::Orientation => *measure == Measure::AngleRad,
+        Kernel::State(_) | Kernel::Region(_) => *measure == Measure::Difference,
+        Kernel::Nearest(_) => *measure == Measure::Differs,
         // What a program's own percept derives is its own affair.
         Kernel::Own(_) => true,
     }

@@ -7,9 +7,10 @@ use std::mem::{align_of, offset_of, size_of};
 use std::path;
 
 use message::{
-    Belief, BeliefHead, DEPTH_MOST, Done, Event, Header, Health, Histogram, JointGoal, JointState, LOSSES,
-    MAX_PERCEPTS, MAX_SOURCES, Observation, Path, Perceived, PerceptValue, Remembered, Roster, STATES,
-    SceneObject, Snapshot, SourceHealth, Sources, TEXT_CAPACITY, Text, Turn, Utterance,
+    Aspect, Belief, BeliefHead, DEPTH_MOST, Difference, DivergenceHead, Done, Event, Header, Health,
+    Histogram, JointGoal, JointState, LOSSES, MAX_PERCEPTS, MAX_SOURCES, Observation, Path, Perceived,
+    PerceptValue, Remembered, Roster, STATES, SceneObject, Snapshot, SourceHealth, Sources, TEXT_CAPACITY,
+    Text, Turn, Utterance,
 };
 
 /// What the compiler says of a type: size, alignment, and the offsets of its public fields.
@@ -33,12 +34,15 @@ macro_rules! compiled {
 
 pub(crate) fn compiled() -> Vec<Compiled> {
     Vec::from(compiled! {
+        Aspect { percept }
         Belief { id, born_at_ns, perceived_at_ns, observations, held_by, owner }
         BeliefHead {
             header, perspective, present, frame_position_m, frame_orientation_xyzw, eye_position_m,
             eye_orientation_xyzw, perceivable, hidden, refused, created, merged, culled, overflowed,
             path
         }
+        Difference {}
+        DivergenceHead { header, perspective, within, agreed, compared, path }
         Done { round, finished }
         Event {
             posterior, kind, perspective, rank, tally, examples, high_likelihood, succeeded, task, text

@@ -11,8 +11,8 @@ pub(super) struct Measure {
     terms: Vec<Term>,
     threshold: f64,
     normalised: bool,
-    /// Whoever is further away than this is not closer than the threshold, in metres.
-    reach_m: f64,
+    /// D grows by at least so much with each metre.
+    per_m: f64,
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -37,10 +37,8 @@ impl Measure {
         let total: f64 = terms.iter().map(|term| term.weight).sum();
         let share = if config.normalised { total } else { 1.0 };
         let place = terms.iter().find(|term| term.of_place);
-        // A little more, so that rounding leaves nobody out.
-        let reach_m =
-            place.map_or(f64::INFINITY, |term| config.threshold * share / term.weight * 1.000_001 + 1e-6);
-        Self { terms, threshold: config.threshold, normalised: config.normalised, reach_m }
+        let per_m = place.map_or(0.0, |term| term.weight / share);
+        Self { terms, threshold: config.threshold, normalised: config.normalised, per_m }
     }
 
     /// D of two beliefs, where it is below the threshold.
@@ -74,26 +72,35 @@ impl Measure {
 /// How close a pair is: the lower, the closer. The same whichever side is called the one.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Closeness {
-    distance: f64,
-    metres: f64,
+    first: f64,
+    then: f64,
     ids: (u64, u64),
 }
 
 impl Closeness {
-    fn new(distance: f64, metres: f64, one: &Thing, other: &Thing) -> Self {
-        Self { distance, metres, ids: (one.id.min(other.id), one.id.max(other.id)) }
+    fn new(first: f64, then: f64, one: &Thing, other: &Thing) -> Self {
+        Self { first, then, ids: (one.id.min(other.id), one.id.max(other.id)) }
     }
 
     fn order(&self, other: &Self) -> Ordering {
-        self.distance
-            .total_cmp(&other.distance)
-            .then_with(|| self.metres.total_cmp(&other.metres))
+        self.first
+            .total_cmp(&other.first)
+            .then_with(|| self.then.total_cmp(&other.then))
             .then_with(|| self.ids.cmp(&other.ids))
     }
 }
 
+/// Candidates that are looked at for one thing to each side of it along the line.
+const LOOKS_TO_A_SIDE: usize = 64;
+/// Candidates that are looked at in one instant: so many, and so many more for each thing that looks
+/// for a pair. More are looked at only by the round that is under way.
+const LOOKS_MOST: usize = 4096;
+const LOOKS_EACH: usize = 192;
+/// What rounding may add to a distance along the line, in metres.
+const ROUNDING_M: f64 = 1e-6;
+
 /// Finds pairs, the closest first: whoever is closest to each other is a pair, again and again until
-/// nobody is.
+/// nobody is, or as much was looked at as an instant has time for.
 ///
 /// That is the greedy pairing by closeness, without a list of all possible pairs.
 #[derive(Clone, Debug)]
@@ -105,10 +112,24 @@ pub(super) struct Pairing {
 /// Those of a side that look for a pair.
 #[derive(Clone, Debug)]
 struct Search {
-    /// Their places in the side's list, by when they were last perceived, and then by x.
+    /// Their places in the side's list, by group and then along the line.
     open: Vec<usize>,
     /// For each in the side's list, the closest of the other side.
     closest: Vec<Option<usize>>,
+}
+
+/// Which pairs are possible.
+struct Possible<L, G, C> {
+    /// Whether a thing looks for a pair.
+    looks: L,
+    /// Only two of one group may be a pair.
+    group: G,
+    /// How close two are; `None` where they are no pair.
+    closeness: C,
+    /// What is first in the closeness grows by at least so much with each metre ...
+    per_m: f64,
+    /// ... and is below this.
+    below: f64,
 }
 
 impl Search {
@@ -119,39 +140,74 @@ impl Search {
     fn begin(&mut self, things: &[Thing], looks: impl Fn(&Thing) -> bool) {
         self.open.clear();
         self.open.extend(things.iter().enumerate().filter(|(_, thing)| looks(thing)).map(|(index, _)| index));
-        self.open.sort_unstable_by(|a, b| {
-            let ((perceived_a, x_a), (perceived_b, x_b)) = (key(things, *a), key(things, *b));
-            perceived_a.cmp(&perceived_b).then_with(|| x_a.total_cmp(&x_b))
-        });
         self.closest.clear();
         self.closest.resize(things.len(), None);
     }
 
-    /// Those that may be paired with a thing: within reach of it along x and perceived at the same
-    /// instant, or all where there is no `reach_m`.
-    fn near(&self, things: &[Thing], thing: &Thing, reach_m: Option<f64>) -> &[usize] {
-        let Some(reach_m) = reach_m else { return &self.open };
-        let (at_ns, x) = (thing.perceived_at_ns, x_of(thing));
-        let is_before = |index: &usize| {
-            let (perceived, other) = key(things, *index);
-            perceived < at_ns || (perceived == at_ns && other < x - reach_m)
-        };
-        let is_within = |index: &usize| {
-            let (perceived, other) = key(things, *index);
-            perceived < at_ns || (perceived == at_ns && other <= x + reach_m)
-        };
-        let (from, to) = (self.open.partition_point(is_before), self.open.partition_point(is_within));
-        self.open.get(from..to).unwrap_or(&[])
+    fn sort(&mut self, things: &[Thing], group: impl Fn(&Thing) -> u64) {
+        self.open.sort_unstable_by(|a, b| match (things.get(*a), things.get(*b)) {
+            (Some(a), Some(b)) => order(&group, a, b),
+            (None, _) | (_, None) => Ordering::Equal,
+        });
+    }
+
+    fn closest(&self, index: usize) -> Option<usize> {
+        self.closest.get(index).copied().flatten()
     }
 }
 
-fn key(things: &[Thing], index: usize) -> (u64, f64) {
-    things.get(index).map_or((0, f64::NEG_INFINITY), |thing| (thing.perceived_at_ns, x_of(thing)))
+fn order(group: impl Fn(&Thing) -> u64, a: &Thing, b: &Thing) -> Ordering {
+    group(a).cmp(&group(b)).then_with(|| a.along_m.total_cmp(&b.along_m))
 }
 
-/// What has no place stands before everything, and near nothing that has one.
-fn x_of(thing: &Thing) -> f64 {
-    thing.place_m.map_or(f64::NEG_INFINITY, |[x, ..]| x)
+impl<L: Fn(&Thing) -> bool, G: Fn(&Thing) -> u64, C: Fn(&Thing, &Thing) -> Option<Closeness>>
+    Possible<L, G, C>
+{
+    /// The closest to a thing of those that are `open` and look for a pair; and how many were
+    /// looked at.
+    fn closest(&self, thing: &Thing, open: &[usize], others: &[Thing]) -> (Option<usize>, usize) {
+        let is_before =
+            |index: &usize| others.get(*index).is_some_and(|other| order(&self.group, other, thing).is_lt());
+        let (before, after) = open.split_at(open.partition_point(is_before));
+        let mut best: Option<(Closeness, usize)> = None;
+        let mut looked = 0;
+        // Each side of the line by itself, the nearest along it first.
+        self.look(thing, before.iter().rev(), others, &mut best, &mut looked);
+        self.look(thing, after.iter(), others, &mut best, &mut looked);
+        (best.map(|(_, index)| index), looked)
+    }
+
+    fn look<'a>(
+        &self,
+        thing: &Thing,
+        candidates: impl Iterator<Item = &'a usize>,
+        others: &[Thing],
+        best: &mut Option<(Closeness, usize)>,
+        looked: &mut usize,
+    ) {
+        for &index in candidates.take(LOOKS_TO_A_SIDE) {
+            let Some(other) = others.get(index) else { continue };
+            *looked += 1;
+            let at_least = self.per_m * (along(thing, other) - ROUNDING_M);
+            let most = best.map_or(self.below, |(closeness, _)| closeness.first);
+            if (self.group)(other) != (self.group)(thing) || at_least > most {
+                return;
+            }
+            if (self.looks)(other)
+                && let Some(closeness) = (self.closeness)(thing, other)
+                && best.is_none_or(|(best, _)| closeness.order(&best).is_lt())
+            {
+                *best = Some((closeness, index));
+            }
+        }
+    }
+}
+
+/// How far apart two are along the line; two without a place are not.
+fn along(one: &Thing, other: &Thing) -> f64 {
+    let apart = (one.along_m - other.along_m).abs();
+    // Of two infinities.
+    if apart.is_nan() { 0.0 } else { apart }
 }
 
 impl Pairing {
@@ -161,18 +217,16 @@ impl Pairing {
 
     /// Pairs those that were last perceived at one instant and are closer than the threshold.
     pub(super) fn by_observation(&mut self, measure: &Measure, one: &mut [Thing], other: &mut [Thing]) {
-        self.run(
-            Some(measure.reach_m),
-            one,
-            other,
-            |thing| !thing.is_sure,
-            |one, other| {
-                if one.perceived_at_ns != other.perceived_at_ns {
-                    return None;
-                }
+        let possible = Possible {
+            looks: |thing: &Thing| !thing.is_sure,
+            group: |thing: &Thing| thing.perceived_at_ns,
+            closeness: |one: &Thing, other: &Thing| {
                 Some(Closeness::new(measure.distance(one, other)?, 0.0, one, other))
             },
-        );
+            per_m: measure.per_m,
+            below: measure.threshold,
+        };
+        self.run(&possible, one, other);
     }
 
     /// Pairs those without a pair that are alike and could not have been observed at once.
@@ -183,42 +237,53 @@ impl Pairing {
         one: &mut [Thing],
         other: &mut [Thing],
     ) {
-        self.run(
-            None,
-            one,
-            other,
-            |thing| thing.pair.is_none(),
-            |one, other| {
+        let possible = Possible {
+            looks: |thing: &Thing| thing.pair.is_none(),
+            group: |_: &Thing| 0,
+            closeness: |one: &Thing, other: &Thing| {
                 let apart_in_time =
                     one.born_at_ns > other.perceived_at_ns || other.born_at_ns > one.perceived_at_ns;
                 let earlier = one.born_at_ns < began_at_ns && other.born_at_ns < began_at_ns;
                 if !apart_in_time && !earlier {
                     return None;
                 }
-                let metres =
-                    one.place_m.zip(other.place_m).map_or(0.0, |(one, other)| distance(&one, &other));
-                Some(Closeness::new(measure.likeness(one, other)?, metres, one, other))
+                let places = one.place_m.zip(other.place_m);
+                let metres = places.map_or(f64::INFINITY, |(one, other)| distance(&one, &other));
+                Some(Closeness::new(metres, measure.likeness(one, other)?, one, other))
             },
-        );
+            per_m: 1.0,
+            below: f64::INFINITY,
+        };
+        self.run(&possible, one, other);
     }
 
     fn run(
         &mut self,
-        reach_m: Option<f64>,
+        possible: &Possible<
+            impl Fn(&Thing) -> bool,
+            impl Fn(&Thing) -> u64,
+            impl Fn(&Thing, &Thing) -> Option<Closeness>,
+        >,
         one: &mut [Thing],
         other: &mut [Thing],
-        looks: impl Fn(&Thing) -> bool,
-        closeness: impl Fn(&Thing, &Thing) -> Option<Closeness>,
     ) {
-        self.one.begin(one, &looks);
-        self.other.begin(other, &looks);
-        loop {
-            find(&mut self.one, one, &self.other, other, reach_m, |one, other| closeness(one, other));
-            find(&mut self.other, other, &self.one, one, reach_m, |other, one| closeness(one, other));
+        self.one.begin(one, &possible.looks);
+        self.other.begin(other, &possible.looks);
+        let looking = self.one.open.len() + self.other.open.len();
+        if self.one.open.is_empty() || self.other.open.is_empty() {
+            return;
+        }
+        self.one.sort(one, &possible.group);
+        self.other.sort(other, &possible.group);
+        let most = looking.saturating_mul(LOOKS_EACH).saturating_add(LOOKS_MOST);
+        let mut looked = 0;
+        while looked < most {
+            looked += find(possible, &mut self.one, one, &self.other, other);
+            looked += find(possible, &mut self.other, other, &self.one, one);
             let mut found = false;
             for &i in &self.one.open {
-                let Some(j) = self.one.closest.get(i).copied().flatten() else { continue };
-                if self.other.closest.get(j).copied().flatten() == Some(i) {
+                let Some(j) = self.one.closest(i) else { continue };
+                if self.other.closest(j) == Some(i) {
                     marry(i, j, one, other);
                     found = true;
                 }
@@ -226,38 +291,44 @@ impl Pairing {
             if !found {
                 return;
             }
-            let is_open = |things: &[Thing], closest: &[Option<usize>], index: usize| {
-                let waits = closest.get(index).is_some_and(Option::is_some);
-                waits && things.get(index).is_some_and(&looks)
+            // Whom nobody is close to, nobody will be.
+            let waits = |things: &[Thing], closest: &[Option<usize>], index: usize| {
+                let has = closest.get(index).is_some_and(Option::is_some);
+                has && things.get(index).is_some_and(&possible.looks)
             };
             let Search { open, closest } = &mut self.one;
-            open.retain(|index| is_open(one, closest, *index));
+            open.retain(|index| waits(one, closest, *index));
             let Search { open, closest } = &mut self.other;
-            open.retain(|index| is_open(other, closest, *index));
+            open.retain(|index| waits(other, closest, *index));
         }
     }
 }
 
-/// Finds for each of `who` that looks the closest of `whom` that looks.
+/// Finds for each of `who` the closest of `whom`, where it is not known or no longer looks for a
+/// pair; how many were looked at.
 fn find(
+    possible: &Possible<
+        impl Fn(&Thing) -> bool,
+        impl Fn(&Thing) -> u64,
+        impl Fn(&Thing, &Thing) -> Option<Closeness>,
+    >,
     who: &mut Search,
     things: &[Thing],
     whom: &Search,
     others: &[Thing],
-    reach_m: Option<f64>,
-    closeness: impl Fn(&Thing, &Thing) -> Option<Closeness>,
-) {
+) -> usize {
     let Search { open, closest } = who;
+    let mut looked = 0;
     for &index in open.iter() {
-        let Some(thing) = things.get(index) else { continue };
-        let near = whom.near(others, thing, reach_m).iter();
-        let best = near
-            .filter_map(|&candidate| Some((closeness(thing, others.get(candidate)?)?, candidate)))
-            .min_by(|a, b| a.0.order(&b.0));
-        if let Some(slot) = closest.get_mut(index) {
-            *slot = best.map(|(_, candidate)| candidate);
+        let (Some(thing), Some(slot)) = (things.get(index), closest.get_mut(index)) else { continue };
+        if slot.and_then(|closest| others.get(closest)).is_some_and(&possible.looks) {
+            continue;
         }
+        let (found, looks) = possible.closest(thing, &whom.open, others);
+        *slot = found;
+        looked += looks;
     }
+    looked
 }
 
 /// The two are of one thing, as was just observed; whatever each was paired with is not.

@@ -1,9 +1,9 @@
 use config::percepts::Percepts;
 use geometry::{Base, Person, Pose, Position};
-use message::{Belief, Feature, MAX_PERCEPTS};
+use message::{Aspect, Belief, Feature, MAX_PERCEPTS};
 use quantity::number::single;
 
-use super::{Aspect, Meaning};
+use super::Meaning;
 
 /// A belief brought into the base frame.
 #[derive(Clone, Copy, Debug)]
@@ -18,7 +18,14 @@ pub(super) struct Thing {
     /// By percept; those that mean something else to everybody are left out.
     features: [Option<Feature>; MAX_PERCEPTS],
     pub(super) place_m: Option<[f64; 3]>,
+    /// Its place along a line, in metres: no two are nearer to each other than along it. What has
+    /// no place lies before everything.
+    pub(super) along_m: f64,
 }
+
+/// The direction of the line: of length one, and along no axis, so that things in rows and columns
+/// lie at places of their own on it.
+const LINE: [f64; 3] = [0.8, 0.53, 0.281_246];
 
 impl Thing {
     pub(super) fn new(
@@ -46,6 +53,9 @@ impl Thing {
             is_sure: false,
             features,
             place_m,
+            along_m: place_m.map_or(f64::NEG_INFINITY, |place| {
+                place.iter().zip(LINE).map(|(part, direction)| part * direction).sum()
+            }),
         }
     }
 
@@ -79,7 +89,7 @@ impl Aspects {
                 (Some(_), None) | (None, Some(_)) => false,
             };
             if !same {
-                tell(Aspect { percept, one: of_one.copied(), other: of_other.copied(), apart });
+                tell(Aspect::new(percept, of_one.copied(), of_other.copied(), apart));
             }
         }
     }

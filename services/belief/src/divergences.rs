@@ -1,0 +1,128 @@
+use config::percepts::Percepts;
+use message::{Belief, BeliefHead, Difference, DivergenceHead};
+use perspective::{Divergence, Side};
+use quantity::number::saturating_u32;
+
+use crate::Believer;
+
+/// What every perspective believes at one instant, as the belief buffers hold it, and how each
+/// differs from the one that it is nested in: a partner's from the robot's.
+///
+/// Nothing is compared before he whose perspective it is has been observed, or taken to believe
+/// anything. Allocates in `new` alone; the cost is that of [`Divergence`] for each perspective.
+///
+/// ```
+/// use belief_process::{Believer, Divergences};
+/// use clock::Instant;
+/// use message::{Header, Observation, Perceived};
+///
+/// let percepts = config::percepts::Percepts::builtin();
+/// let perspective = config::perspective::Perspective::builtin();
+/// let perception = perception::Perception::new(&percepts)?;
+/// let mut believer = Believer::new(&percepts, &perspective, 1, 1, 16)?;
+/// let mut divergences = Divergences::new(&percepts, &believer, 16);
+///
+/// let observation = Observation { half_extents_m: [0.03; 3], ..Observation::object(0, 1_000) };
+/// let snapshot = perception.perceive(&observation, &perception::Frame { agent: 0 });
+/// believer.step(Instant::from_nanos(2_000), &Header::at(1_000), &[Perceived { observation, snapshot }]);
+/// divergences.read(&believer);
+/// divergences.compare();
+///
+/// assert_eq!(divergences.beliefs(0).len(), 1);
+/// // Nobody has seen partner 1 yet.
+/// assert_eq!(divergences.head(1).compared, 0);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Clone, Debug)]
+pub struct Divergences {
+    minds: Vec<Mind>,
+}
+
+#[derive(Clone, Debug)]
+struct Mind {
+    head: BeliefHead,
+    beliefs: Vec<Belief>,
+    /// The number of the perspective that it is nested in.
+    within: usize,
+    /// How it differs from that one.
+    divergence: Divergence,
+    compared: bool,
+}
+
+impl Divergences {
+    /// Nothing compared yet. `capacity` is that of each belief system.
+    #[must_use]
+    pub fn new(percepts: &Percepts, believer: &Believer, capacity: usize) -> Self {
+        let mind = |perspective| Mind {
+            head: believer.head(perspective),
+            beliefs: Vec::with_capacity(capacity),
+            within: believer.within(perspective).and_then(|within| usize::try_from(within).ok()).unwrap_or(0),
+            // The robot's own is compared with none.
+            divergence: Divergence::new(percepts, if perspective == 0 { 0 } else { capacity }),
+            compared: false,
+        };
+        Self { minds: (0..believer.perspectives()).map(mind).collect() }
+    }
+
+    /// Reads what every perspective believes.
+    pub fn read(&mut self, believer: &Believer) {
+        for (perspective, mind) in (0..).zip(&mut self.minds) {
+            mind.head = believer.head(perspective);
+            mind.beliefs.clear();
+            let room = mind.beliefs.capacity().min(believer.len(perspective));
+            mind.beliefs.extend((0..room).filter_map(|index| believer.entry(perspective, index)));
+        }
+    }
+
+    /// Compares what was read.
+    pub fn compare(&mut self) {
+        for index in 1..self.minds.len() {
+            let Some((earlier, [mind, ..])) = self.minds.split_at_mut_checked(index) else { return };
+            let Some(within) = earlier.get(mind.within) else { continue };
+            mind.compared |= mind.head.present != 0 || !mind.beliefs.is_empty();
+            if mind.compared {
+                mind.divergence.compare(within.side(), Side { head: &mind.head, beliefs: &mind.beliefs });
+            }
+        }
+    }
+
+    /// The beliefs of a perspective that were read, in the order of their identities; none of a
+    /// perspective that there is not.
+    #[must_use]
+    pub fn beliefs(&self, perspective: u32) -> &[Belief] {
+        self.mind(perspective).map_or(&[], |mind| &mind.beliefs)
+    }
+
+    /// The head of a perspective's divergence buffer. Of a perspective that there is not, the head
+    /// says that it was not compared.
+    #[must_use]
+    pub fn head(&self, perspective: u32) -> DivergenceHead {
+        let Some(mind) = self.mind(perspective) else {
+            return DivergenceHead { perspective, ..DivergenceHead::default() };
+        };
+        DivergenceHead {
+            header: mind.head.header,
+            perspective,
+            within: saturating_u32(mind.within),
+            agreed: saturating_u32(mind.divergence.agreed()),
+            compared: u32::from(mind.compared),
+            path: mind.head.path,
+        }
+    }
+
+    /// The things about which a perspective and the one that it is nested in differ.
+    #[must_use]
+    pub fn differences(&self, perspective: u32) -> &[Difference] {
+        self.mind(perspective).map_or(&[], |mind| mind.divergence.differences())
+    }
+
+    fn mind(&self, perspective: u32) -> Option<&Mind> {
+        self.minds.get(usize::try_from(perspective).ok()?)
+    }
+}
+
+impl Mind {
+    fn side(&self) -> Side<'_> {
+        Side { head: &self.head, beliefs: &self.beliefs }
+    }
+}

@@ -1,0 +1,327 @@
+//! A belief system's functions that a program supplies itself.
+
+use std::fmt;
+use std::ops::Deref;
+use std::sync::Arc;
+
+use clock::Instant;
+use message::{Feature, Remembered};
+
+use crate::{Sample, Unbelievable};
+
+/// A belief distance function d with its applicability q (Eq. 4), for
+/// `measure = { own = "NAME" }`.
+///
+/// ```
+/// use belief::Distance;
+/// use message::Feature;
+///
+/// /// How far apart two places are along the floor: a thing that was lifted is where it was.
+/// struct AlongTheFloor;
+///
+/// impl Distance for AlongTheFloor {
+///     fn between(&self, one: &Feature, other: &Feature) -> Option<f64> {
+///         let (Feature::Vector([x, y, _]), Feature::Vector([u, v, _])) = (one, other) else { return None };
+///         Some(f64::from((x - u).hypot(y - v)))
+///     }
+/// }
+///
+/// let (low, high) = (Feature::Vector([1.0, 0.0, 0.0]), Feature::Vector([1.0, 0.5, 9.0]));
+/// assert_eq!(AlongTheFloor.between(&low, &high), Some(0.5));
+/// assert_eq!(AlongTheFloor.between(&low, &Feature::Symbol(3)), None);
+/// ```
+pub trait Distance: Send + Sync {
+    /// d of the term's percept, as two beliefs have it; `None` (q = 0) where the function does not
+    /// apply. The answer depends on the two features alone, which come in an order of their own, not
+    /// in that of the beliefs: D is the same whichever belief is named first.
+    ///
+    /// A distance is not negative: so D is never below any other of its terms, and who is out of
+    /// reach by the distance of places stays so. What is negative, or NaN, is no distance, and the
+    /// two are not of one thing. Allocates nothing.
+    fn between(&self, one: &Feature, other: &Feature) -> Option<f64>;
+}
+
+/// A culling function c (Eq. 5), for `when = { own = "NAME" }`.
+///
+/// ```
+/// use belief::{Cull, Doubtful};
+///
+/// /// What was seen but once was a reflection.
+/// struct SeenOnce;
+///
+/// impl Cull for SeenOnce {
+///     fn agrees(&self, belief: &Doubtful<'_>) -> bool {
+///         belief.observations() == 1
+///     }
+/// }
+/// ```
+pub trait Cull: Send + Sync {
+    /// Whether the belief may be culled: it is when every culling function agrees. Allocates
+    /// nothing.
+    fn agrees(&self, belief: &Doubtful<'_>) -> bool;
+}
+
+/// A history generator g with its histories h (Eq. 3), for `history = { own = "NAME" }`.
+///
+/// A history is what its belief system keeps for it: some samples, in memory that is there from
+/// the start. The generator itself has no state.
+///
+/// ```
+/// use belief::{History, Sample, Samples};
+/// use clock::Instant;
+///
+/// /// The surest sample there ever was.
+/// struct Surest;
+///
+/// impl History for Surest {
+///     fn samples(&self) -> usize {
+///         1
+///     }
+///
+///     fn take(&self, kept: &mut Samples<'_>, sample: &Sample) {
+///         if kept.as_slice().first().is_none_or(|surest| surest.confidence < sample.confidence) {
+///             kept.clear();
+///             kept.push(*sample);
+///         }
+///     }
+///
+///     fn at(&self, kept: &[Sample], instant: Instant) -> Option<Sample> {
+///         kept.first().copied().filter(|sample| sample.at <= instant)
+///     }
+/// }
+/// ```
+pub trait History: Send + Sync {
+    /// Samples that a history keeps at most, from 1 to 4096.
+    fn samples(&self) -> usize;
+
+    /// Takes one sample into a history: the union with g(m, c, d). It may be older than what is
+    /// kept, or of the same instant. Allocates nothing.
+    fn take(&self, kept: &mut Samples<'_>, sample: &Sample);
+
+    /// Unites a history with another of the same generator (M), in the older belief's memory:
+    /// what is kept should not depend on which of the two that was. Allocates nothing.
+    fn merge(&self, kept: &mut Samples<'_>, others: &[Sample]) {
+        for sample in others {
+            self.take(kept, sample);
+        }
+    }
+
+    /// h(t): the evaluation at an instant, which may be in the past, or later than everything. `None`
+    /// before there was any. Its confidence is that of its samples: after the newest of those kept
+    /// the belief system has it decay, from the instant of the answer on. An answer that is no
+    /// evaluation (a confidence of 7, a place that is NaN) counts as none. Allocates nothing.
+    fn at(&self, kept: &[Sample], instant: Instant) -> Option<Sample>;
+}
+
+/// The samples of one history, in memory for a fixed number of them.
+#[derive(Debug)]
+pub struct Samples<'a> {
+    pub(crate) cells: &'a mut [Sample],
+    pub(crate) len: &'a mut u32,
+}
+
+impl Samples<'_> {
+    /// Those that are kept, in the order in which they were put there.
+    #[must_use]
+    pub fn as_slice(&self) -> &[Sample] {
+        self.cells.get(..*self.len as usize).unwrap_or(&[])
+    }
+
+    /// The same, to be changed in place.
+    pub fn as_mut_slice(&mut self) -> &mut [Sample] {
+        self.cells.get_mut(..*self.len as usize).unwrap_or_default()
+    }
+
+    /// Keeps one more; `false`, and nothing kept, when there is no room.
+    pub fn push(&mut self, sample: Sample) -> bool {
+        match self.cells.get_mut(*self.len as usize) {
+            Some(cell) => {
+                *cell = sample;
+                *self.len += 1;
+                true
+            }
+            None => false,
+        }
+    }
+
+    /// Forgets the one at `index` and gives it back; those after it move up. `None` where there is
+    /// none.
+    pub fn remove(&mut self, index: usize) -> Option<Sample> {
+        let after = self.as_mut_slice().get_mut(index..)?;
+        let removed = *after.first()?;
+        after.rotate_left(1);
+        *self.len -= 1;
+        Some(removed)
+    }
+
+    /// Forgets all.
+    pub fn clear(&mut self) {
+        *self.len = 0;
+    }
+}
+
+/// A belief of which is asked whether it still holds.
+pub struct Doubtful<'a> {
+    pub(crate) now: Instant,
+    pub(crate) memory: &'a crate::memory::Memory,
+    pub(crate) place: Option<[f32; 3]>,
+    pub(crate) remembered: &'a dyn Fn(u16) -> Option<Sample>,
+    pub(crate) in_view: &'a dyn Fn([f32; 3]) -> bool,
+}
+
+impl Doubtful<'_> {
+    /// The present instant.
+    #[must_use]
+    pub const fn now(&self) -> Instant {
+        self.now
+    }
+
+    /// When the thing was first perceived.
+    #[must_use]
+    pub const fn born_at(&self) -> Instant {
+        self.memory.born_at
+    }
+
+    /// When it was last perceived.
+    #[must_use]
+    pub const fn perceived_at(&self) -> Instant {
+        self.memory.perceived_at
+    }
+
+    /// Observations behind the belief.
+    #[must_use]
+    pub const fn observations(&self) -> u64 {
+        self.memory.observations
+    }
+
+    /// The agent who last was perceived to hold it, or [`message::NOBODY`].
+    #[must_use]
+    pub const fn held_by(&self) -> u16 {
+        self.memory.held_by
+    }
+
+    /// Where it is remembered to be, in metres in the perspective's frame.
+    #[must_use]
+    pub const fn place_m(&self) -> Option<[f32; 3]> {
+        self.place
+    }
+
+    /// Whether the perspective now sees what is at that place; `None` where it has no place.
+    #[must_use]
+    pub fn is_in_view(&self) -> Option<bool> {
+        self.place.map(|place| (self.in_view)(place))
+    }
+
+    /// What is remembered of a percept, evaluated at the present instant (Eq. 3).
+    #[must_use]
+    pub fn percept(&self, percept: u16) -> Option<Remembered> {
+        let Sample { at, matching, confidence, feature } = (self.remembered)(percept)?;
+        Some(Remembered::new(percept, at.as_nanos(), matching, confidence, feature))
+    }
+}
+
+impl fmt::Debug for Doubtful<'_> {
+    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(out, "Doubtful({:?} at {:?})", self.memory, self.now)
+    }
+}
+
+/// A program's own functions of the Belief System, by the names that the configuration calls them.
+///
+/// ```
+/// use std::sync::Arc;
+///
+/// use belief::{BeliefSystem, Distance, Functions};
+/// use config::percepts::{Measure, Percepts};
+/// use message::Feature;
+///
+/// /// A thing may fade, and is of the same colour still: red and wood are near each other.
+/// struct Fading;
+///
+/// impl Distance for Fading {
+///     fn between(&self, one: &Feature, other: &Feature) -> Option<f64> {
+///         match (one, other) {
+///             (Feature::Symbol(one), Feature::Symbol(other)) if one == other => Some(0.0),
+///             (Feature::Symbol(0 | 4), Feature::Symbol(0 | 4)) => Some(0.1),
+///             (Feature::Symbol(_), Feature::Symbol(_)) => Some(1.0),
+///             _ => None,
+///         }
+///     }
+/// }
+///
+/// // As if `percepts.toml` said `measure = { own = "fading" }` of the colour.
+/// let mut percepts = Percepts::builtin();
+/// let colour = percepts.index("colour").unwrap();
+/// for term in percepts.belief.distance.iter_mut().filter(|term| term.percept == colour) {
+///     term.measure = Measure::Own("fading".to_owned());
+/// }
+/// assert!(BeliefSystem::new(&percepts, 16).unwrap_err().to_string().contains("`fading`"));
+///
+/// let mut functions = Functions::default();
+/// functions.distances.push(("fading".to_owned(), Arc::new(Fading)));
+/// assert!(BeliefSystem::with_own(&percepts, &functions, 16).is_ok());
+/// ```
+#[derive(Clone, Default)]
+pub struct Functions {
+    /// d and q.
+    pub distances: Vec<(String, Arc<dyn Distance>)>,
+    /// c.
+    pub culls: Vec<(String, Arc<dyn Cull>)>,
+    /// g.
+    pub histories: Vec<(String, Arc<dyn History>)>,
+}
+
+impl fmt::Debug for Functions {
+    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { distances, culls, histories } = self;
+        let counts = (distances.len(), culls.len(), histories.len());
+        write!(out, "Functions({counts:?} distances, culls, histories)")
+    }
+}
+
+impl Functions {
+    pub(crate) fn distance(&self, name: &str) -> Result<Supplied<dyn Distance>, Unbelievable> {
+        find(&self.distances, name, "distance")
+    }
+
+    pub(crate) fn cull(&self, name: &str) -> Result<Supplied<dyn Cull>, Unbelievable> {
+        find(&self.culls, name, "culling function")
+    }
+
+    pub(crate) fn history(&self, name: &str) -> Result<Supplied<dyn History>, Unbelievable> {
+        find(&self.histories, name, "history")
+    }
+}
+
+fn find<T: ?Sized>(
+    functions: &[(String, Arc<T>)],
+    name: &str,
+    what: &'static str,
+) -> Result<Supplied<T>, Unbelievable> {
+    let found = functions.iter().find(|(known, _)| known == name);
+    let (_, function) = found.ok_or_else(|| Unbelievable::NoSuchFunction { what, name: name.to_owned() })?;
+    Ok(Supplied(Arc::clone(function)))
+}
+
+/// A function that the program has supplied.
+pub(crate) struct Supplied<T: ?Sized>(Arc<T>);
+
+impl<T: ?Sized> Clone for Supplied<T> {
+    fn clone(&self) -> Self {
+        Self(Arc::clone(&self.0))
+    }
+}
+
+impl<T: ?Sized> Deref for Supplied<T> {
+    type Target = T;
+
+    fn deref(&self) -> &T {
+        &self.0
+    }
+}
+
+impl<T: ?Sized> fmt::Debug for Supplied<T> {
+    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
+        out.write_str("Supplied")
+    }
+}

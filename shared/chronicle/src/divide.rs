@@ -1,0 +1,228 @@
+use std::collections::BTreeMap;
+
+use clock::{Duration, Instant};
+use config::percepts::Percepts;
+use message::{Belief, Difference};
+
+use crate::words::{Words, agent};
+
+/// What has changed is told once it has lasted so long: a thing that is carried about, or seen a
+/// moment later by the one than by the other, is no news.
+const LASTS: Duration = Duration::from_millis(500);
+
+/// Tells people where a partner begins and ceases to differ from the robot, in sentences.
+#[derive(Clone, Debug)]
+pub struct Divide {
+    words: Words,
+    partner: u16,
+    things: BTreeMap<Thing, Account>,
+}
+
+/// A thing, by the robot's belief in it, or where it has none, by his.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+enum Thing {
+    Robots(u64),
+    His(u64),
+}
+
+/// What was said of a thing.
+#[derive(Clone, Debug)]
+struct Account {
+    name: String,
+    /// What was told last; nothing as long as nothing was, or that they agree.
+    told: Option<String>,
+    /// What would be told now, and since when.
+    now: Option<String>,
+    since: Instant,
+}
+
+impl Divide {
+    /// Nothing told of this partner yet.
+    #[must_use]
+    pub fn new(percepts: &Percepts, partner: u16) -> Self {
+        Self { words: Words::of(percepts), partner, things: BTreeMap::new() }
+    }
+
+    /// Takes note of how he and the robot differ at an instant, with the beliefs of both, as far as
+    /// they are known, and tells what is new.
+    pub fn note(
+        &mut self,
+        at_ns: u64,
+        differences: &[Difference],
+        robots: &[Belief],
+        his: &[Belief],
+        mut tell: impl FnMut(&str),
+    ) {
+        let at = Instant::from_nanos(at_ns);
+        let who = agent(self.partner);
+        let mut now: BTreeMap<Thing, (String, String)> = differences
+            .iter()
+            .filter_map(|difference| {
+                let (thing, belief) = thing(difference, robots, his)?;
+                let name = self.words.thing(belief);
+                let sentence = self.sentence(&who, &name, difference);
+                Some((thing, (name, sentence)))
+            })
+            .collect();
+        self.things.retain(|thing, account| {
+            let sentence = now.remove(thing).map(|(_, sentence)| sentence);
+            if account.now != sentence {
+                (account.now, account.since) = (sentence, at);
+            }
+            if account.now != account.told && at.since(account.since) >= LASTS {
+                let settled = || thing.settled(&who, &account.name, robots, his);
+                if let Some(news) = account.now.clone().or_else(settled) {
+                    tell(&news);
+                }
+                account.told.clone_from(&account.now);
+            }
+            account.now.is_some() || account.told.is_some()
+        });
+        self.things.extend(now.into_iter().map(|(thing, (name, sentence))| {
+            (thing, Account { name, told: None, now: Some(sentence), since: at })
+        }));
+    }
+
+    /// Forgets what was told: the identities that follow are those of another life.
+    pub fn forget(&mut self) {
+        self.things.clear();
+    }
+
+    fn sentence(&self, who: &str, name: &str, difference: &Difference) -> String {
+        let names: Vec<&str> = match (difference.one(), difference.other()) {
+            (Some(_), None) => return format!("{who} does not know of the {name}"),
+            (None, _) => return format!("{who} believes in a {name} in which Leo does not"),
+            (Some(_), Some(_)) => {
+                let percepts = difference.aspects().iter().map(|aspect| aspect.percept);
+                percepts.map(|percept| self.words.name(percept)).collect()
+            }
+        };
+        if names.len() == 1
+            && difference.aspects().first().map(|aspect| aspect.percept) == self.words.position
+        {
+            format!("{who} does not know that the {name} moved")
+        } else {
+            format!("{who} is mistaken about the {name}: {}", names.join(", "))
+        }
+    }
+}
+
+impl Thing {
+    /// What to say where the two no longer differ; nothing of what the robot no longer believes in.
+    fn settled(self, who: &str, name: &str, robots: &[Belief], his: &[Belief]) -> Option<String> {
+        let agree = || format!("{who} and Leo agree about the {name}");
+        let lives = |beliefs: &[Belief], id| beliefs.iter().any(|belief| belief.id == id);
+        match self {
+            Self::Robots(id) => lives(robots, id).then(agree),
+            Self::His(id) if lives(his, id) => Some(agree()),
+            Self::His(_) => Some(format!("{who} no longer believes in that {name}")),
+        }
+    }
+}
+
+/// The thing that a difference is about, and a belief in it; `None` where there is none any more.
+fn thing<'a>(
+    difference: &Difference,
+    robots: &'a [Belief],
+    his: &'a [Belief],
+) -> Option<(Thing, &'a Belief)> {
+    let find = |beliefs: &'a [Belief], id: u64| beliefs.iter().find(|belief| belief.id == id);
+    match (difference.one(), difference.other()) {
+        (Some(id), _) => Some((Thing::Robots(id), find(robots, id)?)),
+        (None, Some(id)) => Some((Thing::His(id), find(his, id)?)),
+        (None, None) => None,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use message::{Aspect, Feature, NOBODY, Remembered};
+
+    use super::*;
+
+    fn blue_square(id: u64) -> Belief {
+        let percepts = Percepts::builtin();
+        let mut belief = Belief::new(id, 0, 0, 1, NOBODY);
+        for (percept, symbol) in [("shape", "square"), ("colour", "blue")] {
+            let number = percepts.index(percept).unwrap();
+            let symbols: Vec<&str> = percepts.percepts[usize::from(number)].symbols().collect();
+            let symbol = symbols.iter().position(|known| *known == symbol).unwrap();
+            let feature = Feature::Symbol(u16::try_from(symbol).unwrap());
+            assert!(belief.push(Remembered::new(number, 0, 1.0, 1.0, feature)));
+        }
+        belief
+    }
+
+    /// What is told of these differences, each with the milliseconds at which it is noted.
+    fn told(story: &[(u64, &[Difference])]) -> Vec<String> {
+        let mut divide = Divide::new(&Percepts::builtin(), 1);
+        let mut lines = Vec::new();
+        let alone = story
+            .iter()
+            .flat_map(|(_, differences)| *differences)
+            .all(|difference| difference.aspects().is_empty());
+        for (at_ms, differences) in story {
+            let beliefs = |ids: &[u64]| ids.iter().map(|id| blue_square(*id)).collect::<Vec<_>>();
+            // In the end, of a thing in which one of them believed alone, nobody believes any more.
+            let gone = differences.is_empty() && alone;
+            let (robots, his) =
+                if gone { (beliefs(&[]), beliefs(&[])) } else { (beliefs(&[3]), beliefs(&[8])) };
+            divide.note(at_ms * 1_000_000, differences, &robots, &his, |line| {
+                lines.push(format!("{at_ms} {line}"));
+            });
+        }
+        lines
+    }
+
+    fn about(percepts: &[&str]) -> Difference {
+        let mut difference = Difference::new(Some(3), Some(8));
+        for name in percepts {
+            let percept = Percepts::builtin().index(name).unwrap();
+            assert!(difference.push(Aspect::new(percept, None, None, None)));
+        }
+        difference
+    }
+
+    #[test]
+    fn a_difference_is_told_once_when_it_has_lasted_and_when_it_has_ended() {
+        let moved = [about(&["position"])];
+        assert_eq!(
+            told(&[(0, &moved), (400, &moved), (600, &moved), (900, &moved), (1000, &[]), (1600, &[])]),
+            [
+                "600 partner 1 does not know that the blue square moved",
+                "1600 partner 1 and Leo agree about the blue square"
+            ]
+        );
+        assert!(told(&[(0, &moved), (400, &[]), (1000, &[]), (2000, &moved)]).is_empty());
+    }
+
+    #[test]
+    fn what_only_one_believes_in_is_told_as_that() {
+        let hidden = [Difference::new(Some(3), None)];
+        // When the robot no longer believes in it either, there is nothing to say.
+        assert_eq!(
+            told(&[(0, &hidden), (500, &hidden), (600, &[]), (1100, &[])]),
+            ["500 partner 1 does not know of the blue square"]
+        );
+        let gone = [Difference::new(None, Some(8))];
+        assert_eq!(
+            told(&[(0, &gone), (500, &gone), (600, &[]), (1100, &[])]),
+            [
+                "500 partner 1 believes in a blue square in which Leo does not",
+                "1100 partner 1 no longer believes in that blue square"
+            ]
+        );
+    }
+
+    #[test]
+    fn a_difference_of_another_kind_is_told_anew() {
+        let (hidden, known) = ([Difference::new(Some(3), None)], [about(&["position", "filled"])]);
+        assert_eq!(
+            told(&[(0, &hidden), (500, &hidden), (600, &known), (1100, &known)]),
+            [
+                "500 partner 1 does not know of the blue square",
+                "1100 partner 1 is mistaken about the blue square: position, filled"
+            ]
+        );
+    }
+}

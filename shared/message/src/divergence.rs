@@ -1,0 +1,190 @@
+use iceoryx2_bb_derive_macros::ZeroCopySend;
+use iceoryx2_bb_elementary_traits::zero_copy_send::ZeroCopySend;
+
+use crate::{Feature, Head, Header, MAX_PERCEPTS, Path};
+
+/// The head of a divergence buffer: which two perspectives are compared. Of the same instant and
+/// number as the belief buffers of both.
+#[derive(Clone, Copy, Debug, Default, PartialEq, ZeroCopySend)]
+#[repr(C)]
+#[type_name("leo/DivergenceHead/1")]
+pub struct DivergenceHead {
+    /// The frame's header.
+    pub header: Header,
+    /// The other of the two perspectives, by the number of its buffers.
+    pub perspective: u32,
+    /// The one of the two: the perspective that the other is nested in, 0 for a partner's.
+    pub within: u32,
+    /// Things about which the two believe the same.
+    pub agreed: u32,
+    /// 1 where the two are compared, 0 as long as he whose the other perspective is was not
+    /// observed yet.
+    pub compared: u32,
+    /// Whose the other perspective is, and within whose.
+    pub path: Path,
+}
+
+impl Head for DivergenceHead {
+    fn header(&self) -> &Header {
+        &self.header
+    }
+
+    fn header_mut(&mut self) -> &mut Header {
+        &mut self.header
+    }
+}
+
+/// A feature that is not known, where features are written as a kind and four numbers.
+const UNKNOWN: u16 = u16::MAX;
+
+/// One percept about which two beliefs in the same thing differ. Places and orientations are in
+/// the robot's base frame.
+#[derive(Clone, Copy, Debug, Default, PartialEq, ZeroCopySend)]
+#[repr(C)]
+#[type_name("leo/Aspect/1")]
+pub struct Aspect {
+    // How far apart the two are; negative where that is not known.
+    apart: f64,
+    /// The percept: its index in the configured set P.
+    pub percept: u16,
+    // The kinds of the features, 65535 for one that is not known.
+    one_kind: u16,
+    other_kind: u16,
+    reserved: u16,
+    // The features, as in a belief.
+    one: [f32; 4],
+    other: [f32; 4],
+}
+
+impl Aspect {
+    /// A percept, what the one and the other believe of it, and how far apart that is.
+    #[must_use]
+    pub fn new(percept: u16, one: Option<Feature>, other: Option<Feature>, apart: Option<f64>) -> Self {
+        let raw = |feature: Option<Feature>| feature.map_or((UNKNOWN, [0.0; 4]), Feature::to_raw);
+        let ((one_kind, one), (other_kind, other)) = (raw(one), raw(other));
+        Self { apart: apart.unwrap_or(-1.0), percept, one_kind, other_kind, reserved: 0, one, other }
+    }
+
+    /// What the one believes; `None` where it knows nothing of it, or the numbers are no feature.
+    #[must_use]
+    pub fn one(&self) -> Option<Feature> {
+        Feature::from_raw(self.one_kind, self.one)
+    }
+
+    /// What the other believes; `None` where it knows nothing of it, or the numbers are no feature.
+    #[must_use]
+    pub fn other(&self) -> Option<Feature> {
+        Feature::from_raw(self.other_kind, self.other)
+    }
+
+    /// How far apart the two are, where both are known: metres, radians, a difference of degrees,
+    /// or 1 for two symbols.
+    #[must_use]
+    pub fn apart(&self) -> Option<f64> {
+        (self.apart >= 0.0 && self.apart.is_finite()).then_some(self.apart)
+    }
+}
+
+/// An entry of a divergence buffer: how two perspectives differ about one thing.
+#[derive(Clone, Copy, Debug, PartialEq, ZeroCopySend)]
+#[repr(C)]
+#[type_name("leo/Difference/1")]
+pub struct Difference {
+    // The beliefs of the one and of the other, by identity; 0 where there is none.
+    one: u64,
+    other: u64,
+    count: u32,
+    reserved: u32,
+    aspects: [Aspect; MAX_PERCEPTS],
+}
+
+impl Difference {
+    /// A thing by the identities of the beliefs in it, which count from one; nothing is said yet
+    /// of what is different.
+    #[must_use]
+    pub fn new(one: Option<u64>, other: Option<u64>) -> Self {
+        let (one, other) = (one.unwrap_or(0), other.unwrap_or(0));
+        Self { one, other, count: 0, reserved: 0, aspects: [Aspect::default(); MAX_PERCEPTS] }
+    }
+
+    /// Adds a percept about which the two differ; `false`, and nothing added, when there is no
+    /// room.
+    pub fn push(&mut self, aspect: Aspect) -> bool {
+        let slot = usize::try_from(self.count).ok().and_then(|count| self.aspects.get_mut(count));
+        match slot {
+            Some(slot) => {
+                *slot = aspect;
+                self.count += 1;
+                true
+            }
+            None => false,
+        }
+    }
+
+    /// The belief of the one; `None` where only the other believes in the thing.
+    #[must_use]
+    pub fn one(&self) -> Option<u64> {
+        (self.one != 0).then_some(self.one)
+    }
+
+    /// The belief of the other; `None` where only the one believes in the thing.
+    #[must_use]
+    pub fn other(&self) -> Option<u64> {
+        (self.other != 0).then_some(self.other)
+    }
+
+    /// The percepts about which the two beliefs differ; none where only one believes at all.
+    #[must_use]
+    pub fn aspects(&self) -> &[Aspect] {
+        let count = usize::try_from(self.count).unwrap_or(0).min(MAX_PERCEPTS);
+        self.aspects.get(..count).unwrap_or(&[])
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_was_written_is_read() {
+        let place = Feature::Vector([0.5, -0.25, 0.0]);
+        let mut difference = Difference::new(Some(3), Some(8));
+        assert!(difference.push(Aspect::new(0, Some(place), None, None)));
+        assert!(difference.push(Aspect::new(
+            5,
+            Some(Feature::Symbol(1)),
+            Some(Feature::Symbol(2)),
+            Some(1.0)
+        )));
+        assert_eq!((difference.one(), difference.other()), (Some(3), Some(8)));
+        let read = |aspect: &Aspect| (aspect.percept, aspect.one(), aspect.other(), aspect.apart());
+        assert_eq!(
+            difference.aspects().iter().map(read).collect::<Vec<_>>(),
+            [
+                (0, Some(place), None, None),
+                (5, Some(Feature::Symbol(1)), Some(Feature::Symbol(2)), Some(1.0))
+            ]
+        );
+        let alone = Difference::new(None, Some(8));
+        assert_eq!((alone.one(), alone.other(), alone.aspects()), (None, Some(8), &[][..]));
+    }
+
+    #[test]
+    fn there_is_room_for_every_percept_and_no_more() {
+        let mut difference = Difference::new(Some(1), None);
+        let aspect = Aspect::new(0, Some(Feature::Number(1.0)), None, None);
+        assert!((0..MAX_PERCEPTS).all(|_| difference.push(aspect)));
+        assert!(!difference.push(aspect));
+        assert_eq!(difference.aspects().len(), MAX_PERCEPTS);
+    }
+
+    #[test]
+    fn lies_read_as_nothing() {
+        let mut lie = Difference::new(Some(1), Some(2));
+        lie.count = u32::MAX;
+        assert_eq!(lie.aspects().len(), MAX_PERCEPTS);
+        let aspect = Aspect { apart: f64::NAN, one_kind: 77, other_kind: 1, ..Aspect::default() };
+        let aspect = Aspect { other: [f32::NAN; 4], ..aspect };
+        assert_eq!((aspect.one(), aspect.other(), aspect.apart()), (None, None, None));
+    }
+}

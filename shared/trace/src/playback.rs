@@ -1,0 +1,298 @@
+use std::collections::BTreeSet;
+use std::ops::Range;
+use std::path::Path;
+
+use clock::{Duration, Instant};
+use message::{Header, Hop, Observation};
+
+use crate::{Reader, Refused, TraceError};
+
+/// The pause before a trace of one instant alone begins anew.
+const PAUSE: Duration = Duration::from_secs(1);
+
+/// Why a trace cannot be played.
+#[derive(Debug, thiserror::Error)]
+pub enum PlaybackError {
+    /// It cannot be read.
+    #[error(transparent)]
+    Trace(#[from] TraceError),
+    /// There is nothing in it.
+    #[error("{name} has no frames: record something, or name another file")]
+    Empty {
+        /// The file.
+        name: String,
+    },
+    /// It has frames of several sources, and it was not said which are to be played.
+    #[error(
+        "{name} was recorded of the sources {sources}: say with `recorded_source` which one is played, and give \
+         each of the others a source of its own"
+    )]
+    Several {
+        /// The file.
+        name: String,
+        /// Their numbers.
+        sources: String,
+    },
+    /// It has no frames of the source that is to be played.
+    #[error("{name} has no frames of a source {wanted}: it was recorded of {sources}")]
+    NotThere {
+        /// The file.
+        name: String,
+        /// The number asked for.
+        wanted: u16,
+        /// The numbers that there are.
+        sources: String,
+    },
+}
+
+/// A trace in memory that is played again: the frames of one source in the rhythm of their
+/// instants, as if they were observed now.
+///
+/// Two that play sources of one trace and start at one instant keep step. Allocates in `open`
+/// alone, 128 bytes for each observation; reads no clock.
+#[derive(Clone, Debug)]
+pub struct Playback {
+    frames: Vec<Recorded>,
+    /// The observations of all frames.
+    recorded: Vec<Observation>,
+    refused: Vec<Refused>,
+    is_cut: bool,
+    /// The trace's first instant, of all its sources.
+    begins_ns: u64,
+    /// From there until it begins anew; none where it ends.
+    repeats_after_ns: Option<u64>,
+    /// The present instant that the trace's first one stands for.
+    start_ns: u64,
+    next: usize,
+    header: Header,
+    /// The observations of the frame that was reached last, restamped.
+    current: Vec<Observation>,
+}
+
+#[derive(Clone, Debug)]
+struct Recorded {
+    at_ns: u64,
+    observations: Range<usize>,
+}
+
+impl Playback {
+    /// Reads the frames of a trace, those of one of its sources; where it has one alone, that need
+    /// not be said. At its end it begins anew, or ends.
+    ///
+    /// # Errors
+    ///
+    /// The trace cannot be read to its end, or has nothing to play.
+    pub fn open(file: &Path, recorded_source: Option<u16>, repeats: bool) -> Result<Self, PlaybackError> {
+        let name = file.display().to_string();
+        let mut reader = Reader::open(file)?;
+        let (mut frames, mut recorded) = (Vec::new(), Vec::new());
+        let (mut sources, mut instants) = (BTreeSet::new(), BTreeSet::new());
+        for frame in reader.by_ref() {
+            let frame = frame?;
+            sources.insert(frame.source);
+            instants.insert(frame.at_ns);
+            if recorded_source.is_none_or(|wanted| wanted == frame.source) {
+                let begins = recorded.len();
+                recorded.extend(frame.observations);
+                frames.push(Recorded { at_ns: frame.at_ns, observations: begins..recorded.len() });
+            }
+        }
+        let all = || sources.iter().map(u16::to_string).collect::<Vec<_>>().join(", ");
+        let (Some(&begins_ns), Some(&ends_ns)) = (instants.first(), instants.last()) else {
+            return Err(PlaybackError::Empty { name });
+        };
+        match recorded_source {
+            None if sources.len() > 1 => return Err(PlaybackError::Several { name, sources: all() }),
+            Some(wanted) if frames.is_empty() => {
+                return Err(PlaybackError::NotThere { name, wanted, sources: all() });
+            }
+            None | Some(_) => {}
+        }
+        // After the last instant it goes on as after any other, on an average.
+        let lasts_ns = ends_ns - begins_ns;
+        let gaps = u64::try_from(instants.len() - 1).unwrap_or(u64::MAX);
+        let gap_ns = lasts_ns.checked_div(gaps).unwrap_or(clock::nanos(PAUSE));
+        let longest = frames.iter().map(|frame| frame.observations.len()).max().unwrap_or(0);
+        Ok(Self {
+            frames,
+            recorded,
+            refused: reader.refused().to_vec(),
+            is_cut: reader.is_cut(),
+            begins_ns,
+            repeats_after_ns: repeats.then(|| lasts_ns.saturating_add(gap_ns)),
+            start_ns: u64::MAX,
+            next: 0,
+            header: Header::default(),
+            current: Vec::with_capacity(longest),
+        })
+    }
+
+    /// Begins: from now on the trace's first instant stands for `at`.
+    pub fn start(&mut self, at: Instant) {
+        (self.start_ns, self.next) = (at.as_nanos(), 0);
+    }
+
+    /// Goes on to the next frame, if its instant has come; whether it had.
+    pub fn advance(&mut self, now: Instant) -> bool {
+        let next = match (self.frames.get(self.next), self.repeats_after_ns) {
+            (None, Some(span_ns)) => {
+                (self.start_ns, self.next) = (self.start_ns.saturating_add(span_ns), 0);
+                self.frames.first()
+            }
+            (next, _) => next,
+        };
+        let Some(frame) = next else { return false };
+        let at_ns = self.restamped(frame.at_ns);
+        if at_ns > now.as_nanos() {
+            return false;
+        }
+        let recorded = self.recorded.get(frame.observations.clone()).unwrap_or(&[]);
+        self.current.clear();
+        for observation in recorded {
+            let observed_at_ns = self.restamped(observation.observed_at_ns);
+            self.current.push(Observation { observed_at_ns, ..*observation });
+        }
+        self.next += 1;
+        let sequence = self.header.sequence + 1;
+        self.header = Header { sequence, incarnation: 1, ..Header::at(at_ns) };
+        self.header.pass(Hop::Observed, at_ns);
+        true
+    }
+
+    /// The header of the frame that was reached last: numbered from one, and of the present.
+    #[must_use]
+    pub fn header(&self) -> &Header {
+        &self.header
+    }
+
+    /// The observations of the frame that was reached last, of the present.
+    #[must_use]
+    pub fn observations(&self) -> &[Observation] {
+        &self.current
+    }
+
+    /// Whether the last frame was reached and none will come.
+    #[must_use]
+    pub fn has_ended(&self) -> bool {
+        self.repeats_after_ns.is_none() && self.next >= self.frames.len()
+    }
+
+    /// What was refused when the trace was read, of all its sources.
+    #[must_use]
+    pub fn refused(&self) -> &[Refused] {
+        &self.refused
+    }
+
+    /// Whether the trace ends in the middle of a frame.
+    #[must_use]
+    pub fn is_cut(&self) -> bool {
+        self.is_cut
+    }
+
+    fn restamped(&self, at_ns: u64) -> u64 {
+        let (later, earlier) = (at_ns.saturating_sub(self.begins_ns), self.begins_ns.saturating_sub(at_ns));
+        self.start_ns.saturating_add(later).saturating_sub(earlier)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::fs;
+
+    use super::*;
+
+    const HEADER: &str = r#"{"leo_trace": 1}"#;
+
+    fn open(lines: &[&str], source: Option<u16>, repeats: bool) -> Result<Playback, PlaybackError> {
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join("a.jsonl");
+        fs::write(&file, [&[HEADER], lines].concat().join("\n") + "\n").unwrap();
+        Playback::open(&file, source, repeats)
+    }
+
+    fn frame(at_ns: u64, source: u16, observations: &str) -> String {
+        format!(r#"{{"at_ns": {at_ns}, "source": {source}, "observations": [{observations}]}}"#)
+    }
+
+    /// When each frame is reached, in nanoseconds, looking at every one of them; and its stamp.
+    fn played(playback: &mut Playback, until_ns: u64) -> Vec<(u64, u64)> {
+        let mut reached = Vec::new();
+        for now in 0..until_ns {
+            while playback.advance(Instant::from_nanos(now)) {
+                let header = playback.header();
+                assert_eq!(header.sequence, u64::try_from(reached.len()).unwrap() + 1);
+                assert_eq!(header.passed(Hop::Observed), Some(header.valid_at_ns));
+                reached.push((now, header.valid_at_ns));
+            }
+        }
+        reached
+    }
+
+    #[test]
+    fn frames_come_in_their_rhythm_as_of_the_present_and_end() {
+        let thing = r#"{"position_m": [0.5, 0, 0], "observed_at_ns": 995}"#;
+        let frames = [frame(1000, 0, thing), frame(1005, 0, ""), frame(1030, 0, thing)];
+        let mut playback = open(&frames.each_ref().map(String::as_str), None, false).unwrap();
+        assert!(!playback.advance(Instant::from_nanos(1 << 62)), "it has not begun");
+        playback.start(Instant::from_nanos(20));
+        assert!(playback.advance(Instant::from_nanos(20)));
+        assert_eq!(playback.observations()[0].observed_at_ns, 15);
+        assert!((playback.observations()[0].position_m[0] - 0.5).abs() < 1e-9);
+        assert!(playback.advance(Instant::from_nanos(25)) && playback.observations().is_empty());
+        assert!(!playback.advance(Instant::from_nanos(49)) && !playback.has_ended());
+        assert!(playback.advance(Instant::from_nanos(60)));
+        assert_eq!((playback.header().valid_at_ns, playback.header().sequence), (50, 3));
+        assert!(playback.has_ended() && !playback.advance(Instant::from_nanos(1000)));
+    }
+
+    #[test]
+    fn it_begins_anew_where_it_shall_and_keeps_step_with_the_other_sources() {
+        let frames = [frame(100, 0, ""), frame(104, 3, ""), frame(108, 0, "")];
+        let frames = frames.each_ref().map(String::as_str);
+        let mut zero = open(&frames, Some(0), true).unwrap();
+        let mut three = open(&frames, Some(3), true).unwrap();
+        zero.start(Instant::from_nanos(10));
+        three.start(Instant::from_nanos(10));
+        // Two gaps of 4 on an average: it begins anew 4 after its last instant.
+        assert_eq!(played(&mut zero, 36), [10, 18, 22, 30, 34].map(|at| (at, at)));
+        assert_eq!(played(&mut three, 36), [14, 26].map(|at| (at, at)));
+        assert!(!zero.has_ended());
+        let mut one = open(&[&frame(5, 0, "")], None, true).unwrap();
+        one.start(Instant::EPOCH);
+        assert!(one.advance(Instant::EPOCH) && !one.advance(Instant::EPOCH + PAUSE / 2));
+        assert!(one.advance(Instant::EPOCH + PAUSE));
+    }
+
+    #[test]
+    fn what_cannot_be_played_says_why() {
+        let said = |playback: Result<Playback, PlaybackError>| playback.unwrap_err().to_string();
+        assert!(said(open(&[], None, true)).contains("a.jsonl has no frames"));
+        let frames = [frame(100, 0, ""), frame(104, 3, "")];
+        let frames = frames.each_ref().map(String::as_str);
+        assert!(said(open(&frames, None, false)).contains("of the sources 0, 3: say with `recorded_source`"));
+        assert!(
+            said(open(&frames, Some(2), false)).contains("no frames of a source 2: it was recorded of 0, 3")
+        );
+        assert!(said(open(&["no json"], None, false)).contains("line 2"));
+        let nowhere = Playback::open(Path::new("/nowhere/a.mcap"), None, false);
+        assert!(said(nowhere).starts_with("cannot read /nowhere/a.mcap: "));
+    }
+
+    #[test]
+    fn playing_allocates_nothing() {
+        let thing = r#"{"position_m": [0.5, 0, 0]}"#;
+        let frames: Vec<String> = (0..50).map(|at| frame(at * 10, 0, thing)).collect();
+        let frames: Vec<&str> = frames.iter().map(String::as_str).collect();
+        let mut playback = open(&frames, None, true).unwrap();
+        playback.start(Instant::EPOCH);
+        let mut reached = 0;
+        let allocations = testkit::allocations_in(|| {
+            for now in 0..2_000 {
+                while playback.advance(Instant::from_nanos(now)) {
+                    reached += playback.observations().len();
+                }
+            }
+        });
+        assert_eq!((allocations, reached), (0, 200));
+    }
+}

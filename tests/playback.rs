@@ -1,0 +1,122 @@
+//! A recorded trace as a source of the running robot: it believes what `leo believe` says of it.
+#![expect(clippy::expect_used, clippy::indexing_slicing, reason = "a test fails by panicking")]
+
+#[path = "supervision/robot.rs"]
+#[expect(dead_code, reason = "the tests of the supervisor use the rest")]
+mod robot;
+
+use config::percepts::Percepts;
+use message::{Difference, Divergences, Feature};
+use rustix::process::Signal;
+use serde_json::Value;
+use transport::{Delivery, Domain, Node, Queues};
+
+use robot::{Robot, left_behind, leo, wait_until};
+
+/// A block is moved and a button pressed while he looks away.
+const MOVED: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/config/traces/moved.jsonl");
+/// As in `leo.toml`: every port of a domain has the same queues.
+const QUEUES: Queues = Queues { frames: 4, delivery: Delivery::Newest };
+
+/// How partner 1 and the robot differ at an instant, in words: whose beliefs, which percepts, what
+/// each of them believes.
+type State = Vec<String>;
+
+/// A feature in words; numbers as they are in memory.
+fn feature(feature: Option<Feature>) -> String {
+    match feature {
+        Some(Feature::Vector([x, y, z])) => format!("{x:?} {y:?} {z:?}"),
+        Some(Feature::Number(number)) => format!("{number:?}"),
+        None | Some(Feature::None | Feature::Symbol(_) | Feature::Orientation(_)) => format!("{feature:?}"),
+    }
+}
+
+/// The same of JSON.
+fn written(feature: &Value) -> String {
+    // As the robot holds it: numbers of single precision.
+    let single = |number: &Value| format!("{number}").parse::<f32>().map(|number| format!("{number:?}"));
+    match feature {
+        Value::Array(numbers) => {
+            numbers.iter().map(|number| single(number).expect("a number")).collect::<Vec<_>>().join(" ")
+        }
+        Value::Number(_) => single(feature).expect("a number"),
+        Value::Null | Value::Bool(_) | Value::String(_) | Value::Object(_) => feature.to_string(),
+    }
+}
+
+fn push_new(states: &mut Vec<State>, mut state: State) {
+    state.sort();
+    if states.last() != Some(&state) {
+        states.push(state);
+    }
+}
+
+/// What `leo believe` says, one state after the other.
+fn told() -> Vec<State> {
+    let told = leo(&["believe", MOVED, "--json"]).output().expect("runs");
+    let lines = String::from_utf8(told.stdout).expect("is text");
+    let (mut states, mut state, mut at) = (Vec::new(), State::new(), None);
+    for line in lines.lines() {
+        let line: Value = serde_json::from_str(line).expect("is JSON");
+        if line["at_ns"] != Value::Null && at.replace(line["at_ns"].clone()) != Some(line["at_ns"].clone()) {
+            push_new(&mut states, std::mem::take(&mut state));
+        }
+        if line["record"] == "difference" {
+            let who = format!("{} {}", line["robot_id"], line["partner_id"]);
+            let about = line["percepts"].as_object().expect("a map");
+            state.extend(about.iter().map(|(percept, is)| {
+                format!("{who} {percept}: {}, {}", written(&is["robot"]), written(&is["partner"]))
+            }));
+        }
+    }
+    push_new(&mut states, state);
+    states
+}
+
+/// The same, as the belief process publishes it.
+fn published(differences: &[Difference], percepts: &Percepts) -> State {
+    let id = |id: Option<u64>| id.map_or("null".to_owned(), |id| id.to_string());
+    let tell = |difference: &Difference| {
+        let who = format!("{} {}", id(difference.one()), id(difference.other()));
+        let about = difference.aspects().iter().map(move |aspect| {
+            let percept = percepts.percepts.get(usize::from(aspect.percept)).expect("configured");
+            format!("{who} {}: {}, {}", percept.name, feature(aspect.one()), feature(aspect.other()))
+        });
+        about.collect::<Vec<_>>()
+    };
+    differences.iter().flat_map(tell).collect()
+}
+
+#[test]
+fn a_running_robot_believes_of_a_trace_what_leo_believe_says_of_it() {
+    let told = told();
+    assert!(told.len() > 10 && told.last() == Some(&State::new()), "{told:#?}");
+    let percepts = Percepts::builtin();
+    let robot = Robot::ready("playback", &[("kind", &format!("\"trace\"\nfile = {MOVED:?}"))]);
+    let domain = Domain::at(robot.domain()).expect("a domain");
+    let node = Node::join(&domain, "observer", 1, QUEUES).expect("joins");
+    let mut differences = node.inlet::<Divergences>(Some(1)).expect("a free reader");
+
+    // Whoever looks late, or now and then too seldom, misses a state, and sees none but these.
+    let mut seen: Vec<State> = Vec::new();
+    let over = wait_until(|| {
+        while let Some(frame) = differences.receive().expect("works") {
+            push_new(&mut seen, published(frame.entries(), &percepts));
+        }
+        let last = robot.rows().iter().find(|row| row["process"] == "sensor").cloned().unwrap_or_default();
+        last["sources"][0]["frames"] == 29 && seen.last() == Some(&State::new()) && seen.len() > 1
+    });
+    assert!(over, "{seen:#?}\n{}", robot.said());
+    let mut expected = told.iter();
+    for state in &seen {
+        assert!(expected.any(|told| told == state), "{state:?}\nof {seen:#?}\nis not in {told:#?}");
+    }
+    assert!(seen.len() > told.len() / 2, "{seen:#?}");
+    assert!(wait_until(|| robot.said().contains("the trace is over")), "{}", robot.said());
+
+    drop((differences, node));
+    let domain = robot.domain().to_owned();
+    let (status, said) = robot.stop(Signal::TERM);
+    assert!(status.success(), "{status}\n{said}");
+    assert_eq!(left_behind(&domain), [""; 0]);
+}
