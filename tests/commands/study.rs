@@ -2,7 +2,7 @@
 
 use serde_json::Value;
 
-use crate::house::tell;
+use crate::house::{read, tell, write};
 
 #[test]
 fn the_study_comes_out_as_in_the_paper_in_every_cell() {
@@ -20,7 +20,11 @@ fn the_study_comes_out_as_in_the_paper_in_every_cell() {
 
 /// The rule chosen from a lesson, why it is not Leo's own, and what was done.
 fn taught(lesson: &str) -> [String; 3] {
-    let told = tell(&["teach", lesson, "--json"]);
+    taught_with(&["teach", lesson, "--json"])
+}
+
+fn taught_with(arguments: &[&str]) -> [String; 3] {
+    let told = tell(arguments);
     assert_eq!((told.status, told.err.as_str()), (Some(0), ""), "{told:?}");
     let lessons: Value = serde_json::from_str(&told.out).expect("is JSON");
     ["/rule/name", "/explanation", "/performances/0/result"].map(|field| {
@@ -46,4 +50,20 @@ fn what_happened_behind_the_teachers_back_is_no_part_of_what_he_means() {
         "to me it looked like \"all red and green\", but you could not know how the yellow square had changed"
     );
     assert_eq!(done, "filled 5 of 5");
+}
+
+#[test]
+fn of_two_teachers_with_different_views_the_one_who_teaches_counts() {
+    let files = tempfile::tempdir().expect("a folder");
+    let two = read("config/leo.toml").replace("partners = 1 ", "partners = 2 ");
+    assert!(two.contains("partners = 2 "));
+    let config = write(&files, "leo.toml", &two);
+    let lesson = "config/lessons/two_teachers.toml";
+    let [rule, why, done] = taught_with(&["teach", lesson, "--json", "--config", &config]);
+    assert_eq!((rule.as_str(), done.as_str()), ("all", "filled 5 of 5"));
+    assert!(why.ends_with("you could not see the blue square"), "{why}");
+    // Where only the other's perspective is taken, that one explains nothing.
+    let told = tell(&["teach", lesson, "--json"]);
+    let lessons: Value = serde_json::from_str(&told.out).expect("is JSON");
+    assert_eq!(lessons.pointer("/0/account/tasks/0/rule/name"), Some(&Value::from("all but blue")));
 }
