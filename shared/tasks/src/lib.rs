@@ -18,17 +18,30 @@
 //! percepts' order.
 
 mod action;
+mod bits;
+mod case;
 mod change;
 mod describe;
 mod dialogue;
+mod disjunctions;
+mod dnf;
 mod explain;
+mod extended;
+mod factored;
+mod goal;
 mod hypothesis;
 mod identity;
 mod language;
 mod learn;
+mod lexicon;
+mod log_sum;
+mod rank;
 mod recording;
 mod rule;
+mod selection;
+mod settings;
 mod snapshot;
+mod weight;
 
 pub use action::{Act, ActionParser};
 pub use change::{Change, Effect, Signature, changes};
@@ -38,9 +51,12 @@ pub use explain::{Explanation, explain};
 pub use hypothesis::{Class, Prior, Template};
 pub use identity::{Identities, Moment};
 pub use language::{FeatureWords, Language, StateWords};
-pub use learn::{Learned, Means, decide, learn};
+pub use learn::{Learned, Learning, Means, decide, learn, learn_with};
+pub use lexicon::{FEATURES_MOST, VALUES_MOST};
 pub use recording::{Example, Executable, NothingChanged, Recording, Task, View};
 pub use rule::Rule;
+pub use selection::{Relation, Selection};
+pub use settings::{Hypotheses, Noise, NoiseOutOfRange, Settings};
 pub use snapshot::{Object, Snapshot};
 
 #[cfg(test)]

@@ -1,0 +1,453 @@
+//! The hypotheses beyond the paper: every short description of a set of objects, all of it or a
+//! number of it or those that stand in a relation, by description length.
+
+use quantity::number::{float, float_of_count};
+use rustc_hash::FxHashMap;
+
+use crate::case::{Case, Verdict, Witness};
+use crate::dnf::{Descriptions, Set};
+use crate::hypothesis::{Hypothesis, Scored};
+use crate::lexicon::{Key, Lexicon, Mask, Seen};
+use crate::log_sum::LogSum;
+use crate::selection::{Extent, Place};
+use crate::{Relation, Selection};
+
+/// Selections are made from sets that cost no more than this to describe.
+const SELECTED_FROM: usize = 2;
+/// Numbers that people see at a glance.
+const EXACTLY_MOST: usize = 7;
+/// How many are left out at most when something is said to be all but so many.
+const ALL_BUT_MOST: usize = 3;
+
+/// Every hypothesis of the extended language over the values seen, with what the examples say of
+/// it.
+#[derive(Clone, Debug)]
+pub(crate) struct Extended {
+    descriptions: Descriptions,
+    /// By set.
+    sets: Vec<Standing>,
+    selected: Vec<Selected>,
+    /// By set, which distinct one it is.
+    meanings: Vec<Option<usize>>,
+    distinct: Vec<(Mask, Vec<Key>)>,
+    numbers: FxHashMap<(Mask, Vec<Key>), usize>,
+    taken: usize,
+    /// Objects that bore witness.
+    witnesses: u64,
+}
+
+/// What the examples say of a set.
+#[derive(Clone, Copy, Debug, Default)]
+struct Standing {
+    tally: usize,
+    /// Objects that would be slips.
+    slips: u64,
+}
+
+/// A selection from a set, and what the examples say of it.
+#[derive(Clone, Copy, Debug)]
+struct Selected {
+    set: usize,
+    selection: Selection,
+    tally: usize,
+    log_likelihood: f64,
+}
+
+/// How the extended language weighs its hypotheses.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Cost {
+    /// What a number or a relation costs, in nats.
+    pub(crate) selection_nats: f64,
+    /// ln ε and ln(1 - ε), where teachers slip.
+    pub(crate) slips: Option<(f64, f64)>,
+}
+
+/// A set of the objects of a demonstration.
+type Members<'a> = &'a [u64];
+
+/// The objects of a demonstration as sets of them.
+struct Table {
+    words: usize,
+    changed: Vec<u64>,
+    left_out: Vec<u64>,
+    places: Vec<Option<Place>>,
+    /// By term, one after the other.
+    terms: Vec<u64>,
+}
+
+impl Extended {
+    pub(crate) fn new(lexicon: &Lexicon, seen: &Seen) -> Self {
+        let descriptions = Descriptions::new(lexicon, seen);
+        let selected = descriptions
+            .sets
+            .iter()
+            .enumerate()
+            .skip(1)
+            .filter(|(_, set)| set.cost <= SELECTED_FROM)
+            .flat_map(|(set, _)| {
+                selections().map(move |selection| Selected { set, selection, tally: 0, log_likelihood: 0.0 })
+            })
+            .collect();
+        Self {
+            sets: vec![Standing::default(); descriptions.sets.len()],
+            meanings: vec![None; descriptions.sets.len()],
+            descriptions,
+            selected,
+            distinct: Vec::new(),
+            numbers: FxHashMap::default(),
+            taken: 0,
+            witnesses: 0,
+        }
+    }
+
+    /// The cost of the longest description.
+    pub(crate) const fn longest(&self) -> usize {
+        self.descriptions.longest
+    }
+
+    /// Takes in the demonstrations that are new to it.
+    pub(crate) fn take(&mut self, cases: &[Case], cost: &Cost) {
+        for case in cases.iter().skip(self.taken) {
+            let table = Table::new(&self.descriptions, &case.witnesses);
+            let bore = case.witnesses.iter().filter(|witness| witness.verdict != Verdict::AlreadySo);
+            self.witnesses += u64::try_from(bore.count()).unwrap_or(0);
+            let members = table.members(&self.descriptions.sets);
+            for (standing, members) in self.sets.iter_mut().zip(members.chunks(table.words)).skip(1) {
+                let slips = table.slips(members);
+                standing.slips += slips;
+                standing.tally += usize::from(slips == 0);
+            }
+            let mut extents: Option<(usize, Extent)> = None;
+            for one in &mut self.selected {
+                let begin = one.set * table.words;
+                let members = members.get(begin..begin + table.words).unwrap_or(&[]);
+                let extent = match extents {
+                    Some((set, extent)) if set == one.set => extent,
+                    _ => table.extent(members),
+                };
+                extents = Some((one.set, extent));
+                let (is_consistent, log_likelihood) =
+                    table.judge(one.selection, members, &extent, cost.slips);
+                one.tally += usize::from(is_consistent);
+                one.log_likelihood += log_likelihood;
+            }
+        }
+        self.taken = cases.len();
+    }
+
+    /// log P(D|h) P(h) of every hypothesis with its set, selection and tally; those of which the
+    /// probability is nothing are left out.
+    fn scores(&self, cost: &Cost) -> impl Iterator<Item = (usize, Selection, usize, f64)> {
+        let examples = float_of_count(self.taken).ln();
+        let share = move |tally: usize| float_of_count(tally).ln() - examples;
+        let cost = *cost;
+        let of_set = move |(number, (set, standing)): (usize, (&Set, &Standing))| {
+            let log_likelihood = match cost.slips {
+                None => share(standing.tally),
+                Some((slip, right)) => float(standing.slips)
+                    .mul_add(slip, float(self.witnesses.saturating_sub(standing.slips)) * right),
+            };
+            (number, Selection::All, standing.tally, log_likelihood - float_of_count(set.cost))
+        };
+        let of_selected = move |one: &Selected| {
+            let described = self.descriptions.sets.get(one.set).map_or(0, |set| set.cost);
+            let log_likelihood = if cost.slips.is_none() { share(one.tally) } else { one.log_likelihood };
+            let score = log_likelihood - float_of_count(described) - cost.selection_nats;
+            (one.set, one.selection, one.tally, score)
+        };
+        let sets = self.descriptions.sets.iter().zip(&self.sets).enumerate().skip(1).map(of_set);
+        sets.chain(self.selected.iter().map(of_selected))
+            .filter(|(_, _, _, score)| *score > f64::NEG_INFINITY)
+    }
+
+    /// The hypotheses, those that say the same of everything made of the values seen as one. All
+    /// that are within so many nats of the best, or of the best one of the highest tally.
+    pub(crate) fn hypotheses(
+        &mut self,
+        lexicon: &Lexicon,
+        seen: &Seen,
+        cost: &Cost,
+        within: f64,
+        order: impl Fn(&str) -> usize,
+    ) -> Scored {
+        let scores: Vec<_> = self.scores(cost).collect();
+        let most_tally = scores.iter().map(|(_, _, tally, _)| *tally).max().unwrap_or(0);
+        let best = scores.iter().map(|(.., score)| *score).fold(f64::NEG_INFINITY, f64::max);
+        let of_most = scores.iter().filter(|(_, _, tally, _)| *tally == most_tally);
+        let best_of_most = of_most.map(|(.., score)| *score).fold(f64::NEG_INFINITY, f64::max);
+        let mut total = LogSum::default();
+        let mut merged: FxHashMap<(usize, Selection), Merged> = FxHashMap::default();
+        for (set, selection, tally, score) in scores {
+            total.add(score);
+            // What is lost in the rounding of a sum is not looked at.
+            let is_heavy = score >= best - within.max(ROUNDING)
+                || (tally == most_tally && score >= best_of_most - within.max(ROUNDING));
+            if is_heavy {
+                let meaning = self.meaning(set, seen);
+                merged.entry((meaning, selection)).or_default().take(score, tally, set);
+            }
+        }
+        let mut hypotheses = Vec::new();
+        for ((meaning, selection), merged) in merged {
+            let score = merged.sum.value();
+            let is_near =
+                score >= best - within || (merged.tally == most_tally && score >= best_of_most - within);
+            let Some((mask, classes)) = self.distinct.get(meaning).filter(|_| is_near) else { continue };
+            // What nothing is is no hypothesis.
+            if !classes.is_empty() {
+                hypotheses.push(Hypothesis {
+                    mask: *mask,
+                    classes: classes.clone(),
+                    selection,
+                    tally: merged.tally,
+                    log_score: score,
+                    phrase: Some(self.descriptions.phrase(merged.set, lexicon, &order)),
+                });
+            }
+        }
+        Scored { hypotheses, log_total: total.value() }
+    }
+
+    /// What a set means: which of the distinct ones it is.
+    fn meaning(&mut self, set: usize, seen: &Seen) -> usize {
+        let next = self.distinct.len();
+        let Some(slot) = self.meanings.get_mut(set) else { return next };
+        if let Some(known) = *slot {
+            return known;
+        }
+        let classes = self.descriptions.classes(set, seen);
+        let number = *self.numbers.entry(classes.clone()).or_insert(next);
+        if number == next {
+            self.distinct.push(classes);
+        }
+        *slot = Some(number);
+        number
+    }
+
+    /// The probability that the rule holds for each object of a scene, and whether it is sure to
+    /// hold for all of them together is not said: a number of them may be any.
+    pub(crate) fn probabilities(&self, cost: &Cost, asked: &[(Key, Option<Place>)]) -> Vec<f64> {
+        let witnesses: Vec<Witness> =
+            asked.iter().map(|&(key, place)| Witness { key, verdict: Verdict::LeftOut, place }).collect();
+        let table = Table::new(&self.descriptions, &witnesses);
+        let members = table.members(&self.descriptions.sets);
+        let mut best = f64::NEG_INFINITY;
+        for (.., score) in self.scores(cost) {
+            best = best.max(score);
+        }
+        let mut total = 0.0;
+        let mut about = vec![0.0; asked.len()];
+        for (set, selection, _, score) in self.scores(cost).filter(|(.., score)| *score >= best - ROUNDING) {
+            let weight = (score - best).exp();
+            total += weight;
+            let members = members.get(set * table.words..(set + 1) * table.words).unwrap_or(&[]);
+            table.add_shares(selection, members, weight, &mut about);
+        }
+        about
+            .into_iter()
+            .map(|sum: f64| if total > 0.0 { (sum / total).clamp(0.0, 1.0) } else { 0.0 })
+            .collect()
+    }
+}
+
+/// What is further below the best than this is lost in the rounding of a sum.
+const ROUNDING: f64 = 40.0;
+
+#[derive(Clone, Copy, Debug, Default)]
+struct Merged {
+    sum: LogSum,
+    tally: usize,
+    /// The set described most shortly: they stand in the order of their length.
+    set: usize,
+}
+
+impl Merged {
+    fn take(&mut self, score: f64, tally: usize, set: usize) {
+        self.sum.add(score);
+        self.tally = self.tally.max(tally);
+        if self.set == 0 || set < self.set {
+            self.set = set;
+        }
+    }
+}
+
+fn selections() -> impl Iterator<Item = Selection> {
+    let exactly = (1..=EXACTLY_MOST).map(Selection::Exactly);
+    let all_but = (1..=ALL_BUT_MOST).map(Selection::AllBut);
+    exactly.chain(all_but).chain(Relation::ALL.map(Selection::Standing))
+}
+
+impl Table {
+    fn new(descriptions: &Descriptions, witnesses: &[Witness]) -> Self {
+        let words = witnesses.len().div_ceil(64).max(1);
+        let set = |holds: &dyn Fn(&Witness) -> bool| {
+            let mut bits = vec![0_u64; words];
+            for (chunk, word) in witnesses.chunks(64).zip(&mut bits) {
+                for (bit, witness) in chunk.iter().enumerate() {
+                    *word |= u64::from(holds(witness)) << bit;
+                }
+            }
+            bits
+        };
+        let literals: Vec<Vec<u64>> = descriptions
+            .literals
+            .iter()
+            .map(|literal| set(&|witness: &Witness| literal.holds(witness.key)))
+            .collect();
+        let everything = set(&|_| true);
+        let mut terms = Vec::with_capacity(descriptions.terms.len() * words);
+        for term in &descriptions.terms {
+            let begin = terms.len();
+            terms.extend_from_slice(&everything);
+            let bits = terms.get_mut(begin..).unwrap_or(&mut []);
+            for literal in term.literals.iter().filter_map(|&literal| literals.get(literal)) {
+                bits.iter_mut().zip(literal).for_each(|(word, also)| *word &= also);
+            }
+        }
+        Self {
+            words,
+            changed: set(&|witness| witness.verdict == Verdict::Changed),
+            left_out: set(&|witness| witness.verdict == Verdict::LeftOut),
+            places: witnesses.iter().map(|witness| witness.place).collect(),
+            terms,
+        }
+    }
+
+    /// The objects of every set, one set after the other.
+    fn members(&self, sets: &[Set]) -> Vec<u64> {
+        let words = self.words;
+        let mut members: Vec<u64> = Vec::with_capacity(sets.len() * words);
+        members.resize(words, 0);
+        for set in sets.iter().skip(1) {
+            for word in 0..words {
+                let parent = members.get(set.parent * words + word).copied().unwrap_or(0);
+                let term = self.terms.get(set.term * words + word).copied().unwrap_or(0);
+                members.push(parent | term);
+            }
+        }
+        members
+    }
+
+    /// Objects of which the teacher did otherwise than a rule about all of a set.
+    fn slips(&self, members: Members<'_>) -> u64 {
+        let words = members.iter().zip(&self.changed).zip(&self.left_out);
+        words
+            .map(|((members, changed), left_out)| {
+                u64::from(((members ^ changed) & (changed | left_out)).count_ones())
+            })
+            .sum()
+    }
+
+    fn each<'a>(&'a self, members: Members<'a>) -> impl Iterator<Item = (usize, Option<Place>)> + 'a {
+        let is_member =
+            |index: usize| members.get(index / 64).is_some_and(|word| word >> (index % 64) & 1 == 1);
+        self.places.iter().copied().enumerate().filter(move |(index, _)| is_member(*index))
+    }
+
+    fn extent(&self, members: Members<'_>) -> Extent {
+        Extent::of(self.each(members).filter_map(|(_, place)| place))
+    }
+
+    /// Those of a set that stand so among it.
+    fn standing(&self, relation: Relation, members: Members<'_>, extent: &Extent) -> Vec<u64> {
+        let mut bits = vec![0_u64; self.words];
+        for (index, place) in self.each(members) {
+            if place.is_some_and(|place| relation.holds(place, extent))
+                && let Some(word) = bits.get_mut(index / 64)
+            {
+                *word |= 1 << (index % 64);
+            }
+        }
+        bits
+    }
+
+    /// Whether the demonstration is consistent with a selection, and log P(demonstration|h).
+    fn judge(
+        &self,
+        selection: Selection,
+        members: Members<'_>,
+        extent: &Extent,
+        slips: Option<(f64, f64)>,
+    ) -> (bool, f64) {
+        if let Selection::Standing(relation) = selection {
+            let standing = self.standing(relation, members, extent);
+            let wrong = self.slips(&standing);
+            let log = slips.map_or(0.0, |(slip, right)| {
+                let both = self.changed.iter().chain(&self.left_out).map(|word| u64::from(word.count_ones()));
+                let all = both.sum::<u64>();
+                float(wrong).mul_add(slip, float(all - wrong) * right)
+            });
+            return (wrong == 0, log);
+        }
+        let count = |of: &[u64], inside: bool| -> usize {
+            let words =
+                of.iter().zip(members).map(|(of, members)| of & if inside { *members } else { !members });
+            words.map(|word| usize::try_from(word.count_ones()).unwrap_or(0)).sum()
+        };
+        let all: usize = members.iter().map(|word| usize::try_from(word.count_ones()).unwrap_or(0)).sum();
+        let Some(wanted) = selection.wanted(all) else { return (false, f64::NEG_INFINITY) };
+        let (changed, left_out) = (count(&self.changed, true), count(&self.left_out, true));
+        let already = all - changed - left_out;
+        let need = wanted.saturating_sub(already).min(changed + left_out);
+        let (strays, others) = (count(&self.changed, false), count(&self.left_out, false));
+        let is_consistent = strays == 0 && changed == need;
+        let log = slips.map_or(0.0, |slips| log_any(changed, left_out, need, strays, others, slips));
+        (is_consistent, log)
+    }
+
+    /// Adds the weight to every object by the probability that the selection is about it.
+    fn add_shares(&self, selection: Selection, members: Members<'_>, weight: f64, about: &mut [f64]) {
+        let extent = || self.extent(members);
+        let kept = match selection {
+            Selection::Standing(relation) => self.standing(relation, members, &extent()),
+            Selection::All | Selection::Exactly(_) | Selection::AllBut(_) => members.to_vec(),
+        };
+        let all = self.each(members).count();
+        let share = match selection {
+            Selection::Exactly(_) | Selection::AllBut(_) => {
+                let wanted = match selection.wanted(all) {
+                    Some(wanted) => wanted,
+                    None if matches!(selection, Selection::Exactly(_)) => all,
+                    None => 0,
+                };
+                float_of_count(wanted) / float_of_count(all.max(1))
+            }
+            Selection::All | Selection::Standing(_) => 1.0,
+        };
+        for (index, _) in self.each(&kept) {
+            if let Some(sum) = about.get_mut(index) {
+                *sum += weight * share;
+            }
+        }
+    }
+}
+
+/// log P of a demonstration whose teacher picks any `need` of some objects, each as probably as
+/// any other, and then slips with each object on its own: `changed` and `left_out` of them, and
+/// `strays` and `others` besides them.
+///
+/// Σk C(changed, k) C(left out, need - k) / C(all, need) · ε^slips (1 - ε)^others
+fn log_any(
+    changed: usize,
+    left_out: usize,
+    need: usize,
+    strays: usize,
+    others: usize,
+    (slip, right): (f64, f64),
+) -> f64 {
+    let all = changed + left_out;
+    let mut sum = LogSum::default();
+    for meant in need.saturating_sub(left_out)..=need.min(changed) {
+        // Meant and not changed, or changed and not meant.
+        let slips = need - meant + changed - meant + strays;
+        let ways = log_choose(changed, meant) + log_choose(left_out, need - meant) - log_choose(all, need);
+        let right_ones = float_of_count(all + strays + others - slips);
+        sum.add(float_of_count(slips).mul_add(slip, right_ones.mul_add(right, ways)));
+    }
+    sum.value()
+}
+
+/// ln C(n, k).
+fn log_choose(n: usize, k: usize) -> f64 {
+    (1..=k.min(n)).map(|i| (float_of_count(n + 1 - i) / float_of_count(i)).ln()).sum()
+}
