@@ -224,17 +224,14 @@ impl Extended {
         number
     }
 
-    /// The probability that the rule holds for each object of a scene, and whether it is sure to
-    /// hold for all of them together is not said: a number of them may be any.
-    pub(crate) fn probabilities(&self, cost: &Cost, asked: &[(Key, Option<Place>)]) -> Vec<f64> {
+    /// The logarithm of the sum of P(D|h) P(h), and for each object of a scene the probability that
+    /// the rule holds for it; a number of objects may be any of them.
+    pub(crate) fn probabilities(&self, cost: &Cost, asked: &[(Key, Option<Place>)]) -> (f64, Vec<f64>) {
         let witnesses: Vec<Witness> =
             asked.iter().map(|&(key, place)| Witness { key, verdict: Verdict::LeftOut, place }).collect();
         let table = Table::new(&self.descriptions, &witnesses);
         let members = table.members(&self.descriptions.sets);
-        let mut best = f64::NEG_INFINITY;
-        for (.., score) in self.scores(cost) {
-            best = best.max(score);
-        }
+        let best = self.scores(cost).map(|(.., score)| score).fold(f64::NEG_INFINITY, f64::max);
         let mut total = 0.0;
         let mut about = vec![0.0; asked.len()];
         for (set, selection, _, score) in self.scores(cost).filter(|(.., score)| *score >= best - ROUNDING) {
@@ -243,10 +240,12 @@ impl Extended {
             let members = members.get(set * table.words..(set + 1) * table.words).unwrap_or(&[]);
             table.add_shares(selection, members, weight, &mut about);
         }
-        about
-            .into_iter()
-            .map(|sum: f64| if total > 0.0 { (sum / total).clamp(0.0, 1.0) } else { 0.0 })
-            .collect()
+        if total > 0.0 {
+            about.iter_mut().for_each(|sum: &mut f64| *sum = (*sum / total).clamp(0.0, 1.0));
+            (best + total.ln(), about)
+        } else {
+            (f64::NEG_INFINITY, about)
+        }
     }
 }
 

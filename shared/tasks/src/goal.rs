@@ -153,7 +153,6 @@ impl Goal {
     /// The probability that the rule holds for each of some objects.
     pub(crate) fn probabilities(
         &mut self,
-        language: &Language,
         lexicon: &Lexicon,
         settings: &Settings,
         asked: &[(Key, Option<Place>)],
@@ -165,24 +164,46 @@ impl Goal {
                 let slips = slips.unwrap_or_default();
                 all.probabilities(&self.cases, lexicon.features(), &settings.prior, slips, &keys)
             }
-            Engine::Extended(short, _) => {
+            Engine::Extended(short, long) => {
                 let cost = Cost { selection_nats: settings.selection_nats, slips };
                 short.take(&self.cases, &cost);
-                short.probabilities(&cost, asked)
+                let (log_total, answers) = short.probabilities(&cost, asked);
+                if slips.is_some() {
+                    return answers;
+                }
+                let weight = Weight::Length { beyond: short.longest() };
+                let long = long.hypotheses(&self.cases, &self.seen, &weight, PREDICTING);
+                let mut total = LogSum::default();
+                total.add(log_total);
+                total.add(long.log_total);
+                let share = share(log_total, total.value());
+                let more = asked.iter().map(|(key, _)| about(&long, total.value(), *key));
+                answers
+                    .into_iter()
+                    .zip(more)
+                    .map(|(answer, more)| share.mul_add(answer, more).clamp(0.0, 1.0))
+                    .collect()
             }
-            Engine::Paper(_) => {
-                let scored = self.hypotheses(language, lexicon, settings, PREDICTING);
-                let about = |key: Key| {
-                    let about = scored.hypotheses.iter().filter(|one| {
-                        present(key) & one.mask == one.mask
-                            && one.classes.binary_search(&(key & key_mask(one.mask))).is_ok()
-                    });
-                    about.map(|one| (one.log_score - scored.log_total).exp()).sum::<f64>()
-                };
-                asked.iter().map(|(key, _)| about(*key).clamp(0.0, 1.0)).collect()
+            Engine::Paper(all) => {
+                let weight = Weight::Prior { prior: settings.prior, expected: self.signature.len() };
+                let scored = all.hypotheses(&self.cases, &self.seen, &weight, PREDICTING);
+                asked.iter().map(|(key, _)| about(&scored, scored.log_total, *key).clamp(0.0, 1.0)).collect()
             }
         }
     }
+}
+
+/// The share of the whole that those hypotheses have that are about a kind.
+fn about(scored: &Scored, log_total: f64, key: Key) -> f64 {
+    let about = scored.hypotheses.iter().filter(|one| {
+        present(key) & one.mask == one.mask && one.classes.binary_search(&(key & key_mask(one.mask))).is_ok()
+    });
+    about.map(|one| share(one.log_score, log_total)).sum()
+}
+
+/// e^(log - total), and nothing of nothing.
+fn share(log: f64, log_total: f64) -> f64 {
+    if log > f64::NEG_INFINITY { (log - log_total).exp() } else { 0.0 }
 }
 
 /// Hypotheses further below the best than this do not matter to a prediction, in nats.

@@ -2,6 +2,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use crate::change::{changes, has_percepts};
 use crate::goal::{Demonstration, Goal, Shown};
+use crate::inquiry::{Asking, Inquiry, inquire};
 use crate::lexicon::Lexicon;
 use crate::rank::{Subject, rank};
 use crate::selection::{Place, frame_of};
@@ -13,6 +14,8 @@ use crate::{Language, Object, Prior, Rule, Settings, Signature, Snapshot, View};
 const RULES_MOST: usize = 512;
 /// Hypotheses further below the best than this have no share of the posterior, in nats.
 const NATS: f64 = 40.0;
+/// Hypotheses further below the best than this are not worth asking about, in nats.
+const INQUIRING: f64 = 10.0;
 
 /// What one perspective makes of the examples of a task.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -174,7 +177,7 @@ impl Learning {
     ///
     /// Numbers and relations are taken among the objects of the scene.
     pub fn probabilities(&mut self, goal: &Signature, scene: &Snapshot) -> Vec<Option<f64>> {
-        let Self { language, settings, lexicon, goals, .. } = self;
+        let Self { settings, lexicon, goals, .. } = self;
         let Some(goal) = goals.get_mut(goal) else { return vec![None; scene.objects.len()] };
         let frame = frame_of(scene);
         let is_eligible = |object: &&Object| has_percepts(object, &goal.signature);
@@ -185,13 +188,34 @@ impl Learning {
             .map(|object| (lexicon.key_of_known(object), Place::of(&frame, object)))
             .collect();
         let is_eligible: Vec<bool> = scene.objects.iter().map(|object| is_eligible(&object)).collect();
-        let mut answers = goal.probabilities(language, lexicon, settings, &asked).into_iter();
+        let mut answers = goal.probabilities(lexicon, settings, &asked).into_iter();
         is_eligible.into_iter().map(|is_eligible| if is_eligible { answers.next() } else { None }).collect()
+    }
+
+    /// The objects, `most` at most, of which the teacher's treatment is expected to tell most about
+    /// his goal: one to ask him about, or several to have him show. `None` when there is nothing
+    /// to be told that way.
+    pub fn inquire(&mut self, goal: &Signature, most: usize) -> Option<Inquiry> {
+        let Self { language, settings, lexicon, goals, .. } = self;
+        let goal = goals.get_mut(goal)?;
+        let scored = goal.hypotheses(language, lexicon, settings, INQUIRING);
+        let Goal { signature, seen, .. } = goal;
+        inquire(&Asking { language, lexicon, signature, seen, noise: settings.noise }, &scored, most)
     }
 }
 
 #[cfg(test)]
 impl Learning {
+    /// The rules about a goal, whether it is one or only the means to another.
+    pub(crate) fn rules(&mut self, goal: &Signature) -> Vec<Rule> {
+        let Self { language, settings, lexicon, demonstrations, goals } = self;
+        let Some(goal) = goals.get_mut(goal) else { return Vec::new() };
+        let scored = goal.hypotheses(language, lexicon, settings, NATS);
+        let (signature, seen) = (&goal.signature, &goal.seen);
+        let subject = Subject { language, lexicon, signature, seen, examples: demonstrations.len() };
+        rank(&subject, scored, settings, usize::MAX)
+    }
+
     /// The hypotheses about a goal before those that say the same are one: template, classes, tally.
     pub(crate) fn hypotheses(&mut self, goal: &Signature) -> Vec<(Template, BTreeSet<Class>, usize)> {
         let Self { language, settings, lexicon, goals, .. } = self;

@@ -8,7 +8,8 @@
 //! 2. an [`ActionParser`] finds the instants at which somebody completed an act;
 //! 3. a [`Recording`] keeps, for every perspective, the acts with their goals and makes an
 //!    [`Example`] of the snapshots before and after the demonstration;
-//! 4. [`learn`] expands hypotheses from the examples of one perspective and ranks them;
+//! 4. [`learn`] expands hypotheses from the examples of one perspective and ranks them, or
+//!    [`Learning`] does so example by example, predicts, and says what to ask next;
 //! 5. [`decide`] picks the perspective whose rule is followed, and [`explain`] says in words why
 //!    two perspectives differ;
 //! 6. [`Rule::open`] says which objects still lack what the rule wants, for performing it.
@@ -31,6 +32,7 @@ mod factored;
 mod goal;
 mod hypothesis;
 mod identity;
+mod inquiry;
 mod language;
 mod learn;
 mod lexicon;
@@ -50,6 +52,7 @@ pub use dialogue::{Sentence, key};
 pub use explain::{Explanation, explain};
 pub use hypothesis::{Class, Prior, Template};
 pub use identity::{Identities, Moment};
+pub use inquiry::Inquiry;
 pub use language::{FeatureWords, Language, StateWords};
 pub use learn::{Learned, Learning, Means, decide, learn, learn_with};
 pub use lexicon::{FEATURES_MOST, VALUES_MOST};
