@@ -1,7 +1,7 @@
 //! What people said in the study and the robot of the paper could not, and teachers who slip.
 
 use super::paper::{task_1, task_2};
-use super::{high_likelihood, language, object, view};
+use super::{language, object, view};
 use crate::{Hypotheses, Learned, Learning, Noise, Object, Settings, Task, View, learn_with};
 
 fn extended() -> Settings {

@@ -4,6 +4,8 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use proptest::prelude::*;
+use proptest::strategy::ValueTree;
+use proptest::test_runner::TestRunner;
 
 use super::{snapshot, view};
 use crate::{
@@ -333,7 +335,7 @@ fn cells_of(rule: &Rule, world: &[Vec<Thing>]) -> BTreeSet<Kind> {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(1500))]
+    #![proptest_config(ProptestConfig::with_cases(500))]
 
     #[test]
     fn every_rule_has_the_posterior_that_enumerating_everything_gives(world in worlds()) {
@@ -392,5 +394,80 @@ proptest! {
                 prop_assert!((found - expected).abs() < 1e-6, "{found} for {expected}, {settings:?}");
             }
         }
+    }
+}
+
+/// A number from 0 to 1, the same in every run.
+fn chance(runner: &mut TestRunner) -> f64 {
+    (0.0..1.0_f64).new_tree(runner).unwrap().current()
+}
+
+/// An item as probably as its weight is heavy.
+fn drawn<T>(items: Vec<(f64, T)>, runner: &mut TestRunner) -> T {
+    let mut rest = chance(runner) * items.iter().map(|(weight, _)| weight).sum::<f64>();
+    let mut last = None;
+    for (weight, item) in items {
+        if rest < weight {
+            return item;
+        }
+        rest -= weight;
+        last = Some(item);
+    }
+    last.unwrap()
+}
+
+/// A teacher thinks of a rule as probably as its prior says, demonstrates it and slips as often as
+/// the noise says. Of what is said to hold with probability p, a share of p does.
+#[test]
+fn the_posterior_is_calibrated_under_its_own_model() {
+    for language_of in [Hypotheses::Paper, Hypotheses::Extended] {
+        let noise = Noise::try_from(0.1).unwrap();
+        let settings = Settings { language: language_of, noise, ..Settings::default() };
+        let mut runner = TestRunner::deterministic();
+        // By tenths of the probability: how often, the sum of the probabilities, how often it held.
+        let mut tenths = [(0_usize, 0.0, 0.0); 10];
+        for _ in 0..3000 {
+            let strategy = prop::collection::vec(things(6), 2..4);
+            let mut world = strategy.new_tree(&mut runner).unwrap().current();
+            world.iter_mut().flatten().for_each(|thing| (thing.was, thing.is) = (false, false));
+            let is_possible = |meant: &Meant| {
+                let is_possible = |things: &Vec<Thing>| !choices(meant, things).is_empty();
+                !meant.cells.is_empty() && world.iter().all(is_possible)
+            };
+            let meant = hypotheses(&world, &settings).into_iter().filter(is_possible);
+            let meant = drawn(meant.map(|meant| (meant.log_prior.exp(), meant)).collect(), &mut runner);
+            for things in &mut world {
+                let choices = choices(&meant, things).into_iter().map(|choice| (1.0, choice)).collect();
+                for (thing, chosen) in things.iter_mut().zip(drawn(choices, &mut runner)) {
+                    thing.is = chosen != (chance(&mut runner) < noise.get());
+                }
+            }
+            let mut learning = Learning::new(&language(), &settings);
+            world.iter().for_each(|things| learning.add(&seen_as(things)));
+            // The first scene is shown once more.
+            let asked: Vec<Thing> =
+                world[0].iter().map(|thing| Thing { was: false, is: false, ..*thing }).collect();
+            let answers = learning.probabilities(&marked(), &snapshot(seen_as(&asked).after.objects));
+            // Where nothing was changed there is no goal to ask about.
+            let Some(probability) = answers[0] else { continue };
+            let choices = choices(&meant, &asked).into_iter().map(|choice| (1.0, choice)).collect();
+            let tenth =
+                &mut tenths[usize::try_from(quantity::number::floor_u64(probability * 9.999)).unwrap()];
+            tenth.0 += 1;
+            tenth.1 += probability;
+            tenth.2 += if drawn(choices, &mut runner)[0] { 1.0 } else { 0.0 };
+        }
+        let mut looked_at = 0;
+        for (count, said, held) in tenths.into_iter().filter(|(count, ..)| *count >= 30) {
+            let count = quantity::number::float_of_count(count);
+            let (said, held) = (said / count, held / count);
+            let deviation = (said * (1.0 - said) / count).sqrt();
+            assert!(
+                (said - held).abs() < 4.0 * deviation + 0.005,
+                "{language_of:?}: {said} said, {held} held: {tenths:?}"
+            );
+            looked_at += 1;
+        }
+        assert!(looked_at >= 4, "{tenths:?}");
     }
 }
