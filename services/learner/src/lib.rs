@@ -14,7 +14,7 @@ mod views;
 mod vocabulary;
 
 pub use body::{Body, Motion, Skill};
-pub use learner::{Input, Learner, Output, Settings};
+pub use learner::{Input, Learner, Output, Settings, learning};
 pub use leo_body::{LeoBody, LeoBodyError};
 pub use shell::{check_memory, run};
 pub use vocabulary::{Vocabulary, VocabularyError};

@@ -5,8 +5,8 @@ use std::collections::BTreeMap;
 use message::{Event, EventKind};
 use quantity::number::saturating_u32;
 use tasks::{
-    Change, Language, Learned, Object, Prior, Rule, Snapshot, Task, decide, describe_change, describe_object,
-    explain, learn, listed,
+    Change, Language, Learned, Object, Rule, Settings, Snapshot, Task, decide, describe_change,
+    describe_object, explain, learn_with, listed,
 };
 
 /// Rules reported per perspective and goal at most, beyond those of high likelihood.
@@ -21,12 +21,12 @@ pub(crate) struct Verdict {
 
 impl Verdict {
     /// Learns a task anew from all its examples.
-    pub(crate) fn of(language: &Language, task: &Task, perspectives: &[u16], share: f64) -> Self {
+    pub(crate) fn of(language: &Language, task: &Task, perspectives: &[u16], settings: &Settings) -> Self {
         let by_perspective: BTreeMap<u16, Learned> = perspectives
             .iter()
             .map(|&perspective| {
                 let views: Vec<_> = task.views(perspective).collect();
-                (perspective, learn(language, &views, &Prior::default(), share))
+                (perspective, learn_with(language, &views, settings))
             })
             .collect();
         let teacher = task.examples.last().map_or(0, |example| example.teacher);

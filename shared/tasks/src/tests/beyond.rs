@@ -138,7 +138,7 @@ fn three_of_them_is_what_fits_when_it_is_any_three() {
 fn the_far_ones_are_far_from_him_who_says_so() {
     // He stands at x = 1.5 and faces Leo: what is far for him is near for Leo.
     let blocks = |order: [usize; 4], done: bool| -> Vec<Object> {
-        let third = if order[0] % 2 == 0 { 0.9 } else { 0.45 };
+        let third = if order[0].is_multiple_of(2) { 0.9 } else { 0.45 };
         (0..)
             .zip(order)
             .map(|(id, index)| {
