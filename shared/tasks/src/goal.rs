@@ -198,7 +198,7 @@ fn about(scored: &Scored, log_total: f64, key: Key) -> f64 {
     let about = scored.hypotheses.iter().filter(|one| {
         present(key) & one.mask == one.mask && one.classes.binary_search(&(key & key_mask(one.mask))).is_ok()
     });
-    about.map(|one| share(one.log_score, log_total)).sum()
+    about.fold(0.0, |sum, one| sum + share(one.log_score, log_total))
 }
 
 /// e^(log - total), and nothing of nothing.

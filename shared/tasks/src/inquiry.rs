@@ -12,7 +12,7 @@ const OBJECTS_MOST: usize = 6;
 /// Kinds of objects that are thought of at most.
 const KINDS_MOST: usize = 4096;
 /// An inquiry that is expected to tell less than this, in bits, is not worth its while.
-const BITS_LEAST: f64 = 1e-6;
+const BITS_LEAST: f64 = 1e-3;
 
 /// Objects of which the teacher's treatment would divide the hypotheses best.
 #[derive(Clone, Debug, PartialEq)]
