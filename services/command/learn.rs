@@ -19,7 +19,7 @@ use examples::{Examples, Shown, Unread};
 
 /// Hypotheses further below the best than this are not in the sum of any rule that is told, in
 /// nats: all of them together move a posterior in its fourth digit at most.
-const NATS: f64 = 16.0;
+const NATS: f64 = 10.0;
 /// Objects of an inquiry that is a demonstration.
 const OBJECTS: usize = 3;
 

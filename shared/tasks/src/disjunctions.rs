@@ -4,10 +4,10 @@
 use rustc_hash::FxHashMap;
 
 use crate::Selection;
-use crate::bits::Bits;
+use crate::bits::{Bits, numbers};
 use crate::case::{Case, Kind};
 use crate::hypothesis::{Hypothesis, Scored};
-use crate::lexicon::{Key, Mask, Seen, key_mask};
+use crate::lexicon::{Key, Mask, Seen, key_mask, present};
 use crate::log_sum::LogSum;
 use crate::weight::Weight;
 
@@ -29,6 +29,9 @@ pub(crate) struct Disjunctions {
 }
 
 /// One template.
+///
+/// Sets of classes stand in rows of words, one after the other: they are gone through for every
+/// demonstration and for every answer.
 #[derive(Clone, Debug)]
 struct Node {
     mask: Mask,
@@ -38,39 +41,35 @@ struct Node {
     taken: usize,
     numbers: FxHashMap<Key, usize>,
     classes: Vec<Key>,
-    patterns: Vec<Pattern>,
-    pattern_numbers: FxHashMap<(Bits, Bits, bool), usize>,
-    disjunctions: Vec<Disjunction>,
+    /// Words of a set of classes.
+    words: usize,
+    /// Demonstrations that are alike under the template: what was changed, then what was left out.
+    patterns: Vec<u64>,
+    pattern_counts: Vec<usize>,
+    pattern_numbers: FxHashMap<(Bits, Bits), usize>,
+    /// The classes of the changed objects of one demonstration each.
+    disjunctions: Vec<u64>,
+    standings: Vec<Standing>,
     disjunction_numbers: FxHashMap<Bits, usize>,
-    joined: Disjunction,
-    /// By the number of classes: the sum of the tallies.
-    tallies: Vec<u64>,
+    /// Those of all demonstrations together.
+    joined: Bits,
+    joined_standing: Standing,
     fewest_classes: usize,
 }
 
-/// Demonstrations that are alike under a template.
-#[derive(Clone, Debug)]
-struct Pattern {
-    changed: Bits,
-    left_out: Bits,
-    /// Whether every changed object has a class.
-    is_complete: bool,
-    count: usize,
-}
-
-#[derive(Clone, Debug, Default)]
-struct Disjunction {
-    classes: Bits,
+/// What is known of a disjunction.
+#[derive(Clone, Copy, Debug, Default)]
+struct Standing {
     size: usize,
     tally: usize,
 }
 
-impl Disjunction {
-    fn is_consistent(&self, pattern: &Pattern) -> bool {
-        pattern.is_complete
-            && pattern.changed.is_subset(&self.classes)
-            && pattern.left_out.is_disjoint(&self.classes)
-    }
+/// Whether a demonstration is consistent with a disjunction: it holds what was changed, and nothing
+/// that was left out.
+fn is_consistent(classes: &[u64], changed: &[u64], left_out: &[u64]) -> bool {
+    let words = classes.iter().zip(changed).zip(left_out);
+    words.fold(0, |wrong, ((classes, changed), left_out)| wrong | (changed & !classes) | (left_out & classes))
+        == 0
 }
 
 impl Node {
@@ -82,12 +81,15 @@ impl Node {
             taken: 0,
             numbers: FxHashMap::default(),
             classes: Vec::new(),
+            words: 1,
             patterns: Vec::new(),
+            pattern_counts: Vec::new(),
             pattern_numbers: FxHashMap::default(),
             disjunctions: Vec::new(),
+            standings: Vec::new(),
             disjunction_numbers: FxHashMap::default(),
-            joined: Disjunction::default(),
-            tallies: Vec::new(),
+            joined: Bits::default(),
+            joined_standing: Standing::default(),
             fewest_classes: usize::MAX,
         }
     }
@@ -116,61 +118,92 @@ impl Node {
         for case in cases.iter().skip(self.taken) {
             let (changed, is_complete) = self.classes_of(&case.changed);
             let (left_out, _) = self.classes_of(&case.left_out);
-            self.take_pattern(&Pattern { changed, left_out, is_complete, count: 1 });
+            self.widen();
+            self.take_pattern(changed, left_out, is_complete);
         }
         self.taken = cases.len();
     }
 
-    fn take_pattern(&mut self, pattern: &Pattern) {
-        let named = (pattern.changed.clone(), pattern.left_out.clone(), pattern.is_complete);
-        let next = self.patterns.len();
-        match self.patterns.get_mut(*self.pattern_numbers.entry(named).or_insert(next)) {
-            Some(known) => known.count += 1,
-            None => self.patterns.push(pattern.clone()),
+    /// Makes room in the rows for all classes.
+    fn widen(&mut self) {
+        let words = self.classes.len().div_ceil(64).max(1);
+        if words > self.words {
+            let wide = |rows: &[u64]| -> Vec<u64> {
+                let pad = words - self.words;
+                rows.chunks(self.words)
+                    .flat_map(|row| row.iter().copied().chain((0..pad).map(|_| 0)))
+                    .collect()
+            };
+            self.patterns = wide(&self.patterns);
+            self.disjunctions = wide(&self.disjunctions);
+            self.words = words;
         }
-        let Self { disjunctions, tallies, .. } = self;
-        for disjunction in disjunctions.iter_mut() {
-            if disjunction.is_consistent(pattern) {
-                disjunction.tally += 1;
-                count(tallies, disjunction.size, 1);
+    }
+
+    /// Takes in a demonstration. One in which a changed object has no class is consistent with
+    /// nothing, but its other classes are a hypothesis.
+    fn take_pattern(&mut self, changed: Bits, left_out: Bits, is_complete: bool) {
+        let words = self.words;
+        let (changed_row, left_row) = (changed.row(words), left_out.row(words));
+        let grew = self.joined.unite(&changed);
+        if is_complete {
+            let rows = self.disjunctions.chunks_exact(words);
+            for (standing, row) in self.standings.iter_mut().zip(rows) {
+                standing.tally += usize::from(is_consistent(row, &changed_row, &left_row));
+            }
+            if !grew && is_consistent(&self.joined.row(words), &changed_row, &left_row) {
+                self.joined_standing.tally += 1;
+            }
+            let next = self.pattern_counts.len();
+            let number = *self.pattern_numbers.entry((changed.clone(), left_out)).or_insert(next);
+            match self.pattern_counts.get_mut(number) {
+                Some(count) => *count += 1,
+                None => {
+                    self.pattern_counts.push(1);
+                    self.patterns.extend_from_slice(&changed_row);
+                    self.patterns.extend_from_slice(&left_row);
+                }
             }
         }
-        let grew = self.joined.classes.unite(&pattern.changed);
         if grew {
-            self.joined.size = self.joined.classes.len();
-            self.joined.tally = tally(&self.joined, &self.patterns);
-        } else if self.joined.is_consistent(pattern) {
-            self.joined.tally += 1;
+            let tally = self.tally(&self.joined.row(words));
+            self.joined_standing = Standing { size: self.joined.len(), tally };
         }
-        if !pattern.changed.is_empty() && !self.disjunction_numbers.contains_key(&pattern.changed) {
-            let classes = pattern.changed.clone();
-            let mut new = Disjunction { size: classes.len(), classes, tally: 0 };
-            new.tally = tally(&new, &self.patterns);
-            count(&mut self.tallies, new.size, new.tally);
-            self.fewest_classes = self.fewest_classes.min(new.size);
-            self.disjunction_numbers.insert(new.classes.clone(), self.disjunctions.len());
-            self.disjunctions.push(new);
+        if !changed.is_empty() && !self.disjunction_numbers.contains_key(&changed) {
+            let standing = Standing { size: changed.len(), tally: self.tally(&changed_row) };
+            self.fewest_classes = self.fewest_classes.min(standing.size);
+            self.disjunction_numbers.insert(changed, self.standings.len());
+            self.disjunctions.extend_from_slice(&changed_row);
+            self.standings.push(standing);
         }
     }
 
-    /// All disjunctions, the joined one last unless it is one demonstration's own.
-    fn all(&self) -> impl Iterator<Item = &Disjunction> {
-        let is_own = self.disjunction_numbers.contains_key(&self.joined.classes);
-        let joined = (!is_own && !self.joined.classes.is_empty()).then_some(&self.joined);
-        self.disjunctions.iter().chain(joined)
+    /// Demonstrations that are consistent with a disjunction.
+    fn tally(&self, row: &[u64]) -> usize {
+        let patterns = self.patterns.chunks_exact(2 * self.words).zip(&self.pattern_counts);
+        let consistent = patterns.filter(|(pattern, _)| {
+            let (changed, left_out) = pattern.split_at(self.words);
+            is_consistent(row, changed, left_out)
+        });
+        consistent.map(|(_, count)| *count).sum()
     }
-}
 
-fn tally(disjunction: &Disjunction, patterns: &[Pattern]) -> usize {
-    patterns.iter().filter(|one| disjunction.is_consistent(one)).map(|one| one.count).sum()
-}
-
-fn count(tallies: &mut Vec<u64>, size: usize, more: usize) {
-    if tallies.len() <= size {
-        tallies.resize(size + 1, 0);
+    /// The joined disjunction unless it is one demonstration's own.
+    fn joined(&self) -> Option<Standing> {
+        let is_own = self.disjunction_numbers.contains_key(&self.joined);
+        (!is_own && !self.joined.is_empty()).then_some(self.joined_standing)
     }
-    if let Some(sum) = tallies.get_mut(size) {
-        *sum += u64::try_from(more).unwrap_or(0);
+
+    /// What is known of all disjunctions, the joined one last.
+    fn all(&self) -> impl Iterator<Item = Standing> {
+        self.standings.iter().copied().chain(self.joined())
+    }
+
+    /// The classes of a disjunction by its place among all.
+    fn row(&self, number: usize) -> Vec<u64> {
+        let begin = number * self.words;
+        let row = self.disjunctions.get(begin..begin + self.words).map(<[u64]>::to_vec);
+        row.unwrap_or_else(|| self.joined.row(self.words))
     }
 }
 
@@ -205,36 +238,41 @@ impl Disjunctions {
         Self { templates: masks.into_iter().map(Node::new).collect(), logs: vec![f64::NEG_INFINITY] }
     }
 
-    /// The hypotheses whose score is within so many nats of the best, or of the best one of the
-    /// highest tally.
-    pub(crate) fn hypotheses(&mut self, cases: &[Case], seen: &Seen, weight: &Weight, within: f64) -> Scored {
+    /// Takes in the demonstrations that are new; gives the templates that matter, how well the best
+    /// hypotheses do, and the logarithm of the sum over all.
+    fn take(&mut self, cases: &[Case], seen: &Seen, weight: &Weight, within: f64) -> (Vec<usize>, Best, f64) {
         while self.logs.len() <= cases.len() {
             self.logs.push(quantity::number::float_of_count(self.logs.len()).ln());
         }
-        let log = |logs: &[f64], tally: usize| logs.get(tally).copied().unwrap_or(f64::NEG_INFINITY);
-        let examples = log(&self.logs, cases.len());
+        let Self { templates, logs } = self;
         let mut best = Best { score: f64::NEG_INFINITY, tally: 0, score_of_tally: f64::NEG_INFINITY };
         let mut pruned: Vec<Mask> = Vec::new();
         let mut asked = Vec::new();
         let mut total = LogSum::default();
-        for (index, node) in self.templates.iter_mut().enumerate() {
+        for (index, node) in templates.iter_mut().enumerate() {
             // A larger template than one that is out of the question is out of it, too.
             if pruned.iter().any(|smaller| node.mask & smaller == *smaller) {
                 continue;
             }
             node.take(cases);
-            for one in node.all() {
-                let score = log(&self.logs, one.tally) - examples + weight.log(one.size, node.features);
-                if one.tally > 0 {
-                    best.take(score, one.tally);
+            // Sums of whole numbers, by the number of classes: in whatever order, the same.
+            let mut tallies: Vec<(usize, usize)> = Vec::new();
+            for one in node.all().filter(|one| one.tally > 0) {
+                if tallies.len() <= one.size {
+                    tallies.resize(one.size + 1, (0, 0));
+                }
+                if let Some((sum, most)) = tallies.get_mut(one.size) {
+                    *sum += one.tally;
+                    *most = one.tally.max(*most);
                 }
             }
-            for (size, &sum) in node.tallies.iter().enumerate().filter(|(_, sum)| **sum > 0) {
-                total.add(quantity::number::float(sum).ln() - examples + weight.log(size, node.features));
-            }
-            if !node.disjunction_numbers.contains_key(&node.joined.classes) && node.joined.tally > 0 {
-                let joined = log(&self.logs, node.joined.tally) - examples;
-                total.add(joined + weight.log(node.joined.size, node.features));
+            for (size, &(sum, most)) in tallies.iter().enumerate().filter(|(_, (sum, _))| *sum > 0) {
+                let log = weight.log(size, node.features) - log_of(logs, cases.len());
+                if log == f64::NEG_INFINITY {
+                    continue;
+                }
+                total.add(quantity::number::float_of_count(sum).ln() + log);
+                best.take(log_of(logs, most) + log, most);
             }
             // Where every object has every feature, a larger template has no fewer classes.
             let bound = weight.bound(node.fewest_classes, node.features, seen.values().len());
@@ -244,13 +282,22 @@ impl Disjunctions {
             }
             asked.push(index);
         }
+        (asked, best, total.value())
+    }
+
+    /// The hypotheses whose score is within so many nats of the best, or of the best one of the
+    /// highest tally.
+    pub(crate) fn hypotheses(&mut self, cases: &[Case], seen: &Seen, weight: &Weight, within: f64) -> Scored {
+        let (asked, best, log_total) = self.take(cases, seen, weight, within);
         let mut hypotheses = Vec::new();
         for node in asked.into_iter().filter_map(|index| self.templates.get(index)) {
-            for one in node.all().filter(|one| one.tally > 0) {
-                let score = log(&self.logs, one.tally) - examples + weight.log(one.size, node.features);
-                if best.admits(score, one.tally, within) {
-                    let classes = one.classes.iter().filter_map(|number| node.classes.get(number));
-                    let mut classes: Vec<Key> = classes.copied().collect();
+            for (number, one) in node.all().enumerate().filter(|(_, one)| one.tally > 0) {
+                let share = log_of(&self.logs, one.tally) - log_of(&self.logs, cases.len());
+                let score = share + weight.log(one.size, node.features);
+                if score > f64::NEG_INFINITY && best.admits(score, one.tally, within) {
+                    let chosen = numbers(&node.row(number));
+                    let mut classes: Vec<Key> =
+                        chosen.into_iter().filter_map(|number| node.classes.get(number).copied()).collect();
                     classes.sort_unstable();
                     hypotheses.push(Hypothesis {
                         mask: node.mask,
@@ -258,13 +305,57 @@ impl Disjunctions {
                         selection: Selection::All,
                         tally: one.tally,
                         log_score: score,
-                        phrase: None,
+                        description: None,
                     });
                 }
             }
         }
-        Scored { log_total: total.value(), hypotheses }
+        Scored { log_total, hypotheses }
     }
+
+    /// The logarithm of the sum over all hypotheses, and by kind the share of those that are about
+    /// it.
+    pub(crate) fn probabilities(
+        &mut self,
+        cases: &[Case],
+        seen: &Seen,
+        weight: &Weight,
+        asked: &[Key],
+    ) -> (f64, Vec<f64>) {
+        let (templates, _, log_total) = self.take(cases, seen, weight, NATS);
+        let log_none = log_total + log_of(&self.logs, cases.len());
+        let mut about = vec![0.0; asked.len()];
+        if log_total == f64::NEG_INFINITY {
+            return (log_total, about);
+        }
+        for node in templates.into_iter().filter_map(|index| self.templates.get(index)) {
+            let class = |key: &Key| {
+                let has_class = present(*key) & node.mask == node.mask;
+                node.numbers.get(&(key & node.key_mask)).copied().filter(|_| has_class)
+            };
+            let joined = node.joined().map(|_| node.joined.row(node.words));
+            let rows = node.disjunctions.chunks_exact(node.words).chain(joined.as_deref());
+            let mut shares: Vec<f64> = Vec::new();
+            for (standing, row) in node.all().zip(rows).filter(|(standing, _)| standing.tally > 0) {
+                for size in shares.len()..=standing.size {
+                    shares.push((weight.log(size, node.features) - log_none).exp());
+                }
+                let share = shares.get(standing.size).copied().unwrap_or(0.0);
+                for (sum, key) in about.iter_mut().zip(asked) {
+                    let word = class(key).and_then(|class| Some(row.get(class / 64)? >> (class % 64) & 1));
+                    if word == Some(1) {
+                        *sum += share * quantity::number::float_of_count(standing.tally);
+                    }
+                }
+            }
+        }
+        (log_total, about)
+    }
+}
+
+/// The logarithm of a whole number.
+fn log_of(logs: &[f64], number: usize) -> f64 {
+    logs.get(number).copied().unwrap_or(f64::NEG_INFINITY)
 }
 
 /// What is further below the best than this is lost in the rounding of a sum.

@@ -2,7 +2,7 @@
 
 use rustc_hash::FxHashSet;
 
-use crate::hypothesis::Phrase;
+use crate::hypothesis::Described;
 use crate::lexicon::{FEATURES_MOST, Key, Lexicon, Mask, Seen, field, has, key_mask, with_field};
 
 /// A description costs no more than this, one for a literal and one for its negation ...
@@ -127,8 +127,13 @@ impl Descriptions {
         reduce(mask, classes, seen)
     }
 
-    /// The set in words: "red or not small square".
-    pub(crate) fn phrase(&self, set: usize, lexicon: &Lexicon, order: impl Fn(&str) -> usize) -> Phrase {
+    /// What a set is called by number, and what it costs.
+    pub(crate) fn described(&self, set: usize) -> Described {
+        Described { cost: self.sets.get(set).map_or(0, |set| set.cost), set }
+    }
+
+    /// A set in words: "red or not small square".
+    pub(crate) fn phrase(&self, set: usize, lexicon: &Lexicon, order: impl Fn(&str) -> usize) -> String {
         let word = |literal: Literal| {
             let value = lexicon.value(literal.feature, literal.value);
             let word = if literal.negated { format!("not {value}") } else { value.to_owned() };
@@ -144,8 +149,7 @@ impl Descriptions {
         let spoken = |words: Vec<(usize, String)>| {
             words.into_iter().map(|(_, word)| word).collect::<Vec<String>>().join(" ")
         };
-        let terms: Vec<String> = terms.into_iter().map(spoken).collect();
-        Phrase { cost: self.sets.get(set).map_or(0, |set| set.cost), text: terms.join(" or ") }
+        terms.into_iter().map(spoken).collect::<Vec<String>>().join(" or ")
     }
 }
 

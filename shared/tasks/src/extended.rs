@@ -137,75 +137,79 @@ impl Extended {
 
     /// log P(D|h) P(h) of every hypothesis with its set, selection and tally; those of which the
     /// probability is nothing are left out.
-    fn scores(&self, cost: &Cost) -> impl Iterator<Item = (usize, Selection, usize, f64)> {
-        let examples = float_of_count(self.taken).ln();
-        let share = move |tally: usize| float_of_count(tally).ln() - examples;
-        let cost = *cost;
-        let of_set = move |(number, (set, standing)): (usize, (&Set, &Standing))| {
+    fn scores(&self, cost: &Cost) -> Vec<Score> {
+        // By tally, the logarithm of its share of the examples.
+        let examples = float_of_count(self.taken);
+        let shares: Vec<f64> =
+            (0..=self.taken).map(|tally| (float_of_count(tally) / examples).ln()).collect();
+        let share = |tally: usize| shares.get(tally).copied().unwrap_or(f64::NEG_INFINITY);
+        let mut scores = Vec::new();
+        for (number, (set, standing)) in self.descriptions.sets.iter().zip(&self.sets).enumerate().skip(1) {
             let log_likelihood = match cost.slips {
                 None => share(standing.tally),
                 Some((slip, right)) => float(standing.slips)
                     .mul_add(slip, float(self.witnesses.saturating_sub(standing.slips)) * right),
             };
-            (number, Selection::All, standing.tally, log_likelihood - float_of_count(set.cost))
-        };
-        let of_selected = move |one: &Selected| {
+            let log = log_likelihood - float_of_count(set.cost);
+            scores.push(Score { set: number, selection: Selection::All, tally: standing.tally, log });
+        }
+        for one in &self.selected {
             let described = self.descriptions.sets.get(one.set).map_or(0, |set| set.cost);
             let log_likelihood = if cost.slips.is_none() { share(one.tally) } else { one.log_likelihood };
-            let score = log_likelihood - float_of_count(described) - cost.selection_nats;
-            (one.set, one.selection, one.tally, score)
-        };
-        let sets = self.descriptions.sets.iter().zip(&self.sets).enumerate().skip(1).map(of_set);
-        sets.chain(self.selected.iter().map(of_selected))
-            .filter(|(_, _, _, score)| *score > f64::NEG_INFINITY)
+            let log = log_likelihood - float_of_count(described) - cost.selection_nats;
+            scores.push(Score { set: one.set, selection: one.selection, tally: one.tally, log });
+        }
+        scores.retain(|score| score.log > f64::NEG_INFINITY);
+        scores
     }
 
-    /// The hypotheses, those that say the same of everything made of the values seen as one. All
-    /// that are within so many nats of the best, or of the best one of the highest tally.
-    pub(crate) fn hypotheses(
-        &mut self,
-        lexicon: &Lexicon,
-        seen: &Seen,
-        cost: &Cost,
-        within: f64,
-        order: impl Fn(&str) -> usize,
-    ) -> Scored {
-        let scores: Vec<_> = self.scores(cost).collect();
-        let most_tally = scores.iter().map(|(_, _, tally, _)| *tally).max().unwrap_or(0);
-        let best = scores.iter().map(|(.., score)| *score).fold(f64::NEG_INFINITY, f64::max);
-        let of_most = scores.iter().filter(|(_, _, tally, _)| *tally == most_tally);
-        let best_of_most = of_most.map(|(.., score)| *score).fold(f64::NEG_INFINITY, f64::max);
+    /// The hypotheses, those that say the same of everything made of the values seen as one: the
+    /// best `most`, by their tally and by their score, of those within so many nats of the best, or
+    /// of the best one of the highest tally.
+    pub(crate) fn hypotheses(&mut self, seen: &Seen, cost: &Cost, within: f64, most: usize) -> Scored {
+        let scores = self.scores(cost);
+        let best_of = |of: &dyn Fn(&&Score) -> bool| {
+            scores.iter().filter(of).map(|score| score.log).fold(f64::NEG_INFINITY, f64::max)
+        };
+        let most_tally = scores.iter().map(|score| score.tally).max().unwrap_or(0);
+        let best = best_of(&|_| true);
+        let best_of_most = best_of(&|score| score.tally == most_tally);
+        let is_within = |log: f64, tally: usize, nats: f64| {
+            log >= best - nats || (tally == most_tally && log >= best_of_most - nats)
+        };
         let mut total = LogSum::default();
         let mut merged: FxHashMap<(usize, Selection), Merged> = FxHashMap::default();
-        for (set, selection, tally, score) in scores {
-            total.add(score);
+        for Score { set, selection, tally, log } in scores {
+            total.add(log);
             // What is lost in the rounding of a sum is not looked at.
-            let is_heavy = score >= best - within.max(ROUNDING)
-                || (tally == most_tally && score >= best_of_most - within.max(ROUNDING));
-            if is_heavy {
+            if is_within(log, tally, within.max(ROUNDING)) {
                 let meaning = self.meaning(set, seen);
-                merged.entry((meaning, selection)).or_default().take(score, tally, set);
+                merged.entry((meaning, selection)).or_default().take(log, tally, set);
             }
         }
-        let mut hypotheses = Vec::new();
-        for ((meaning, selection), merged) in merged {
-            let score = merged.sum.value();
-            let is_near =
-                score >= best - within || (merged.tally == most_tally && score >= best_of_most - within);
-            let Some((mask, classes)) = self.distinct.get(meaning).filter(|_| is_near) else { continue };
-            // What nothing is is no hypothesis.
-            if !classes.is_empty() {
-                hypotheses.push(Hypothesis {
-                    mask: *mask,
-                    classes: classes.clone(),
-                    selection,
-                    tally: merged.tally,
-                    log_score: score,
-                    phrase: Some(self.descriptions.phrase(merged.set, lexicon, &order)),
-                });
-            }
-        }
-        Scored { hypotheses, log_total: total.value() }
+        let mut merged: Vec<((usize, Selection), Merged)> =
+            merged.into_iter().filter(|(_, one)| is_within(one.sum.value(), one.tally, within)).collect();
+        // Room for those that are best by either measure; ties at the end of the list stay.
+        let kept = [last_kept(&merged, most, Merged::by_score), last_kept(&merged, most, Merged::by_tally)];
+        merged.retain(|(_, one)| one.by_score() >= kept[0] || one.by_tally() >= kept[1]);
+        let hypotheses = merged.into_iter().filter_map(|((meaning, selection), merged)| {
+            // What is true of nothing is no hypothesis.
+            let (mask, classes) = self.distinct.get(meaning).filter(|(_, classes)| !classes.is_empty())?;
+            Some(Hypothesis {
+                mask: *mask,
+                classes: classes.clone(),
+                selection,
+                tally: merged.tally,
+                log_score: merged.sum.value(),
+                description: Some(self.descriptions.described(merged.set)),
+            })
+        });
+        Scored { hypotheses: hypotheses.collect(), log_total: total.value() }
+    }
+
+    /// A description in words.
+    pub(crate) fn phrase(&self, set: usize, lexicon: &Lexicon, order: impl Fn(&str) -> usize) -> String {
+        self.descriptions.phrase(set, lexicon, order)
     }
 
     /// What a set means: which of the distinct ones it is.
@@ -231,14 +235,16 @@ impl Extended {
             asked.iter().map(|&(key, place)| Witness { key, verdict: Verdict::LeftOut, place }).collect();
         let table = Table::new(&self.descriptions, &witnesses);
         let members = table.members(&self.descriptions.sets);
-        let best = self.scores(cost).map(|(.., score)| score).fold(f64::NEG_INFINITY, f64::max);
+        let scores = self.scores(cost);
+        let best = scores.iter().map(|score| score.log).fold(f64::NEG_INFINITY, f64::max);
         let mut total = 0.0;
         let mut about = vec![0.0; asked.len()];
-        for (set, selection, _, score) in self.scores(cost).filter(|(.., score)| *score >= best - ROUNDING) {
-            let weight = (score - best).exp();
+        for score in scores.iter().filter(|score| score.log >= best - ROUNDING) {
+            let weight = (score.log - best).exp();
             total += weight;
-            let members = members.get(set * table.words..(set + 1) * table.words).unwrap_or(&[]);
-            table.add_shares(selection, members, weight, &mut about);
+            let begin = score.set * table.words;
+            let members = members.get(begin..begin + table.words).unwrap_or(&[]);
+            table.add_shares(score.selection, members, weight, &mut about);
         }
         if total > 0.0 {
             about.iter_mut().for_each(|sum: &mut f64| *sum = (*sum / total).clamp(0.0, 1.0));
@@ -252,6 +258,15 @@ impl Extended {
 /// What is further below the best than this is lost in the rounding of a sum.
 const ROUNDING: f64 = 40.0;
 
+/// How a hypothesis does.
+#[derive(Clone, Copy, Debug)]
+struct Score {
+    set: usize,
+    selection: Selection,
+    tally: usize,
+    log: f64,
+}
+
 #[derive(Clone, Copy, Debug, Default)]
 struct Merged {
     sum: LogSum,
@@ -261,6 +276,14 @@ struct Merged {
 }
 
 impl Merged {
+    fn by_score(&self) -> (usize, f64) {
+        (0, self.sum.value())
+    }
+
+    fn by_tally(&self) -> (usize, f64) {
+        (self.tally, self.sum.value())
+    }
+
     fn take(&mut self, score: f64, tally: usize, set: usize) {
         self.sum.add(score);
         self.tally = self.tally.max(tally);
@@ -268,6 +291,18 @@ impl Merged {
             self.set = set;
         }
     }
+}
+
+/// The measure of the last of so many best, less what two that tie may differ by.
+fn last_kept<K>(
+    merged: &[(K, Merged)],
+    most: usize,
+    measure: impl Fn(&Merged) -> (usize, f64),
+) -> (usize, f64) {
+    let mut measures: Vec<(usize, f64)> = merged.iter().map(|(_, one)| measure(one)).collect();
+    measures.sort_unstable_by(|a, b| b.0.cmp(&a.0).then(b.1.total_cmp(&a.1)));
+    let last = most.checked_sub(1).and_then(|last| measures.get(last));
+    last.map_or((0, f64::NEG_INFINITY), |(tally, score)| (*tally, score - 1e-9))
 }
 
 fn selections() -> impl Iterator<Item = Selection> {
@@ -396,10 +431,13 @@ impl Table {
 
     /// Adds the weight to every object by the probability that the selection is about it.
     fn add_shares(&self, selection: Selection, members: Members<'_>, weight: f64, about: &mut [f64]) {
-        let extent = || self.extent(members);
+        let standing;
         let kept = match selection {
-            Selection::Standing(relation) => self.standing(relation, members, &extent()),
-            Selection::All | Selection::Exactly(_) | Selection::AllBut(_) => members.to_vec(),
+            Selection::Standing(relation) => {
+                standing = self.standing(relation, members, &self.extent(members));
+                &standing
+            }
+            Selection::All | Selection::Exactly(_) | Selection::AllBut(_) => members,
         };
         let all = self.each(members).count();
         let share = match selection {
@@ -413,7 +451,7 @@ impl Table {
             }
             Selection::All | Selection::Standing(_) => 1.0,
         };
-        for (index, _) in self.each(&kept) {
+        for (index, _) in self.each(kept) {
             if let Some(sum) = about.get_mut(index) {
                 *sum += weight * share;
             }

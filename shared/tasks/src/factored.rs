@@ -188,7 +188,7 @@ impl Factored {
                     classes,
                     selection: Selection::All,
                     log_score: candidate.log_weight,
-                    phrase: None,
+                    description: None,
                 });
             }
         }

@@ -6,7 +6,7 @@ use crate::disjunctions::Disjunctions;
 use crate::extended::{Cost, Extended};
 use crate::factored::Factored;
 use crate::hypothesis::Scored;
-use crate::lexicon::{Key, Lexicon, Seen, key_mask, present};
+use crate::lexicon::{Key, Lexicon, Seen};
 use crate::log_sum::LogSum;
 use crate::selection::Place;
 use crate::weight::Weight;
@@ -103,13 +103,13 @@ impl Goal {
     }
 
     /// The hypotheses that are within so many nats of the best, or of the best of the highest
-    /// tally.
+    /// tally; `most` of them where there are very many.
     pub(crate) fn hypotheses(
         &mut self,
-        language: &Language,
         lexicon: &Lexicon,
         settings: &Settings,
         within: f64,
+        most: usize,
     ) -> Scored {
         let Self { cases, seen, engine, signature, .. } = self;
         let (prior, slips, expected) = (settings.prior, settings.noise.logs(), signature.len());
@@ -122,8 +122,7 @@ impl Goal {
             Engine::Extended(short, long) => {
                 let cost = Cost { selection_nats: settings.selection_nats, slips };
                 short.take(cases, &cost);
-                let order = |feature: &str| language.feature_order(feature);
-                let mut scored = short.hypotheses(lexicon, seen, &cost, within, order);
+                let mut scored = short.hypotheses(seen, &cost, within, most);
                 if slips.is_none() {
                     let weight = Weight::Length { beyond: short.longest() };
                     let more = long.hypotheses(cases, seen, &weight, within);
@@ -135,6 +134,16 @@ impl Goal {
                 }
                 scored
             }
+        }
+    }
+
+    /// A description of the extended language in words.
+    pub(crate) fn phrase(&self, set: usize, language: &Language, lexicon: &Lexicon) -> String {
+        match &self.engine {
+            Engine::Extended(short, _) => {
+                short.phrase(set, lexicon, |feature| language.feature_order(feature))
+            }
+            Engine::Paper(_) | Engine::PaperWithSlips(_) => String::new(),
         }
     }
 
@@ -172,39 +181,26 @@ impl Goal {
                     return answers;
                 }
                 let weight = Weight::Length { beyond: short.longest() };
-                let long = long.hypotheses(&self.cases, &self.seen, &weight, PREDICTING);
+                let keys: Vec<Key> = asked.iter().map(|(key, _)| *key).collect();
+                let (log_long, long) = long.probabilities(&self.cases, &self.seen, &weight, &keys);
                 let mut total = LogSum::default();
                 total.add(log_total);
-                total.add(long.log_total);
-                let share = share(log_total, total.value());
-                let more = asked.iter().map(|(key, _)| about(&long, total.value(), *key));
-                answers
-                    .into_iter()
-                    .zip(more)
-                    .map(|(answer, more)| share.mul_add(answer, more).clamp(0.0, 1.0))
-                    .collect()
+                total.add(log_long);
+                let (short, long_share) = (share(log_total, total.value()), share(log_long, total.value()));
+                let both = answers.into_iter().zip(long);
+                both.map(|(answer, long)| short.mul_add(answer, long_share * long).clamp(0.0, 1.0)).collect()
             }
             Engine::Paper(all) => {
                 let weight = Weight::Prior { prior: settings.prior, expected: self.signature.len() };
-                let scored = all.hypotheses(&self.cases, &self.seen, &weight, PREDICTING);
-                asked.iter().map(|(key, _)| about(&scored, scored.log_total, *key).clamp(0.0, 1.0)).collect()
+                let keys: Vec<Key> = asked.iter().map(|(key, _)| *key).collect();
+                let (_, about) = all.probabilities(&self.cases, &self.seen, &weight, &keys);
+                about.into_iter().map(|share| share.clamp(0.0, 1.0)).collect()
             }
         }
     }
-}
-
-/// The share of the whole that those hypotheses have that are about a kind.
-fn about(scored: &Scored, log_total: f64, key: Key) -> f64 {
-    let about = scored.hypotheses.iter().filter(|one| {
-        present(key) & one.mask == one.mask && one.classes.binary_search(&(key & key_mask(one.mask))).is_ok()
-    });
-    about.fold(0.0, |sum, one| sum + share(one.log_score, log_total))
 }
 
 /// e^(log - total), and nothing of nothing.
 fn share(log: f64, log_total: f64) -> f64 {
     if log > f64::NEG_INFINITY { (log - log_total).exp() } else { 0.0 }
 }
-
-/// Hypotheses further below the best than this do not matter to a prediction, in nats.
-const PREDICTING: f64 = 20.0;

@@ -77,15 +77,16 @@ pub(crate) struct Hypothesis {
     /// log P(D|h) P(h).
     pub(crate) log_score: f64,
     /// How it was described, where that is not by listing its classes.
-    pub(crate) phrase: Option<Phrase>,
+    pub(crate) description: Option<Described>,
 }
 
-/// A description of classes, and what it costs.
-#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub(crate) struct Phrase {
+/// A description of classes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(crate) struct Described {
     /// Literals and negations.
     pub(crate) cost: usize,
-    pub(crate) text: String,
+    /// Which of the descriptions.
+    pub(crate) set: usize,
 }
 
 /// The hypotheses that matter, and the sum over all of them.

@@ -143,10 +143,9 @@ impl Learning {
         let examples = demonstrations.len();
         let mut groups = Vec::new();
         for goal in goals.values_mut() {
-            let scored = goal.hypotheses(language, lexicon, settings, within_nats);
+            let scored = goal.hypotheses(lexicon, settings, within_nats, most);
             let best = scored.hypotheses.iter().map(|one| one.log_score).fold(f64::NEG_INFINITY, f64::max);
-            let subject =
-                Subject { language, lexicon, signature: &goal.signature, seen: &goal.seen, examples };
+            let subject = Subject { language, lexicon, goal, examples };
             let rules = rank(&subject, scored, settings, most);
             // Where teachers slip, a few stray changes are no goal.
             let is_explained = match goal.log_nothing_but_slips(settings) {
@@ -198,7 +197,7 @@ impl Learning {
     pub fn inquire(&mut self, goal: &Signature, most: usize) -> Option<Inquiry> {
         let Self { language, settings, lexicon, goals, .. } = self;
         let goal = goals.get_mut(goal)?;
-        let scored = goal.hypotheses(language, lexicon, settings, INQUIRING);
+        let scored = goal.hypotheses(lexicon, settings, INQUIRING, RULES_MOST);
         let Goal { signature, seen, .. } = goal;
         inquire(&Asking { language, lexicon, signature, seen, noise: settings.noise }, &scored, most)
     }
@@ -210,17 +209,16 @@ impl Learning {
     pub(crate) fn rules(&mut self, goal: &Signature) -> Vec<Rule> {
         let Self { language, settings, lexicon, demonstrations, goals } = self;
         let Some(goal) = goals.get_mut(goal) else { return Vec::new() };
-        let scored = goal.hypotheses(language, lexicon, settings, NATS);
-        let (signature, seen) = (&goal.signature, &goal.seen);
-        let subject = Subject { language, lexicon, signature, seen, examples: demonstrations.len() };
+        let scored = goal.hypotheses(lexicon, settings, NATS, usize::MAX);
+        let subject = Subject { language, lexicon, goal, examples: demonstrations.len() };
         rank(&subject, scored, settings, usize::MAX)
     }
 
     /// The hypotheses about a goal before those that say the same are one: template, classes, tally.
     pub(crate) fn hypotheses(&mut self, goal: &Signature) -> Vec<(Template, BTreeSet<Class>, usize)> {
-        let Self { language, settings, lexicon, goals, .. } = self;
+        let Self { settings, lexicon, goals, .. } = self;
         let Some(goal) = goals.get_mut(goal) else { return Vec::new() };
-        let scored = goal.hypotheses(language, lexicon, settings, NATS);
+        let scored = goal.hypotheses(lexicon, settings, NATS, usize::MAX);
         let named = scored.hypotheses.into_iter().map(|one| {
             let classes = one.classes.into_iter().map(|key| lexicon.class(one.mask, key)).collect();
             (lexicon.template(one.mask), classes, one.tally)

@@ -7,10 +7,11 @@ use rustc_hash::FxHashMap;
 
 use crate::describe::{describe_rule, listing_cost};
 use crate::dnf::reduce;
-use crate::hypothesis::{Phrase, Scored};
-use crate::lexicon::{Key, Lexicon, Mask, Seen};
+use crate::goal::Goal;
+use crate::hypothesis::{Described, Scored};
+use crate::lexicon::{Key, Lexicon, Mask};
 use crate::log_sum::LogSum;
-use crate::{Language, Rule, Selection, Settings, Signature};
+use crate::{Language, Rule, Selection, Settings};
 
 /// Scores closer than this are a tie: they differ by rounding.
 const TIE: f64 = 1e-9;
@@ -20,7 +21,7 @@ const TIE: f64 = 1e-9;
 struct Meaning {
     tally: usize,
     sum: LogSum,
-    phrase: Option<Phrase>,
+    description: Option<Described>,
 }
 
 /// A rule in the making: by numbers, because only few of many get a name.
@@ -30,7 +31,7 @@ struct Standing {
     mask: Mask,
     classes: Vec<Key>,
     selection: Selection,
-    phrase: Option<Phrase>,
+    description: Option<Described>,
 }
 
 /// What rules are about, and in which words.
@@ -38,8 +39,7 @@ struct Standing {
 pub(crate) struct Subject<'a> {
     pub(crate) language: &'a Language,
     pub(crate) lexicon: &'a Lexicon,
-    pub(crate) signature: &'a Signature,
-    pub(crate) seen: &'a Seen,
+    pub(crate) goal: &'a Goal,
     pub(crate) examples: usize,
 }
 
@@ -50,18 +50,18 @@ pub(crate) fn rank(subject: &Subject<'_>, scored: Scored, settings: &Settings, m
     let by_tally = settings.noise.logs().is_none();
     let mut meanings: FxHashMap<(Selection, Mask, Vec<Key>), Meaning> = FxHashMap::default();
     for hypothesis in scored.hypotheses {
-        let (mask, classes) = reduce(hypothesis.mask, hypothesis.classes, subject.seen);
+        let (mask, classes) = reduce(hypothesis.mask, hypothesis.classes, &subject.goal.seen);
         let meaning = meanings.entry((hypothesis.selection, mask, classes)).or_default();
         meaning.tally = meaning.tally.max(hypothesis.tally);
         meaning.sum.add(hypothesis.log_score);
-        // No phrase at all is a listing, which its cost is compared with later.
-        meaning.phrase = meaning.phrase.take().into_iter().chain(hypothesis.phrase).min();
+        // None at all is a listing, which its cost is compared with later.
+        meaning.description = meaning.description.into_iter().chain(hypothesis.description).min();
     }
     let mut standings: Vec<Standing> = meanings
         .into_iter()
-        .map(|((selection, mask, classes), Meaning { tally, sum, phrase })| {
+        .map(|((selection, mask, classes), Meaning { tally, sum, description })| {
             let log_posterior = sum.value() - scored.log_total;
-            Standing { log_posterior, tally, mask, classes, selection, phrase }
+            Standing { log_posterior, tally, mask, classes, selection, description }
         })
         .collect();
     let by_merit = |a: &Standing, b: &Standing| {
@@ -86,15 +86,16 @@ pub(crate) fn rank(subject: &Subject<'_>, scored: Scored, settings: &Settings, m
 }
 
 fn named(subject: &Subject<'_>, standing: Standing) -> (f64, Rule) {
-    let Subject { language, lexicon, signature, seen, examples } = subject;
-    let Standing { log_posterior, tally, mask, classes, selection, phrase } = standing;
+    let Subject { language, lexicon, goal, examples } = subject;
+    let Standing { log_posterior, tally, mask, classes, selection, description } = standing;
     let template = lexicon.template(mask);
-    let seen_classes = seen.classes(mask).into_iter().map(|key| lexicon.class(mask, key)).collect();
+    let seen_classes = goal.seen.classes(mask).into_iter().map(|key| lexicon.class(mask, key)).collect();
     let classes = classes.into_iter().map(|key| lexicon.class(mask, key)).collect();
     let listing = listing_cost(&template, &classes, &seen_classes);
-    let phrase = phrase.filter(|phrase| phrase.cost < listing).map(|phrase| phrase.text);
+    let described = description.filter(|described| described.cost < listing);
+    let phrase = described.map(|described| goal.phrase(described.set, language, lexicon));
     let rule = Rule {
-        expectation: (*signature).clone(),
+        expectation: goal.signature.clone(),
         name: describe_rule(language, &template, &classes, &seen_classes, selection, phrase.as_deref()),
         template,
         classes,

@@ -335,7 +335,7 @@ fn cells_of(rule: &Rule, world: &[Vec<Thing>]) -> BTreeSet<Kind> {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(500))]
+    #![proptest_config(ProptestConfig::with_cases(400))]
 
     #[test]
     fn every_rule_has_the_posterior_that_enumerating_everything_gives(world in worlds()) {
