@@ -59,7 +59,9 @@ fn every_run_says_the_same_and_people_are_told_what_was_learned() {
 #[test]
 fn a_line_that_is_wrong_is_named_with_its_field_and_nothing_is_learned() {
     let files = tempfile::tempdir().expect("a folder");
-    let good = format!(r#"{{"perspectives": [{{"before": [{RED}], "changed": [{{"id": 1, "states": {{"marked": true}}}}]}}]}}"#);
+    let good = format!(
+        r#"{{"perspectives": [{{"before": [{RED}], "changed": [{{"id": 1, "states": {{"marked": true}}}}]}}]}}"#
+    );
     let view = |view: &str| format!("{HEADER}\n{good}\n\n{{\"perspectives\": [{view}]}}\n");
     let before = |object: &str| view(&format!(r#"{{"before": [{object}], "after": []}}"#));
     let cases: Vec<(String, &[&str])> = vec![
@@ -68,16 +70,24 @@ fn a_line_that_is_wrong_is_named_with_its_field_and_nothing_is_learned() {
         (good.clone(), &["line 1", "leo_examples"]),
         (format!("{{\"leo_examples\": 2}}\n{good}"), &["line 1", "version 2"]),
         (format!("{HEADER}\n{{\"perspectives\": []}}"), &["line 2", "perspectives"]),
-        (before(r#"{"id": 1, "colour": "red"}"#), &["line 4", "perspectives[0].before[0].colour", "unknown field"]),
+        (
+            before(r#"{"id": 1, "colour": "red"}"#),
+            &["line 4", "perspectives[0].before[0].colour", "unknown field"],
+        ),
         (before(r#"{"features": {}}"#), &["line 4", "perspectives[0].before[0].id"]),
         (before(&format!("{RED}, {RED}")), &["line 4", "before[1].id", "another object"]),
         (before(r#"{"id": 1, "states": {"marked": 0.5}}"#), &["line 4", "states.marked", "boolean"]),
         (before(r#"{"id": 1, "position_m": [1e9, 0, 0]}"#), &["line 4", "position_m", "out of range"]),
         (before(r#"{"id": 1, "features": {"": "red"}}"#), &["line 4", "before[0]", "no name"]),
         (view(&format!(r#"{{"before": [{RED}]}}"#)), &["line 4", "perspectives[0]", "`after`", "`changed`"]),
-        (view(&format!(r#"{{"before": [{RED}], "changed": [{{"id": 7}}]}}"#)), &["line 4", "changed[0].id", "7"]),
         (
-            view(&format!(r#"{{"before": [{RED}], "changed": [{{"id": 1, "states": {{"filled": true}}}}]}}"#)),
+            view(&format!(r#"{{"before": [{RED}], "changed": [{{"id": 7}}]}}"#)),
+            &["line 4", "changed[0].id", "7"],
+        ),
+        (
+            view(&format!(
+                r#"{{"before": [{RED}], "changed": [{{"id": 1, "states": {{"filled": true}}}}]}}"#
+            )),
             &["line 4", "changed[0].states.filled", "before"],
         ),
         (

@@ -89,7 +89,7 @@ pub(crate) fn describe_rule(
         Selection::All => which.map_or_else(|| "all".to_owned(), |which| format!("all {which}")),
         Selection::Exactly(count) if which.is_none() => format!("{} of them", in_words(count)),
         Selection::Exactly(count) => format!("{}{of_which}", in_words(count)),
-        Selection::AllBut(count) => format!("all but {}{of_which}", in_words(count)),
+        Selection::AllBut(count) => ["all", "but", &in_words(count)].join(" ") + &of_which,
         Selection::Standing(relation) => format!("{}{of_which}", relation.words()),
     }
 }

@@ -178,17 +178,30 @@ impl Extended {
             log >= best - nats || (tally == most_tally && log >= best_of_most - nats)
         };
         let mut total = LogSum::default();
+        // What is about all of a set is most of it, and goes by number.
+        let mut whole: Vec<Merged> = Vec::new();
         let mut merged: FxHashMap<(usize, Selection), Merged> = FxHashMap::default();
         for Score { set, selection, tally, log } in scores {
             total.add(log);
             // What is lost in the rounding of a sum is not looked at.
             if is_within(log, tally, within.max(ROUNDING)) {
                 let meaning = self.meaning(set, seen);
-                merged.entry((meaning, selection)).or_default().take(log, tally, set);
+                if selection != Selection::All {
+                    merged.entry((meaning, selection)).or_default().take(log, tally, set);
+                    continue;
+                }
+                if whole.len() <= meaning {
+                    whole.resize(meaning + 1, Merged::default());
+                }
+                if let Some(one) = whole.get_mut(meaning) {
+                    one.take(log, tally, set);
+                }
             }
         }
+        let whole = whole.into_iter().enumerate().filter(|(_, one)| one.set > 0);
+        let whole = whole.map(|(meaning, one)| ((meaning, Selection::All), one));
         let mut merged: Vec<((usize, Selection), Merged)> =
-            merged.into_iter().filter(|(_, one)| is_within(one.sum.value(), one.tally, within)).collect();
+            whole.chain(merged).filter(|(_, one)| is_within(one.sum.value(), one.tally, within)).collect();
         // Room for those that are best by either measure; ties at the end of the list stay.
         let kept = [last_kept(&merged, most, Merged::by_score), last_kept(&merged, most, Merged::by_tally)];
         merged.retain(|(_, one)| one.by_score() >= kept[0] || one.by_tally() >= kept[1]);
