@@ -12,13 +12,15 @@ use std::process::ExitCode;
 
 use clap::Args;
 use config::Robot;
-use tasks::{Hypotheses, Inquiry, Learned, Learning, Noise, Settings, Signature, Snapshot, decide};
+use tasks::{
+    Hypotheses, Inquiry, Learned, Learning, Noise, Object, Settings, Signature, Snapshot, View, decide,
+};
 
 use super::failure::Failed;
 use examples::{Examples, Shown, Unread};
 
 /// Hypotheses further below the best than this are not in the sum of any rule that is told, in
-/// nats: all of them together move a posterior in its fourth digit at most.
+/// nats.
 const NATS: f64 = 10.0;
 /// Objects of an inquiry that is a demonstration.
 const OBJECTS: usize = 3;
@@ -121,8 +123,7 @@ impl Learn {
                     .or_insert_with(|| Learning::new(&examples.language, settings));
                 learning.add(view);
                 let now = learning.leading(usize::from(self.rules), NATS);
-                let frame = Snapshot { objects: Vec::new(), ..view.before.clone() };
-                answers.extend(answer(learning, &now, view.perspective, &shown.asked, frame));
+                answers.extend(answer(learning, &now, view, &shown.asked));
                 learned.insert(view.perspective, now.clone());
                 newest.insert(view.perspective, now);
             }
@@ -130,7 +131,7 @@ impl Learn {
             let text = if self.json { json::example(&told)? } else { text::example(examples, &told) };
             out.write_all(text.as_bytes())?;
         }
-        let conclusion = conclude(examples, newest, &mut by_perspective);
+        let conclusion = conclude(examples, &newest, &mut by_perspective);
         let text = if self.json { json::closing(&conclusion)? } else { text::closing(examples, &conclusion) };
         out.write_all(text.as_bytes())?;
         out.flush()
@@ -138,29 +139,26 @@ impl Learn {
 }
 
 /// What a perspective would answer about the objects, of every goal that it has.
-fn answer(
-    learning: &mut Learning,
-    learned: &Learned,
-    perspective: u16,
-    asked: &[tasks::Object],
-    frame: Snapshot,
-) -> Vec<Answer> {
+fn answer(learning: &mut Learning, learned: &Learned, view: &View, asked: &[Object]) -> Vec<Answer> {
     if asked.is_empty() {
         return Vec::new();
     }
-    let scene = Snapshot { objects: asked.to_vec(), ..frame };
+    let scene = Snapshot { objects: asked.to_vec(), ..view.before };
     let goals: Vec<Signature> = learned.primary().map(|rule| rule.expectation.clone()).collect();
-    let answer =
-        |goal: Signature| Answer { perspective, probabilities: learning.probabilities(&goal, &scene), goal };
+    let answer = |goal: Signature| Answer {
+        perspective: view.perspective,
+        probabilities: learning.probabilities(&goal, &scene),
+        goal,
+    };
     goals.into_iter().map(answer).collect()
 }
 
 fn conclude(
     examples: &Examples,
-    newest: BTreeMap<u16, Learned>,
+    newest: &BTreeMap<u16, Learned>,
     by_perspective: &mut BTreeMap<u16, Learning>,
 ) -> Conclusion {
-    let followed = decide(&newest, examples.teacher);
+    let followed = decide(newest, examples.teacher);
     let followed = followed.and_then(|perspective| Some((perspective, newest.get(&perspective)?.clone())));
     let mut inquiries = Vec::new();
     if let Some((perspective, learned)) = &followed
