@@ -3,6 +3,7 @@
 mod examples;
 mod json;
 mod text;
+mod vocabulary;
 
 use std::collections::BTreeMap;
 use std::fs::File;

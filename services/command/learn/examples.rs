@@ -5,12 +5,12 @@ use std::io::BufRead;
 
 use serde::Deserialize;
 use serde::de::DeserializeOwned;
-use tasks::{FEATURES_MOST, FeatureWords, Language, Object, Snapshot, StateWords, VALUES_MOST, View};
+use tasks::{Language, Object, Snapshot, View};
+
+use super::vocabulary::Vocabulary;
 
 /// The version of the format.
 const VERSION: u32 = 1;
-/// An object has moved when its place differs by more than this, as for the learner.
-const MOVED_M: f64 = 0.03;
 /// Places are no further away than this, in metres.
 const FURTHEST_M: f64 = 1000.0;
 
@@ -136,7 +136,8 @@ impl Examples {
             match &header {
                 None => {
                     let written = read_header(&bytes).map_err(wrong)?;
-                    vocabulary.declare(written.features.as_deref().unwrap_or(&[])).map_err(wrong)?;
+                    let features = written.features.as_deref().unwrap_or(&[]);
+                    vocabulary.declare(features).map_err(|(field, reason)| wrong(Wrong { field, reason }))?;
                     header = Some(written);
                 }
                 Some(_) => {
@@ -292,7 +293,7 @@ fn read_object(
                 .note(name, value)
                 .map_err(|reason| Wrong::new(format!("{field}.features: "), reason))?;
         }
-        vocabulary.states.extend(written.states.keys().cloned());
+        vocabulary.note_states(written.states.keys());
     }
     Ok(Object {
         id,
@@ -325,7 +326,7 @@ fn change(
                 format!("`before` does not say whether the object was {name}: say so there, true or false");
             return Err(Wrong::new(format!("{field}.states.{name}: "), reason));
         }
-        vocabulary.states.extend(change.states.keys().cloned());
+        vocabulary.note_states(change.states.keys());
         object.states.extend(change.states);
     }
     Ok(after)
@@ -338,72 +339,6 @@ fn place(position_m: [f64; 3], field: &str) -> Result<(), Wrong> {
         Some(number) => {
             let reason = format!("{number} is out of range: places are from -{FURTHEST_M} to {FURTHEST_M} m");
             Err(Wrong::new(field, reason))
-        }
-    }
-}
-
-/// The features, values and states that examples speak of.
-#[derive(Default)]
-struct Vocabulary {
-    /// In the order of speech.
-    features: Vec<FeatureWords>,
-    declared: bool,
-    states: BTreeSet<String>,
-}
-
-impl Vocabulary {
-    /// The features of the header, in the order in which people say them.
-    fn declare(&mut self, names: &[String]) -> Result<(), Wrong> {
-        for (index, name) in names.iter().enumerate() {
-            let field = || format!("features[{index}]: ");
-            if name.trim().is_empty() || self.features.iter().any(|known| known.name == *name) {
-                return Err(Wrong::new(field(), format!("`{name}` is no name, or was given before")));
-            }
-            self.add(name).map_err(|reason| Wrong::new(field(), reason))?;
-        }
-        self.declared = !names.is_empty();
-        Ok(())
-    }
-
-    fn add(&mut self, name: &str) -> Result<(), String> {
-        if self.features.len() >= FEATURES_MOST {
-            return Err(format!("`{name}` is one feature too many: there can be {FEATURES_MOST}"));
-        }
-        self.features.push(FeatureWords { percept: 0, name: name.to_owned(), values: Vec::new() });
-        Ok(())
-    }
-
-    fn note(&mut self, name: &str, value: &str) -> Result<(), String> {
-        if !self.features.iter().any(|known| known.name == name) {
-            if self.declared {
-                let known: Vec<&str> = self.features.iter().map(|known| known.name.as_str()).collect();
-                let known = known.iter().map(|name| format!("`{name}`")).collect::<Vec<_>>().join(", ");
-                return Err(config::suggest(&format!("unknown field `{name}`, the header names {known}")));
-            }
-            self.add(name)?;
-            // Nobody said how people would say them.
-            self.features.sort_by(|a, b| a.name.cmp(&b.name));
-        }
-        let Some(words) = self.features.iter_mut().find(|known| known.name == name) else { return Ok(()) };
-        if !words.values.iter().any(|known| known == value) {
-            if words.values.len() >= VALUES_MOST {
-                return Err(format!(
-                    "`{value}` is one value of `{name}` too many: there can be {VALUES_MOST}"
-                ));
-            }
-            words.values.push(value.to_owned());
-        }
-        Ok(())
-    }
-
-    fn language(self) -> Language {
-        let states = self.states.into_iter().map(|name| StateWords { percept: 0, name });
-        Language {
-            features: self.features,
-            states: states.collect(),
-            position: 0,
-            extents: None,
-            moved_m: MOVED_M,
         }
     }
 }

@@ -43,6 +43,7 @@ mod rule;
 mod selection;
 mod settings;
 mod snapshot;
+mod table;
 mod weight;
 
 pub use action::{Act, ActionParser};
