@@ -3,6 +3,7 @@
 mod believe;
 mod domain;
 mod failure;
+mod learn;
 mod output;
 mod process;
 mod rehearsal;
@@ -53,6 +54,8 @@ enum Command {
     Tasks(tasks::Tasks),
     /// Believe a recorded trace of observations again: perception and belief alone, no processes
     Believe(believe::Believe),
+    /// Learn from before-and-after examples in a file: task learning alone, no processes
+    Learn(learn::Learn),
     /// Show a live table of the processes: rates, latencies, overruns, drops, restarts
     Top(Top),
     /// Check the whole configuration and what this machine can hold
@@ -169,6 +172,7 @@ impl Command {
             Self::Study(study) => study.run(),
             Self::Tasks(tasks) => tasks.run(),
             Self::Believe(believe) => believe.run(),
+            Self::Learn(learn) => learn.run(),
             Self::Top(top) => top.run(),
             Self::Check(check) => check.run(),
             Self::Bench(bench) => bench.run(),

@@ -7,7 +7,7 @@ use ::tasks::{Task, key, listed};
 use account::Account;
 use clap::{Args, Subcommand};
 use config::Robot;
-use learner_process::{Vocabulary, memory_file, retell};
+use learner_process::{Vocabulary, learning, memory_file, retell};
 use serde::{Deserialize, Serialize};
 use store::Store;
 
@@ -122,8 +122,9 @@ impl Tasks {
         let robot = Robot::load(self.config.as_deref()).map_err(Failed::usage)?;
         let vocabulary = Vocabulary::of(&robot.percepts).map_err(Failed::usage)?;
         let mut account = Account::default();
-        let share = robot.leo.learner.high_likelihood.get();
-        retell(&vocabulary.language, task, share).iter().for_each(|event| account.note(event));
+        retell(&vocabulary.language, task, &learning(&robot.leo.learner))
+            .iter()
+            .for_each(|event| account.note(event));
         Ok(account)
     }
 

@@ -3,6 +3,7 @@
 
 mod believe;
 mod house;
+mod learn;
 mod sources;
 mod study;
 mod tasks;

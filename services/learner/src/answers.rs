@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use tasks::{Language, Snapshot, Task, describe_object, listed};
+use tasks::{Language, Settings, Snapshot, Task, describe_object, listed};
 
 use crate::report::{Verdict, like, sight_among, spoken};
 
@@ -14,11 +14,11 @@ pub(crate) fn learned<'a>(
     language: &Language,
     tasks: impl Iterator<Item = &'a Task>,
     perspectives: &[u16],
-    share: f64,
+    settings: &Settings,
 ) -> Vec<(String, String)> {
     let mut known: Vec<(String, String)> = tasks
         .map(|task| {
-            let verdict = Verdict::of(language, task, perspectives, share);
+            let verdict = Verdict::of(language, task, perspectives, settings);
             let text = match verdict.learned() {
                 Some(learned) => format!("{} is: {}", task.name, spoken(learned)),
                 None => format!("I know no rule for {}; please show it again", task.name),
@@ -33,8 +33,8 @@ pub(crate) fn learned<'a>(
 }
 
 /// Why a task is taken for what it is taken for.
-pub(crate) fn why(language: &Language, task: &Task, perspectives: &[u16], share: f64) -> String {
-    let verdict = Verdict::of(language, task, perspectives, share);
+pub(crate) fn why(language: &Language, task: &Task, perspectives: &[u16], settings: &Settings) -> String {
+    let verdict = Verdict::of(language, task, perspectives, settings);
     let (Some(chosen), Some(learned)) = (verdict.chosen, verdict.learned()) else {
         return format!(
             "I know no rule for {}: nothing that I can think of explains what changed",

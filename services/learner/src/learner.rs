@@ -2,7 +2,7 @@ use std::collections::{BTreeMap, VecDeque};
 
 use clock::{Duration, Instant};
 use message::{Belief, BeliefHead, Event, EventKind, JointGoal, Utterance};
-use tasks::{Language, Sentence, Snapshot, Task, key};
+use tasks::{Language, Noise, Prior, Sentence, Snapshot, Task, key};
 
 use crate::answers;
 use crate::performance::{HalfHeights, Performance, Stage};
@@ -14,8 +14,8 @@ use crate::{Body, Motion, Skill, Vocabulary};
 /// What the learner does not decide for itself.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Settings {
-    /// The share of the best posterior that a high-likelihood hypothesis has at least.
-    pub high_likelihood: f64,
+    /// How hypotheses are made and weighed.
+    pub learning: tasks::Settings,
     /// Time between two joint goals frames.
     pub goal_period: Duration,
     /// Half the height of a block whose extents are not perceived, in metres.
@@ -31,12 +31,28 @@ impl Settings {
     #[must_use]
     pub fn of(learner: &config::leo::Learner) -> Self {
         Self {
-            high_likelihood: learner.high_likelihood.get(),
+            learning: learning(learner),
             goal_period: learner.goal_rate_hz.period(),
             block_half_height_m: 0.03,
             peg_half_height_m: 0.025,
             marker_half_height_m: 0.005,
         }
+    }
+}
+
+/// How hypotheses are made and weighed, as configured.
+#[must_use]
+pub fn learning(learner: &config::leo::Learner) -> tasks::Settings {
+    tasks::Settings {
+        language: match learner.language {
+            config::leo::Hypotheses::Paper => tasks::Hypotheses::Paper,
+            config::leo::Hypotheses::Extended => tasks::Hypotheses::Extended,
+        },
+        prior: Prior { lambda: learner.lambda.get(), mu: learner.mu.get() },
+        selection_nats: learner.selection_nats.get(),
+        // The configuration refuses what is none.
+        noise: Noise::try_from(learner.noise.get()).unwrap_or(Noise::NONE),
+        high_likelihood: learner.high_likelihood.get(),
     }
 }
 
@@ -221,21 +237,21 @@ impl<B: Body> Learner<B> {
                 }
             },
             Sentence::WhatDidYouLearn => {
-                let share = self.settings.high_likelihood;
+                let settings = &self.settings.learning;
                 let known = answers::learned(
                     &self.vocabulary.language,
                     self.tasks.values(),
                     &self.perspectives,
-                    share,
+                    settings,
                 );
                 known.iter().for_each(|(task, text)| say(output, task, text));
             }
             Sentence::Why => {
-                let share = self.settings.high_likelihood;
+                let settings = &self.settings.learning;
                 let (task, text) = match self.in_question() {
                     Some(task) => {
                         let language = &self.vocabulary.language;
-                        (task.name.as_str(), answers::why(language, task, &self.perspectives, share))
+                        (task.name.as_str(), answers::why(language, task, &self.perspectives, settings))
                     }
                     None => ("", "I have learned nothing and done nothing yet".to_owned()),
                 };
@@ -325,7 +341,7 @@ impl<B: Body> Learner<B> {
         self.in_question = Some(key(&name));
         let examples = u32::try_from(task.examples.len()).unwrap_or(u32::MAX);
         output.events.push(Event { examples, ..Event::new(EventKind::DemonstrationEnded, &name, &name) });
-        let verdict = Verdict::of(language, task, &self.perspectives, self.settings.high_likelihood);
+        let verdict = Verdict::of(language, task, &self.perspectives, &self.settings.learning);
         output.events.extend(verdict.events(language, task));
         let examples = task.examples.len();
         let text = match verdict.learned() {
@@ -383,7 +399,7 @@ impl<B: Body> Learner<B> {
             return;
         };
         let language: &Language = &self.vocabulary.language;
-        let verdict = Verdict::of(language, task, &self.perspectives, self.settings.high_likelihood);
+        let verdict = Verdict::of(language, task, &self.perspectives, &self.settings.learning);
         let Some(learned) = verdict.learned() else {
             say(output, name, &format!("I know no rule for {name}; please show it again"));
             return;
@@ -450,4 +466,15 @@ fn say(output: &mut Output, task: &str, text: &str) {
 /// "1 example", "2 examples".
 fn counted(count: usize, noun: &str) -> String {
     if count == 1 { format!("{count} {noun}") } else { format!("{count} {noun}s") }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn as_it_comes_leo_learns_as_the_robot_of_the_paper_did() {
+        let robot = config::Robot::load(None).unwrap();
+        assert_eq!(learning(&robot.leo.learner), tasks::Settings::default());
+    }
 }

@@ -15,7 +15,7 @@ mod views;
 mod vocabulary;
 
 pub use body::{Body, Motion, Skill, Turn};
-pub use learner::{Input, Learner, Output, Settings};
+pub use learner::{Input, Learner, Output, Settings, learning};
 pub use leo_body::{LeoBody, LeoBodyError};
 pub use report::retell;
 pub use shell::{check_memory, memory_file, run};

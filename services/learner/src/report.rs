@@ -5,8 +5,8 @@ use std::collections::{BTreeMap, BTreeSet};
 use message::{Event, EventKind};
 use quantity::number::saturating_u32;
 use tasks::{
-    Change, FigureRule, Language, Learned, Object, Prior, Rule, Snapshot, Task, View, decide,
-    describe_change, describe_object, explain, learn, listed,
+    Change, FigureRule, Language, Learned, Object, Rule, Settings, Snapshot, Task, View, decide,
+    describe_change, describe_object, explain, learn_with, listed,
 };
 
 /// Rules reported per perspective and goal at most, beyond those of high likelihood.
@@ -21,14 +21,14 @@ pub(crate) struct Verdict {
 
 impl Verdict {
     /// Learns a task anew from all its examples.
-    pub(crate) fn of(language: &Language, task: &Task, perspectives: &[u16], share: f64) -> Self {
+    pub(crate) fn of(language: &Language, task: &Task, perspectives: &[u16], settings: &Settings) -> Self {
         let by_perspective: BTreeMap<u16, Learned> = perspectives
             .iter()
             .map(|&perspective| {
                 let views: Vec<View> =
                     task.views(perspective).map(|view| view.attended(language.moved_m)).collect();
                 let views: Vec<&View> = views.iter().collect();
-                (perspective, learn(language, &views, &Prior::default(), share))
+                (perspective, learn_with(language, &views, settings))
             })
             .collect();
         let teacher = task.examples.last().map_or(0, |example| example.teacher);
@@ -113,13 +113,13 @@ impl Verdict {
 /// The events that tell what a task comes to, as they were told when it was learned: hypotheses of
 /// every perspective that has examples of it, the rule chosen, and why another sees it differently.
 #[must_use]
-pub fn retell(language: &Language, task: &Task, high_likelihood: f64) -> Vec<Event> {
+pub fn retell(language: &Language, task: &Task, settings: &Settings) -> Vec<Event> {
     let views = task.examples.iter().flat_map(|example| &example.views);
     let perspectives: BTreeSet<u16> = views.map(|view| view.perspective).collect();
     let perspectives: Vec<u16> = perspectives.into_iter().collect();
     let examples = saturating_u32(task.examples.len());
     let ended = Event { examples, ..Event::new(EventKind::DemonstrationEnded, &task.name, &task.name) };
-    let verdict = Verdict::of(language, task, &perspectives, high_likelihood);
+    let verdict = Verdict::of(language, task, &perspectives, settings);
     std::iter::once(ended).chain(verdict.events(language, task)).collect()
 }
 

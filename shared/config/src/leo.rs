@@ -7,7 +7,7 @@ use serde::Deserialize;
 pub(crate) use source::fault as fault_of_sources;
 pub use source::{Source, SourceFrame, SourceKind};
 
-use crate::number::{Capacity, Hertz, Milliseconds, Unit};
+use crate::number::{Capacity, Hertz, Milliseconds, NotNegative, Slips, Unit};
 
 /// The whole file.
 #[derive(Clone, Debug, Deserialize)]
@@ -151,12 +151,32 @@ impl Depth {
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Learner {
+    /// What a hypothesis can say.
+    pub language: Hypotheses,
+    /// λ: what one class more costs a hypothesis of the paper's language, in nats.
+    pub lambda: NotNegative,
+    /// μ: what one feature more is worth to it, in nats.
+    pub mu: NotNegative,
+    /// What a number or a relation costs a hypothesis of the extended language, in nats.
+    pub selection_nats: NotNegative,
+    /// How often a teacher slips.
+    pub noise: Slips,
     /// Hypotheses are reported whose posterior is at least this share of the best.
     pub high_likelihood: Unit,
     /// Joint goals are repeated this often while Leo performs or rests.
     pub goal_rate_hz: Hertz,
     /// Real-time rights.
     pub realtime: Rights,
+}
+
+/// What a hypothesis can say.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Hypotheses {
+    /// What the robot of the paper could represent: simple disjunctions of classes.
+    Paper,
+    /// Also negations, mixed templates, numbers and relations.
+    Extended,
 }
 
 /// The motor process.

@@ -53,6 +53,10 @@ ranged!(
     Unit: "from 0 to 1", |value| (0.0..=1.0).contains(&value)
 );
 ranged!(
+    /// The probability of a slip: whoever slips every other time says nothing.
+    Slips: "from 0 to below 0.5", |value| (0.0..0.5).contains(&value)
+);
+ranged!(
     /// A number that may be zero and may not be negative.
     NotNegative: "finite and not negative", |value| value >= 0.0 && value.is_finite()
 );

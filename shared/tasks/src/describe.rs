@@ -2,7 +2,8 @@
 
 use std::collections::BTreeSet;
 
-use crate::{Change, Class, Effect, Language, Object, Template};
+use crate::selection::in_words;
+use crate::{Change, Class, Effect, Language, Object, Selection, Template};
 
 /// How a disjunction of classes is said: by its members, or by what is left out.
 enum Quantifier<'a> {
@@ -10,10 +11,34 @@ enum Quantifier<'a> {
     AllExcept(Vec<&'a Class>),
 }
 
+impl<'a> Quantifier<'a> {
+    /// The members are listed, or the rest where that is shorter: a class costs one word and a
+    /// negation one.
+    fn of(template: &Template, classes: &'a BTreeSet<Class>, seen: &'a BTreeSet<Class>) -> Self {
+        let rest: Vec<&Class> = seen.difference(classes).collect();
+        if template.is_empty() {
+            Self::All(Vec::new())
+        } else if !rest.is_empty() && rest.len() + 1 < classes.len() {
+            Self::AllExcept(rest)
+        } else {
+            Self::All(classes.iter().collect())
+        }
+    }
+}
+
+/// What it costs to list classes, or what is left out: one for each value, and one for the
+/// negation.
+pub(crate) fn listing_cost(template: &Template, classes: &BTreeSet<Class>, seen: &BTreeSet<Class>) -> usize {
+    match Quantifier::of(template, classes, seen) {
+        Quantifier::All(classes) => classes.len() * template.len(),
+        Quantifier::AllExcept(rest) => rest.len() * template.len() + 1,
+    }
+}
+
 /// What people would call a disjunction of classes, among all classes seen under its template.
 ///
-/// The members are listed, or the rest where that is shorter: a class costs one word and a
-/// negation one. Without any feature, it is everything.
+/// The members are listed, or the rest where that is shorter. Without any feature, it is
+/// everything.
 #[must_use]
 pub fn describe_classes(
     language: &Language,
@@ -21,23 +46,52 @@ pub fn describe_classes(
     classes: &BTreeSet<Class>,
     seen: &BTreeSet<Class>,
 ) -> String {
-    let rest: Vec<&Class> = seen.difference(classes).collect();
-    let quantifier = if template.is_empty() {
-        Quantifier::All(Vec::new())
-    } else if !rest.is_empty() && rest.len() + 1 < classes.len() {
-        Quantifier::AllExcept(rest)
-    } else {
-        Quantifier::All(classes.iter().collect())
+    ["all".to_owned()]
+        .into_iter()
+        .chain(described(language, template, classes, seen))
+        .collect::<Vec<_>>()
+        .join(" ")
+}
+
+/// The classes in words, without "all"; `None` for everything.
+fn described(
+    language: &Language,
+    template: &Template,
+    classes: &BTreeSet<Class>,
+    seen: &BTreeSet<Class>,
+) -> Option<String> {
+    let (but, classes) = match Quantifier::of(template, classes, seen) {
+        Quantifier::All(classes) => ("", classes),
+        Quantifier::AllExcept(rest) => ("but ", rest),
     };
-    let (mut words, classes) = match quantifier {
-        Quantifier::All(classes) => (vec!["all"], classes),
-        Quantifier::AllExcept(classes) => (vec!["all", "but"], classes),
-    };
-    let classes = listed(&in_order_of_speech(language, template, classes));
-    if !classes.is_empty() {
-        words.push(&classes);
+    let names = listed(&in_order_of_speech(language, template, classes));
+    (!names.is_empty()).then(|| format!("{but}{names}"))
+}
+
+/// What people would call a rule: its classes, in this phrase where there is one, and which of
+/// their objects it selects.
+pub(crate) fn describe_rule(
+    language: &Language,
+    template: &Template,
+    classes: &BTreeSet<Class>,
+    seen: &BTreeSet<Class>,
+    selection: Selection,
+    phrase: Option<&str>,
+) -> String {
+    let which = phrase.map(str::to_owned).or_else(|| described(language, template, classes, seen));
+    // "three of the red", "three of all but blue"
+    let of_which = which.as_ref().map(|which| {
+        let article = if which.starts_with("but ") { "all" } else { "the" };
+        format!(" of {article} {which}")
+    });
+    let of_which = of_which.unwrap_or_default();
+    match selection {
+        Selection::All => which.map_or_else(|| "all".to_owned(), |which| format!("all {which}")),
+        Selection::Exactly(count) if which.is_none() => format!("{} of them", in_words(count)),
+        Selection::Exactly(count) => format!("{}{of_which}", in_words(count)),
+        Selection::AllBut(count) => ["all", "but", &in_words(count)].join(" ") + &of_which,
+        Selection::Standing(relation) => format!("{}{of_which}", relation.words()),
     }
-    words.join(" ")
 }
 
 /// The names of classes, in the order in which the language lists their values.

@@ -135,29 +135,41 @@ impl Part {
     }
 }
 
+/// What an example shows: its figure, if there is one, and how a copy of it is turned against what the
+/// robot saw.
+#[derive(Clone, Debug)]
+pub(crate) struct Shown {
+    figure: Option<Figure>,
+    turn_rad: f64,
+}
+
+impl Shown {
+    pub(crate) fn of(view: &View, moved_m: f64) -> Self {
+        let turn_rad = wrapped(-frame(&view.after).heading_rad());
+        Self { figure: Figure::of(view, moved_m), turn_rad }
+    }
+}
+
 /// The figures that the examples of one perspective show, best first.
 ///
 /// P(h|D) ∝ P(D|h) P(h) as for classes of objects, with the same prior for all figures: they have
 /// as many classes, and as many features, as they have parts.
-#[must_use]
-pub fn figures(views: &[&View], moved_m: f64) -> Vec<FigureRule> {
-    let shown: Vec<Option<Figure>> = views.iter().map(|view| Figure::of(view, moved_m)).collect();
+pub(crate) fn rank_figures(shown: &[Shown]) -> Vec<FigureRule> {
     let mut rules: Vec<FigureRule> = Vec::new();
-    for (view, figure) in views.iter().zip(&shown) {
+    for Shown { figure, turn_rad } in shown {
         let Some(figure) = figure else { continue };
-        if rules.iter().any(|rule| rule.figure.looks_like(figure)) {
+        if let Some(same) = rules.iter_mut().find(|rule| rule.figure.looks_like(figure)) {
+            same.tally += 1;
             continue;
         }
-        let tally = shown.iter().flatten().filter(|other| figure.looks_like(other)).count();
-        let turn_rad = wrapped(-frame(&view.after).heading_rad());
         rules.push(FigureRule {
-            turn_rad,
-            tally,
-            examples: views.len(),
+            turn_rad: *turn_rad,
+            tally: 1,
+            examples: shown.len(),
             posterior: 0.0,
             rank: 0,
             high_likelihood: false,
-            name: name(figure, turn_rad),
+            name: name(figure, *turn_rad),
             figure: figure.clone(),
         });
     }
@@ -216,6 +228,10 @@ pub fn laid_out<'a>(
 mod tests {
     use super::*;
 
+    fn figures(views: &[&View]) -> Vec<FigureRule> {
+        rank_figures(&views.iter().map(|view| Shown::of(view, 0.03)).collect::<Vec<_>>())
+    }
+
     /// A view of a teacher who faces the robot, or of the robot itself.
     fn view(perspective: u16, before: &[(&str, f64, f64)], after: &[(&str, f64, f64)]) -> View {
         let heading_rad = if perspective == 0 { 0.0 } else { PI };
@@ -265,7 +281,7 @@ mod tests {
     fn a_figure_is_called_by_how_its_copy_is_turned() {
         let names = [0, 1].map(|perspective| {
             let view = view(perspective, &HEAP, &BUILT);
-            figures(&[&view], 0.03)[0].name.clone()
+            figures(&[&view])[0].name.clone()
         });
         assert_eq!(
             names,
@@ -278,10 +294,10 @@ mod tests {
         let shifted = BUILT.map(|(colour, x, y)| (colour, x - 0.2, y + 0.05));
         let other = [("red", 0.75, -0.1), ("blue", 0.75, 0.1), ("green", 1.2, -0.3)];
         let views = [view(0, &HEAP, &other), view(0, &HEAP, &BUILT), view(0, &HEAP, &shifted[..2])];
-        let rules = figures(&views.iter().collect::<Vec<_>>(), 0.03);
+        let rules = figures(&views.iter().collect::<Vec<_>>());
         let seen: Vec<_> = rules.iter().map(|rule| (rule.tally, rule.rank, rule.high_likelihood)).collect();
         assert_eq!(seen, [(2, 1, true), (1, 2, false)]);
         assert!((rules.iter().map(|rule| rule.posterior).sum::<f64>() - 1.0).abs() < 1e-12);
-        assert!(figures(&[&view(0, &HEAP, &HEAP)], 0.03).is_empty(), "nothing was moved");
+        assert!(figures(&[&view(0, &HEAP, &HEAP)]).is_empty(), "nothing was moved");
     }
 }

@@ -1,7 +1,8 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use crate::change::{has_percepts, is_achieved};
-use crate::{Change, Object, Signature, Snapshot};
+use crate::lexicon::{Key, Mask};
+use crate::{Change, Object, Selection, Signature, Snapshot};
 
 /// The class features that a hypothesis looks at, T ⊆ F, in alphabetical order.
 pub type Template = Vec<String>;
@@ -30,7 +31,7 @@ impl Default for Prior {
 }
 
 impl Prior {
-    fn log(&self, classes: usize, features: usize) -> f64 {
+    pub(crate) fn log(&self, classes: usize, features: usize) -> f64 {
         let more = quantity::number::float_of_count(classes.saturating_sub(1));
         self.mu.mul_add(quantity::number::float_of_count(features), -self.lambda * more)
     }
@@ -63,21 +64,37 @@ impl<'a> Evidence<'a> {
     }
 }
 
-/// A goal hypothesis: all objects of these classes shall be as the signature expects.
+/// A goal hypothesis about one signature: the selected objects of these classes shall be as the
+/// signature expects.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Hypothesis {
-    pub(crate) template: Template,
-    pub(crate) classes: BTreeSet<Class>,
+    pub(crate) mask: Mask,
+    /// In ascending order; each what the template keeps of a key.
+    pub(crate) classes: Vec<Key>,
+    pub(crate) selection: Selection,
+    /// Examples that it is consistent with.
     pub(crate) tally: usize,
-    pub(crate) log_prior: f64,
+    /// log P(D|h) P(h).
+    pub(crate) log_score: f64,
+    /// How it was described, where that is not by listing its classes.
+    pub(crate) description: Option<Described>,
 }
 
-impl Hypothesis {
-    /// log P(D|h) P(h), with P(D|h) the share of the examples that it is consistent with.
-    pub(crate) fn log_score(&self, examples: usize) -> f64 {
-        let share = quantity::number::float_of_count(self.tally) / quantity::number::float_of_count(examples);
-        share.ln() + self.log_prior
-    }
+/// A description of classes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(crate) struct Described {
+    /// Literals and negations.
+    pub(crate) cost: usize,
+    /// Which of the descriptions.
+    pub(crate) set: usize,
+}
+
+/// The hypotheses that matter, and the sum over all of them.
+#[derive(Clone, Debug)]
+pub(crate) struct Scored {
+    pub(crate) hypotheses: Vec<Hypothesis>,
+    /// The logarithm of the sum of P(D|h) P(h) over all hypotheses of the language.
+    pub(crate) log_total: f64,
 }
 
 /// The class of an object under a template; `None` where it lacks a feature.
@@ -88,71 +105,4 @@ pub(crate) fn class_of(object: &Object, template: &Template) -> Option<Class> {
 /// Whether an object belongs to one of the classes.
 pub(crate) fn belongs(object: &Object, template: &Template, classes: &BTreeSet<Class>) -> bool {
     class_of(object, template).is_some_and(|class| classes.contains(&class))
-}
-
-/// Expands the hypotheses about one signature: for every template T ⊆ F the classes of the
-/// changed objects, of each demonstration by itself and joined over all of them.
-///
-/// Every hypothesis of the language (a template and a simple disjunction of classes of changed
-/// objects) that is consistent with every demonstration is among them: it must cover all that
-/// changed, and may cover nothing else.
-pub(crate) fn expand(
-    features: &[String],
-    signature: &Signature,
-    evidence: &[Evidence<'_>],
-    prior: &Prior,
-) -> Vec<Hypothesis> {
-    let mut hypotheses = Vec::new();
-    for template in templates(features) {
-        let mut disjunctions: BTreeSet<BTreeSet<Class>> = BTreeSet::new();
-        let mut joined = BTreeSet::new();
-        for demonstration in evidence {
-            let classes: BTreeSet<Class> =
-                demonstration.changed(signature).filter_map(|object| class_of(object, &template)).collect();
-            joined.extend(classes.iter().cloned());
-            disjunctions.insert(classes);
-        }
-        disjunctions.insert(joined);
-        for classes in disjunctions.into_iter().filter(|classes| !classes.is_empty()) {
-            let consistent = |one: &&Evidence<'_>| is_consistent(&template, &classes, signature, one);
-            hypotheses.push(Hypothesis {
-                tally: evidence.iter().filter(consistent).count(),
-                log_prior: prior.log(classes.len(), template.len() + signature.len()),
-                template: template.clone(),
-                classes,
-            });
-        }
-    }
-    hypotheses
-}
-
-/// Whether a demonstration is consistent with a goal: at its end the goal holds for all objects
-/// of the classes, and every change with this signature happened to one of them.
-///
-/// The paper asks that "the state change seen in the example is consistent with the goal
-/// representation"; without the second half a rule about fewer objects would always do.
-pub(crate) fn is_consistent(
-    template: &Template,
-    classes: &BTreeSet<Class>,
-    signature: &Signature,
-    evidence: &Evidence<'_>,
-) -> bool {
-    let holds = evidence
-        .eligible(signature)
-        .filter(|object| belongs(object, template, classes))
-        .all(|object| evidence.achieved(object, signature));
-    holds && evidence.changed(signature).all(|object| belongs(object, template, classes))
-}
-
-/// All subsets of the features, each in alphabetical order.
-fn templates(features: &[String]) -> Vec<Template> {
-    let mut sorted = features.to_vec();
-    sorted.sort();
-    let mut templates = vec![Template::new()];
-    for feature in sorted {
-        let with: Vec<Template> =
-            templates.iter().map(|smaller| smaller.iter().chain([&feature]).cloned().collect()).collect();
-        templates.extend(with);
-    }
-    templates
 }

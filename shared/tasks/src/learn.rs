@@ -1,12 +1,22 @@
 use std::collections::{BTreeMap, BTreeSet};
 
-use crate::change::changes;
-use crate::describe::describe_classes;
-use crate::hypothesis::{Evidence, Hypothesis, class_of, expand};
-use crate::{Class, Effect, FigureRule, Language, Prior, Rule, Signature, Template, View, figures};
+use crate::change::{changes, has_percepts};
+use crate::figure::{Shown as ShownFigure, rank_figures};
+use crate::goal::{Demonstration, Goal, Shown};
+use crate::inquiry::{Asking, Inquiry, inquire};
+use crate::lexicon::Lexicon;
+use crate::rank::{Subject, rank};
+use crate::selection::{Place, frame_of};
+#[cfg(test)]
+use crate::{Class, Template};
+use crate::{Effect, FigureRule, Language, Object, Prior, Rule, Settings, Signature, Snapshot, View};
 
-/// Scores closer than this are a tie: they differ by rounding.
-const TIE: f64 = 1e-9;
+/// Rules given for each goal at most.
+const RULES_MOST: usize = 512;
+/// Hypotheses further below the best than this have no share of the posterior, in nats.
+const NATS: f64 = 40.0;
+/// Hypotheses further below the best than this are not worth asking about, in nats.
+const INQUIRING: f64 = 10.0;
 
 /// What one perspective makes of the examples of a task.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -43,224 +53,214 @@ pub struct Means {
     pub kinds: BTreeSet<BTreeMap<String, String>>,
 }
 
-/// The changes of one signature over all examples, and the hypotheses that explain them.
-struct Group {
-    signature: Signature,
-    displaced: bool,
-    rules: Vec<Rule>,
+/// Expands and ranks the hypotheses of one perspective over all its examples, as the robot of the
+/// paper would with this prior; `share` is the share of the best posterior that a high-likelihood
+/// rule has at least. See [`Learning`].
+#[must_use]
+pub fn learn(language: &Language, views: &[&View], prior: &Prior, share: f64) -> Learned {
+    let settings = Settings { prior: *prior, high_likelihood: share, ..Settings::default() };
+    learn_with(language, views, &settings)
 }
 
-impl Group {
-    fn best_tally(&self) -> usize {
-        self.rules.first().map_or(0, |rule| rule.tally)
-    }
+/// Expands and ranks the hypotheses of one perspective over all its examples. See [`Learning`].
+#[must_use]
+pub fn learn_with(language: &Language, views: &[&View], settings: &Settings) -> Learned {
+    let mut learning = Learning::new(language, settings);
+    views.iter().for_each(|view| learning.add(view));
+    learning.learned()
 }
 
-/// Expands and ranks the hypotheses of one perspective over all its examples.
+/// One perspective learning a task, example by example.
 ///
-/// P(h|D) ∝ P(D|h) P(h), where P(D|h) is the share of the examples that h is consistent with.
-/// Rules are ranked by their tally first, then by their posterior. `share` is the share of the
-/// best posterior that a high-likelihood rule has at least.
+/// P(h|D) ∝ P(D|h) P(h). Where teachers do not slip, P(D|h) is the share of the examples that h
+/// is consistent with, and rules are ranked by their tally first, then by their posterior.
 ///
 /// Changes are grouped by their signature, one goal belief for each. A group that no class
 /// explains means *some* of its objects, and so does one whose objects were all moved about
 /// where another group's were changed in their place: those are the means.
-#[must_use]
-pub fn learn(language: &Language, views: &[&View], prior: &Prior, share: f64) -> Learned {
-    let evidence: Vec<Evidence<'_>> = views
-        .iter()
-        .map(|view| Evidence {
-            after: &view.after,
-            changes: changes(&view.before, &view.after, language.moved_m),
-        })
-        .collect();
-    let signatures: BTreeSet<&Signature> =
-        evidence.iter().flat_map(|one| one.changes.values().map(|change| &change.signature)).collect();
-    let groups: Vec<Group> = signatures
-        .into_iter()
-        .map(|signature| Group {
-            signature: signature.clone(),
-            displaced: evidence
-                .iter()
-                .flat_map(|one| one.changes.values())
-                .filter(|change| change.signature == *signature)
-                .all(|change| change.displaced),
-            rules: rank(language, signature, &evidence, prior, share),
-        })
-        .collect();
-    let in_place = groups.iter().any(|group| !group.displaced && group.best_tally() > 0);
-    let is_candidate = |group: &&Group| group.best_tally() > 0 && !(in_place && group.displaced);
-    let best = groups.iter().filter(is_candidate).map(Group::best_tally).max().unwrap_or(0);
-    let mut learned = Learned { examples: views.len(), ..Learned::default() };
-    for group in groups {
-        if is_candidate(&&group) && group.best_tally() == best {
-            learned.goals.push(group.rules);
-        } else {
-            let changed = evidence.iter().flat_map(|one| one.changed(&group.signature));
-            let kinds = changed.map(|object| object.features.clone()).collect();
-            learned.means.push(Means { signature: group.signature, kinds });
-        }
-    }
-    // Where nothing but places changed, that a thing is somewhere else is no goal: where it stands is.
-    let moved = Signature::from([Effect::Moved]);
-    let all = evidence.iter().flat_map(|one| one.changes.values());
-    if all.map(|change| &change.signature).all(|signature| *signature == moved) {
-        learned.goals.clear();
-        learned.means.clear();
-        learned.figures = figures(views, language.moved_m);
-    }
-    learned
+///
+/// Where nothing but places changes, that a thing is somewhere else is no goal: where it stands is, and
+/// what is learned is a figure.
+///
+/// An example costs what is new in it: what earlier ones came to is kept. Class features beyond
+/// [`FEATURES_MOST`](crate::FEATURES_MOST) are not looked at.
+#[derive(Clone, Debug)]
+pub struct Learning {
+    language: Language,
+    settings: Settings,
+    lexicon: Lexicon,
+    demonstrations: Vec<Demonstration>,
+    goals: BTreeMap<Signature, Goal>,
+    /// The figure of each example; `None` since more than places changed.
+    figures: Option<Vec<ShownFigure>>,
 }
 
-/// The rules about one signature, best first.
-fn rank(
-    language: &Language,
-    signature: &Signature,
-    evidence: &[Evidence<'_>],
-    prior: &Prior,
-    share: f64,
-) -> Vec<Rule> {
-    let features: Vec<String> = language.features.iter().map(|feature| feature.name.clone()).collect();
-    let seen = Seen::of(&features, signature, evidence);
-    let examples = evidence.len();
-    // The sum over the hypotheses that say the same, in log space.
-    let mut rules: BTreeMap<(Template, BTreeSet<Class>), (usize, LogSum)> = BTreeMap::new();
-    let mut total = LogSum::default();
-    for hypothesis in expand(&features, signature, evidence, prior) {
-        let score = hypothesis.log_score(examples);
-        let tally = hypothesis.tally;
-        let rule = rules.entry(seen.reduce(hypothesis)).or_insert((tally, LogSum::default()));
-        rule.0 = rule.0.max(tally);
-        rule.1.add(score);
-        total.add(score);
+impl Learning {
+    /// Nothing learned yet.
+    #[must_use]
+    pub fn new(language: &Language, settings: &Settings) -> Self {
+        Self {
+            lexicon: Lexicon::new(language.features.iter().map(|words| words.name.as_str())),
+            language: language.clone(),
+            settings: *settings,
+            demonstrations: Vec::new(),
+            goals: BTreeMap::new(),
+            figures: Some(Vec::new()),
+        }
     }
-    let mut rules: Vec<(f64, Rule)> = rules
-        .into_iter()
-        .map(|((template, classes), (tally, sum))| {
-            let log_posterior =
-                if total.value() > f64::NEG_INFINITY { sum.value() - total.value() } else { sum.value() };
-            let rule = Rule {
-                expectation: signature.clone(),
-                name: describe_classes(language, &template, &classes, &seen.classes(&template)),
-                template,
-                classes,
-                tally,
-                examples,
-                posterior: log_posterior.exp(),
-                rank: 0,
-                high_likelihood: false,
+
+    /// Examples taken in.
+    #[must_use]
+    pub fn examples(&self) -> usize {
+        self.demonstrations.len()
+    }
+
+    /// Takes in an example.
+    pub fn add(&mut self, view: &View) {
+        let mut changes = changes(&view.before, &view.after, self.language.moved_m);
+        let moved = Signature::from([Effect::Moved]);
+        if changes.values().any(|change| change.signature != moved) {
+            self.figures = None;
+        } else if let Some(figures) = &mut self.figures {
+            figures.push(ShownFigure::of(view, self.language.moved_m));
+        }
+        let (before, after) = (frame_of(&view.before), frame_of(&view.after));
+        let objects = view.after.objects.iter().map(|object| Shown {
+            key: self.lexicon.key(object),
+            change: changes.remove(&object.id),
+            place: match view.before.object(object.id) {
+                Some(then) => Place::of(&before, then),
+                None => Place::of(&after, object),
+            },
+            object: object.clone(),
+        });
+        let new = Demonstration { objects: objects.collect() };
+        let signatures: BTreeSet<&Signature> = new
+            .objects
+            .iter()
+            .filter_map(|shown| shown.change.as_ref())
+            .map(|change| &change.signature)
+            .collect();
+        for signature in signatures {
+            if !self.goals.contains_key(signature) {
+                let mut goal = Goal::new(signature, &self.lexicon, &self.settings);
+                self.demonstrations.iter().for_each(|past| goal.add(past, &self.lexicon));
+                self.goals.insert(signature.clone(), goal);
+            }
+        }
+        self.goals.values_mut().for_each(|goal| goal.add(&new, &self.lexicon));
+        self.demonstrations.push(new);
+    }
+
+    /// What the examples so far come to.
+    pub fn learned(&mut self) -> Learned {
+        self.leading(RULES_MOST, NATS)
+    }
+
+    /// As [`Learning::learned`], but only so many rules for each goal, and from hypotheses no more
+    /// than so many nats below the best: a posterior leaves out what is less probable than that.
+    pub fn leading(&mut self, most: usize, within_nats: f64) -> Learned {
+        let Self { language, settings, lexicon, demonstrations, goals, figures } = self;
+        let examples = demonstrations.len();
+        if let Some(figures) = figures.as_deref().filter(|_| !goals.is_empty()) {
+            return Learned { examples, figures: rank_figures(figures), ..Learned::default() };
+        }
+        let mut groups = Vec::new();
+        for goal in goals.values_mut() {
+            let scored = goal.hypotheses(lexicon, settings, within_nats, most);
+            let best = scored.hypotheses.iter().map(|one| one.log_score).fold(f64::NEG_INFINITY, f64::max);
+            let subject = Subject { language, lexicon, goal, examples };
+            let rules = rank(&subject, scored, settings, most);
+            // Where teachers slip, a few stray changes are no goal.
+            let is_explained = match goal.log_nothing_but_slips(settings) {
+                Some(nothing) => best > nothing,
+                None => rules.first().is_some_and(|rule| rule.tally > 0),
             };
-            (log_posterior, rule)
-        })
-        .collect();
-    // A stable sort: ties stay in the order of their templates and classes.
-    rules.sort_by(|(a_log, a), (b_log, b)| {
-        let by_posterior =
-            if ties(*a_log, *b_log) { std::cmp::Ordering::Equal } else { b_log.total_cmp(a_log) };
-        b.tally.cmp(&a.tally).then(by_posterior)
-    });
-    number(&mut rules, share);
-    rules.into_iter().map(|(_, rule)| rule).collect()
-}
-
-fn number(rules: &mut [(f64, Rule)], share: f64) {
-    let Some((best_log, best_tally)) = rules.first().map(|(log, rule)| (*log, rule.tally)) else { return };
-    let mut above: Option<(f64, usize, usize)> = None;
-    for (index, (log, rule)) in rules.iter_mut().enumerate() {
-        rule.rank = match above {
-            Some((above_log, tally, rank)) if tally == rule.tally && ties(above_log, *log) => rank,
-            _ => index + 1,
-        };
-        above = Some((*log, rule.tally, rule.rank));
-        rule.high_likelihood =
-            rule.tally == best_tally && rule.tally > 0 && *log >= best_log + share.ln() - TIE;
-    }
-}
-
-#[expect(clippy::float_cmp, reason = "two infinities tie, and their difference is no number")]
-fn ties(a: f64, b: f64) -> bool {
-    a == b || (a - b).abs() < TIE
-}
-
-/// What the eligible objects of all examples looked like.
-struct Seen<'a> {
-    objects: Vec<&'a crate::Object>,
-    values: BTreeMap<String, BTreeSet<String>>,
-}
-
-impl<'a> Seen<'a> {
-    fn of(features: &[String], signature: &Signature, evidence: &[Evidence<'a>]) -> Self {
-        let objects: Vec<_> = evidence.iter().flat_map(|one| one.eligible(signature)).collect();
-        let mut values = BTreeMap::new();
-        for feature in features {
-            // A feature that some object lacks divides the objects even with a single value.
-            let seen: Option<BTreeSet<String>> =
-                objects.iter().map(|object| object.features.get(feature).cloned()).collect();
-            if let Some(seen) = seen {
-                values.insert(feature.clone(), seen);
-            }
+            groups.push(Group { goal, is_explained, rules });
         }
-        Self { objects, values }
-    }
-
-    /// The same classes without the features that make no difference to any object made of the
-    /// values seen: for every class, every other value of the feature is in the classes, too.
-    fn reduce(&self, hypothesis: Hypothesis) -> (Template, BTreeSet<Class>) {
-        let Hypothesis { mut template, mut classes, .. } = hypothesis;
-        let mut index = 0;
-        while let Some(feature) = template.get(index) {
-            let redundant = self.values.get(feature).is_some_and(|values| {
-                classes.iter().all(|class| {
-                    values.iter().all(|value| classes.contains(&with(class, index, Some(value))))
-                })
-            });
-            if redundant {
-                classes = classes.iter().map(|class| with(class, index, None)).collect();
-                template.remove(index);
+        let in_place = groups.iter().any(|group| group.is_explained && !group.goal.is_displaced);
+        let is_candidate = |group: &Group<'_>| group.is_explained && !(in_place && group.goal.is_displaced);
+        let best = groups.iter().filter(|group| is_candidate(group)).map(Group::best_tally).max();
+        let slips = settings.noise.logs().is_some();
+        let mut learned = Learned { examples, ..Learned::default() };
+        for group in groups {
+            if is_candidate(&group) && (slips || Some(group.best_tally()) == best) {
+                learned.goals.push(group.rules);
             } else {
-                index += 1;
+                let Goal { signature, kinds, .. } = group.goal;
+                learned.means.push(Means { signature: signature.clone(), kinds: kinds.clone() });
             }
         }
-        (template, classes)
+        learned
     }
 
-    /// The classes that were seen under a template.
-    fn classes(&self, template: &Template) -> BTreeSet<Class> {
-        self.objects.iter().filter_map(|object| class_of(object, template)).collect()
+    /// For every object of a scene the posterior predictive probability that the rule about this
+    /// goal holds for it; `None` for an object that no such rule can be about (a peg has no hole),
+    /// and of a goal that no example had.
+    ///
+    /// Numbers and relations are taken among the objects of the scene.
+    pub fn probabilities(&mut self, goal: &Signature, scene: &Snapshot) -> Vec<Option<f64>> {
+        let Self { settings, lexicon, goals, .. } = self;
+        let Some(goal) = goals.get_mut(goal) else { return vec![None; scene.objects.len()] };
+        let frame = frame_of(scene);
+        let is_eligible = |object: &&Object| has_percepts(object, &goal.signature);
+        let asked: Vec<_> = scene
+            .objects
+            .iter()
+            .filter(is_eligible)
+            .map(|object| (lexicon.key_of_known(object), Place::of(&frame, object)))
+            .collect();
+        let is_eligible: Vec<bool> = scene.objects.iter().map(|object| is_eligible(&object)).collect();
+        let mut answers = goal.probabilities(lexicon, settings, &asked).into_iter();
+        is_eligible.into_iter().map(|is_eligible| if is_eligible { answers.next() } else { None }).collect()
+    }
+
+    /// The objects, `most` at most, of which the teacher's treatment is expected to tell most about
+    /// his goal: one to ask him about, or several to have him show. `None` when there is nothing
+    /// to be told that way.
+    pub fn inquire(&mut self, goal: &Signature, most: usize) -> Option<Inquiry> {
+        let Self { language, settings, lexicon, goals, .. } = self;
+        let goal = goals.get_mut(goal)?;
+        let scored = goal.hypotheses(lexicon, settings, INQUIRING, RULES_MOST);
+        let Goal { signature, seen, .. } = goal;
+        inquire(&Asking { language, lexicon, signature, seen, noise: settings.noise }, &scored, most)
     }
 }
 
-/// The class with another value at an index, or with none.
-fn with(class: &Class, index: usize, value: Option<&String>) -> Class {
-    let (before, from) = class.split_at(index.min(class.len()));
-    before.iter().chain(value).chain(from.iter().skip(1)).cloned().collect()
-}
+#[cfg(test)]
+impl Learning {
+    /// The rules about a goal, whether it is one or only the means to another.
+    pub(crate) fn rules(&mut self, goal: &Signature) -> Vec<Rule> {
+        let Self { language, settings, lexicon, demonstrations, goals, .. } = self;
+        let Some(goal) = goals.get_mut(goal) else { return Vec::new() };
+        let scored = goal.hypotheses(lexicon, settings, NATS, usize::MAX);
+        let subject = Subject { language, lexicon, goal, examples: demonstrations.len() };
+        rank(&subject, scored, settings, usize::MAX)
+    }
 
-/// A sum of numbers given by their logarithms, kept by its logarithm.
-#[derive(Clone, Copy, Debug)]
-struct LogSum {
-    most: f64,
-    scaled: f64,
-}
-
-impl Default for LogSum {
-    fn default() -> Self {
-        Self { most: f64::NEG_INFINITY, scaled: 0.0 }
+    /// The hypotheses about a goal before those that say the same are one: template, classes, tally.
+    pub(crate) fn hypotheses(&mut self, goal: &Signature) -> Vec<(Template, BTreeSet<Class>, usize)> {
+        let Self { settings, lexicon, goals, .. } = self;
+        let Some(goal) = goals.get_mut(goal) else { return Vec::new() };
+        let scored = goal.hypotheses(lexicon, settings, NATS, usize::MAX);
+        let named = scored.hypotheses.into_iter().map(|one| {
+            let classes = one.classes.into_iter().map(|key| lexicon.class(one.mask, key)).collect();
+            (lexicon.template(one.mask), classes, one.tally)
+        });
+        named.collect()
     }
 }
 
-impl LogSum {
-    fn add(&mut self, log: f64) {
-        if log > self.most {
-            self.scaled = self.scaled.mul_add((self.most - log).exp(), 1.0);
-            self.most = log;
-        } else if log > f64::NEG_INFINITY {
-            self.scaled += (log - self.most).exp();
-        }
-    }
+/// A goal, and the rules that explain its changes.
+struct Group<'a> {
+    goal: &'a Goal,
+    is_explained: bool,
+    rules: Vec<Rule>,
+}
 
-    fn value(&self) -> f64 {
-        if self.scaled > 0.0 { self.most + self.scaled.ln() } else { f64::NEG_INFINITY }
+impl Group<'_> {
+    fn best_tally(&self) -> usize {
+        self.rules.first().map_or(0, |rule| rule.tally)
     }
 }
 

@@ -8,9 +8,10 @@
 //! 2. an [`ActionParser`] finds the instants at which somebody completed an act;
 //! 3. a [`Recording`] keeps, for every perspective, the acts with their goals and makes an
 //!    [`Example`] of the snapshots before and after the demonstration;
-//! 4. [`learn`] expands hypotheses from the examples of one perspective and ranks them;
-//!    Where things were moved about and nothing else became of them, what counts is where they
-//!    stand in the end: a [`Figure`];
+//! 4. [`learn`] expands hypotheses from the examples of one perspective and ranks them, or
+//!    [`Learning`] does so example by example, predicts, and says what to ask next. Where things
+//!    were moved about and nothing else became of them, what counts is where they stand in the
+//!    end: a [`Figure`];
 //! 5. [`decide`] picks the perspective whose rule is followed, and [`explain`] says in words why
 //!    two perspectives differ;
 //! 6. [`Rule::open`] says which objects still lack what the rule wants, for performing it.
@@ -20,31 +21,50 @@
 //! percepts' order.
 
 mod action;
+mod bits;
+mod case;
 mod change;
 mod describe;
 mod dialogue;
+mod disjunctions;
+mod dnf;
 mod explain;
+mod extended;
+mod factored;
 mod figure;
+mod goal;
 mod hypothesis;
 mod identity;
+mod inquiry;
 mod language;
 mod learn;
+mod lexicon;
+mod log_sum;
+mod rank;
 mod recording;
 mod rule;
+mod selection;
+mod settings;
 mod snapshot;
+mod table;
+mod weight;
 
 pub use action::{Act, ActionParser};
 pub use change::{Change, Effect, Signature, changes};
 pub use describe::{describe_change, describe_classes, describe_object, listed};
 pub use dialogue::{Sentence, key};
 pub use explain::{Explanation, explain};
-pub use figure::{Figure, FigureRule, Part, figures, laid_out};
+pub use figure::{Figure, FigureRule, Part, laid_out};
 pub use hypothesis::{Class, Prior, Template};
 pub use identity::{Identities, Moment};
+pub use inquiry::Inquiry;
 pub use language::{FeatureWords, Language, StateWords};
-pub use learn::{Learned, Means, decide, learn};
+pub use learn::{Learned, Learning, Means, decide, learn, learn_with};
+pub use lexicon::{FEATURES_MOST, VALUES_MOST};
 pub use recording::{Example, Executable, NothingChanged, Recording, Task, View};
 pub use rule::Rule;
+pub use selection::{Relation, Selection};
+pub use settings::{Hypotheses, Noise, NoiseOutOfRange, Settings};
 pub use snapshot::{Object, Snapshot};
 
 #[cfg(test)]

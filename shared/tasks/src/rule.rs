@@ -2,7 +2,8 @@ use std::collections::BTreeSet;
 
 use crate::change::{has_percepts, is_achieved};
 use crate::hypothesis::belongs;
-use crate::{Class, Object, Signature, Snapshot, Template};
+use crate::selection::{Extent, Place, frame_of};
+use crate::{Class, Object, Selection, Signature, Snapshot, Template};
 
 /// What Leo takes a teacher to have meant: all objects of these classes shall be as the
 /// expectation says.
@@ -17,6 +18,8 @@ pub struct Rule {
     pub template: Template,
     /// The classes, a simple disjunction.
     pub classes: BTreeSet<Class>,
+    /// Which objects of the classes: all of them, or a number, or those that stand somewhere.
+    pub selection: Selection,
     /// Examples that it is consistent with.
     pub tally: usize,
     /// Examples seen.
@@ -32,8 +35,8 @@ pub struct Rule {
 }
 
 impl Rule {
-    /// Whether it is about an object: the object is of one of the classes and has what the
-    /// expectation is about.
+    /// Whether it is about an object, or about it and others of which it selects some: the object
+    /// is of one of the classes and has what the expectation is about.
     #[must_use]
     pub fn is_about(&self, object: &Object) -> bool {
         has_percepts(object, &self.expectation) && belongs(object, &self.template, &self.classes)
@@ -49,8 +52,35 @@ impl Rule {
     /// The objects that the rule is about and that are not yet as it wants them. The goal is
     /// achieved when there are none ("all objects with the criteria features must match the
     /// expectation features").
+    ///
+    /// Of a rule about a number of objects, as many as are still wanted, in the order of their
+    /// identities: any will do. Where they stand is as the snapshot's perspective sees it.
     pub fn open<'a>(&'a self, snapshot: &'a Snapshot) -> impl Iterator<Item = &'a Object> {
-        snapshot.objects.iter().filter(|object| self.is_about(object) && !self.is_done(object))
+        let members = self.members(snapshot);
+        let done = members.iter().filter(|object| self.is_done(object)).count();
+        let wanted = match self.selection {
+            Selection::All | Selection::Standing(_) => usize::MAX,
+            // Too few for what was said: all of them.
+            Selection::Exactly(count) => count.saturating_sub(done),
+            Selection::AllBut(count) => members.len().saturating_sub(count + done),
+        };
+        members.into_iter().filter(|object| !self.is_done(object)).take(wanted)
+    }
+
+    /// The objects of a scene that the rule is about; of a rule about a number of objects, all
+    /// those of which it wants some.
+    #[must_use]
+    pub fn members<'a>(&self, snapshot: &'a Snapshot) -> Vec<&'a Object> {
+        let mut members: Vec<&Object> =
+            snapshot.objects.iter().filter(|object| self.is_about(object)).collect();
+        if let Selection::Standing(relation) = self.selection {
+            let frame = frame_of(snapshot);
+            let places: Vec<Option<Place>> = members.iter().map(|object| Place::of(&frame, object)).collect();
+            let extent = Extent::of(places.iter().copied().flatten());
+            let mut places = places.into_iter();
+            members.retain(|_| places.next().flatten().is_some_and(|place| relation.holds(place, &extent)));
+        }
+        members
     }
 
     /// Whether two rules say the same.
@@ -59,5 +89,6 @@ impl Rule {
         self.expectation == other.expectation
             && self.template == other.template
             && self.classes == other.classes
+            && self.selection == other.selection
     }
 }

@@ -1,5 +1,7 @@
 //! The tasks of the paper as snapshots, and properties of learning over small random worlds.
 
+mod beyond;
+mod brute;
 mod paper;
 mod properties;
 

@@ -144,7 +144,7 @@ impl Run {
     pub(super) fn new(partners: u16, tasks: Vec<Task>) -> Self {
         let table = Rc::new(RefCell::new(Table::default()));
         let settings = Settings {
-            high_likelihood: 0.01,
+            learning: tasks::Settings::default(),
             goal_period: Duration::from_millis(20),
             block_half_height_m: 0.03,
             peg_half_height_m: 0.025,

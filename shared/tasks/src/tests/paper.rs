@@ -29,7 +29,7 @@ fn fill_all_holes(colours: &[&str]) -> Vec<View> {
     vec![view(0, all(false), all(true)), view(1, seen(false), seen(true))]
 }
 
-fn task_1() -> Task {
+pub(super) fn task_1() -> Task {
     task(vec![
         fill_all_holes(&["red", "green", "yellow", "red", "blue"]),
         fill_all_holes(&["green", "yellow", "red", "yellow", "blue"]),
@@ -53,7 +53,7 @@ fn mark_red_and_green(his: &[&str], others: &[&str]) -> Vec<View> {
     vec![view(0, all(false), all(true)), view(1, all(false), all(true))]
 }
 
-fn task_2() -> Task {
+pub(super) fn task_2() -> Task {
     let others = [
         "medium red square",
         "small green cylinder",

@@ -1,0 +1,344 @@
+//! The format of examples: `docs/examples-format.md`.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::io::BufRead;
+
+use serde::Deserialize;
+use serde::de::DeserializeOwned;
+use tasks::{Language, Object, Snapshot, View};
+
+use super::vocabulary::Vocabulary;
+
+/// The version of the format.
+const VERSION: u32 = 1;
+/// Places are no further away than this, in metres.
+const FURTHEST_M: f64 = 1000.0;
+
+/// The examples of one file.
+pub(super) struct Examples {
+    pub(super) title: Option<String>,
+    /// Whose rules are followed where he is among the perspectives.
+    pub(super) teacher: u16,
+    pub(super) language: Language,
+    pub(super) shown: Vec<Shown>,
+}
+
+/// One example.
+pub(super) struct Shown {
+    /// Its line in the file, from 1.
+    pub(super) line: usize,
+    pub(super) views: Vec<View>,
+    pub(super) asked: Vec<Object>,
+}
+
+/// Why examples cannot be read.
+#[derive(Debug, thiserror::Error)]
+pub(super) enum Unread {
+    #[error("cannot read {name}: {source}")]
+    File { name: String, source: std::io::Error },
+    #[error("{name}: line {line}, {field}{reason}")]
+    Line { name: String, line: usize, field: String, reason: String },
+    #[error(
+        "{name}: there are no examples in it; the first line is {{\"leo_examples\": 1}}, and each further line \
+         one example: docs/examples-format.md"
+    )]
+    Empty { name: String },
+}
+
+/// What is wrong, and in which field.
+struct Wrong {
+    field: String,
+    reason: String,
+}
+
+impl Wrong {
+    fn new(field: impl Into<String>, reason: impl Into<String>) -> Self {
+        Self { field: field.into(), reason: reason.into() }
+    }
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct WrittenHeader {
+    leo_examples: u32,
+    title: Option<String>,
+    features: Option<Vec<String>>,
+    teacher: Option<u16>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct WrittenExample {
+    perspectives: Vec<WrittenView>,
+    #[serde(default)]
+    ask: Vec<WrittenObject>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct WrittenView {
+    #[serde(default)]
+    perspective: u16,
+    frame: Option<WrittenFrame>,
+    before: Vec<WrittenObject>,
+    after: Option<Vec<WrittenObject>>,
+    changed: Option<Vec<WrittenChange>>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct WrittenFrame {
+    position_m: [f64; 3],
+    heading_deg: f64,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct WrittenObject {
+    id: Option<u64>,
+    #[serde(default)]
+    features: BTreeMap<String, String>,
+    #[serde(default)]
+    states: BTreeMap<String, bool>,
+    position_m: Option<[f64; 3]>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct WrittenChange {
+    id: u64,
+    #[serde(default)]
+    states: BTreeMap<String, bool>,
+    position_m: Option<[f64; 3]>,
+}
+
+impl Examples {
+    /// Reads all examples; nothing is learned from a file of which a line is wrong.
+    pub(super) fn read(mut from: impl BufRead, name: &str) -> Result<Self, Unread> {
+        let mut header: Option<WrittenHeader> = None;
+        let mut shown = Vec::new();
+        let mut vocabulary = Vocabulary::default();
+        let mut bytes = Vec::new();
+        let mut line = 0;
+        loop {
+            bytes.clear();
+            let file = |source| Unread::File { name: name.to_owned(), source };
+            if from.read_until(b'\n', &mut bytes).map_err(file)? == 0 {
+                break;
+            }
+            line += 1;
+            // Blank lines and notes.
+            let trimmed = bytes.trim_ascii();
+            if trimmed.is_empty() || trimmed.starts_with(b"#") {
+                continue;
+            }
+            let wrong = |Wrong { field, reason }| Unread::Line { name: name.to_owned(), line, field, reason };
+            match &header {
+                None => {
+                    let written = read_header(&bytes).map_err(wrong)?;
+                    let features = written.features.as_deref().unwrap_or(&[]);
+                    vocabulary.declare(features).map_err(|(field, reason)| wrong(Wrong { field, reason }))?;
+                    header = Some(written);
+                }
+                Some(_) => {
+                    let written: WrittenExample = read_json(&bytes).map_err(wrong)?;
+                    let (views, asked) = example(written, &mut vocabulary).map_err(wrong)?;
+                    shown.push(Shown { line, views, asked });
+                }
+            }
+        }
+        match header {
+            Some(header) if !shown.is_empty() => Ok(Self {
+                title: header.title,
+                teacher: header.teacher.unwrap_or(1),
+                language: vocabulary.language(),
+                shown,
+            }),
+            Some(_) | None => Err(Unread::Empty { name: name.to_owned() }),
+        }
+    }
+}
+
+fn read_header(bytes: &[u8]) -> Result<WrittenHeader, Wrong> {
+    let header: WrittenHeader = read_json(bytes).map_err(|wrong| {
+        let reason = format!("{}; the first line says {{\"leo_examples\": {VERSION}}}", wrong.reason);
+        Wrong { reason, ..wrong }
+    })?;
+    if header.leo_examples == VERSION {
+        Ok(header)
+    } else {
+        let reason =
+            format!("version {} is not known; this Leo reads version {VERSION}", header.leo_examples);
+        Err(Wrong::new("leo_examples: ", reason))
+    }
+}
+
+/// Reads one JSON value and nothing else.
+fn read_json<T: DeserializeOwned>(bytes: &[u8]) -> Result<T, Wrong> {
+    let mut json = serde_json::Deserializer::from_slice(bytes);
+    let wrong = |path: &str, error: &serde_json::Error| {
+        let said = error.to_string();
+        // It counts lines within one line.
+        let said = said.rsplit_once(" at line ").map_or(said.as_str(), |(said, _)| said);
+        let path = if path == "." || path == "?" { String::new() } else { format!("{path}: ") };
+        Wrong::new(format!("column {}, {path}", error.column()), config::suggest(said))
+    };
+    let value: T = serde_path_to_error::deserialize(&mut json)
+        .map_err(|error| wrong(&error.path().to_string(), error.inner()))?;
+    json.end().map_err(|error| wrong(".", &error))?;
+    Ok(value)
+}
+
+fn example(written: WrittenExample, vocabulary: &mut Vocabulary) -> Result<(Vec<View>, Vec<Object>), Wrong> {
+    if written.perspectives.is_empty() {
+        return Err(Wrong::new("perspectives: ", "an example needs one perspective at least"));
+    }
+    let mut views: Vec<View> = Vec::new();
+    for (index, view) in written.perspectives.into_iter().enumerate() {
+        let field = format!("perspectives[{index}]");
+        if views.iter().any(|other| other.perspective == view.perspective) {
+            let reason = format!("perspective {} was given before in this line", view.perspective);
+            return Err(Wrong::new(format!("{field}.perspective: "), reason));
+        }
+        views.push(read_view(view, &field, vocabulary)?);
+    }
+    let mut asked = Vec::new();
+    for (index, object) in (0..).zip(written.ask) {
+        let id = object.id.unwrap_or(index);
+        asked.push(read_object(object, id, &format!("ask[{index}]"), None)?);
+    }
+    Ok((views, asked))
+}
+
+fn read_view(written: WrittenView, field: &str, vocabulary: &mut Vocabulary) -> Result<View, Wrong> {
+    let frame = written.frame.as_ref().map(|frame| read_frame(frame, field)).transpose()?;
+    let (frame_position_m, frame_orientation_xyzw) = frame.unwrap_or(([0.0; 3], [0.0, 0.0, 0.0, 1.0]));
+    let before = read_objects(written.before, &format!("{field}.before"), vocabulary)?;
+    let after = match (written.after, written.changed) {
+        (Some(after), None) => read_objects(after, &format!("{field}.after"), vocabulary)?,
+        (None, Some(changed)) => change(&before, changed, &format!("{field}.changed"), vocabulary)?,
+        (Some(_), Some(_)) => {
+            let reason = "what was there afterwards is said twice: leave out `after` or `changed`";
+            return Err(Wrong::new(format!("{field}.changed: "), reason));
+        }
+        (None, None) => {
+            let reason =
+                "it needs `after`, all objects as they are afterwards, or `changed`, what is different";
+            return Err(Wrong::new(format!("{field}: "), reason));
+        }
+    };
+    let snapshot = |objects| Snapshot { at_ns: 0, frame_position_m, frame_orientation_xyzw, objects };
+    Ok(View {
+        perspective: written.perspective,
+        before: snapshot(before),
+        after: snapshot(after),
+        executables: Vec::new(),
+    })
+}
+
+fn read_frame(written: &WrittenFrame, field: &str) -> Result<([f64; 3], [f64; 4]), Wrong> {
+    place(written.position_m, &format!("{field}.frame.position_m: "))?;
+    if !(-360.0..=360.0).contains(&written.heading_deg) {
+        let reason =
+            format!("{} is out of range: a heading is from -360 to 360 degrees", written.heading_deg);
+        return Err(Wrong::new(format!("{field}.frame.heading_deg: "), reason));
+    }
+    let half = written.heading_deg.to_radians() / 2.0;
+    Ok((written.position_m, [0.0, 0.0, half.sin(), half.cos()]))
+}
+
+fn read_objects(
+    written: Vec<WrittenObject>,
+    field: &str,
+    vocabulary: &mut Vocabulary,
+) -> Result<Vec<Object>, Wrong> {
+    let mut objects = Vec::new();
+    let mut ids = BTreeSet::new();
+    for (index, object) in written.into_iter().enumerate() {
+        let field = format!("{field}[{index}]");
+        let id = object.id.ok_or_else(|| {
+            Wrong::new(
+                format!("{field}.id: "),
+                "an object needs an id, the same before and after: write a number",
+            )
+        })?;
+        if !ids.insert(id) {
+            return Err(Wrong::new(
+                format!("{field}.id: "),
+                format!("{id} is the id of another object of this list"),
+            ));
+        }
+        objects.push(read_object(object, id, &field, Some(vocabulary))?);
+    }
+    objects.sort_by_key(|object| object.id);
+    Ok(objects)
+}
+
+fn read_object(
+    written: WrittenObject,
+    id: u64,
+    field: &str,
+    vocabulary: Option<&mut Vocabulary>,
+) -> Result<Object, Wrong> {
+    if let Some(position) = written.position_m {
+        place(position, &format!("{field}.position_m: "))?;
+    }
+    let named = written.features.iter().flat_map(|(name, value)| [name, value]);
+    if named.chain(written.states.keys()).any(|name| name.trim().is_empty()) {
+        return Err(Wrong::new(format!("{field}: "), "a feature, a value or a state has no name"));
+    }
+    if let Some(vocabulary) = vocabulary {
+        for (name, value) in &written.features {
+            vocabulary
+                .note(name, value)
+                .map_err(|reason| Wrong::new(format!("{field}.features: "), reason))?;
+        }
+        vocabulary.note_states(written.states.keys());
+    }
+    Ok(Object {
+        id,
+        features: written.features,
+        states: written.states,
+        position_m: written.position_m,
+        ..Object::default()
+    })
+}
+
+/// The objects with what is different about some of them.
+fn change(
+    before: &[Object],
+    changed: Vec<WrittenChange>,
+    field: &str,
+    vocabulary: &mut Vocabulary,
+) -> Result<Vec<Object>, Wrong> {
+    let mut after = before.to_vec();
+    for (index, change) in changed.into_iter().enumerate() {
+        let field = format!("{field}[{index}]");
+        let object = after.iter_mut().find(|object| object.id == change.id).ok_or_else(|| {
+            Wrong::new(format!("{field}.id: "), format!("no object of `before` has the id {}", change.id))
+        })?;
+        if let Some(position) = change.position_m {
+            place(position, &format!("{field}.position_m: "))?;
+            object.position_m = Some(position);
+        }
+        if let Some(name) = change.states.keys().find(|name| !object.states.contains_key(*name)) {
+            let reason =
+                format!("`before` does not say whether the object was {name}: say so there, true or false");
+            return Err(Wrong::new(format!("{field}.states.{name}: "), reason));
+        }
+        vocabulary.note_states(change.states.keys());
+        object.states.extend(change.states);
+    }
+    Ok(after)
+}
+
+fn place(position_m: [f64; 3], field: &str) -> Result<(), Wrong> {
+    let is_near = |number: &f64| (-FURTHEST_M..=FURTHEST_M).contains(number);
+    match position_m.iter().find(|number| !is_near(number)) {
+        None => Ok(()),
+        Some(number) => {
+            let reason = format!("{number} is out of range: places are from -{FURTHEST_M} to {FURTHEST_M} m");
+            Err(Wrong::new(field, reason))
+        }
+    }
+}

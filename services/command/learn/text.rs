@@ -1,0 +1,98 @@
+//! What was learned, for people.
+
+use std::fmt::Write as _;
+
+use tasks::{Change, Inquiry, Signature, describe_change, describe_object, listed};
+
+use super::examples::Examples;
+use super::{Conclusion, Told};
+
+/// What is told of one example.
+pub(super) fn example(examples: &Examples, told: &Told<'_>) -> String {
+    let mut text = String::new();
+    if let Some(title) = examples.title.as_ref().filter(|_| told.number == 1) {
+        let _ = writeln!(text, "{title}\n");
+    }
+    let _ = writeln!(text, "example {} (line {})", told.number, told.shown.line);
+    for (&perspective, learned) in &told.learned {
+        if learned.goals.is_empty() {
+            let _ = writeln!(text, "  {:<10} no rule explains what changed", who(perspective));
+        }
+        for rule in learned.goals.iter().flatten() {
+            let _ = writeln!(
+                text,
+                "  {:<10} {:>3}. {} {:>3} of {:<3} {:.4}  {} {}",
+                who(perspective),
+                rule.rank,
+                if rule.high_likelihood { '*' } else { ' ' },
+                rule.tally,
+                rule.examples,
+                rule.posterior,
+                rule.name,
+                expectation(&rule.expectation),
+            );
+        }
+    }
+    for (index, object) in told.shown.asked.iter().enumerate() {
+        let name = describe_object(&examples.language, object, told.shown.asked.iter());
+        for answer in &told.answers {
+            let probability = answer.probabilities.get(index).copied().flatten();
+            let probability = probability.map_or_else(|| "  --  ".to_owned(), |p| format!("{p:.4}"));
+            let goal = expectation(&answer.goal);
+            let _ = writeln!(
+                text,
+                "  {:<10} {probability} that {name} ({}) is to be {goal}",
+                who(answer.perspective),
+                object.id
+            );
+        }
+    }
+    text.push('\n');
+    text
+}
+
+/// What is told at the end.
+pub(super) fn closing(examples: &Examples, conclusion: &Conclusion) -> String {
+    let mut text = String::new();
+    match &conclusion.followed {
+        None => text.push_str("No perspective explains what changed.\n"),
+        Some((perspective, learned)) => {
+            let spoken =
+                learned.primary().map(|rule| format!("{} {}", rule.name, expectation(&rule.expectation)));
+            let _ =
+                writeln!(text, "Leo follows {}: {}", whom(*perspective), listed(&spoken.collect::<Vec<_>>()));
+        }
+    }
+    for (goal, question, showing) in &conclusion.inquiries {
+        let mut say = |what: &str, inquiry: &Inquiry| {
+            let _ = writeln!(text, "{what}: \"{}\" ({:.2} bits)", inquiry.text, inquiry.bits);
+        };
+        match question {
+            None => {
+                let examples = examples.shown.len();
+                let _ = writeln!(
+                    text,
+                    "Nothing is left to ask about {} after {examples} examples.",
+                    expectation(goal)
+                );
+            }
+            Some(question) => say("To be asked next", question),
+        }
+        if let Some(showing) = showing {
+            let _ = writeln!(text, "To be shown next: \"{}\" ({:.2} bits)", showing.text, showing.bits);
+        }
+    }
+    text
+}
+
+pub(super) fn expectation(signature: &Signature) -> String {
+    describe_change(&Change { signature: signature.clone(), displaced: false })
+}
+
+fn who(perspective: u16) -> String {
+    if perspective == 0 { "Leo".to_owned() } else { format!("partner {perspective}") }
+}
+
+fn whom(perspective: u16) -> String {
+    if perspective == 0 { "its own view".to_owned() } else { format!("partner {perspective}") }
+}

@@ -1,0 +1,84 @@
+//! The words that examples use.
+
+use std::collections::BTreeSet;
+
+use tasks::{FEATURES_MOST, FeatureWords, Language, StateWords, VALUES_MOST};
+
+/// An object has moved when its place differs by more than this, as for the learner.
+const MOVED_M: f64 = 0.03;
+/// The features, values and states that examples speak of.
+#[derive(Default)]
+pub(super) struct Vocabulary {
+    /// In the order of speech.
+    features: Vec<FeatureWords>,
+    declared: bool,
+    states: BTreeSet<String>,
+}
+
+impl Vocabulary {
+    /// The features of the header, in the order in which people say them.
+    ///
+    /// # Errors
+    /// The field of the header, and what is wrong with it.
+    pub(super) fn declare(&mut self, names: &[String]) -> Result<(), (String, String)> {
+        for (index, name) in names.iter().enumerate() {
+            let field = || format!("features[{index}]: ");
+            if name.trim().is_empty() || self.features.iter().any(|known| known.name == *name) {
+                return Err((field(), format!("`{name}` is no name, or was given before")));
+            }
+            self.add(name).map_err(|reason| (field(), reason))?;
+        }
+        self.declared = !names.is_empty();
+        Ok(())
+    }
+
+    fn add(&mut self, name: &str) -> Result<(), String> {
+        if self.features.len() >= FEATURES_MOST {
+            return Err(format!("`{name}` is one feature too many: there can be {FEATURES_MOST}"));
+        }
+        self.features.push(FeatureWords { percept: 0, name: name.to_owned(), values: Vec::new() });
+        Ok(())
+    }
+
+    /// Takes note of a value of a feature.
+    pub(super) fn note(&mut self, name: &str, value: &str) -> Result<(), String> {
+        if !self.features.iter().any(|known| known.name == name) {
+            if self.declared {
+                let known: Vec<&str> = self.features.iter().map(|known| known.name.as_str()).collect();
+                let known = known.iter().map(|name| format!("`{name}`")).collect::<Vec<_>>().join(", ");
+                return Err(config::suggest(&format!("unknown field `{name}`, the header names {known}")));
+            }
+            self.add(name)?;
+            // Nobody said how people would say them.
+            self.features.sort_by(|a, b| a.name.cmp(&b.name));
+        }
+        let Some(words) = self.features.iter_mut().find(|known| known.name == name) else { return Ok(()) };
+        if !words.values.iter().any(|known| known == value) {
+            if words.values.len() >= VALUES_MOST {
+                return Err(format!(
+                    "`{value}` is one value of `{name}` too many: there can be {VALUES_MOST}"
+                ));
+            }
+            words.values.push(value.to_owned());
+        }
+        Ok(())
+    }
+
+    /// Takes note of states.
+    pub(super) fn note_states<'a>(&mut self, names: impl Iterator<Item = &'a String>) {
+        self.states.extend(names.cloned());
+    }
+
+    /// All words as a language.
+    pub(super) fn language(self) -> Language {
+        let states = self.states.into_iter().map(|name| StateWords { percept: 0, name });
+        Language {
+            features: self.features,
+            states: states.collect(),
+            position: 0,
+            orientation: None,
+            extents: None,
+            moved_m: MOVED_M,
+        }
+    }
+}

@@ -1,0 +1,362 @@
+//! The hypotheses of the paper, expanded from the demonstrations: a template and a simple
+//! disjunction of its classes.
+
+use rustc_hash::FxHashMap;
+
+use crate::Selection;
+use crate::bits::{Bits, numbers};
+use crate::case::{Case, Kind};
+use crate::hypothesis::{Hypothesis, Scored};
+use crate::lexicon::{Key, Mask, Seen, key_mask, present};
+use crate::log_sum::LogSum;
+use crate::weight::Weight;
+
+/// For every template T ⊆ F the classes of the changed objects, of each demonstration by itself
+/// and joined over all of them, with their tallies.
+///
+/// Every hypothesis of the language that is consistent with every demonstration is among them: it
+/// must cover all that changed, and may cover nothing else.
+///
+/// A template takes in demonstrations when somebody asks what it makes of them, and only those
+/// that are new to it. One that divides the changed objects into so many classes that neither it
+/// nor any larger template can matter is not asked: that is the bound of a search through the
+/// templates by size, in which adding a feature never joins two classes.
+#[derive(Clone, Debug)]
+pub(crate) struct Disjunctions {
+    templates: Vec<Node>,
+    /// Logarithms of whole numbers.
+    logs: Vec<f64>,
+}
+
+/// One template.
+///
+/// Sets of classes stand in rows of words, one after the other: they are gone through for every
+/// demonstration and for every answer.
+#[derive(Clone, Debug)]
+struct Node {
+    mask: Mask,
+    key_mask: Key,
+    features: usize,
+    /// Demonstrations taken in.
+    taken: usize,
+    numbers: FxHashMap<Key, usize>,
+    classes: Vec<Key>,
+    /// Words of a set of classes.
+    words: usize,
+    /// Demonstrations that are alike under the template: what was changed, then what was left out.
+    patterns: Vec<u64>,
+    pattern_counts: Vec<usize>,
+    pattern_numbers: FxHashMap<(Bits, Bits), usize>,
+    /// The classes of the changed objects of one demonstration each.
+    disjunctions: Vec<u64>,
+    standings: Vec<Standing>,
+    disjunction_numbers: FxHashMap<Bits, usize>,
+    /// Those of all demonstrations together.
+    joined: Bits,
+    joined_standing: Standing,
+    fewest_classes: usize,
+}
+
+/// What is known of a disjunction.
+#[derive(Clone, Copy, Debug, Default)]
+struct Standing {
+    size: usize,
+    tally: usize,
+}
+
+/// Whether a demonstration is consistent with a disjunction: it holds what was changed, and nothing
+/// that was left out.
+fn is_consistent(classes: &[u64], changed: &[u64], left_out: &[u64]) -> bool {
+    let words = classes.iter().zip(changed).zip(left_out);
+    words.fold(0, |wrong, ((classes, changed), left_out)| wrong | (changed & !classes) | (left_out & classes))
+        == 0
+}
+
+impl Node {
+    fn new(mask: Mask) -> Self {
+        Self {
+            mask,
+            key_mask: key_mask(mask),
+            features: usize::try_from(mask.count_ones()).unwrap_or(0),
+            taken: 0,
+            numbers: FxHashMap::default(),
+            classes: Vec::new(),
+            words: 1,
+            patterns: Vec::new(),
+            pattern_counts: Vec::new(),
+            pattern_numbers: FxHashMap::default(),
+            disjunctions: Vec::new(),
+            standings: Vec::new(),
+            disjunction_numbers: FxHashMap::default(),
+            joined: Bits::default(),
+            joined_standing: Standing::default(),
+            fewest_classes: usize::MAX,
+        }
+    }
+
+    /// The classes of some kinds, and whether every kind has one.
+    fn classes_of(&mut self, kinds: &[Kind]) -> (Bits, bool) {
+        let mut bits = Bits::default();
+        let mut is_complete = true;
+        for kind in kinds {
+            if kind.present & self.mask != self.mask {
+                is_complete = false;
+                continue;
+            }
+            let class = kind.key & self.key_mask;
+            let next = self.classes.len();
+            let number = *self.numbers.entry(class).or_insert(next);
+            if number == next {
+                self.classes.push(class);
+            }
+            bits.insert(number);
+        }
+        (bits, is_complete)
+    }
+
+    fn take(&mut self, cases: &[Case]) {
+        for case in cases.iter().skip(self.taken) {
+            let (changed, is_complete) = self.classes_of(&case.changed);
+            let (left_out, _) = self.classes_of(&case.left_out);
+            self.widen();
+            self.take_pattern(changed, left_out, is_complete);
+        }
+        self.taken = cases.len();
+    }
+
+    /// Makes room in the rows for all classes.
+    fn widen(&mut self) {
+        let words = self.classes.len().div_ceil(64).max(1);
+        if words > self.words {
+            let wide = |rows: &[u64]| -> Vec<u64> {
+                let pad = words - self.words;
+                rows.chunks(self.words)
+                    .flat_map(|row| row.iter().copied().chain((0..pad).map(|_| 0)))
+                    .collect()
+            };
+            self.patterns = wide(&self.patterns);
+            self.disjunctions = wide(&self.disjunctions);
+            self.words = words;
+        }
+    }
+
+    /// Takes in a demonstration. One in which a changed object has no class is consistent with
+    /// nothing, but its other classes are a hypothesis.
+    fn take_pattern(&mut self, changed: Bits, left_out: Bits, is_complete: bool) {
+        let words = self.words;
+        let (changed_row, left_row) = (changed.row(words), left_out.row(words));
+        let grew = self.joined.unite(&changed);
+        if is_complete {
+            let rows = self.disjunctions.chunks_exact(words);
+            for (standing, row) in self.standings.iter_mut().zip(rows) {
+                standing.tally += usize::from(is_consistent(row, &changed_row, &left_row));
+            }
+            if !grew && is_consistent(&self.joined.row(words), &changed_row, &left_row) {
+                self.joined_standing.tally += 1;
+            }
+            let next = self.pattern_counts.len();
+            let number = *self.pattern_numbers.entry((changed.clone(), left_out)).or_insert(next);
+            match self.pattern_counts.get_mut(number) {
+                Some(count) => *count += 1,
+                None => {
+                    self.pattern_counts.push(1);
+                    self.patterns.extend_from_slice(&changed_row);
+                    self.patterns.extend_from_slice(&left_row);
+                }
+            }
+        }
+        if grew {
+            let tally = self.tally(&self.joined.row(words));
+            self.joined_standing = Standing { size: self.joined.len(), tally };
+        }
+        if !changed.is_empty() && !self.disjunction_numbers.contains_key(&changed) {
+            let standing = Standing { size: changed.len(), tally: self.tally(&changed_row) };
+            self.fewest_classes = self.fewest_classes.min(standing.size);
+            self.disjunction_numbers.insert(changed, self.standings.len());
+            self.disjunctions.extend_from_slice(&changed_row);
+            self.standings.push(standing);
+        }
+    }
+
+    /// Demonstrations that are consistent with a disjunction.
+    fn tally(&self, row: &[u64]) -> usize {
+        let patterns = self.patterns.chunks_exact(2 * self.words).zip(&self.pattern_counts);
+        let consistent = patterns.filter(|(pattern, _)| {
+            let (changed, left_out) = pattern.split_at(self.words);
+            is_consistent(row, changed, left_out)
+        });
+        consistent.map(|(_, count)| *count).sum()
+    }
+
+    /// The joined disjunction unless it is one demonstration's own.
+    fn joined(&self) -> Option<Standing> {
+        let is_own = self.disjunction_numbers.contains_key(&self.joined);
+        (!is_own && !self.joined.is_empty()).then_some(self.joined_standing)
+    }
+
+    /// What is known of all disjunctions, the joined one last.
+    fn all(&self) -> impl Iterator<Item = Standing> {
+        self.standings.iter().copied().chain(self.joined())
+    }
+
+    /// The classes of a disjunction by its place among all.
+    fn row(&self, number: usize) -> Vec<u64> {
+        let begin = number * self.words;
+        let row = self.disjunctions.get(begin..begin + self.words).map(<[u64]>::to_vec);
+        row.unwrap_or_else(|| self.joined.row(self.words))
+    }
+}
+
+/// How well the best hypotheses do: the best score, and the best score among those of the highest
+/// tally.
+#[derive(Clone, Copy, Debug)]
+struct Best {
+    score: f64,
+    tally: usize,
+    score_of_tally: f64,
+}
+
+impl Best {
+    fn take(&mut self, score: f64, tally: usize) {
+        self.score = self.score.max(score);
+        if tally > self.tally {
+            (self.tally, self.score_of_tally) = (tally, score);
+        } else if tally == self.tally {
+            self.score_of_tally = self.score_of_tally.max(score);
+        }
+    }
+
+    fn admits(&self, score: f64, tally: usize, within: f64) -> bool {
+        score >= self.score - within || (tally == self.tally && score >= self.score_of_tally - within)
+    }
+}
+
+impl Disjunctions {
+    pub(crate) fn new(features: usize) -> Self {
+        let mut masks: Vec<Mask> = (0..=Mask::MAX >> (16 - features.min(12))).collect();
+        masks.sort_by_key(|mask| (mask.count_ones(), *mask));
+        Self { templates: masks.into_iter().map(Node::new).collect(), logs: vec![f64::NEG_INFINITY] }
+    }
+
+    /// Takes in the demonstrations that are new; gives the templates that matter, how well the best
+    /// hypotheses do, and the logarithm of the sum over all.
+    fn take(&mut self, cases: &[Case], seen: &Seen, weight: &Weight, within: f64) -> (Vec<usize>, Best, f64) {
+        while self.logs.len() <= cases.len() {
+            self.logs.push(quantity::number::float_of_count(self.logs.len()).ln());
+        }
+        let Self { templates, logs } = self;
+        let mut best = Best { score: f64::NEG_INFINITY, tally: 0, score_of_tally: f64::NEG_INFINITY };
+        let mut pruned: Vec<Mask> = Vec::new();
+        let mut asked = Vec::new();
+        let mut total = LogSum::default();
+        for (index, node) in templates.iter_mut().enumerate() {
+            // A larger template than one that is out of the question is out of it, too.
+            if pruned.iter().any(|smaller| node.mask & smaller == *smaller) {
+                continue;
+            }
+            node.take(cases);
+            // Sums of whole numbers, by the number of classes: in whatever order, the same.
+            let mut tallies: Vec<(usize, usize)> = Vec::new();
+            for one in node.all().filter(|one| one.tally > 0) {
+                if tallies.len() <= one.size {
+                    tallies.resize(one.size + 1, (0, 0));
+                }
+                if let Some((sum, most)) = tallies.get_mut(one.size) {
+                    *sum += one.tally;
+                    *most = one.tally.max(*most);
+                }
+            }
+            for (size, &(sum, most)) in tallies.iter().enumerate().filter(|(_, (sum, _))| *sum > 0) {
+                let log = weight.log(size, node.features) - log_of(logs, cases.len());
+                if log == f64::NEG_INFINITY {
+                    continue;
+                }
+                total.add(quantity::number::float_of_count(sum).ln() + log);
+                best.take(log_of(logs, most) + log, most);
+            }
+            // Where every object has every feature, a larger template has no fewer classes.
+            let bound = weight.bound(node.fewest_classes, node.features, seen.values().len());
+            let hopeless = best.tally == cases.len() && bound < best.score_of_tally - within.max(NATS);
+            if hopeless && seen.is_complete() {
+                pruned.push(node.mask);
+            }
+            asked.push(index);
+        }
+        (asked, best, total.value())
+    }
+
+    /// The hypotheses whose score is within so many nats of the best, or of the best one of the
+    /// highest tally.
+    pub(crate) fn hypotheses(&mut self, cases: &[Case], seen: &Seen, weight: &Weight, within: f64) -> Scored {
+        let (asked, best, log_total) = self.take(cases, seen, weight, within);
+        let mut hypotheses = Vec::new();
+        for node in asked.into_iter().filter_map(|index| self.templates.get(index)) {
+            for (number, one) in node.all().enumerate().filter(|(_, one)| one.tally > 0) {
+                let share = log_of(&self.logs, one.tally) - log_of(&self.logs, cases.len());
+                let score = share + weight.log(one.size, node.features);
+                if score > f64::NEG_INFINITY && best.admits(score, one.tally, within) {
+                    let chosen = numbers(&node.row(number));
+                    let mut classes: Vec<Key> =
+                        chosen.into_iter().filter_map(|number| node.classes.get(number).copied()).collect();
+                    classes.sort_unstable();
+                    hypotheses.push(Hypothesis {
+                        mask: node.mask,
+                        classes,
+                        selection: Selection::All,
+                        tally: one.tally,
+                        log_score: score,
+                        description: None,
+                    });
+                }
+            }
+        }
+        Scored { log_total, hypotheses }
+    }
+
+    /// The logarithm of the sum over all hypotheses, and by kind the share of those that are about
+    /// it.
+    pub(crate) fn probabilities(
+        &mut self,
+        cases: &[Case],
+        seen: &Seen,
+        weight: &Weight,
+        asked: &[Key],
+    ) -> (f64, Vec<f64>) {
+        let (templates, _, log_total) = self.take(cases, seen, weight, NATS);
+        let log_none = log_total + log_of(&self.logs, cases.len());
+        let mut about = vec![0.0; asked.len()];
+        if log_total == f64::NEG_INFINITY {
+            return (log_total, about);
+        }
+        for node in templates.into_iter().filter_map(|index| self.templates.get(index)) {
+            let class = |key: &Key| {
+                let has_class = present(*key) & node.mask == node.mask;
+                node.numbers.get(&(key & node.key_mask)).copied().filter(|_| has_class)
+            };
+            let joined = node.joined().map(|_| node.joined.row(node.words));
+            let rows = node.disjunctions.chunks_exact(node.words).chain(joined.as_deref());
+            let mut shares: Vec<f64> = Vec::new();
+            for (standing, row) in node.all().zip(rows).filter(|(standing, _)| standing.tally > 0) {
+                for size in shares.len()..=standing.size {
+                    shares.push((weight.log(size, node.features) - log_none).exp());
+                }
+                let share = shares.get(standing.size).copied().unwrap_or(0.0);
+                for (sum, key) in about.iter_mut().zip(asked) {
+                    let word = class(key).and_then(|class| Some(row.get(class / 64)? >> (class % 64) & 1));
+                    if word == Some(1) {
+                        *sum += share * quantity::number::float_of_count(standing.tally);
+                    }
+                }
+            }
+        }
+        (log_total, about)
+    }
+}
+
+/// The logarithm of a whole number.
+fn log_of(logs: &[f64], number: usize) -> f64 {
+    logs.get(number).copied().unwrap_or(f64::NEG_INFINITY)
+}
+
+/// What is further below the best than this is lost in the rounding of a sum.
+const NATS: f64 = 40.0;

@@ -1,0 +1,313 @@
+//! The hypotheses beyond the paper: every short description of a set of objects, all of it or a
+//! number of it or those that stand in a relation, by description length.
+
+use quantity::number::{float, float_of_count};
+use rustc_hash::FxHashMap;
+
+use crate::case::{Case, Verdict, Witness};
+use crate::dnf::Descriptions;
+use crate::hypothesis::{Hypothesis, Scored};
+use crate::lexicon::{Key, Lexicon, Mask, Seen};
+use crate::log_sum::LogSum;
+use crate::selection::{Extent, Place};
+use crate::table::Table;
+use crate::{Relation, Selection};
+
+/// Selections are made from sets that cost no more than this to describe.
+const SELECTED_FROM: usize = 2;
+/// Numbers that people see at a glance.
+const EXACTLY_MOST: usize = 7;
+/// How many are left out at most when something is said to be all but so many.
+const ALL_BUT_MOST: usize = 3;
+
+/// Every hypothesis of the extended language over the values seen, with what the examples say of
+/// it.
+#[derive(Clone, Debug)]
+pub(crate) struct Extended {
+    descriptions: Descriptions,
+    /// By set.
+    sets: Vec<Standing>,
+    selected: Vec<Selected>,
+    /// By set, which distinct one it is.
+    meanings: Vec<Option<usize>>,
+    distinct: Vec<(Mask, Vec<Key>)>,
+    numbers: FxHashMap<(Mask, Vec<Key>), usize>,
+    taken: usize,
+    /// Objects that bore witness.
+    witnesses: u64,
+}
+
+/// What the examples say of a set.
+#[derive(Clone, Copy, Debug, Default)]
+struct Standing {
+    tally: usize,
+    /// Objects that would be slips.
+    slips: u64,
+}
+
+/// A selection from a set, and what the examples say of it.
+#[derive(Clone, Copy, Debug)]
+struct Selected {
+    set: usize,
+    selection: Selection,
+    tally: usize,
+    log_likelihood: f64,
+}
+
+/// How the extended language weighs its hypotheses.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Cost {
+    /// What a number or a relation costs, in nats.
+    pub(crate) selection_nats: f64,
+    /// ln ε and ln(1 - ε), where teachers slip.
+    pub(crate) slips: Option<(f64, f64)>,
+}
+
+impl Extended {
+    pub(crate) fn new(lexicon: &Lexicon, seen: &Seen) -> Self {
+        let descriptions = Descriptions::new(lexicon, seen);
+        let selected = descriptions
+            .sets
+            .iter()
+            .enumerate()
+            .skip(1)
+            .filter(|(_, set)| set.cost <= SELECTED_FROM)
+            .flat_map(|(set, _)| {
+                selections().map(move |selection| Selected { set, selection, tally: 0, log_likelihood: 0.0 })
+            })
+            .collect();
+        Self {
+            sets: vec![Standing::default(); descriptions.sets.len()],
+            meanings: vec![None; descriptions.sets.len()],
+            descriptions,
+            selected,
+            distinct: Vec::new(),
+            numbers: FxHashMap::default(),
+            taken: 0,
+            witnesses: 0,
+        }
+    }
+
+    /// The cost of the longest description.
+    pub(crate) const fn longest(&self) -> usize {
+        self.descriptions.longest
+    }
+
+    /// Takes in the demonstrations that are new to it.
+    pub(crate) fn take(&mut self, cases: &[Case], cost: &Cost) {
+        for case in cases.iter().skip(self.taken) {
+            let table = Table::new(&self.descriptions, &case.witnesses);
+            let bore = case.witnesses.iter().filter(|witness| witness.verdict != Verdict::AlreadySo);
+            self.witnesses += u64::try_from(bore.count()).unwrap_or(0);
+            let members = table.members(&self.descriptions.sets);
+            for (standing, members) in self.sets.iter_mut().zip(members.chunks(table.words)).skip(1) {
+                let slips = table.slips(members);
+                standing.slips += slips;
+                standing.tally += usize::from(slips == 0);
+            }
+            let mut extents: Option<(usize, Extent)> = None;
+            for one in &mut self.selected {
+                let begin = one.set * table.words;
+                let members = members.get(begin..begin + table.words).unwrap_or(&[]);
+                let extent = match extents {
+                    Some((set, extent)) if set == one.set => extent,
+                    _ => table.extent(members),
+                };
+                extents = Some((one.set, extent));
+                let (is_consistent, log_likelihood) =
+                    table.judge(one.selection, members, &extent, cost.slips);
+                one.tally += usize::from(is_consistent);
+                one.log_likelihood += log_likelihood;
+            }
+        }
+        self.taken = cases.len();
+    }
+
+    /// log P(D|h) P(h) of every hypothesis with its set, selection and tally; those of which the
+    /// probability is nothing are left out.
+    fn scores(&self, cost: &Cost) -> Vec<Score> {
+        // By tally, the logarithm of its share of the examples.
+        let examples = float_of_count(self.taken);
+        let shares: Vec<f64> =
+            (0..=self.taken).map(|tally| (float_of_count(tally) / examples).ln()).collect();
+        let share = |tally: usize| shares.get(tally).copied().unwrap_or(f64::NEG_INFINITY);
+        let mut scores = Vec::new();
+        for (number, (set, standing)) in self.descriptions.sets.iter().zip(&self.sets).enumerate().skip(1) {
+            let log_likelihood = match cost.slips {
+                None => share(standing.tally),
+                Some((slip, right)) => float(standing.slips)
+                    .mul_add(slip, float(self.witnesses.saturating_sub(standing.slips)) * right),
+            };
+            let log = log_likelihood - float_of_count(set.cost);
+            scores.push(Score { set: number, selection: Selection::All, tally: standing.tally, log });
+        }
+        for one in &self.selected {
+            let described = self.descriptions.sets.get(one.set).map_or(0, |set| set.cost);
+            let log_likelihood = if cost.slips.is_none() { share(one.tally) } else { one.log_likelihood };
+            let log = log_likelihood - float_of_count(described) - cost.selection_nats;
+            scores.push(Score { set: one.set, selection: one.selection, tally: one.tally, log });
+        }
+        scores.retain(|score| score.log > f64::NEG_INFINITY);
+        scores
+    }
+
+    /// The hypotheses, those that say the same of everything made of the values seen as one: the
+    /// best `most`, by their tally and by their score, of those within so many nats of the best, or
+    /// of the best one of the highest tally.
+    pub(crate) fn hypotheses(&mut self, seen: &Seen, cost: &Cost, within: f64, most: usize) -> Scored {
+        let scores = self.scores(cost);
+        let best_of = |of: &dyn Fn(&&Score) -> bool| {
+            scores.iter().filter(of).map(|score| score.log).fold(f64::NEG_INFINITY, f64::max)
+        };
+        let most_tally = scores.iter().map(|score| score.tally).max().unwrap_or(0);
+        let best = best_of(&|_| true);
+        let best_of_most = best_of(&|score| score.tally == most_tally);
+        let is_within = |log: f64, tally: usize, nats: f64| {
+            log >= best - nats || (tally == most_tally && log >= best_of_most - nats)
+        };
+        let mut total = LogSum::default();
+        // What is about all of a set is most of it, and goes by number.
+        let mut whole: Vec<Merged> = Vec::new();
+        let mut merged: FxHashMap<(usize, Selection), Merged> = FxHashMap::default();
+        for Score { set, selection, tally, log } in scores {
+            total.add(log);
+            // What is lost in the rounding of a sum is not looked at.
+            if is_within(log, tally, within.max(ROUNDING)) {
+                let meaning = self.meaning(set, seen);
+                if selection != Selection::All {
+                    merged.entry((meaning, selection)).or_default().take(log, tally, set);
+                    continue;
+                }
+                if whole.len() <= meaning {
+                    whole.resize(meaning + 1, Merged::default());
+                }
+                if let Some(one) = whole.get_mut(meaning) {
+                    one.take(log, tally, set);
+                }
+            }
+        }
+        let whole = whole.into_iter().enumerate().filter(|(_, one)| one.set > 0);
+        let whole = whole.map(|(meaning, one)| ((meaning, Selection::All), one));
+        let mut merged: Vec<((usize, Selection), Merged)> =
+            whole.chain(merged).filter(|(_, one)| is_within(one.sum.value(), one.tally, within)).collect();
+        // Room for those that are best by either measure; ties at the end of the list stay.
+        let kept = [last_kept(&merged, most, Merged::by_score), last_kept(&merged, most, Merged::by_tally)];
+        merged.retain(|(_, one)| one.by_score() >= kept[0] || one.by_tally() >= kept[1]);
+        let hypotheses = merged.into_iter().filter_map(|((meaning, selection), merged)| {
+            // What is true of nothing is no hypothesis.
+            let (mask, classes) = self.distinct.get(meaning).filter(|(_, classes)| !classes.is_empty())?;
+            Some(Hypothesis {
+                mask: *mask,
+                classes: classes.clone(),
+                selection,
+                tally: merged.tally,
+                log_score: merged.sum.value(),
+                description: Some(self.descriptions.described(merged.set)),
+            })
+        });
+        Scored { hypotheses: hypotheses.collect(), log_total: total.value() }
+    }
+
+    /// A description in words.
+    pub(crate) fn phrase(&self, set: usize, lexicon: &Lexicon, order: impl Fn(&str) -> usize) -> String {
+        self.descriptions.phrase(set, lexicon, order)
+    }
+
+    /// What a set means: which of the distinct ones it is.
+    fn meaning(&mut self, set: usize, seen: &Seen) -> usize {
+        let next = self.distinct.len();
+        let Some(slot) = self.meanings.get_mut(set) else { return next };
+        if let Some(known) = *slot {
+            return known;
+        }
+        let classes = self.descriptions.classes(set, seen);
+        let number = *self.numbers.entry(classes.clone()).or_insert(next);
+        if number == next {
+            self.distinct.push(classes);
+        }
+        *slot = Some(number);
+        number
+    }
+
+    /// The logarithm of the sum of P(D|h) P(h), and for each object of a scene the probability that
+    /// the rule holds for it; a number of objects may be any of them.
+    pub(crate) fn probabilities(&self, cost: &Cost, asked: &[(Key, Option<Place>)]) -> (f64, Vec<f64>) {
+        let witnesses: Vec<Witness> =
+            asked.iter().map(|&(key, place)| Witness { key, verdict: Verdict::LeftOut, place }).collect();
+        let table = Table::new(&self.descriptions, &witnesses);
+        let members = table.members(&self.descriptions.sets);
+        let scores = self.scores(cost);
+        let best = scores.iter().map(|score| score.log).fold(f64::NEG_INFINITY, f64::max);
+        let mut total = 0.0;
+        let mut about = vec![0.0; asked.len()];
+        for score in scores.iter().filter(|score| score.log >= best - ROUNDING) {
+            let weight = (score.log - best).exp();
+            total += weight;
+            let begin = score.set * table.words;
+            let members = members.get(begin..begin + table.words).unwrap_or(&[]);
+            table.add_shares(score.selection, members, weight, &mut about);
+        }
+        if total > 0.0 {
+            about.iter_mut().for_each(|sum: &mut f64| *sum = (*sum / total).clamp(0.0, 1.0));
+            (best + total.ln(), about)
+        } else {
+            (f64::NEG_INFINITY, about)
+        }
+    }
+}
+
+/// What is further below the best than this is lost in the rounding of a sum.
+const ROUNDING: f64 = 40.0;
+
+/// How a hypothesis does.
+#[derive(Clone, Copy, Debug)]
+struct Score {
+    set: usize,
+    selection: Selection,
+    tally: usize,
+    log: f64,
+}
+
+#[derive(Clone, Copy, Debug, Default)]
+struct Merged {
+    sum: LogSum,
+    tally: usize,
+    /// The set described most shortly: they stand in the order of their length.
+    set: usize,
+}
+
+impl Merged {
+    fn by_score(&self) -> (usize, f64) {
+        (0, self.sum.value())
+    }
+
+    fn by_tally(&self) -> (usize, f64) {
+        (self.tally, self.sum.value())
+    }
+
+    fn take(&mut self, score: f64, tally: usize, set: usize) {
+        self.sum.add(score);
+        self.tally = self.tally.max(tally);
+        if self.set == 0 || set < self.set {
+            self.set = set;
+        }
+    }
+}
+
+/// The measure of the last of so many best, less what two that tie may differ by.
+fn last_kept<K>(
+    merged: &[(K, Merged)],
+    most: usize,
+    measure: impl Fn(&Merged) -> (usize, f64),
+) -> (usize, f64) {
+    let mut measures: Vec<(usize, f64)> = merged.iter().map(|(_, one)| measure(one)).collect();
+    measures.sort_unstable_by(|a, b| b.0.cmp(&a.0).then(b.1.total_cmp(&a.1)));
+    let last = most.checked_sub(1).and_then(|last| measures.get(last));
+    last.map_or((0, f64::NEG_INFINITY), |(tally, score)| (*tally, score - 1e-9))
+}
+
+fn selections() -> impl Iterator<Item = Selection> {
+    let exactly = (1..=EXACTLY_MOST).map(Selection::Exactly);
+    let all_but = (1..=ALL_BUT_MOST).map(Selection::AllBut);
+    exactly.chain(all_but).chain(Relation::ALL.map(Selection::Standing))
+}

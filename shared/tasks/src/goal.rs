@@ -1,0 +1,206 @@
+use std::collections::{BTreeMap, BTreeSet};
+
+use crate::case::{Case, Verdict, Witness};
+use crate::change::{has_percepts, is_achieved};
+use crate::disjunctions::Disjunctions;
+use crate::extended::{Cost, Extended};
+use crate::factored::Factored;
+use crate::hypothesis::Scored;
+use crate::lexicon::{Key, Lexicon, Seen};
+use crate::log_sum::LogSum;
+use crate::selection::Place;
+use crate::weight::Weight;
+use crate::{Change, Hypotheses, Language, Object, Settings, Signature};
+
+/// A demonstration as one perspective saw it.
+#[derive(Clone, Debug)]
+pub(crate) struct Demonstration {
+    /// The objects at its end.
+    pub(crate) objects: Vec<Shown>,
+}
+
+/// An object of a demonstration.
+#[derive(Clone, Debug)]
+pub(crate) struct Shown {
+    pub(crate) object: Object,
+    pub(crate) key: Key,
+    pub(crate) change: Option<Change>,
+    /// Where it was before anything was done to it.
+    pub(crate) place: Option<Place>,
+}
+
+/// One goal belief in the making: the changes of one signature over all demonstrations, and the
+/// hypotheses that explain them.
+#[derive(Clone, Debug)]
+pub(crate) struct Goal {
+    pub(crate) signature: Signature,
+    /// Whether whatever changed so was somewhere else afterwards, too.
+    pub(crate) is_displaced: bool,
+    /// The class features of what changed so.
+    pub(crate) kinds: BTreeSet<BTreeMap<String, String>>,
+    pub(crate) seen: Seen,
+    cases: Vec<Case>,
+    engine: Engine,
+}
+
+#[derive(Clone, Debug)]
+enum Engine {
+    Paper(Disjunctions),
+    PaperWithSlips(Factored),
+    /// The short descriptions, and the long disjunctions of the paper.
+    Extended(Box<Extended>, Disjunctions),
+}
+
+impl Goal {
+    pub(crate) fn new(signature: &Signature, lexicon: &Lexicon, settings: &Settings) -> Self {
+        let seen = Seen::new(lexicon.features());
+        let engine = match (settings.language, settings.noise.logs()) {
+            (Hypotheses::Paper, None) => Engine::Paper(Disjunctions::new(lexicon.features())),
+            (Hypotheses::Paper, Some(_)) => Engine::PaperWithSlips(Factored::default()),
+            (Hypotheses::Extended, _) => {
+                let short = Extended::new(lexicon, &seen);
+                Engine::Extended(Box::new(short), Disjunctions::new(lexicon.features()))
+            }
+        };
+        Self {
+            signature: signature.clone(),
+            is_displaced: true,
+            kinds: BTreeSet::new(),
+            seen,
+            cases: Vec::new(),
+            engine,
+        }
+    }
+
+    /// Takes in a demonstration.
+    pub(crate) fn add(&mut self, demonstration: &Demonstration, lexicon: &Lexicon) {
+        let mut witnesses = Vec::new();
+        let mut is_new = false;
+        for Shown { object, key, change, place } in &demonstration.objects {
+            if !has_percepts(object, &self.signature) {
+                continue;
+            }
+            let displaced = change.as_ref().is_some_and(|change| change.displaced);
+            let verdict = if change.as_ref().is_some_and(|change| change.signature == self.signature) {
+                self.is_displaced &= displaced;
+                self.kinds.insert(object.features.clone());
+                Verdict::Changed
+            } else if is_achieved(object, &self.signature, displaced) {
+                Verdict::AlreadySo
+            } else {
+                Verdict::LeftOut
+            };
+            is_new |= self.seen.note(*key);
+            witnesses.push(Witness { key: *key, verdict, place: *place });
+        }
+        self.cases.push(Case::new(witnesses));
+        if let Engine::Extended(short, _) = &mut self.engine
+            && is_new
+        {
+            // There is more to be said now, and it has to be held against all examples.
+            **short = Extended::new(lexicon, &self.seen);
+        }
+    }
+
+    /// The hypotheses that are within so many nats of the best, or of the best of the highest
+    /// tally; `most` of them where there are very many.
+    pub(crate) fn hypotheses(
+        &mut self,
+        lexicon: &Lexicon,
+        settings: &Settings,
+        within: f64,
+        most: usize,
+    ) -> Scored {
+        let Self { cases, seen, engine, signature, .. } = self;
+        let (prior, slips, expected) = (settings.prior, settings.noise.logs(), signature.len());
+        match engine {
+            Engine::Paper(all) => all.hypotheses(cases, seen, &Weight::Prior { prior, expected }, within),
+            Engine::PaperWithSlips(all) => {
+                let slips = slips.unwrap_or_default();
+                all.hypotheses(cases, lexicon.features(), &prior, expected, slips, within)
+            }
+            Engine::Extended(short, long) => {
+                let cost = Cost { selection_nats: settings.selection_nats, slips };
+                short.take(cases, &cost);
+                let mut scored = short.hypotheses(seen, &cost, within, most);
+                if slips.is_none() {
+                    let weight = Weight::Length { beyond: short.longest() };
+                    let more = long.hypotheses(cases, seen, &weight, within);
+                    let mut total = LogSum::default();
+                    total.add(scored.log_total);
+                    total.add(more.log_total);
+                    scored.log_total = total.value();
+                    scored.hypotheses.extend(more.hypotheses);
+                }
+                scored
+            }
+        }
+    }
+
+    /// A description of the extended language in words.
+    pub(crate) fn phrase(&self, set: usize, language: &Language, lexicon: &Lexicon) -> String {
+        match &self.engine {
+            Engine::Extended(short, _) => {
+                short.phrase(set, lexicon, |feature| language.feature_order(feature))
+            }
+            Engine::Paper(_) | Engine::PaperWithSlips(_) => String::new(),
+        }
+    }
+
+    /// log P(D) if all changes were slips; `None` where teachers do not slip.
+    pub(crate) fn log_nothing_but_slips(&self, settings: &Settings) -> Option<f64> {
+        let (slip, right) = settings.noise.logs()?;
+        let witnesses = self.cases.iter().flat_map(|case| &case.witnesses);
+        let log = |verdict: Verdict| match verdict {
+            Verdict::Changed => slip,
+            Verdict::LeftOut => right,
+            Verdict::AlreadySo => 0.0,
+        };
+        Some(witnesses.map(|witness| log(witness.verdict)).sum())
+    }
+
+    /// The probability that the rule holds for each of some objects.
+    pub(crate) fn probabilities(
+        &mut self,
+        lexicon: &Lexicon,
+        settings: &Settings,
+        asked: &[(Key, Option<Place>)],
+    ) -> Vec<f64> {
+        let slips = settings.noise.logs();
+        match &mut self.engine {
+            Engine::PaperWithSlips(all) => {
+                let keys: Vec<Key> = asked.iter().map(|(key, _)| *key).collect();
+                let slips = slips.unwrap_or_default();
+                all.probabilities(&self.cases, lexicon.features(), &settings.prior, slips, &keys)
+            }
+            Engine::Extended(short, long) => {
+                let cost = Cost { selection_nats: settings.selection_nats, slips };
+                short.take(&self.cases, &cost);
+                let (log_total, answers) = short.probabilities(&cost, asked);
+                if slips.is_some() {
+                    return answers;
+                }
+                let weight = Weight::Length { beyond: short.longest() };
+                let keys: Vec<Key> = asked.iter().map(|(key, _)| *key).collect();
+                let (log_long, long) = long.probabilities(&self.cases, &self.seen, &weight, &keys);
+                let mut total = LogSum::default();
+                total.add(log_total);
+                total.add(log_long);
+                let (short, long_share) = (share(log_total, total.value()), share(log_long, total.value()));
+                let both = answers.into_iter().zip(long);
+                both.map(|(answer, long)| short.mul_add(answer, long_share * long).clamp(0.0, 1.0)).collect()
+            }
+            Engine::Paper(all) => {
+                let weight = Weight::Prior { prior: settings.prior, expected: self.signature.len() };
+                let keys: Vec<Key> = asked.iter().map(|(key, _)| *key).collect();
+                let (_, about) = all.probabilities(&self.cases, &self.seen, &weight, &keys);
+                about.into_iter().map(|share| share.clamp(0.0, 1.0)).collect()
+            }
+        }
+    }
+}
+
+/// e^(log - total), and nothing of nothing.
+fn share(log: f64, log_total: f64) -> f64 {
+    if log > f64::NEG_INFINITY { (log - log_total).exp() } else { 0.0 }
+}

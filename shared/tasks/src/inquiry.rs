@@ -1,0 +1,211 @@
+//! What to ask, or to ask to be shown, next.
+
+use std::collections::BTreeMap;
+
+use crate::describe::listed;
+use crate::hypothesis::{Hypothesis, Scored};
+use crate::lexicon::{FEATURES_MOST, Key, Lexicon, Mask, Seen, field, has, key_mask, present, with_field};
+use crate::{Effect, Language, Noise, Selection, Signature};
+
+/// Objects of one inquiry at most.
+const OBJECTS_MOST: usize = 6;
+/// Kinds of objects that are thought of at most.
+const KINDS_MOST: usize = 4096;
+/// An inquiry that is expected to tell less than this, in bits, is not worth its while.
+const BITS_LEAST: f64 = 1e-3;
+
+/// Objects of which the teacher's treatment would divide the hypotheses best.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Inquiry {
+    /// Their class features.
+    pub objects: Vec<BTreeMap<String, String>>,
+    /// For each the probability that the rule holds for it, among the hypotheses about all objects
+    /// of some classes.
+    pub probabilities: Vec<f64>,
+    /// The expected information gain: by how many bits the entropy of the posterior is expected to
+    /// fall.
+    pub bits: f64,
+    /// What to say: "Should a blue one be filled, too?"
+    pub text: String,
+}
+
+/// Whom an inquiry is about.
+pub(crate) struct Asking<'a> {
+    pub(crate) language: &'a Language,
+    pub(crate) lexicon: &'a Lexicon,
+    pub(crate) signature: &'a Signature,
+    pub(crate) seen: &'a Seen,
+    pub(crate) noise: Noise,
+}
+
+/// A hypothesis by its weight.
+struct Weighed<'a> {
+    hypothesis: &'a Hypothesis,
+    key_mask: Key,
+    weight: f64,
+}
+
+impl Weighed<'_> {
+    fn covers(&self, key: Key) -> bool {
+        present(key) & self.hypothesis.mask == self.hypothesis.mask
+            && self.hypothesis.classes.binary_search(&(key & self.key_mask)).is_ok()
+    }
+}
+
+/// The most informative objects to ask about, chosen one after the other, `most` at most; none
+/// when no object would divide the hypotheses.
+///
+/// Hypotheses about numbers of objects and where they stand say nothing of an object by itself:
+/// what is expected to be learned is expected of the others, and counts by their share.
+pub(crate) fn inquire(asking: &Asking<'_>, scored: &Scored, most: usize) -> Option<Inquiry> {
+    let best = scored.hypotheses.iter().map(|one| one.log_score).fold(f64::NEG_INFINITY, f64::max);
+    let all: f64 = scored.hypotheses.iter().map(|one| (one.log_score - best).exp()).sum();
+    let about_all = scored.hypotheses.iter().filter(|one| one.selection == Selection::All);
+    let mut weighed: Vec<Weighed<'_>> = about_all
+        .map(|one| Weighed {
+            hypothesis: one,
+            key_mask: key_mask(one.mask),
+            weight: (one.log_score - best).exp(),
+        })
+        .collect();
+    let sum: f64 = weighed.iter().map(|one| one.weight).sum();
+    if !(sum > 0.0 && all > 0.0) {
+        return None;
+    }
+    weighed.iter_mut().for_each(|one| one.weight /= sum);
+    let kinds = kinds(asking.seen);
+    let mut chosen: Vec<Key> = Vec::new();
+    // By hypothesis, which of the chosen objects it is about.
+    let mut labels = vec![0_usize; weighed.len()];
+    let mut bits = 0.0;
+    while chosen.len() < most.min(OBJECTS_MOST) {
+        let bit = 1_usize << chosen.len();
+        let with = |key: Key| -> Vec<usize> {
+            let label = |(one, label): (&Weighed<'_>, &usize)| label | if one.covers(key) { bit } else { 0 };
+            weighed.iter().zip(&labels).map(label).collect()
+        };
+        let mut found: Option<(f64, Key)> = None;
+        for &key in kinds.iter().filter(|key| !chosen.contains(key)) {
+            let gain = gain(&weighed, &with(key), bit << 1, asking.noise);
+            // Of equals the first one, whatever the rounding.
+            if found.is_none_or(|(most, _)| gain > most + BITS_LEAST) {
+                found = Some((gain, key));
+            }
+        }
+        let Some((gain, key)) = found.filter(|(gain, _)| *gain > bits + BITS_LEAST) else { break };
+        labels = with(key);
+        bits = gain;
+        chosen.push(key);
+    }
+    if chosen.is_empty() {
+        return None;
+    }
+    let probability =
+        |key: &Key| -> f64 { weighed.iter().filter(|one| one.covers(*key)).map(|one| one.weight).sum() };
+    Some(Inquiry {
+        objects: chosen.iter().map(|&key| features(asking.lexicon, key)).collect(),
+        probabilities: chosen.iter().map(|key| probability(key).clamp(0.0, 1.0)).collect(),
+        bits: bits * sum / all,
+        text: text(asking, &weighed, &chosen),
+    })
+}
+
+/// The mutual information, in bits, of the hypotheses and what the teacher would do with the
+/// objects: H(done) - H(done | hypothesis), where he slips with each on its own.
+fn gain(weighed: &[Weighed<'_>], labels: &[usize], outcomes: usize, noise: Noise) -> f64 {
+    let mut done = vec![0.0; outcomes];
+    for (one, &label) in weighed.iter().zip(labels) {
+        if let Some(probability) = done.get_mut(label) {
+            *probability += one.weight;
+        }
+    }
+    let slip = noise.get();
+    let mut bit = 1;
+    let mut certain = 0.0;
+    while bit < outcomes {
+        let flipped = |index: usize| done.get(index ^ bit).copied().unwrap_or(0.0);
+        done = done
+            .iter()
+            .enumerate()
+            .map(|(index, p)| (1.0 - slip).mul_add(*p, slip * flipped(index)))
+            .collect();
+        certain += entropy(&[slip, 1.0 - slip]);
+        bit <<= 1;
+    }
+    (entropy(&done) - certain).max(0.0)
+}
+
+/// In bits.
+fn entropy(probabilities: &[f64]) -> f64 {
+    -probabilities.iter().filter(|p| **p > 0.0).map(|p| p * p.log2()).sum::<f64>()
+}
+
+/// The kinds of objects made of the values seen, or only those seen where there are too many; in
+/// the order of the words' first appearance.
+fn kinds(seen: &Seen) -> Vec<Key> {
+    let count =
+        seen.values().iter().try_fold(1_usize, |count, values| count.checked_mul(values.len().max(1)));
+    if count.is_none_or(|count| count > KINDS_MOST) {
+        let mut kinds = seen.kinds();
+        kinds.truncate(KINDS_MOST);
+        return kinds;
+    }
+    let mut kinds: Vec<Key> = vec![0];
+    for (feature, values) in seen.values().iter().enumerate().filter(|(_, values)| !values.is_empty()) {
+        let with = |key: Key| values.iter().map(move |&value| with_field(key, feature, value));
+        kinds = kinds.into_iter().flat_map(with).collect();
+    }
+    kinds
+}
+
+fn features(lexicon: &Lexicon, key: Key) -> BTreeMap<String, String> {
+    let held = (0..lexicon.features()).filter(|&feature| field(key, feature) != 0);
+    held.map(|feature| {
+        (lexicon.feature(feature).to_owned(), lexicon.value(feature, field(key, feature)).to_owned())
+    })
+    .collect()
+}
+
+fn text(asking: &Asking<'_>, weighed: &[Weighed<'_>], chosen: &[Key]) -> String {
+    // Only features that some hypothesis worth a thought looks at are worth a word.
+    let most = weighed.iter().map(|one| one.weight).fold(0.0, f64::max);
+    let heavy = weighed.iter().filter(|one| one.weight >= most * 0.05);
+    let mask = heavy
+        .map(|one| crate::dnf::reduce(one.hypothesis.mask, one.hypothesis.classes.clone(), asking.seen).0)
+        .fold(0, |mask, more| mask | more);
+    let names: Vec<String> = chosen.iter().map(|&key| name(asking, mask, key)).collect();
+    let effects = asking.signature.iter().map(|effect| match effect {
+        Effect::State { name, on: true } => format!("be {name}"),
+        Effect::State { name, on: false } => format!("not be {name}"),
+        Effect::Moved => "be moved".to_owned(),
+    });
+    let effects = listed(&effects.collect::<Vec<_>>());
+    match names.as_slice() {
+        [only] => format!("Should {only} {effects}, too?"),
+        several => format!("Which should {effects} of {}?", listed(several)),
+    }
+}
+
+/// "a blue one", "an old square".
+fn name(asking: &Asking<'_>, mask: Mask, key: Key) -> String {
+    let last = asking.language.features.len().saturating_sub(1);
+    let mut words: Vec<&str> = Vec::new();
+    let mut has_noun = false;
+    for (index, feature) in asking.language.features.iter().enumerate() {
+        let number = (0..FEATURES_MOST).find(|&number| asking.lexicon.feature(number) == feature.name);
+        let Some(number) = number.filter(|&number| has(mask, number) && field(key, number) != 0) else {
+            continue;
+        };
+        words.push(asking.lexicon.value(number, field(key, number)));
+        has_noun |= index == last;
+    }
+    if words.is_empty() {
+        return "another one".to_owned();
+    }
+    if !has_noun {
+        words.push("one");
+    }
+    let words = words.join(" ");
+    let article = if words.starts_with(['a', 'e', 'i', 'o', 'u']) { "an" } else { "a" };
+    format!("{article} {words}")
+}

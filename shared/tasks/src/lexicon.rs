@@ -1,0 +1,212 @@
+use rustc_hash::{FxHashMap, FxHashSet};
+
+use crate::{Class, Object, Template};
+
+/// Class features that can be learned about; there are as many templates as subsets of them.
+pub const FEATURES_MOST: usize = 12;
+/// Values of one class feature that are told apart.
+pub const VALUES_MOST: usize = (1 << BITS) - 2;
+
+/// Bits of a key that one feature takes: twelve features fit 128 bits.
+const BITS: u32 = 10;
+const FIELD: u32 = (1 << BITS) - 1;
+
+/// All class features of an object, each in a field of its own: the number of its value from 1, or
+/// 0 where it has none. Its class under a template is the key and the template's mask.
+pub(crate) type Key = u128;
+
+/// A template by number: bit i stands for feature i of the lexicon.
+pub(crate) type Mask = u16;
+
+/// Features and values by number, and back. Features are numbered in alphabetical order.
+#[derive(Clone, Debug)]
+pub(crate) struct Lexicon {
+    features: Vec<Words>,
+}
+
+#[derive(Clone, Debug)]
+struct Words {
+    name: String,
+    values: Vec<String>,
+    numbers: FxHashMap<String, u32>,
+}
+
+impl Lexicon {
+    /// A lexicon of the first [`FEATURES_MOST`] of some features.
+    pub(crate) fn new<'a>(features: impl Iterator<Item = &'a str>) -> Self {
+        let mut names: Vec<&str> = features.take(FEATURES_MOST).collect();
+        names.sort_unstable();
+        names.dedup();
+        let words =
+            |name: &str| Words { name: name.to_owned(), values: Vec::new(), numbers: FxHashMap::default() };
+        Self { features: names.into_iter().map(words).collect() }
+    }
+
+    pub(crate) fn features(&self) -> usize {
+        self.features.len()
+    }
+
+    /// The key of an object. Values beyond [`VALUES_MOST`] count as none.
+    pub(crate) fn key(&mut self, object: &Object) -> Key {
+        let mut key = 0;
+        for (index, words) in self.features.iter_mut().enumerate() {
+            let Some(value) = object.features.get(&words.name) else { continue };
+            key |= Key::from(words.number(value)) << shift(index);
+        }
+        key
+    }
+
+    /// The key of an object that nothing is learned from; a value never seen has the number that
+    /// no value has.
+    pub(crate) fn key_of_known(&self, object: &Object) -> Key {
+        let mut key = 0;
+        for (index, words) in self.features.iter().enumerate() {
+            let Some(value) = object.features.get(&words.name) else { continue };
+            key |= Key::from(words.numbers.get(value).copied().unwrap_or(FIELD)) << shift(index);
+        }
+        key
+    }
+
+    pub(crate) fn template(&self, mask: Mask) -> Template {
+        let chosen = self.features.iter().enumerate().filter(|(index, _)| has(mask, *index));
+        chosen.map(|(_, words)| words.name.clone()).collect()
+    }
+
+    /// The values of a key in the fields of a template.
+    pub(crate) fn class(&self, mask: Mask, key: Key) -> Class {
+        let chosen = self.features.iter().enumerate().filter(|(index, _)| has(mask, *index));
+        chosen.map(|(index, words)| words.value(field(key, index)).to_owned()).collect()
+    }
+
+    pub(crate) fn feature(&self, index: usize) -> &str {
+        self.features.get(index).map_or("", |words| &words.name)
+    }
+
+    pub(crate) fn value(&self, index: usize, number: u32) -> &str {
+        self.features.get(index).map_or("", |words| words.value(number))
+    }
+}
+
+impl Words {
+    fn number(&mut self, value: &str) -> u32 {
+        if let Some(&number) = self.numbers.get(value) {
+            return number;
+        }
+        // The last number stays free: it is that of a value never seen.
+        let number = u32::try_from(self.values.len() + 1).ok().filter(|&number| number < FIELD);
+        let Some(number) = number else { return 0 };
+        self.values.push(value.to_owned());
+        self.numbers.insert(value.to_owned(), number);
+        number
+    }
+
+    fn value(&self, number: u32) -> &str {
+        let index = usize::try_from(number).ok().and_then(|number| number.checked_sub(1));
+        index.and_then(|index| self.values.get(index)).map_or("", String::as_str)
+    }
+}
+
+fn shift(feature: usize) -> u32 {
+    u32::try_from(feature).unwrap_or(0) * BITS
+}
+
+/// Whether a template has a feature.
+pub(crate) const fn has(mask: Mask, feature: usize) -> bool {
+    mask >> feature & 1 == 1
+}
+
+/// The number of an object's value of a feature; 0 for none.
+pub(crate) fn field(key: Key, feature: usize) -> u32 {
+    u32::try_from(key >> shift(feature) & Key::from(FIELD)).unwrap_or(0)
+}
+
+/// The key with another value of a feature.
+pub(crate) fn with_field(key: Key, feature: usize, value: u32) -> Key {
+    key & !field_mask(feature) | Key::from(value) << shift(feature)
+}
+
+fn field_mask(feature: usize) -> Key {
+    Key::from(FIELD) << shift(feature)
+}
+
+/// What a template keeps of a key.
+pub(crate) fn key_mask(mask: Mask) -> Key {
+    (0..FEATURES_MOST)
+        .filter(|&feature| has(mask, feature))
+        .fold(0, |bits, feature| bits | field_mask(feature))
+}
+
+/// The features of which an object has a value.
+pub(crate) fn present(key: Key) -> Mask {
+    (0..FEATURES_MOST)
+        .filter(|&feature| field(key, feature) != 0)
+        .fold(0, |mask, feature| mask | 1 << feature)
+}
+
+/// What the objects that a goal could be about looked like, over all examples.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Seen {
+    kinds: FxHashSet<Key>,
+    /// By feature, the values seen.
+    values: Vec<Vec<u32>>,
+    /// The features that some object lacked.
+    lacking: Mask,
+}
+
+impl Seen {
+    pub(crate) fn new(features: usize) -> Self {
+        Self { values: vec![Vec::new(); features], ..Self::default() }
+    }
+
+    /// Takes note of a kind of object; `true` when some value of it was not seen before.
+    pub(crate) fn note(&mut self, key: Key) -> bool {
+        if !self.kinds.insert(key) {
+            return false;
+        }
+        let mut is_new = false;
+        for (index, values) in self.values.iter_mut().enumerate() {
+            match field(key, index) {
+                0 => self.lacking |= 1 << index,
+                value if !values.contains(&value) => {
+                    values.push(value);
+                    is_new = true;
+                }
+                _ => {}
+            }
+        }
+        is_new
+    }
+
+    /// Whether every object had every feature.
+    pub(crate) const fn is_complete(&self) -> bool {
+        self.lacking == 0
+    }
+
+    /// The values seen of a feature, unless some object had none: then it divides the objects even
+    /// with a single value.
+    pub(crate) fn all_values(&self, feature: usize) -> Option<&[u32]> {
+        if has(self.lacking, feature) { None } else { self.values.get(feature).map(Vec::as_slice) }
+    }
+
+    /// The values seen of every feature.
+    pub(crate) fn values(&self) -> &[Vec<u32>] {
+        &self.values
+    }
+
+    /// The kinds seen, in the order of their keys.
+    pub(crate) fn kinds(&self) -> Vec<Key> {
+        let mut kinds: Vec<Key> = self.kinds.iter().copied().collect();
+        kinds.sort_unstable();
+        kinds
+    }
+
+    /// The classes that were seen under a template, in the order of their keys.
+    pub(crate) fn classes(&self, mask: Mask) -> Vec<Key> {
+        let bits = key_mask(mask);
+        let complete = self.kinds.iter().filter(|&&key| present(key) & mask == mask);
+        let mut classes: Vec<Key> = complete.map(|key| key & bits).collect();
+        classes.sort_unstable();
+        classes.dedup();
+        classes
+    }
+}

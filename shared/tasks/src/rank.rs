@@ -1,0 +1,134 @@
+//! From hypotheses to rules: those that say the same are one, the best comes first, and each has
+//! a name.
+
+use std::cmp::Ordering;
+
+use rustc_hash::FxHashMap;
+
+use crate::describe::{describe_rule, listing_cost};
+use crate::dnf::reduce;
+use crate::goal::Goal;
+use crate::hypothesis::{Described, Scored};
+use crate::lexicon::{Key, Lexicon, Mask};
+use crate::log_sum::LogSum;
+use crate::{Language, Rule, Selection, Settings};
+
+/// Scores closer than this are a tie: they differ by rounding.
+const TIE: f64 = 1e-9;
+
+/// The hypotheses that say one thing.
+#[derive(Clone, Debug, Default)]
+struct Meaning {
+    tally: usize,
+    sum: LogSum,
+    description: Option<Described>,
+}
+
+/// A rule in the making: by numbers, because only few of many get a name.
+struct Standing {
+    log_posterior: f64,
+    tally: usize,
+    mask: Mask,
+    classes: Vec<Key>,
+    selection: Selection,
+    description: Option<Described>,
+}
+
+/// What rules are about, and in which words.
+#[derive(Clone, Copy)]
+pub(crate) struct Subject<'a> {
+    pub(crate) language: &'a Language,
+    pub(crate) lexicon: &'a Lexicon,
+    pub(crate) goal: &'a Goal,
+    pub(crate) examples: usize,
+}
+
+/// The rules that some hypotheses make, best first, `most` of them at most.
+///
+/// Where teachers do not slip they are ranked by their tally first, then by their posterior.
+pub(crate) fn rank(subject: &Subject<'_>, scored: Scored, settings: &Settings, most: usize) -> Vec<Rule> {
+    let by_tally = settings.noise.logs().is_none();
+    let mut meanings: FxHashMap<(Selection, Mask, Vec<Key>), Meaning> = FxHashMap::default();
+    for hypothesis in scored.hypotheses {
+        let (mask, classes) = reduce(hypothesis.mask, hypothesis.classes, &subject.goal.seen);
+        let meaning = meanings.entry((hypothesis.selection, mask, classes)).or_default();
+        meaning.tally = meaning.tally.max(hypothesis.tally);
+        meaning.sum.add(hypothesis.log_score);
+        // None at all is a listing, which its cost is compared with later.
+        meaning.description = meaning.description.into_iter().chain(hypothesis.description).min();
+    }
+    let mut standings: Vec<Standing> = meanings
+        .into_iter()
+        .map(|((selection, mask, classes), Meaning { tally, sum, description })| {
+            let log_posterior = sum.value() - scored.log_total;
+            Standing { log_posterior, tally, mask, classes, selection, description }
+        })
+        .collect();
+    let by_merit = |a: &Standing, b: &Standing| {
+        let tally = if by_tally { b.tally.cmp(&a.tally) } else { Ordering::Equal };
+        tally.then(b.log_posterior.total_cmp(&a.log_posterior))
+    };
+    standings.sort_unstable_by(|a, b| {
+        by_merit(a, b).then_with(|| (a.mask, &a.classes).cmp(&(b.mask, &b.classes)))
+    });
+    // Ties across the cut are kept.
+    let last =
+        most.checked_sub(1).and_then(|last| standings.get(last)).map(|one| (one.tally, one.log_posterior));
+    let ties = |one: &Standing| {
+        last.is_some_and(|(tally, log)| (!by_tally || tally == one.tally) && ties(log, one.log_posterior))
+    };
+    let kept = standings.iter().enumerate().take_while(|(index, one)| *index < most || ties(one)).count();
+    standings.truncate(kept);
+    let mut rules: Vec<(f64, Rule)> = standings.into_iter().map(|one| named(subject, one)).collect();
+    number(&mut rules, by_tally, settings.high_likelihood);
+    rules.truncate(most);
+    rules.into_iter().map(|(_, rule)| rule).collect()
+}
+
+fn named(subject: &Subject<'_>, standing: Standing) -> (f64, Rule) {
+    let Subject { language, lexicon, goal, examples } = subject;
+    let Standing { log_posterior, tally, mask, classes, selection, description } = standing;
+    let template = lexicon.template(mask);
+    let seen_classes = goal.seen.classes(mask).into_iter().map(|key| lexicon.class(mask, key)).collect();
+    let classes = classes.into_iter().map(|key| lexicon.class(mask, key)).collect();
+    let listing = listing_cost(&template, &classes, &seen_classes);
+    let described = description.filter(|described| described.cost < listing);
+    let phrase = described.map(|described| goal.phrase(described.set, language, lexicon));
+    let rule = Rule {
+        expectation: goal.signature.clone(),
+        name: describe_rule(language, &template, &classes, &seen_classes, selection, phrase.as_deref()),
+        template,
+        classes,
+        selection,
+        tally,
+        examples: *examples,
+        posterior: log_posterior.exp(),
+        rank: 0,
+        high_likelihood: false,
+    };
+    (log_posterior, rule)
+}
+
+/// Puts ties in a settled order, and numbers the ranks; rules that tie share theirs.
+fn number(rules: &mut [(f64, Rule)], by_tally: bool, share: f64) {
+    let Some((best_log, best_tally)) = rules.first().map(|(log, rule)| (*log, rule.tally)) else { return };
+    let alike = |(a_log, a): &(f64, Rule), (b_log, b): &(f64, Rule)| {
+        (!by_tally || a.tally == b.tally) && ties(*a_log, *b_log)
+    };
+    let mut rank = 1;
+    for tied in rules.chunk_by_mut(alike) {
+        let order = |rule: &Rule| (rule.selection, rule.template.clone(), rule.classes.clone());
+        tied.sort_by_cached_key(|(_, rule)| order(rule));
+        for (log, rule) in tied.iter_mut() {
+            rule.rank = rank;
+            let explains = !by_tally || (rule.tally == best_tally && rule.tally > 0);
+            rule.high_likelihood = explains && *log >= best_log + share.ln() - TIE;
+        }
+        rank += tied.len();
+    }
+}
+
+#[expect(clippy::float_cmp, reason = "two infinities tie, and their difference is no number")]
+fn ties(a: f64, b: f64) -> bool {
+    a == b || (a - b).abs() < TIE
+}

@@ -1,0 +1,188 @@
+//! What people said in the study and the robot of the paper could not, and teachers who slip.
+
+use super::paper::{task_1, task_2};
+use super::{language, object, view};
+use crate::{Hypotheses, Learned, Learning, Noise, Object, Settings, Task, View, learn_with};
+
+fn extended() -> Settings {
+    Settings { language: Hypotheses::Extended, ..Settings::default() }
+}
+
+fn slipping(noise: f64) -> Settings {
+    Settings { noise: Noise::try_from(noise).unwrap(), ..Settings::default() }
+}
+
+fn learned(task: &Task, perspective: u16, settings: &Settings) -> Learned {
+    let views: Vec<View> = task.views(perspective).map(|view| view.attended(0.03)).collect();
+    learn_with(&language(), &views.iter().collect::<Vec<_>>(), settings)
+}
+
+/// The best rule and its posterior.
+fn winner(learned: &Learned) -> (String, f64) {
+    let rule = learned.primary().next().unwrap();
+    (rule.name.clone(), rule.posterior)
+}
+
+#[test]
+fn the_winners_of_table_2_stay_the_winners() {
+    for selection_nats in [3.0, 4.0] {
+        let settings = Settings { selection_nats, ..extended() };
+        let winner = |task: &Task, perspective| winner(&learned(task, perspective, &settings));
+        let found = [(task_1(), 1), (task_1(), 0), (task_2(), 1), (task_2(), 0)]
+            .map(|(task, perspective)| winner(&task, perspective));
+        let names = found.each_ref().map(|(name, _)| name.as_str());
+        assert_eq!(names, ["all", "all but blue", "all red and green", "all triangle, long and bridge"]);
+    }
+}
+
+/// A demonstration of marking one object and leaving another out.
+fn one_marked() -> View {
+    let blocks = |done| {
+        vec![
+            object(1, "medium red triangle", [0.0; 3], &[("marked", done)]),
+            object(2, "medium blue square", [0.2, 0.0, 0.0], &[("marked", false)]),
+        ]
+    };
+    view(0, blocks(false), blocks(true))
+}
+
+#[test]
+fn what_is_asked_next_divides_what_is_left_and_is_said_in_words() {
+    for settings in [Settings::default(), extended(), slipping(0.05)] {
+        let mut learning = Learning::new(&language(), &settings);
+        learning.add(&one_marked());
+        let goal = learning.learned().goals[0][0].expectation.clone();
+        let inquiry = learning.inquire(&goal, 1).unwrap();
+        assert_eq!(inquiry.text, "Should a red square be marked, too?");
+        assert!(inquiry.bits > 0.5 && inquiry.bits <= 1.0, "{inquiry:?}");
+        let showing = learning.inquire(&goal, 2).unwrap();
+        assert_eq!(showing.text, "Which should be marked of a red square and a blue triangle?");
+        assert!(showing.bits > inquiry.bits, "two objects tell more than one: {showing:?}");
+    }
+}
+
+#[test]
+fn when_nothing_is_left_to_ask_nothing_is_asked() {
+    let mut learning = Learning::new(&language(), &Settings::default());
+    let all = |done| vec![object(1, "medium red triangle", [0.0; 3], &[("marked", done)])];
+    learning.add(&view(0, all(false), all(true)));
+    let goal = learning.learned().goals[0][0].expectation.clone();
+    assert_eq!(learning.inquire(&goal, 1), None, "everything seen says the same");
+}
+
+/// Demonstrations in which the red ones are marked, and in the second one a blue one, too.
+fn red_with_a_slip() -> Vec<View> {
+    let blocks = |slipped: bool, done: bool| -> Vec<Object> {
+        let words = [
+            "medium red triangle",
+            "small red square",
+            "large blue square",
+            "medium blue triangle",
+            "small green square",
+            "large red long",
+        ];
+        (0..)
+            .zip(words)
+            .map(|(id, words)| {
+                let meant = words.contains("red") || (slipped && words == "large blue square");
+                object(id, words, [0.1, quantity::number::float(id) * 0.1, 0.0], &[("marked", done && meant)])
+            })
+            .collect()
+    };
+    [false, true, false].map(|slipped| view(0, blocks(slipped, false), blocks(slipped, true))).to_vec()
+}
+
+#[test]
+fn one_slip_in_three_demonstrations_does_not_destroy_the_rule() {
+    let views = red_with_a_slip();
+    let views: Vec<&View> = views.iter().collect();
+    let noise = Noise::try_from(0.05).unwrap();
+    for (settings, least) in [(slipping(0.05), 0.9), (Settings { noise, ..extended() }, 0.15)] {
+        let learned = learn_with(&language(), &views, &settings);
+        let (name, posterior) = winner(&learned);
+        assert_eq!(name, "all red");
+        assert!(posterior > least, "{posterior}");
+        assert_eq!(learned.primary().next().unwrap().tally, 2, "the tally still counts the slip");
+    }
+}
+
+#[test]
+fn three_of_them_is_what_fits_when_it_is_any_three() {
+    let names = ["red", "green", "blue", "yellow", "wood"];
+    let blocks = |chosen: [usize; 3], done: bool| -> Vec<Object> {
+        let is_chosen = |index| done && chosen.contains(&index);
+        (0..)
+            .zip(names.iter().enumerate())
+            .map(|(id, (index, colour))| {
+                object(
+                    id,
+                    &format!("small {colour} square"),
+                    [0.1, 0.0, 0.0],
+                    &[("filled", is_chosen(index))],
+                )
+            })
+            .collect()
+    };
+    let chosen = [[0, 1, 2], [2, 3, 4], [0, 2, 3], [1, 3, 4]];
+    let views: Vec<View> = chosen.map(|chosen| view(0, blocks(chosen, false), blocks(chosen, true))).to_vec();
+    let learned = learn_with(&language(), &views.iter().collect::<Vec<_>>(), &extended());
+    let rule = learned.primary().next().unwrap();
+    assert_eq!(rule.name, "three of them");
+    let scene = &views[0].before;
+    assert_eq!(rule.open(scene).count(), 3);
+    assert_eq!(rule.open(&views[0].after).count(), 0, "three are filled already");
+    let ties = learned.goals[0].iter().filter(|rule| rule.rank == 1);
+    assert_eq!(ties.map(|rule| rule.name.as_str()).collect::<Vec<_>>(), ["three of them", "all but two"]);
+}
+
+#[test]
+fn the_far_ones_are_far_from_him_who_says_so() {
+    // He stands at x = 1.5 and faces Leo: what is far for him is near for Leo.
+    let blocks = |order: [usize; 4], done: bool| -> Vec<Object> {
+        let third = if order[0].is_multiple_of(2) { 0.9 } else { 0.45 };
+        (0..)
+            .zip(order)
+            .map(|(id, index)| {
+                let words =
+                    ["small red square", "small green long", "large red long", "large green square"][index];
+                let x = [0.4, 0.5, third, 1.0][usize::try_from(id).unwrap()];
+                object(id, words, [x, 0.1 * quantity::number::float(id), 0.0], &[("marked", done && x < 0.6)])
+            })
+            .collect()
+    };
+    let orders = [[0, 1, 2, 3], [2, 3, 0, 1], [1, 2, 3, 0], [3, 0, 1, 2]];
+    let mut views = Vec::new();
+    for order in orders {
+        let mut his = view(1, blocks(order, false), blocks(order, true));
+        for snapshot in [&mut his.before, &mut his.after] {
+            snapshot.frame_position_m = [1.5, 0.0, 0.0];
+            snapshot.frame_orientation_xyzw = [0.0, 0.0, 1.0, 0.0];
+        }
+        views.push(his);
+    }
+    let learned = learn_with(&language(), &views.iter().collect::<Vec<_>>(), &extended());
+    let (name, _) = winner(&learned);
+    assert_eq!(name, "the far ones");
+    let rule = learned.primary().next().unwrap();
+    let open = |snapshot: &crate::Snapshot| rule.open(snapshot).map(|object| object.id).collect::<Vec<_>>();
+    assert_eq!(open(&views[0].before), [0, 1]);
+    let as_leo_sees_it = crate::Snapshot { frame_position_m: [0.0; 3], ..views[0].before.clone() };
+    let as_leo_sees_it = crate::Snapshot { frame_orientation_xyzw: [0.0, 0.0, 0.0, 1.0], ..as_leo_sees_it };
+    assert_eq!(open(&as_leo_sees_it), [2, 3], "performed in Leo's own frame");
+}
+
+#[test]
+fn a_colour_never_seen_is_not_blue() {
+    let mut learning = Learning::new(&language(), &extended());
+    task_1().views(0).for_each(|view| learning.add(view));
+    let learned = learning.learned();
+    let goal = &learned.primary().next().unwrap().expectation;
+    let square =
+        |id, colour: &str| object(id, &format!("medium {colour} square"), [0.0; 3], &[("filled", false)]);
+    let peg = object(9, "small wood peg", [0.0; 3], &[("inserted", false)]);
+    let scene = super::snapshot(vec![square(1, "blue"), square(2, "red"), square(3, "purple"), peg]);
+    let answers = learning.probabilities(goal, &scene);
+    let of = |index: usize| answers[index].unwrap();
+    assert!(of(0) < 0.2 && of(1) > 0.9 && of(2) > 0.6, "{answers:?}");
+    assert_eq!(answers[3], None, "a peg has no hole");
+}

@@ -1,0 +1,61 @@
+use quantity::number::float_of_count;
+
+use crate::Prior;
+
+/// What a disjunction of classes weighs before any example.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum Weight {
+    /// By the prior of the paper.
+    Prior {
+        prior: Prior,
+        /// |E|.
+        expected: usize,
+    },
+    /// By the length of its description, one for every literal; those no longer than `beyond`
+    /// weigh nothing, because they are described elsewhere.
+    Length { beyond: usize },
+}
+
+impl Weight {
+    /// log P(h) of a disjunction of so many classes under a template of so many features.
+    pub(crate) fn log(&self, classes: usize, features: usize) -> f64 {
+        match self {
+            Self::Prior { prior, expected } => prior.log(classes, features + expected),
+            Self::Length { beyond } => {
+                let literals = classes * features;
+                if literals > *beyond { -float_of_count(literals) } else { f64::NEG_INFINITY }
+            }
+        }
+    }
+
+    /// A bound on log P(h) for so many classes or more, under a template of so many features or
+    /// more, `most` at most.
+    pub(crate) fn bound(&self, classes: usize, features: usize, most: usize) -> f64 {
+        match self {
+            // A prior that prefers more classes bounds nothing.
+            Self::Prior { prior, .. } if prior.lambda < 0.0 => f64::INFINITY,
+            Self::Prior { prior, expected } => {
+                prior.log(classes, features + expected).max(prior.log(classes, most + expected))
+            }
+            Self::Length { .. } => -float_of_count(classes.saturating_mul(features)),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_bound_holds_for_more_classes_and_more_features() {
+        let prior = Weight::Prior { prior: Prior::default(), expected: 1 };
+        for weight in [prior, Weight::Length { beyond: 3 }] {
+            for (classes, features) in [(1, 0), (1, 2), (3, 1), (4, 4)] {
+                let bound = weight.bound(classes, features, 6);
+                for more in classes..9 {
+                    assert!((features..=6).all(|larger| weight.log(more, larger) <= bound));
+                }
+            }
+        }
+    }
+}

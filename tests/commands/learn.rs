@@ -1,0 +1,112 @@
+//! `leo learn` as its users meet it.
+
+use serde_json::Value;
+
+use crate::assert_refused;
+use crate::house::{Told, tell, write};
+
+/// Task 1 of the study as before-and-after examples.
+const SQUARES: &str = "config/examples/squares.jsonl";
+const HEADER: &str = r#"{"leo_examples": 1}"#;
+const RED: &str = r#"{"id": 1, "features": {"colour": "red"}, "states": {"marked": false}}"#;
+
+fn document(arguments: &[&str]) -> Value {
+    let told = tell(&[&["learn", SQUARES, "--json"], arguments].concat());
+    assert_eq!((told.status, told.err.as_str()), (Some(0), ""), "{told:?}");
+    serde_json::from_str(&told.out).expect("one JSON document")
+}
+
+/// The best rule of each perspective after the last example.
+fn winners(document: &Value) -> Vec<&str> {
+    let winner = |perspective: usize| {
+        let rule = format!("/examples/1/perspectives/{perspective}/goals/0/rules/0/name");
+        document.pointer(&rule).and_then(Value::as_str).expect("a rule")
+    };
+    vec![winner(0), winner(1)]
+}
+
+#[test]
+fn each_perspective_learns_its_own_rule_and_the_teachers_is_followed() {
+    for arguments in [&[][..], &["--language", "extended"]] {
+        let document = document(arguments);
+        assert_eq!(winners(&document), ["all but blue", "all"]);
+        assert_eq!(document.pointer("/followed/perspective"), Some(&Value::from(1)));
+    }
+}
+
+#[test]
+fn what_is_asked_about_gets_a_probability_in_the_eyes_of_each() {
+    let document = document(&[]);
+    let probability = |object: usize, answer: usize| {
+        let pointer = format!("/examples/1/asked/{object}/answers/{answer}/probability");
+        document.pointer(&pointer).cloned().expect("an answer")
+    };
+    let number = |object, answer| probability(object, answer).as_f64().expect("a number");
+    assert!(number(0, 0) < 0.01 && number(0, 1) > 0.99, "the blue square");
+    assert!(number(1, 0) > 0.99 && number(1, 1) > 0.99, "the red square");
+    assert_eq!(probability(3, 0), Value::Null, "a peg has no hole");
+}
+
+#[test]
+fn every_run_says_the_same_and_people_are_told_what_was_learned() {
+    let [one, same]: [Told; 2] = [(); 2].map(|()| tell(&["learn", SQUARES, "--language", "extended"]));
+    assert_eq!((one.status, &one.out), (Some(0), &same.out), "{one:?}");
+    for words in ["all but blue filled", "four of them filled", "Leo follows partner 1: all filled"] {
+        assert!(one.out.contains(words), "{words} is not in {}", one.out);
+    }
+}
+
+#[test]
+fn a_line_that_is_wrong_is_named_with_its_field_and_nothing_is_learned() {
+    let files = tempfile::tempdir().expect("a folder");
+    let good = format!(
+        r#"{{"perspectives": [{{"before": [{RED}], "changed": [{{"id": 1, "states": {{"marked": true}}}}]}}]}}"#
+    );
+    let view = |view: &str| format!("{HEADER}\n{good}\n\n{{\"perspectives\": [{view}]}}\n");
+    let before = |object: &str| view(&format!(r#"{{"before": [{object}], "after": []}}"#));
+    let cases: Vec<(String, &[&str])> = vec![
+        (String::new(), &["no examples"]),
+        (HEADER.to_owned(), &["no examples"]),
+        (good.clone(), &["line 1", "leo_examples"]),
+        (format!("{{\"leo_examples\": 2}}\n{good}"), &["line 1", "version 2"]),
+        (format!("{HEADER}\n{{\"perspectives\": []}}"), &["line 2", "perspectives"]),
+        (
+            before(r#"{"id": 1, "colour": "red"}"#),
+            &["line 4", "perspectives[0].before[0].colour", "unknown field"],
+        ),
+        (before(r#"{"features": {}}"#), &["line 4", "perspectives[0].before[0].id"]),
+        (before(&format!("{RED}, {RED}")), &["line 4", "before[1].id", "another object"]),
+        (before(r#"{"id": 1, "states": {"marked": 0.5}}"#), &["line 4", "states.marked", "boolean"]),
+        (before(r#"{"id": 1, "position_m": [1e9, 0, 0]}"#), &["line 4", "position_m", "out of range"]),
+        (before(r#"{"id": 1, "features": {"": "red"}}"#), &["line 4", "before[0]", "no name"]),
+        (view(&format!(r#"{{"before": [{RED}]}}"#)), &["line 4", "perspectives[0]", "`after`", "`changed`"]),
+        (
+            view(&format!(r#"{{"before": [{RED}], "changed": [{{"id": 7}}]}}"#)),
+            &["line 4", "changed[0].id", "7"],
+        ),
+        (
+            view(&format!(
+                r#"{{"before": [{RED}], "changed": [{{"id": 1, "states": {{"filled": true}}}}]}}"#
+            )),
+            &["line 4", "changed[0].states.filled", "before"],
+        ),
+        (
+            view(r#"{"before": [], "after": []}, {"before": [], "after": []}"#),
+            &["line 4", "perspectives[1].perspective", "before"],
+        ),
+        (format!("{HEADER}\n{good}\n{{\"perspectives\": "), &["line 3", "column"]),
+    ];
+    for (text, words) in cases {
+        let file = write(&files, "examples.jsonl", &text);
+        let told = tell(&["learn", &file, "--json"]);
+        assert_refused(&told, 2, &[&["examples.jsonl"], words].concat());
+    }
+    assert_refused(&tell(&["learn", "/nowhere.jsonl"]), 2, &["/nowhere.jsonl"]);
+}
+
+#[test]
+fn a_noise_of_one_half_is_refused() {
+    let told = tell(&["learn", SQUARES, "--noise", "0.5"]);
+    assert_eq!((told.status, told.out.as_str()), (Some(2), ""), "{told:?}");
+    assert!(told.err.contains("from 0 to below 0.5"), "{told:?}");
+}
