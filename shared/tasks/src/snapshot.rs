@@ -10,9 +10,6 @@ use crate::{Identities, Language};
 /// as it was, so that noise about one half is no change.
 const ON: f32 = 0.6;
 
-/// What was observed less often than this may be a slip of the eyes that was taken for a thing.
-const OBSERVATIONS_LEAST: u64 = 2;
-
 /// A deep copy of what one perspective believes at an instant: Snp(t, P) in the paper.
 ///
 /// It shares nothing with the belief system it was taken from: low-pass histories rewrite their
@@ -58,7 +55,7 @@ impl Snapshot {
     ///
     /// `identities` says which object a belief is about. `previous` is an earlier snapshot of the
     /// same perspective, if there is one: a state whose degree is near one half stays as it was
-    /// there. Percepts whose numbers are nonsense are left out, and so are things observed only once.
+    /// there. Percepts whose numbers are nonsense are left out.
     #[must_use]
     pub fn of(
         language: &Language,
@@ -70,7 +67,6 @@ impl Snapshot {
         let frame = head.frame().unwrap_or_else(Pose::identity);
         let mut objects: Vec<Object> = beliefs
             .iter()
-            .filter(|belief| belief.observations >= OBSERVATIONS_LEAST)
             .map(|belief| {
                 let id = identities.object(belief.id);
                 object(language, &frame, belief, id, previous.and_then(|past| past.object(id)))
@@ -219,12 +215,9 @@ mod tests {
         let x_base_person = Pose::<Base, Person>::upright(1.5, 0.0, 0.0, std::f64::consts::PI);
         head.frame_position_m = x_base_person.position_m();
         head.frame_orientation_xyzw = x_base_person.orientation_xyzw();
-        let mut belief = Belief::new(7, 0, 0, 2, NOBODY);
+        let mut belief = Belief::new(7, 0, 0, 1, NOBODY);
         belief.push(Remembered::new(0, 0, 1.0, 1.0, Feature::Vector([1.0, 0.25, 0.0])));
         let snapshot = Snapshot::of(&language, &head, &[belief], &Identities::default(), None);
-        belief.observations = 1;
-        let seen_once = Snapshot::of(&language, &head, &[belief], &Identities::default(), None);
-        assert_eq!(seen_once.objects, [], "what was seen once may be nothing");
         let place = snapshot.objects[0].position().unwrap();
         assert!(place.distance(&Position::new(0.5, -0.25, 0.0)) < 1e-9, "{place:?}");
     }

@@ -207,7 +207,7 @@ impl Run {
         let beliefs = things
             .filter(|(_, (index, thing))| !(self.missing.contains(index) || perspective > 0 && thing.hidden))
             .map(|(id, (_, thing))| {
-                let mut belief = Belief::new(id, 0, self.now.as_nanos(), 100, thing.held_by);
+                let mut belief = Belief::new(id, 0, self.now.as_nanos(), 1, thing.held_by);
                 let mut push = |name: &str, feature| {
                     let percept = percepts.index(name).unwrap();
                     belief.push(Remembered::new(percept, self.now.as_nanos(), 1.0, 0.9, feature));
