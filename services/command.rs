@@ -219,13 +219,7 @@ impl Run {
 impl Teach {
     fn run(&self) -> Result<ExitCode, Failure> {
         let robot = Robot::load(self.config.as_deref()).map_err(Failed::usage)?;
-        if robot.leo.sensor.simulator().is_none() {
-            return Err(Failed::usage(
-                "a lesson is played by the simulator, and no [[sensor.source]] of leo.toml is of the kind \
-                 \"simulator\"",
-            ));
-        }
-        startable(&robot)?;
+        teachable(&robot)?;
         let partners = match self.perspective.as_slice() {
             [] => None,
             whose if !whose.contains(&Whose::Robot) => {
@@ -312,6 +306,18 @@ fn startable(robot: &Robot) -> Result<(), Failure> {
     )
     .map_err(Failed::usage)?;
     Ok(())
+}
+
+/// Refuses to play a lesson to a robot that does not look at the simulator; the number of that source.
+fn teachable(robot: &Robot) -> Result<usize, Failure> {
+    startable(robot)?;
+    let simulator = robot.leo.sensor.simulator().map(usize::from);
+    simulator.ok_or_else(|| {
+        Failed::usage(
+            "a lesson is played by the simulator, and no [[sensor.source]] of leo.toml is of the kind \
+             \"simulator\"",
+        )
+    })
 }
 
 /// What the processes say goes to standard error: by default warnings, `-v` what they do,

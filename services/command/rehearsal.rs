@@ -15,12 +15,17 @@ use super::failure::Failed;
 const ANSWER: Duration = Duration::from_secs(1);
 
 /// Plays the demonstrations of a lesson to a robot with so many partners' perspectives; what it made
-/// of them.
+/// of them. `source` is the number of the simulator among the robot's sources.
 ///
 /// # Errors
 ///
 /// The robot's configuration cannot be.
-pub(super) fn rehearse(robot: &Robot, lesson: &Lesson, partners: u32) -> Result<Account, Failed> {
+pub(super) fn rehearse(
+    robot: &Robot,
+    source: usize,
+    lesson: &Lesson,
+    partners: u32,
+) -> Result<Account, Failed> {
     let settings = &robot.leo;
     let capacity = settings.buffers.objects.get();
     let mut world = World::new(lesson, lesson.seed);
@@ -44,8 +49,8 @@ pub(super) fn rehearse(robot: &Robot, lesson: &Lesson, partners: u32) -> Result<
         let mut header = Header { sequence, ..Header::at(now.as_nanos()) };
         header.pass(Hop::Observed, now.as_nanos());
         sensor.begin(now);
-        if sensor.note(0, &header) {
-            sensor.take(0, &header, &observations);
+        if sensor.note(source, &header) {
+            sensor.take(source, &header, &observations);
         }
         let header = sensor.end();
         let perceived: Vec<Perceived> = sensor.perceived().collect();

@@ -14,7 +14,7 @@ use study::{Cell, Comparison, robot::CELLS};
 use supervisor_process::Teaching;
 
 use super::failure::Failed;
-use super::{domain, output};
+use super::{domain, output, teachable};
 use sweep::Sweep;
 
 /// What is played, and how it is told.
@@ -38,8 +38,9 @@ pub(crate) struct Study {
 impl Study {
     pub(crate) fn run(&self) -> Result<ExitCode, Failed> {
         let robot = Robot::load(self.config.as_deref()).map_err(Failed::usage)?;
+        let source = teachable(&robot)?;
         if let Some(designs) = self.sweep {
-            let sweep = Sweep::of(&robot, designs, &|news| self.tell(news))?;
+            let sweep = Sweep::of(&robot, source, designs, &|news| self.tell(news))?;
             if self.json {
                 output::print_json(&sweep)?;
             } else {

@@ -40,6 +40,13 @@ const SETTINGS: [Setting; 7] = [
     Setting { threshold: 0.20, ..AS_IT_COMES },
 ];
 
+/// The robot that is taught, and the number of the simulator among its sources.
+#[derive(Clone, Copy)]
+struct Pupil<'a> {
+    robot: &'a Robot,
+    source: usize,
+}
+
 /// How often the winner was the right one, setting by setting and task by task.
 #[derive(Clone, Debug, Serialize)]
 pub(super) struct Sweep {
@@ -66,14 +73,20 @@ struct Broken {
 }
 
 impl Sweep {
-    /// Plays so many designs of every task in every setting, on all processors.
-    pub(super) fn of(robot: &Robot, designs: u64, told: &(dyn Fn(&str) + Sync)) -> Result<Self, Failed> {
+    /// Plays so many designs of every task in every setting, on all processors; `source` is the
+    /// number of the simulator among the robot's sources.
+    pub(super) fn of(
+        robot: &Robot,
+        source: usize,
+        designs: u64,
+        told: &(dyn Fn(&str) + Sync),
+    ) -> Result<Self, Failed> {
         let mut rows = Vec::new();
         for setting in SETTINGS {
             let robot = setting.apply(robot)?;
             for task in 1..=TASKS {
                 told(&format!("task {task}, {setting} ..."));
-                rows.push(Row::of(&robot, setting, task, designs)?);
+                rows.push(Row::of(Pupil { robot: &robot, source }, setting, task, designs)?);
             }
         }
         Ok(Self { designs, rows })
@@ -101,7 +114,7 @@ impl Setting {
 }
 
 impl Row {
-    fn of(robot: &Robot, setting: Setting, task: u32, designs: u64) -> Result<Self, Failed> {
+    fn of(pupil: Pupil<'_>, setting: Setting, task: u32, designs: u64) -> Result<Self, Failed> {
         let next = AtomicU64::new(0);
         let found = Mutex::new((0_u64, Vec::new(), None));
         let workers = thread::available_parallelism().map_or(1, usize::from);
@@ -113,7 +126,7 @@ impl Row {
                         if design >= designs {
                             return;
                         }
-                        let outcome = play(robot, setting, task, design);
+                        let outcome = play(pupil, setting, task, design);
                         let mut found = found.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
                         match outcome {
                             Ok(broken) if broken.is_empty() => found.0 += 1,
@@ -137,14 +150,14 @@ impl Row {
 
 /// Plays a design with and without perspective taking; the conditions whose winner is not the one
 /// that should be.
-fn play(robot: &Robot, setting: Setting, task: u32, design: u64) -> Result<Vec<Broken>, Failed> {
+fn play(pupil: Pupil<'_>, setting: Setting, task: u32, design: u64) -> Result<Vec<Broken>, Failed> {
     let Some(Design { mut lesson, with, without, .. }) = Design::of(task, design) else {
         return Err(Failed::because(format!("there is no design of task {task}")));
     };
     lesson.noise.position_sigma_m = setting.position_sigma_m;
     let mut broken = Vec::new();
     for (perspective_taking, wanted) in [(true, with), (false, without)] {
-        let account = rehearse(robot, &lesson, u32::from(perspective_taking))?;
+        let account = rehearse(pupil.robot, pupil.source, &lesson, u32::from(perspective_taking))?;
         let rule = account.tasks.first().and_then(|task| task.rule.as_ref());
         let learned = rule.map_or_else(|| "nothing".to_owned(), |rule| rule.name.clone());
         if learned != wanted {
