@@ -6,6 +6,7 @@ use tasks::{Language, Noise, Prior, Sentence, Snapshot, Task, key};
 
 use crate::answers;
 use crate::performance::{HalfHeights, Performance, Stage};
+use crate::question::Question;
 use crate::report::{Verdict, sight, spoken};
 use crate::teaching::Teaching;
 use crate::views::{Continuity, Views};
@@ -94,6 +95,8 @@ pub struct Learner<B> {
     performance: Option<Performance>,
     /// The key of the task that was last taught or performed: the one in question.
     in_question: Option<String>,
+    /// What Leo asked, and nobody has answered yet.
+    question: Option<Question>,
     begun: bool,
     goals_at: Option<Instant>,
 }
@@ -120,6 +123,7 @@ impl<B: Body> Learner<B> {
             teaching: None,
             performance: None,
             in_question: None,
+            question: None,
             begun: false,
             goals_at: None,
         }
@@ -210,6 +214,9 @@ impl<B: Body> Learner<B> {
             Sentence::Do(name) => self.begin_performance(&name, output),
             Sentence::Stop => self.stop(now, present_rad, output),
             Sentence::NotThatOne => self.skip(now, present_rad, output),
+            Sentence::Yes | Sentence::No if self.question.is_some() => {
+                self.take_answer(speaker, Sentence::of(text) == Sentence::Yes, output);
+            }
             Sentence::Yes => match self.in_question() {
                 Some(task) => {
                     say(output, &task.name.clone(), "good, I will do it like that");
@@ -286,6 +293,7 @@ impl<B: Body> Learner<B> {
         present_rad: &[Option<f64>],
         output: &mut Output,
     ) {
+        self.question = None;
         if let Some(teaching) = self.teaching.take() {
             let unfinished = &teaching.recording.task;
             say(
@@ -337,11 +345,19 @@ impl<B: Body> Learner<B> {
         let task =
             self.tasks.entry(key(&name)).or_insert_with(|| Task { name: name.clone(), examples: Vec::new() });
         task.examples.push(example);
-        output.save.push((key(&name), task.clone()));
-        self.in_question = Some(key(&name));
+        self.conclude(&key(&name), output);
+    }
+
+    /// Saves a task that has a new example, and tells what it comes to; what that leaves open, is asked.
+    fn conclude(&mut self, task_key: &str, output: &mut Output) {
+        let (language, settings) = (&self.vocabulary.language, &self.settings.learning);
+        let Some(task) = self.tasks.get(task_key) else { return };
+        let name = task.name.clone();
+        output.save.push((task_key.to_owned(), task.clone()));
+        self.in_question = Some(task_key.to_owned());
         let examples = u32::try_from(task.examples.len()).unwrap_or(u32::MAX);
         output.events.push(Event { examples, ..Event::new(EventKind::DemonstrationEnded, &name, &name) });
-        let verdict = Verdict::of(language, task, &self.perspectives, &self.settings.learning);
+        let verdict = Verdict::of(language, task, &self.perspectives, settings);
         output.events.extend(verdict.events(language, task));
         let examples = task.examples.len();
         let text = match verdict.learned() {
@@ -353,6 +369,19 @@ impl<B: Body> Learner<B> {
             }
         };
         say(output, &name, &text);
+        self.question = Question::about(language, task_key, task, &verdict, settings);
+        if let Some(question) = &self.question {
+            say(output, &name, &question.text);
+        }
+    }
+
+    /// What Leo asked is answered: the answer counts as an example.
+    fn take_answer(&mut self, speaker: u16, yes: bool, output: &mut Output) {
+        let Some(question) = self.question.take() else { return };
+        if let Some(task) = self.tasks.get_mut(&question.task) {
+            task.examples.push(question.answered(yes, speaker, &self.perspectives));
+            self.conclude(&question.task, output);
+        }
     }
 
     fn in_question(&self) -> Option<&Task> {

@@ -8,6 +8,7 @@ mod body;
 mod learner;
 mod leo_body;
 mod performance;
+mod question;
 mod report;
 mod shell;
 mod teaching;

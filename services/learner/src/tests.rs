@@ -301,6 +301,55 @@ fn a_correction_is_a_new_example() {
     assert_eq!(run.saved.last().unwrap().1.examples.len(), 3);
     let said = run.texts(EventKind::Said);
     assert!(said.iter().any(|text| text.starts_with("what is wrong?")), "{said:?}");
+    // One showing against two leaves it open what is meant.
+    assert!(said.last().unwrap().starts_with("Should a "), "{said:?}");
+    run.say("Yes");
+    assert_eq!(run.saved.last().unwrap().1.examples.len(), 4);
+}
+
+#[test]
+fn whoever_is_pleased_says_so() {
+    let mut run = Run::new(1, Vec::new());
+    run.teach();
+    run.perform(&[]);
     run.say("Yes");
     assert!(run.texts(EventKind::Said).last().unwrap().starts_with("good"));
+}
+
+/// A showing that leaves open whether the red ones or the triangles are meant.
+fn ambiguous() -> Run {
+    let mut run = Run::new(1, Vec::new());
+    run.table.borrow_mut().lay(&["red", "blue"], None);
+    run.table.borrow_mut().things[0].shape = "triangle";
+    run.steps(10);
+    run.say("Leo, I can teach you to do task 1");
+    run.insert(0, 0);
+    run.say("Task 1 is done");
+    run.steps(5);
+    run
+}
+
+#[test]
+fn what_a_showing_leaves_open_is_asked_and_the_answer_is_an_example() {
+    let rule = |answer: &str| {
+        let mut run = ambiguous();
+        let asked = run.texts(EventKind::Said).pop().unwrap();
+        assert!(asked.starts_with("Should a ") && asked.ends_with(" be filled, too?"), "{asked}");
+        run.say(answer);
+        assert_eq!(run.saved.last().unwrap().1.examples.len(), 2);
+        let about_red = asked.contains("red square");
+        (about_red, run.texts(EventKind::RuleChosen).pop().unwrap())
+    };
+    let (about_red, yes) = rule("Yes");
+    assert_eq!(yes, if about_red { "all red" } else { "all triangle" });
+    let (_, no) = rule("No.");
+    assert!(no != yes, "{no}");
+}
+
+#[test]
+fn a_question_that_was_not_answered_is_dropped_when_a_showing_begins() {
+    let mut run = ambiguous();
+    run.say("Leo, I can teach you to do task 1");
+    run.say("Yes");
+    assert_eq!(run.saved.last().unwrap().1.examples.len(), 1);
 }
