@@ -45,7 +45,7 @@ pub(crate) struct Learn {
     /// Rules to tell of each goal at most
     #[arg(long, value_name = "N", default_value_t = 8, value_parser = clap::value_parser!(u16).range(1..=512))]
     rules: u16,
-    /// The robot's leo.toml, for the keys of [learner] [default: built in]
+    /// The robot's leo.toml, for the keys of its table `learner` [default: built in]
     #[arg(long, value_name = "FILE")]
     config: Option<PathBuf>,
 }
