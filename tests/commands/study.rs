@@ -67,3 +67,32 @@ fn of_two_teachers_with_different_views_the_one_who_teaches_counts() {
     let lessons: Value = serde_json::from_str(&told.out).expect("is JSON");
     assert_eq!(lessons.pointer("/0/account/tasks/0/rule/name"), Some(&Value::from("all but blue")));
 }
+
+/// A lesson taught with another value of a key of `leo.toml`.
+fn taught_where(lesson: &str, from: &str, to: &str) -> [String; 3] {
+    let files = tempfile::tempdir().expect("a folder");
+    let config = read("config/leo.toml").replace(from, to);
+    assert!(config.contains(to), "{from} is not in leo.toml");
+    let config = write(&files, "leo.toml", &config);
+    let told = tell(&["teach", lesson, "--json", "--config", &config]);
+    assert_eq!((told.status, told.err.as_str()), (Some(0), ""), "{told:?}");
+    let lessons: Value = serde_json::from_str(&told.out).expect("is JSON");
+    ["/rule/name", "/rule/perspective", "/performances/0/result"].map(|field| {
+        let pointer = format!("/0/account/tasks/0{field}");
+        lessons.pointer(&pointer).and_then(Value::as_str).expect("a text").to_owned()
+    })
+}
+
+#[test]
+fn rules_that_people_chose_are_learned_in_the_extended_language_and_done() {
+    let extended = |lesson: &str| taught_where(lesson, "language = \"paper\"", "language = \"extended\"");
+    assert_eq!(extended("config/lessons/three_of_them.toml"), ["three of them", "human", "filled 3 of 3"]);
+    // Far as the teacher sees it, and done as Leo sees it.
+    assert_eq!(extended("config/lessons/the_far_ones.toml"), ["the far ones", "human", "filled 3 of 3"]);
+}
+
+#[test]
+fn one_slip_in_three_showings_does_not_hide_the_rule() {
+    let taught = taught_where("config/lessons/a_slip.toml", "noise = 0.0 ", "noise = 0.05 ");
+    assert_eq!(taught, ["all", "human", "filled 5 of 5"]);
+}

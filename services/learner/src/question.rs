@@ -1,7 +1,8 @@
 use std::collections::BTreeMap;
 
 use tasks::{
-    Effect, Example, Language, Learning, Object, Settings, Signature, Snapshot, Task, View, explain,
+    Effect, Example, Language, Learning, Object, Selection, Settings, Signature, Snapshot, Task, View,
+    explain,
 };
 
 use crate::report::Verdict;
@@ -35,7 +36,9 @@ impl Question {
     ) -> Option<Self> {
         let (chosen, learned) = (verdict.chosen?, verdict.learned()?);
         let first = learned.primary().next()?;
-        let is_unexplained = chosen != 0 && !explain(language, task, chosen, first).unexplained.is_empty();
+        // What stands where it does looks otherwise from elsewhere, and there is nothing to explain.
+        let is_comparable = chosen != 0 && !matches!(first.selection, Selection::Standing(_));
+        let is_unexplained = is_comparable && !explain(language, task, chosen, first).unexplained.is_empty();
         let mut learning = Learning::new(language, settings);
         task.views(chosen).for_each(|view| learning.add(&view.attended(language.moved_m)));
         let inquiry = learning.inquire(&first.expectation, 1)?;

@@ -5,7 +5,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use message::{Event, EventKind};
 use quantity::number::saturating_u32;
 use tasks::{
-    Change, FigureRule, Language, Learned, Object, Rule, Settings, Snapshot, Task, View, decide,
+    Change, FigureRule, Language, Learned, Object, Rule, Selection, Settings, Snapshot, Task, View, decide,
     describe_change, describe_object, explain, learn_with, listed,
 };
 
@@ -98,6 +98,10 @@ impl Verdict {
         let own = self.by_perspective.get(&0).and_then(|own| own.primary().next());
         if own.is_some_and(|own| own.agrees_with(rule)) {
             return None;
+        }
+        // Far from him is near to the robot: nothing speaks against a rule about where things stand.
+        if let (Selection::Standing(_), Some(own)) = (rule.selection, own) {
+            return Some(format!("to me it looked like \"{}\", but you see it from where you are", own.name));
         }
         let why = explain(language, task, chosen, rule).text();
         if why.is_empty() {
