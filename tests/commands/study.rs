@@ -96,3 +96,19 @@ fn one_slip_in_three_showings_does_not_hide_the_rule() {
     let taught = taught_where("config/lessons/a_slip.toml", "noise = 0.0 ", "noise = 0.05 ");
     assert_eq!(taught, ["all", "human", "filled 5 of 5"]);
 }
+
+#[test]
+fn a_learned_task_is_a_step_of_another() {
+    let told = tell(&["teach", "config/lessons/a_task_in_a_task.toml", "--json"]);
+    assert_eq!((told.status, told.err.as_str()), (Some(0), ""), "{told:?}");
+    let lessons: Value = serde_json::from_str(&told.out).expect("is JSON");
+    let tasks = lessons.pointer("/0/account/tasks").and_then(Value::as_array).expect("a list");
+    let text = |task: usize, pointer: &str| {
+        tasks.get(task).and_then(|task| task.pointer(pointer)).and_then(Value::as_str).map(str::to_owned)
+    };
+    assert_eq!(text(0, "/performances/0/result").as_deref(), Some("filled 2 of 2"));
+    let step = text(1, "/demonstrations/0/actions/0").expect("an act");
+    assert!(step.starts_with("I: ") && step.contains("filled"), "{step}");
+    assert_eq!(text(1, "/rule/name").as_deref(), Some("all filled and all marked"));
+    assert_eq!(text(1, "/performances/0/result").as_deref(), Some("filled, marked 4 of 4"));
+}
