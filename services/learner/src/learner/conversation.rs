@@ -1,0 +1,127 @@
+//! What Leo answers to what it is told and asked.
+
+use clock::Instant;
+use tasks::{Sentence, Task};
+
+use super::{Learner, Output, say};
+use crate::performance::Performance;
+use crate::{Body, Skill, answers};
+
+impl<B: Body> Learner<B> {
+    pub(super) fn answer(
+        &mut self,
+        now: Instant,
+        speaker: u16,
+        text: &str,
+        present_rad: &[Option<f64>],
+        output: &mut Output,
+    ) {
+        match Sentence::of(text) {
+            Sentence::Teach(name) => self.begin_teaching(now, speaker, &name, present_rad, output),
+            Sentence::Done(name) => self.end_teaching(now, &name, output),
+            Sentence::Do(name) => self.begin_performance(&name, output),
+            Sentence::Stop => self.stop(now, present_rad, output),
+            Sentence::NotThatOne => self.skip(now, present_rad, output),
+            Sentence::Yes | Sentence::No if self.question.is_some() => {
+                self.take_answer(speaker, Sentence::of(text) == Sentence::Yes, output);
+            }
+            Sentence::Yes => match self.in_question() {
+                Some(task) => {
+                    say(output, &task.name.clone(), "good, I will do it like that");
+                    self.show(now, Skill::Pleased, present_rad);
+                }
+                None => say(output, "", "I did not ask anything"),
+            },
+            Sentence::No => match self.in_question() {
+                Some(Task { name, .. }) => {
+                    let text =
+                        format!("what is wrong? Say \"like this\", show me, and say \"{name} is done\"");
+                    say(output, name, &text);
+                }
+                None => say(output, "", "I did not do anything"),
+            },
+            Sentence::LikeThis => match self.in_question().map(|task| task.name.clone()) {
+                Some(name) => {
+                    if self.performance.is_some() {
+                        self.stop(now, present_rad, output);
+                    }
+                    self.begin_teaching(now, speaker, &name, present_rad, output);
+                }
+                None => {
+                    say(output, "", "like what? Say \"Leo, I can teach you to do\" and what it is called");
+                }
+            },
+            Sentence::WhatDidYouLearn => {
+                let settings = &self.settings.learning;
+                let known = answers::learned(
+                    &self.vocabulary.language,
+                    self.tasks.values(),
+                    &self.perspectives,
+                    settings,
+                );
+                known.iter().for_each(|(task, text)| say(output, task, text));
+            }
+            Sentence::Why => {
+                let settings = &self.settings.learning;
+                let (task, text) = match self.in_question() {
+                    Some(task) => {
+                        let language = &self.vocabulary.language;
+                        (task.name.as_str(), answers::why(language, task, &self.perspectives, settings))
+                    }
+                    None => ("", "I have learned nothing and done nothing yet".to_owned()),
+                };
+                say(output, task, &text);
+            }
+            Sentence::WhatDoISee => {
+                let language = &self.vocabulary.language;
+                let views = self.views.snapshots(now, language, &self.perspectives);
+                say(output, "", &answers::seen_by(language, &views, speaker));
+            }
+            Sentence::Unknown => {
+                say(output, "", &format!("I did not understand \"{text}\""));
+                say(output, "", &Sentence::help());
+                self.show(now, Skill::Puzzled, present_rad);
+            }
+        }
+    }
+
+    /// Leo holds still where it is, and what it was performing is over.
+    fn stop(&mut self, now: Instant, present_rad: &[Option<f64>], output: &mut Output) {
+        self.begun = true;
+        self.body.begin(now, Skill::Hold, present_rad);
+        match self.performance.take() {
+            Some(mut performance) => {
+                output.events.push(performance.stopped());
+                say(output, &performance.task, "I stopped");
+            }
+            None => say(output, "", "I hold still"),
+        }
+    }
+
+    /// What is being worked on is left alone, and the performance goes on.
+    fn skip(&mut self, now: Instant, present_rad: &[Option<f64>], output: &mut Output) {
+        let skipped = self.performance.as_mut().and_then(Performance::skip);
+        match skipped {
+            Some((name, event)) => {
+                let task = event.task;
+                output.events.push(event);
+                self.body.begin(now, Skill::Rest, present_rad);
+                say(output, task.as_str(), &format!("I leave the {name} alone"));
+            }
+            None => say(output, "", "I am not working on anything"),
+        }
+    }
+
+    fn in_question(&self) -> Option<&Task> {
+        self.tasks.get(self.in_question.as_ref()?)
+    }
+
+    /// What Leo asked is answered: the answer counts as an example.
+    fn take_answer(&mut self, speaker: u16, yes: bool, output: &mut Output) {
+        let Some(question) = self.question.take() else { return };
+        if let Some(task) = self.tasks.get_mut(&question.task) {
+            task.examples.push(question.answered(yes, speaker, &self.perspectives));
+            self.conclude(&question.task, output);
+        }
+    }
+}
