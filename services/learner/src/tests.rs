@@ -271,6 +271,20 @@ fn whoever_says_stop_is_obeyed_at_once() {
 }
 
 #[test]
+fn stop_is_obeyed_while_leo_does_not_know_what_is_where() {
+    let mut run = Run::new(1, Vec::new());
+    run.teach();
+    run.perform_with(&[], |run| {
+        run.steps(3);
+        run.restart_belief();
+        run.missing = (0..12).collect();
+        run.say("Leo, stop!");
+        assert!(!run.learner.is_performing());
+        assert_eq!(run.table.borrow().skills.last(), Some(&Skill::Hold));
+    });
+}
+
+#[test]
 fn what_is_not_meant_is_left_alone() {
     let mut run = Run::new(1, Vec::new());
     run.teach();

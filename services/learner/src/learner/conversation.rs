@@ -20,7 +20,8 @@ impl<B: Body> Learner<B> {
             Sentence::Teach(name) => self.begin_teaching(now, speaker, &name, present_rad, output),
             Sentence::Done(name) => self.end_teaching(now, &name, output),
             Sentence::Do(name) => self.begin_performance(&name, output),
-            Sentence::Stop => self.stop(now, present_rad, output),
+            // It was heard before all others.
+            Sentence::Stop => {}
             Sentence::NotThatOne => self.skip(now, present_rad, output),
             Sentence::Yes | Sentence::No if self.question.is_some() => {
                 self.take_answer(speaker, Sentence::of(text) == Sentence::Yes, output);
@@ -86,7 +87,7 @@ impl<B: Body> Learner<B> {
     }
 
     /// Leo holds still where it is, and what it was performing is over.
-    fn stop(&mut self, now: Instant, present_rad: &[Option<f64>], output: &mut Output) {
+    pub(super) fn stop(&mut self, now: Instant, present_rad: &[Option<f64>], output: &mut Output) {
         self.begun = true;
         self.body.begin(now, Skill::Hold, present_rad);
         match self.performance.take() {
