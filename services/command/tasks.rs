@@ -3,11 +3,11 @@
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-use ::tasks::{Task, key, listed};
+use ::tasks::{Settings, Task, key, listed};
 use account::Account;
 use clap::{Args, Subcommand};
 use config::Robot;
-use learner_process::{Vocabulary, learning, memory_file, retell};
+use learner_process::{Vocabulary, learning, memory_file, open_question, retell};
 use serde::{Deserialize, Serialize};
 use store::Store;
 
@@ -77,6 +77,14 @@ struct Exported {
     tasks: Vec<Task>,
 }
 
+/// What a task comes to.
+#[derive(Debug, Serialize)]
+struct Shown {
+    account: Account,
+    /// What Leo would ask, where the examples leave open what is meant.
+    question: Option<String>,
+}
+
 /// A line of the list.
 #[derive(Debug, Serialize)]
 struct Known {
@@ -94,8 +102,14 @@ impl Tasks {
         match &self.what {
             What::List { json } => self.list(&memory, *json)?,
             What::Show { name, json } => {
-                let account = self.account(memory.task(name)?)?;
-                if *json { output::print_json(&account)? } else { output::print(&account.to_text())? }
+                let task = memory.task(name)?;
+                let (account, question) = (self.account(task)?, self.question(task)?);
+                if *json {
+                    output::print_json(&Shown { account, question })?;
+                } else {
+                    let asks = question.map(|text| format!("  Leo would ask: {text}\n")).unwrap_or_default();
+                    output::print(&(account.to_text() + &asks))?;
+                }
             }
             What::Forget { name } => {
                 let task = memory.task(name)?;
@@ -119,13 +133,21 @@ impl Tasks {
     }
 
     fn account(&self, task: &Task) -> Result<Account, Failed> {
+        let (vocabulary, settings) = self.settings()?;
+        let mut account = Account::default();
+        retell(&vocabulary.language, task, &settings).iter().for_each(|event| account.note(event));
+        Ok(account)
+    }
+
+    fn question(&self, task: &Task) -> Result<Option<String>, Failed> {
+        let (vocabulary, settings) = self.settings()?;
+        Ok(open_question(&vocabulary.language, task, &settings))
+    }
+
+    fn settings(&self) -> Result<(Vocabulary, Settings), Failed> {
         let robot = Robot::load(self.config.as_deref()).map_err(Failed::usage)?;
         let vocabulary = Vocabulary::of(&robot.percepts).map_err(Failed::usage)?;
-        let mut account = Account::default();
-        retell(&vocabulary.language, task, &learning(&robot.leo.learner))
-            .iter()
-            .for_each(|event| account.note(event));
-        Ok(account)
+        Ok((vocabulary, learning(&robot.leo.learner)))
     }
 
     fn list(&self, memory: &Memory, json: bool) -> Result<(), Failed> {

@@ -18,6 +18,7 @@ mod vocabulary;
 pub use body::{Body, Motion, Skill, Turn};
 pub use learner::{Input, Learner, Output, Settings, learning};
 pub use leo_body::{LeoBody, LeoBodyError};
+pub use question::open_question;
 pub use report::retell;
 pub use shell::{check_memory, memory_file, run};
 pub use vocabulary::{Vocabulary, VocabularyError};

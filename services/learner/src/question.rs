@@ -2,10 +2,10 @@ use std::collections::BTreeMap;
 
 use tasks::{
     Effect, Example, Language, Learning, Object, Selection, Settings, Signature, Snapshot, Task, View,
-    explain,
+    explain, key,
 };
 
-use crate::report::Verdict;
+use crate::report::{Verdict, perspectives};
 
 /// A question that is expected to tell less than this, in bits, is not asked: whoever teaches would be
 /// asked about what is all but certain.
@@ -76,4 +76,11 @@ impl Question {
         };
         Example { teacher, views: perspectives.iter().map(view).collect() }
     }
+}
+
+/// What Leo would ask about a task, where its examples leave open what is meant.
+#[must_use]
+pub fn open_question(language: &Language, task: &Task, settings: &Settings) -> Option<String> {
+    let verdict = Verdict::of(language, task, &perspectives(task), settings);
+    Question::about(language, &key(&task.name), task, &verdict, settings).map(|question| question.text)
 }

@@ -118,13 +118,17 @@ impl Verdict {
 /// every perspective that has examples of it, the rule chosen, and why another sees it differently.
 #[must_use]
 pub fn retell(language: &Language, task: &Task, settings: &Settings) -> Vec<Event> {
-    let views = task.examples.iter().flat_map(|example| &example.views);
-    let perspectives: BTreeSet<u16> = views.map(|view| view.perspective).collect();
-    let perspectives: Vec<u16> = perspectives.into_iter().collect();
     let examples = saturating_u32(task.examples.len());
     let ended = Event { examples, ..Event::new(EventKind::DemonstrationEnded, &task.name, &task.name) };
-    let verdict = Verdict::of(language, task, &perspectives, settings);
+    let verdict = Verdict::of(language, task, &perspectives(task), settings);
     std::iter::once(ended).chain(verdict.events(language, task)).collect()
+}
+
+/// The perspectives that have examples of a task.
+pub(crate) fn perspectives(task: &Task) -> Vec<u16> {
+    let views = task.examples.iter().flat_map(|example| &example.views);
+    let perspectives: BTreeSet<u16> = views.map(|view| view.perspective).collect();
+    perspectives.into_iter().collect()
 }
 
 /// What a task is, in words: "all filled".
