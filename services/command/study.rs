@@ -28,7 +28,8 @@ pub(crate) struct Study {
     json: bool,
     /// Instead, teach so many random designs of each task in one process, with more noise, other
     /// cones and other thresholds, and say which settings break what
-    #[arg(long, value_name = "DESIGNS", num_args = 0..=1, default_missing_value = "200")]
+    #[arg(long, value_name = "DESIGNS", num_args = 0..=1, default_missing_value = "200",
+        value_parser = clap::value_parser!(u64).range(1..))]
     sweep: Option<u64>,
     /// The robot's leo.toml [default: built in]
     #[arg(long, value_name = "FILE")]

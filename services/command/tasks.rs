@@ -216,6 +216,14 @@ impl Memory {
         if let Some(nameless) = keys.iter().position(String::is_empty) {
             return Err(Failed::usage(format!("{at}: task {} has no name", nameless + 1)));
         }
+        let twice =
+            keys.iter().enumerate().find(|(index, key)| keys.iter().take(*index).any(|other| other == *key));
+        if let Some((index, _)) = twice {
+            return Err(Failed::usage(format!(
+                "{at}: task {} has the name of one before it; nothing was taken in",
+                index + 1
+            )));
+        }
         let entries = keys.iter().map(String::as_str).zip(&exported.tasks);
         self.store.save_all(entries).map_err(Failed::because)?;
         Ok(exported.tasks.iter().map(|task| task.name.clone()).collect())

@@ -18,24 +18,41 @@ fn the_study_comes_out_as_in_the_paper_in_every_cell() {
     assert!(tests.iter().all(|test| test.pointer("/p").and_then(Value::as_f64).is_some_and(|p| p < 0.001)));
 }
 
-/// The rule chosen from a lesson, why it is not Leo's own, and what was done.
-fn taught(lesson: &str) -> [String; 3] {
-    taught_with(&["teach", lesson, "--json"])
-}
-
-fn taught_with(arguments: &[&str]) -> [String; 3] {
-    let told = tell(arguments);
+/// The task that Leo was taught by a lesson, with a key of `leo.toml` changed where one is named.
+fn task(lesson: &str, change: Option<(&str, &str)>) -> Value {
+    let files = tempfile::tempdir().expect("a folder");
+    let mut arguments = vec!["teach", lesson, "--json"];
+    let config = change.map(|(from, to)| {
+        let config = read("config/leo.toml").replace(from, to);
+        assert!(config.contains(to), "{from} is not in leo.toml");
+        write(&files, "leo.toml", &config)
+    });
+    arguments.extend(config.iter().flat_map(|config| ["--config", config.as_str()]));
+    let told = tell(&arguments);
     assert_eq!((told.status, told.err.as_str()), (Some(0), ""), "{told:?}");
     let lessons: Value = serde_json::from_str(&told.out).expect("is JSON");
-    ["/rule/name", "/explanation", "/performances/0/result"].map(|field| {
-        let pointer = format!("/0/account/tasks/0{field}");
-        lessons.pointer(&pointer).and_then(Value::as_str).expect("a text").to_owned()
-    })
+    lessons.pointer("/0/account/tasks/0").expect("a task").clone()
+}
+
+fn text(task: &Value, field: &str) -> String {
+    task.pointer(field).and_then(Value::as_str).expect("a text").to_owned()
+}
+
+/// The rule chosen from a lesson, why it is not Leo's own, and what was done.
+fn taught(lesson: &str, change: Option<(&str, &str)>) -> [String; 3] {
+    let task = task(lesson, change);
+    ["/rule/name", "/explanation", "/performances/0/result"].map(|field| text(&task, field))
+}
+
+/// The rule chosen from a lesson, whose it is, and what was done.
+fn taught_where(lesson: &str, from: &str, to: &str) -> [String; 3] {
+    let task = task(lesson, Some((from, to)));
+    ["/rule/name", "/rule/perspective", "/performances/0/result"].map(|field| text(&task, field))
 }
 
 #[test]
 fn a_teacher_at_the_side_sees_a_quarter_turned() {
-    let [rule, why, done] = taught("config/lessons/from_the_side.toml");
+    let [rule, why, done] = taught("config/lessons/from_the_side.toml", None);
     assert_eq!(rule, "6 things turned by 90°, as they stood before you");
     assert!(why.ends_with("you see it from where you are"), "{why}");
     assert_eq!(done, "in place 6 of 6");
@@ -43,7 +60,7 @@ fn a_teacher_at_the_side_sees_a_quarter_turned() {
 
 #[test]
 fn what_happened_behind_the_teachers_back_is_no_part_of_what_he_means() {
-    let [rule, why, done] = taught("config/lessons/behind_his_back.toml");
+    let [rule, why, done] = taught("config/lessons/behind_his_back.toml", None);
     assert_eq!(rule, "all");
     assert_eq!(
         why,
@@ -54,33 +71,12 @@ fn what_happened_behind_the_teachers_back_is_no_part_of_what_he_means() {
 
 #[test]
 fn of_two_teachers_with_different_views_the_one_who_teaches_counts() {
-    let files = tempfile::tempdir().expect("a folder");
-    let two = read("config/leo.toml").replace("partners = 1 ", "partners = 2 ");
-    assert!(two.contains("partners = 2 "));
-    let config = write(&files, "leo.toml", &two);
     let lesson = "config/lessons/two_teachers.toml";
-    let [rule, why, done] = taught_with(&["teach", lesson, "--json", "--config", &config]);
+    let [rule, why, done] = taught(lesson, Some(("partners = 1 ", "partners = 2 ")));
     assert_eq!((rule.as_str(), done.as_str()), ("all", "filled 5 of 5"));
     assert!(why.ends_with("you could not see the blue square"), "{why}");
     // Where only the other's perspective is taken, that one explains nothing.
-    let told = tell(&["teach", lesson, "--json"]);
-    let lessons: Value = serde_json::from_str(&told.out).expect("is JSON");
-    assert_eq!(lessons.pointer("/0/account/tasks/0/rule/name"), Some(&Value::from("all but blue")));
-}
-
-/// A lesson taught with another value of a key of `leo.toml`.
-fn taught_where(lesson: &str, from: &str, to: &str) -> [String; 3] {
-    let files = tempfile::tempdir().expect("a folder");
-    let config = read("config/leo.toml").replace(from, to);
-    assert!(config.contains(to), "{from} is not in leo.toml");
-    let config = write(&files, "leo.toml", &config);
-    let told = tell(&["teach", lesson, "--json", "--config", &config]);
-    assert_eq!((told.status, told.err.as_str()), (Some(0), ""), "{told:?}");
-    let lessons: Value = serde_json::from_str(&told.out).expect("is JSON");
-    ["/rule/name", "/rule/perspective", "/performances/0/result"].map(|field| {
-        let pointer = format!("/0/account/tasks/0{field}");
-        lessons.pointer(&pointer).and_then(Value::as_str).expect("a text").to_owned()
-    })
+    assert_eq!(text(&task(lesson, None), "/rule/name"), "all but blue");
 }
 
 #[test]

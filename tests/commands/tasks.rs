@@ -81,6 +81,10 @@ fn a_file_that_is_no_export_changes_nothing() {
     let mut nameless = exported();
     nameless["tasks"][0]["name"] = "!".into();
     assert_refused(&import(&nameless.to_string()), 2, &["task 1 has no name"]);
+    let mut twice = exported();
+    let again = twice["tasks"][0].clone();
+    twice["tasks"].as_array_mut().expect("a list").push(again);
+    assert_refused(&import(&twice.to_string()), 2, &["task 2 has the name of one before it"]);
     assert_refused(&tell(&["tasks", "import", "/nowhere.json", "--state", &state]), 2, &["/nowhere.json"]);
     assert_eq!(tell(&["tasks", "list", "--state", &state]).out, "Leo has learned nothing yet\n");
 }

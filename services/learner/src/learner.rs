@@ -333,6 +333,8 @@ impl<B: Body> Learner<B> {
             marker_m: self.settings.marker_half_height_m,
         };
         self.in_question = Some(key(name));
+        // A "yes" from now on is about what Leo does.
+        self.question = None;
         self.performance = Some(Performance::new(&task.name, learned, half_heights));
     }
 

@@ -361,6 +361,30 @@ fn what_a_showing_leaves_open_is_asked_and_the_answer_is_an_example() {
 }
 
 #[test]
+fn a_yes_to_what_leo_did_is_no_answer_to_what_it_asked_before() {
+    let mut run = ambiguous();
+    run.say("Leo, do task 1");
+    for _ in 0..100 {
+        run.steps(50);
+        if !run.learner.is_performing() {
+            break;
+        }
+    }
+    run.say("Yes");
+    assert_eq!(run.saved.last().unwrap().1.examples.len(), 1);
+    assert!(run.texts(EventKind::Said).last().unwrap().starts_with("good"));
+}
+
+#[test]
+fn whoever_answers_the_teacher_stays_the_teacher() {
+    let mut run = ambiguous();
+    run.say_as(2, "Yes");
+    let teachers: Vec<u16> =
+        run.saved.last().unwrap().1.examples.iter().map(|example| example.teacher).collect();
+    assert_eq!(teachers, [1, 1]);
+}
+
+#[test]
 fn a_question_that_was_not_answered_is_dropped_when_a_showing_begins() {
     let mut run = ambiguous();
     run.say("Leo, I can teach you to do task 1");

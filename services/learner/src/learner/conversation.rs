@@ -121,7 +121,9 @@ impl<B: Body> Learner<B> {
     fn take_answer(&mut self, speaker: u16, yes: bool, output: &mut Output) {
         let Some(question) = self.question.take() else { return };
         if let Some(task) = self.tasks.get_mut(&question.task) {
-            task.examples.push(question.answered(yes, speaker, &self.perspectives));
+            // Whoever answers: whose perspective is followed is for him to decide who shows.
+            let teacher = task.examples.last().map_or(speaker, |example| example.teacher);
+            task.examples.push(question.answered(yes, teacher, &self.perspectives));
             self.conclude(&question.task, output);
         }
     }

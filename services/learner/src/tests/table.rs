@@ -175,7 +175,11 @@ impl Run {
     }
 
     pub(super) fn say(&mut self, text: &str) {
-        self.step(&[Utterance { speaker: 1, text: Text::new(text) }]);
+        self.say_as(1, text);
+    }
+
+    pub(super) fn say_as(&mut self, speaker: u32, text: &str) {
+        self.step(&[Utterance { speaker, text: Text::new(text) }]);
     }
 
     fn step(&mut self, utterances: &[Utterance]) {
