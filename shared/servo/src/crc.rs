@@ -25,8 +25,13 @@ const fn table() -> [u16; 256] {
 
 /// The check sum of `bytes`.
 pub(crate) fn crc(bytes: &[u8]) -> u16 {
-    bytes.iter().fold(0, |crc, &byte| {
-        let [high, low] = crc.to_be_bytes();
+    extend(0, bytes)
+}
+
+/// The check sum of bytes whose check sum is `sum`, and of `bytes` behind them.
+pub(crate) fn extend(sum: u16, bytes: &[u8]) -> u16 {
+    bytes.iter().fold(sum, |sum, &byte| {
+        let [high, low] = sum.to_be_bytes();
         u16::from_be_bytes([low, 0]) ^ TABLE.get(usize::from(high ^ byte)).copied().unwrap_or(0)
     })
 }

@@ -18,7 +18,9 @@
 //! # Ok::<(), servo::TooLong>(())
 //! ```
 
+mod chain;
 mod crc;
+mod fast;
 mod frame;
 mod id;
 mod instruction;
@@ -30,9 +32,11 @@ mod reading;
 mod status;
 pub mod table;
 
+pub use chain::Chain;
+pub use fast::{FastReply, TooMuch};
 pub use frame::{Frame, TooLong};
 pub use id::{Address, Id};
-pub use instruction::Instruction;
+pub use instruction::{Backup, Instruction, Reset, Span, spans, writes};
 pub use model::{Model, acceleration_count, position_count, position_rad, velocity_count, velocity_rad_s};
 pub use parser::{Losses, Parser};
 pub use profile::{Limits, Motion};

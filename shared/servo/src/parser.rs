@@ -1,6 +1,7 @@
 use crate::crc::crc;
+use crate::fast::{Begin, Step};
 use crate::frame::{HEADER, PREFIX, SUFFIX, is_stuffed, unstuff};
-use crate::{Address, Frame};
+use crate::{Address, FastReply, Frame, Status};
 
 /// Bytes that wait at most; a whole chain of answers fits.
 const CAPACITY: usize = 4096;
@@ -21,6 +22,8 @@ pub struct Losses {
     pub cut: u64,
     /// Bytes dropped because more came than fit.
     pub overrun: u64,
+    /// Whole frames that were none of those awaited, such as an answer to an earlier question.
+    pub stray: u64,
 }
 
 /// Finds frames in a stream of bytes, whatever else is in it. A broken frame costs itself and
@@ -30,19 +33,25 @@ pub struct Parser {
     bytes: [u8; CAPACITY],
     start: usize,
     end: usize,
+    /// The place of the first byte in the whole stream.
+    origin: u64,
     losses: Losses,
 }
 
 enum Found {
-    /// Nothing can begin within so many bytes.
-    Noise(usize),
     /// More bytes are needed.
     Part,
+    /// A whole frame of so many bytes.
+    Whole(Address, usize),
+    Lost(Lost),
+}
+
+enum Lost {
+    /// Nothing can begin within so many bytes.
+    Noise(usize),
     Malformed,
     Corrupt,
     Cut,
-    /// A whole frame of so many bytes.
-    Whole(Address, usize),
 }
 
 impl Default for Parser {
@@ -55,8 +64,8 @@ impl Parser {
     /// A parser that has seen nothing.
     #[must_use]
     pub const fn new() -> Self {
-        let losses = Losses { noise: 0, malformed: 0, corrupt: 0, cut: 0, overrun: 0 };
-        Self { bytes: [0; CAPACITY], start: 0, end: 0, losses }
+        let losses = Losses { noise: 0, malformed: 0, corrupt: 0, cut: 0, overrun: 0, stray: 0 };
+        Self { bytes: [0; CAPACITY], start: 0, end: 0, origin: 0, losses }
     }
 
     /// Takes bytes from the wire. When more come than fit, the oldest are dropped.
@@ -72,26 +81,55 @@ impl Parser {
             place.copy_from_slice(kept);
             self.end += kept.len();
         }
-        let dropped = excess + (bytes.len() - kept.len());
-        self.losses.overrun += u64::try_from(dropped).unwrap_or(u64::MAX);
+        let dropped = number(excess + (bytes.len() - kept.len()));
+        self.losses.overrun += dropped;
+        self.origin = self.origin.wrapping_add(dropped);
     }
 
     /// The next whole frame; `None` when more bytes are needed.
     pub fn next_frame(&mut self) -> Option<Frame<'_>> {
         let (address, length) = self.find()?;
         let body = self.start + PREFIX;
+        self.skip(length);
         let body = self.bytes.get_mut(body..body + length - PREFIX - SUFFIX)?;
-        self.start += length;
         let kept = unstuff(body);
         let (&instruction, params) = body.get(..kept)?.split_first()?;
         Some(Frame { address, instruction, params })
     }
 
+    /// The next servo's part of a frame with which several answer together; `None` when more
+    /// bytes are needed, or when everybody has answered. Frames before it are dropped, and bytes
+    /// behind it stay.
+    pub fn next_part(&mut self, reply: &mut FastReply) -> Option<Status<'_>> {
+        loop {
+            let step = reply.step(self.origin, self.waiting());
+            match step {
+                Step::Part { .. } => return step.status(self.waiting()),
+                Step::Wait => return None,
+                Step::Broken => self.losses.corrupt += 1,
+                Step::Over(length) => self.skip(length),
+                Step::Search if reply.is_complete() => return None,
+                Step::Search => match reply.begins(self.waiting()) {
+                    Begin::Yes => reply.enter(self.origin),
+                    Begin::Perhaps => return None,
+                    Begin::No => match examine(self.waiting()) {
+                        Found::Whole(_, length) => {
+                            self.losses.stray += 1;
+                            self.skip(length);
+                        }
+                        Found::Part => return None,
+                        Found::Lost(lost) => self.lose(&lost),
+                    },
+                },
+            }
+        }
+    }
+
     /// Forgets what waits: it belongs to a transaction that is over.
     pub fn clear(&mut self) {
-        let waiting = self.end - self.start;
-        self.losses.noise += u64::try_from(waiting).unwrap_or(u64::MAX);
-        (self.start, self.end) = (0, 0);
+        let waiting = self.waiting().len();
+        self.losses.noise += number(waiting);
+        self.skip(waiting);
     }
 
     /// What was lost since [`new`](Self::new).
@@ -102,47 +140,68 @@ impl Parser {
 
     fn find(&mut self) -> Option<(Address, usize)> {
         loop {
-            let (count, skip) = match examine(self.bytes.get(self.start..self.end)?) {
-                Found::Noise(bytes) => {
-                    self.losses.noise += u64::try_from(bytes).unwrap_or(u64::MAX);
-                    self.start += bytes;
-                    continue;
-                }
+            match examine(self.waiting()) {
                 Found::Part => return None,
                 Found::Whole(address, length) => return Some((address, length)),
-                Found::Malformed => (&mut self.losses.malformed, HEADER.len()),
-                // Its length is not to be trusted: the next frame may begin anywhere behind the
-                // header.
-                Found::Corrupt => (&mut self.losses.corrupt, HEADER.len()),
-                Found::Cut => (&mut self.losses.cut, HEADER.len()),
-            };
-            *count += 1;
-            self.start += skip;
+                Found::Lost(lost) => self.lose(&lost),
+            }
         }
     }
+
+    /// Counts what is lost, and skips it.
+    fn lose(&mut self, lost: &Lost) {
+        let (count, skip) = match lost {
+            Lost::Noise(bytes) => {
+                self.losses.noise += number(*bytes);
+                return self.skip(*bytes);
+            }
+            Lost::Malformed => (&mut self.losses.malformed, HEADER.len()),
+            // Its length is not to be trusted: the next frame may begin anywhere behind the header.
+            Lost::Corrupt => (&mut self.losses.corrupt, HEADER.len()),
+            Lost::Cut => (&mut self.losses.cut, HEADER.len()),
+        };
+        *count += 1;
+        self.skip(skip);
+    }
+
+    fn skip(&mut self, bytes: usize) {
+        self.start += bytes;
+        self.origin = self.origin.wrapping_add(number(bytes));
+    }
+
+    fn waiting(&self) -> &[u8] {
+        self.bytes.get(self.start..self.end).unwrap_or_default()
+    }
+}
+
+fn number(bytes: usize) -> u64 {
+    u64::try_from(bytes).unwrap_or(u64::MAX)
 }
 
 fn examine(bytes: &[u8]) -> Found {
     let noise =
         (0..bytes.len()).find(|&at| begins(bytes.get(at..).unwrap_or_default())).unwrap_or(bytes.len());
     if noise > 0 {
-        return Found::Noise(noise);
+        return Found::Lost(Lost::Noise(noise));
+    }
+    if bytes.is_empty() {
+        return Found::Part;
     }
     let Some(&[_, _, _, _, address, low, high]) = bytes.first_chunk::<PREFIX>() else { return Found::Part };
     let length = usize::from(u16::from_le_bytes([low, high]));
-    let Some(address) = Address::from_byte(address) else { return Found::Malformed };
+    let Some(address) = Address::from_byte(address) else { return Found::Lost(Lost::Malformed) };
     if !(SUFFIX + 1..=LENGTH_MOST).contains(&length) {
-        return Found::Malformed;
+        return Found::Lost(Lost::Malformed);
     }
     let body = length - SUFFIX;
     let begun = bytes.get(PREFIX..bytes.len().min(PREFIX + body)).unwrap_or_default();
     if !is_stuffed(begun, body) {
-        return Found::Cut;
+        return Found::Lost(Lost::Cut);
     }
     let whole = PREFIX + length;
     match (bytes.get(..whole - SUFFIX), bytes.get(whole - SUFFIX..whole)) {
         (Some(summed), Some(sum)) if crc(summed).to_le_bytes() == sum => Found::Whole(address, whole),
-        (Some(_), Some(_)) => Found::Corrupt,
+        (Some(_), Some(_)) => Found::Lost(Lost::Corrupt),
         (_, _) => Found::Part,
     }
 }

@@ -2,7 +2,7 @@ use crate::frame::encode;
 use crate::{Address, Frame, Id, TooLong};
 
 /// The instruction byte of every status.
-const STATUS: u8 = 0x55;
+pub(crate) const STATUS: u8 = 0x55;
 const ALERT: u8 = 0x80;
 
 /// Why a servo did not do what it was told.
@@ -82,7 +82,17 @@ impl<'a> Status<'a> {
     pub fn parse(frame: &Frame<'a>) -> Option<Self> {
         let (Address::One(id), STATUS) = (frame.address, frame.instruction) else { return None };
         let (&error, params) = frame.params.split_first()?;
-        Some(Self { id, alert: error & ALERT != 0, fault: Fault::from_number(error & !ALERT), params })
+        Some(Self::with_error_byte(id, error, params))
+    }
+
+    pub(crate) const fn with_error_byte(id: Id, error: u8, params: &'a [u8]) -> Self {
+        Self { id, alert: error & ALERT != 0, fault: Fault::from_number(error & !ALERT), params }
+    }
+
+    /// Alert and fault as they stand in the frame.
+    pub(crate) fn error_byte(&self) -> u8 {
+        let alert = if self.alert { ALERT } else { 0 };
+        alert | self.fault.map_or(0, Fault::number)
     }
 
     /// Writes the status as a frame to the beginning of `out` and returns its length in bytes.
@@ -91,9 +101,8 @@ impl<'a> Status<'a> {
     ///
     /// `out` is too short.
     pub fn encode(&self, out: &mut [u8]) -> Result<usize, TooLong> {
-        let alert = if self.alert { ALERT } else { 0 };
-        let error = alert | self.fault.map_or(0, Fault::number);
-        encode(out, self.id.into(), STATUS, std::iter::once(error).chain(self.params.iter().copied()))
+        let body = std::iter::once(self.error_byte()).chain(self.params.iter().copied());
+        encode(out, self.id.into(), STATUS, body)
     }
 }
 

@@ -128,6 +128,17 @@ impl Answers<'_> {
                 servo.reboot();
             }
             Ok(Instruction::SyncRead { .. } | Instruction::SyncWrite { .. }) => {}
+            Ok(
+                Instruction::RegWrite { .. }
+                | Instruction::Action
+                | Instruction::FactoryReset(_)
+                | Instruction::Clear
+                | Instruction::Backup(_)
+                | Instruction::BulkRead { .. }
+                | Instruction::BulkWrite { .. }
+                | Instruction::FastSyncRead { .. }
+                | Instruction::FastBulkRead { .. },
+            ) => self.add(servo, 2, Err(Fault::Instruction)),
             Err(fault) => self.add(servo, 2, Err(fault)),
         }
     }
