@@ -98,6 +98,18 @@ enum leo_joint_cause {
     LEO_JOINT_CAUSE_STOPPED = 7,
     /* The servo refused an instruction, or is another model than the configured one. */
     LEO_JOINT_CAUSE_REFUSED = 8,
+    /* Another joint of its group is in trouble: the group stops together. */
+    LEO_JOINT_CAUSE_GROUP_STOPPED = 9,
+    /* A bus is lost: the body stops together. */
+    LEO_JOINT_CAUSE_BODY_STOPPED = 10,
+    /* The emergency stop. */
+    LEO_JOINT_CAUSE_EMERGENCY = 11,
+    /* The servo started anew by itself: its power or its firmware gave way for a moment. */
+    LEO_JOINT_CAUSE_RESTARTED = 12,
+    /* Two servos answer to one identifier on its bus. */
+    LEO_JOINT_CAUSE_DUPLICATE_ID = 13,
+    /* The servo is hot or short of voltage: it moves more slowly. */
+    LEO_JOINT_CAUSE_DERATED = 14,
 };
 
 /* What the motor process does with a joint. */
@@ -114,6 +126,8 @@ enum leo_joint_mode {
     LEO_JOINT_MODE_HOLDING = 4,
     /* Its servo does not answer: no goal is sent, it is asked again now and then. */
     LEO_JOINT_MODE_QUARANTINED = 5,
+    /* Told to switch its torque off, and its servo has not confirmed it yet. */
+    LEO_JOINT_MODE_RELEASING = 6,
 };
 
 /* Why something that a source reported did not become a percept. Frames are lost whole for
@@ -603,7 +617,7 @@ LEO_ASSERT(offsetof(struct leo_joint_goal, goal_position_rad) == 8, "place of go
 LEO_ASSERT(offsetof(struct leo_joint_goal, arrive_at_ns) == 16, "place of arrive_at_ns");
 
 /* What one joint does. */
-#define LEO_JOINT_STATE_TYPE "leo/JointState/1"
+#define LEO_JOINT_STATE_TYPE "leo/JointState/2"
 struct leo_joint_state {
     LEO_NAMED(LEO_JOINT_STATE_TYPE)
     /* The joint: its index in the robot's configuration. */
@@ -616,8 +630,10 @@ struct leo_joint_state {
     double present_velocity_rad_s;
     double present_current_a;
     double command_position_rad;
+    float present_temperature_c;
+    float present_input_v;
 };
-LEO_ASSERT(sizeof(struct leo_joint_state) == 48, "size of leo/JointState/1");
+LEO_ASSERT(sizeof(struct leo_joint_state) == 56, "size of leo/JointState/2");
 LEO_ASSERT(offsetof(struct leo_joint_state, joint) == 0, "place of joint");
 LEO_ASSERT(offsetof(struct leo_joint_state, mode) == 4, "place of mode");
 LEO_ASSERT(offsetof(struct leo_joint_state, cause) == 6, "place of cause");
@@ -626,6 +642,8 @@ LEO_ASSERT(offsetof(struct leo_joint_state, present_position_rad) == 16, "place 
 LEO_ASSERT(offsetof(struct leo_joint_state, present_velocity_rad_s) == 24, "place of present_velocity_rad_s");
 LEO_ASSERT(offsetof(struct leo_joint_state, present_current_a) == 32, "place of present_current_a");
 LEO_ASSERT(offsetof(struct leo_joint_state, command_position_rad) == 40, "place of command_position_rad");
+LEO_ASSERT(offsetof(struct leo_joint_state, present_temperature_c) == 48, "place of present_temperature_c");
+LEO_ASSERT(offsetof(struct leo_joint_state, present_input_v) == 52, "place of present_input_v");
 
 /* What one sensory process reported of one thing at one instant, in the robot's base frame.
  * 

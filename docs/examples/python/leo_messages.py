@@ -89,6 +89,18 @@ class JointCause(enum.IntEnum):
     STOPPED = 7
     # The servo refused an instruction, or is another model than the configured one.
     REFUSED = 8
+    # Another joint of its group is in trouble: the group stops together.
+    GROUP_STOPPED = 9
+    # A bus is lost: the body stops together.
+    BODY_STOPPED = 10
+    # The emergency stop.
+    EMERGENCY = 11
+    # The servo started anew by itself: its power or its firmware gave way for a moment.
+    RESTARTED = 12
+    # Two servos answer to one identifier on its bus.
+    DUPLICATE_ID = 13
+    # The servo is hot or short of voltage: it moves more slowly.
+    DERATED = 14
 
 
 # What the motor process does with a joint.
@@ -105,6 +117,8 @@ class JointMode(enum.IntEnum):
     HOLDING = 4
     # Its servo does not answer: no goal is sent, it is asked again now and then.
     QUARANTINED = 5
+    # Told to switch its torque off, and its servo has not confirmed it yet.
+    RELEASING = 6
 
 
 # Why something that a source reported did not become a percept. Frames are lost whole for
@@ -554,11 +568,13 @@ class JointState(ctypes.Structure):
         ("present_velocity_rad_s", ctypes.c_double),
         ("present_current_a", ctypes.c_double),
         ("command_position_rad", ctypes.c_double),
+        ("present_temperature_c", ctypes.c_float),
+        ("present_input_v", ctypes.c_float),
     ]
 
     @staticmethod
     def type_name():
-        return "leo/JointState/1"
+        return "leo/JointState/2"
 
 
 # What one sensory process reported of one thing at one instant, in the robot's base frame.
@@ -772,7 +788,7 @@ _LAYOUT = [
     (Histogram, 1752, [0, 8, 16, 1748]),
     (Health, 5368, [0, 4, 8, 16, 24, 32, 40, 48, 56, 64, 72, 80, 88, 96, 104, 112, 1864, 3616]),
     (JointGoal, 24, [0, 4, 8, 16]),
-    (JointState, 48, [0, 4, 6, 8, 16, 24, 32, 40]),
+    (JointState, 56, [0, 4, 6, 8, 16, 24, 32, 40, 48, 52]),
     (Observation, 128, [0, 8, 10, 12, 14, 16, 18, 20, 24, 36, 52, 64, 76, 92]),
     (PerceptValue, 28, [0, 2, 4, 8, 12]),
     (Snapshot, 340, [0, 4]),

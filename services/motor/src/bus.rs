@@ -1,10 +1,12 @@
 use clock::Instant;
-use servo::table::GOAL_POSITION;
-use servo::{Address, Instruction, Reading};
+use servo::table::{GOAL_POSITION, TORQUE_ENABLE};
+use servo::{Address, Id, Instruction, Reading};
 
+use crate::counts::BusCounts;
+use crate::few::Few;
 use crate::job::Job;
-use crate::joint::Joint;
-use crate::request::SERVOS_MOST;
+use crate::joint::{Joint, Taken};
+use crate::request::{SERVOS_MOST, Topic};
 use crate::{Replies, Request};
 
 /// Exchanges in which nobody on the bus answers before its servos are blamed one by one: until
@@ -13,125 +15,253 @@ const SILENT_MOST: u32 = 10;
 /// The lengths of reading rotate over so many values: an answer that comes a cycle late has
 /// another length than the one that is awaited, and is dropped for it.
 const ROTATION: u16 = 3;
+/// How often torque off is said to all at once.
+const BROADCASTS: usize = 3;
+
+/// What a bus may do in a cycle.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Purpose {
+    /// Drive; torque may come on in groups up to this one.
+    Drive {
+        /// The last group whose torque may come on, if any.
+        arm_up_to: Option<usize>,
+    },
+    /// Switch every torque off.
+    LetGo,
+}
 
 /// One bus: what it was asked, and by it what its answers mean.
 #[derive(Clone, Debug)]
 pub(crate) struct Bus {
     /// Indices of its joints.
     joints: Vec<usize>,
-    /// Those whose positions were asked for, in this order.
-    asked: Vec<usize>,
+    /// Those who were asked to answer, in this order, and about what.
+    asked: Vec<(usize, Topic)>,
     asked_length: u16,
     job: Option<(usize, Job)>,
     /// The place among the joints where the search for the next job begins.
     next: usize,
     cycle: u16,
     silent: u32,
-    /// Answers dropped because nobody awaited them.
-    stale: u64,
+    is_lost: bool,
+    counts: BusCounts,
 }
 
 impl Bus {
     pub(crate) fn new(joints: Vec<usize>) -> Self {
         let asked = Vec::with_capacity(joints.len());
-        Self { joints, asked, asked_length: 0, job: None, next: 0, cycle: 0, silent: 0, stale: 0 }
+        Self {
+            joints,
+            asked,
+            asked_length: 0,
+            job: None,
+            next: 0,
+            cycle: 0,
+            silent: 0,
+            is_lost: false,
+            counts: BusCounts::default(),
+        }
     }
 
-    pub(crate) const fn stale(&self) -> u64 {
-        self.stale
+    pub(crate) const fn counts(&self) -> BusCounts {
+        self.counts
     }
 
-    /// Writes what the bus is told and asked in this cycle; `may_arm` says whether the torque of
-    /// a group's joints may come on.
+    /// Whether the line is gone.
+    pub(crate) const fn is_lost(&self) -> bool {
+        self.is_lost
+    }
+
+    /// Writes what the bus is told and asked in this cycle.
     pub(crate) fn plan(
         &mut self,
         now: Instant,
         joints: &mut [Joint],
-        may_arm: impl Fn(usize) -> bool,
+        purpose: Purpose,
         request: &mut Request,
     ) {
         request.clear();
         self.cycle = (self.cycle + 1) % ROTATION;
         self.asked_length = Reading::ITEM.length + self.cycle;
         self.asked.clear();
-        let mut ids = Few::<SERVOS_MOST>::default();
-        let mut records = Few::<{ 5 * SERVOS_MOST }>::default();
-        for &index in &self.joints {
-            let Some(joint) = joints.get(index).filter(|joint| joint.is_read()) else { continue };
-            self.asked.push(index);
-            ids.push(&[joint.id().get()]);
-            if let Some(count) = joint.command_count() {
-                records.push(&[joint.id().get()]);
-                records.push(&count.to_le_bytes());
+        self.job = None;
+        match purpose {
+            // Those who have let go are asked by turns whether they still do and where they are.
+            Purpose::LetGo if self.cycle == 0 && self.have_let_go(joints) => {
+                self.plan_measurements(joints, request);
+            }
+            Purpose::LetGo => self.plan_release(joints, request),
+            Purpose::Drive { arm_up_to } => {
+                self.plan_measurements(joints, request);
+                self.plan_job(now, joints, arm_up_to, request);
             }
         }
-        if !self.asked.is_empty() {
-            request.add(self.asked.len(), usize::from(self.asked_length), |out| {
-                goals_and_question(records.get(), ids.get(), self.asked_length, out)
-            });
+    }
+
+    fn have_let_go(&self, joints: &[Joint]) -> bool {
+        self.joints.iter().all(|&index| joints.get(index).is_some_and(Joint::has_let_go))
+    }
+
+    /// Goals to all, and the question for measurements: to those who know how in one chain, to
+    /// the others one by one.
+    fn plan_measurements(&mut self, joints: &[Joint], request: &mut Request) {
+        let mut goals = Few::<{ 5 * SERVOS_MOST }>::default();
+        for joint in self.joints.iter().filter_map(|&index| joints.get(index)) {
+            if let Some(count) = joint.command_count() {
+                goals.push(&[joint.id().get()]);
+                goals.push(&count.to_le_bytes());
+            }
         }
-        self.job = self.find_job(now, joints, may_arm);
+        for (topic, fast) in [(Topic::Chain, true), (Topic::Each, false)] {
+            let first = self.asked.len();
+            // Those who were not heard last come last: they cannot cost the others anything then.
+            for suspect in [false, true] {
+                for &index in &self.joints {
+                    let Some(joint) = joints.get(index).filter(|joint| joint.is_read()) else { continue };
+                    if joint.is_fast() == fast && joint.is_suspect() == suspect {
+                        self.asked.push((index, topic));
+                    }
+                }
+            }
+            let asked = self.asked.get(first..).unwrap_or_default();
+            let who = || asked.iter().filter_map(|(index, _)| Some(joints.get(*index)?.id()));
+            let ids: Few<SERVOS_MOST> = who().map(Id::get).collect();
+            let (address, length) = (Reading::ITEM.address, self.asked_length);
+            let question = if fast {
+                Instruction::FastSyncRead { address, length, ids: ids.get() }
+            } else {
+                Instruction::SyncRead { address, length, ids: ids.get() }
+            };
+            let question = Some(question).filter(|_| !asked.is_empty());
+            if question.is_none() && (fast || goals.get().is_empty()) {
+                continue;
+            }
+            let told = std::mem::take(&mut goals);
+            request.add(topic, who(), usize::from(length), |out| told_and_asked(told.get(), question, out));
+        }
+    }
+
+    fn plan_job(
+        &mut self,
+        now: Instant,
+        joints: &mut [Joint],
+        arm_up_to: Option<usize>,
+        request: &mut Request,
+    ) {
+        self.job = self.find_job(now, joints, arm_up_to);
         if let Some((index, job)) = self.job
             && let Some(joint) = joints.get(index)
         {
-            request.add(1, job.answer_length(), |out| job.encode(joint.id(), out));
+            // Where two may answer, two answers are waited for.
+            let answers = if job == Job::PingTwice { 2 } else { 1 };
+            let who = std::iter::repeat_n(joint.id(), answers);
+            request.add(Topic::Job, who, job.answer_length(), |out| job.encode(joint.id(), out));
         }
+    }
+
+    /// Torque off, said to all a few times, and the question to each whether it is; and where
+    /// those stand who have said so.
+    fn plan_release(&mut self, joints: &[Joint], request: &mut Request) {
+        self.asked.extend(self.joints.iter().map(|&index| (index, Topic::Torque)));
+        let who = || self.joints.iter().filter_map(|&index| Some(joints.get(index)?.id()));
+        let ids: Few<SERVOS_MOST> = who().map(Id::get).collect();
+        let length = TORQUE_ENABLE.length + self.cycle;
+        let off = Instruction::Write { address: TORQUE_ENABLE.address, data: &[0] };
+        let question = Instruction::SyncRead { address: TORQUE_ENABLE.address, length, ids: ids.get() };
+        self.asked_length = length;
+        request.add(Topic::Torque, who(), usize::from(length), |out| {
+            let mut end = 0;
+            for instruction in std::iter::repeat_n(off, BROADCASTS).chain([question]) {
+                let place = out.get_mut(end..).unwrap_or_default();
+                end += instruction.encode(Address::All, place).unwrap_or(0);
+            }
+            end
+        });
     }
 
     /// Takes what the bus answered to the last plan.
     pub(crate) fn digest(&mut self, now: Instant, joints: &mut [Joint], replies: &Replies) {
         let (asked, job) = (std::mem::take(&mut self.asked), self.job.take());
+        self.counts.exchanges += 1;
+        self.counts.late_bytes += u64::try_from(replies.late).unwrap_or(u64::MAX);
         if replies.lost.is_some() {
+            self.is_lost = true;
             for &index in &self.joints {
                 if let Some(joint) = joints.get_mut(index) {
                     joint.lost(now);
                 }
             }
         } else if !asked.is_empty() || job.is_some() {
+            // Only who says something can find that the line is there again.
+            self.is_lost = false;
             self.silent = if replies.is_empty() { self.silent.saturating_add(1) } else { 0 };
-            let missing = self.take_readings(now, joints, replies, &asked);
-            let job_part = usize::from(!asked.is_empty());
-            self.take_answer(now, joints, replies, job.map(|(index, job)| (index, job, job_part)), missing);
+            let heard = self.take_all(now, joints, replies, &asked);
+            let missing = self.blame(now, joints, replies, &asked, &heard);
+            self.take_answer(now, joints, replies, job, missing);
+            for status in replies.about(Topic::Alarm) {
+                if let Some(joint) = self.joint_of(joints, status.id) {
+                    joint.alarmed(now, &status);
+                }
+            }
         }
         // The list's memory is used again in the next cycle.
         self.asked = asked;
         self.asked.clear();
     }
 
-    /// Takes the positions, and returns who on the bus did not tell his.
-    fn take_readings(
+    /// Takes what all were asked: who was heard, by their place among those asked.
+    fn take_all(
         &mut self,
         now: Instant,
         joints: &mut [Joint],
         replies: &Replies,
-        asked: &[usize],
-    ) -> Option<usize> {
-        let mut told = [false; SERVOS_MOST];
-        if !asked.is_empty() {
-            for answer in replies.of_part(0) {
-                let status = answer.status();
-                let place = asked
-                    .iter()
-                    .position(|&index| joints.get(index).is_some_and(|joint| joint.id() == status.id));
-                let long_enough =
-                    status.params.len() == usize::from(self.asked_length) || status.fault.is_some();
-                let joint = place.and_then(|place| joints.get_mut(*asked.get(place)?));
-                match (place.and_then(|place| told.get_mut(place)), joint) {
-                    (Some(told), Some(joint)) if long_enough && !*told => {
-                        *told = true;
-                        joint.read(now, &status);
+        asked: &[(usize, Topic)],
+    ) -> [bool; SERVOS_MOST] {
+        let mut heard = [false; SERVOS_MOST];
+        for topic in [Topic::Chain, Topic::Each, Topic::Again, Topic::Torque] {
+            for status in replies.about(topic) {
+                let is_whose = |index: usize| joints.get(index).is_some_and(|joint| joint.id() == status.id);
+                let place = asked.iter().position(|(index, _)| is_whose(*index));
+                let joint = place.and_then(|place| joints.get_mut(asked.get(place)?.0));
+                let fits = status.params.len() == usize::from(self.asked_length) || status.fault.is_some();
+                match (place.and_then(|place| heard.get_mut(place)), joint) {
+                    (Some(heard), Some(joint)) if fits && !*heard => {
+                        *heard = true;
+                        if topic == Topic::Torque {
+                            if let Some(torque) = status.params.first() {
+                                joint.confirm(*torque);
+                            }
+                        } else if joint.read(now, replies.asked_at(topic), &status) == Taken::Stale {
+                            self.counts.stale += 1;
+                        }
                     }
-                    _ => self.stale += 1,
+                    _ => self.counts.stale += 1,
                 }
             }
+            self.counts.broken += u64::from(replies.spoilt(topic));
         }
-        let mut missing = None;
-        for (&index, _) in asked.iter().zip(&told).filter(|(_, told)| !**told) {
-            missing = Some(index);
+        heard
+    }
+
+    /// Notes who was asked and not heard, and returns them.
+    fn blame(
+        &mut self,
+        now: Instant,
+        joints: &mut [Joint],
+        replies: &Replies,
+        asked: &[(usize, Topic)],
+        heard: &[bool; SERVOS_MOST],
+    ) -> [Option<usize>; SERVOS_MOST] {
+        let mut missing = [None; SERVOS_MOST];
+        for ((&(index, topic), _), place) in
+            asked.iter().zip(heard).filter(|(_, heard)| !**heard).zip(&mut missing)
+        {
+            *place = Some(index);
+            self.counts.missed += 1;
             if self.blames_servos()
                 && let Some(joint) = joints.get_mut(index)
             {
-                joint.missed(now);
+                joint.missed(now, replies.spoilt(topic) > 0);
             }
         }
         missing
@@ -144,19 +274,34 @@ impl Bus {
         now: Instant,
         joints: &mut [Joint],
         replies: &Replies,
-        job: Option<(usize, Job, usize)>,
-        missing: Option<usize>,
+        job: Option<(usize, Job)>,
+        missing: [Option<usize>; SERVOS_MOST],
     ) {
-        let Some((index, job, part)) = job else { return };
+        let Some((index, job)) = job else { return };
         let Some(joint) = joints.get_mut(index) else { return };
-        let mut answers = replies.of_part(part).map(crate::request::Answer::status);
-        let awaited = answers.find(|status| {
+        self.counts.broken += u64::from(replies.spoilt(Topic::Job));
+        let fits = |status: &servo::Status<'_>| {
             let length = status.params.len();
             status.id == joint.id() && (length == job.answer_length() || status.fault.is_some())
-        });
-        match awaited {
+        };
+        if job == Job::PingTwice {
+            let answers = replies.about(Topic::Job).filter(fits).count();
+            if joint.doubted(now, answers, replies.spoilt(Topic::Job)) {
+                let id = joint.id();
+                for &index in &self.joints {
+                    if let Some(joint) = joints.get_mut(index) {
+                        joint.forbid(id);
+                    }
+                }
+            }
+            return;
+        }
+        match replies.about(Topic::Job).find(fits) {
             Some(status) => joint.answered(now, job, &status),
-            None if missing != Some(index) && self.blames_servos() => joint.missed(now),
+            None if !missing.contains(&Some(index)) && self.blames_servos() => {
+                self.counts.missed += 1;
+                joint.missed(now, replies.spoilt(Topic::Job) > 0);
+            }
             None => {}
         }
     }
@@ -165,63 +310,49 @@ impl Bus {
         self.silent == 0 || self.silent > SILENT_MOST
     }
 
+    fn joint_of<'a>(&self, joints: &'a mut [Joint], id: Id) -> Option<&'a mut Joint> {
+        let index =
+            self.joints.iter().find(|&&index| joints.get(index).is_some_and(|joint| joint.id() == id))?;
+        joints.get_mut(*index)
+    }
+
     /// The next job on the way up or down, of one joint after the other; without any, a look at
-    /// how one servo is.
+    /// how one servo is, where it is time for it.
     fn find_job(
         &mut self,
         now: Instant,
         joints: &mut [Joint],
-        may_arm: impl Fn(usize) -> bool,
+        arm_up_to: Option<usize>,
     ) -> Option<(usize, Job)> {
         let count = self.joints.len();
-        let places = (self.next..count).chain(0..self.next);
-        for place in places {
-            let Some(joint) = self.joints.get(place).and_then(|&index| joints.get_mut(index)) else {
-                continue;
-            };
-            if let Some(job) = joint.job(now, may_arm(joint.group())) {
+        for place in (self.next..count).chain(0..self.next) {
+            let index = *self.joints.get(place)?;
+            let Some(joint) = joints.get_mut(index) else { continue };
+            let may_arm = arm_up_to.is_some_and(|last| joint.group() <= last);
+            if let Some(job) = joint.job(now, may_arm) {
                 self.next = (place + 1) % count;
-                return Some((*self.joints.get(place)?, job));
+                return Some((index, job));
             }
         }
-        self.next = (self.next + 1) % count.max(1);
-        let index = *self.joints.get(self.next)?;
-        joints.get(index)?.is_read().then_some((index, Job::Look))
+        let due = self
+            .joints
+            .iter()
+            .find(|&&index| joints.get_mut(index).is_some_and(|joint| joint.wants_look(now)));
+        due.map(|&index| (index, Job::Look))
     }
 }
 
-/// The goals of this cycle, which nobody answers, and behind them the question for positions.
-fn goals_and_question(records: &[u8], ids: &[u8], length: u16, out: &mut [u8]) -> usize {
-    let goals =
-        Instruction::SyncWrite { address: GOAL_POSITION.address, length: GOAL_POSITION.length, records };
-    let question = Instruction::SyncRead { address: Reading::ITEM.address, length, ids };
-    let told = if records.is_empty() { Ok(0) } else { goals.encode(Address::All, out) };
-    let Ok(told) = told else { return 0 };
-    let asked = question.encode(Address::All, out.get_mut(told..).unwrap_or_default());
-    asked.map_or(0, |asked| told + asked)
-}
-
-/// A few bytes on the stack.
-struct Few<const MOST: usize> {
-    bytes: [u8; MOST],
-    end: usize,
-}
-
-impl<const MOST: usize> Default for Few<MOST> {
-    fn default() -> Self {
-        Self { bytes: [0; MOST], end: 0 }
+/// The goals of this cycle, which nobody answers, and behind them the question for measurements.
+fn told_and_asked(goals: &[u8], question: Option<Instruction<'_>>, out: &mut [u8]) -> usize {
+    let goals = (!goals.is_empty()).then_some(Instruction::SyncWrite {
+        address: GOAL_POSITION.address,
+        length: GOAL_POSITION.length,
+        records: goals,
+    });
+    let mut end = 0;
+    for instruction in goals.into_iter().chain(question) {
+        let place = out.get_mut(end..).unwrap_or_default();
+        end += instruction.encode(Address::All, place).unwrap_or(0);
     }
-}
-
-impl<const MOST: usize> Few<MOST> {
-    fn push(&mut self, bytes: &[u8]) {
-        if let Some(place) = self.bytes.get_mut(self.end..self.end + bytes.len()) {
-            place.copy_from_slice(bytes);
-            self.end += bytes.len();
-        }
-    }
-
-    fn get(&self) -> &[u8] {
-        self.bytes.get(..self.end).unwrap_or_default()
-    }
+    end
 }

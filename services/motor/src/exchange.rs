@@ -1,63 +1,224 @@
 //! One request over one line: part by part, each answered before the next.
 
-use clock::Duration;
+use clock::{Duration, Instant};
 use serial::Lost;
-use servo::{Parser, Status};
+use servo::table::TORQUE_ENABLE;
+use servo::{Address, FastReply, Id, Instruction, Parser, Reading, Status};
 
+use crate::job::CONDITION;
+use crate::patience::Patience;
+use crate::request::{Part, SERVOS_MOST, Topic};
 use crate::{Replies, Request};
+
+/// Exchanges in a row to which nobody answers, after which nobody is asked again within one.
+const MUTE_MOST: u32 = 3;
+/// How often torque off is said at once.
+const CUTS: u32 = 3;
+/// Bytes of an instruction to one servo, or to all on a bus.
+const INSTRUCTION: usize = 2 * SERVOS_MOST + 32;
 
 /// A servo bus, as bytes.
 pub trait Port {
-    /// Throws away what waits to be read and sends; the time for the answers begins: `within`.
+    /// Throws away what waits to be read, and sends, waiting for room for at most `within`.
     ///
     /// # Errors
     ///
     /// The line is gone.
-    fn send(&mut self, bytes: &[u8], within: Duration) -> Result<(), Lost>;
+    fn send(&mut self, bytes: &[u8], within: Duration) -> Result<Sent, Lost>;
 
-    /// Waits for bytes: zero when the time for the answers is over.
+    /// Waits for bytes for at most `within`: zero when none came.
     ///
     /// # Errors
     ///
     /// The line is gone.
-    fn receive(&mut self, into: &mut [u8]) -> Result<usize, Lost>;
+    fn receive(&mut self, into: &mut [u8], within: Duration) -> Result<usize, Lost>;
 }
 
-/// Carries out a request: sends each part, and collects its answers until all are there or
-/// `patience` has passed beyond the time that they need on a wire of `baud` bits per second.
-pub fn exchange(
-    port: &mut impl Port,
-    parser: &mut Parser,
-    request: &Request,
+/// What sending came to.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Sent {
+    /// When the first byte went out, or shortly before.
+    pub at: Instant,
+    /// Bytes that waited to be read, and were thrown away: they came after their time.
+    pub late: usize,
+}
+
+/// The master of one bus: carries out requests.
+#[derive(Clone, Debug)]
+pub struct Master {
+    parser: Parser,
+    chain: FastReply,
     baud: u32,
-    patience: Duration,
-    replies: &mut Replies,
-) {
-    replies.clear();
-    for (index, (part, bytes)) in request.parts().enumerate() {
-        parser.clear();
-        if let Err(lost) = port.send(bytes, part.time_on_wire(baud) + patience) {
-            replies.lose(lost);
-            return;
-        }
-        let mut missing = part.answers;
-        while missing > 0 {
-            let mut buffer = [0; 512];
-            match port.receive(&mut buffer) {
-                Ok(0) => break,
-                Ok(count) => parser.push(buffer.get(..count).unwrap_or_default()),
-                Err(lost) => {
-                    replies.lose(lost);
-                    return;
-                }
-            }
-            while let Some(frame) = parser.next_frame() {
-                // An adapter that echoes gives instructions back; those are not answers.
-                if let Some(status) = Status::parse(&frame) {
-                    replies.add(index, &status);
-                    missing = missing.saturating_sub(1);
-                }
-            }
+    patience: Patience,
+    /// Exchanges in a row to which nobody answered.
+    mute: u32,
+}
+
+/// Who answered a part, by their place in it.
+struct Heard([bool; SERVOS_MOST]);
+
+impl Master {
+    /// The master of a line of `baud` bits per second, on which a servo may be silent for
+    /// `patience.0` beyond the time on the wire, and for up to `patience.1` where answers come
+    /// that late.
+    #[must_use]
+    pub fn new(baud: u32, patience: (Duration, Duration)) -> Self {
+        Self {
+            parser: Parser::new(),
+            chain: FastReply::new(),
+            baud,
+            patience: Patience::new(patience.0, patience.1),
+            mute: 0,
         }
     }
+
+    /// Carries out a request: sends each part and collects its answers until all are there, or
+    /// until the turn of a servo is over that does not answer. Then those behind it, who may have
+    /// waited for it, are asked again without it; and a servo that reports an alert is asked at
+    /// once how it is.
+    pub fn exchange(&mut self, port: &mut impl Port, request: &Request, replies: &mut Replies) {
+        replies.clear();
+        if let Err(lost) = self.converse(port, request, replies) {
+            replies.lose(lost);
+        }
+        self.mute = if replies.is_empty() { self.mute.saturating_add(1) } else { 0 };
+        self.patience.note(replies.late > 0);
+    }
+
+    /// Switches every torque on the bus off, whatever else is the matter.
+    pub fn cut(&mut self, port: &mut impl Port) {
+        let off = Instruction::Write { address: TORQUE_ENABLE.address, data: &[0] };
+        let mut bytes = [0; INSTRUCTION];
+        let length = off.encode(Address::All, &mut bytes).unwrap_or(0);
+        for _ in 0..CUTS {
+            // A line that is gone is opened again by the next attempt.
+            let _sent = port.send(bytes.get(..length).unwrap_or_default(), self.patience.get());
+        }
+    }
+
+    fn converse(
+        &mut self,
+        port: &mut impl Port,
+        request: &Request,
+        replies: &mut Replies,
+    ) -> Result<(), Lost> {
+        let mut again = None;
+        for (part, bytes) in request.parts() {
+            let heard = self.ask(port, part, bytes, replies)?;
+            if matches!(part.topic, Topic::Chain | Topic::Each) && again.is_none() && self.mute < MUTE_MOST {
+                again = self.ask_again(part, &heard);
+                if let Some((part, bytes)) = &again {
+                    self.ask(port, part, bytes.get(..part.sent).unwrap_or_default(), replies)?;
+                }
+            }
+        }
+        if let Some(id) = alerting(replies) {
+            let question = Instruction::Read { address: CONDITION.address, length: CONDITION.length };
+            let mut bytes = [0; INSTRUCTION];
+            let sent = question.encode(Address::One(id), &mut bytes).unwrap_or(0);
+            let part = Part::new(Topic::Alarm, sent, usize::from(CONDITION.length), [id]);
+            self.ask(port, &part, bytes.get(..sent).unwrap_or_default(), replies)?;
+        }
+        Ok(())
+    }
+
+    /// The question to those who were not heard, but for the first of them.
+    fn ask_again(&self, part: &Part, heard: &Heard) -> Option<(Part, [u8; INSTRUCTION])> {
+        let missing = part.ids().iter().zip(&heard.0).filter(|(_, heard)| !**heard).map(|(id, _)| *id);
+        let (mut ids, mut count) = ([0; SERVOS_MOST], 0);
+        for (place, id) in ids.iter_mut().zip(missing.skip(1)) {
+            *place = id;
+            count += 1;
+        }
+        let ids = ids.get(..count).filter(|ids| !ids.is_empty())?;
+        let length = u16::try_from(part.data).ok()?;
+        let mut bytes = [0; INSTRUCTION];
+        let question = Instruction::SyncRead { address: Reading::ITEM.address, length, ids };
+        let sent = question.encode(Address::All, &mut bytes).ok()?;
+        let who = ids.iter().filter_map(|id| Id::new(*id));
+        Some((Part::new(Topic::Again, sent, part.data, who), bytes))
+    }
+
+    /// Sends a part and collects its answers.
+    fn ask(
+        &mut self,
+        port: &mut impl Port,
+        part: &Part,
+        bytes: &[u8],
+        replies: &mut Replies,
+    ) -> Result<Heard, Lost> {
+        let length = u16::try_from(part.data).unwrap_or(u16::MAX);
+        if part.topic == Topic::Chain {
+            let who = part.ids().iter().filter_map(|id| Id::new(*id));
+            // As many as fit into a request fit into an answer.
+            let _fits = self.chain.expect(who.map(|id| (id, length)));
+        }
+        self.parser.clear();
+        let broken = broken(&self.parser);
+        let turn = part.time_to_answer(self.baud) + self.patience.get();
+        let mut within = part.time_to_send(self.baud) + turn;
+        let Sent { at, late } = port.send(bytes, within)?;
+        replies.asked(part.topic, at);
+        replies.late += late;
+        let mut heard = Heard([false; SERVOS_MOST]);
+        let mut missing = part.ids().len();
+        // A line that babbles must not hold the bus: all answers twice, and an echo, are enough.
+        let mut most = 2 * (part.sent + missing * (part.data + 16)) + 64;
+        let mut buffer = [0; 512];
+        while missing > 0 && most > 0 {
+            let count = port.receive(&mut buffer, within)?;
+            if count == 0 {
+                break;
+            }
+            most = most.saturating_sub(count);
+            self.parser.push(buffer.get(..count).unwrap_or_default());
+            each_status(&mut self.parser, &mut self.chain, part.topic, |status| {
+                let mut awaited = part.ids().iter().zip(&mut heard.0);
+                if let Some((_, heard)) = awaited.find(|(id, heard)| **id == status.id.get() && !**heard) {
+                    missing -= 1;
+                    *heard = true;
+                }
+                replies.add(part.topic, status);
+            });
+            within = turn;
+        }
+        replies.spoil(part.topic, broken_since(&self.parser, broken));
+        Ok(heard)
+    }
+}
+
+/// Hands over every status about a topic that is there. An adapter that echoes gives
+/// instructions back; those are none.
+fn each_status(parser: &mut Parser, chain: &mut FastReply, topic: Topic, mut take: impl FnMut(&Status<'_>)) {
+    if topic == Topic::Chain {
+        while let Some(status) = parser.next_part(chain) {
+            take(&status);
+        }
+        return;
+    }
+    while let Some(frame) = parser.next_frame() {
+        if let Some(status) = Status::parse(&frame) {
+            take(&status);
+        }
+    }
+}
+
+/// Frames that arrived broken so far.
+fn broken(parser: &Parser) -> u64 {
+    let losses = parser.losses();
+    losses.corrupt + losses.cut + losses.malformed
+}
+
+fn broken_since(parser: &Parser, before: u64) -> u32 {
+    u32::try_from(broken(parser).saturating_sub(before)).unwrap_or(u32::MAX)
+}
+
+/// The servo that reported an alert first.
+fn alerting(replies: &Replies) -> Option<Id> {
+    replies
+        .all()
+        .iter()
+        .map(crate::request::Answer::status)
+        .find(|status| status.alert)
+        .map(|status| status.id)
 }

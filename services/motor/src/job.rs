@@ -1,15 +1,16 @@
 use servo::table::{
-    BUS_WATCHDOG, HARDWARE_ERROR_STATUS, Item, MAX_POSITION_LIMIT, MIN_POSITION_LIMIT, PRESENT_TEMPERATURE,
-    PROFILE_ACCELERATION, RETURN_DELAY, TORQUE_ENABLE,
+    BUS_WATCHDOG, HARDWARE_ERROR_STATUS, Item, MAX_POSITION_LIMIT, MIN_POSITION_LIMIT, MIN_VOLTAGE_LIMIT,
+    PRESENT_INPUT_VOLTAGE, PRESENT_TEMPERATURE, PROFILE_ACCELERATION, RETURN_DELAY, TEMPERATURE_LIMIT,
+    TORQUE_ENABLE,
 };
-use servo::{Address, Id, Instruction};
+use servo::{Address, HardwareErrors, Id, Instruction};
 
 /// From return delay to the position limits: what is looked at before anything is written.
 const EEPROM: Item = span(RETURN_DELAY, MIN_POSITION_LIMIT);
 /// Return delay, drive mode, operating mode: none, normal with a profile of velocity, position.
 const MODE: [u8; 3] = [0, 0, 3];
 /// From torque to temperature: how the servo is.
-const CONDITION: Item = span(TORQUE_ENABLE, PRESENT_TEMPERATURE);
+pub(crate) const CONDITION: Item = span(TORQUE_ENABLE, PRESENT_TEMPERATURE);
 
 const fn span(first: Item, last: Item) -> Item {
     Item { address: first.address, length: last.address + last.length - first.address }
@@ -20,6 +21,8 @@ const fn span(first: Item, last: Item) -> Item {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Job {
     Ping,
+    /// A ping whose time is waited for to the end: two servos may answer.
+    PingTwice,
     Inspect,
     SetMode,
     SetLimits {
@@ -34,13 +37,15 @@ pub(crate) enum Job {
     Torque(bool),
     /// How is it?
     Look,
+    /// Begin anew: clears a hardware alert.
+    Reboot,
 }
 
 impl Job {
     /// Data bytes of the answer.
     pub(crate) fn answer_length(self) -> usize {
         match self {
-            Self::Ping => 3,
+            Self::Ping | Self::PingTwice => 3,
             Self::Inspect => usize::from(EEPROM.length),
             Self::Look => usize::from(CONDITION.length),
             Self::SetMode
@@ -48,7 +53,8 @@ impl Job {
             | Self::SetWatchdog(_)
             | Self::Aim(_)
             | Self::Profile(_)
-            | Self::Torque(_) => 0,
+            | Self::Torque(_)
+            | Self::Reboot => 0,
         }
     }
 
@@ -58,7 +64,7 @@ impl Job {
         let write = |item: Item, data| Instruction::Write { address: item.address, data };
         let read = |item: Item| Instruction::Read { address: item.address, length: item.length };
         match self {
-            Self::Ping => say(Instruction::Ping),
+            Self::Ping | Self::PingTwice => say(Instruction::Ping),
             Self::Inspect => say(read(EEPROM)),
             Self::SetMode => say(write(RETURN_DELAY, &MODE)),
             Self::SetLimits { min, max } => say(write(MAX_POSITION_LIMIT, &words([max, min, 0])[..8])),
@@ -69,6 +75,7 @@ impl Job {
             }
             Self::Torque(on) => say(write(TORQUE_ENABLE, &[u8::from(on)])),
             Self::Look => say(read(CONDITION)),
+            Self::Reboot => say(Instruction::Reboot),
         }
     }
 }
@@ -87,22 +94,49 @@ pub(crate) fn is_configured(eeprom: &[u8], min: i32, max: i32) -> bool {
     eeprom.starts_with(&MODE) && eeprom.get(limits..).is_some_and(|found| found == &words([max, min, 0])[..8])
 }
 
+/// What a servo bears, from the answer to [`Job::Inspect`].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Bounds {
+    /// It switches itself off above this.
+    pub(crate) temperature_c: f32,
+    /// It reports an error below this.
+    pub(crate) min_v: f32,
+}
+
+impl Bounds {
+    pub(crate) fn parse(eeprom: &[u8]) -> Option<Self> {
+        let at = |item: Item| usize::from(item.address - EEPROM.address);
+        let temperature = *eeprom.get(at(TEMPERATURE_LIMIT))?;
+        let volts = eeprom.get(at(MIN_VOLTAGE_LIMIT)..)?.first_chunk()?;
+        Some(Self { temperature_c: f32::from(temperature), min_v: decivolts(*volts) })
+    }
+}
+
 /// How a servo is.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct Condition {
     pub(crate) has_torque: bool,
-    pub(crate) has_error: bool,
+    pub(crate) errors: HardwareErrors,
     pub(crate) watchdog_tripped: bool,
+    pub(crate) temperature_c: f32,
+    pub(crate) input_v: f32,
 }
 
 impl Condition {
     /// Reads the answer to [`Job::Look`].
     pub(crate) fn parse(bytes: &[u8]) -> Option<Self> {
-        let byte = |item: Item| bytes.get(usize::from(item.address - CONDITION.address));
+        let at = |item: Item| usize::from(item.address - CONDITION.address);
+        let byte = |item: Item| bytes.get(at(item));
         Some(Self {
             has_torque: *byte(TORQUE_ENABLE)? == 1,
-            has_error: *byte(HARDWARE_ERROR_STATUS)? != 0,
+            errors: HardwareErrors(*byte(HARDWARE_ERROR_STATUS)?),
             watchdog_tripped: *byte(BUS_WATCHDOG)? == 0xFF,
+            temperature_c: f32::from(*byte(PRESENT_TEMPERATURE)?),
+            input_v: decivolts(*bytes.get(at(PRESENT_INPUT_VOLTAGE)..)?.first_chunk()?),
         })
     }
+}
+
+fn decivolts(bytes: [u8; 2]) -> f32 {
+    f32::from(u16::from_le_bytes(bytes)) / 10.0
 }

@@ -1,9 +1,15 @@
-use clock::{Duration, Instant};
-use message::{JointCause, JointMode, JointState};
-use servo::{Id, Limits, Model, Motion, Reading, Status, acceleration_count, position_count, velocity_count};
+mod rise;
 
-use crate::job::{Condition, Job, is_configured};
-use crate::stage::{Arm, Configure, Stage};
+use clock::{Duration, Instant};
+use config::leo::OnAlert;
+use message::{JointCause, JointMode, JointState};
+use servo::{Fault, HardwareErrors, Id, Limits, Model, Motion, Reading, Status, position_count};
+
+use crate::Trouble;
+use crate::derating::derating;
+use crate::job::{Bounds, Condition, Job};
+use crate::servo_clock::{Age, ServoClock};
+use crate::stage::Stage;
 
 /// Times in a row that a servo may be silent before it is quarantined.
 const MISSES_MOST: u32 = 3;
@@ -12,37 +18,18 @@ const WAIT_FIRST: Duration = Duration::from_millis(100);
 const WAIT_MOST: Duration = Duration::from_secs(5);
 /// The oldest reading that says where a servo stands.
 const FRESH: Duration = Duration::from_millis(100);
-/// The servo's own bus watchdog: 200 ms.
-const WATCHDOG: u8 = 10;
-/// The profile while torque comes on: slow, so that what is wrong is seen before it is fast.
-const LOW_VELOCITY_RAD_S: f64 = 0.5;
-const LOW_ACCELERATION_RAD_S2: f64 = 5.0;
-/// How much faster than the joint the servo's own profile is in operation: enough to keep up
-/// with commands that are smooth, and yet a limit.
-const VELOCITY_MARGIN: f64 = 1.5;
-const ACCELERATION_MARGIN: f64 = 8.0;
+/// How often it is looked how a servo is.
+const LOOK_EVERY: Duration = Duration::from_millis(500);
+/// How long after an alert a servo is rebooted, where the configuration says so, and how often.
+const REBOOT_AFTER: Duration = Duration::from_secs(1);
+const REBOOTS_MOST: u32 = 3;
 
-/// Why a joint failed, for people.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
-pub enum Trouble {
-    /// Another servo than the configured one answers.
-    #[error(
-        "a servo of model number {found} answers, and {expected} is configured: correct motor.toml or the id"
-    )]
-    Model {
-        /// The configured model's number.
-        expected: u16,
-        /// The number that was answered.
-        found: u16,
-    },
-    /// The servo refused an instruction.
-    #[error("{0}; torque stays off until the motor process starts anew")]
-    Refused(servo::Fault),
-    /// The servo reports a hardware alert.
-    #[error(
-        "hardware alert: see item 70 of the servo's control table; torque stays off until the motor process starts anew"
-    )]
-    Alert,
+/// What the configuration says of every joint alike.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Policy {
+    pub(crate) soft_start: Duration,
+    pub(crate) soft_start_rad_s: f64,
+    pub(crate) on_alert: OnAlert,
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -51,40 +38,75 @@ struct Goal {
     arrive_at: Instant,
 }
 
+/// What a joint made of a reading.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Taken {
+    /// It is the newest.
+    Read,
+    /// It was sampled before it was asked for.
+    Stale,
+}
+
 /// One joint with its servo. Positions are the joint's own unless they say otherwise.
 #[derive(Clone, Debug)]
 pub(crate) struct Joint {
     settings: config::motor::Joint,
+    policy: Policy,
     index: u32,
     id: Id,
     model: Model,
     stage: Stage,
     cause: JointCause,
     trouble: Option<Trouble>,
+    /// Why it must not move now although it could.
+    halt: Option<JointCause>,
+    /// Times in a row that it was silent, and that its answer was broken.
     misses: u32,
+    spoilt: u32,
     motion: Motion,
     goal: Option<Goal>,
     reading: Option<(Instant, Reading)>,
+    clock: ServoClock,
+    /// Whether its firmware knows the fast reads.
+    is_fast: bool,
+    bounds: Option<Bounds>,
+    condition: Option<Condition>,
+    look_at: Instant,
+    following_since: Instant,
+    /// It started anew by itself, and does not follow again yet.
+    restarted: bool,
+    reboots: u32,
 }
 
 impl Joint {
-    pub(crate) fn new(index: u32, id: Id, settings: &config::motor::Joint) -> Self {
+    pub(crate) fn new(index: u32, id: Id, settings: &config::motor::Joint, policy: Policy) -> Self {
         let model = match settings.model {
             config::motor::Model::Xm430W350 => Model::Xm430W350,
             config::motor::Model::Xl330M288 => Model::Xl330M288,
         };
         Self {
             settings: settings.clone(),
+            policy,
             index,
             id,
             model,
             stage: Stage::Ask,
             cause: JointCause::NotStarted,
             trouble: None,
+            halt: None,
             misses: 0,
+            spoilt: 0,
             motion: Motion::at(f64::NAN),
             goal: None,
             reading: None,
+            clock: ServoClock::default(),
+            is_fast: false,
+            bounds: None,
+            condition: None,
+            look_at: Instant::EPOCH,
+            following_since: Instant::EPOCH,
+            restarted: false,
+            reboots: 0,
         }
     }
 
@@ -104,24 +126,64 @@ impl Joint {
         self.trouble
     }
 
+    pub(crate) const fn is_fast(&self) -> bool {
+        self.is_fast
+    }
+
+    /// Whether it was not heard when it was asked last.
+    pub(crate) const fn is_suspect(&self) -> bool {
+        self.misses > 0
+    }
+
+    /// Whether it is quarantined.
+    pub(crate) const fn is_absent(&self) -> bool {
+        matches!(self.stage, Stage::Absent { .. })
+    }
+
     /// Whether its group's turn is not over: it is on its way to have torque.
     pub(crate) const fn is_rising(&self) -> bool {
         match self.stage {
             Stage::Ask | Stage::Inspect | Stage::Configure(_) | Stage::Ready | Stage::Arm(_) => true,
-            Stage::Absent { .. } | Stage::Following | Stage::Release | Stage::Failed { .. } => false,
+            Stage::Absent { .. }
+            | Stage::Doubt { .. }
+            | Stage::Following
+            | Stage::Release
+            | Stage::LetGo { .. }
+            | Stage::Failed { .. } => false,
         }
     }
 
     /// Whether its position is read in every cycle.
     pub(crate) const fn is_read(&self) -> bool {
         match self.stage {
-            Stage::Ready | Stage::Arm(_) | Stage::Following | Stage::Release => true,
+            Stage::Ready
+            | Stage::Arm(_)
+            | Stage::Following
+            | Stage::Release
+            | Stage::LetGo { confirmed: true } => true,
             Stage::Absent { .. }
+            | Stage::Doubt { .. }
             | Stage::Ask
             | Stage::Inspect
             | Stage::Configure(_)
+            | Stage::LetGo { confirmed: false }
             | Stage::Failed { .. } => false,
         }
+    }
+
+    /// Whether its group must not move: it lost its torque while the others have theirs.
+    pub(crate) fn stops_group(&self) -> bool {
+        self.restarted || matches!(self.stage, Stage::Failed { cause: JointCause::Alert, .. })
+    }
+
+    /// Whether it moves by command.
+    pub(crate) fn is_moving(&self) -> bool {
+        self.stage == Stage::Following && self.motion.velocity_rad_s.abs() > 0.0
+    }
+
+    /// Whether its servo has said that its torque is off, since it was told so.
+    pub(crate) fn has_let_go(&self) -> bool {
+        self.stage == Stage::LetGo { confirmed: true }
     }
 
     /// Sets where it shall be; a goal beyond the joint's limits becomes the limit. `None` for a
@@ -137,22 +199,37 @@ impl Joint {
         self.goal = None;
     }
 
+    /// Says why it must not move, if so: goals are forgotten then.
+    pub(crate) fn set_halt(&mut self, halt: Option<JointCause>) {
+        self.halt = halt;
+        if halt.is_some() {
+            self.goal = None;
+        }
+    }
+
     /// Moves the command on by `dt_s`: towards the goal, or to a stop without one.
     pub(crate) fn steer(&mut self, now: Instant, dt_s: f64) {
         if self.stage != Stage::Following {
             return;
         }
-        let limits = Limits {
+        let stop = Limits {
             velocity_rad_s: self.settings.velocity_rad_s,
             acceleration_rad_s2: self.settings.acceleration_rad_s2,
         };
-        let next = match self.goal {
+        let share = self.derating();
+        let soft = now < self.following_since + self.policy.soft_start;
+        let soft_rad_s = if soft { self.policy.soft_start_rad_s } else { f64::INFINITY };
+        let limits = Limits {
+            velocity_rad_s: (stop.velocity_rad_s * share).min(soft_rad_s),
+            acceleration_rad_s2: stop.acceleration_rad_s2 * share,
+        };
+        let next = match self.goal.filter(|_| share > 0.0) {
             Some(goal) => {
                 let within_s = goal.arrive_at.since(now).as_secs_f64();
                 let velocity_rad_s = self.motion.cruise(goal.position_rad, limits, within_s);
                 self.motion.towards(goal.position_rad, Limits { velocity_rad_s, ..limits }, dt_s)
             }
-            None => self.motion.stopping(limits, dt_s),
+            None => self.motion.stopping(stop, dt_s),
         };
         self.motion = next.unwrap_or(Motion { velocity_rad_s: 0.0, ..self.motion });
     }
@@ -163,7 +240,7 @@ impl Joint {
         (self.stage == Stage::Following).then(|| position_count(self.settings.servo_rad(within)))
     }
 
-    /// Switches the torque off.
+    /// Switches the torque off, after its commander was gone for long.
     pub(crate) fn release(&mut self) {
         if matches!(self.stage, Stage::Following | Stage::Arm(_)) {
             self.stage = Stage::Release;
@@ -171,121 +248,140 @@ impl Joint {
         }
     }
 
-    /// What its servo is to be told next on the way up or down, if anything.
-    pub(crate) fn job(&mut self, now: Instant, may_arm: bool) -> Option<Job> {
-        if self.stage == Stage::Ready && may_arm {
-            self.stage = Stage::Arm(Arm::Clear);
+    /// Switches the torque off with that of the whole body, whatever it is doing.
+    pub(crate) fn let_go(&mut self, cause: JointCause) {
+        if !matches!(self.stage, Stage::LetGo { .. }) {
+            self.stage = Stage::LetGo { confirmed: false };
         }
-        match self.stage {
-            Stage::Absent { ask_at, .. } => (now >= ask_at).then_some(Job::Ping),
-            Stage::Ask => Some(Job::Ping),
-            Stage::Inspect => Some(Job::Inspect),
-            Stage::Configure(Configure::Unlock) | Stage::Release => Some(Job::Torque(false)),
-            Stage::Configure(Configure::Mode) => Some(Job::SetMode),
-            Stage::Configure(Configure::Limits) => {
-                let (min, max) = self.limit_counts();
-                Some(Job::SetLimits { min, max })
-            }
-            Stage::Arm(Arm::Clear) => Some(Job::SetWatchdog(0)),
-            Stage::Arm(Arm::Aim) => {
-                let goal = position_count(self.settings.servo_rad(self.standing(now)?));
-                let [acceleration, velocity] = profile(LOW_ACCELERATION_RAD_S2, LOW_VELOCITY_RAD_S);
-                Some(Job::Aim([acceleration, velocity, goal]))
-            }
-            Stage::Arm(Arm::Watch) => Some(Job::SetWatchdog(WATCHDOG)),
-            Stage::Arm(Arm::Torque) => Some(Job::Torque(true)),
-            Stage::Arm(Arm::Profile) => Some(Job::Profile(profile(
-                self.settings.acceleration_rad_s2 * ACCELERATION_MARGIN,
-                self.settings.velocity_rad_s * VELOCITY_MARGIN,
-            ))),
-            Stage::Failed { release_at, .. } => {
-                release_at.filter(|at| now >= *at).map(|_| Job::Torque(false))
-            }
-            Stage::Ready | Stage::Following => None,
+        self.cause = cause;
+        self.goal = None;
+        self.motion = Motion::at(f64::NAN);
+    }
+
+    /// Notes what its servo says of its torque after it was told to let go.
+    pub(crate) fn confirm(&mut self, torque: u8) {
+        self.misses = 0;
+        if let Stage::LetGo { confirmed } = &mut self.stage {
+            *confirmed = torque == 0;
         }
     }
 
-    /// Takes the position that was read in this cycle.
-    pub(crate) fn read(&mut self, now: Instant, status: &Status<'_>) {
-        self.misses = 0;
+    /// Starts anew as if nothing had been: after an emergency stop was released.
+    pub(crate) fn start_anew(&mut self) {
+        let fresh = Self::new(self.index, self.id, &self.settings, self.policy);
+        *self = Self { reading: self.reading, ..fresh };
+    }
+
+    /// Takes the measurements that were asked for at `asked_at` and arrived at `now`.
+    pub(crate) fn read(&mut self, now: Instant, asked_at: Instant, status: &Status<'_>) -> Taken {
+        let mut taken = Taken::Read;
         if let Some(servo) = Reading::parse(self.model, status.params) {
-            let turn = if self.settings.reversed { -1.0 } else { 1.0 };
-            let position_rad = self.settings.joint_rad(servo.position_rad);
-            let (velocity_rad_s, current_a) = (turn * servo.velocity_rad_s, turn * servo.current_a);
-            self.reading = Some((now, Reading { current_a, velocity_rad_s, position_rad }));
+            match self.clock.judge(servo.tick_ms, asked_at, now) {
+                Age::Fresh => {}
+                Age::Stale => taken = Taken::Stale,
+                Age::Restarted => self.has_restarted(),
+            }
+            if taken == Taken::Read {
+                let turn = if self.settings.reversed { -1.0 } else { 1.0 };
+                let position_rad = self.settings.joint_rad(servo.position_rad);
+                let (velocity_rad_s, current_a) = (turn * servo.velocity_rad_s, turn * servo.current_a);
+                self.reading = Some((now, Reading { current_a, velocity_rad_s, position_rad, ..servo }));
+                (self.misses, self.spoilt) = (0, 0);
+            }
         }
-        self.judge(status);
+        self.judge(now, status);
+        taken
     }
 
     /// Takes the answer to a job.
     pub(crate) fn answered(&mut self, now: Instant, job: Job, status: &Status<'_>) {
         self.misses = 0;
-        if !self.judge(status) {
-            if job == Job::Torque(false) && status.fault.is_none() {
-                self.released();
-            }
-            return;
+        if self.judge(now, status) {
+            self.advance(now, job, status.params);
+        } else if job == Job::Torque(false) && status.fault.is_none() {
+            self.released();
+        } else if job == Job::Reboot && status.fault.is_none() {
+            self.advance(now, job, status.params);
+        } else if job == Job::Look {
+            self.looked_at(now, status.params);
         }
-        self.stage = match (self.stage, job) {
-            (Stage::Ask | Stage::Absent { .. }, Job::Ping) => self.identified(status.params),
-            (Stage::Inspect, Job::Inspect) => {
-                let (min, max) = self.limit_counts();
-                if is_configured(status.params, min, max) {
-                    Stage::Ready
-                } else {
-                    Stage::Configure(Configure::Unlock)
-                }
-            }
-            (Stage::Configure(Configure::Unlock), Job::Torque(false)) => Stage::Configure(Configure::Mode),
-            (Stage::Configure(Configure::Mode), Job::SetMode) => Stage::Configure(Configure::Limits),
-            (Stage::Configure(Configure::Limits), Job::SetLimits { .. })
-            | (Stage::Release, Job::Torque(false)) => Stage::Ready,
-            (Stage::Arm(Arm::Clear), Job::SetWatchdog(0)) => Stage::Arm(Arm::Aim),
-            (Stage::Arm(Arm::Aim), Job::Aim(_)) => Stage::Arm(Arm::Watch),
-            (Stage::Arm(Arm::Watch), Job::SetWatchdog(_)) => Stage::Arm(Arm::Torque),
-            (Stage::Arm(Arm::Torque), Job::Torque(true)) => Stage::Arm(Arm::Profile),
-            (Stage::Arm(Arm::Profile), Job::Profile(_)) => self.armed(now),
-            (stage, Job::Look) => self.looked_at(stage, status.params),
-            (stage, _) => stage,
-        };
     }
 
-    /// Notes that its servo was silent when it was asked.
-    pub(crate) fn missed(&mut self, now: Instant) {
-        if let Stage::Absent { wait, .. } = self.stage {
-            self.stage = Stage::Absent { ask_at: now + wait, wait: (2 * wait).min(WAIT_MOST) };
+    /// Takes what its servo says of itself when it has just reported an alert.
+    pub(crate) fn alarmed(&mut self, now: Instant, status: &Status<'_>) {
+        self.looked_at(now, status.params);
+    }
+
+    /// Notes that its servo was not heard when it was asked: that it was silent or, if `spoilt`,
+    /// that its answer arrived broken.
+    pub(crate) fn missed(&mut self, now: Instant, spoilt: bool) {
+        if let Stage::Absent { ask_at, wait } = &mut self.stage {
+            *ask_at = now + *wait;
+            *wait = (2 * *wait).min(WAIT_MOST);
+            return;
+        }
+        if let Stage::LetGo { confirmed } = &mut self.stage {
+            *confirmed = false;
             return;
         }
         self.misses += 1;
-        if self.misses >= MISSES_MOST {
+        self.spoilt += u32::from(spoilt);
+        if self.misses < MISSES_MOST {
+            return;
+        }
+        if self.spoilt >= MISSES_MOST && !matches!(self.stage, Stage::Failed { .. }) {
+            (self.misses, self.spoilt, self.goal) = (0, 0, None);
+            self.stage = Stage::Doubt { asked: 0, bad: 0 };
+            self.cause = JointCause::Silent;
+        } else {
             self.quarantine(now, JointCause::Silent);
         }
     }
 
     /// Notes that its bus is lost.
     pub(crate) fn lost(&mut self, now: Instant) {
-        self.quarantine(now, JointCause::BusLost);
+        if let Stage::LetGo { confirmed } = &mut self.stage {
+            *confirmed = false;
+        } else {
+            self.quarantine(now, JointCause::BusLost);
+        }
+    }
+
+    /// Switches its torque off for good: its bus has two servos of one identifier.
+    pub(crate) fn forbid(&mut self, id: Id) {
+        self.fail(JointCause::DuplicateId, Trouble::Duplicate(id.get()));
     }
 
     /// What the joint does, for whoever looks; `live` says whether there is a commander.
     pub(crate) fn state(&self, live: bool) -> JointState {
-        let resting = self.motion.velocity_rad_s.abs() <= 0.0;
+        let pace = if self.motion.velocity_rad_s.abs() <= 0.0 {
+            JointMode::Holding
+        } else {
+            JointMode::Decelerating
+        };
         let (mode, cause) = match self.stage {
-            Stage::Absent { .. } => (JointMode::Quarantined, self.cause),
+            Stage::Absent { .. } | Stage::Doubt { .. } => (JointMode::Quarantined, self.cause),
             Stage::Ready if self.cause == JointCause::CommandTimeout => (JointMode::Limp, self.cause),
             Stage::Ask | Stage::Inspect | Stage::Configure(_) | Stage::Ready | Stage::Arm(_) => {
                 (JointMode::Starting, self.cause)
             }
-            Stage::Following if live => (JointMode::Following, JointCause::None),
-            Stage::Following if resting => (JointMode::Holding, JointCause::CommandTimeout),
-            Stage::Following => (JointMode::Decelerating, JointCause::CommandTimeout),
-            Stage::Release => (JointMode::Holding, self.cause),
+            Stage::Following => match self.halt {
+                Some(cause) => (pace, cause),
+                None if !live => (pace, JointCause::CommandTimeout),
+                None if self.derating() < 1.0 => (JointMode::Following, JointCause::Derated),
+                None => (JointMode::Following, JointCause::None),
+            },
+            Stage::Release | Stage::LetGo { confirmed: false } => (JointMode::Releasing, self.cause),
+            Stage::LetGo { confirmed: true } => (JointMode::Limp, self.cause),
             Stage::Failed { cause, .. } => (JointMode::Limp, cause),
         };
         let mut state = JointState::unread(self.index, mode, cause);
         if let Some((at, reading)) = self.reading {
-            let Reading { position_rad, velocity_rad_s, current_a } = reading;
+            let Reading { position_rad, velocity_rad_s, current_a, .. } = reading;
             state = state.with_reading(at.as_nanos(), position_rad, velocity_rad_s, current_a);
+        }
+        if let Some(condition) = self.condition {
+            state = state.with_condition(condition.temperature_c, condition.input_v);
         }
         if self.stage == Stage::Following { state.with_command(self.motion.position_rad) } else { state }
     }
@@ -301,6 +397,14 @@ impl Joint {
         if now.since(at) <= FRESH { self.clamped(reading.position_rad) } else { None }
     }
 
+    /// The share of its speed and acceleration that it is allowed.
+    fn derating(&self) -> f64 {
+        match (self.condition, self.bounds) {
+            (Some(condition), Some(bounds)) => derating(condition, bounds, self.model.nominal_volts()),
+            _ => 1.0,
+        }
+    }
+
     /// The limits of its servo, in counts.
     fn limit_counts(&self) -> (i32, i32) {
         let one = position_count(self.settings.servo_rad(self.settings.min_rad));
@@ -309,20 +413,48 @@ impl Joint {
     }
 
     /// Lets the joint fail when its servo reports a fault or an alert; whether all is well.
-    fn judge(&mut self, status: &Status<'_>) -> bool {
-        let (cause, trouble) = match (status.fault, status.alert) {
-            (Some(fault), _) => (JointCause::Refused, Trouble::Refused(fault)),
-            (None, true) => (JointCause::Alert, Trouble::Alert),
-            (None, false) => return true,
+    fn judge(&mut self, now: Instant, status: &Status<'_>) -> bool {
+        match (status.fault, status.alert) {
+            (None, false) => true,
+            // What we said arrived broken: it will be said again.
+            (Some(Fault::Checksum), _) => {
+                self.missed(now, true);
+                false
+            }
+            (Some(fault), _) => {
+                self.fail(JointCause::Refused, Trouble::Refused(fault));
+                false
+            }
+            (None, true) => {
+                self.alert(now, HardwareErrors::default());
+                false
+            }
+        }
+    }
+
+    /// Stops the joint for a hardware alert, and with it its group.
+    fn alert(&mut self, now: Instant, errors: HardwareErrors) {
+        if matches!(self.stage, Stage::Failed { cause: JointCause::Alert, .. }) && !errors.is_none() {
+            self.trouble = Some(Trouble::Alert(errors));
+        }
+        if matches!(self.stage, Stage::Failed { .. } | Stage::LetGo { .. }) {
+            return;
+        }
+        let reboots = self.policy.on_alert == OnAlert::Reboot && self.reboots < REBOOTS_MOST;
+        self.trouble = Some(Trouble::Alert(errors));
+        self.goal = None;
+        self.stage = Stage::Failed {
+            cause: JointCause::Alert,
+            release_at: Some(now),
+            reboot_at: reboots.then_some(now + REBOOT_AFTER),
         };
-        self.fail(cause, trouble);
-        false
     }
 
     fn fail(&mut self, cause: JointCause, trouble: Trouble) {
-        if !matches!(self.stage, Stage::Failed { .. }) {
-            self.stage = Stage::Failed { cause, release_at: Some(Instant::EPOCH) };
+        if !matches!(self.stage, Stage::Failed { .. } | Stage::LetGo { .. }) {
+            self.stage = Stage::Failed { cause, release_at: Some(Instant::EPOCH), reboot_at: None };
             self.trouble = Some(trouble);
+            self.goal = None;
         }
     }
 
@@ -332,56 +464,42 @@ impl Joint {
         }
     }
 
+    /// Its servo began anew by itself: without torque, and with what is kept without power.
+    fn has_restarted(&mut self) {
+        if matches!(self.stage, Stage::Following | Stage::Arm(_)) {
+            self.restarted = true;
+            self.goal = None;
+            self.cause = JointCause::Restarted;
+            self.stage = Stage::Inspect;
+        }
+    }
+
+    fn looked_at(&mut self, now: Instant, answer: &[u8]) {
+        let Some(condition) = Condition::parse(answer) else { return };
+        self.condition = Some(condition);
+        if !condition.errors.is_none() {
+            self.alert(now, condition.errors);
+        } else if self.stage == Stage::Following {
+            if condition.watchdog_tripped {
+                self.cause = JointCause::Watchdog;
+                self.goal = None;
+                self.stage = Stage::Arm(crate::stage::Arm::Clear);
+            } else if !condition.has_torque {
+                self.has_restarted();
+            }
+        }
+    }
+
     fn quarantine(&mut self, now: Instant, cause: JointCause) {
-        self.misses = 0;
+        (self.misses, self.spoilt) = (0, 0);
         self.cause = cause;
         self.goal = None;
+        self.clock.forget();
         // A servo that failed stays failed also when it was away, and is told until it confirms.
-        self.stage = if let Stage::Failed { cause, release_at } = self.stage {
-            Stage::Failed { cause, release_at: release_at.map(|_| now + WAIT_FIRST) }
+        self.stage = if let Stage::Failed { cause, release_at, reboot_at } = self.stage {
+            Stage::Failed { cause, release_at: release_at.map(|_| now + WAIT_FIRST), reboot_at }
         } else {
             Stage::Absent { ask_at: now + WAIT_FIRST, wait: 2 * WAIT_FIRST }
         };
     }
-
-    fn identified(&mut self, answer: &[u8]) -> Stage {
-        let expected = self.model.number();
-        let found = answer.first_chunk().map_or(0, |number| u16::from_le_bytes(*number));
-        if found == expected {
-            return Stage::Inspect;
-        }
-        self.fail(JointCause::Refused, Trouble::Model { expected, found });
-        self.stage
-    }
-
-    fn armed(&mut self, now: Instant) -> Stage {
-        // It begins where it stands now, and not where it was to stand when torque came on.
-        let Some(position_rad) = self.standing(now) else { return self.stage };
-        self.motion = Motion::at(position_rad);
-        self.cause = JointCause::None;
-        Stage::Following
-    }
-
-    fn looked_at(&mut self, stage: Stage, answer: &[u8]) -> Stage {
-        let Some(condition) = Condition::parse(answer) else { return stage };
-        if condition.has_error {
-            self.fail(JointCause::Alert, Trouble::Alert);
-            return self.stage;
-        }
-        if stage != Stage::Following {
-            return stage;
-        }
-        if condition.watchdog_tripped {
-            self.cause = JointCause::Watchdog;
-            return Stage::Arm(Arm::Clear);
-        }
-        // Without torque it started anew by itself.
-        if condition.has_torque { stage } else { Stage::Inspect }
-    }
-}
-
-/// A profile in counts: of acceleration and of velocity. Zero would mean without limit.
-fn profile(acceleration_rad_s2: f64, velocity_rad_s: f64) -> [i32; 2] {
-    let bounded = |count: i32| count.clamp(1, 32_767);
-    [bounded(acceleration_count(acceleration_rad_s2)), bounded(velocity_count(velocity_rad_s))]
 }

@@ -1,23 +1,31 @@
 //! Motor process: joint goals in, servo buses, joint states out.
 //!
 //! [`Motor`] is the pure core: it turns goals into one [`Request`] per bus and cycle, and the
-//! [`Replies`] into joint states. [`exchange()`] carries a request over a [`Port`].
+//! [`Replies`] into joint states. A [`Master`] carries a request over a [`Port`].
 
 mod bus;
+mod counts;
+mod derating;
 mod exchange;
+mod few;
 mod job;
 mod joint;
 mod motor;
+mod patience;
+mod reporter;
 mod request;
+mod servo_clock;
 mod shell;
 mod stage;
 mod threads;
+mod trouble;
 
-pub use exchange::{Port, exchange};
-pub use joint::Trouble;
-pub use motor::{Counts, Motor, MotorError};
-pub use request::{Part, Replies, Request, SERVOS_MOST};
+pub use counts::{BusCounts, Counts};
+pub use exchange::{Master, Port, Sent};
+pub use motor::{Motor, MotorError};
+pub use request::{Part, Replies, Request, SERVOS_MOST, Topic};
 pub use shell::run;
+pub use trouble::Trouble;
 
 #[cfg(test)]
 mod tests;

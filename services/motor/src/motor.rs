@@ -1,11 +1,11 @@
 use clock::{Duration, Instant};
-use message::{JointGoal, JointState};
+use message::{JointCause, JointGoal, JointState};
 use servo::Id;
 
-use crate::bus::Bus;
-use crate::joint::{Joint, Trouble};
+use crate::bus::{Bus, Purpose};
+use crate::joint::{Joint, Policy};
 use crate::request::SERVOS_MOST;
-use crate::{Replies, Request};
+use crate::{BusCounts, Counts, Replies, Request, Trouble};
 
 /// The longest step of the commands: after a longer pause they go on from where they were.
 const STEP_MOST: Duration = Duration::from_millis(20);
@@ -33,17 +33,6 @@ pub enum MotorError {
     },
 }
 
-/// What the motor counts.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Counts {
-    /// Goals refused: no number, or for no joint.
-    pub refused: u64,
-    /// Goals beyond a joint's limits, which became the limit.
-    pub limited: u64,
-    /// Answers dropped because nobody awaited them.
-    pub stale: u64,
-}
-
 /// The joints and their buses: goals in, one request per bus out, its replies in, joint states
 /// out. Pure: time comes in as an argument, and after [`new`](Self::new) nothing is allocated.
 #[derive(Clone, Debug)]
@@ -57,6 +46,12 @@ pub struct Motor {
     stepped_at: Option<Instant>,
     period: Duration,
     live: bool,
+    /// Nobody commands any more.
+    is_dismissed: bool,
+    /// Why the torque of the whole body is switched off, if it is.
+    letting_go: Option<JointCause>,
+    /// By group, whether one of its joints is in trouble that stops the others.
+    stopped: Vec<bool>,
     counts: Counts,
 }
 
@@ -68,10 +63,15 @@ impl Motor {
     /// A bus with more servos than a cycle has room for, or an identifier that no servo has.
     pub fn new(robot: &config::motor::Motor, settings: &config::leo::Motor) -> Result<Self, MotorError> {
         let mut joints = Vec::with_capacity(robot.joints.len());
+        let policy = Policy {
+            soft_start: settings.soft_start_ms.duration(),
+            soft_start_rad_s: settings.soft_start_rad_s.get(),
+            on_alert: settings.on_alert,
+        };
         for (index, joint) in (0..).zip(&robot.joints) {
             let id = Id::new(joint.id)
                 .ok_or_else(|| MotorError::Id { joint: joint.name.clone(), id: joint.id })?;
-            joints.push(Joint::new(index, id, joint));
+            joints.push(Joint::new(index, id, joint, policy));
         }
         let mut buses = Vec::with_capacity(robot.buses.len());
         for (number, bus) in robot.buses.iter().enumerate() {
@@ -92,6 +92,9 @@ impl Motor {
             stepped_at: None,
             period: settings.rate_hz.period(),
             live: false,
+            is_dismissed: false,
+            letting_go: None,
+            stopped: vec![false; robot.groups.len()],
             counts: Counts::default(),
         })
     }
@@ -123,19 +126,71 @@ impl Motor {
         let dt_s = since.min(STEP_MOST).as_secs_f64();
         self.stepped_at = Some(now);
         let age = self.decided_at.map(|decided_at| now.since(decided_at));
-        self.live = age.is_some_and(|age| age <= self.command_timeout);
-        let limp = age.is_none_or(|age| age > self.command_timeout + self.limp_after);
+        self.live = !self.is_dismissed && age.is_some_and(|age| age <= self.command_timeout);
+        let limp = !self.is_dismissed && age.is_none_or(|age| age > self.command_timeout + self.limp_after);
+        self.stopped.fill(false);
+        for joint in self.joints.iter().filter(|joint| joint.stops_group()) {
+            if let Some(stopped) = self.stopped.get_mut(joint.group()) {
+                *stopped = true;
+            }
+        }
+        let body_stopped = self.buses.iter().any(Bus::is_lost).then_some(JointCause::BodyStopped);
         for joint in &mut self.joints {
+            let group_stopped = self.stopped.get(joint.group()).is_some_and(|stopped| *stopped);
+            joint.set_halt(body_stopped.or(group_stopped.then_some(JointCause::GroupStopped)));
             if !self.live {
                 joint.forget_goal();
             }
-            if limp {
+            if let Some(cause) = self.letting_go {
+                joint.let_go(cause);
+            } else if limp {
                 joint.release();
             }
             if dt_s > 0.0 {
                 joint.steer(now, dt_s);
             }
         }
+    }
+
+    /// Switches every torque off from the next request on, and keeps it off: goals do nothing
+    /// until [`start_anew`](Self::start_anew). For an emergency stop or, once nothing
+    /// [moves](Self::is_moving) any more, for an orderly end.
+    pub fn let_go(&mut self, cause: JointCause) {
+        // An emergency is not made less of by an end.
+        if self.letting_go != Some(JointCause::Emergency) {
+            self.letting_go = Some(cause);
+        }
+    }
+
+    /// Ends what [`let_go`](Self::let_go) began: every joint is started anew, once somebody
+    /// commands.
+    pub fn start_anew(&mut self) {
+        self.letting_go = None;
+        self.decided_at = None;
+        self.joints.iter_mut().for_each(Joint::start_anew);
+    }
+
+    /// Why the torque of the whole body is switched off, if it is.
+    #[must_use]
+    pub const fn letting_go(&self) -> Option<JointCause> {
+        self.letting_go
+    }
+
+    /// Whether any joint moves by command.
+    #[must_use]
+    pub fn is_moving(&self) -> bool {
+        self.joints.iter().any(Joint::is_moving)
+    }
+
+    /// How many servos have not said yet that their torque is off, since they were told to let go.
+    #[must_use]
+    pub fn unconfirmed(&self) -> usize {
+        self.joints.iter().filter(|joint| !joint.has_let_go()).count()
+    }
+
+    /// Heeds no commander any more: the joints slow down and hold.
+    pub fn dismiss(&mut self) {
+        self.is_dismissed = true;
     }
 
     /// How many buses there are.
@@ -148,14 +203,12 @@ impl Motor {
     /// other, and only when somebody commands.
     pub fn request(&mut self, bus: usize, now: Instant, request: &mut Request) {
         let rising = self.joints.iter().filter(|joint| joint.is_rising()).map(Joint::group).min();
-        let live = self.live;
+        let purpose = match self.letting_go {
+            Some(_) => Purpose::LetGo,
+            None => Purpose::Drive { arm_up_to: if self.live { rising } else { None } },
+        };
         if let Some(bus) = self.buses.get_mut(bus) {
-            bus.plan(
-                now,
-                &mut self.joints,
-                |group| live && rising.is_none_or(|first| group <= first),
-                request,
-            );
+            bus.plan(now, &mut self.joints, purpose, request);
         }
     }
 
@@ -180,6 +233,24 @@ impl Motor {
     /// What was counted since [`new`](Self::new).
     #[must_use]
     pub fn counts(&self) -> Counts {
-        Counts { stale: self.buses.iter().map(Bus::stale).sum(), ..self.counts }
+        Counts { stale: self.buses.iter().map(|bus| bus.counts().stale).sum(), ..self.counts }
+    }
+
+    /// What was counted of a bus since [`new`](Self::new).
+    #[must_use]
+    pub fn bus_counts(&self, bus: usize) -> BusCounts {
+        self.buses.get(bus).map(Bus::counts).unwrap_or_default()
+    }
+
+    /// Whether the line of a bus is gone.
+    #[must_use]
+    pub fn is_lost(&self, bus: usize) -> bool {
+        self.buses.get(bus).is_some_and(Bus::is_lost)
+    }
+
+    /// How many joints of a bus are quarantined.
+    #[must_use]
+    pub fn quarantined(&self, bus: usize) -> usize {
+        self.joints.iter().filter(|joint| joint.bus() == bus && joint.is_absent()).count()
     }
 }

@@ -1,6 +1,6 @@
-use clock::Duration;
+use clock::{Duration, Instant};
 use serial::Lost;
-use servo::Status;
+use servo::{Id, Status};
 
 /// Servos on one bus at most.
 pub const SERVOS_MOST: usize = 32;
@@ -10,26 +10,79 @@ const BYTES: usize = 1024;
 const DATA: usize = 96;
 /// Bytes of a status without data: header, address, length, instruction, error, check sum.
 const STATUS_BYTES: usize = 11;
+/// Bytes of one answer within a chain, without data: error, identifier, check sum.
+const LINK_BYTES: usize = 4;
+/// Answers to one request: two to each of three questions to everybody would be too many already.
+const ANSWERS: usize = 3 * SERVOS_MOST;
+
+/// What a part of a request, and an answer to it, is about.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Topic {
+    /// The goals of the cycle, and the measurements of the servos that answer in one chain (fast
+    /// sync read).
+    Chain,
+    /// The measurements of the servos that answer each for itself (sync read).
+    Each,
+    /// The measurements of servos that were not heard in this cycle, once more (sync read).
+    Again,
+    /// Whether torque is off, after it was switched off.
+    Torque,
+    /// What one servo is told or asked besides.
+    Job,
+    /// How a servo is that has just reported an alert.
+    Alarm,
+}
+
+impl Topic {
+    const COUNT: usize = 6;
+}
 
 /// What a part of a request waits for before the next part may go out.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug)]
 pub struct Part {
+    /// What it is about.
+    pub topic: Topic,
     /// Bytes sent.
     pub sent: usize,
-    /// Answers expected.
-    pub answers: usize,
-    /// Data bytes expected in each.
+    /// Data bytes expected in each answer.
     pub data: usize,
+    ids: [u8; SERVOS_MOST],
+    count: usize,
 }
 
 impl Part {
-    /// How long the part takes on a wire of `baud` bits per second, ten bits a byte.
-    #[must_use]
-    pub fn time_on_wire(&self, baud: u32) -> Duration {
-        let bytes = self.sent + self.answers * (STATUS_BYTES + self.data);
-        let bits = u64::try_from(10 * bytes).unwrap_or(u64::MAX);
-        Duration::from_nanos(bits * 1_000_000_000 / u64::from(baud.max(1)))
+    pub(crate) fn new(topic: Topic, sent: usize, data: usize, who: impl IntoIterator<Item = Id>) -> Self {
+        let (mut ids, mut count) = ([0; SERVOS_MOST], 0);
+        for (place, id) in ids.iter_mut().zip(who) {
+            *place = id.get();
+            count += 1;
+        }
+        Self { topic, sent, data, ids, count }
     }
+
+    /// Who answers, in this order.
+    #[must_use]
+    pub fn ids(&self) -> &[u8] {
+        self.ids.get(..self.count).unwrap_or_default()
+    }
+
+    /// How long the instruction takes on a wire of `baud` bits per second, ten bits a byte.
+    #[must_use]
+    pub fn time_to_send(&self, baud: u32) -> Duration {
+        time_on_wire(self.sent, baud)
+    }
+
+    /// How long one answer takes.
+    #[must_use]
+    pub fn time_to_answer(&self, baud: u32) -> Duration {
+        let around = if self.topic == Topic::Chain { LINK_BYTES } else { STATUS_BYTES };
+        time_on_wire(around + self.data, baud)
+    }
+}
+
+fn time_on_wire(bytes: usize, baud: u32) -> Duration {
+    let bits = u64::try_from(10 * bytes).unwrap_or(u64::MAX);
+    Duration::from_nanos(bits.saturating_mul(1_000_000_000) / u64::from(baud.max(1)))
 }
 
 /// What one bus is told and asked in one cycle. The line is half-duplex: a part goes out when
@@ -38,13 +91,13 @@ impl Part {
 pub struct Request {
     bytes: [u8; BYTES],
     end: usize,
-    parts: [Part; 2],
+    parts: [Option<Part>; 3],
     count: usize,
 }
 
 impl Default for Request {
     fn default() -> Self {
-        Self { bytes: [0; BYTES], end: 0, parts: [Part::default(); 2], count: 0 }
+        Self { bytes: [0; BYTES], end: 0, parts: [None; 3], count: 0 }
     }
 }
 
@@ -58,25 +111,26 @@ impl Request {
     /// how many these were; a part of none is left out.
     pub(crate) fn add(
         &mut self,
-        answers: usize,
+        topic: Topic,
+        who: impl IntoIterator<Item = Id>,
         data: usize,
         write: impl FnOnce(&mut [u8]) -> usize,
     ) -> bool {
         let sent = write(self.bytes.get_mut(self.end..).unwrap_or_default());
         let Some(place) = self.parts.get_mut(self.count).filter(|_| sent > 0) else { return false };
-        *place = Part { sent, answers, data };
+        *place = Some(Part::new(topic, sent, data, who));
         self.end += sent;
         self.count += 1;
         true
     }
 
     /// The parts with their bytes, in the order in which they go out.
-    pub fn parts(&self) -> impl Iterator<Item = (Part, &[u8])> {
+    pub fn parts(&self) -> impl Iterator<Item = (&Part, &[u8])> {
         let mut start = 0;
-        self.parts.iter().take(self.count).map(move |part| {
+        self.parts.iter().take(self.count).flatten().map(move |part| {
             let bytes = self.bytes.get(start..start + part.sent).unwrap_or_default();
             start += part.sent;
-            (*part, bytes)
+            (part, bytes)
         })
     }
 }
@@ -84,18 +138,17 @@ impl Request {
 /// One answer.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Answer {
-    /// The part of the request that it answers.
-    pub(crate) part: usize,
-    status: [u8; DATA],
+    pub(crate) topic: Topic,
+    data: [u8; DATA],
     length: usize,
-    id: servo::Id,
+    id: Id,
     alert: bool,
     fault: Option<servo::Fault>,
 }
 
 impl Answer {
     pub(crate) fn status(&self) -> Status<'_> {
-        let params = self.status.get(..self.length).unwrap_or_default();
+        let params = self.data.get(..self.length).unwrap_or_default();
         Status { id: self.id, alert: self.alert, fault: self.fault, params }
     }
 }
@@ -104,13 +157,25 @@ impl Answer {
 #[derive(Clone, Debug)]
 pub struct Replies {
     answers: Vec<Answer>,
+    /// When each topic was asked about.
+    sent_at: [Instant; Topic::COUNT],
+    /// Answers to each topic that arrived broken.
+    spoilt: [u32; Topic::COUNT],
+    /// Bytes that came after their time and were thrown away.
+    pub(crate) late: usize,
     /// Why there are no more: the line is gone.
     pub(crate) lost: Option<Lost>,
 }
 
 impl Default for Replies {
     fn default() -> Self {
-        Self { answers: Vec::with_capacity(SERVOS_MOST + 1), lost: None }
+        Self {
+            answers: Vec::with_capacity(ANSWERS),
+            sent_at: [Instant::EPOCH; Topic::COUNT],
+            spoilt: [0; Topic::COUNT],
+            late: 0,
+            lost: None,
+        }
     }
 }
 
@@ -118,18 +183,49 @@ impl Replies {
     /// Begins to collect the replies to a new request.
     pub fn clear(&mut self) {
         self.answers.clear();
+        self.spoilt = [0; Topic::COUNT];
+        self.late = 0;
         self.lost = None;
+    }
+
+    /// Notes when a topic was asked about.
+    pub(crate) fn asked(&mut self, topic: Topic, at: Instant) {
+        if let Some(place) = self.sent_at.get_mut(topic as usize) {
+            *place = at;
+        }
+    }
+
+    /// Lets everything be of one instant: simulated time stands still while a bus speaks.
+    pub(crate) fn stamp(&mut self, now: Instant) {
+        self.sent_at = [now; Topic::COUNT];
+    }
+
+    /// When a topic was asked about.
+    pub(crate) fn asked_at(&self, topic: Topic) -> Instant {
+        self.sent_at.get(topic as usize).copied().unwrap_or(Instant::EPOCH)
+    }
+
+    /// Notes broken answers to a topic.
+    pub(crate) fn spoil(&mut self, topic: Topic, count: u32) {
+        if let Some(place) = self.spoilt.get_mut(topic as usize) {
+            *place += count;
+        }
+    }
+
+    /// Broken answers to a topic.
+    pub(crate) fn spoilt(&self, topic: Topic) -> u32 {
+        self.spoilt.get(topic as usize).copied().unwrap_or(0)
     }
 
     /// Adds an answer to a part of the request. What is longer than anything that was asked for,
     /// or one too many, is dropped.
-    pub fn add(&mut self, part: usize, status: &Status<'_>) {
+    pub fn add(&mut self, topic: Topic, status: &Status<'_>) {
         let mut data = [0; DATA];
         let Some(place) = data.get_mut(..status.params.len()) else { return };
         place.copy_from_slice(status.params);
         if self.answers.len() < self.answers.capacity() {
             let (id, alert, fault) = (status.id, status.alert, status.fault);
-            self.answers.push(Answer { part, status: data, length: status.params.len(), id, alert, fault });
+            self.answers.push(Answer { topic, data, length: status.params.len(), id, alert, fault });
         }
     }
 
@@ -138,8 +234,12 @@ impl Replies {
         self.lost = Some(why);
     }
 
-    pub(crate) fn of_part(&self, part: usize) -> impl Iterator<Item = &Answer> {
-        self.answers.iter().filter(move |answer| answer.part == part)
+    pub(crate) fn all(&self) -> &[Answer] {
+        &self.answers
+    }
+
+    pub(crate) fn about(&self, topic: Topic) -> impl Iterator<Item = Status<'_>> {
+        self.answers.iter().filter(move |answer| answer.topic == topic).map(Answer::status)
     }
 
     pub(crate) fn is_empty(&self) -> bool {

@@ -1,13 +1,16 @@
 use clock::{Duration, Instant};
 use config::Robot;
 use message::{Header, Hop, JointCause, JointGoals, JointMode, JointState, JointStates, Process};
-use process::{Failure, Launch, Member, Progress};
+use process::{Emergency, Failure, Launch, Member, Progress};
 
 use crate::Motor;
-use crate::threads::Threads;
+use crate::reporter::Reporter;
+use crate::threads::{ThreadError, Threads};
 
-/// Drives the joints until the process is told to stop. It then leaves them as they are: their
-/// servos hold until somebody drives them again.
+/// How long an orderly end may take: slow down, hold, let go.
+const END_WITHIN: Duration = Duration::from_secs(1);
+
+/// Drives the joints until the process is told to stop. Then they slow down, hold, and let go.
 ///
 /// # Errors
 ///
@@ -23,10 +26,18 @@ pub fn run(launch: &Launch, robot: &Robot) -> Result<(), Failure> {
     let period = leo.motor.rate_hz.period();
     let turn_within = leo.supervisor.turn_within_ms.duration();
     // In lockstep a slow machine must not look like a silent servo.
-    let patience = if launch.lockstep { turn_within / 4 } else { 2 * period };
+    let patience = if launch.lockstep {
+        (turn_within / 4, turn_within / 4)
+    } else {
+        (leo.motor.answer_within_ms.duration(), 2 * period)
+    };
     // A device may still be starting. In lockstep the mock servo bus has to be there at every turn.
     let until = clock::now() + leo.supervisor.ready_within_ms.duration() / 2;
-    let mut threads = Threads::start(&robot.motor.buses, &launch.domain, patience, until, !launch.lockstep)
+    // Simulated time has no emergencies.
+    let emergency = if launch.lockstep { None } else { Some(Emergency::watch(&launch.domain)?) };
+    let lookout = emergency.as_ref().map(Emergency::lookout).unwrap_or_default();
+    let buses = &robot.motor.buses;
+    let mut threads = Threads::start(buses, &launch.domain, patience, until, !launch.lockstep, &lookout)
         .map_err(Failure::own)?;
     member.begin(Some(period))?;
     while let Some(now) = member.next_cycle()? {
@@ -39,6 +50,11 @@ pub fn run(launch: &Launch, robot: &Robot) -> Result<(), Failure> {
             header.pass(Hop::Commanded, member.now().as_nanos());
             let decided_at = frame.head().passed(Hop::Decided).unwrap_or(frame.head().valid_at_ns);
             motor.goals(Instant::from_nanos(decided_at), frame.entries());
+        }
+        if lookout.is_raised() {
+            motor.let_go(JointCause::Emergency);
+        } else if motor.letting_go().is_some() {
+            motor.start_anew();
         }
         motor.step(now);
         threads.send(&mut motor, now).map_err(Failure::own)?;
@@ -59,57 +75,31 @@ pub fn run(launch: &Launch, robot: &Robot) -> Result<(), Failure> {
         member.health().undelivered = states.undelivered();
         member.end_cycle(Progress::More)?;
     }
+    if !launch.lockstep {
+        lay_down(&mut motor, &mut threads, period).map_err(Failure::own)?;
+    }
     tracing::debug!(skipped = threads.skipped(), stale = motor.counts().stale, "the motor stops");
     Ok(())
 }
 
-/// Tells people which joints are not as they should be, once each.
-struct Reporter {
-    names: Vec<String>,
-    modes: Vec<Option<JointMode>>,
-    all_follow: bool,
-    /// Looking is spared most cycles: people are slow.
-    look_at: Instant,
-}
-
-impl Reporter {
-    const EVERY: Duration = Duration::from_millis(100);
-
-    fn new(robot: &Robot) -> Self {
-        let names: Vec<_> = robot.motor.joints.iter().map(|joint| joint.name.clone()).collect();
-        let modes = vec![None; names.len()];
-        Self { names, modes, all_follow: false, look_at: Instant::EPOCH }
+/// Lets the body slow down, hold, and go limp, for as long as that may take.
+fn lay_down(motor: &mut Motor, threads: &mut Threads, period: Duration) -> Result<(), ThreadError> {
+    let mut now = clock::now();
+    let until = now + END_WITHIN;
+    motor.dismiss();
+    while now < until && (motor.letting_go().is_none() || motor.unconfirmed() > 0) {
+        clock::sleep_until(now + period);
+        now = clock::now();
+        threads.collect(motor)?;
+        motor.step(now);
+        if !motor.is_moving() {
+            motor.let_go(JointCause::Stopped);
+        }
+        threads.send(motor, now)?;
     }
-
-    fn look(&mut self, motor: &Motor, now: Instant) {
-        if now < self.look_at {
-            return;
-        }
-        self.look_at = now + Self::EVERY;
-        let mut following = 0;
-        for (index, state) in motor.states().enumerate() {
-            following += usize::from(state.mode() == Some(JointMode::Following));
-            let (Some(known), Some(name)) = (self.modes.get_mut(index), self.names.get(index)) else {
-                continue;
-            };
-            if *known == state.mode() {
-                continue;
-            }
-            *known = state.mode();
-            if let Some(trouble) = motor.trouble(index) {
-                tracing::warn!("{name}: {trouble}");
-            } else if state.mode() == Some(JointMode::Quarantined) {
-                let why = match state.cause() {
-                    Some(JointCause::BusLost) => "its bus is lost",
-                    _ => "its servo does not answer; is it powered, and on this bus with this id?",
-                };
-                tracing::warn!("{name} is quarantined: {why}");
-            }
-        }
-        let all_follow = following == self.names.len();
-        if all_follow && !self.all_follow {
-            tracing::info!("all {following} joints follow");
-        }
-        self.all_follow = all_follow;
+    match motor.unconfirmed() {
+        0 => tracing::debug!("every servo says that its torque is off"),
+        silent => tracing::warn!("{silent} servos have not said that their torque is off"),
     }
+    Ok(())
 }

@@ -11,6 +11,13 @@ pub(crate) enum Stage {
         /// How long after that it is asked once more.
         wait: Duration,
     },
+    /// Its answers arrive broken: do two servos answer at once? Pinged a few times.
+    Doubt {
+        /// Pings sent.
+        asked: u8,
+        /// Pings that were answered twice, or whose answer arrived broken.
+        bad: u8,
+    },
     /// Is it there, and is it the right model?
     Ask,
     /// What does its EEPROM say?
@@ -25,12 +32,19 @@ pub(crate) enum Stage {
     Following,
     /// Torque is going off.
     Release,
+    /// The torque of the whole body is switched off.
+    LetGo {
+        /// Whether its servo has said that it is.
+        confirmed: bool,
+    },
     /// It has an alert or refused an instruction. Torque goes off and stays off.
     Failed {
         /// Why.
         cause: JointCause,
         /// When it is told next to switch torque off; none once it has confirmed it.
         release_at: Option<Instant>,
+        /// When it is told to begin anew, if at all.
+        reboot_at: Option<Instant>,
     },
 }
 

@@ -4,13 +4,17 @@ use std::thread::JoinHandle;
 use clock::{Duration, Instant};
 use config::motor::{Bus, Device};
 use crossbeam::channel::{Receiver, RecvTimeoutError, Sender, TryRecvError, bounded};
+use process::Lookout;
 use serial::{Lost, OpenError, Tty};
-use servo::Parser;
 
-use crate::{Motor, Port, Replies, Request, exchange};
+use crate::{Master, Motor, Port, Replies, Request, Sent};
 
-/// A line that could not be opened is tried again after this long.
-const REOPEN_AFTER: Duration = Duration::from_millis(100);
+/// A line that could not be opened is tried again after this long, and then after twice that ...
+const REOPEN_AFTER: Duration = Duration::from_millis(50);
+/// ... up to this.
+const REOPEN_MOST: Duration = Duration::from_secs(1);
+/// A bus that is given nothing to do for this long looks by itself whether all shall stop.
+const UNLED: Duration = Duration::from_millis(20);
 /// Pieces of stale bytes that are thrown away before a request at most.
 const DRAINS: u32 = 8;
 
@@ -58,13 +62,15 @@ impl Threads {
     /// Opens the line of every bus, those of the mock servo bus in `folder`, and starts its
     /// thread. Lines may appear until `until`; those of the mock servo bus, where it `may_be_gone`,
     /// at any time: it is a process of its own that may be starting anew just now. A servo may be
-    /// silent for `patience` beyond the time on the wire.
+    /// silent for `patience` as in [`Master::new`]. Where the cycle gives a bus nothing to do and
+    /// the emergency stop is raised, the bus switches every torque off by itself.
     pub(crate) fn start(
         buses: &[Bus],
         folder: &Path,
-        patience: Duration,
+        patience: (Duration, Duration),
         until: Instant,
         may_be_gone: bool,
+        lookout: &Lookout,
     ) -> Result<Self, ThreadError> {
         let ends = buses
             .iter()
@@ -81,7 +87,7 @@ impl Threads {
                             .map_err(|source| ThreadError::Open { bus: bus.name.clone(), source })?,
                     ),
                 };
-                End::start(bus, path, tty, patience)
+                End::start(bus, path, tty, patience, lookout.clone())
             })
             .collect::<Result<_, _>>()?;
         Ok(Self { ends, skipped: 0 })
@@ -131,10 +137,11 @@ impl Threads {
     ) -> Result<(), ThreadError> {
         for (bus, end) in self.ends.iter_mut().enumerate() {
             let name = || end.name.clone();
-            let exchange = end.from.recv_timeout(within).map_err(|error| match error {
+            let mut exchange = end.from.recv_timeout(within).map_err(|error| match error {
                 RecvTimeoutError::Timeout => ThreadError::Hangs { bus: name(), within },
                 RecvTimeoutError::Disconnected => ThreadError::Ended { bus: name() },
             })?;
+            exchange.replies.stamp(now);
             motor.replies(bus, now, &exchange.replies);
             end.exchange = Some(exchange);
         }
@@ -143,21 +150,35 @@ impl Threads {
 }
 
 impl End {
-    fn start(bus: &Bus, path: PathBuf, tty: Option<Tty>, patience: Duration) -> Result<Self, ThreadError> {
-        let (name, baud) = (bus.name.clone(), bus.baud);
+    fn start(
+        bus: &Bus,
+        path: PathBuf,
+        tty: Option<Tty>,
+        patience: (Duration, Duration),
+        lookout: Lookout,
+    ) -> Result<Self, ThreadError> {
+        let name = bus.name.clone();
         let (to, inbox) = bounded::<Box<Exchange>>(1);
         let (outbox, from) = bounded(1);
-        let mut line = Line { tty, path, baud, until: Instant::EPOCH, reopen_at: Instant::EPOCH };
+        let mut line = Line::new(tty, path, bus.baud);
+        let mut master = Master::new(bus.baud, patience);
         let thread = std::thread::Builder::new()
             .name(format!("bus {name}"))
             .spawn(move || {
-                let mut parser = Parser::new();
-                while let Ok(mut job) = inbox.recv() {
-                    let Exchange { request, replies, done_at } = job.as_mut();
-                    exchange(&mut line, &mut parser, request, baud, patience, replies);
-                    *done_at = clock::now();
-                    if outbox.send(job).is_err() {
-                        break;
+                loop {
+                    match inbox.recv_timeout(UNLED) {
+                        Ok(mut job) => {
+                            let Exchange { request, replies, done_at } = job.as_mut();
+                            master.exchange(&mut line, request, replies);
+                            *done_at = clock::now();
+                            if outbox.send(job).is_err() {
+                                break;
+                            }
+                        }
+                        // The cycle itself may hang: an emergency stop must not wait for it.
+                        Err(RecvTimeoutError::Timeout) if lookout.is_raised() => master.cut(&mut line),
+                        Err(RecvTimeoutError::Timeout) => {}
+                        Err(RecvTimeoutError::Disconnected) => break,
                     }
                 }
             })
@@ -192,17 +213,20 @@ struct Line {
     tty: Option<Tty>,
     path: PathBuf,
     baud: u32,
-    /// When the time for the answers is over.
-    until: Instant,
     reopen_at: Instant,
+    wait: Duration,
 }
 
 impl Line {
-    fn reopen(&mut self) -> Result<&Tty, Lost> {
-        let now = clock::now();
+    const fn new(tty: Option<Tty>, path: PathBuf, baud: u32) -> Self {
+        Self { tty, path, baud, reopen_at: Instant::EPOCH, wait: REOPEN_AFTER }
+    }
+
+    fn reopen(&mut self, now: Instant) -> Result<&Tty, Lost> {
         if self.tty.is_none() && now >= self.reopen_at {
-            self.reopen_at = now + REOPEN_AFTER;
             self.tty = Tty::open(&self.path, self.baud).ok();
+            self.wait = if self.tty.is_some() { REOPEN_AFTER } else { (2 * self.wait).min(REOPEN_MOST) };
+            self.reopen_at = now + self.wait;
         }
         self.tty.as_ref().ok_or(Lost::HangUp)
     }
@@ -216,16 +240,15 @@ impl Line {
 }
 
 impl Port for Line {
-    fn send(&mut self, bytes: &[u8], within: Duration) -> Result<(), Lost> {
-        self.until = clock::now() + within;
-        let until = self.until;
-        let tty = self.reopen()?;
-        let sent = tty.drain(DRAINS).and_then(|_| tty.write(bytes, until));
-        self.note(sent)
+    fn send(&mut self, bytes: &[u8], within: Duration) -> Result<Sent, Lost> {
+        let at = clock::now();
+        let tty = self.reopen(at)?;
+        let sent = tty.drain(DRAINS).and_then(|late| tty.write(bytes, at + within).map(|()| late));
+        self.note(sent).map(|late| Sent { at, late })
     }
 
-    fn receive(&mut self, into: &mut [u8]) -> Result<usize, Lost> {
-        let received = self.tty.as_ref().ok_or(Lost::HangUp)?.read(into, self.until);
+    fn receive(&mut self, into: &mut [u8], within: Duration) -> Result<usize, Lost> {
+        let received = self.tty.as_ref().ok_or(Lost::HangUp)?.read(into, clock::now() + within);
         self.note(received)
     }
 }
@@ -256,9 +279,17 @@ mod tests {
             let robot = Robot::load(None).unwrap();
             let folder = tempfile::tempdir().unwrap();
             let ptys = Ptys::open(&robot.motor, folder.path(), lockstep).unwrap();
-            let patience = if lockstep { LONG } else { 2 * PERIOD };
+            let patience = if lockstep { (LONG, LONG) } else { (PERIOD / 4, 2 * PERIOD) };
             let until = clock::now() + LONG;
-            let threads = Threads::start(&robot.motor.buses, folder.path(), patience, until, false).unwrap();
+            let threads = Threads::start(
+                &robot.motor.buses,
+                folder.path(),
+                patience,
+                until,
+                false,
+                &Lookout::default(),
+            )
+            .unwrap();
             let motor = Motor::new(&robot.motor, &robot.leo.motor).unwrap();
             let now = if lockstep { Instant::EPOCH } else { clock::now() };
             Self { robot, folder, ptys: Some(ptys), threads, motor, now, lockstep }
@@ -349,7 +380,9 @@ mod tests {
         let mut rig = Rig::new(false);
         rig.ptys = None;
         let buses = &rig.robot.motor.buses;
-        rig.threads = Threads::start(buses, rig.folder.path(), 2 * PERIOD, Instant::EPOCH, true).unwrap();
+        let (patience, calm) = ((PERIOD / 4, 2 * PERIOD), Lookout::default());
+        rig.threads =
+            Threads::start(buses, rig.folder.path(), patience, Instant::EPOCH, true, &calm).unwrap();
         rig.until("lost", |state| state.cause() == Some(JointCause::BusLost));
         rig.ptys = Some(Ptys::open(&rig.robot.motor, rig.folder.path(), false).unwrap());
         rig.until("following", follows);
@@ -358,8 +391,14 @@ mod tests {
     #[test]
     fn a_device_that_is_not_there_is_named() {
         let robot = Robot::load(None).unwrap();
-        let started =
-            Threads::start(&robot.motor.buses, Path::new("/nowhere"), PERIOD, Instant::EPOCH, false);
+        let started = Threads::start(
+            &robot.motor.buses,
+            Path::new("/nowhere"),
+            (PERIOD, PERIOD),
+            Instant::EPOCH,
+            false,
+            &Lookout::default(),
+        );
         let said = started.unwrap_err().to_string();
         assert!(said.starts_with("bus `face_left`: cannot open /nowhere/bus-face_left: "), "{said}");
     }

@@ -6,9 +6,8 @@
 use clock::{Duration, Instant};
 use config::Robot;
 use message::{JointGoal, JointMode};
-use motor_process::{Motor, Port, Replies, Request, exchange};
+use motor_process::{Master, Motor, Port, Replies, Request, Sent};
 use serial::Lost;
-use servo::Parser;
 use servo::mock::Line;
 use testkit::allocations_in;
 
@@ -24,13 +23,13 @@ struct Wire {
 }
 
 impl Port for Wire {
-    fn send(&mut self, bytes: &[u8], _within: Duration) -> Result<(), Lost> {
+    fn send(&mut self, bytes: &[u8], _within: Duration) -> Result<Sent, Lost> {
         self.said.clear();
         self.line.hear(self.now, bytes, &mut self.said);
-        Ok(())
+        Ok(Sent { at: self.now, late: 0 })
     }
 
-    fn receive(&mut self, into: &mut [u8]) -> Result<usize, Lost> {
+    fn receive(&mut self, into: &mut [u8], _within: Duration) -> Result<usize, Lost> {
         let count = if self.mute { 0 } else { self.said.len().min(into.len()) };
         into[..count].copy_from_slice(&self.said[..count]);
         self.said.drain(..count);
@@ -51,7 +50,8 @@ fn thousands_of_cycles_of_65_joints_allocate_nothing() {
             mute: false,
         })
         .collect();
-    let (mut request, mut replies, mut parser) = (Request::default(), Replies::default(), Parser::new());
+    let (mut request, mut replies) = (Request::default(), Replies::default());
+    let mut masters = vec![Master::new(4_000_000, (PERIOD, PERIOD)); wires.len()];
     let mut goals = [JointGoal { joint: 0, reserved: 0, goal_position_rad: 0.1, arrive_at_ns: 0 }; JOINTS];
     for (joint, goal) in (0..).zip(&mut goals) {
         goal.joint = joint;
@@ -72,7 +72,7 @@ fn thousands_of_cycles_of_65_joints_allocate_nothing() {
                 wire.now = now;
                 wire.mute = bus == 1 && (3200..3400).contains(&cycle);
                 motor.request(bus, now, &mut request);
-                exchange(wire, &mut parser, &request, 4_000_000, PERIOD, &mut replies);
+                masters[bus].exchange(wire, &request, &mut replies);
                 motor.replies(bus, now, &replies);
             }
             for state in motor.states() {

@@ -7,7 +7,7 @@ use serde::Deserialize;
 pub(crate) use source::fault as fault_of_sources;
 pub use source::{Source, SourceFrame, SourceKind};
 
-use crate::number::{Capacity, Hertz, Milliseconds, NotNegative, Slips, Unit};
+use crate::number::{Capacity, Hertz, Milliseconds, NotNegative, Positive, Slips, Unit};
 
 /// The whole file.
 #[derive(Clone, Debug, Deserialize)]
@@ -189,8 +189,26 @@ pub struct Motor {
     pub command_timeout_ms: Milliseconds,
     /// Without joint goals for this long after that, they go limp.
     pub limp_after_ms: Milliseconds,
+    /// How long a servo may be silent, beyond the time on the wire, before its turn is over.
+    pub answer_within_ms: Milliseconds,
+    /// For this long after its torque came on, a joint is no faster than the next.
+    pub soft_start_ms: Milliseconds,
+    /// Highest speed of a joint during its soft start, in radians per second.
+    pub soft_start_rad_s: Positive,
+    /// What is done about a servo's hardware alert.
+    pub on_alert: OnAlert,
     /// Real-time rights.
     pub realtime: Rights,
+}
+
+/// What is done about a servo that reports a hardware alert, besides stopping its group.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum OnAlert {
+    /// Its torque stays off until a person has looked.
+    Hold,
+    /// It is rebooted, a few times at most.
+    Reboot,
 }
 
 /// The simulator process.

@@ -18,6 +18,8 @@ numbered! {
         Holding = 4,
         /// Its servo does not answer: no goal is sent, it is asked again now and then.
         Quarantined = 5,
+        /// Told to switch its torque off, and its servo has not confirmed it yet.
+        Releasing = 6,
     }
 }
 
@@ -42,6 +44,18 @@ numbered! {
         Stopped = 7,
         /// The servo refused an instruction, or is another model than the configured one.
         Refused = 8,
+        /// Another joint of its group is in trouble: the group stops together.
+        GroupStopped = 9,
+        /// A bus is lost: the body stops together.
+        BodyStopped = 10,
+        /// The emergency stop.
+        Emergency = 11,
+        /// The servo started anew by itself: its power or its firmware gave way for a moment.
+        Restarted = 12,
+        /// Two servos answer to one identifier on its bus.
+        DuplicateId = 13,
+        /// The servo is hot or short of voltage: it moves more slowly.
+        Derated = 14,
     }
 }
 
@@ -64,7 +78,7 @@ pub struct JointGoal {
 /// What one joint does.
 #[derive(Clone, Copy, Debug, PartialEq, ZeroCopySend)]
 #[repr(C)]
-#[type_name("leo/JointState/1")]
+#[type_name("leo/JointState/2")]
 pub struct JointState {
     /// The joint: its index in the robot's configuration.
     pub joint: u32,
@@ -76,6 +90,8 @@ pub struct JointState {
     present_velocity_rad_s: f64,
     present_current_a: f64,
     command_position_rad: f64,
+    present_temperature_c: f32,
+    present_input_v: f32,
 }
 
 impl JointState {
@@ -92,6 +108,8 @@ impl JointState {
             present_velocity_rad_s: f64::NAN,
             present_current_a: f64::NAN,
             command_position_rad: f64::NAN,
+            present_temperature_c: f32::NAN,
+            present_input_v: f32::NAN,
         }
     }
 
@@ -117,6 +135,12 @@ impl JointState {
     #[must_use]
     pub fn with_command(self, position_rad: f64) -> Self {
         Self { command_position_rad: position_rad, ..self }
+    }
+
+    /// The same joint with what its servo said of itself last: temperature in °C, voltage in V.
+    #[must_use]
+    pub fn with_condition(self, temperature_c: f32, input_v: f32) -> Self {
+        Self { present_temperature_c: temperature_c, present_input_v: input_v, ..self }
     }
 
     /// What the motor process does with the joint; `None` for nonsense.
@@ -147,6 +171,18 @@ impl JointState {
     #[must_use]
     pub fn present_current_a(&self) -> Option<f64> {
         finite(self.present_current_a)
+    }
+
+    /// Temperature inside the servo, in °C.
+    #[must_use]
+    pub fn present_temperature_c(&self) -> Option<f32> {
+        Some(self.present_temperature_c).filter(|number| number.is_finite())
+    }
+
+    /// Voltage at the servo, in volts.
+    #[must_use]
+    pub fn present_input_v(&self) -> Option<f32> {
+        Some(self.present_input_v).filter(|number| number.is_finite())
     }
 
     /// Position commanded in this cycle, after limits, in radians.

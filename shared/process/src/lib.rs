@@ -15,12 +15,14 @@
 //! ```
 
 mod aside;
+pub mod emergency;
 mod failure;
 mod launch;
 mod member;
 mod pace;
 
 pub use aside::Aside;
+pub use emergency::{Emergency, Lookout};
 pub use failure::Failure;
 pub use launch::Launch;
 pub use member::{Member, Progress, queues};

@@ -170,6 +170,20 @@ impl Servo {
         self.show();
     }
 
+    /// Begins anew without a moment's silence, as after its power gave way too shortly for
+    /// anybody to notice.
+    pub fn restart(&mut self) {
+        self.reboot();
+        (self.deaf_until, self.started_at) = (self.now, self.now);
+        self.show();
+    }
+
+    /// Makes it as warm as this, in °C.
+    pub fn warm_to(&mut self, temperature_c: f64) {
+        self.dynamics.warm_to(temperature_c);
+        self.show();
+    }
+
     /// Writes what it measures into its table.
     fn show(&mut self) {
         self.memory.set(MODEL_NUMBER, i64::from(self.model.number()));

@@ -36,6 +36,15 @@ impl Model {
         Self::ALL.into_iter().find(|model| model.number() == number)
     }
 
+    /// Whether its firmware of this version knows the fast sync and fast bulk reads.
+    #[must_use]
+    pub const fn knows_fast_reads(self, firmware: u8) -> bool {
+        match self {
+            Self::Xm430W350 => firmware >= 45,
+            Self::Xl330M288 => firmware >= 46,
+        }
+    }
+
     /// Amperes per count of its current.
     #[must_use]
     pub const fn amperes_per_count(self) -> f64 {

@@ -36,6 +36,8 @@ items! {
     OPERATING_MODE = 11, 1;
     /// Highest temperature, in °C.
     TEMPERATURE_LIMIT = 31, 1;
+    /// Lowest input voltage without an error, in 0.1 V.
+    MIN_VOLTAGE_LIMIT = 34, 2;
     /// Highest goal velocity, in 0.229 rev/min.
     VELOCITY_LIMIT = 44, 4;
     /// Highest goal position, in counts.

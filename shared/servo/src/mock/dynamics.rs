@@ -56,6 +56,10 @@ impl Dynamics {
         self.going = false;
     }
 
+    pub(super) const fn warm_to(&mut self, temperature_c: f64) {
+        self.temperature_c = temperature_c;
+    }
+
     pub(super) fn overheats(&self, memory: &Memory) -> bool {
         round_i64(self.temperature_c) > memory.get(TEMPERATURE_LIMIT)
     }

@@ -66,6 +66,22 @@ impl Line {
                         }
                     }
                 }
+                Ok(Instruction::FastSyncRead { address, length, ids }) => {
+                    let mut bytes = [0; 64 + 128];
+                    let Ok((mut chain, head)) = crate::Chain::begin(ids.iter().map(|_| length), &mut bytes)
+                    else {
+                        continue;
+                    };
+                    answers.out.extend_from_slice(bytes.get(..head).unwrap_or_default());
+                    for &id in ids {
+                        let Some(servo) = listening(servos, id) else { break };
+                        let Some(id) = Id::new(id) else { break };
+                        let params = servo.read(address, length).unwrap_or_default();
+                        let status = Status { id, alert: servo.has_alert(), fault: None, params };
+                        let Ok(count) = chain.add(&status, &mut bytes) else { break };
+                        answers.out.extend_from_slice(bytes.get(..count).unwrap_or_default());
+                    }
+                }
                 Ok(Instruction::SyncWrite { address, length, records }) => {
                     for record in records.chunks(usize::from(length) + 1) {
                         let Some((&id, data)) = record.split_first() else { continue };

@@ -1,0 +1,42 @@
+use crate::job::{Bounds, Condition};
+
+/// A servo that is this much below its temperature limit begins to be spared ...
+const WARM_C: f64 = 12.0;
+/// ... and one that is this close to it is not moved at all, before it switches itself off.
+const HOT_C: f64 = 2.0;
+/// A servo with less than this share of the way from its lowest voltage up to what it is made for
+/// begins to be spared.
+const LOW_VOLTAGE_SHARE: f64 = 0.4;
+
+/// The share of its speed and acceleration that a servo in this condition is allowed: 1 is all of
+/// it, 0 is to hold.
+pub(crate) fn derating(condition: Condition, bounds: Bounds, nominal_v: f64) -> f64 {
+    let below_c = f64::from(bounds.temperature_c) - f64::from(condition.temperature_c);
+    let cool = (below_c - HOT_C) / (WARM_C - HOT_C);
+    let spare_v = LOW_VOLTAGE_SHARE * (nominal_v - f64::from(bounds.min_v));
+    let fed = (f64::from(condition.input_v) - f64::from(bounds.min_v)) / spare_v;
+    // Where a bound says nothing (a quotient that is no number) it limits nothing.
+    [cool, fed].into_iter().filter(|share| !share.is_nan()).fold(1.0, f64::min).max(0.0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn share(temperature_c: f32, input_v: f32) -> f64 {
+        let condition = Condition { temperature_c, input_v, ..Condition::default() };
+        derating(condition, Bounds { temperature_c: 80.0, min_v: 9.5 }, 12.0)
+    }
+
+    #[test]
+    fn a_servo_is_spared_before_it_would_switch_itself_off() {
+        assert!((share(40.0, 12.0) - 1.0).abs() < 1e-9);
+        assert!((share(68.0, 12.0) - 1.0).abs() < 1e-9);
+        assert!((share(73.0, 12.0) - 0.5).abs() < 1e-9);
+        assert!(share(78.0, 12.0).abs() < 1e-9);
+        assert!(share(90.0, 12.0).abs() < 1e-9);
+        assert!((share(40.0, 10.0) - 0.5).abs() < 1e-6);
+        assert!(share(40.0, 9.0).abs() < 1e-9);
+        assert!((share(f32::NAN, f32::NAN) - 1.0).abs() < 1e-9);
+    }
+}

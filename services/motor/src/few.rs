@@ -1,0 +1,32 @@
+/// A few bytes on the stack. What does not fit is left out.
+pub(crate) struct Few<const MOST: usize> {
+    bytes: [u8; MOST],
+    end: usize,
+}
+
+impl<const MOST: usize> Default for Few<MOST> {
+    fn default() -> Self {
+        Self { bytes: [0; MOST], end: 0 }
+    }
+}
+
+impl<const MOST: usize> Few<MOST> {
+    pub(crate) fn push(&mut self, bytes: &[u8]) {
+        if let Some(place) = self.bytes.get_mut(self.end..self.end + bytes.len()) {
+            place.copy_from_slice(bytes);
+            self.end += bytes.len();
+        }
+    }
+
+    pub(crate) fn get(&self) -> &[u8] {
+        self.bytes.get(..self.end).unwrap_or_default()
+    }
+}
+
+impl<const MOST: usize> FromIterator<u8> for Few<MOST> {
+    fn from_iter<I: IntoIterator<Item = u8>>(bytes: I) -> Self {
+        let mut few = Self::default();
+        bytes.into_iter().for_each(|byte| few.push(&[byte]));
+        few
+    }
+}

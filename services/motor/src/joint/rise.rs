@@ -1,0 +1,156 @@
+//! How a joint is brought up and down, step by step.
+
+use clock::{Duration, Instant};
+use message::JointCause;
+use servo::{Motion, acceleration_count, position_count, velocity_count};
+
+use super::{Joint, LOOK_EVERY, WAIT_FIRST};
+use crate::Trouble;
+use crate::job::{Bounds, Job, is_configured};
+use crate::stage::{Arm, Configure, Stage};
+
+/// The servo's own bus watchdog: 200 ms.
+const WATCHDOG: u8 = 10;
+/// The profile while torque comes on: slow, so that what is wrong is seen before it is fast.
+const LOW_VELOCITY_RAD_S: f64 = 0.5;
+const LOW_ACCELERATION_RAD_S2: f64 = 5.0;
+/// How much faster than the joint the servo's own profile is in operation: enough to keep up
+/// with commands that are smooth, and yet a limit.
+const VELOCITY_MARGIN: f64 = 1.5;
+const ACCELERATION_MARGIN: f64 = 8.0;
+/// Pings that tell whether two servos answer, and how many bad answers say so: noise spoils some, two
+/// servos nearly all.
+const DOUBT_PINGS: u8 = 6;
+const DOUBT_BAD: u8 = 5;
+/// How long a servo hears nothing after it was told to begin anew.
+const REBOOT_WAIT: Duration = Duration::from_millis(500);
+
+impl Joint {
+    /// What its servo is to be told next on the way up or down, if anything.
+    pub(crate) fn job(&mut self, now: Instant, may_arm: bool) -> Option<Job> {
+        if self.stage == Stage::Ready && may_arm {
+            self.stage = Stage::Arm(Arm::Clear);
+        }
+        match self.stage {
+            Stage::Absent { ask_at, .. } => (now >= ask_at).then_some(Job::Ping),
+            Stage::Doubt { .. } => Some(Job::PingTwice),
+            Stage::Ask => Some(Job::Ping),
+            Stage::Inspect => Some(Job::Inspect),
+            Stage::Configure(Configure::Unlock) | Stage::Release => Some(Job::Torque(false)),
+            Stage::Configure(Configure::Mode) => Some(Job::SetMode),
+            Stage::Configure(Configure::Limits) => {
+                let (min, max) = self.limit_counts();
+                Some(Job::SetLimits { min, max })
+            }
+            Stage::Arm(Arm::Clear) => Some(Job::SetWatchdog(0)),
+            Stage::Arm(Arm::Aim) => {
+                let goal = position_count(self.settings.servo_rad(self.standing(now)?));
+                let [acceleration, velocity] = profile(LOW_ACCELERATION_RAD_S2, LOW_VELOCITY_RAD_S);
+                Some(Job::Aim([acceleration, velocity, goal]))
+            }
+            Stage::Arm(Arm::Watch) => Some(Job::SetWatchdog(WATCHDOG)),
+            Stage::Arm(Arm::Torque) => Some(Job::Torque(true)),
+            Stage::Arm(Arm::Profile) => Some(Job::Profile(profile(
+                self.settings.acceleration_rad_s2 * ACCELERATION_MARGIN,
+                self.settings.velocity_rad_s * VELOCITY_MARGIN,
+            ))),
+            Stage::Failed { release_at: Some(at), .. } => (now >= at).then_some(Job::Torque(false)),
+            Stage::Failed { reboot_at: Some(at), .. } => (now >= at).then_some(Job::Reboot),
+            Stage::Failed { .. } | Stage::LetGo { .. } | Stage::Ready | Stage::Following => None,
+        }
+    }
+
+    /// Whether it is time to look how its servo is; it counts as done.
+    pub(crate) fn wants_look(&mut self, now: Instant) -> bool {
+        let wants = self.is_read() && now >= self.look_at;
+        if wants {
+            self.look_at = now + LOOK_EVERY;
+        }
+        wants
+    }
+
+    /// Goes on after a job was done.
+    pub(super) fn advance(&mut self, now: Instant, job: Job, answer: &[u8]) {
+        self.stage = match (self.stage, job) {
+            (Stage::Ask | Stage::Absent { .. }, Job::Ping) => self.identified(answer),
+            (Stage::Inspect, Job::Inspect) => {
+                let (min, max) = self.limit_counts();
+                self.bounds = Bounds::parse(answer);
+                self.clock.forget();
+                if is_configured(answer, min, max) {
+                    Stage::Ready
+                } else {
+                    Stage::Configure(Configure::Unlock)
+                }
+            }
+            (Stage::Configure(Configure::Unlock), Job::Torque(false)) => Stage::Configure(Configure::Mode),
+            (Stage::Configure(Configure::Mode), Job::SetMode) => Stage::Configure(Configure::Limits),
+            (Stage::Configure(Configure::Limits), Job::SetLimits { .. })
+            | (Stage::Release, Job::Torque(false)) => Stage::Ready,
+            (Stage::Arm(Arm::Clear), Job::SetWatchdog(0)) => Stage::Arm(Arm::Aim),
+            (Stage::Arm(Arm::Aim), Job::Aim(_)) => Stage::Arm(Arm::Watch),
+            (Stage::Arm(Arm::Watch), Job::SetWatchdog(_)) => Stage::Arm(Arm::Torque),
+            (Stage::Arm(Arm::Torque), Job::Torque(true)) => Stage::Arm(Arm::Profile),
+            (Stage::Arm(Arm::Profile), Job::Profile(_)) => self.armed(now),
+            (Stage::Failed { cause, .. }, Job::Torque(false)) => {
+                let Stage::Failed { reboot_at, .. } = self.stage else { return };
+                Stage::Failed { cause, release_at: None, reboot_at }
+            }
+            (Stage::Failed { .. }, Job::Reboot) => self.rebooted(now),
+            (_, Job::Look) => return self.looked_at(now, answer),
+            (stage, _) => stage,
+        };
+    }
+
+    /// Takes what came to a ping that was to be answered once: how many answers, and how many
+    /// broken ones. Whether it is sure now that two servos answer.
+    pub(crate) fn doubted(&mut self, now: Instant, answers: usize, broken: u32) -> bool {
+        let Stage::Doubt { asked, bad } = self.stage else { return false };
+        let (asked, bad) = (asked + 1, bad + u8::from(answers > 1 || broken > 0));
+        if bad >= DOUBT_BAD {
+            return true;
+        }
+        self.stage = Stage::Doubt { asked, bad };
+        if asked >= DOUBT_PINGS {
+            self.quarantine(now, JointCause::Silent);
+        }
+        false
+    }
+
+    fn identified(&mut self, answer: &[u8]) -> Stage {
+        let expected = self.model.number();
+        let found = answer.first_chunk().map_or(0, |number| u16::from_le_bytes(*number));
+        if found == expected {
+            self.is_fast = answer.get(2).is_some_and(|firmware| self.model.knows_fast_reads(*firmware));
+            return Stage::Inspect;
+        }
+        self.fail(JointCause::Refused, Trouble::Model { expected, found });
+        self.stage
+    }
+
+    fn armed(&mut self, now: Instant) -> Stage {
+        // It begins where it stands now, and not where it was to stand when torque came on.
+        let Some(position_rad) = self.standing(now) else { return self.stage };
+        self.motion = Motion::at(position_rad);
+        self.cause = JointCause::None;
+        self.restarted = false;
+        self.following_since = now;
+        Stage::Following
+    }
+
+    fn rebooted(&mut self, now: Instant) -> Stage {
+        self.reboots += 1;
+        self.trouble = None;
+        self.cause = JointCause::Alert;
+        // Its group waits until it follows again.
+        self.restarted = true;
+        self.clock.forget();
+        Stage::Absent { ask_at: now + REBOOT_WAIT, wait: WAIT_FIRST }
+    }
+}
+
+/// A profile in counts: of acceleration and of velocity. Zero would mean without limit.
+fn profile(acceleration_rad_s2: f64, velocity_rad_s: f64) -> [i32; 2] {
+    let bounded = |count: i32| count.clamp(1, 32_767);
+    [bounded(acceleration_count(acceleration_rad_s2)), bounded(velocity_count(velocity_rad_s))]
+}

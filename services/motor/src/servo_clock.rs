@@ -1,0 +1,134 @@
+use clock::Instant;
+
+/// The realtime tick counts milliseconds modulo this.
+const WRAP_MS: f64 = 32_768.0;
+/// The tick counts whole milliseconds.
+const RESOLUTION_MS: f64 = 1.0;
+/// How much slower or faster than ours a servo's clock may run: by a part of this.
+const DRIFT: f64 = 0.02;
+/// No answer is older: what waited that long was thrown away before. A clock that is further off
+/// began anew.
+const OFF_MOST_MS: f64 = 500.0;
+/// After this long the tick may have wrapped unseen.
+const FORGET_MS: f64 = 15_000.0;
+
+/// How a reading's age was judged.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Age {
+    /// Sampled after it was asked for.
+    Fresh,
+    /// Sampled before it was asked for: an answer to an earlier question.
+    Stale,
+    /// The servo's clock began anew.
+    Restarted,
+}
+
+/// A reading by whose tick later ones are judged.
+#[derive(Clone, Copy, Debug)]
+struct Anchor {
+    tick_ms: f64,
+    asked_at: Instant,
+    /// How long after it was asked for it was sampled at most: when it was there.
+    within_ms: f64,
+}
+
+/// Tells fresh readings from stale ones by the servo's own clock, its realtime tick (item 120).
+///
+/// The bus has no transaction numbers, so an answer to an earlier question has a valid check sum
+/// and a valid identifier. But between two samples the servo's clock goes on by at least the time
+/// from when the first was there until the second was asked for, and a late answer falls short of
+/// that by its age.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct ServoClock {
+    anchor: Option<Anchor>,
+}
+
+impl ServoClock {
+    /// Forgets it: the servo is to be started anew.
+    pub(crate) fn forget(&mut self) {
+        self.anchor = None;
+    }
+
+    /// Judges a reading with this `tick`, which was asked for at one instant and there at another.
+    pub(crate) fn judge(&mut self, tick: u16, asked_at: Instant, there_at: Instant) -> Age {
+        let new = Anchor {
+            tick_ms: f64::from(tick),
+            asked_at,
+            within_ms: there_at.since(asked_at).as_secs_f64() * 1e3,
+        };
+        let Some(old) = self.anchor else {
+            self.anchor = Some(new);
+            return Age::Fresh;
+        };
+        let passed_ms = asked_at.since(old.asked_at).as_secs_f64() * 1e3;
+        if passed_ms > FORGET_MS {
+            self.anchor = Some(new);
+            return Age::Fresh;
+        }
+        let ahead_ms =
+            (new.tick_ms - old.tick_ms - passed_ms + WRAP_MS / 2.0).rem_euclid(WRAP_MS) - WRAP_MS / 2.0;
+        let drift_ms = passed_ms * DRIFT;
+        if !(-OFF_MOST_MS..=OFF_MOST_MS).contains(&ahead_ms) {
+            self.anchor = Some(new);
+            return Age::Restarted;
+        }
+        if ahead_ms < -(old.within_ms + drift_ms + RESOLUTION_MS) {
+            return Age::Stale;
+        }
+        // The sharper of the two is kept: an old one grows dull with time.
+        if new.within_ms <= old.within_ms + drift_ms {
+            self.anchor = Some(new);
+        }
+        Age::Fresh
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use clock::Duration;
+    use proptest::prelude::*;
+
+    fn ms(ms: f64) -> Instant {
+        Instant::EPOCH + Duration::from_secs_f64(ms / 1e3)
+    }
+
+    /// What a servo whose clock runs `rate` times as fast as ours, and began at `start_ms`, shows.
+    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a tick is 0 to 32767")]
+    fn tick(at_ms: f64, rate: f64, start_ms: f64) -> u16 {
+        ((at_ms - start_ms) * rate).rem_euclid(WRAP_MS) as u16
+    }
+
+    proptest! {
+        #[test]
+        fn fresh_readings_are_taken_through_every_wrap_and_answers_three_cycles_old_never(
+            rate in 0.985..1.015f64,
+            start_ms in 0.0..40_000.0f64,
+            delays in proptest::collection::vec((0.0..3.0f64, 0.0..3.0f64), 2000..3000),
+        ) {
+            let mut servo = ServoClock::default();
+            let mut asked_ms = 50_000.0;
+            for (delay, carried) in delays {
+                let sampled = tick(asked_ms + delay, rate, start_ms);
+                let there_ms = asked_ms + delay + carried;
+                prop_assert_eq!(servo.judge(sampled, ms(asked_ms), ms(there_ms)), Age::Fresh);
+                // The same answer, in place of the one that comes next with data of that length.
+                let next = asked_ms + 12.0;
+                prop_assert_eq!(servo.clone().judge(sampled, ms(next), ms(next + 1.0)), Age::Stale);
+                asked_ms += 4.0;
+            }
+        }
+
+        #[test]
+        fn a_clock_that_began_anew_is_noticed(start_ms in 0.0..30_000.0f64, again_ms in 600.0..31_000.0f64) {
+            let mut servo = ServoClock::default();
+            let asked_ms = 40_000.0;
+            servo.judge(tick(asked_ms, 1.0, start_ms), ms(asked_ms), ms(asked_ms + 1.0));
+            let off = (asked_ms + 4.0 - start_ms - again_ms).rem_euclid(WRAP_MS);
+            prop_assume!(off > 600.0 && off < WRAP_MS - 600.0);
+            let anew = tick(again_ms, 1.0, 0.0);
+            prop_assert_eq!(servo.judge(anew, ms(asked_ms + 4.0), ms(asked_ms + 5.0)), Age::Restarted);
+            prop_assert_eq!(servo.judge(anew + 4, ms(asked_ms + 8.0), ms(asked_ms + 9.0)), Age::Fresh);
+        }
+    }
+}

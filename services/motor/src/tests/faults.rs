@@ -1,0 +1,239 @@
+//! What becomes of every fault of a servo and of a bus: how soon it is noticed, what is done, what
+//! is published, and how it ends.
+
+use super::*;
+
+use JointMode::{Decelerating, Following, Holding, Limp, Quarantined, Releasing};
+
+impl Rig {
+    /// The table of a servo.
+    fn servo(&mut self, bus: usize, place: usize) -> &mut Servo {
+        &mut self.lines[bus].servos_mut()[place]
+    }
+
+    /// Lets a servo overheat: as if its limit were below the temperature that it has.
+    fn overheat(&mut self, bus: usize, place: usize) {
+        let servo = self.servo(bus, place);
+        servo.write(table::TORQUE_ENABLE.address, &[0]).unwrap();
+        servo.write(table::TEMPERATURE_LIMIT.address, &[20]).unwrap();
+    }
+
+    /// Cycles with a commander, at most so many, until something holds; how many these were.
+    fn until(&mut self, most: u32, goal_rad: f64, holds: impl Fn(&Self) -> bool) -> u32 {
+        (0..=most)
+            .find(|_| {
+                let done = holds(self);
+                if !done {
+                    self.commanded(1, goal_rad, self.now);
+                }
+                done
+            })
+            .unwrap_or_else(|| panic!("not within {most} cycles: {:?} {:?}", self.modes(), self.causes()))
+    }
+}
+
+#[test]
+fn an_alert_is_read_in_its_cycle_and_stops_the_joints_group_and_no_other() {
+    let mut rig = following();
+    rig.commanded(20, 0.9, rig.now);
+    rig.overheat(0, 1);
+    rig.commanded(1, 0.9, rig.now);
+    // The elbow and the brow are one group.
+    assert_eq!(rig.modes()[..2], [Following, Limp]);
+    assert_eq!(rig.causes()[1], JointCause::Alert);
+    let said = rig.motor.trouble(1).unwrap().to_string();
+    assert!(said.starts_with("hardware alert: overheating; its group holds"), "{said}");
+    rig.commanded(1, 0.9, rig.now);
+    assert_eq!(rig.modes(), [Following, Limp, Decelerating]);
+    assert_eq!(rig.causes()[2], JointCause::GroupStopped);
+    rig.commanded(150, 0.9, rig.now);
+    assert_eq!(rig.modes(), [Following, Limp, Holding]);
+    assert_eq!(rig.torque(0, 1), 0);
+    assert!((rig.position(0) - 0.9).abs() < 0.003, "the other group goes on");
+    assert!(rig.position(2) < 0.8, "the brow stopped on its way");
+    // It stays so until a person has looked.
+    rig.servo(0, 1).reboot();
+    rig.commanded(500, 0.9, rig.now);
+    assert_eq!(rig.modes(), [Following, Limp, Holding]);
+}
+
+#[test]
+fn where_the_configuration_says_so_a_servo_is_rebooted_after_an_alert_three_times_at_most() {
+    let mut rig = Rig::with(&SETTINGS.replace("hold", "reboot"));
+    rig.commanded(150, 0.2, rig.now);
+    assert_eq!(rig.modes(), [Following; 3]);
+    for _ in 0..3 {
+        rig.overheat(0, 1);
+        rig.until(10, 0.2, |rig| rig.modes()[1] == Limp);
+        // Its limit is kept without power: it is set right while the servo has no torque.
+        rig.servo(0, 1).write(table::TEMPERATURE_LIMIT.address, &[80]).unwrap();
+        rig.until(700, 0.2, |rig| rig.modes() == [Following; 3]);
+    }
+    rig.overheat(0, 1);
+    rig.until(10, 0.2, |rig| rig.modes()[1] == Limp);
+    rig.servo(0, 1).write(table::TEMPERATURE_LIMIT.address, &[80]).unwrap();
+    rig.commanded(700, 0.2, rig.now);
+    assert_eq!(rig.modes(), [Following, Limp, Holding]);
+}
+
+#[test]
+fn a_servo_that_lost_its_torque_for_a_moment_holds_its_group_until_it_follows_again() {
+    let mut rig = following();
+    rig.commanded(200, 0.5, rig.now);
+    // A brown-out shorter than anybody could hear: the table is as after power came on.
+    rig.now += Duration::from_millis(1);
+    rig.servo(1, 0).restart();
+    rig.commanded(1, 0.5, rig.now);
+    assert_eq!(rig.causes()[2], JointCause::Restarted, "its clock began anew");
+    rig.commanded(1, 0.9, rig.now);
+    assert_eq!(rig.causes()[1], JointCause::GroupStopped);
+    let held = rig.position(1);
+    let cycles = rig.until(200, 0.9, |rig| rig.modes() == [Following; 3]);
+    assert!(cycles > 3);
+    assert!((rig.position(1) - held).abs() < 0.1, "its group held meanwhile");
+    rig.until(300, 0.9, |rig| (0..3).all(|joint| (rig.position(joint) - 0.9).abs() < 0.003));
+}
+
+#[test]
+fn after_its_torque_came_on_a_joint_is_slow_for_a_while() {
+    let mut rig = Rig::new();
+    rig.until(200, 1.0, |rig| rig.modes()[0] == Following);
+    let begun_at = rig.now;
+    let mut command = rig.position(0);
+    let mut fastest: f64 = 0.0;
+    while rig.now < begun_at + Duration::from_millis(1000) {
+        rig.commanded(1, -1.0, rig.now);
+        let next = rig.state(0).command_position_rad().unwrap();
+        let speed = (next - command).abs() / PERIOD.as_secs_f64();
+        command = next;
+        if rig.now < begun_at + Duration::from_millis(400) {
+            assert!(speed <= 0.5 + 1e-9, "{speed} rad/s");
+        }
+        fastest = fastest.max(speed);
+    }
+    assert!(fastest > 1.0, "and then it is not: {fastest} rad/s");
+}
+
+#[test]
+fn a_hot_servo_is_spared_before_it_switches_itself_off() {
+    let mut rig = following();
+    rig.commanded(150, 0.3, rig.now);
+    // Five degrees below its limit: half of its speed.
+    rig.servo(0, 0).warm_to(73.0);
+    rig.until(150, 0.3, |rig| rig.causes()[0] == JointCause::Derated);
+    assert_eq!(rig.modes(), [Following; 3]);
+    assert!(rig.state(0).present_temperature_c().unwrap() > 70.0);
+    let mut fastest: f64 = 0.0;
+    let mut before = rig.state(0).command_position_rad().unwrap();
+    for _ in 0..200 {
+        rig.servo(0, 0).warm_to(73.0);
+        rig.commanded(1, -0.9, rig.now);
+        let command = rig.state(0).command_position_rad().unwrap();
+        fastest = fastest.max((command - before).abs() / PERIOD.as_secs_f64());
+        before = command;
+    }
+    assert!(fastest > 0.3 && fastest < 1.3, "{fastest} rad/s of 2");
+    rig.servo(0, 0).warm_to(30.0);
+    rig.until(150, -0.9, |rig| rig.causes()[0] == JointCause::None);
+}
+
+#[test]
+fn an_emergency_stop_takes_every_torque_in_the_same_cycle_and_confirms_it() {
+    let mut rig = following();
+    rig.commanded(30, 0.9, rig.now);
+    rig.motor.let_go(JointCause::Emergency);
+    rig.commanded(1, 0.9, rig.now);
+    assert_eq!(rig.modes(), [Limp; 3]);
+    assert_eq!(rig.causes(), [JointCause::Emergency; 3]);
+    assert_eq!(rig.motor.unconfirmed(), 0);
+    assert_eq!([rig.torque(0, 0), rig.torque(0, 1), rig.torque(1, 0)], [0; 3]);
+    // Whatever is commanded, and whatever else says stop, it stays so.
+    rig.motor.let_go(JointCause::Stopped);
+    rig.commanded(200, -0.9, rig.now);
+    assert_eq!(rig.causes(), [JointCause::Emergency; 3]);
+    assert!(
+        rig.state(0).sampled_at_ns + 20_000_000 > rig.now.as_nanos(),
+        "it is still looked where they are"
+    );
+    let stopped_at = rig.position(0);
+    rig.motor.start_anew();
+    rig.cycle();
+    assert_eq!(rig.torque(0, 0), 0, "nobody commands");
+    rig.commanded(100, stopped_at, rig.now);
+    assert_eq!(rig.modes(), [Following; 3]);
+}
+
+#[test]
+fn a_servo_that_does_not_confirm_an_emergency_stop_is_told_until_it_does() {
+    let mut rig = following();
+    rig.mute.insert((0, 1));
+    rig.motor.let_go(JointCause::Emergency);
+    rig.commanded(50, 0.9, rig.now);
+    assert_eq!(rig.modes(), [Releasing, Limp, Limp]);
+    assert_eq!(rig.motor.unconfirmed(), 1);
+    rig.mute.clear();
+    rig.commanded(1, 0.9, rig.now);
+    assert_eq!(rig.modes(), [Limp; 3]);
+    // One that gets its torque back by itself, or by another hand, loses it again.
+    rig.servo(0, 0).write(table::TORQUE_ENABLE.address, &[1]).unwrap();
+    rig.commanded(3, 0.9, rig.now);
+    assert_eq!(rig.torque(0, 0), 0);
+}
+
+#[test]
+fn one_who_is_dismissed_slows_down_before_it_lets_go() {
+    let mut rig = following();
+    rig.commanded(60, -1.0, rig.now);
+    rig.motor.dismiss();
+    let mut trace = Vec::new();
+    while rig.motor.unconfirmed() > 0 {
+        rig.commanded(1, -1.0, rig.now);
+        if !rig.motor.is_moving() {
+            rig.motor.let_go(JointCause::Stopped);
+        }
+        let mode = rig.modes()[0];
+        if trace.last() != Some(&mode) {
+            trace.push(mode);
+        }
+    }
+    assert_eq!(trace, [Decelerating, Holding, Limp]);
+    assert_eq!(rig.causes(), [JointCause::Stopped; 3]);
+}
+
+#[test]
+fn a_silent_servo_costs_the_others_not_even_one_reading() {
+    for silent in [1, 2] {
+        let mut rig = following();
+        rig.mute.insert((0, silent));
+        let other = usize::from(silent == 1);
+        for _ in 0..6 {
+            rig.commanded(1, 0.2, rig.now);
+            assert_eq!(rig.state(other).sampled_at_ns, rig.now.as_nanos(), "servo {silent} is silent");
+        }
+        assert_eq!(rig.modes()[1 - other], Quarantined);
+    }
+}
+
+#[test]
+fn answers_to_an_earlier_question_are_never_taken_whatever_their_length() {
+    let mut rig = following();
+    let mut kept = Vec::new();
+    for _ in 0..3 {
+        rig.commanded(1, 0.2, rig.now);
+        kept.push(rig.replies.clone());
+    }
+    // Bus 1 was asked last: these are its answers of one, two and three cycles ago, by turns.
+    for cycle in 0..30 {
+        rig.now += PERIOD;
+        rig.motor.goals(rig.now, &[]);
+        rig.motor.step(rig.now);
+        rig.motor.request(1, rig.now, &mut rig.request);
+        let mut late = kept[cycle % 3].clone();
+        late.asked(Topic::Chain, rig.now);
+        let before = rig.state(2).sampled_at_ns;
+        rig.motor.replies(1, rig.now, &late);
+        assert_eq!(rig.state(2).sampled_at_ns, before);
+    }
+    assert_eq!(rig.motor.counts().stale, 30);
+    assert_eq!(rig.motor.bus_counts(1).stale, 30);
+}

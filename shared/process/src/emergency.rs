@@ -1,0 +1,187 @@
+//! The emergency stop: a file in the domain's folder, so that any process in any language can
+//! raise it, also while the motor process is just starting anew; and a signal, which needs no file.
+
+use std::fs::{self, OpenOptions};
+use std::io::{self, Write as _};
+use std::path::Path;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::thread::{self, JoinHandle};
+use std::time::Duration;
+
+use crate::Failure;
+
+/// The file that is there while the emergency stop is raised. It says who raised it.
+const FILE: &str = "emergency-stop";
+/// How often the file is looked for.
+const EVERY: Duration = Duration::from_millis(2);
+/// Watching needs little, and a process may have all its memory locked.
+const STACK: usize = 128 << 10;
+
+/// Raises the emergency stop of the robot in a domain's folder, and says why. It stays raised
+/// until it is [released](release), through every restart of a process. Raised twice, the first
+/// reason stands.
+///
+/// # Errors
+///
+/// There is no such folder, or this user may not write there.
+pub fn raise(domain: &Path, why: &str) -> io::Result<()> {
+    match OpenOptions::new().write(true).create_new(true).open(domain.join(FILE)) {
+        Ok(mut file) => writeln!(file, "{why}"),
+        Err(error) if error.kind() == io::ErrorKind::AlreadyExists => Ok(()),
+        Err(error) => Err(error),
+    }
+}
+
+/// Releases the emergency stop; whether it was raised.
+///
+/// # Errors
+///
+/// This user may not remove the file.
+pub fn release(domain: &Path) -> io::Result<bool> {
+    match fs::remove_file(domain.join(FILE)) {
+        Ok(()) => Ok(true),
+        Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(false),
+        Err(error) => Err(error),
+    }
+}
+
+/// Watches for the emergency stop: for the file, and for the signal `SIGUSR1`, which becomes the
+/// file. Reading the watch is one load.
+#[derive(Debug)]
+pub struct Emergency {
+    signalled: Arc<AtomicBool>,
+    raised: Arc<AtomicBool>,
+    stop: Arc<AtomicBool>,
+    thread: Option<JoinHandle<()>>,
+}
+
+impl Emergency {
+    /// Begins to watch. The thread that does has the real-time rights of the one that asks.
+    ///
+    /// # Errors
+    ///
+    /// No signal can be watched for, or there is no thread.
+    pub fn watch(domain: &Path) -> Result<Self, Failure> {
+        let file = domain.join(FILE);
+        let signalled = Arc::new(AtomicBool::new(false));
+        signal_hook::flag::register(signal_hook::consts::SIGUSR1, Arc::clone(&signalled))
+            .map_err(|error| Failure::own(format!("cannot watch for the emergency stop: {error}")))?;
+        let raised = Arc::new(AtomicBool::new(file.exists()));
+        let stop = Arc::new(AtomicBool::new(false));
+        let thread = thread::Builder::new()
+            .name("emergency".to_owned())
+            .stack_size(STACK)
+            .spawn({
+                let (signalled, raised, stop) =
+                    (Arc::clone(&signalled), Arc::clone(&raised), Arc::clone(&stop));
+                let domain = domain.to_owned();
+                move || look(&domain, &signalled, &raised, &stop)
+            })
+            .map_err(|error| Failure::own(format!("cannot watch for the emergency stop: {error}")))?;
+        Ok(Self { signalled, raised, stop, thread: Some(thread) })
+    }
+
+    /// Whether it is raised.
+    #[must_use]
+    pub fn is_raised(&self) -> bool {
+        self.raised.load(Ordering::Relaxed) || self.signalled.load(Ordering::Relaxed)
+    }
+
+    /// A look at it for another thread.
+    #[must_use]
+    pub fn lookout(&self) -> Lookout {
+        Lookout { signalled: Arc::clone(&self.signalled), raised: Arc::clone(&self.raised) }
+    }
+}
+
+/// A look at the emergency stop, for a thread of its own.
+#[derive(Clone, Debug, Default)]
+pub struct Lookout {
+    signalled: Arc<AtomicBool>,
+    raised: Arc<AtomicBool>,
+}
+
+impl Lookout {
+    /// Whether it is raised.
+    #[must_use]
+    pub fn is_raised(&self) -> bool {
+        self.raised.load(Ordering::Relaxed) || self.signalled.load(Ordering::Relaxed)
+    }
+}
+
+impl Drop for Emergency {
+    fn drop(&mut self) {
+        self.stop.store(true, Ordering::Relaxed);
+        if let Some(thread) = self.thread.take() {
+            // A thread that panicked has said so.
+            let _ended = thread.join();
+        }
+    }
+}
+
+fn look(domain: &Path, signalled: &AtomicBool, raised: &AtomicBool, stop: &AtomicBool) {
+    let file = domain.join(FILE);
+    let mut told = false;
+    while !stop.load(Ordering::Relaxed) {
+        // Where no file can be written, the signal alone keeps it raised.
+        if signalled.load(Ordering::Relaxed) && raise(domain, "raised by the signal SIGUSR1").is_ok() {
+            raised.store(true, Ordering::Relaxed);
+            signalled.store(false, Ordering::Relaxed);
+        }
+        let is = file.exists();
+        raised.store(is, Ordering::Relaxed);
+        if is != told {
+            told = is;
+            tell(is.then_some(&file));
+        }
+        clock::sleep_until(clock::now() + EVERY);
+    }
+}
+
+/// Tells people of it: who raised it, as far as the file says so, or that it is released.
+fn tell(file: Option<&Path>) {
+    match file.map(|file| fs::read_to_string(file).unwrap_or_default()) {
+        Some(why) => tracing::error!(
+            "EMERGENCY STOP ({}): every torque is switched off until `leo emergency-stop --release`",
+            why.trim()
+        ),
+        None => tracing::warn!("the emergency stop is released: joints start anew when somebody commands"),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn until(what: impl Fn() -> bool) {
+        while !what() {
+            thread::yield_now();
+        }
+    }
+
+    #[test]
+    fn it_is_raised_by_anybody_and_by_a_signal_and_stays_so_until_it_is_released() {
+        let domain = tempfile::tempdir().unwrap();
+        assert!(raise(&domain.path().join("nowhere"), "x").is_err());
+        raise(domain.path(), "before anybody watched").unwrap();
+        let emergency = Emergency::watch(domain.path()).unwrap();
+        let lookout = emergency.lookout();
+        assert!(emergency.is_raised() && lookout.is_raised());
+        raise(domain.path(), "again").unwrap();
+        let why = || fs::read_to_string(domain.path().join(FILE)).unwrap_or_default();
+        assert_eq!(why(), "before anybody watched\n");
+        assert!(release(domain.path()).unwrap());
+        assert!(!release(domain.path()).unwrap());
+        until(|| !emergency.is_raised());
+        assert!(!lookout.is_raised());
+
+        signal_hook::low_level::raise(signal_hook::consts::SIGUSR1).unwrap();
+        assert!(emergency.is_raised(), "at once");
+        until(|| domain.path().join(FILE).exists());
+        assert!(emergency.is_raised());
+        until(|| why() == "raised by the signal SIGUSR1\n");
+        release(domain.path()).unwrap();
+        until(|| !emergency.is_raised());
+    }
+}

@@ -1,0 +1,52 @@
+use std::fmt;
+
+/// What is wrong with a servo: item 70 of its control table, one bit each.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct HardwareErrors(pub u8);
+
+/// The bits that have a meaning, and it.
+const MEANINGS: [(u8, &str); 5] = [
+    (1 << 0, "input voltage out of range"),
+    (1 << 2, "overheating"),
+    (1 << 3, "encoder trouble"),
+    (1 << 4, "electrical shock or not enough power"),
+    (1 << 5, "overload"),
+];
+
+impl HardwareErrors {
+    /// Whether there is none.
+    #[must_use]
+    pub const fn is_none(self) -> bool {
+        self.0 == 0
+    }
+}
+
+impl fmt::Display for HardwareErrors {
+    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let mut separator = "";
+        for (bit, meaning) in MEANINGS {
+            if self.0 & bit != 0 {
+                write!(out, "{separator}{meaning}")?;
+                separator = ", ";
+            }
+        }
+        let known = MEANINGS.iter().fold(0, |bits, (bit, _)| bits | bit);
+        match self.0 & !known {
+            0 if self.0 == 0 => out.write_str("no hardware error"),
+            0 => Ok(()),
+            unknown => write!(out, "{separator}error bits {unknown:#04x}"),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_bit_is_told() {
+        assert_eq!(HardwareErrors(0).to_string(), "no hardware error");
+        assert_eq!(HardwareErrors(0b10_0100).to_string(), "overheating, overload");
+        assert_eq!(HardwareErrors(0b100_0001).to_string(), "input voltage out of range, error bits 0x40");
+    }
+}
