@@ -2,6 +2,7 @@
 
 mod believe;
 mod domain;
+mod emergency_stop;
 mod failure;
 mod learn;
 mod output;
@@ -58,6 +59,8 @@ enum Command {
     Learn(learn::Learn),
     /// Show a live table of the processes: rates, latencies, overruns, drops, restarts
     Top(Top),
+    /// Switch every torque off now, and keep it off until it is released
+    EmergencyStop(emergency_stop::EmergencyStop),
     /// Check the whole configuration and what this machine can hold
     Check(Check),
     /// Measure latencies beside the bare middleware and a bare thread, in one run
@@ -174,6 +177,7 @@ impl Command {
             Self::Believe(believe) => believe.run(),
             Self::Learn(learn) => learn.run(),
             Self::Top(top) => top.run(),
+            Self::EmergencyStop(stop) => stop.run(),
             Self::Check(check) => check.run(),
             Self::Bench(bench) => bench.run(),
             Self::BenchEcho(echo) => {

@@ -21,6 +21,7 @@
 #define LEO_NOBODY 65535
 #define LEO_STATES 8
 #define LEO_MAX_PERCEPTS 12
+#define LEO_MAX_BUSES 16
 #define LEO_MAX_SOURCES 16
 #define LEO_LOSSES 24
 #define LEO_TEXT_CAPACITY 252
@@ -410,6 +411,87 @@ LEO_ASSERT(offsetof(struct leo_belief_head, culled) == 248, "place of culled");
 LEO_ASSERT(offsetof(struct leo_belief_head, overflowed) == 256, "place of overflowed");
 LEO_ASSERT(offsetof(struct leo_belief_head, path) == 264, "place of path");
 
+/* A short text of fixed capacity, UTF-8. */
+#define LEO_TEXT_TYPE "leo/Text/1"
+struct leo_text {
+    LEO_NAMED(LEO_TEXT_TYPE)
+    uint32_t length;
+    uint8_t bytes[252];
+};
+LEO_ASSERT(sizeof(struct leo_text) == 256, "size of leo/Text/1");
+LEO_ASSERT(offsetof(struct leo_text, length) == 0, "place of length");
+LEO_ASSERT(offsetof(struct leo_text, bytes) == 4, "place of bytes");
+
+/* A distribution of durations in nanoseconds with a bounded relative error of 1/16, in the
+ * log-linear layout of HDR histograms, as plain memory: recording is a handful of instructions,
+ * publishing is a copy, and nothing allocates. */
+#define LEO_HISTOGRAM_TYPE "leo/Histogram/1"
+struct leo_histogram {
+    LEO_NAMED(LEO_HISTOGRAM_TYPE)
+    uint64_t count;
+    uint64_t max_ns;
+    uint32_t buckets[433];
+    uint32_t reserved;
+};
+LEO_ASSERT(sizeof(struct leo_histogram) == 1752, "size of leo/Histogram/1");
+LEO_ASSERT(offsetof(struct leo_histogram, count) == 0, "place of count");
+LEO_ASSERT(offsetof(struct leo_histogram, max_ns) == 8, "place of max_ns");
+LEO_ASSERT(offsetof(struct leo_histogram, buckets) == 16, "place of buckets");
+LEO_ASSERT(offsetof(struct leo_histogram, reserved) == 1748, "place of reserved");
+
+/* How one servo bus fares, since the motor process's life began. */
+#define LEO_BUS_HEALTH_TYPE "leo/BusHealth/1"
+struct leo_bus_health {
+    LEO_NAMED(LEO_BUS_HEALTH_TYPE)
+    /* What the configuration calls it. */
+    struct leo_text name;
+    /* Joints on it. */
+    uint64_t joints;
+    /* Joints of it that are quarantined now. */
+    uint64_t quarantined;
+    /* Whether its line is lost now: 1 yes, 0 no. */
+    uint64_t lost;
+    /* Requests carried out. */
+    uint64_t exchanges;
+    /* Cycles in which it was still busy with the request before. */
+    uint64_t skipped;
+    /* Answers that did not come. */
+    uint64_t missed;
+    /* Answers that arrived broken. */
+    uint64_t broken;
+    /* Answers dropped because nobody awaited them, or because they were sampled too early. */
+    uint64_t stale;
+    /* Bytes that came after their time. */
+    uint64_t late_bytes;
+    /* How long the requests took, in nanoseconds. */
+    struct leo_histogram exchange;
+};
+LEO_ASSERT(sizeof(struct leo_bus_health) == 2080, "size of leo/BusHealth/1");
+LEO_ASSERT(offsetof(struct leo_bus_health, name) == 0, "place of name");
+LEO_ASSERT(offsetof(struct leo_bus_health, joints) == 256, "place of joints");
+LEO_ASSERT(offsetof(struct leo_bus_health, quarantined) == 264, "place of quarantined");
+LEO_ASSERT(offsetof(struct leo_bus_health, lost) == 272, "place of lost");
+LEO_ASSERT(offsetof(struct leo_bus_health, exchanges) == 280, "place of exchanges");
+LEO_ASSERT(offsetof(struct leo_bus_health, skipped) == 288, "place of skipped");
+LEO_ASSERT(offsetof(struct leo_bus_health, missed) == 296, "place of missed");
+LEO_ASSERT(offsetof(struct leo_bus_health, broken) == 304, "place of broken");
+LEO_ASSERT(offsetof(struct leo_bus_health, stale) == 312, "place of stale");
+LEO_ASSERT(offsetof(struct leo_bus_health, late_bytes) == 320, "place of late_bytes");
+LEO_ASSERT(offsetof(struct leo_bus_health, exchange) == 328, "place of exchange");
+
+/* How the servo buses fare: the motor process writes it to a board of its own. */
+#define LEO_BUSES_TYPE "leo/Buses/1"
+struct leo_buses {
+    LEO_NAMED(LEO_BUSES_TYPE)
+    /* How many buses there are. */
+    uint64_t count;
+    /* Each of them, in the order of the configuration. */
+    struct leo_bus_health buses[16];
+};
+LEO_ASSERT(sizeof(struct leo_buses) == 33288, "size of leo/Buses/1");
+LEO_ASSERT(offsetof(struct leo_buses, count) == 0, "place of count");
+LEO_ASSERT(offsetof(struct leo_buses, buses) == 8, "place of buses");
+
 /* An entry of a divergence buffer: how two perspectives differ about one thing. */
 #define LEO_DIFFERENCE_TYPE "leo/Difference/1"
 struct leo_difference {
@@ -468,17 +550,6 @@ LEO_ASSERT(sizeof(struct leo_done) == 16, "size of leo/Done/1");
 LEO_ASSERT(offsetof(struct leo_done, round) == 0, "place of round");
 LEO_ASSERT(offsetof(struct leo_done, finished) == 8, "place of finished");
 
-/* A short text of fixed capacity, UTF-8. */
-#define LEO_TEXT_TYPE "leo/Text/1"
-struct leo_text {
-    LEO_NAMED(LEO_TEXT_TYPE)
-    uint32_t length;
-    uint8_t bytes[252];
-};
-LEO_ASSERT(sizeof(struct leo_text) == 256, "size of leo/Text/1");
-LEO_ASSERT(offsetof(struct leo_text, length) == 0, "place of length");
-LEO_ASSERT(offsetof(struct leo_text, bytes) == 4, "place of bytes");
-
 /* An event of the learner. */
 #define LEO_EVENT_TYPE "leo/Event/1"
 struct leo_event {
@@ -515,23 +586,6 @@ LEO_ASSERT(offsetof(struct leo_event, high_likelihood) == 24, "place of high_lik
 LEO_ASSERT(offsetof(struct leo_event, succeeded) == 28, "place of succeeded");
 LEO_ASSERT(offsetof(struct leo_event, task) == 32, "place of task");
 LEO_ASSERT(offsetof(struct leo_event, text) == 288, "place of text");
-
-/* A distribution of durations in nanoseconds with a bounded relative error of 1/16, in the
- * log-linear layout of HDR histograms, as plain memory: recording is a handful of instructions,
- * publishing is a copy, and nothing allocates. */
-#define LEO_HISTOGRAM_TYPE "leo/Histogram/1"
-struct leo_histogram {
-    LEO_NAMED(LEO_HISTOGRAM_TYPE)
-    uint64_t count;
-    uint64_t max_ns;
-    uint32_t buckets[433];
-    uint32_t reserved;
-};
-LEO_ASSERT(sizeof(struct leo_histogram) == 1752, "size of leo/Histogram/1");
-LEO_ASSERT(offsetof(struct leo_histogram, count) == 0, "place of count");
-LEO_ASSERT(offsetof(struct leo_histogram, max_ns) == 8, "place of max_ns");
-LEO_ASSERT(offsetof(struct leo_histogram, buckets) == 16, "place of buckets");
-LEO_ASSERT(offsetof(struct leo_histogram, reserved) == 1748, "place of reserved");
 
 /* The health of one process: what its loop counted, for whoever looks.
  * 

@@ -11,6 +11,7 @@ import enum
 NOBODY = 65535
 STATES = 8
 MAX_PERCEPTS = 12
+MAX_BUSES = 16
 MAX_SOURCES = 16
 LOSSES = 24
 TEXT_CAPACITY = 252
@@ -376,6 +377,80 @@ class BeliefHead(ctypes.Structure):
         return "leo/BeliefHead/2"
 
 
+# A short text of fixed capacity, UTF-8.
+class Text(ctypes.Structure):
+    _fields_ = [
+        ("length", ctypes.c_uint32),
+        ("bytes", ctypes.c_uint8 * 252),
+    ]
+
+    @staticmethod
+    def type_name():
+        return "leo/Text/1"
+
+
+# A distribution of durations in nanoseconds with a bounded relative error of 1/16, in the
+# log-linear layout of HDR histograms, as plain memory: recording is a handful of instructions,
+# publishing is a copy, and nothing allocates.
+class Histogram(ctypes.Structure):
+    _fields_ = [
+        ("count", ctypes.c_uint64),
+        ("max_ns", ctypes.c_uint64),
+        ("buckets", ctypes.c_uint32 * 433),
+        ("reserved", ctypes.c_uint32),
+    ]
+
+    @staticmethod
+    def type_name():
+        return "leo/Histogram/1"
+
+
+# How one servo bus fares, since the motor process's life began.
+class BusHealth(ctypes.Structure):
+    _fields_ = [
+        # What the configuration calls it.
+        ("name", Text),
+        # Joints on it.
+        ("joints", ctypes.c_uint64),
+        # Joints of it that are quarantined now.
+        ("quarantined", ctypes.c_uint64),
+        # Whether its line is lost now: 1 yes, 0 no.
+        ("lost", ctypes.c_uint64),
+        # Requests carried out.
+        ("exchanges", ctypes.c_uint64),
+        # Cycles in which it was still busy with the request before.
+        ("skipped", ctypes.c_uint64),
+        # Answers that did not come.
+        ("missed", ctypes.c_uint64),
+        # Answers that arrived broken.
+        ("broken", ctypes.c_uint64),
+        # Answers dropped because nobody awaited them, or because they were sampled too early.
+        ("stale", ctypes.c_uint64),
+        # Bytes that came after their time.
+        ("late_bytes", ctypes.c_uint64),
+        # How long the requests took, in nanoseconds.
+        ("exchange", Histogram),
+    ]
+
+    @staticmethod
+    def type_name():
+        return "leo/BusHealth/1"
+
+
+# How the servo buses fare: the motor process writes it to a board of its own.
+class Buses(ctypes.Structure):
+    _fields_ = [
+        # How many buses there are.
+        ("count", ctypes.c_uint64),
+        # Each of them, in the order of the configuration.
+        ("buses", BusHealth * 16),
+    ]
+
+    @staticmethod
+    def type_name():
+        return "leo/Buses/1"
+
+
 # An entry of a divergence buffer: how two perspectives differ about one thing.
 class Difference(ctypes.Structure):
     _fields_ = [
@@ -430,18 +505,6 @@ class Done(ctypes.Structure):
         return "leo/Done/1"
 
 
-# A short text of fixed capacity, UTF-8.
-class Text(ctypes.Structure):
-    _fields_ = [
-        ("length", ctypes.c_uint32),
-        ("bytes", ctypes.c_uint8 * 252),
-    ]
-
-    @staticmethod
-    def type_name():
-        return "leo/Text/1"
-
-
 # An event of the learner.
 class Event(ctypes.Structure):
     _fields_ = [
@@ -470,22 +533,6 @@ class Event(ctypes.Structure):
     @staticmethod
     def type_name():
         return "leo/Event/1"
-
-
-# A distribution of durations in nanoseconds with a bounded relative error of 1/16, in the
-# log-linear layout of HDR histograms, as plain memory: recording is a handful of instructions,
-# publishing is a copy, and nothing allocates.
-class Histogram(ctypes.Structure):
-    _fields_ = [
-        ("count", ctypes.c_uint64),
-        ("max_ns", ctypes.c_uint64),
-        ("buckets", ctypes.c_uint32 * 433),
-        ("reserved", ctypes.c_uint32),
-    ]
-
-    @staticmethod
-    def type_name():
-        return "leo/Histogram/1"
 
 
 # The health of one process: what its loop counted, for whoever looks.
@@ -780,12 +827,14 @@ _LAYOUT = [
     (Header, 96, [0, 8, 16, 24, 88]),
     (Path, 16, [0, 4]),
     (BeliefHead, 280, [0, 96, 100, 104, 128, 160, 184, 216, 220, 224, 232, 240, 248, 256, 264]),
+    (Text, 256, [0, 4]),
+    (Histogram, 1752, [0, 8, 16, 1748]),
+    (BusHealth, 2080, [0, 256, 264, 272, 280, 288, 296, 304, 312, 320, 328]),
+    (Buses, 33288, [0, 8]),
     (Difference, 600, [0, 8, 16, 20, 24]),
     (DivergenceHead, 128, [0, 96, 100, 104, 108, 112]),
     (Done, 16, [0, 8]),
-    (Text, 256, [0, 4]),
     (Event, 544, [0, 8, 10, 12, 16, 20, 24, 28, 32, 288]),
-    (Histogram, 1752, [0, 8, 16, 1748]),
     (Health, 5368, [0, 4, 8, 16, 24, 32, 40, 48, 56, 64, 72, 80, 88, 96, 104, 112, 1864, 3616]),
     (JointGoal, 24, [0, 4, 8, 16]),
     (JointState, 56, [0, 4, 6, 8, 16, 24, 32, 40, 48, 52]),

@@ -4,11 +4,12 @@ use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use std::time::Duration;
 
-use message::{Health, Histogram, Loss, Process, ProcessState, Roster, SourceHealth};
+use message::{BusHealth, Health, Histogram, Loss, Process, ProcessState, Roster, SourceHealth};
 use serde::Serialize;
 use transport::janitor::is_claimed;
 use transport::{
-    Delivery, Domain, HealthReader, JoinError, Node, PortError, Queues, RosterReader, SourcesReader,
+    BusesReader, Delivery, Domain, HealthReader, JoinError, Node, PortError, Queues, RosterReader,
+    SourcesReader,
 };
 
 /// Why there is nothing to look at.
@@ -37,6 +38,7 @@ pub struct Top {
     roster: RosterReader,
     readers: BTreeMap<Process, (u64, HealthReader)>,
     sources: Option<(u64, SourcesReader)>,
+    buses: Option<(u64, BusesReader)>,
     earlier: BTreeMap<Process, Health>,
 }
 
@@ -65,6 +67,8 @@ pub struct Row {
     pub refused: u64,
     /// Of the sensor process: its sensory sources.
     pub sources: Vec<SourceRow>,
+    /// Of the motor process: its servo buses.
+    pub buses: Vec<BusRow>,
     /// Page faults since its loop began.
     pub page_faults: u64,
     /// Release to start.
@@ -88,6 +92,33 @@ pub struct SourceRow {
     pub observations: u64,
     /// What was lost, by the name of the reason; without those that did not happen.
     pub losses: BTreeMap<&'static str, u64>,
+}
+
+/// A servo bus, since the motor process's life began.
+#[derive(Clone, Debug, Serialize)]
+pub struct BusRow {
+    /// What the configuration calls it.
+    pub name: String,
+    /// Whether its line is lost now.
+    pub lost: bool,
+    /// Joints on it.
+    pub joints: u64,
+    /// Joints of it that are quarantined now.
+    pub quarantined: u64,
+    /// Requests carried out.
+    pub exchanges: u64,
+    /// Cycles in which it was still busy with the request before.
+    pub skipped: u64,
+    /// Answers that did not come.
+    pub missed: u64,
+    /// Answers that arrived broken.
+    pub broken: u64,
+    /// Answers dropped because they were not of this cycle.
+    pub stale: u64,
+    /// Bytes that came after their time.
+    pub late_bytes: u64,
+    /// How long the requests took.
+    pub exchange_us: Quantiles,
 }
 
 /// A distribution in microseconds.
@@ -134,7 +165,14 @@ impl Top {
         let queues = Queues { frames: 1, delivery: Delivery::Newest };
         let node = Node::join(&domain, "top", 1, queues)?;
         let roster = RosterReader::open(&node, Process::Supervisor, 1).map_err(TopError::NoRoster)?;
-        Ok(Self { node, roster, readers: BTreeMap::new(), sources: None, earlier: BTreeMap::new() })
+        Ok(Self {
+            node,
+            roster,
+            readers: BTreeMap::new(),
+            sources: None,
+            buses: None,
+            earlier: BTreeMap::new(),
+        })
     }
 
     /// A row for every process, over the time since the last look; over its whole life at the
@@ -148,6 +186,9 @@ impl Top {
                 let mut row = row(process, &health, earlier.filter(|then| then.pid == health.pid));
                 if process == Process::Sensor {
                     row.sources = self.sources(health.incarnation);
+                }
+                if process == Process::Motor {
+                    row.buses = self.buses(health.incarnation);
                 }
                 rows.push(row);
             }
@@ -174,6 +215,33 @@ impl Top {
         }
         let sources = self.sources.as_ref().map(|(_, reader)| reader.read());
         sources.iter().flat_map(message::Sources::all).map(source_row).collect()
+    }
+}
+
+impl Top {
+    fn buses(&mut self, incarnation: u64) -> Vec<BusRow> {
+        if self.buses.as_ref().is_none_or(|(life, _)| *life != incarnation) {
+            let reader = BusesReader::open(&self.node, Process::Motor, incarnation);
+            self.buses = reader.ok().map(|reader| (incarnation, reader));
+        }
+        let buses = self.buses.as_ref().map(|(_, reader)| reader.read());
+        buses.iter().flat_map(message::Buses::all).map(bus_row).collect()
+    }
+}
+
+fn bus_row(bus: &BusHealth) -> BusRow {
+    BusRow {
+        name: bus.name.as_str().to_owned(),
+        lost: bus.lost != 0,
+        joints: bus.joints,
+        quarantined: bus.quarantined,
+        exchanges: bus.exchanges,
+        skipped: bus.skipped,
+        missed: bus.missed,
+        broken: bus.broken,
+        stale: bus.stale,
+        late_bytes: bus.late_bytes,
+        exchange_us: Quantiles::of(&bus.exchange),
     }
 }
 
@@ -220,6 +288,7 @@ fn row(process: Process, health: &Health, earlier: Option<Health>) -> Row {
         drops: health.drops,
         refused: health.refused,
         sources: Vec::new(),
+        buses: Vec::new(),
         page_faults: health.page_faults,
         wakeup_us: Quantiles::of(&health.wakeup.since(&earlier.wakeup)),
         execution_us: Quantiles::of(&health.execution.since(&earlier.execution)),
@@ -227,7 +296,7 @@ fn row(process: Process, health: &Health, earlier: Option<Health>) -> Row {
     }
 }
 
-/// The rows as a table of 100 columns, with a line for each sensory source below it.
+/// The rows as a table of 100 columns, with a line for each sensory source and each servo bus below it.
 #[must_use]
 pub fn table(rows: &[Row]) -> String {
     let mut out = String::from(
@@ -270,7 +339,41 @@ pub fn table(rows: &[Row]) -> String {
             lost.join(", "),
         );
     }
+    for bus in rows.iter().flat_map(|row| &row.buses) {
+        let _ = writeln!(
+            out,
+            "bus {:<12} {:>8} requests, us p50 {:.0} p99 {:.0}{}{}{}",
+            bus.name,
+            bus.exchanges,
+            bus.exchange_us.p50,
+            bus.exchange_us.p99,
+            if bus.lost { "   LOST" } else { "" },
+            if bus.quarantined > 0 {
+                format!("   {} of {} joints quarantined", bus.quarantined, bus.joints)
+            } else {
+                String::new()
+            },
+            in_trouble(bus),
+        );
+    }
     out
+}
+
+/// What went wrong on a bus, as far as anything did.
+fn in_trouble(bus: &BusRow) -> String {
+    let counts = [
+        (bus.skipped, "skipped"),
+        (bus.missed, "missed"),
+        (bus.broken, "broken"),
+        (bus.stale, "stale"),
+        (bus.late_bytes, "late bytes"),
+    ];
+    let said: Vec<_> = counts
+        .iter()
+        .filter(|(count, _)| *count > 0)
+        .map(|(count, what)| format!("{count} {what}"))
+        .collect();
+    if said.is_empty() { String::new() } else { format!("   {}", said.join(", ")) }
 }
 
 /// Shows the table, anew every second until it cannot be written any more; once, as JSON, with

@@ -10,6 +10,7 @@ mod exchange;
 mod few;
 mod job;
 mod joint;
+mod ledger;
 mod motor;
 mod patience;
 mod reporter;

@@ -75,7 +75,7 @@ fn explain(state: &JointState) -> Option<&'static str> {
             Some("is quarantined: its servo does not answer; is it powered, and on this bus with this id?")
         }
         (JointMode::Starting, JointCause::Restarted) => {
-            Some("starts anew: its servo restarted by itself; look at its supply. Its group holds meanwhile")
+            Some("is brought up again: its servo restarted by itself; look at its supply. Its group holds meanwhile")
         }
         (JointMode::Starting, JointCause::Watchdog) => {
             Some("is armed again: the servo's own bus watchdog had tripped")

@@ -4,6 +4,7 @@ use message::{Header, Hop, JointCause, JointGoals, JointMode, JointState, JointS
 use process::{Emergency, Failure, Launch, Member, Progress};
 
 use crate::Motor;
+use crate::ledger::Ledger;
 use crate::reporter::Reporter;
 use crate::threads::{ThreadError, Threads};
 
@@ -39,6 +40,7 @@ pub fn run(launch: &Launch, robot: &Robot) -> Result<(), Failure> {
     let buses = &robot.motor.buses;
     let mut threads = Threads::start(buses, &launch.domain, patience, until, !launch.lockstep, &lookout)
         .map_err(Failure::own)?;
+    let mut ledger = Ledger::new(member.buses_board()?, robot);
     member.begin(Some(period))?;
     while let Some(now) = member.next_cycle()? {
         if !member.is_lockstep() {
@@ -70,6 +72,7 @@ pub fn run(launch: &Launch, robot: &Robot) -> Result<(), Failure> {
             |header| header.pass(Hop::Moved, member.now().as_nanos()),
         )?;
         reporter.look(&motor, now);
+        ledger.keep(&motor, &threads, now);
         member.health().refused = motor.counts().refused;
         member.health().drops = goals.drops();
         member.health().undelivered = states.undelivered();
@@ -78,7 +81,7 @@ pub fn run(launch: &Launch, robot: &Robot) -> Result<(), Failure> {
     if !launch.lockstep {
         lay_down(&mut motor, &mut threads, period).map_err(Failure::own)?;
     }
-    tracing::debug!(skipped = threads.skipped(), stale = motor.counts().stale, "the motor stops");
+    tracing::debug!(stale = motor.counts().stale, "the motor stops");
     Ok(())
 }
 

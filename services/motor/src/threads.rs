@@ -4,6 +4,7 @@ use std::thread::JoinHandle;
 use clock::{Duration, Instant};
 use config::motor::{Bus, Device};
 use crossbeam::channel::{Receiver, RecvTimeoutError, Sender, TryRecvError, bounded};
+use message::Histogram;
 use process::Lookout;
 use serial::{Lost, OpenError, Tty};
 
@@ -23,8 +24,6 @@ const DRAINS: u32 = 8;
 #[derive(Debug)]
 pub(crate) struct Threads {
     ends: Vec<End>,
-    /// Requests that had to be left out because the bus was still busy.
-    skipped: u64,
 }
 
 #[derive(Debug)]
@@ -32,6 +31,10 @@ struct End {
     name: String,
     to: Option<Sender<Box<Exchange>>>,
     from: Receiver<Box<Exchange>>,
+    /// Requests that had to be left out because the bus was still busy.
+    skipped: u64,
+    /// How long the requests took.
+    took: Histogram,
     /// Here while the bus is idle, with the thread while it is busy.
     exchange: Option<Box<Exchange>>,
     thread: Option<JoinHandle<()>>,
@@ -41,7 +44,8 @@ struct End {
 struct Exchange {
     request: Request,
     replies: Replies,
-    /// When the replies were complete.
+    /// When the request was taken up, and when its replies were complete.
+    begun_at: Instant,
     done_at: Instant,
 }
 
@@ -90,19 +94,20 @@ impl Threads {
                 End::start(bus, path, tty, patience, lookout.clone())
             })
             .collect::<Result<_, _>>()?;
-        Ok(Self { ends, skipped: 0 })
+        Ok(Self { ends })
     }
 
-    /// Requests left out because the bus was still busy with the one before.
-    pub(crate) const fn skipped(&self) -> u64 {
-        self.skipped
+    /// By bus, the requests left out because it was still busy with the one before, and how long
+    /// those took that were not.
+    pub(crate) fn fared(&self) -> impl Iterator<Item = (u64, &Histogram)> {
+        self.ends.iter().map(|end| (end.skipped, &end.took))
     }
 
     /// Hands every idle bus its request. A bus that is still busy goes without one this time.
     pub(crate) fn send(&mut self, motor: &mut Motor, now: Instant) -> Result<(), ThreadError> {
         for (bus, end) in self.ends.iter_mut().enumerate() {
             let Some(mut exchange) = end.exchange.take() else {
-                self.skipped += 1;
+                end.skipped += 1;
                 continue;
             };
             motor.request(bus, now, &mut exchange.request);
@@ -117,6 +122,7 @@ impl Threads {
         for (bus, end) in self.ends.iter_mut().enumerate() {
             match end.from.try_recv() {
                 Ok(exchange) => {
+                    end.took.record(clock::nanos(exchange.done_at.since(exchange.begun_at)));
                     motor.replies(bus, exchange.done_at, &exchange.replies);
                     end.exchange = Some(exchange);
                 }
@@ -168,7 +174,8 @@ impl End {
                 loop {
                     match inbox.recv_timeout(UNLED) {
                         Ok(mut job) => {
-                            let Exchange { request, replies, done_at } = job.as_mut();
+                            let Exchange { request, replies, begun_at, done_at } = job.as_mut();
+                            *begun_at = clock::now();
                             master.exchange(&mut line, request, replies);
                             *done_at = clock::now();
                             if outbox.send(job).is_err() {
@@ -183,7 +190,15 @@ impl End {
                 }
             })
             .map_err(|source| ThreadError::Spawn { bus: name.clone(), source })?;
-        Ok(Self { name, to: Some(to), from, exchange: Some(Box::default()), thread: Some(thread) })
+        Ok(Self {
+            name,
+            to: Some(to),
+            from,
+            skipped: 0,
+            took: Histogram::default(),
+            exchange: Some(Box::default()),
+            thread: Some(thread),
+        })
     }
 }
 

@@ -12,6 +12,7 @@
 //! accessors return `None` for nonsense. No type here has an invalid bit pattern.
 
 mod belief;
+mod buses;
 mod divergence;
 mod event;
 mod header;
@@ -29,6 +30,7 @@ mod topic;
 mod turn;
 
 pub use belief::{Belief, BeliefHead, Remembered};
+pub use buses::{BusHealth, Buses, MAX_BUSES};
 pub use divergence::{Aspect, Difference, DivergenceHead};
 pub use event::{Event, EventKind};
 pub use header::{Head, Header, Hop};

@@ -6,7 +6,7 @@ use clock::Instant;
 use config::leo::{Buffers, Rights};
 use cycle::{Account, Schedule};
 use message::{Health, Process, ProcessState, Topic};
-use transport::{Delivery, Domain, HealthWriter, Inlet, Node, Outlet, Queues, SourcesWriter};
+use transport::{BusesWriter, Delivery, Domain, HealthWriter, Inlet, Node, Outlet, Queues, SourcesWriter};
 
 use crate::pace::{Lockstep, Pace, Wait, wait_for_call};
 use crate::{Failure, Launch};
@@ -126,6 +126,15 @@ impl Member {
     /// As [`SourcesWriter::create`].
     pub fn sources_board(&self) -> Result<SourcesWriter, Failure> {
         Ok(SourcesWriter::create(&self.node, self.process, self.health.incarnation)?)
+    }
+
+    /// Puts up the board on which the motor process says how its buses fare.
+    ///
+    /// # Errors
+    ///
+    /// As [`BusesWriter::create`].
+    pub fn buses_board(&self) -> Result<BusesWriter, Failure> {
+        Ok(BusesWriter::create(&self.node, self.process, self.health.incarnation)?)
     }
 
     /// The present instant: of the clock, or of simulated time.

@@ -7,10 +7,10 @@ use std::mem::{align_of, offset_of, size_of};
 use std::path;
 
 use message::{
-    Aspect, Belief, BeliefHead, DEPTH_MOST, Difference, DivergenceHead, Done, Event, Header, Health,
-    Histogram, JointGoal, JointState, LOSSES, MAX_PERCEPTS, MAX_SOURCES, Observation, Path, Perceived,
-    PerceptValue, Remembered, Roster, STATES, SceneObject, Snapshot, SourceHealth, Sources, TEXT_CAPACITY,
-    Text, Turn, Utterance,
+    Aspect, Belief, BeliefHead, BusHealth, Buses, DEPTH_MOST, Difference, DivergenceHead, Done, Event,
+    Header, Health, Histogram, JointGoal, JointState, LOSSES, MAX_BUSES, MAX_PERCEPTS, MAX_SOURCES,
+    Observation, Path, Perceived, PerceptValue, Remembered, Roster, STATES, SceneObject, Snapshot,
+    SourceHealth, Sources, TEXT_CAPACITY, Text, Turn, Utterance,
 };
 
 /// What the compiler says of a type: size, alignment, and the offsets of its public fields.
@@ -41,6 +41,10 @@ pub(crate) fn compiled() -> Vec<Compiled> {
             eye_orientation_xyzw, perceivable, hidden, refused, created, merged, culled, overflowed,
             path
         }
+        BusHealth {
+            name, joints, quarantined, lost, exchanges, skipped, missed, broken, stale, late_bytes, exchange
+        }
+        Buses { count, buses }
         Difference {}
         DivergenceHead { header, perspective, within, agreed, compared, path }
         Done { round, finished }
@@ -147,6 +151,7 @@ pub(crate) fn length(count: &str) -> usize {
         "DEPTH_MOST" => DEPTH_MOST,
         "MAX_PERCEPTS" => MAX_PERCEPTS,
         "LOSSES" => LOSSES,
+        "MAX_BUSES" => MAX_BUSES,
         "MAX_SOURCES" => MAX_SOURCES,
         "STATES" => STATES,
         "TEXT_CAPACITY" => TEXT_CAPACITY,

@@ -1,0 +1,119 @@
+//! `leo emergency-stop`: every torque off, now; and its release.
+
+use std::path::PathBuf;
+use std::process::ExitCode;
+use std::time::Duration;
+
+use clap::Args;
+use message::{JointCause, JointMode, JointState, JointStates};
+use process::emergency;
+use transport::{Delivery, Domain, Inlet, Node, Queues};
+
+use super::failure::Failed;
+
+/// How long the servos may take to confirm. A healthy bus needs two cycles.
+const CONFIRM_WITHIN: Duration = Duration::from_secs(2);
+
+/// Stop every robot, or release one.
+#[derive(Args, Clone, Debug)]
+#[command(
+    after_help = "Example:\n  leo emergency-stop\n\nThe same without this program: send SIGUSR1 to the \
+                        motor process, or make a file `emergency-stop` in the robot's folder, /dev/shm/leo-*"
+)]
+pub(crate) struct EmergencyStop {
+    /// Let the joints start anew, once somebody commands
+    #[arg(long)]
+    release: bool,
+    /// The robot [default: all of this user's]
+    #[arg(long, value_name = "DIRECTORY")]
+    domain: Option<PathBuf>,
+    /// Who stops it and why, for the robot's log
+    #[arg(long, value_name = "TEXT", default_value = "leo emergency-stop")]
+    reason: String,
+}
+
+impl EmergencyStop {
+    pub(crate) fn run(&self) -> Result<ExitCode, Failed> {
+        let robots = match &self.domain {
+            Some(root) => vec![Domain::at(root).map_err(Failed::usage)?],
+            None => Domain::all(),
+        };
+        if robots.is_empty() {
+            return Err(Failed::because("no robot runs here: nothing was stopped"));
+        }
+        // First all are stopped, and only then is looked what came of it.
+        let mut said = Vec::new();
+        for robot in &robots {
+            let root = robot.root();
+            if self.release {
+                let was = emergency::release(root).map_err(|error| failed(robot, &error))?;
+                said.push(if was { "released" } else { "was not raised" });
+            } else {
+                emergency::raise(root, &self.reason).map_err(|error| failed(robot, &error))?;
+            }
+        }
+        let mut code = ExitCode::SUCCESS;
+        let mut lines = Vec::new();
+        for (robot, said) in robots.iter().zip(&said) {
+            lines.push(format!("{}: {said}", robot.root().display()));
+        }
+        if !self.release {
+            for robot in &robots {
+                let limp = confirmed(robot);
+                if limp.is_err() {
+                    code = ExitCode::from(1);
+                }
+                let said = limp.unwrap_or_else(|why| format!("raised, but NOT CONFIRMED: {why}"));
+                lines.push(format!("{}: {said}", robot.root().display()));
+            }
+            lines.push("release it with `leo emergency-stop --release`".to_owned());
+        }
+        super::output::print(&(lines.join("\n") + "\n"))?;
+        Ok(code)
+    }
+}
+
+fn failed(robot: &Domain, error: &std::io::Error) -> Failed {
+    Failed::because(format!("{}: {error}; is the robot another user's?", robot.root().display()))
+}
+
+/// Waits until every joint of a robot says that its torque is off: what to say of it, or what is
+/// wrong.
+fn confirmed(robot: &Domain) -> Result<String, String> {
+    let join = || -> Result<(Node, Inlet<JointStates>), Box<dyn std::error::Error>> {
+        let queues = Queues { frames: 2, delivery: Delivery::Newest };
+        let node = Node::join(robot, "emergency-stop", 0, queues)?;
+        let states = node.inlet(None)?;
+        Ok((node, states))
+    };
+    let (_node, mut states) = join().map_err(|error| error.to_string())?;
+    let began = clock::now();
+    let mut left = None;
+    while clock::now() < began + CONFIRM_WITHIN {
+        if let Some(frame) = states.newest().map_err(|error| error.to_string())? {
+            let joints = frame.entries();
+            let not_yet = joints.iter().filter(|joint| !is_stopped(joint)).count();
+            if not_yet == 0 && !joints.is_empty() {
+                let after = clock::now().since(began).as_secs_f64() * 1e3;
+                return Ok(format!(
+                    "all {} servos say that their torque is off ({after:.0} ms)",
+                    joints.len()
+                ));
+            }
+            left = Some((not_yet, joints.len()));
+        }
+        clock::sleep_until(clock::now() + Duration::from_millis(1));
+    }
+    Err(match left {
+        Some((left, all)) => {
+            format!("{left} of {all} servos do not say that their torque is off: cut the power")
+        }
+        None => {
+            "no motor process runs: the stop holds once one does; cut the power if anything moves".to_owned()
+        }
+    })
+}
+
+fn is_stopped(joint: &JointState) -> bool {
+    joint.mode() == Some(JointMode::Limp) && joint.cause() == Some(JointCause::Emergency)
+}

@@ -1,0 +1,50 @@
+use clock::{Duration, Instant};
+use config::Robot;
+use message::{Buses, Text};
+use transport::BusesWriter;
+
+use crate::Motor;
+use crate::threads::Threads;
+
+/// How often the board is written: people are slow, and it is some pages long.
+const EVERY: Duration = Duration::from_millis(100);
+
+/// Keeps the board that says how each bus fares.
+pub(crate) struct Ledger {
+    board: BusesWriter,
+    buses: Buses,
+    write_at: Instant,
+}
+
+impl Ledger {
+    pub(crate) fn new(board: BusesWriter, robot: &Robot) -> Self {
+        let mut buses = Buses::default();
+        for (index, (place, bus)) in buses.buses.iter_mut().zip(&robot.motor.buses).enumerate() {
+            place.name = Text::new(&bus.name);
+            let joints = robot.motor.joints.iter().filter(|joint| joint.bus == index);
+            place.joints = u64::try_from(joints.count()).unwrap_or(0);
+            buses.count += 1;
+        }
+        Self { board, buses, write_at: Instant::EPOCH }
+    }
+
+    pub(crate) fn keep(&mut self, motor: &Motor, threads: &Threads, now: Instant) {
+        if now < self.write_at {
+            return;
+        }
+        self.write_at = now + EVERY;
+        for (index, (bus, (skipped, took))) in self.buses.buses.iter_mut().zip(threads.fared()).enumerate() {
+            let counts = motor.bus_counts(index);
+            bus.quarantined = u64::try_from(motor.quarantined(index)).unwrap_or(u64::MAX);
+            bus.lost = u64::from(motor.is_lost(index));
+            bus.exchanges = counts.exchanges;
+            bus.skipped = skipped;
+            bus.missed = counts.missed;
+            bus.broken = counts.broken;
+            bus.stale = counts.stale;
+            bus.late_bytes = counts.late_bytes;
+            bus.exchange = *took;
+        }
+        self.board.write(&self.buses);
+    }
+}
