@@ -13,8 +13,9 @@ mod injector;
 mod line;
 mod memory;
 mod servo;
+mod spoil;
 
-pub use answer::Answer;
+pub use answer::{Answer, Answers};
 pub use injection::{BadInjection, Injection, Kind};
 pub use injector::{Injected, Injector};
 pub use line::{Followers, Line};

@@ -1,44 +1,55 @@
-use clock::{Duration, Instant};
+use clock::Instant;
 
 use crate::frame::{PREFIX, SUFFIX};
-use crate::mock::answer::Answer;
+use crate::mock::answer::Answers;
 use crate::mock::injection::Kind;
 use crate::mock::line::{Followers, happen};
 use crate::mock::{Injector, Servo};
 use crate::{Address, Chain, Fault, Frame, Id, Instruction, Reset, Span, Status, spans, writes};
 
 /// The longest answer: a servo's whole table, stuffed.
-const ANSWER_MOST: usize = 1024;
-/// Over so many bytes the answers of two servos with one identifier lie shifted, one after the
-/// other instruction: they do not begin at the same moment.
+const ANSWER_MOST: usize = PREFIX + 1024 + SUFFIX;
+/// What a servo tells together with others where it may not be read.
+const NOTHING: [u8; 1024] = [0; 1024];
+/// Over so many bytes the answers of two servos with one identifier lie shifted: they do not begin
+/// at the same moment.
 const SHIFTS: usize = 3;
 
 /// One instruction, and what the servos on a line do and say.
 pub(super) struct Exchange<'a> {
-    servos: &'a mut [Servo],
-    twins: &'a mut [Servo],
-    injector: &'a mut Injector,
-    now: Instant,
-    baud: Option<u32>,
-    followers: Followers,
-    answers: Vec<Answer>,
+    pub(super) servos: &'a mut [Servo],
+    /// Servos with the identifier of another one.
+    pub(super) twins: &'a mut [Servo],
+    pub(super) injector: &'a mut Injector,
+    pub(super) now: Instant,
+    pub(super) baud: Option<u32>,
+    pub(super) followers: Followers,
+    pub(super) answers: &'a mut Answers,
 }
 
-impl<'a> Exchange<'a> {
-    pub(super) const fn new(
-        servos: &'a mut [Servo],
-        twins: &'a mut [Servo],
-        injector: &'a mut Injector,
-        now: Instant,
-        baud: Option<u32>,
-        followers: Followers,
-    ) -> Self {
-        Self { servos, twins, injector, now, baud, followers, answers: Vec::new() }
-    }
+/// What a servo answers.
+#[derive(Clone, Copy)]
+enum Said {
+    Ping,
+    Table { address: u16, length: u16 },
+    Done(Result<(), Fault>),
+}
 
-    /// What is said to an instruction.
-    pub(super) fn answer(mut self, frame: &Frame<'_>) -> Vec<Answer> {
-        for place in 0..self.servos.len() + self.twins.len() {
+impl Said {
+    /// The lowest status return level at which it is said.
+    const fn level(self) -> i64 {
+        match self {
+            Self::Ping => 0,
+            Self::Table { .. } => 1,
+            Self::Done(_) => 2,
+        }
+    }
+}
+
+impl Exchange<'_> {
+    /// Has the servos do what an instruction says.
+    pub(super) fn hear(&mut self, frame: &Frame<'_>) {
+        for place in 0..self.count() {
             if self.hears(place)
                 && let Some(servo) = self.servo(place)
             {
@@ -48,74 +59,73 @@ impl<'a> Exchange<'a> {
         }
         match Instruction::parse(frame) {
             Ok(Instruction::SyncRead { address, length, ids }) => {
-                for id in ids.iter().filter_map(|&id| Id::new(id)) {
-                    self.tell(Span { id, address, length });
+                for &id in ids {
+                    self.each(id, |line, place| line.say(place, Said::Table { address, length }));
                 }
             }
-            Ok(Instruction::BulkRead { records }) => spans(records).for_each(|span| self.tell(span)),
+            Ok(Instruction::BulkRead { records }) => {
+                for Span { id, address, length } in spans(records) {
+                    self.each(id.get(), |line, place| line.say(place, Said::Table { address, length }));
+                }
+            }
             Ok(Instruction::FastSyncRead { address, length, ids }) => {
                 let ids = ids.iter().filter_map(|&id| Id::new(id));
-                self.tell_together(&ids.map(|id| Span { id, address, length }).collect::<Vec<_>>());
+                self.tell_together(ids.map(|id| Span { id, address, length }));
             }
-            Ok(Instruction::FastBulkRead { records }) => {
-                self.tell_together(&spans(records).collect::<Vec<_>>());
-            }
+            Ok(Instruction::FastBulkRead { records }) => self.tell_together(spans(records)),
             Ok(Instruction::SyncWrite { address, length, records }) => {
                 for record in records.chunks(usize::from(length) + 1) {
                     let Some((&id, data)) = record.split_first() else { continue };
-                    // Nobody answers a sync write, so that nobody says what was refused.
-                    self.each(id, |servo| servo.write(address, data).is_ok());
+                    self.write(id, address, data);
                 }
             }
             Ok(Instruction::BulkWrite { records }) => {
-                for (span, data) in writes(records) {
-                    self.each(span.id.get(), |servo| servo.write(span.address, data).is_ok());
-                }
+                writes(records).for_each(|(span, data)| self.write(span.id.get(), span.address, data));
             }
-            instruction => self.one_or_all(frame.address, instruction),
+            instruction => match frame.address {
+                Address::One(id) => self.one(id, instruction),
+                Address::All => self.all(instruction),
+            },
         }
-        self.answers
     }
 
-    fn one_or_all(&mut self, to: Address, instruction: Result<Instruction<'_>, Fault>) {
-        match to {
-            Address::One(id) => {
-                for place in self.places(id.get()) {
-                    self.obey(place, instruction);
-                }
-                // A secondary identifier is obeyed in silence.
-                let (told, answers) = (self.secondary(id), self.answers.len());
-                for place in told {
-                    self.obey(place, instruction);
-                }
-                self.answers.truncate(answers);
-            }
-            // Nothing but a ping is answered when it is said to all.
-            Address::All => {
-                let ping = instruction == Ok(Instruction::Ping);
-                let unheeded = instruction == Ok(Instruction::FactoryReset(Reset::All));
-                let mut places = (0..self.servos.len() + self.twins.len()).collect::<Vec<_>>();
-                // They answer in the order of their identifiers.
-                places.sort_by_key(|&place| self.servo(place).map(|servo| servo.id()));
-                for place in places {
-                    if !unheeded && self.hears(place) {
-                        self.obey(place, instruction);
-                    }
-                }
-                if !ping {
-                    self.answers.clear();
-                }
+    fn one(&mut self, to: Id, instruction: Result<Instruction<'_>, Fault>) {
+        self.each(to.get(), |line, place| line.obey(place, instruction));
+        // A secondary identifier is obeyed in silence.
+        let answers = self.answers.get().len();
+        for place in 0..self.count() {
+            let also = self
+                .servo(place)
+                .is_some_and(|servo| servo.secondary_id() == Some(to) && servo.id() != to.get());
+            if also && self.hears(place) {
+                self.obey(place, instruction);
             }
         }
+        self.answers.truncate(answers);
+    }
+
+    fn all(&mut self, instruction: Result<Instruction<'_>, Fault>) {
+        if instruction == Ok(Instruction::FactoryReset(Reset::All)) {
+            return;
+        }
+        let answers = self.answers.get().len();
+        // They answer in the order of their identifiers.
+        for id in 0..=u8::MAX {
+            self.each(id, |line, place| line.obey(place, instruction));
+        }
+        // Nothing but a ping is answered when it is said to all.
+        if instruction != Ok(Instruction::Ping) {
+            self.answers.truncate(answers);
+        }
+    }
+
+    fn count(&self) -> usize {
+        self.servos.len() + self.twins.len()
     }
 
     /// The servo at a place: twins stand behind the others.
     fn servo(&mut self, place: usize) -> Option<&mut Servo> {
-        let twin = place.checked_sub(self.servos.len());
-        match twin {
-            Some(twin) => self.twins.get_mut(twin),
-            None => self.servos.get_mut(place),
-        }
+        pick(self.servos, self.twins, place)
     }
 
     fn hears(&mut self, place: usize) -> bool {
@@ -130,119 +140,76 @@ impl<'a> Exchange<'a> {
         heard
     }
 
-    /// The places of those who listen to an identifier: more than one only where it is double.
-    fn places(&mut self, id: u8) -> Vec<usize> {
-        self.those(|servo| servo.id() == id)
-    }
-
-    fn secondary(&mut self, id: Id) -> Vec<usize> {
-        self.those(|servo| servo.secondary_id() == Some(id) && servo.id() != id.get())
-    }
-
-    fn those(&mut self, which: impl Fn(&Servo) -> bool) -> Vec<usize> {
-        let meant = self.servos.iter().chain(&*self.twins).enumerate().filter(|(_, servo)| which(servo));
-        let meant = meant.map(|(place, _)| place).collect::<Vec<_>>();
-        meant.into_iter().filter(|&place| self.hears(place)).collect()
-    }
-
-    /// Has everybody with an identifier do something in silence.
-    fn each(&mut self, id: u8, mut does: impl FnMut(&mut Servo) -> bool) {
-        for place in self.places(id) {
-            if let Some(servo) = self.servo(place) {
-                let _refused = does(servo);
+    /// Does something at the place of everybody who listens to an identifier: more than one only
+    /// where it is double.
+    fn each(&mut self, id: u8, mut does: impl FnMut(&mut Self, usize)) {
+        for place in 0..self.count() {
+            if self.servo(place).is_some_and(|servo| servo.id() == id) && self.hears(place) {
+                does(self, place);
+                // Whose identifier was changed is not told twice.
+                if self.twins.is_empty() {
+                    return;
+                }
             }
         }
     }
 
-    /// Has a servo tell a part of its table.
-    fn tell(&mut self, span: Span) {
-        for place in self.places(span.id.get()) {
-            let Some(servo) = self.servo(place) else { continue };
-            let data = servo.read(span.address, span.length).map(<[u8]>::to_vec);
-            self.say(place, 1, data);
-        }
+    fn write(&mut self, id: u8, address: u16, data: &[u8]) {
+        self.each(id, |line, place| {
+            if let Some(servo) = line.servo(place) {
+                // Nobody answers, so that nobody says what was refused.
+                let _refused = servo.write(address, data);
+            }
+        });
     }
 
     /// Has servos tell parts of their tables in one frame.
-    fn tell_together(&mut self, asked: &[Span]) {
-        let mut header = vec![0; PREFIX + 1];
-        let Ok((mut chain, _)) = Chain::begin(asked.iter().map(|span| span.length), &mut header) else {
-            return;
-        };
+    fn tell_together(&mut self, asked: impl Iterator<Item = Span> + Clone) {
+        let mut header = [0; PREFIX + 1];
+        let begun = Chain::begin(asked.clone().map(|span| span.length), &mut header);
+        let Ok((mut chain, _)) = begun else { return };
+        let mut first = true;
         for span in asked {
-            let id = span.id.get();
-            let place = self.places(id).first().copied();
-            let silent = self.injector.strikes(Kind::Drop, self.now, id).is_some();
-            let tells = place.filter(|_| !silent).and_then(|place| self.servo(place));
-            let Some(servo) = tells.filter(|servo| servo.status_return_level() >= 1) else {
+            let mut tells = None;
+            self.each(span.id.get(), |_, place| tells = tells.or(Some(place)));
+            if self.injector.strikes(Kind::Drop, self.now, span.id.get()).is_some() {
+                tells = None;
+            }
+            let servo = tells.and_then(|place| pick(self.servos, self.twins, place));
+            let Some(servo) = servo.filter(|servo| servo.status_return_level() >= 1) else {
                 if self.followers == Followers::Silent {
                     return;
                 }
                 continue;
             };
-            let (alert, wait) = (servo.has_alert(), servo.return_delay());
-            let read = servo.read(span.address, span.length).map(<[u8]>::to_vec);
-            let fault = read.as_ref().err().copied();
-            let params = read.unwrap_or_else(|_| vec![0; usize::from(span.length)]);
-            let mut part = vec![0; Chain::PART + params.len()];
-            let status = Status { id: span.id, alert, fault, params: &params };
-            if chain.add(&status, &mut part).is_err() {
-                return;
+            let read = servo.read(span.address, span.length);
+            let nothing = NOTHING.get(..usize::from(span.length)).unwrap_or(&NOTHING);
+            let (fault, params) = (read.err(), read.unwrap_or(nothing));
+            let status = Status { id: span.id, alert: servo.has_alert(), fault, params };
+            let mut bytes = [0; ANSWER_MOST];
+            let start = if std::mem::take(&mut first) { header.len() } else { 0 };
+            for (place, byte) in bytes.iter_mut().zip(header).take(start) {
+                *place = byte;
             }
-            let first = std::mem::take(&mut header);
-            self.answers.push(Answer { id, wait, bytes: [first, part].concat() });
-            self.chance(place);
+            let part = chain.add(&status, bytes.get_mut(start..).unwrap_or_default()).unwrap_or(0);
+            let said = bytes.get(..start + part).unwrap_or_default();
+            self.answers.add(span.id.get(), servo.return_delay(), said);
+            self.chance(tells);
         }
     }
 
     /// Obeys what is said to one servo, and answers.
     fn obey(&mut self, place: usize, instruction: Result<Instruction<'_>, Fault>) {
         let Some(servo) = self.servo(place) else { return };
-        let nothing = |done: Result<(), Fault>| done.map(|()| Vec::new());
-        match instruction {
-            Ok(Instruction::Ping) => {
-                let data = servo.ping().to_vec();
-                self.say(place, 0, Ok(data));
-            }
-            Ok(Instruction::Read { address, length }) => {
-                let data = servo.read(address, length).map(<[u8]>::to_vec);
-                self.say(place, 1, data);
-            }
-            Ok(Instruction::Write { address, data }) => {
-                // It answers with the identifier by which it was told, and at that speed.
-                let id = Id::new(servo.id());
-                let (level, done) = (servo.status_return_level(), nothing(servo.write(address, data)));
-                let level = level.min(servo.status_return_level());
-                self.say_as(place, id, level >= 2, done);
-            }
-            Ok(Instruction::RegWrite { address, data }) => {
-                let done = nothing(servo.register(address, data));
-                self.say(place, 2, done);
-            }
-            Ok(Instruction::Action) => {
-                let done = nothing(servo.act());
-                self.say(place, 2, done);
-            }
-            Ok(Instruction::Clear) => {
-                let done = nothing(servo.clear());
-                self.say(place, 2, done);
-            }
-            Ok(Instruction::Backup(backup)) => {
-                let done = nothing(servo.back_up(backup));
-                self.say(place, 2, done);
-            }
-            Ok(Instruction::Reboot) => {
-                self.say(place, 2, Ok(Vec::new()));
-                if let Some(servo) = self.servo(place) {
-                    servo.reboot();
-                }
-            }
-            Ok(Instruction::FactoryReset(reset)) => {
-                self.say(place, 2, Ok(Vec::new()));
-                if let Some(servo) = self.servo(place) {
-                    servo.factory_reset(reset);
-                }
-            }
+        let said = match instruction {
+            Ok(Instruction::Ping) => Said::Ping,
+            Ok(Instruction::Read { address, length }) => Said::Table { address, length },
+            Ok(Instruction::Write { address, data }) => Said::Done(servo.write(address, data)),
+            Ok(Instruction::RegWrite { address, data }) => Said::Done(servo.register(address, data)),
+            Ok(Instruction::Action) => Said::Done(servo.act()),
+            Ok(Instruction::Clear) => Said::Done(servo.clear()),
+            Ok(Instruction::Backup(backup)) => Said::Done(servo.back_up(backup)),
+            Ok(Instruction::Reboot | Instruction::FactoryReset(_)) => Said::Done(Ok(())),
             Ok(
                 Instruction::SyncRead { .. }
                 | Instruction::SyncWrite { .. }
@@ -250,35 +217,42 @@ impl<'a> Exchange<'a> {
                 | Instruction::BulkRead { .. }
                 | Instruction::BulkWrite { .. }
                 | Instruction::FastBulkRead { .. },
-            ) => {}
-            Err(fault) => self.say(place, 2, Err(fault)),
+            ) => return,
+            Err(fault) => Said::Done(Err(fault)),
+        };
+        self.say(place, said);
+        // It begins anew when it has said that it will.
+        match (instruction, self.servo(place)) {
+            (Ok(Instruction::Reboot), Some(servo)) => servo.reboot(),
+            (Ok(Instruction::FactoryReset(reset)), Some(servo)) => servo.factory_reset(reset),
+            (_, _) => {}
         }
     }
 
-    /// Says something, where the servo answers such things: its status return level is at least
-    /// `level`.
-    fn say(&mut self, place: usize, level: i64, data: Result<Vec<u8>, Fault>) {
-        let Some(servo) = self.servo(place) else { return };
-        let (id, answers) = (Id::new(servo.id()), servo.status_return_level() >= level);
-        self.say_as(place, id, answers, data);
-    }
-
-    fn say_as(&mut self, place: usize, id: Option<Id>, answers: bool, data: Result<Vec<u8>, Fault>) {
-        let Some(servo) = self.servo(place) else { return };
-        let (alert, wait) = (servo.has_alert(), servo.return_delay());
-        let Some(id) = id.filter(|_| answers) else { return };
-        let (fault, params) = match data {
-            Ok(params) => (None, params),
-            Err(fault) => (Some(fault), Vec::new()),
+    /// Says something, where the servo answers such things.
+    fn say(&mut self, place: usize, said: Said) {
+        let double = !self.twins.is_empty();
+        let Some(servo) = pick(self.servos, self.twins, place) else { return };
+        let ping = servo.ping();
+        let data = match said {
+            Said::Ping => Ok(&ping[..]),
+            Said::Table { address, length } => servo.read(address, length),
+            Said::Done(done) => done.map(|()| &[][..]),
         };
-        let mut bytes = vec![0; PREFIX + ANSWER_MOST + SUFFIX];
-        let Ok(length) = (Status { id, alert, fault, params: &params }).encode(&mut bytes) else { return };
-        bytes.truncate(length);
-        let answer = Answer { id: id.get(), wait, bytes };
-        match self.answers.last_mut().filter(|last| last.id == id.get()) {
-            Some(last) => last.collide(&answer, usize::from(params_sum(&params)) % SHIFTS),
+        let answers = servo.status_return_level() >= said.level();
+        let Some(id) = Id::new(servo.id()).filter(|_| answers) else { return };
+        let (fault, params) = (data.err(), data.unwrap_or_default());
+        let mut bytes = [0; ANSWER_MOST];
+        let status = Status { id, alert: servo.has_alert(), fault, params };
+        let Ok(length) = status.encode(&mut bytes) else { return };
+        let bytes = bytes.get(..length).unwrap_or_default();
+        match self.answers.get_mut().last_mut().filter(|last| double && last.id == id.get()) {
+            Some(last) => {
+                let shift = params.iter().fold(1, |sum: usize, byte| sum + usize::from(*byte)) % SHIFTS;
+                last.collide(bytes, shift);
+            }
             None if self.injector.strikes(Kind::Drop, self.now, id.get()).is_none() => {
-                self.answers.push(answer);
+                self.answers.add(id.get(), servo.return_delay(), bytes);
             }
             None => {}
         }
@@ -287,19 +261,19 @@ impl<'a> Exchange<'a> {
 
     /// Lets happen to a servo that answers what happens by chance.
     fn chance(&mut self, place: Option<usize>) {
-        let Some(place) = place else { return };
-        let now = self.now;
-        let Some(id) = self.servo(place).map(|servo| servo.id()) else { return };
+        let servo = place.and_then(|place| pick(self.servos, self.twins, place));
+        let Some(servo) = servo else { return };
         for kind in [Kind::Alert, Kind::Overload, Kind::Reboot] {
-            if self.injector.strikes(kind, now, id).is_some()
-                && let Some(servo) = self.servo(place)
-            {
-                happen(servo, kind, now + Duration::ZERO);
+            if self.injector.strikes(kind, self.now, servo.id()).is_some() {
+                happen(servo, kind, self.now);
             }
         }
     }
 }
 
-fn params_sum(params: &[u8]) -> u8 {
-    params.iter().fold(1, |sum, byte| sum.wrapping_add(*byte))
+fn pick<'a>(servos: &'a mut [Servo], twins: &'a mut [Servo], place: usize) -> Option<&'a mut Servo> {
+    match place.checked_sub(servos.len()) {
+        Some(twin) => twins.get_mut(twin),
+        None => servos.get_mut(place),
+    }
 }

@@ -1,5 +1,5 @@
-use crate::table::{Entry, entries, length};
-use crate::{Fault, Model};
+use crate::Model;
+use crate::table::{Entry, entries};
 
 /// Indirect addresses: bytes elsewhere in the table that are read and written at the indirect
 /// data.
@@ -7,7 +7,6 @@ use crate::{Fault, Model};
 pub(super) struct Indirect {
     /// Where each pair stands: the address of the indirect address, and that of its data.
     pairs: Vec<(u16, u16)>,
-    length: usize,
     /// Whether any points elsewhere than to its own data.
     used: bool,
 }
@@ -17,7 +16,7 @@ impl Indirect {
         let of = |name| entries(model).filter(move |entry: &Entry| entry.name == name);
         let pairs = of("indirect_address").zip(of("indirect_data"));
         let pairs = pairs.map(|(address, data)| (address.item.address, data.item.address)).collect();
-        Self { pairs, length: usize::from(length(model)), used: false }
+        Self { pairs, used: false }
     }
 
     /// Notes whether any indirect address points elsewhere.
@@ -39,15 +38,13 @@ impl Indirect {
         }
     }
 
+    /// Whether any points elsewhere than to its own data.
+    pub(super) const fn is_used(&self) -> bool {
+        self.used
+    }
+
     /// What a write writes in truth: runs of bytes at successive addresses.
-    pub(super) fn runs(&self, address: u16, data: &[u8], bytes: &[u8]) -> Result<Vec<(u16, Vec<u8>)>, Fault> {
-        let end = usize::from(address) + data.len();
-        if end > self.length {
-            return Err(Fault::Access);
-        }
-        if !self.used {
-            return Ok(vec![(address, data.to_vec())]);
-        }
+    pub(super) fn runs(&self, address: u16, data: &[u8], bytes: &[u8]) -> Vec<(u16, Vec<u8>)> {
         let mut runs: Vec<(u16, Vec<u8>)> = Vec::new();
         for (at, &byte) in (address..).zip(data) {
             let pair = self.pairs.iter().find(|(_, data)| *data == at);
@@ -57,7 +54,7 @@ impl Indirect {
                 _ => runs.push((at, vec![byte])),
             }
         }
-        Ok(runs)
+        runs
     }
 }
 

@@ -84,6 +84,11 @@ impl Injector {
         Active { injection: injection.clone(), since: now, random, done: false, struck: BTreeSet::new() }
     }
 
+    /// Whether nothing is switched on.
+    pub(super) const fn is_idle(&self) -> bool {
+        self.active.is_empty()
+    }
+
     /// What is switched on.
     pub fn active(&self) -> impl Iterator<Item = &Injection> {
         self.active.iter().map(|active| &active.injection)

@@ -1,8 +1,9 @@
 use clock::{Duration, Instant};
 
-use crate::mock::answer::{Answer, spoil};
+use crate::mock::answer::{Answer, Answers};
 use crate::mock::exchange::Exchange;
 use crate::mock::injection::Kind;
+use crate::mock::spoil::spoil;
 use crate::mock::{HardwareError, Injected, Injection, Injector, Servo};
 use crate::{Losses, Parser};
 
@@ -32,6 +33,8 @@ pub struct Line {
     injector: Injector,
     /// Answers on their way, and before when they do not come.
     late: Vec<(Instant, Answer)>,
+    /// Memory for what is said.
+    said: Answers,
     hangs: bool,
 }
 
@@ -39,6 +42,8 @@ impl Line {
     /// A line with these servos, on which nothing goes wrong.
     #[must_use]
     pub fn new(servos: Vec<Servo>) -> Self {
+        // Two instructions at once, and an echo.
+        let said = Answers::with_capacity(2 * servos.len() + 1);
         Self {
             servos,
             twins: Vec::new(),
@@ -47,6 +52,7 @@ impl Line {
             followers: Followers::default(),
             injector: Injector::new("", 0),
             late: Vec::new(),
+            said,
             hangs: false,
         }
     }
@@ -143,37 +149,47 @@ impl Line {
     ///
     /// Answers that an injected fault makes late come with the next that come after them.
     pub fn hear(&mut self, now: Instant, bytes: &[u8], out: &mut Vec<u8>) -> Duration {
-        let mut answers = Vec::new();
-        self.listen(now, bytes, &mut answers);
-        for answer in &answers {
+        let mut said = std::mem::take(&mut self.said);
+        said.clear();
+        self.listen(now, bytes, &mut said);
+        for answer in said.get() {
             out.extend_from_slice(&answer.bytes);
         }
-        answers.iter().map(|answer| answer.wait).sum()
+        let waited = said.get().iter().map(|answer| answer.wait).sum();
+        self.said = said;
+        waited
     }
 
-    /// Hears the host's bytes at `now`, and appends what is said to them, in its order. Answers to
+    /// Hears the host's bytes at `now`, and adds what is said to them, in its order. Answers to
     /// earlier instructions that were late and have come by now stand before them.
-    pub fn listen(&mut self, now: Instant, bytes: &[u8], answers: &mut Vec<Answer>) {
+    pub fn listen(&mut self, now: Instant, bytes: &[u8], answers: &mut Answers) {
         self.arrive(now, answers);
         self.advance(now);
         if self.injector.strikes(Kind::Echo, now, HOST).is_some() {
-            answers.push(Answer { id: HOST, wait: Duration::ZERO, bytes: bytes.to_vec() });
+            answers.add(HOST, Duration::ZERO, bytes);
         }
         self.parser.push(bytes);
         while let Some(frame) = self.parser.next_frame() {
-            let (baud, followers) = (self.baud, self.followers);
-            let (servos, twins) = (&mut self.servos, &mut self.twins);
-            let injector = &mut self.injector;
-            let mut said = Exchange::new(servos, twins, injector, now, baud, followers).answer(&frame);
-            spoil(&mut self.injector, now, &mut said, &mut self.late);
-            answers.append(&mut said);
+            let first = answers.get().len();
+            let mut exchange = Exchange {
+                servos: &mut self.servos,
+                twins: &mut self.twins,
+                injector: &mut self.injector,
+                now,
+                baud: self.baud,
+                followers: self.followers,
+                answers,
+            };
+            exchange.hear(&frame);
+            spoil(&mut self.injector, now, answers, first, &mut self.late);
         }
     }
 
-    /// Appends the late answers that have come by now.
-    pub fn arrive(&mut self, now: Instant, answers: &mut Vec<Answer>) {
-        let late = self.late.extract_if(.., |(at, _)| *at <= now);
-        answers.extend(late.map(|(_, answer)| answer));
+    /// Adds the late answers that have come by now.
+    pub fn arrive(&mut self, now: Instant, answers: &mut Answers) {
+        for (_, late) in self.late.extract_if(.., |(at, _)| *at <= now) {
+            answers.add(late.id, late.wait, &late.bytes);
+        }
     }
 
     /// When the next late answer comes.

@@ -55,16 +55,19 @@ pub(super) struct Memory {
     latched: i64,
 }
 
-/// A range of addresses that was written.
-#[derive(Clone, Copy, Debug)]
+/// Ranges of addresses that were written.
+#[derive(Clone, Debug)]
 pub(super) struct Written {
-    start: u16,
-    end: u16,
+    first: std::ops::Range<usize>,
+    /// Where indirect data were written.
+    others: Vec<std::ops::Range<usize>>,
 }
 
 impl Written {
-    pub(super) const fn covers(self, item: Item) -> bool {
-        self.start <= item.address && item.address + item.length <= self.end
+    pub(super) fn covers(&self, item: Item) -> bool {
+        let item = range(item.address, usize::from(item.length));
+        let holds = |range: &std::ops::Range<usize>| range.start <= item.start && item.end <= range.end;
+        holds(&self.first) || self.others.iter().any(holds)
     }
 }
 
@@ -198,27 +201,37 @@ impl Memory {
 
     /// Whether these bytes may be written, and why not.
     pub(super) fn check(&self, address: u16, data: &[u8], tripped: bool) -> Result<(), Fault> {
-        self.indirect
-            .runs(address, data, &self.bytes)?
-            .iter()
-            .try_for_each(|(at, data)| self.check_items(*at, data, tripped))
+        if usize::from(address) + data.len() > self.length() {
+            return Err(Fault::Access);
+        }
+        if !self.indirect.is_used() {
+            return self.check_items(address, data, tripped);
+        }
+        let runs = self.indirect.runs(address, data, &self.bytes);
+        runs.iter().try_for_each(|(at, data)| self.check_items(*at, data, tripped))
     }
 
     /// Writes whole items, all or none. Where indirect data are written, what they point to is.
-    pub(super) fn write(&mut self, address: u16, data: &[u8], tripped: bool) -> Result<Vec<Written>, Fault> {
+    pub(super) fn write(&mut self, address: u16, data: &[u8], tripped: bool) -> Result<Written, Fault> {
         self.check(address, data, tripped)?;
-        let mut written = Vec::with_capacity(1);
-        for (start, data) in self.indirect.runs(address, data, &self.bytes)? {
-            let range = range(start, data.len());
-            let end = u16::try_from(range.end).unwrap_or(u16::MAX);
-            if let Some(place) = self.bytes.get_mut(range) {
-                place.copy_from_slice(&data);
-            }
-            written.push(Written { start, end });
-        }
+        let written = if self.indirect.is_used() {
+            let runs = self.indirect.runs(address, data, &self.bytes);
+            let others = runs.iter().map(|(at, data)| self.put(*at, data)).collect();
+            Written { first: 0..0, others }
+        } else {
+            Written { first: self.put(address, data), others: Vec::new() }
+        };
         self.indirect.note(&self.bytes);
         self.refresh();
         Ok(written)
+    }
+
+    fn put(&mut self, address: u16, data: &[u8]) -> std::ops::Range<usize> {
+        let range = range(address, data.len());
+        if let Some(place) = self.bytes.get_mut(range.clone()) {
+            place.copy_from_slice(data);
+        }
+        range
     }
 
     fn check_items(&self, address: u16, data: &[u8], tripped: bool) -> Result<(), Fault> {

@@ -217,7 +217,7 @@ impl Servo {
     pub fn write(&mut self, address: u16, data: &[u8]) -> Result<(), Fault> {
         let torque_before = self.memory.get(TORQUE_ENABLE);
         let written = self.memory.write(address, data, self.is_tripped())?;
-        let covers = |item| written.iter().any(|written| written.covers(item));
+        let covers = |item| written.covers(item);
         let mut torque = self.memory.get(TORQUE_ENABLE);
         let goal = [GOAL_PWM, GOAL_CURRENT, GOAL_VELOCITY, GOAL_POSITION].into_iter().any(covers);
         if goal && self.memory.get(DRIVE_MODE) & TORQUE_BY_GOAL != 0 && self.memory.latched() == 0 {

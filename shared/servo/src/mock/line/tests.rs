@@ -91,9 +91,9 @@ fn encoded(to: Address, instruction: Instruction<'_>) -> Vec<u8> {
 }
 
 fn listen(line: &mut Line, now: Instant, to: Address, instruction: Instruction<'_>) -> Vec<Answer> {
-    let mut answers = Vec::new();
+    let mut answers = Answers::default();
     line.listen(now, &encoded(to, instruction), &mut answers);
-    answers
+    answers.get().to_vec()
 }
 
 fn ids(answers: &[Answer]) -> Vec<u8> {
