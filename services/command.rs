@@ -4,6 +4,7 @@ mod believe;
 mod domain;
 mod failure;
 mod learn;
+mod mock_bus;
 mod output;
 mod process;
 mod rehearsal;
