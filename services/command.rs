@@ -5,6 +5,7 @@ mod domain;
 mod emergency_stop;
 mod failure;
 mod learn;
+mod mock_bus;
 mod output;
 mod process;
 mod rehearsal;

@@ -9,6 +9,7 @@ use config::lesson::Lesson;
 use process::Launch;
 
 use super::failure::Failed;
+use super::mock_bus::MockBus;
 
 /// A process of the robot. People start the whole with `leo run`; these are for its supervisor.
 #[derive(Debug, Subcommand)]
@@ -28,9 +29,8 @@ pub(crate) enum Process {
     /// Joint goals to servos, servos to joint states
     #[command(hide = true)]
     Motor(Told),
-    /// The mock servo bus
-    #[command(hide = true)]
-    MockBus(Told),
+    /// Put up mock servo buses for any Dynamixel master, with faults on demand
+    MockBus(MockBus),
     /// Tells people what happens
     #[command(hide = true)]
     Console(Told),
@@ -39,25 +39,32 @@ pub(crate) enum Process {
 /// What the supervisor tells a process.
 #[derive(Args, Clone, Debug)]
 pub(crate) struct Told {
-    #[arg(long)]
-    domain: PathBuf,
-    #[arg(long, default_value_t = 1)]
-    incarnation: u64,
-    #[arg(long)]
-    parent: Option<i32>,
+    #[command(flatten)]
+    life: Life,
     #[arg(long)]
     config: Option<PathBuf>,
-    #[arg(long)]
+}
+
+/// What the supervisor tells a process beside its configuration.
+#[derive(Args, Clone, Debug)]
+pub(super) struct Life {
+    #[arg(long, hide = true)]
+    domain: PathBuf,
+    #[arg(long, hide = true, default_value_t = 1)]
+    incarnation: u64,
+    #[arg(long, hide = true)]
+    parent: Option<i32>,
+    #[arg(long, hide = true)]
     lesson: Option<PathBuf>,
-    #[arg(long)]
+    #[arg(long, hide = true)]
     synthetic: Option<u32>,
-    #[arg(long)]
+    #[arg(long, hide = true)]
     partners: Option<u32>,
-    #[arg(long)]
+    #[arg(long, hide = true)]
     stay: bool,
-    #[arg(long)]
+    #[arg(long, hide = true)]
     lockstep: bool,
-    #[arg(long)]
+    #[arg(long, hide = true)]
     state: Option<PathBuf>,
 }
 
@@ -69,9 +76,12 @@ impl Process {
         | Self::Belief(told)
         | Self::Learner(told)
         | Self::Motor(told)
-        | Self::MockBus(told)
-        | Self::Console(told)) = &self;
-        let launch = told.launch();
+        | Self::Console(told)) = &self
+        else {
+            let Self::MockBus(mock_bus) = self else { return Ok(ExitCode::SUCCESS) };
+            return mock_bus.run();
+        };
+        let launch = told.life.launch(told.config.clone());
         let robot = Robot::load(launch.config.as_deref()).map_err(Failed::usage)?;
         match self {
             Self::Simulator(_) => simulator_process::run(&launch, &robot, &lesson(&launch)?),
@@ -79,21 +89,21 @@ impl Process {
             Self::Belief(_) => belief_process::run(&launch, &robot),
             Self::Learner(_) => learner_process::run(&launch, &robot),
             Self::Motor(_) => motor_process::run(&launch, &robot),
-            Self::MockBus(_) => mock_bus_process::run(&launch, &robot),
             Self::Console(_) => console_process::run(&launch, &robot, lesson(&launch)?.performances()),
+            Self::MockBus(_) => Ok(()),
         }
         .map_err(Failed::because)?;
         Ok(ExitCode::SUCCESS)
     }
 }
 
-impl Told {
-    fn launch(&self) -> Launch {
+impl Life {
+    pub(super) fn launch(&self, config: Option<PathBuf>) -> Launch {
         Launch {
             domain: self.domain.clone(),
             incarnation: self.incarnation,
             parent: self.parent,
-            config: self.config.clone(),
+            config,
             lesson: self.lesson.clone(),
             synthetic: self.synthetic,
             partners: self.partners,

@@ -4,11 +4,17 @@
 //! behave behind it; any Dynamixel master can talk to it. A bus is found by the symbolic link
 //! `bus-<name>` in the folder of the domain.
 
+mod alone;
+mod end;
+mod faults;
 mod pacer;
 mod ptys;
 mod servos;
 mod shell;
 
+pub use alone::{Alone, AloneError, alone};
+pub use end::PlugError;
+pub use faults::{Faults, parse};
 pub use pacer::Pacer;
 pub use ptys::{Ptys, PtysError};
 pub use servos::line;

@@ -16,6 +16,11 @@ impl Pacer {
         Self { baud, free_at: Instant::EPOCH }
     }
 
+    /// The wire has another speed from now on, in bits per second.
+    pub const fn set_baud(&mut self, baud: u32) {
+        self.baud = baud;
+    }
+
     /// When the last byte of an answer of `said` bytes may leave to an instruction of `heard`
     /// bytes that was written to the wire at `at`, before which the servos waited for `delay`.
     /// Ten bits a byte; what is on the wire already comes first.

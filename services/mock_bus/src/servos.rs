@@ -1,14 +1,14 @@
 use clock::Instant;
 use config::motor::{Model, Motor};
-use servo::Id;
 use servo::mock::{Line, Servo};
 use servo::table::BAUD_RATE;
+use servo::{Id, baud_number};
 
 /// The servos of one bus, as they come out of the box except for their identifiers and speed.
 /// Each stands in the middle of its range, as servos are mounted, or at the limit nearest to it.
 #[must_use]
 pub fn line(robot: &Motor, bus: usize, now: Instant) -> Line {
-    let code = robot.buses.get(bus).map_or(3, |bus| baud_code(bus.baud));
+    let code = robot.buses.get(bus).and_then(|bus| baud_number(bus.baud)).unwrap_or(1);
     let servos = robot.joints.iter().filter(|joint| joint.bus == bus).filter_map(|joint| {
         let model = match joint.model {
             Model::Xm430W350 => servo::Model::Xm430W350,
@@ -22,15 +22,4 @@ pub fn line(robot: &Motor, bus: usize, now: Instant) -> Line {
         Some(servo)
     });
     Line::new(servos.collect())
-}
-
-/// Item 8 of the control table for a speed in bits per second.
-const fn baud_code(baud: u32) -> u8 {
-    match baud {
-        2_000_000 => 4,
-        3_000_000 => 5,
-        4_000_000 => 6,
-        4_500_000 => 7,
-        _ => 3,
-    }
 }

@@ -3,7 +3,7 @@ use config::Robot;
 use message::Process;
 use process::{Failure, Launch, Member, Progress};
 
-use crate::Ptys;
+use crate::{Faults, Ptys};
 
 /// In wall time the threads of the buses do the work, and the process's own loop only shows that
 /// it lives.
@@ -17,9 +17,11 @@ const HEARTBEAT: Duration = Duration::from_millis(50);
 pub fn run(launch: &Launch, robot: &Robot) -> Result<(), Failure> {
     let leo = &robot.leo;
     let mut member = Member::join(launch, Process::MockBus, &leo.buffers, &leo.mock_bus.realtime)?;
-    let ptys = Ptys::open(&robot.motor, &launch.domain, launch.lockstep).map_err(Failure::own)?;
-    for link in ptys.links() {
-        tracing::debug!("a mock bus at {}", link.display());
+    let faults = Faults::configured(&leo.mock_bus, &robot.motor).map_err(Failure::own)?;
+    let ptys =
+        Ptys::with_faults(&robot.motor, &launch.domain, launch.lockstep, &faults).map_err(Failure::own)?;
+    for (bus, link) in ptys.links() {
+        tracing::debug!("the mock bus `{bus}` is at {}", link.display());
     }
     member.begin(Some(HEARTBEAT))?;
     while let Some(now) = member.next_cycle()? {

@@ -3,10 +3,11 @@ use servo::table::{GOAL_POSITION, TORQUE_ENABLE};
 use servo::{Address, Id, Instruction, Reading};
 
 use crate::counts::BusCounts;
+use crate::doubt::Came;
 use crate::few::Few;
 use crate::job::Job;
 use crate::joint::{Joint, Taken};
-use crate::request::{SERVOS_MOST, Topic};
+use crate::request::{SERVOS_MOST, STATUS_BYTES, Topic};
 use crate::{Replies, Request};
 
 /// Exchanges in which nobody on the bus answers before its servos are blamed one by one: until
@@ -153,7 +154,7 @@ impl Bus {
             && let Some(joint) = joints.get(index)
         {
             // Where two may answer, two answers are waited for.
-            let answers = if job == Job::PingTwice { 2 } else { 1 };
+            let answers = if matches!(job, Job::Doubt { .. }) { 2 } else { 1 };
             let who = std::iter::repeat_n(joint.id(), answers);
             request.add(Topic::Job, who, job.answer_length(), |out| job.encode(joint.id(), out));
         }
@@ -284,9 +285,13 @@ impl Bus {
             let length = status.params.len();
             status.id == joint.id() && (length == job.answer_length() || status.fault.is_some())
         };
-        if job == Job::PingTwice {
-            let answers = replies.about(Topic::Job).filter(fits).count();
-            if joint.doubted(now, answers, replies.spoilt(Topic::Job)) {
+        if let Job::Doubt { .. } = job {
+            let came = Came {
+                answers: replies.about(Topic::Job).filter(fits).count(),
+                broken: replies.spoilt(Topic::Job) > 0,
+                too_long: replies.heard(Topic::Job) > STATUS_BYTES + job.answer_length(),
+            };
+            if joint.doubted(now, came) {
                 let id = joint.id();
                 for &index in &self.joints {
                     if let Some(joint) = joints.get_mut(index) {
@@ -325,6 +330,9 @@ impl Bus {
         arm_up_to: Option<usize>,
     ) -> Option<(usize, Job)> {
         let count = self.joints.len();
+        // Torque comes on where it is known who is there.
+        let unsettled = |&index: &usize| joints.get(index).is_some_and(Joint::is_unsettled);
+        let arm_up_to = arm_up_to.filter(|_| !self.joints.iter().any(unsettled));
         for place in (self.next..count).chain(0..self.next) {
             let index = *self.joints.get(place)?;
             let Some(joint) = joints.get_mut(index) else { continue };

@@ -171,6 +171,7 @@ impl Master {
                 break;
             }
             most = most.saturating_sub(count);
+            replies.hear(part.topic, count);
             self.parser.push(buffer.get(..count).unwrap_or_default());
             each_status(&mut self.parser, &mut self.chain, part.topic, |status| {
                 let mut awaited = part.ids().iter().zip(&mut heard.0);

@@ -3,7 +3,7 @@ use servo::table::{
     PRESENT_INPUT_VOLTAGE, PRESENT_TEMPERATURE, PROFILE_ACCELERATION, RETURN_DELAY, TEMPERATURE_LIMIT,
     TORQUE_ENABLE,
 };
-use servo::{Address, HardwareErrors, Id, Instruction};
+use servo::{Address, HardwareErrors, Id, Instruction, Reading};
 
 /// From return delay to the position limits: what is looked at before anything is written.
 const EEPROM: Item = span(RETURN_DELAY, MIN_POSITION_LIMIT);
@@ -21,8 +21,11 @@ const fn span(first: Item, last: Item) -> Item {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Job {
     Ping,
-    /// A ping whose time is waited for to the end: two servos may answer.
-    PingTwice,
+    /// Are there two? Asked where it is and what its time is, which no two servos say alike, or
+    /// else who is there, which they do; and waited for to the end.
+    Doubt {
+        alike: bool,
+    },
     Inspect,
     SetMode,
     SetLimits {
@@ -45,7 +48,8 @@ impl Job {
     /// Data bytes of the answer.
     pub(crate) fn answer_length(self) -> usize {
         match self {
-            Self::Ping | Self::PingTwice => 3,
+            Self::Ping | Self::Doubt { alike: true } => 3,
+            Self::Doubt { alike: false } => usize::from(Reading::ITEM.length),
             Self::Inspect => usize::from(EEPROM.length),
             Self::Look => usize::from(CONDITION.length),
             Self::SetMode
@@ -64,7 +68,8 @@ impl Job {
         let write = |item: Item, data| Instruction::Write { address: item.address, data };
         let read = |item: Item| Instruction::Read { address: item.address, length: item.length };
         match self {
-            Self::Ping | Self::PingTwice => say(Instruction::Ping),
+            Self::Ping | Self::Doubt { alike: true } => say(Instruction::Ping),
+            Self::Doubt { alike: false } => say(read(Reading::ITEM)),
             Self::Inspect => say(read(EEPROM)),
             Self::SetMode => say(write(RETURN_DELAY, &MODE)),
             Self::SetLimits { min, max } => say(write(MAX_POSITION_LIMIT, &words([max, min, 0])[..8])),

@@ -7,6 +7,7 @@ use servo::{Fault, HardwareErrors, Id, Limits, Model, Motion, Reading, Status, p
 
 use crate::Trouble;
 use crate::derating::derating;
+use crate::doubt::Doubt;
 use crate::job::{Bounds, Condition, Job};
 use crate::servo_clock::{Age, ServoClock};
 use crate::stage::Stage;
@@ -145,7 +146,20 @@ impl Joint {
         match self.stage {
             Stage::Ask | Stage::Inspect | Stage::Configure(_) | Stage::Ready | Stage::Arm(_) => true,
             Stage::Absent { .. }
-            | Stage::Doubt { .. }
+            | Stage::Doubt(_)
+            | Stage::Following
+            | Stage::Release
+            | Stage::LetGo { .. }
+            | Stage::Failed { .. } => false,
+        }
+    }
+
+    /// Whether it is not known yet that it is one servo, of which everything is as it should be.
+    pub(crate) const fn is_unsettled(&self) -> bool {
+        match self.stage {
+            Stage::Doubt(_) | Stage::Ask | Stage::Inspect | Stage::Configure(_) => true,
+            Stage::Ready | Stage::Arm(_) => !self.clock.is_known(),
+            Stage::Absent { .. }
             | Stage::Following
             | Stage::Release
             | Stage::LetGo { .. }
@@ -162,7 +176,7 @@ impl Joint {
             | Stage::Release
             | Stage::LetGo { confirmed: true } => true,
             Stage::Absent { .. }
-            | Stage::Doubt { .. }
+            | Stage::Doubt(_)
             | Stage::Ask
             | Stage::Inspect
             | Stage::Configure(_)
@@ -331,7 +345,7 @@ impl Joint {
         }
         if self.spoilt >= MISSES_MOST && !matches!(self.stage, Stage::Failed { .. }) {
             (self.misses, self.spoilt, self.goal) = (0, 0, None);
-            self.stage = Stage::Doubt { asked: 0, bad: 0 };
+            self.stage = Stage::Doubt(Doubt::default());
             self.cause = JointCause::Silent;
         } else {
             self.quarantine(now, JointCause::Silent);
@@ -360,7 +374,7 @@ impl Joint {
             JointMode::Decelerating
         };
         let (mode, cause) = match self.stage {
-            Stage::Absent { .. } | Stage::Doubt { .. } => (JointMode::Quarantined, self.cause),
+            Stage::Absent { .. } | Stage::Doubt(_) => (JointMode::Quarantined, self.cause),
             Stage::Ready if self.cause == JointCause::CommandTimeout => (JointMode::Limp, self.cause),
             Stage::Ask | Stage::Inspect | Stage::Configure(_) | Stage::Ready | Stage::Arm(_) => {
                 (JointMode::Starting, self.cause)

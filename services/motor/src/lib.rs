@@ -6,6 +6,7 @@
 mod bus;
 mod counts;
 mod derating;
+mod doubt;
 mod exchange;
 mod few;
 mod job;

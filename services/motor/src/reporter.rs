@@ -74,9 +74,9 @@ fn explain(state: &JointState) -> Option<&'static str> {
         (JointMode::Quarantined, _) => {
             Some("is quarantined: its servo does not answer; is it powered, and on this bus with this id?")
         }
-        (JointMode::Starting, JointCause::Restarted) => {
-            Some("is brought up again: its servo restarted by itself; look at its supply. Its group holds meanwhile")
-        }
+        (JointMode::Starting, JointCause::Restarted) => Some(
+            "is brought up again: its servo restarted by itself; look at its supply. Its group holds meanwhile",
+        ),
         (JointMode::Starting, JointCause::Watchdog) => {
             Some("is armed again: the servo's own bus watchdog had tripped")
         }

@@ -9,7 +9,7 @@ const BYTES: usize = 1024;
 /// Data of one answer.
 const DATA: usize = 96;
 /// Bytes of a status without data: header, address, length, instruction, error, check sum.
-const STATUS_BYTES: usize = 11;
+pub(crate) const STATUS_BYTES: usize = 11;
 /// Bytes of one answer within a chain, without data: error, identifier, check sum.
 const LINK_BYTES: usize = 4;
 /// Answers to one request: two to each of three questions to everybody would be too many already.
@@ -159,6 +159,8 @@ pub struct Replies {
     answers: Vec<Answer>,
     /// When each topic was asked about.
     sent_at: [Instant; Topic::COUNT],
+    /// Bytes that came to each topic.
+    bytes: [usize; Topic::COUNT],
     /// Answers to each topic that arrived broken.
     spoilt: [u32; Topic::COUNT],
     /// Bytes that came after their time and were thrown away.
@@ -172,6 +174,7 @@ impl Default for Replies {
         Self {
             answers: Vec::with_capacity(ANSWERS),
             sent_at: [Instant::EPOCH; Topic::COUNT],
+            bytes: [0; Topic::COUNT],
             spoilt: [0; Topic::COUNT],
             late: 0,
             lost: None,
@@ -183,6 +186,7 @@ impl Replies {
     /// Begins to collect the replies to a new request.
     pub fn clear(&mut self) {
         self.answers.clear();
+        self.bytes = [0; Topic::COUNT];
         self.spoilt = [0; Topic::COUNT];
         self.late = 0;
         self.lost = None;
@@ -203,6 +207,18 @@ impl Replies {
     /// When a topic was asked about.
     pub(crate) fn asked_at(&self, topic: Topic) -> Instant {
         self.sent_at.get(topic as usize).copied().unwrap_or(Instant::EPOCH)
+    }
+
+    /// Notes that bytes came to a topic.
+    pub(crate) fn hear(&mut self, topic: Topic, bytes: usize) {
+        if let Some(place) = self.bytes.get_mut(topic as usize) {
+            *place += bytes;
+        }
+    }
+
+    /// Bytes that came to a topic.
+    pub(crate) fn heard(&self, topic: Topic) -> usize {
+        self.bytes.get(topic as usize).copied().unwrap_or(0)
     }
 
     /// Notes broken answers to a topic.

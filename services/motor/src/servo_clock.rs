@@ -44,6 +44,11 @@ pub(crate) struct ServoClock {
 }
 
 impl ServoClock {
+    /// Whether anything is known of it since then.
+    pub(crate) const fn is_known(&self) -> bool {
+        self.anchor.is_some()
+    }
+
     /// Forgets it: the servo is to be started anew.
     pub(crate) fn forget(&mut self) {
         self.anchor = None;

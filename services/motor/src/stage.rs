@@ -1,6 +1,8 @@
 use clock::{Duration, Instant};
 use message::JointCause;
 
+use crate::doubt::Doubt;
+
 /// How far a joint's servo is brought up. From top to bottom on the way up.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Stage {
@@ -11,13 +13,8 @@ pub(crate) enum Stage {
         /// How long after that it is asked once more.
         wait: Duration,
     },
-    /// Its answers arrive broken: do two servos answer at once? Pinged a few times.
-    Doubt {
-        /// Pings sent.
-        asked: u8,
-        /// Pings that were answered twice, or whose answer arrived broken.
-        bad: u8,
-    },
+    /// Its answers arrive broken: are there two servos that answer at once?
+    Doubt(Doubt),
     /// Is it there, and is it the right model?
     Ask,
     /// What does its EEPROM say?

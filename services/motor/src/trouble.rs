@@ -14,17 +14,17 @@ pub enum Trouble {
         found: u16,
     },
     /// The servo refused an instruction.
-    #[error("{0}; torque stays off until the motor process starts anew")]
+    #[error("{0}; torque stays off until the motor process is restarted")]
     Refused(servo::Fault),
     /// The servo reports a hardware alert.
     #[error(
-        "hardware alert: {0}; its group holds, and its torque stays off until the motor process starts anew"
+        "hardware alert: {0}; its group holds, and its torque stays off until the motor process is restarted"
     )]
     Alert(HardwareErrors),
     /// Two servos answer to one identifier.
     #[error(
         "two servos answer to id {0} on this bus; its torque stays off until one of them was given another id \
-         (connect it alone) and the motor process starts anew"
+         (connect it alone) and the motor process is restarted"
     )]
     Duplicate(u8),
 }

@@ -225,6 +225,12 @@ pub struct Simulator {
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct MockBus {
+    /// The same seed with the same instructions makes the same faults.
+    pub seed: u64,
+    /// Faults that are put in from the beginning, in words such as `drop bus=torso id=5 p=0.01`.
+    pub faults: Vec<String>,
+    /// Whether servos answer a fast read when one before them is silent.
+    pub followers_go_on: bool,
     /// Real-time rights.
     pub realtime: Rights,
 }

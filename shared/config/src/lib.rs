@@ -6,6 +6,7 @@
 //! refused whole.
 
 mod error;
+pub mod faults;
 pub mod leo;
 pub mod lesson;
 mod load;

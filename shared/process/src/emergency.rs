@@ -146,7 +146,9 @@ fn tell(file: Option<&Path>) {
             "EMERGENCY STOP ({}): every torque is switched off until `leo emergency-stop --release`",
             why.trim()
         ),
-        None => tracing::warn!("the emergency stop is released: joints start anew when somebody commands"),
+        None => {
+            tracing::warn!("the emergency stop is released: joints are brought up when somebody commands")
+        }
     }
 }
 

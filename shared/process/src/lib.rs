@@ -20,9 +20,11 @@ mod failure;
 mod launch;
 mod member;
 mod pace;
+mod stop;
 
 pub use aside::Aside;
 pub use emergency::{Emergency, Lookout};
 pub use failure::Failure;
 pub use launch::Launch;
 pub use member::{Member, Progress, queues};
+pub use stop::stop_flag;

@@ -9,7 +9,7 @@ use message::{Health, Process, ProcessState, Topic};
 use transport::{BusesWriter, Delivery, Domain, HealthWriter, Inlet, Node, Outlet, Queues, SourcesWriter};
 
 use crate::pace::{Lockstep, Pace, Wait, wait_for_call};
-use crate::{Failure, Launch};
+use crate::{Failure, Launch, stop_flag};
 
 /// Health is published this often: often enough for a heartbeat, seldom enough to cost nothing.
 const HEALTH_EVERY: Duration = Duration::from_millis(20);
@@ -334,15 +334,4 @@ pub fn queues(buffers: &Buffers, lockstep: bool) -> Queues {
     } else {
         Queues { frames: buffers.frames.get(), delivery: Delivery::Newest }
     }
-}
-
-/// A flag that `SIGTERM` sets. `SIGINT` sets it too where a process was started by hand; under a
-/// supervisor Ctrl-C does not reach it, because it is in a process group of its own.
-fn stop_flag() -> Result<Arc<AtomicBool>, Failure> {
-    let stop = Arc::new(AtomicBool::new(false));
-    for signal in [signal_hook::consts::SIGTERM, signal_hook::consts::SIGINT] {
-        signal_hook::flag::register(signal, Arc::clone(&stop))
-            .map_err(|error| Failure::own(format!("cannot watch for signals: {error}")))?;
-    }
-    Ok(stop)
 }

@@ -39,7 +39,10 @@ pub use frame::{Frame, TooLong};
 pub use hardware::HardwareErrors;
 pub use id::{Address, Id};
 pub use instruction::{Backup, Instruction, Reset, Span, spans, writes};
-pub use model::{Model, acceleration_count, position_count, position_rad, velocity_count, velocity_rad_s};
+pub use model::{
+    Model, acceleration_count, baud_number, baud_rate, position_count, position_rad, velocity_count,
+    velocity_rad_s,
+};
 pub use parser::{Losses, Parser};
 pub use profile::{Limits, Motion};
 pub use reading::Reading;

@@ -73,6 +73,21 @@ impl Model {
     }
 }
 
+/// Speeds in bits per second by their number in item 8.
+const BAUD_RATES: [u32; 8] = [9_600, 57_600, 115_200, 1_000_000, 2_000_000, 3_000_000, 4_000_000, 4_500_000];
+
+/// The speed of a number in item 8, in bits per second.
+#[must_use]
+pub fn baud_rate(number: u8) -> Option<u32> {
+    BAUD_RATES.get(usize::from(number)).copied()
+}
+
+/// The number in item 8 of a speed in bits per second.
+#[must_use]
+pub fn baud_number(baud: u32) -> Option<u8> {
+    (0..).zip(BAUD_RATES).find_map(|(number, each)| (each == baud).then_some(number))
+}
+
 /// The angle of a position count, in radians from the middle of the range.
 #[must_use]
 pub fn position_rad(count: i32) -> f64 {

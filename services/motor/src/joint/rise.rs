@@ -6,6 +6,7 @@ use servo::{Motion, acceleration_count, position_count, velocity_count};
 
 use super::{Joint, LOOK_EVERY, WAIT_FIRST};
 use crate::Trouble;
+use crate::doubt::Came;
 use crate::job::{Bounds, Job, is_configured};
 use crate::stage::{Arm, Configure, Stage};
 
@@ -18,10 +19,6 @@ const LOW_ACCELERATION_RAD_S2: f64 = 5.0;
 /// with commands that are smooth, and yet a limit.
 const VELOCITY_MARGIN: f64 = 1.5;
 const ACCELERATION_MARGIN: f64 = 8.0;
-/// Pings that tell whether two servos answer, and how many bad answers say so: noise spoils some, two
-/// servos nearly all.
-const DOUBT_PINGS: u8 = 6;
-const DOUBT_BAD: u8 = 5;
 /// How long a servo hears nothing after it was told to begin anew.
 const REBOOT_WAIT: Duration = Duration::from_millis(500);
 
@@ -33,7 +30,7 @@ impl Joint {
         }
         match self.stage {
             Stage::Absent { ask_at, .. } => (now >= ask_at).then_some(Job::Ping),
-            Stage::Doubt { .. } => Some(Job::PingTwice),
+            Stage::Doubt(doubt) => Some(Job::Doubt { alike: doubt.asks_alike() }),
             Stage::Ask => Some(Job::Ping),
             Stage::Inspect => Some(Job::Inspect),
             Stage::Configure(Configure::Unlock) | Stage::Release => Some(Job::Torque(false)),
@@ -102,19 +99,16 @@ impl Joint {
         };
     }
 
-    /// Takes what came to a ping that was to be answered once: how many answers, and how many
-    /// broken ones. Whether it is sure now that two servos answer.
-    pub(crate) fn doubted(&mut self, now: Instant, answers: usize, broken: u32) -> bool {
-        let Stage::Doubt { asked, bad } = self.stage else { return false };
-        let (asked, bad) = (asked + 1, bad + u8::from(answers > 1 || broken > 0));
-        if bad >= DOUBT_BAD {
-            return true;
-        }
-        self.stage = Stage::Doubt { asked, bad };
-        if asked >= DOUBT_PINGS {
+    /// Takes what came to a question that one servo answers; whether it is sure now that there are
+    /// two.
+    pub(crate) fn doubted(&mut self, now: Instant, came: Came) -> bool {
+        let Stage::Doubt(mut doubt) = self.stage else { return false };
+        let verdict = doubt.note(came);
+        self.stage = Stage::Doubt(doubt);
+        if verdict == Some(false) {
             self.quarantine(now, JointCause::Silent);
         }
-        false
+        verdict == Some(true)
     }
 
     fn identified(&mut self, answer: &[u8]) -> Stage {

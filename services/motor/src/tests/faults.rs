@@ -3,6 +3,8 @@
 
 use super::*;
 
+use servo::mock::{HardwareError, Injection};
+
 use JointMode::{Decelerating, Following, Holding, Limp, Quarantined, Releasing};
 
 impl Rig {
@@ -11,11 +13,10 @@ impl Rig {
         &mut self.lines[bus].servos_mut()[place]
     }
 
-    /// Lets a servo overheat: as if its limit were below the temperature that it has.
-    fn overheat(&mut self, bus: usize, place: usize) {
-        let servo = self.servo(bus, place);
-        servo.write(table::TORQUE_ENABLE.address, &[0]).unwrap();
-        servo.write(table::TEMPERATURE_LIMIT.address, &[20]).unwrap();
+    /// Puts faults in, in the words of the mock servo bus.
+    fn inject(&mut self, bus: usize, words: &str) {
+        let faults: Vec<Injection> = words.lines().map(|line| line.parse().unwrap()).collect();
+        self.lines[bus].inject(self.now, &faults);
     }
 
     /// Cycles with a commander, at most so many, until something holds; how many these were.
@@ -36,7 +37,7 @@ impl Rig {
 fn an_alert_is_read_in_its_cycle_and_stops_the_joints_group_and_no_other() {
     let mut rig = following();
     rig.commanded(20, 0.9, rig.now);
-    rig.overheat(0, 1);
+    rig.servo(0, 1).fail(HardwareError::Overheating);
     rig.commanded(1, 0.9, rig.now);
     // The elbow and the brow are one group.
     assert_eq!(rig.modes()[..2], [Following, Limp]);
@@ -63,15 +64,12 @@ fn where_the_configuration_says_so_a_servo_is_rebooted_after_an_alert_three_time
     rig.commanded(150, 0.2, rig.now);
     assert_eq!(rig.modes(), [Following; 3]);
     for _ in 0..3 {
-        rig.overheat(0, 1);
+        rig.servo(0, 1).fail(HardwareError::Overheating);
         rig.until(10, 0.2, |rig| rig.modes()[1] == Limp);
-        // Its limit is kept without power: it is set right while the servo has no torque.
-        rig.servo(0, 1).write(table::TEMPERATURE_LIMIT.address, &[80]).unwrap();
         rig.until(700, 0.2, |rig| rig.modes() == [Following; 3]);
     }
-    rig.overheat(0, 1);
+    rig.servo(0, 1).fail(HardwareError::Overheating);
     rig.until(10, 0.2, |rig| rig.modes()[1] == Limp);
-    rig.servo(0, 1).write(table::TEMPERATURE_LIMIT.address, &[80]).unwrap();
     rig.commanded(700, 0.2, rig.now);
     assert_eq!(rig.modes(), [Following, Limp, Holding]);
 }
@@ -236,4 +234,51 @@ fn answers_to_an_earlier_question_are_never_taken_whatever_their_length() {
     }
     assert_eq!(rig.motor.counts().stale, 30);
     assert_eq!(rig.motor.bus_counts(1).stale, 30);
+}
+
+#[test]
+fn two_servos_of_one_id_cost_their_bus_its_torque_and_are_named() {
+    let mut rig = following();
+    rig.commanded(20, 0.5, rig.now);
+    rig.inject(0, "duplicate-id id=2");
+    rig.until(100, 0.5, |rig| rig.causes()[1] == JointCause::DuplicateId);
+    rig.until(20, 0.5, |rig| rig.torque(0, 0) == 0);
+    assert_eq!(rig.modes(), [Limp, Limp, Following]);
+    assert_eq!(rig.causes(), [JointCause::DuplicateId, JointCause::DuplicateId, JointCause::None]);
+    let said = rig.motor.trouble(0).unwrap().to_string();
+    assert!(said.starts_with("two servos answer to id 2 on this bus"), "{said}");
+    // It stays so until a person has looked.
+    rig.inject(0, "drop p=0");
+    rig.commanded(300, 0.5, rig.now);
+    assert_eq!(rig.modes(), [Limp, Limp, Following]);
+}
+
+#[test]
+fn two_servos_of_one_id_never_get_torque() {
+    let mut rig = Rig::new();
+    rig.inject(0, "duplicate-id id=1");
+    for _ in 0..400 {
+        rig.commanded(1, 0.5, rig.now);
+        assert_eq!([rig.torque(0, 0), rig.torque(0, 1)], [0, 0]);
+    }
+    assert_eq!(rig.causes()[..2], [JointCause::DuplicateId; 2]);
+}
+
+/// Whatever happens to one servo's answers costs that servo alone: the others are read in every
+/// cycle, and their commands go on.
+#[test]
+fn one_bad_servo_costs_one_servo() {
+    for fault in ["drop", "flip", "truncate", "length", "noise", "duplicate", "late by=3ms", "baud"] {
+        let mut rig = following();
+        rig.inject(0, &format!("{fault} id=1"));
+        let mut unread = 0;
+        for _ in 0..40 {
+            rig.commanded(1, 0.5, rig.now);
+            unread += u32::from(rig.state(1).sampled_at_ns != rig.now.as_nanos());
+        }
+        assert!(unread <= 1, "{fault}: the other was not read in {unread} of 40 cycles");
+        assert_eq!(rig.modes()[1..], [Following; 2], "{fault}");
+        rig.inject(0, "drop p=0");
+        rig.until(1500, 0.5, |rig| rig.modes() == [Following; 3]);
+    }
 }

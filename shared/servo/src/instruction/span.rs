@@ -32,7 +32,7 @@ impl Span {
 
 /// The spans of a [bulk read](crate::Instruction::BulkRead)'s records, without those of
 /// identifiers that no servo has.
-pub fn spans(records: &[u8]) -> impl Iterator<Item = Span> {
+pub fn spans(records: &[u8]) -> impl Iterator<Item = Span> + Clone {
     let (records, _) = records.as_chunks();
     records.iter().filter_map(|&record| Span::from_bytes(record))
 }

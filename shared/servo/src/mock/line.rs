@@ -1,24 +1,75 @@
 use clock::{Duration, Instant};
 
-use crate::frame::{PREFIX, SUFFIX};
-use crate::mock::Servo;
-use crate::{Address, Fault, Id, Instruction, Losses, Parser, Status};
+use crate::mock::answer::{Answer, Answers};
+use crate::mock::exchange::Exchange;
+use crate::mock::injection::Kind;
+use crate::mock::spoil::spoil;
+use crate::mock::{HardwareError, Injected, Injection, Injector, Servo};
+use crate::{Losses, Parser};
 
-/// The longest answer: a servo's whole table, stuffed.
-const ANSWER_MOST: usize = 512;
+/// How far from the servo whose identifier it has a second one stands.
+const TWIN_RAD: f64 = 0.3;
+
+/// Whose answer an echo is: nobody's.
+const HOST: u8 = 0xFE;
+
+/// What servos do in a fast reply when one before them is silent.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Followers {
+    /// They are silent too.
+    #[default]
+    Silent,
+    /// They go on, and sum up what is on the wire.
+    GoOn,
+}
 
 /// Several servos on one line.
 #[derive(Clone, Debug)]
 pub struct Line {
     servos: Vec<Servo>,
+    /// Servos with the identifier of another one.
+    twins: Vec<Servo>,
     parser: Parser,
+    /// Bits per second, where it matters.
+    baud: Option<u32>,
+    followers: Followers,
+    injector: Injector,
+    /// Answers on their way, and before when they do not come.
+    late: Vec<(Instant, Answer)>,
+    /// Memory for what is said.
+    said: Answers,
+    hangs: bool,
 }
 
 impl Line {
-    /// A line with these servos.
+    /// A line with these servos, on which nothing goes wrong.
     #[must_use]
-    pub const fn new(servos: Vec<Servo>) -> Self {
-        Self { servos, parser: Parser::new() }
+    pub fn new(servos: Vec<Servo>) -> Self {
+        // Two instructions at once, and an echo.
+        let said = Answers::with_capacity(2 * servos.len() + 1);
+        Self {
+            servos,
+            twins: Vec::new(),
+            parser: Parser::new(),
+            baud: None,
+            followers: Followers::default(),
+            injector: Injector::new("", 0),
+            late: Vec::new(),
+            said,
+            hangs: false,
+        }
+    }
+
+    /// What servos do in a fast reply when one before them is silent.
+    #[must_use]
+    pub fn with_followers(self, followers: Followers) -> Self {
+        Self { followers, ..self }
+    }
+
+    /// Who decides what goes wrong.
+    #[must_use]
+    pub fn with_injector(self, injector: Injector) -> Self {
+        Self { injector, ..self }
     }
 
     /// The servos, in the order in which they were given.
@@ -38,221 +89,133 @@ impl Line {
         self.parser.losses()
     }
 
+    /// At what speed the host speaks, in bits per second: servos at another one hear nothing that
+    /// they understand. Until it is said they hear it at any.
+    pub fn set_baud(&mut self, baud: u32) {
+        self.baud = Some(baud);
+    }
+
+    /// Switches faults on and all others off; those that are on already go on as they are.
+    pub fn inject(&mut self, now: Instant, injections: &[Injection]) {
+        self.injector.set(now, injections);
+    }
+
+    /// What was put in so far.
+    #[must_use]
+    pub const fn injected(&self) -> Injected {
+        self.injector.injected()
+    }
+
+    /// Until when the line hangs up, where it does so now.
+    pub fn hangs_up(&mut self, now: Instant) -> Option<Instant> {
+        let until = self.injector.held_until(Kind::HangUp, now);
+        if until.is_some() && !self.hangs {
+            self.injector.count(Kind::HangUp);
+        }
+        self.hangs = until.is_some();
+        until
+    }
+
     /// Lives until `now`.
     pub fn advance(&mut self, now: Instant) {
-        for servo in &mut self.servos {
+        self.meet(now);
+        for servo in self.servos.iter_mut().chain(&mut self.twins) {
             servo.advance(now);
+        }
+    }
+
+    /// Lets happen to the servos what happens to them by now.
+    fn meet(&mut self, now: Instant) {
+        for servo in &mut self.servos {
+            let events = self.injector.events(now, servo.id());
+            if !events.is_empty() {
+                servo.advance(now);
+            }
+            for (kind, until) in events {
+                happen(servo, kind, until);
+            }
+        }
+        self.twins.retain(|twin| self.injector.holds(Kind::DuplicateId, now, twin.id()));
+        for servo in &self.servos {
+            let id = servo.id();
+            if !self.twins.iter().any(|twin| twin.id() == id)
+                && self.injector.holds(Kind::DuplicateId, now, id)
+            {
+                let mut twin = servo.clone();
+                twin.push_by(TWIN_RAD);
+                self.twins.push(twin);
+                self.injector.count(Kind::DuplicateId);
+            }
         }
     }
 
     /// Hears the host's bytes at `now`, appends the servos' answers to `out` and returns how
     /// long the servos waited before them in all: their return delays.
+    ///
+    /// Answers that an injected fault makes late come with the next that come after them.
     pub fn hear(&mut self, now: Instant, bytes: &[u8], out: &mut Vec<u8>) -> Duration {
-        self.parser.push(bytes);
-        let mut waited = Duration::ZERO;
-        while let Some(frame) = self.parser.next_frame() {
-            for servo in &mut self.servos {
-                servo.advance(now);
-                servo.hear();
-            }
-            let servos = &mut self.servos;
-            let mut answers = Answers { out, waited: &mut waited };
-            match Instruction::parse(&frame) {
-                Ok(Instruction::SyncRead { address, length, ids }) => {
-                    for &id in ids {
-                        if let Some(servo) = listening(servos, id) {
-                            let data = servo.read(address, length);
-                            answers.add(servo, 1, data);
-                        }
-                    }
-                }
-                Ok(Instruction::FastSyncRead { address, length, ids }) => {
-                    let mut bytes = [0; 64 + 128];
-                    let Ok((mut chain, head)) = crate::Chain::begin(ids.iter().map(|_| length), &mut bytes)
-                    else {
-                        continue;
-                    };
-                    answers.out.extend_from_slice(bytes.get(..head).unwrap_or_default());
-                    for &id in ids {
-                        let Some(servo) = listening(servos, id) else { break };
-                        let Some(id) = Id::new(id) else { break };
-                        let params = servo.read(address, length).unwrap_or_default();
-                        let status = Status { id, alert: servo.has_alert(), fault: None, params };
-                        let Ok(count) = chain.add(&status, &mut bytes) else { break };
-                        answers.out.extend_from_slice(bytes.get(..count).unwrap_or_default());
-                    }
-                }
-                Ok(Instruction::SyncWrite { address, length, records }) => {
-                    for record in records.chunks(usize::from(length) + 1) {
-                        let Some((&id, data)) = record.split_first() else { continue };
-                        if let Some(servo) = listening(servos, id) {
-                            // Nobody answers a sync write, so that nobody says what was refused.
-                            let _refused = servo.write(address, data);
-                        }
-                    }
-                }
-                instruction => match frame.address {
-                    Address::One(id) => {
-                        if let Some(servo) = listening(servos, id.get()) {
-                            answers.obey(servo, instruction);
-                        }
-                    }
-                    // All obey; only a ping is answered by all.
-                    Address::All => {
-                        let asked = instruction == Ok(Instruction::Ping);
-                        for servo in servos.iter_mut().filter(|servo| servo.is_listening()) {
-                            let (mut unheard, mut unwaited) = (Vec::new(), Duration::ZERO);
-                            if asked {
-                                answers.obey(servo, instruction);
-                            } else {
-                                Answers { out: &mut unheard, waited: &mut unwaited }.obey(servo, instruction);
-                            }
-                        }
-                    }
-                },
-            }
+        let mut said = std::mem::take(&mut self.said);
+        said.clear();
+        self.listen(now, bytes, &mut said);
+        for answer in said.get() {
+            out.extend_from_slice(&answer.bytes);
         }
+        let waited = said.get().iter().map(|answer| answer.wait).sum();
+        self.said = said;
         waited
     }
-}
 
-fn listening(servos: &mut [Servo], id: u8) -> Option<&mut Servo> {
-    servos.iter_mut().find(|servo| servo.id() == id && servo.is_listening())
-}
-
-/// Where the answers go.
-struct Answers<'a> {
-    out: &'a mut Vec<u8>,
-    waited: &'a mut Duration,
-}
-
-impl Answers<'_> {
-    /// Obeys what is said to one servo, and answers.
-    fn obey(&mut self, servo: &mut Servo, instruction: Result<Instruction<'_>, Fault>) {
-        match instruction {
-            Ok(Instruction::Ping) => {
-                let data = servo.ping();
-                self.add(servo, 0, Ok(&data));
-            }
-            Ok(Instruction::Read { address, length }) => self.add(servo, 1, servo.read(address, length)),
-            Ok(Instruction::Write { address, data }) => {
-                let written = servo.write(address, data);
-                self.add(servo, 2, written.map(|()| &[][..]));
-            }
-            Ok(Instruction::Reboot) => {
-                self.add(servo, 2, Ok(&[]));
-                servo.reboot();
-            }
-            Ok(Instruction::SyncRead { .. } | Instruction::SyncWrite { .. }) => {}
-            Ok(
-                Instruction::RegWrite { .. }
-                | Instruction::Action
-                | Instruction::FactoryReset(_)
-                | Instruction::Clear
-                | Instruction::Backup(_)
-                | Instruction::BulkRead { .. }
-                | Instruction::BulkWrite { .. }
-                | Instruction::FastSyncRead { .. }
-                | Instruction::FastBulkRead { .. },
-            ) => self.add(servo, 2, Err(Fault::Instruction)),
-            Err(fault) => self.add(servo, 2, Err(fault)),
+    /// Hears the host's bytes at `now`, and adds what is said to them, in its order. Answers to
+    /// earlier instructions that were late and have come by now stand before them.
+    pub fn listen(&mut self, now: Instant, bytes: &[u8], answers: &mut Answers) {
+        self.arrive(now, answers);
+        self.advance(now);
+        if self.injector.strikes(Kind::Echo, now, HOST).is_some() {
+            answers.add(HOST, Duration::ZERO, bytes);
+        }
+        self.parser.push(bytes);
+        while let Some(frame) = self.parser.next_frame() {
+            let first = answers.get().len();
+            let mut exchange = Exchange {
+                servos: &mut self.servos,
+                twins: &mut self.twins,
+                injector: &mut self.injector,
+                now,
+                baud: self.baud,
+                followers: self.followers,
+                answers,
+            };
+            exchange.hear(&frame);
+            spoil(&mut self.injector, now, answers, first, &mut self.late);
         }
     }
 
-    /// Adds an answer of a servo that answers such things: its status return level is at least
-    /// `level`.
-    fn add(&mut self, servo: &Servo, level: i64, data: Result<&[u8], Fault>) {
-        let Some(id) = Id::new(servo.id()).filter(|_| servo.status_return_level() >= level) else { return };
-        let (fault, params) = match data {
-            Ok(params) => (None, params),
-            Err(fault) => (Some(fault), &[][..]),
-        };
-        let mut answer = [0; PREFIX + ANSWER_MOST + SUFFIX];
-        let status = Status { id, alert: servo.has_alert(), fault, params };
-        if let Ok(length) = status.encode(&mut answer) {
-            self.out.extend_from_slice(answer.get(..length).unwrap_or_default());
-            *self.waited += servo.return_delay();
+    /// Adds the late answers that have come by now.
+    pub fn arrive(&mut self, now: Instant, answers: &mut Answers) {
+        for (_, late) in self.late.extract_if(.., |(at, _)| *at <= now) {
+            answers.add(late.id, late.wait, &late.bytes);
         }
+    }
+
+    /// When the next late answer comes.
+    #[must_use]
+    pub fn arrives_at(&self) -> Option<Instant> {
+        self.late.iter().map(|(at, _)| *at).min()
+    }
+}
+
+/// Does to a servo what happens to it.
+pub(super) fn happen(servo: &mut Servo, kind: Kind, until: Instant) {
+    if kind == Kind::Alert {
+        servo.fail(HardwareError::InputVoltage);
+    } else if kind == Kind::Overload {
+        servo.fail(HardwareError::Overload);
+    } else if kind == Kind::BrownOut {
+        servo.lose_power(until);
+    } else if kind == Kind::Reboot {
+        servo.reboot();
     }
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::Model;
-    use crate::table::{PRESENT_POSITION, STATUS_RETURN_LEVEL, TORQUE_ENABLE};
-
-    fn line() -> Line {
-        let servo = |id| Servo::new(Model::Xm430W350, Id::new(id).unwrap(), 0.0, Instant::EPOCH);
-        Line::new(vec![servo(1), servo(2), servo(7)])
-    }
-
-    /// Who answers, and with how many bytes.
-    fn say(line: &mut Line, to: Address, instruction: Instruction<'_>) -> Vec<(u8, Option<Fault>, usize)> {
-        let mut bytes = [0; 256];
-        let length = instruction.encode(to, &mut bytes).unwrap();
-        let mut out = Vec::new();
-        line.hear(Instant::EPOCH, &bytes[..length], &mut out);
-        let mut parser = Parser::new();
-        parser.push(&out);
-        let mut answers = Vec::new();
-        while let Some(frame) = parser.next_frame() {
-            let status = Status::parse(&frame).unwrap();
-            answers.push((status.id.get(), status.fault, status.params.len()));
-        }
-        answers
-    }
-
-    fn one(id: u8) -> Address {
-        Id::new(id).unwrap().into()
-    }
-
-    #[test]
-    fn a_ping_to_all_is_answered_by_all_and_to_one_by_one() {
-        let mut line = line();
-        assert_eq!(
-            say(&mut line, Address::All, Instruction::Ping),
-            [(1, None, 3), (2, None, 3), (7, None, 3)]
-        );
-        assert_eq!(say(&mut line, one(2), Instruction::Ping), [(2, None, 3)]);
-        assert_eq!(say(&mut line, one(3), Instruction::Ping), []);
-    }
-
-    #[test]
-    fn a_sync_read_is_answered_in_the_order_of_the_asked() {
-        let asked = Instruction::SyncRead { address: PRESENT_POSITION.address, length: 4, ids: &[7, 3, 1] };
-        assert_eq!(say(&mut line(), Address::All, asked), [(7, None, 4), (1, None, 4)]);
-    }
-
-    #[test]
-    fn a_sync_write_is_obeyed_and_answered_by_nobody() {
-        let mut line = line();
-        let records = &[1, 1, 7, 1];
-        let told = Instruction::SyncWrite { address: TORQUE_ENABLE.address, length: 1, records };
-        assert_eq!(say(&mut line, Address::All, told), []);
-        let torque = line.servos().iter().map(|servo| servo.read(64, 1).unwrap()[0]).collect::<Vec<_>>();
-        assert_eq!(torque, [1, 0, 1]);
-    }
-
-    #[test]
-    fn what_is_refused_is_said() {
-        let told = Instruction::Write { address: TORQUE_ENABLE.address, data: &[9] };
-        assert_eq!(say(&mut line(), one(1), told), [(1, Some(Fault::Range), 0)]);
-    }
-
-    #[test]
-    fn a_servo_told_to_answer_reads_only_obeys_writes_in_silence() {
-        let mut line = line();
-        let told = Instruction::Write { address: STATUS_RETURN_LEVEL.address, data: &[1] };
-        assert_eq!(say(&mut line, one(1), told), []);
-        assert_eq!(say(&mut line, one(1), Instruction::Read { address: 68, length: 1 }), [(1, None, 1)]);
-    }
-
-    #[test]
-    fn the_return_delays_add_up() {
-        let mut bytes = [0; 64];
-        let length = Instruction::Ping.encode(Address::All, &mut bytes).unwrap();
-        let waited = line().hear(Instant::EPOCH, &bytes[..length], &mut Vec::new());
-        assert_eq!(waited, Duration::from_micros(1500));
-    }
-}
+mod tests;

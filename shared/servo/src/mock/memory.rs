@@ -1,117 +1,294 @@
 use crate::table::{
-    Access, BUS_WATCHDOG, EEPROM_END, FIRMWARE, GOAL_POSITION, Item, LENGTH, MAX_POSITION_LIMIT,
-    MIN_POSITION_LIMIT, RULES, Rule, SHUTDOWN, TORQUE_ENABLE, VELOCITY_LIMIT,
+    Access, Area, BACKUP_READY, BAUD_RATE, BUS_WATCHDOG, CURRENT_LIMIT, EEPROM_END, Entry, FIRMWARE,
+    GOAL_CURRENT, GOAL_POSITION, GOAL_PWM, GOAL_VELOCITY, ID, Item, MAX_POSITION_LIMIT, MIN_POSITION_LIMIT,
+    MODEL_NUMBER, OPERATING_MODE, PROFILE_ACCELERATION, PROFILE_VELOCITY, PWM_LIMIT, SHUTDOWN,
+    STARTUP_CONFIGURATION, TORQUE_ENABLE, VELOCITY_LIMIT, by_address, entries, length,
 };
-use crate::{Fault, Model};
+use crate::{Fault, Model, Reset};
 
+use super::indirect::Indirect;
+
+/// The longest table's bytes.
+const BYTES: usize = 662;
+/// Version of the firmware that it pretends to have: the first of X330 that knows fast reads.
+const FIRMWARE_VERSION: i64 = 46;
 /// Goals: what the bus watchdog locks once it tripped.
-const GOALS: std::ops::Range<u16> = 100..120;
+const GOALS: [Item; 4] = [GOAL_PWM, GOAL_CURRENT, GOAL_VELOCITY, GOAL_POSITION];
+/// Gains: what the backup keeps of the RAM, beside profile and indirect addresses.
+const GAINS: std::ops::RangeInclusive<u16> = 76..=90;
+/// Takes the RAM from the backup at the start.
+const RESTORE_RAM: i64 = 2;
+
+/// The operating modes of item 11.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Mode {
+    Current,
+    Velocity,
+    Position,
+    ExtendedPosition,
+    CurrentBasedPosition,
+    Pwm,
+}
+
+impl Mode {
+    const fn from_number(number: i64) -> Option<Self> {
+        match number {
+            0 => Some(Self::Current),
+            1 => Some(Self::Velocity),
+            3 => Some(Self::Position),
+            4 => Some(Self::ExtendedPosition),
+            5 => Some(Self::CurrentBasedPosition),
+            16 => Some(Self::Pwm),
+            _ => None,
+        }
+    }
+}
 
 /// The control table's bytes.
 #[derive(Clone, Debug)]
 pub(super) struct Memory {
-    bytes: [u8; LENGTH],
+    model: Model,
+    bytes: [u8; BYTES],
+    backup: Option<Box<[u8; BYTES]>>,
+    indirect: Indirect,
+    /// Hardware errors that only a reboot clears.
+    latched: i64,
 }
 
-/// A range of addresses that was written.
-#[derive(Clone, Copy, Debug)]
+/// Ranges of addresses that were written.
+#[derive(Clone, Debug)]
 pub(super) struct Written {
-    start: u16,
-    end: u16,
+    first: std::ops::Range<usize>,
+    /// Where indirect data were written.
+    others: Vec<std::ops::Range<usize>>,
 }
 
 impl Written {
-    pub(super) fn covers(self, item: Item) -> bool {
-        self.start <= item.address && item.address + item.length <= self.end
+    pub(super) fn covers(&self, item: Item) -> bool {
+        let item = range(item.address, usize::from(item.length));
+        let holds = |range: &std::ops::Range<usize>| range.start <= item.start && item.end <= range.end;
+        holds(&self.first) || self.others.iter().any(holds)
     }
 }
 
 impl Memory {
     pub(super) fn new(model: Model) -> Self {
-        let mut memory = Self { bytes: [0; LENGTH] };
-        for rule in RULES {
-            memory.set(rule.item, rule.initial);
+        let mut memory =
+            Self { model, bytes: [0; BYTES], backup: None, indirect: Indirect::new(model), latched: 0 };
+        for entry in entries(model) {
+            memory.set(entry.item, entry.initial);
         }
-        memory.set(FIRMWARE, 46);
-        memory.set(VELOCITY_LIMIT, i64::from(model.velocity_limit()));
-        memory.set(SHUTDOWN, if model == Model::Xl330M288 { 53 } else { 52 });
+        memory.set(MODEL_NUMBER, i64::from(model.number()));
+        memory.set(FIRMWARE, FIRMWARE_VERSION);
         memory
     }
 
     /// Puts everything but the EEPROM back to what it is when power comes on.
     pub(super) fn forget(&mut self) {
-        for rule in RULES.iter().filter(|rule| rule.item.address >= EEPROM_END) {
-            self.set(rule.item, rule.initial);
+        for entry in entries(self.model).filter(|entry| entry.area() == Area::Ram) {
+            self.set(entry.item, entry.initial);
+        }
+        if self.get(STARTUP_CONFIGURATION) & RESTORE_RAM != 0
+            && let Some(backup) = self.backup.clone()
+        {
+            self.take(&backup, is_backed_up_ram);
+        }
+        self.set(BACKUP_READY, i64::from(self.backup.is_some()));
+        self.latched = 0;
+        self.reset_goals();
+        self.indirect.note(&self.bytes);
+        self.refresh();
+    }
+
+    /// Keeps hardware errors until everything is forgotten.
+    pub(super) const fn latch(&mut self, errors: i64) {
+        self.latched |= errors;
+    }
+
+    /// The hardware errors that are kept.
+    pub(super) const fn latched(&self) -> i64 {
+        self.latched
+    }
+
+    /// Puts the EEPROM back to what it was in the box.
+    pub(super) fn reset(&mut self, reset: Reset) {
+        let kept: &[Item] = match reset {
+            Reset::All => &[],
+            Reset::KeepId => &[ID],
+            Reset::KeepIdAndBaud => &[ID, BAUD_RATE],
+        };
+        for entry in entries(self.model).filter(|entry| {
+            entry.area() == Area::Eeprom && entry.access == Access::ReadWrite && !kept.contains(&entry.item)
+        }) {
+            self.set(entry.item, entry.initial);
+        }
+        self.backup = None;
+    }
+
+    /// Keeps everything in the backup.
+    pub(super) fn store(&mut self) {
+        self.backup = Some(Box::new(self.bytes));
+        self.set(BACKUP_READY, 1);
+    }
+
+    /// Takes the EEPROM from the backup; whether there is one.
+    pub(super) fn restore(&mut self) -> bool {
+        let Some(backup) = self.backup.clone() else { return false };
+        self.take(&backup, |entry| entry.area() == Area::Eeprom);
+        true
+    }
+
+    fn take(&mut self, from: &[u8; BYTES], which: fn(&Entry) -> bool) {
+        for entry in entries(self.model).filter(which) {
+            let range = range(entry.item.address, usize::from(entry.item.length));
+            if let (Some(to), Some(from)) = (self.bytes.get_mut(range.clone()), from.get(range)) {
+                to.copy_from_slice(from);
+            }
+        }
+    }
+
+    /// The goals as they are when power came on or the mode was changed: the limits, but for what
+    /// the mode moves by.
+    pub(super) fn reset_goals(&mut self) {
+        let mode = self.mode();
+        for (goal, limit, moves) in [
+            (GOAL_PWM, PWM_LIMIT, Mode::Pwm),
+            (GOAL_CURRENT, CURRENT_LIMIT, Mode::Current),
+            (GOAL_VELOCITY, VELOCITY_LIMIT, Mode::Velocity),
+        ] {
+            let value = if mode == moves { 0 } else { self.get(limit) };
+            self.set(goal, value);
         }
     }
 
     pub(super) fn bytes(&self, address: u16, length: u16) -> Option<&[u8]> {
-        let start = usize::from(address);
-        self.bytes.get(start..start + usize::from(length))
+        let range = range(address, usize::from(length));
+        (range.end <= self.length()).then(|| self.bytes.get(range)).flatten()
     }
 
-    /// The value of an item; what is four bytes long is signed, as is a current.
+    fn length(&self) -> usize {
+        usize::from(length(self.model))
+    }
+
+    pub(super) fn mode(&self) -> Mode {
+        Mode::from_number(self.get(OPERATING_MODE)).unwrap_or(Mode::Position)
+    }
+
+    /// The value of an item; what is longer than a byte is signed.
     pub(super) fn get(&self, item: Item) -> i64 {
-        number(self.bytes(item.address, item.length).unwrap_or_default())
+        match *self.bytes(item.address, item.length).unwrap_or_default() {
+            [a, b, c, d] => i64::from(i32::from_le_bytes([a, b, c, d])),
+            [a, b] => i64::from(i16::from_le_bytes([a, b])),
+            [a] => i64::from(a),
+            _ => 0,
+        }
     }
 
     /// Sets an item, whatever its rules.
     pub(super) fn set(&mut self, item: Item, value: i64) {
-        let start = usize::from(item.address);
-        if let Some(place) = self.bytes.get_mut(start..start + usize::from(item.length)) {
+        let range = range(item.address, usize::from(item.length));
+        if let Some(place) = self.bytes.get_mut(range) {
             for (byte, place) in value.to_le_bytes().into_iter().zip(place) {
                 *place = byte;
             }
         }
     }
 
-    /// Writes whole items, all or none.
-    pub(super) fn write(&mut self, address: u16, data: &[u8], tripped: bool) -> Result<Written, Fault> {
-        let end = u16::try_from(data.len()).ok().and_then(|length| address.checked_add(length));
-        let end = end.ok_or(Fault::Access)?;
-        let torque = self.get(TORQUE_ENABLE) == 1;
-        let mut at = address;
-        let mut rest = data;
-        while at < end {
-            let rule = RULES.iter().find(|rule| rule.item.address == at).ok_or(Fault::Access)?;
-            let length = usize::from(rule.item.length);
-            let (bytes, behind) = rest.split_at_checked(length).ok_or(Fault::Length)?;
-            if rule.access == Access::Read || (torque && at < EEPROM_END) {
-                return Err(Fault::Access);
-            }
-            if tripped && GOALS.contains(&at) {
-                return Err(Fault::Range);
-            }
-            self.check(rule, number(bytes))?;
-            (at, rest) = (at + rule.item.length, behind);
-        }
-        if let Some(place) = self.bytes.get_mut(usize::from(address)..usize::from(end)) {
-            place.copy_from_slice(data);
-        }
-        Ok(Written { start: address, end })
+    /// Shows at the indirect data what stands where they point to.
+    pub(super) fn refresh(&mut self) {
+        self.indirect.refresh(&mut self.bytes);
     }
 
-    fn check(&self, rule: &Rule, value: i64) -> Result<(), Fault> {
-        if !(rule.low..=rule.high).contains(&value) {
-            return Err(Fault::Range);
+    /// Whether these bytes may be written, and why not.
+    pub(super) fn check(&self, address: u16, data: &[u8], tripped: bool) -> Result<(), Fault> {
+        if usize::from(address) + data.len() > self.length() {
+            return Err(Fault::Access);
         }
-        let limits = self.get(MIN_POSITION_LIMIT)..=self.get(MAX_POSITION_LIMIT);
-        if rule.item == GOAL_POSITION && !limits.contains(&value) {
-            return Err(Fault::Limit);
+        if !self.indirect.is_used() {
+            return self.check_items(address, data, tripped);
         }
-        // Only 0 clears a watchdog that has tripped; a unit may be set again afterwards.
-        if rule.item == BUS_WATCHDOG && value != 0 && self.get(BUS_WATCHDOG) == 0xFF {
-            return Err(Fault::Range);
+        let runs = self.indirect.runs(address, data, &self.bytes);
+        runs.iter().try_for_each(|(at, data)| self.check_items(*at, data, tripped))
+    }
+
+    /// Writes whole items, all or none. Where indirect data are written, what they point to is.
+    pub(super) fn write(&mut self, address: u16, data: &[u8], tripped: bool) -> Result<Written, Fault> {
+        self.check(address, data, tripped)?;
+        let written = if self.indirect.is_used() {
+            let runs = self.indirect.runs(address, data, &self.bytes);
+            let others = runs.iter().map(|(at, data)| self.put(*at, data)).collect();
+            Written { first: 0..0, others }
+        } else {
+            Written { first: self.put(address, data), others: Vec::new() }
+        };
+        self.indirect.note(&self.bytes);
+        self.refresh();
+        Ok(written)
+    }
+
+    fn put(&mut self, address: u16, data: &[u8]) -> std::ops::Range<usize> {
+        let range = range(address, data.len());
+        if let Some(place) = self.bytes.get_mut(range.clone()) {
+            place.copy_from_slice(data);
+        }
+        range
+    }
+
+    fn check_items(&self, address: u16, data: &[u8], tripped: bool) -> Result<(), Fault> {
+        let torque = self.get(TORQUE_ENABLE) == 1;
+        let (mut at, mut rest) = (address, data);
+        while !rest.is_empty() {
+            let entry = by_address(self.model, at).ok_or(Fault::Access)?;
+            let (bytes, behind) =
+                rest.split_at_checked(usize::from(entry.item.length)).ok_or(Fault::Length)?;
+            if entry.access == Access::Read || (torque && at < EEPROM_END) {
+                return Err(Fault::Access);
+            }
+            if tripped && GOALS.contains(&entry.item) {
+                return Err(Fault::Range);
+            }
+            self.check_value(&entry, entry.value(bytes).ok_or(Fault::Length)?)?;
+            (at, rest) = (at + entry.item.length, behind);
         }
         Ok(())
     }
+
+    fn check_value(&self, entry: &Entry, value: i64) -> Result<(), Fault> {
+        if !(entry.low..=entry.high).contains(&value) {
+            return Err(Fault::Range);
+        }
+        let within = match entry.item {
+            // The limits of the position hold within one turn.
+            GOAL_POSITION if self.mode() == Mode::Position => {
+                (self.get(MIN_POSITION_LIMIT)..=self.get(MAX_POSITION_LIMIT)).contains(&value)
+            }
+            GOAL_VELOCITY => value.abs() <= self.get(VELOCITY_LIMIT),
+            GOAL_CURRENT => value.abs() <= self.get(CURRENT_LIMIT),
+            GOAL_PWM => value.abs() <= self.get(PWM_LIMIT),
+            _ => true,
+        };
+        if !within {
+            return Err(Fault::Limit);
+        }
+        match entry.item {
+            OPERATING_MODE if Mode::from_number(value).is_none() => Err(Fault::Range),
+            // Only 0 clears a watchdog that has tripped; a unit may be set again afterwards.
+            BUS_WATCHDOG if value != 0 && self.get(BUS_WATCHDOG) == 0xFF => Err(Fault::Range),
+            // After a shutdown only a reboot brings the torque back.
+            TORQUE_ENABLE if value == 1 && self.latched & self.get(SHUTDOWN) != 0 => Err(Fault::Access),
+            _ => Ok(()),
+        }
+    }
 }
 
-fn number(bytes: &[u8]) -> i64 {
-    match *bytes {
-        [a, b, c, d] => i64::from(i32::from_le_bytes([a, b, c, d])),
-        [a, b] => i64::from(i16::from_le_bytes([a, b])),
-        [a] => i64::from(a),
-        _ => 0,
-    }
+/// What the backup keeps of the RAM.
+fn is_backed_up_ram(entry: &Entry) -> bool {
+    GAINS.contains(&entry.item.address)
+        || [PROFILE_ACCELERATION, PROFILE_VELOCITY].contains(&entry.item)
+        || entry.name == "indirect_address"
+}
+
+fn range(address: u16, length: usize) -> std::ops::Range<usize> {
+    let start = usize::from(address);
+    start..start + length
 }

@@ -1,0 +1,72 @@
+//! `leo mock-bus`: mock servo buses by themselves, and the process of that name.
+
+use std::io::stdout;
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+use clap::Args;
+use config::Robot;
+use mock_bus_process::{Alone, AloneError, Faults, parse};
+use servo::mock::Followers;
+
+use super::failure::Failed;
+use super::process::Life;
+
+#[derive(Args, Clone, Debug)]
+#[command(
+    after_help = "Example:\n  leo mock-bus --seed 7 --fault \"drop bus=torso id=5 p=0.01 from=2s for=10s\"\n\n\
+    It prints where each bus is; any Dynamixel master can open it there. It runs until Ctrl-C.\n\
+    Meanwhile it takes commands on standard input: `fault SPEC`, `clear` and `list`.\n\
+    docs/servo-bus.md says which faults there are."
+)]
+pub(crate) struct MockBus {
+    #[command(flatten)]
+    life: Option<Life>,
+    /// The robot's leo.toml, for the buses and servos in the motor.toml beside it [default: built in]
+    #[arg(long, value_name = "FILE")]
+    config: Option<PathBuf>,
+    /// A fault to put in from the beginning; may be said several times
+    #[arg(long, value_name = "SPEC")]
+    fault: Vec<String>,
+    /// A file of faults, `faults = ["SPEC", ..]`, read again whenever it changes
+    #[arg(long, value_name = "FILE")]
+    faults: Option<PathBuf>,
+    /// The seed: the same one with the same instructions makes the same faults [default: as configured]
+    #[arg(long, value_name = "N")]
+    seed: Option<u64>,
+    /// Let servos answer a fast read when one before them is silent [default: as configured]
+    #[arg(long)]
+    followers_go_on: bool,
+}
+
+impl MockBus {
+    /// Answers on every mock bus until told to stop.
+    pub(super) fn run(&self) -> Result<ExitCode, Failed> {
+        let robot = Robot::load(self.config.as_deref()).map_err(Failed::usage)?;
+        if let Some(life) = &self.life {
+            mock_bus_process::run(&life.launch(self.config.clone()), &robot).map_err(Failed::because)?;
+            return Ok(ExitCode::SUCCESS);
+        }
+        let mut faults = Faults::configured(&robot.leo.mock_bus, &robot.motor).map_err(Failed::usage)?;
+        faults.seed = self.seed.unwrap_or(faults.seed);
+        if self.followers_go_on {
+            faults.followers = Followers::GoOn;
+        }
+        for words in &self.fault {
+            faults.injections.push(parse(words, &robot.motor).map_err(Failed::usage)?);
+        }
+        let folder = tempfile::Builder::new().prefix("leo-mock-bus-").tempdir().map_err(|error| {
+            Failed::because(format!(
+                "cannot make a folder for the links to the buses: {error}; is TMPDIR writable?"
+            ))
+        })?;
+        let stop = ::process::stop_flag().map_err(Failed::because)?;
+        let orders = Alone { faults, file: self.faults.clone() };
+        let ran = mock_bus_process::alone(&robot.motor, folder.path(), &orders, &stop, &mut stdout().lock());
+        ran.map_err(|error| match error {
+            AloneError::NoMock | AloneError::File(_) => Failed::usage(error),
+            AloneError::Ptys(_) | AloneError::Print(_) => Failed::because(error),
+        })?;
+        Ok(ExitCode::SUCCESS)
+    }
+}

@@ -1,0 +1,51 @@
+//! Files of faults for the mock servo bus: `faults = ["drop bus=torso id=5 p=0.01", ..]`.
+
+use std::fmt::Display;
+use std::fs;
+use std::path::Path;
+
+use serde::Deserialize;
+use toml::Spanned;
+
+use crate::load::invalid;
+use crate::{ConfigError, parse};
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Faults {
+    faults: Vec<Spanned<String>>,
+}
+
+/// Reads a file of faults, each read by `read`: all of them, or none.
+///
+/// # Errors
+///
+/// The file cannot be read, is no TOML, has another key than `faults`, or one of them is refused;
+/// the error says in which line.
+pub fn load<T, E: Display>(file: &Path, read: impl Fn(&str) -> Result<T, E>) -> Result<Vec<T>, ConfigError> {
+    let text =
+        fs::read_to_string(file).map_err(|source| ConfigError::Read { file: file.to_owned(), source })?;
+    let faults: Faults = parse(&text, file)?;
+    let read = |words: &Spanned<String>| {
+        read(words.get_ref()).map_err(|error| invalid(&text, file, words.span(), error.to_string()))
+    };
+    faults.faults.iter().map(read).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_file_is_read_whole_or_refused_with_the_line() {
+        let file = tempfile::NamedTempFile::new().unwrap();
+        let load = |text: &str| {
+            fs::write(file.path(), text).unwrap();
+            load(file.path(), str::parse::<u8>).map_err(|error| error.to_string())
+        };
+        assert_eq!(load("faults = [\"1\", \"2\"]\n"), Ok(vec![1, 2]));
+        let said = load("faults = [\n  \"1\",\n  \"two\",\n]\n").unwrap_err();
+        assert!(said.ends_with(":3:3: invalid digit found in string"), "{said}");
+        assert!(load("fault = []").unwrap_err().contains("did you mean `faults`?"));
+    }
+}

@@ -1,0 +1,297 @@
+use clock::Instant;
+
+use crate::frame::{PREFIX, SUFFIX};
+use crate::mock::answer::Answers;
+use crate::mock::injection::Kind;
+use crate::mock::line::{Followers, happen};
+use crate::mock::{Injector, Servo};
+use crate::{Address, Chain, Fault, Frame, Id, Instruction, Reset, Span, Status, spans, writes};
+
+/// The longest answer: a servo's whole table, stuffed.
+const ANSWER_MOST: usize = PREFIX + 1024 + SUFFIX;
+/// What a servo tells together with others where it may not be read.
+const NOTHING: [u8; 1024] = [0; 1024];
+/// Over so many bytes the answers of two servos with one identifier lie shifted: they do not begin
+/// at the same moment.
+const SHIFTS: usize = 3;
+
+/// One instruction, and what the servos on a line do and say.
+pub(super) struct Exchange<'a> {
+    pub(super) servos: &'a mut [Servo],
+    /// Servos with the identifier of another one.
+    pub(super) twins: &'a mut [Servo],
+    pub(super) injector: &'a mut Injector,
+    pub(super) now: Instant,
+    pub(super) baud: Option<u32>,
+    pub(super) followers: Followers,
+    pub(super) answers: &'a mut Answers,
+}
+
+/// What a servo answers.
+#[derive(Clone, Copy)]
+enum Said {
+    Ping,
+    Table { address: u16, length: u16 },
+    Done(Result<(), Fault>),
+}
+
+impl Said {
+    /// The lowest status return level at which it is said.
+    const fn level(self) -> i64 {
+        match self {
+            Self::Ping => 0,
+            Self::Table { .. } => 1,
+            Self::Done(_) => 2,
+        }
+    }
+}
+
+impl Exchange<'_> {
+    /// Has the servos do what an instruction says.
+    pub(super) fn hear(&mut self, frame: &Frame<'_>) {
+        for place in 0..self.count() {
+            if self.hears(place)
+                && let Some(servo) = self.servo(place)
+            {
+                // Whomever it is for, it shows that the host lives.
+                servo.hear();
+            }
+        }
+        match Instruction::parse(frame) {
+            Ok(Instruction::SyncRead { address, length, ids }) => {
+                for &id in ids {
+                    self.each(id, |line, place| line.say(place, Said::Table { address, length }));
+                }
+            }
+            Ok(Instruction::BulkRead { records }) => {
+                for Span { id, address, length } in spans(records) {
+                    self.each(id.get(), |line, place| line.say(place, Said::Table { address, length }));
+                }
+            }
+            Ok(Instruction::FastSyncRead { address, length, ids }) => {
+                let ids = ids.iter().filter_map(|&id| Id::new(id));
+                self.tell_together(ids.map(|id| Span { id, address, length }));
+            }
+            Ok(Instruction::FastBulkRead { records }) => self.tell_together(spans(records)),
+            Ok(Instruction::SyncWrite { address, length, records }) => {
+                for record in records.chunks(usize::from(length) + 1) {
+                    let Some((&id, data)) = record.split_first() else { continue };
+                    self.write(id, address, data);
+                }
+            }
+            Ok(Instruction::BulkWrite { records }) => {
+                writes(records).for_each(|(span, data)| self.write(span.id.get(), span.address, data));
+            }
+            instruction => match frame.address {
+                Address::One(id) => self.one(id, instruction),
+                Address::All => self.all(instruction),
+            },
+        }
+    }
+
+    fn one(&mut self, to: Id, instruction: Result<Instruction<'_>, Fault>) {
+        self.each(to.get(), |line, place| line.obey(place, instruction));
+        // A secondary identifier is obeyed in silence.
+        let answers = self.answers.get().len();
+        for place in 0..self.count() {
+            let also = self
+                .servo(place)
+                .is_some_and(|servo| servo.secondary_id() == Some(to) && servo.id() != to.get());
+            if also && self.hears(place) {
+                self.obey(place, instruction);
+            }
+        }
+        self.answers.truncate(answers);
+    }
+
+    fn all(&mut self, instruction: Result<Instruction<'_>, Fault>) {
+        if instruction == Ok(Instruction::FactoryReset(Reset::All)) {
+            return;
+        }
+        let answers = self.answers.get().len();
+        // They answer in the order of their identifiers.
+        for id in 0..=u8::MAX {
+            self.each(id, |line, place| line.obey(place, instruction));
+        }
+        // Nothing but a ping is answered when it is said to all.
+        if instruction != Ok(Instruction::Ping) {
+            self.answers.truncate(answers);
+        }
+    }
+
+    fn count(&self) -> usize {
+        self.servos.len() + self.twins.len()
+    }
+
+    /// The servo at a place: twins stand behind the others.
+    fn servo(&mut self, place: usize) -> Option<&mut Servo> {
+        pick(self.servos, self.twins, place)
+    }
+
+    fn hears(&mut self, place: usize) -> bool {
+        let (baud, now) = (self.baud, self.now);
+        let Some(servo) = self.servo(place) else { return false };
+        let id = servo.id();
+        let heard = servo.is_listening() && baud.is_none_or(|baud| baud == servo.baud());
+        if heard && self.injector.holds(Kind::Baud, now, id) {
+            self.injector.count(Kind::Baud);
+            return false;
+        }
+        heard
+    }
+
+    /// Does something at the place of everybody who listens to an identifier: more than one only
+    /// where it is double.
+    fn each(&mut self, id: u8, mut does: impl FnMut(&mut Self, usize)) {
+        for place in 0..self.count() {
+            if self.servo(place).is_some_and(|servo| servo.id() == id) && self.hears(place) {
+                does(self, place);
+                // Whose identifier was changed is not told twice.
+                if self.twins.is_empty() {
+                    return;
+                }
+            }
+        }
+    }
+
+    fn write(&mut self, id: u8, address: u16, data: &[u8]) {
+        self.each(id, |line, place| {
+            if let Some(servo) = line.servo(place) {
+                // Nobody answers, so that nobody says what was refused.
+                let _refused = servo.write(address, data);
+            }
+        });
+    }
+
+    /// Has servos tell parts of their tables in one frame.
+    fn tell_together(&mut self, asked: impl Iterator<Item = Span> + Clone) {
+        let mut header = [0; PREFIX + 1];
+        let begun = Chain::begin(asked.clone().map(|span| span.length), &mut header);
+        let Ok((mut chain, _)) = begun else { return };
+        let mut first = true;
+        for span in asked {
+            let (mut tells, mut tells_too) = (None, None);
+            self.each(span.id.get(), |_, place| {
+                (tells, tells_too) = (tells.or(Some(place)), tells.and(Some(place)))
+            });
+            if self.injector.strikes(Kind::Drop, self.now, span.id.get()).is_some() {
+                tells = None;
+            }
+            let servo = tells.and_then(|place| pick(self.servos, self.twins, place));
+            let Some(servo) = servo.filter(|servo| servo.status_return_level() >= 1) else {
+                if self.followers == Followers::Silent {
+                    return;
+                }
+                continue;
+            };
+            let read = servo.read(span.address, span.length);
+            let nothing = NOTHING.get(..usize::from(span.length)).unwrap_or(&NOTHING);
+            let (fault, params) = (read.err(), read.unwrap_or(nothing));
+            let status = Status { id: span.id, alert: servo.has_alert(), fault, params };
+            let mut bytes = [0; ANSWER_MOST];
+            let start = if std::mem::take(&mut first) { header.len() } else { 0 };
+            for (place, byte) in bytes.iter_mut().zip(header).take(start) {
+                *place = byte;
+            }
+            let before = chain;
+            let part = chain.add(&status, bytes.get_mut(start..).unwrap_or_default()).unwrap_or(0);
+            let said = bytes.get(..start + part).unwrap_or_default();
+            self.answers.add(span.id.get(), servo.return_delay(), said);
+            self.tell_too(tells_too, span, before, start);
+            self.chance(tells);
+        }
+    }
+
+    /// Has a second servo of the same identifier tell its part of a frame at the same time.
+    fn tell_too(&mut self, place: Option<usize>, span: Span, mut chain: Chain, start: usize) {
+        let servo = place.and_then(|place| pick(self.servos, self.twins, place));
+        let Some(Ok(params)) = servo.as_ref().map(|servo| servo.read(span.address, span.length)) else {
+            return;
+        };
+        let status = Status { id: span.id, alert: false, fault: None, params };
+        let mut bytes = [0; ANSWER_MOST];
+        let part = chain.add(&status, &mut bytes).unwrap_or(0);
+        if let Some(last) = self.answers.get_mut().last_mut() {
+            last.collide(bytes.get(..part).unwrap_or_default(), start);
+        }
+    }
+
+    /// Obeys what is said to one servo, and answers.
+    fn obey(&mut self, place: usize, instruction: Result<Instruction<'_>, Fault>) {
+        let Some(servo) = self.servo(place) else { return };
+        let said = match instruction {
+            Ok(Instruction::Ping) => Said::Ping,
+            Ok(Instruction::Read { address, length }) => Said::Table { address, length },
+            Ok(Instruction::Write { address, data }) => Said::Done(servo.write(address, data)),
+            Ok(Instruction::RegWrite { address, data }) => Said::Done(servo.register(address, data)),
+            Ok(Instruction::Action) => Said::Done(servo.act()),
+            Ok(Instruction::Clear) => Said::Done(servo.clear()),
+            Ok(Instruction::Backup(backup)) => Said::Done(servo.back_up(backup)),
+            Ok(Instruction::Reboot | Instruction::FactoryReset(_)) => Said::Done(Ok(())),
+            Ok(
+                Instruction::SyncRead { .. }
+                | Instruction::SyncWrite { .. }
+                | Instruction::FastSyncRead { .. }
+                | Instruction::BulkRead { .. }
+                | Instruction::BulkWrite { .. }
+                | Instruction::FastBulkRead { .. },
+            ) => return,
+            Err(fault) => Said::Done(Err(fault)),
+        };
+        self.say(place, said);
+        // It begins anew when it has said that it will.
+        match (instruction, self.servo(place)) {
+            (Ok(Instruction::Reboot), Some(servo)) => servo.reboot(),
+            (Ok(Instruction::FactoryReset(reset)), Some(servo)) => servo.factory_reset(reset),
+            (_, _) => {}
+        }
+    }
+
+    /// Says something, where the servo answers such things.
+    fn say(&mut self, place: usize, said: Said) {
+        let double = !self.twins.is_empty();
+        let Some(servo) = pick(self.servos, self.twins, place) else { return };
+        let ping = servo.ping();
+        let data = match said {
+            Said::Ping => Ok(&ping[..]),
+            Said::Table { address, length } => servo.read(address, length),
+            Said::Done(done) => done.map(|()| &[][..]),
+        };
+        let answers = servo.status_return_level() >= said.level();
+        let Some(id) = Id::new(servo.id()).filter(|_| answers) else { return };
+        let (fault, params) = (data.err(), data.unwrap_or_default());
+        let mut bytes = [0; ANSWER_MOST];
+        let status = Status { id, alert: servo.has_alert(), fault, params };
+        let Ok(length) = status.encode(&mut bytes) else { return };
+        let bytes = bytes.get(..length).unwrap_or_default();
+        match self.answers.get_mut().last_mut().filter(|last| double && last.id == id.get()) {
+            Some(last) => {
+                let shift = params.iter().fold(1, |sum: usize, byte| sum + usize::from(*byte)) % SHIFTS;
+                last.collide(bytes, shift);
+            }
+            None if self.injector.strikes(Kind::Drop, self.now, id.get()).is_none() => {
+                self.answers.add(id.get(), servo.return_delay(), bytes);
+            }
+            None => {}
+        }
+        self.chance(Some(place));
+    }
+
+    /// Lets happen to a servo that answers what happens by chance.
+    fn chance(&mut self, place: Option<usize>) {
+        let servo = place.and_then(|place| pick(self.servos, self.twins, place));
+        let Some(servo) = servo else { return };
+        for kind in [Kind::Alert, Kind::Overload, Kind::Reboot] {
+            if self.injector.strikes(kind, self.now, servo.id()).is_some() {
+                happen(servo, kind, self.now);
+            }
+        }
+    }
+}
+
+fn pick<'a>(servos: &'a mut [Servo], twins: &'a mut [Servo], place: usize) -> Option<&'a mut Servo> {
+    match place.checked_sub(servos.len()) {
+        Some(twin) => twins.get_mut(twin),
+        None => servos.get_mut(place),
+    }
+}

@@ -1,0 +1,65 @@
+use crate::Model;
+use crate::table::{Entry, entries};
+
+/// Indirect addresses: bytes elsewhere in the table that are read and written at the indirect
+/// data.
+#[derive(Clone, Debug)]
+pub(super) struct Indirect {
+    /// Where each pair stands: the address of the indirect address, and that of its data.
+    pairs: Vec<(u16, u16)>,
+    /// Whether any points elsewhere than to its own data.
+    used: bool,
+}
+
+impl Indirect {
+    pub(super) fn new(model: Model) -> Self {
+        let of = |name| entries(model).filter(move |entry: &Entry| entry.name == name);
+        let pairs = of("indirect_address").zip(of("indirect_data"));
+        let pairs = pairs.map(|(address, data)| (address.item.address, data.item.address)).collect();
+        Self { pairs, used: false }
+    }
+
+    /// Notes whether any indirect address points elsewhere.
+    pub(super) fn note(&mut self, bytes: &[u8]) {
+        self.used = self.pairs.iter().any(|&(address, data)| target(bytes, address) != Some(data));
+    }
+
+    /// Shows at the data what stands where they point to.
+    pub(super) fn refresh(&mut self, bytes: &mut [u8]) {
+        if !self.used {
+            return;
+        }
+        self.note(bytes);
+        for &(address, data) in &self.pairs {
+            let byte = target(bytes, address).and_then(|target| bytes.get(usize::from(target)).copied());
+            if let (Some(byte), Some(place)) = (byte, bytes.get_mut(usize::from(data))) {
+                *place = byte;
+            }
+        }
+    }
+
+    /// Whether any points elsewhere than to its own data.
+    pub(super) const fn is_used(&self) -> bool {
+        self.used
+    }
+
+    /// What a write writes in truth: runs of bytes at successive addresses.
+    pub(super) fn runs(&self, address: u16, data: &[u8], bytes: &[u8]) -> Vec<(u16, Vec<u8>)> {
+        let mut runs: Vec<(u16, Vec<u8>)> = Vec::new();
+        for (at, &byte) in (address..).zip(data) {
+            let pair = self.pairs.iter().find(|(_, data)| *data == at);
+            let at = pair.and_then(|&(address, _)| target(bytes, address)).unwrap_or(at);
+            match runs.last_mut() {
+                Some((start, run)) if usize::from(*start) + run.len() == usize::from(at) => run.push(byte),
+                _ => runs.push((at, vec![byte])),
+            }
+        }
+        runs
+    }
+}
+
+fn target(bytes: &[u8], address: u16) -> Option<u16> {
+    let at = usize::from(address);
+    let &[low, high] = bytes.get(at..at + 2)? else { return None };
+    Some(u16::from_le_bytes([low, high]))
+}

@@ -1,0 +1,320 @@
+use std::fmt;
+use std::ops::RangeInclusive;
+use std::str::FromStr;
+
+use clock::Duration;
+
+use crate::Id;
+
+mod kind;
+
+pub(super) use kind::KINDS;
+pub use kind::Kind;
+
+/// A fault that is put in on purpose: which, to whom, and when.
+///
+/// It is said in words, the same on the command line, on standard input and in a file:
+///
+/// ```text
+/// KIND [bus=NAME[,NAME..]] [id=N[,N-M..]] [p=CHANCE] [at=TIME] [from=TIME] [for=TIME] [by=TIME]
+/// ```
+///
+/// Whatever is left out means all of them: every bus, every servo, every answer, from the beginning
+/// and for ever. Times count from when the fault is switched on.
+///
+/// ```
+/// use servo::mock::{Injection, Kind};
+/// let fault: Injection = "drop bus=torso id=5,7-9 p=0.01 from=2s for=10s".parse()?;
+/// assert_eq!(fault.kind, Kind::Drop);
+/// assert_eq!(fault.to_string(), "drop bus=torso id=5,7-9 p=0.01 from=2s for=10s");
+/// let said = "dorp id=5".parse::<Injection>().unwrap_err().to_string();
+/// assert!(said.starts_with("`dorp` is no kind of fault: say one of drop, flip, "));
+/// # Ok::<(), servo::mock::BadInjection>(())
+/// ```
+#[derive(Clone, Debug, PartialEq)]
+pub struct Injection {
+    /// What happens.
+    pub kind: Kind,
+    /// On which buses; none named, on all.
+    pub buses: Vec<String>,
+    /// To which servos; none named, to all.
+    pub ids: Vec<RangeInclusive<u8>>,
+    /// How probably, for each answer; every time where nothing is said.
+    pub chance: Option<f64>,
+    /// Once, at this time.
+    pub at: Option<Duration>,
+    /// Not before.
+    pub from: Option<Duration>,
+    /// For how long.
+    pub lasts: Option<Duration>,
+    /// How late: of late answers.
+    pub by: Option<Duration>,
+}
+
+/// What is wrong with the words for a fault.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("`{word}` {wrong}")]
+pub struct BadInjection {
+    /// The word.
+    pub word: String,
+    /// What is wrong with it, and what could be said instead.
+    pub wrong: String,
+}
+
+impl BadInjection {
+    fn new(word: &str, wrong: impl Into<String>) -> Self {
+        Self { word: word.to_owned(), wrong: wrong.into() }
+    }
+}
+
+const KEYS: &str = "bus=, id=, p=, at=, from=, for= or by=";
+
+impl FromStr for Injection {
+    type Err = BadInjection;
+
+    fn from_str(text: &str) -> Result<Self, BadInjection> {
+        let mut words = text.split_whitespace();
+        let name = words.next().unwrap_or_default();
+        let kind = Kind::from_name(name).ok_or_else(|| {
+            BadInjection::new(name, format!("is no kind of fault: say one of {}", Kind::names()))
+        })?;
+        let (buses, ids) = (Vec::new(), Vec::new());
+        let (chance, at, from, lasts, by) = (None, None, None, None, None);
+        let mut said = Self { kind, buses, ids, chance, at, from, lasts, by };
+        let mut keys = Vec::new();
+        for word in words {
+            let (key, value) = word
+                .split_once('=')
+                .ok_or_else(|| BadInjection::new(word, format!("has no value: say {KEYS}")))?;
+            if keys.contains(&key) {
+                return Err(BadInjection::new(word, format!("is the second {key}=: say each once")));
+            }
+            keys.push(key);
+            said.take(word, key, value)?;
+        }
+        said.check()?;
+        Ok(said)
+    }
+}
+
+impl Injection {
+    fn take(&mut self, word: &str, key: &str, value: &str) -> Result<(), BadInjection> {
+        match key {
+            "bus" if value.is_empty() || value.split(',').any(str::is_empty) => {
+                return Err(BadInjection::new(word, "names no bus: say bus=torso or bus=torso,left_arm"));
+            }
+            "bus" => self.buses = value.split(',').map(str::to_owned).collect(),
+            "id" => {
+                let ids = value.split(',').map(ids).collect::<Option<_>>();
+                let wrong = "names no servos: say id=5, id=1,3 or id=1-13, from 0 to 252";
+                self.ids = ids.ok_or_else(|| BadInjection::new(word, wrong))?;
+            }
+            "p" => {
+                let chance = value.parse().ok().filter(|chance| (0.0..=1.0).contains(chance));
+                let wrong = "is no probability: say one from 0 to 1, such as p=0.01";
+                self.chance = Some(chance.ok_or_else(|| BadInjection::new(word, wrong))?);
+            }
+            "at" | "from" | "for" | "by" => {
+                let time = time(value).ok_or_else(|| {
+                    BadInjection::new(word, format!("is no time: say {key}=2s, {key}=150ms or {key}=3min"))
+                })?;
+                let place = match key {
+                    "at" => &mut self.at,
+                    "from" => &mut self.from,
+                    "for" => &mut self.lasts,
+                    _ => &mut self.by,
+                };
+                *place = Some(time);
+            }
+            _ => return Err(BadInjection::new(word, format!("says nothing that a fault knows: say {KEYS}"))),
+        }
+        Ok(())
+    }
+
+    /// Whether what is said goes together.
+    fn check(&self) -> Result<(), BadInjection> {
+        let name = self.kind.name();
+        let no =
+            |key, wrong: &str| Err(BadInjection::new(key, format!("does not go with `{name}`: {wrong}")));
+        if self.at.is_some() && self.from.is_some() {
+            return no("at=", "say at= for once, or from= and for= for a while");
+        }
+        if self.at.is_some() && self.chance.is_some() {
+            return no("p=", "what happens at= a time happens, so leave p= out");
+        }
+        if self.at.is_some() && self.lasts.is_some() && !self.kind.is_held() {
+            return no("for=", "it happens once at= a time; say from= and for= for a while");
+        }
+        if self.chance.is_some() && self.kind.is_held() {
+            return no("p=", "it lasts; say from= and for=, or at= and for=");
+        }
+        if self.by.is_some() && self.kind != Kind::Late {
+            return no("by=", "only `late` is by= a time");
+        }
+        if !self.ids.is_empty() && !self.kind.is_of_servos() {
+            return no("id=", "it happens to a whole bus; say bus=");
+        }
+        Ok(())
+    }
+
+    /// Whether every bus that it names is one of these.
+    ///
+    /// # Errors
+    ///
+    /// One is not; says which there are.
+    pub fn check_buses<'a>(&self, buses: impl Iterator<Item = &'a str> + Clone) -> Result<(), BadInjection> {
+        match self.buses.iter().find(|bus| !buses.clone().any(|known| known == *bus)) {
+            None => Ok(()),
+            Some(bus) => {
+                let known = buses.collect::<Vec<_>>().join(", ");
+                let wrong = format!("names no mock bus: there are {known}");
+                Err(BadInjection::new(&format!("bus={bus}"), wrong))
+            }
+        }
+    }
+
+    /// Whether it happens on a bus.
+    #[must_use]
+    pub fn is_on(&self, bus: &str) -> bool {
+        self.buses.is_empty() || self.buses.iter().any(|named| named == bus)
+    }
+
+    /// Whether it happens to a servo.
+    #[must_use]
+    pub fn is_to(&self, id: u8) -> bool {
+        self.ids.is_empty() || self.ids.iter().any(|ids| ids.contains(&id))
+    }
+
+    /// Whether it may happen so long after it was switched on.
+    pub(super) fn is_due(&self, after: Duration) -> bool {
+        let begins = self.begins();
+        after >= begins && self.lasts().is_none_or(|lasts| after < begins + lasts)
+    }
+
+    /// When it begins.
+    pub(super) fn begins(&self) -> Duration {
+        self.at.or(self.from).unwrap_or_default()
+    }
+
+    /// For how long it lasts, where it ends.
+    pub(super) fn lasts(&self) -> Option<Duration> {
+        self.lasts.or_else(|| self.kind.lasts())
+    }
+}
+
+fn ids(text: &str) -> Option<RangeInclusive<u8>> {
+    let id = |text: &str| text.parse().ok().and_then(Id::new).map(Id::get);
+    let (first, last) = text.split_once('-').unwrap_or((text, text));
+    let range = id(first)?..=id(last)?;
+    (!range.is_empty()).then_some(range)
+}
+
+/// The units of a time, the smallest first, in nanoseconds.
+const UNITS: [(&str, f64); 4] = [("us", 1e3), ("ms", 1e6), ("min", 60e9), ("s", 1e9)];
+/// No time is longer.
+const TIME_MOST_S: f64 = 1e6;
+
+fn time(text: &str) -> Option<Duration> {
+    let (number, nanos) = UNITS.iter().find_map(|(unit, nanos)| Some((text.strip_suffix(unit)?, nanos)))?;
+    let seconds = number.parse::<f64>().ok()? * nanos / 1e9;
+    (0.0..=TIME_MOST_S).contains(&seconds).then(|| Duration::from_secs_f64(seconds))
+}
+
+impl fmt::Display for Injection {
+    fn fmt(&self, to: &mut fmt::Formatter<'_>) -> fmt::Result {
+        to.write_str(self.kind.name())?;
+        if !self.buses.is_empty() {
+            write!(to, " bus={}", self.buses.join(","))?;
+        }
+        for (index, ids) in self.ids.iter().enumerate() {
+            let (first, last) = (ids.start(), ids.end());
+            write!(to, "{}{first}", if index == 0 { " id=" } else { "," })?;
+            if first != last {
+                write!(to, "-{last}")?;
+            }
+        }
+        if let Some(chance) = self.chance {
+            write!(to, " p={chance}")?;
+        }
+        for (key, time) in [("at", self.at), ("from", self.from), ("for", self.lasts), ("by", self.by)] {
+            if let Some(time) = time {
+                write!(to, " {key}=")?;
+                match (time.as_nanos() % 1_000_000_000, time.as_nanos() % 1_000_000) {
+                    (0, _) => write!(to, "{}s", time.as_secs())?,
+                    (_, 0) => write!(to, "{}ms", time.as_millis())?,
+                    _ => write!(to, "{}us", time.as_secs_f64() * 1e6)?,
+                }
+            }
+        }
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    fn parse(text: &str) -> Result<Injection, String> {
+        text.parse().map_err(|bad: BadInjection| bad.to_string())
+    }
+
+    #[test]
+    fn what_is_said_is_said_back_the_same() {
+        for text in [
+            "drop",
+            "drop bus=torso id=5 p=0.01 from=2s for=10s",
+            "late id=1-13 by=1500us",
+            "hang-up bus=left_arm,torso at=120s for=500ms",
+            "overload id=3,5-7 at=1500ms",
+        ] {
+            assert_eq!(parse(text).map(|said| said.to_string()), Ok(text.to_owned()));
+        }
+        assert_eq!(parse("flip from=2min").unwrap().from, Some(Duration::from_secs(120)));
+        for kind in Kind::ALL {
+            assert_eq!(parse(kind.name()).map(|said| said.kind), Ok(kind));
+        }
+    }
+
+    #[test]
+    fn what_is_wrong_is_named_with_what_could_be_said() {
+        for (text, said) in [
+            (
+                "",
+                "`` is no kind of fault: say one of drop, flip, truncate, length, noise, echo, late, \
+                  duplicate, swap, alert, overload, brown-out, baud, duplicate-id, hang-up, reboot",
+            ),
+            ("drop 5", "`5` has no value: say bus=, id=, p=, at=, from=, for= or by="),
+            ("drop x=5", "`x=5` says nothing that a fault knows: say bus=, id=, p=, at=, from=, for= or by="),
+            ("drop p=2", "`p=2` is no probability: say one from 0 to 1, such as p=0.01"),
+            ("drop p=NaN", "`p=NaN` is no probability: say one from 0 to 1, such as p=0.01"),
+            ("drop id=253", "`id=253` names no servos: say id=5, id=1,3 or id=1-13, from 0 to 252"),
+            ("drop id=9-3", "`id=9-3` names no servos: say id=5, id=1,3 or id=1-13, from 0 to 252"),
+            ("drop bus=", "`bus=` names no bus: say bus=torso or bus=torso,left_arm"),
+            ("drop at=5", "`at=5` is no time: say at=2s, at=150ms or at=3min"),
+            ("drop for=-1s", "`for=-1s` is no time: say for=2s, for=150ms or for=3min"),
+            ("drop id=1 id=2", "`id=2` is the second id=: say each once"),
+            (
+                "drop at=1s from=2s",
+                "`at=` does not go with `drop`: say at= for once, or from= and for= for a while",
+            ),
+            ("drop by=1s", "`by=` does not go with `drop`: only `late` is by= a time"),
+            ("hang-up id=1", "`id=` does not go with `hang-up`: it happens to a whole bus; say bus="),
+            ("baud p=0.5", "`p=` does not go with `baud`: it lasts; say from= and for=, or at= and for="),
+        ] {
+            assert_eq!(parse(text), Err(said.to_owned()), "{text}");
+        }
+        let drop = parse("drop bus=torsoo").unwrap();
+        let said = drop.check_buses(["torso", "face"].into_iter()).unwrap_err().to_string();
+        assert_eq!(said, "`bus=torsoo` names no mock bus: there are torso, face");
+    }
+
+    proptest! {
+        #[test]
+        fn whatever_is_said_is_taken_or_refused(text in ".{0,60}") {
+            if let Ok(said) = text.parse::<Injection>() {
+                prop_assert_eq!(said.to_string().parse::<Injection>().map(|again| again.to_string()), Ok(said.to_string()));
+            }
+        }
+    }
+}

@@ -1,0 +1,121 @@
+use clock::Duration;
+
+/// A kind of fault.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Kind {
+    /// An answer does not come.
+    Drop,
+    /// A bit of an answer flips.
+    Flip,
+    /// An answer ends early.
+    Truncate,
+    /// The length field of an answer lies.
+    Length,
+    /// Bytes of noise come before an answer.
+    Noise,
+    /// The host hears what it said.
+    Echo,
+    /// An answer comes late: the others do not wait for it.
+    Late,
+    /// An answer comes twice.
+    Duplicate,
+    /// Two servos answer in the wrong order.
+    Swap,
+    /// The input voltage is wrong: a hardware alert, with which only some models let go.
+    Alert,
+    /// The load is too much: a hardware alert, and the servo lets go.
+    Overload,
+    /// The power is gone for a while.
+    BrownOut,
+    /// A servo listens at another speed.
+    Baud,
+    /// A second servo has the same identifier.
+    DuplicateId,
+    /// The line hangs up.
+    HangUp,
+    /// A servo begins anew, and says nothing of it.
+    Reboot,
+}
+
+/// How many kinds there are.
+pub(in crate::mock) const KINDS: usize = 16;
+
+impl Kind {
+    /// Every kind.
+    pub const ALL: [Self; KINDS] = [
+        Self::Drop,
+        Self::Flip,
+        Self::Truncate,
+        Self::Length,
+        Self::Noise,
+        Self::Echo,
+        Self::Late,
+        Self::Duplicate,
+        Self::Swap,
+        Self::Alert,
+        Self::Overload,
+        Self::BrownOut,
+        Self::Baud,
+        Self::DuplicateId,
+        Self::HangUp,
+        Self::Reboot,
+    ];
+
+    /// Its name in the words for a fault.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Drop => "drop",
+            Self::Flip => "flip",
+            Self::Truncate => "truncate",
+            Self::Length => "length",
+            Self::Noise => "noise",
+            Self::Echo => "echo",
+            Self::Late => "late",
+            Self::Duplicate => "duplicate",
+            Self::Swap => "swap",
+            Self::Alert => "alert",
+            Self::Overload => "overload",
+            Self::BrownOut => "brown-out",
+            Self::Baud => "baud",
+            Self::DuplicateId => "duplicate-id",
+            Self::HangUp => "hang-up",
+            Self::Reboot => "reboot",
+        }
+    }
+
+    pub(super) fn from_name(name: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|kind| kind.name() == name)
+    }
+
+    pub(super) fn names() -> String {
+        Self::ALL.map(Self::name).join(", ")
+    }
+
+    /// Whether it is something that lasts, and not something that happens to an answer or at a
+    /// moment.
+    pub(super) const fn is_held(self) -> bool {
+        matches!(self, Self::BrownOut | Self::Baud | Self::DuplicateId | Self::HangUp)
+    }
+
+    /// Whether it happens to servos, and not to a whole bus.
+    pub(super) const fn is_of_servos(self) -> bool {
+        !matches!(self, Self::Echo | Self::HangUp)
+    }
+
+    /// Whether it happens to a servo itself at a moment.
+    pub(in crate::mock) const fn is_event(self) -> bool {
+        matches!(self, Self::Alert | Self::Overload | Self::Reboot | Self::BrownOut)
+    }
+
+    /// How long it lasts where nothing is said.
+    pub(super) const fn lasts(self) -> Option<Duration> {
+        if matches!(self, Self::BrownOut) {
+            Some(Duration::from_millis(200))
+        } else if matches!(self, Self::HangUp) {
+            Some(Duration::from_secs(1))
+        } else {
+            None
+        }
+    }
+}

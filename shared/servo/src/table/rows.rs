@@ -1,0 +1,280 @@
+//! The items, from the control tables of the XM430-W350 and the XL330-M288 in the e-manual, for
+//! firmware 46.
+
+use super::{Access, Entry, Item, Unit};
+use crate::Model;
+
+/// What a count stands for, where models may differ.
+#[derive(Clone, Copy, Debug)]
+enum Scale {
+    None,
+    ReturnDelay,
+    Watchdog,
+    Tick,
+    Position,
+    Velocity,
+    Acceleration,
+    Current,
+    Duty,
+    Voltage,
+    Temperature,
+}
+
+/// An item in both tables, with the lowest, the highest and the initial value in each.
+#[derive(Clone, Copy, Debug)]
+struct Row {
+    name: &'static str,
+    item: Item,
+    access: Access,
+    signed: bool,
+    scale: Scale,
+    x430: Option<[i64; 3]>,
+    x330: Option<[i64; 3]>,
+}
+
+impl Row {
+    const fn read(name: &'static str, address: u16, length: u16, scale: Scale) -> Self {
+        Self { access: Access::Read, ..Self::write(name, address, length, scale, [0; 3]) }
+    }
+
+    const fn write(name: &'static str, address: u16, length: u16, scale: Scale, values: [i64; 3]) -> Self {
+        let item = Item { address, length };
+        let (x430, x330) = (Some(values), Some(values));
+        Self { name, item, access: Access::ReadWrite, signed: false, scale, x430, x330 }
+    }
+
+    const fn signed(self) -> Self {
+        Self { signed: true, ..self }
+    }
+
+    const fn x330(self, values: [i64; 3]) -> Self {
+        Self { x330: Some(values), ..self }
+    }
+
+    const fn x330_alone(self) -> Self {
+        Self { x430: None, ..self }
+    }
+
+    fn entry(&self, model: Model) -> Option<Entry> {
+        let [low, high, initial] = match model {
+            Model::Xm430W350 => self.x430?,
+            Model::Xl330M288 => self.x330?,
+        };
+        let unit = self.scale.unit(model);
+        let (name, item, access, signed) = (self.name, self.item, self.access, self.signed);
+        Some(Entry { name, number: None, item, access, signed, low, high, initial, unit })
+    }
+}
+
+impl Scale {
+    const fn unit(self, model: Model) -> Option<Unit> {
+        let (per_count, symbol) = match self {
+            Self::None => return None,
+            Self::ReturnDelay => (2.0, "us"),
+            Self::Watchdog => (20.0, "ms"),
+            Self::Tick => (1.0, "ms"),
+            Self::Position => (360.0 / 4096.0, "deg"),
+            Self::Velocity => (0.229, "rev/min"),
+            Self::Acceleration => (214.577, "rev/min2"),
+            Self::Current => (model.amperes_per_count(), "A"),
+            Self::Duty => (0.113, "%"),
+            Self::Voltage => (0.1, "V"),
+            Self::Temperature => (1.0, "degC"),
+        };
+        Some(Unit { per_count, symbol })
+    }
+}
+
+/// Every item below the indirect addresses, in the order of the addresses.
+const ROWS: [Row; 54] = [
+    Row::read("model_number", 0, 2, Scale::None),
+    Row::read("model_information", 2, 4, Scale::None),
+    Row::read("firmware_version", 6, 1, Scale::None),
+    Row::write("id", 7, 1, Scale::None, [0, 252, 1]),
+    Row::write("baud_rate", 8, 1, Scale::None, [0, 7, 1]).x330([0, 6, 1]),
+    Row::write("return_delay_time", 9, 1, Scale::ReturnDelay, [0, 254, 250]),
+    Row::write("drive_mode", 10, 1, Scale::None, [0, 13, 0]),
+    Row::write("operating_mode", 11, 1, Scale::None, [0, 16, 3]),
+    Row::write("secondary_id", 12, 1, Scale::None, [0, 255, 255]),
+    Row::write("protocol_type", 13, 1, Scale::None, [1, 2, 2]).x330([2, 22, 2]),
+    Row::write("homing_offset", 20, 4, Scale::Position, [-1_044_479, 1_044_479, 0]).signed(),
+    Row::write("moving_threshold", 24, 4, Scale::Velocity, [0, 1023, 10]),
+    Row::write("temperature_limit", 31, 1, Scale::Temperature, [0, 100, 80]).x330([0, 100, 70]),
+    Row::write("max_voltage_limit", 32, 2, Scale::Voltage, [95, 160, 160]).x330([31, 70, 70]),
+    Row::write("min_voltage_limit", 34, 2, Scale::Voltage, [95, 160, 95]).x330([31, 70, 35]),
+    Row::write("pwm_limit", 36, 2, Scale::Duty, [0, 885, 885]),
+    Row::write("current_limit", 38, 2, Scale::Current, [0, 1193, 1193]).x330([0, 1750, 1750]),
+    Row::write("velocity_limit", 44, 4, Scale::Velocity, [0, 1023, 200]).x330([0, 2047, 445]),
+    Row::write("max_position_limit", 48, 4, Scale::Position, [0, 4095, 4095]),
+    Row::write("min_position_limit", 52, 4, Scale::Position, [0, 4095, 0]),
+    Row::write("startup_configuration", 60, 1, Scale::None, [0, 3, 0]),
+    Row::write("pwm_slope", 62, 1, Scale::None, [1, 255, 140]).x330_alone(),
+    Row::write("shutdown", 63, 1, Scale::None, [0, 63, 52]).x330([0, 63, 53]),
+    Row::write("torque_enable", 64, 1, Scale::None, [0, 1, 0]),
+    Row::write("led", 65, 1, Scale::None, [0, 1, 0]),
+    Row::write("status_return_level", 68, 1, Scale::None, [0, 2, 2]),
+    Row::read("registered_instruction", 69, 1, Scale::None),
+    Row::read("hardware_error_status", 70, 1, Scale::None),
+    Row::write("velocity_i_gain", 76, 2, Scale::None, [0, 16_383, 1920]).x330([0, 16_383, 1600]),
+    Row::write("velocity_p_gain", 78, 2, Scale::None, [0, 16_383, 100]).x330([0, 16_383, 180]),
+    Row::write("position_d_gain", 80, 2, Scale::None, [0, 16_383, 0]),
+    Row::write("position_i_gain", 82, 2, Scale::None, [0, 16_383, 0]),
+    Row::write("position_p_gain", 84, 2, Scale::None, [0, 16_383, 800]).x330([0, 16_383, 400]),
+    Row::write("feedforward_2nd_gain", 88, 2, Scale::None, [0, 16_383, 0]),
+    Row::write("feedforward_1st_gain", 90, 2, Scale::None, [0, 16_383, 0]),
+    Row::write("bus_watchdog", 98, 1, Scale::Watchdog, [0, 127, 0]).signed(),
+    Row::write("goal_pwm", 100, 2, Scale::Duty, [-885, 885, 885]).signed(),
+    Row::write("goal_current", 102, 2, Scale::Current, [-1193, 1193, 1193])
+        .signed()
+        .x330([-1750, 1750, 1750]),
+    Row::write("goal_velocity", 104, 4, Scale::Velocity, [-1023, 1023, 200])
+        .signed()
+        .x330([-2047, 2047, 445]),
+    Row::write("profile_acceleration", 108, 4, Scale::Acceleration, [0, 32_767, 0]),
+    Row::write("profile_velocity", 112, 4, Scale::Velocity, [0, 32_767, 0]),
+    Row::write("goal_position", 116, 4, Scale::Position, [-1_048_575, 1_048_575, 0]).signed(),
+    Row::read("realtime_tick", 120, 2, Scale::Tick),
+    Row::read("moving", 122, 1, Scale::None),
+    Row::read("moving_status", 123, 1, Scale::None),
+    Row::read("present_pwm", 124, 2, Scale::Duty).signed(),
+    Row::read("present_current", 126, 2, Scale::Current).signed(),
+    Row::read("present_velocity", 128, 4, Scale::Velocity).signed(),
+    Row::read("present_position", 132, 4, Scale::Position).signed(),
+    Row::read("velocity_trajectory", 136, 4, Scale::Velocity).signed(),
+    Row::read("position_trajectory", 140, 4, Scale::Position).signed(),
+    Row::read("present_input_voltage", 144, 2, Scale::Voltage),
+    Row::read("present_temperature", 146, 1, Scale::Temperature),
+    Row::read("backup_ready", 147, 1, Scale::None),
+];
+
+/// Indirect addresses and the data at them, so many from a number on.
+struct Indirect {
+    first: u16,
+    count: u16,
+    addresses: u16,
+    data: u16,
+}
+
+const X430_INDIRECT: [Indirect; 2] = [
+    Indirect { first: 1, count: 28, addresses: 168, data: 224 },
+    Indirect { first: 29, count: 28, addresses: 578, data: 634 },
+];
+const X330_INDIRECT: [Indirect; 1] = [Indirect { first: 1, count: 20, addresses: 168, data: 208 }];
+/// What indirect addresses may point to begins here.
+const INDIRECT_LOW: i64 = 64;
+
+impl Indirect {
+    const fn of(model: Model) -> &'static [Self] {
+        match model {
+            Model::Xm430W350 => &X430_INDIRECT,
+            Model::Xl330M288 => &X330_INDIRECT,
+        }
+    }
+
+    fn entries(&'static self, model: Model) -> impl Iterator<Item = Entry> {
+        let high = i64::from(length(model)) - 1;
+        let addresses = (0..self.count).map(move |index| {
+            let item = Item { address: self.addresses + 2 * index, length: 2 };
+            let values = [INDIRECT_LOW, high, i64::from(self.data + index)];
+            self.entry("indirect_address", index, item, values)
+        });
+        let data = (0..self.count).map(|index| {
+            let item = Item { address: self.data + index, length: 1 };
+            self.entry("indirect_data", index, item, [0, 255, 0])
+        });
+        addresses.chain(data)
+    }
+
+    const fn entry(&self, name: &'static str, index: u16, item: Item, values: [i64; 3]) -> Entry {
+        let ([low, high, initial], number) = (values, Some(self.first + index));
+        let access = Access::ReadWrite;
+        Entry { name, number, item, access, signed: false, low, high, initial, unit: None }
+    }
+}
+
+/// Every item of a model's control table, in the order of the addresses.
+pub fn entries(model: Model) -> impl Iterator<Item = Entry> {
+    let indirect = Indirect::of(model).iter().flat_map(move |indirect| indirect.entries(model));
+    ROWS.iter().filter_map(move |row| row.entry(model)).chain(indirect)
+}
+
+/// The item of a name, such as `goal_position` or `indirect_address_7`.
+#[must_use]
+pub fn by_name(model: Model, name: &str) -> Option<Entry> {
+    let numbered = name.rsplit_once('_').and_then(|(base, number)| Some((base, number.parse().ok()?)));
+    entries(model).find(|entry| match entry.number {
+        None => entry.name == name,
+        Some(number) => numbered == Some((entry.name, number)),
+    })
+}
+
+/// The item that begins at an address.
+#[must_use]
+pub fn by_address(model: Model, address: u16) -> Option<Entry> {
+    let row = ROWS.iter().find(|row| row.item.address == address);
+    row.and_then(|row| row.entry(model)).or_else(|| {
+        let mut indirect = Indirect::of(model).iter().flat_map(|indirect| indirect.entries(model));
+        indirect.find(|entry| entry.item.address == address)
+    })
+}
+
+/// How many bytes a model's control table has, gaps included.
+#[must_use]
+pub const fn length(model: Model) -> u16 {
+    match model {
+        Model::Xm430W350 => 662,
+        Model::Xl330M288 => 228,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::table::{Area, GOAL_POSITION, PRESENT_CURRENT, SHUTDOWN, VELOCITY_LIMIT};
+
+    #[test]
+    fn the_items_lie_one_behind_the_other_and_are_found_by_name_and_address() {
+        for (model, count) in [(Model::Xm430W350, 53 + 112), (Model::Xl330M288, 54 + 40)] {
+            let mut seen = 0;
+            let mut end = 0;
+            for entry in entries(model) {
+                assert!(entry.item.address >= end, "{entry}");
+                end = entry.item.address + entry.item.length;
+                assert_eq!(by_name(model, &entry.to_string()), Some(entry));
+                assert_eq!(by_address(model, entry.item.address), Some(entry));
+                assert!(entry.low <= entry.initial && entry.initial <= entry.high, "{entry}");
+                seen += 1;
+            }
+            assert_eq!((end, seen), (length(model), count), "{model:?}");
+        }
+        assert_eq!(by_name(Model::Xm430W350, "pwm_slope"), None);
+        assert_eq!(by_name(Model::Xl330M288, "indirect_address_21"), None);
+        assert_eq!(by_name(Model::Xm430W350, "indirect_address_56").unwrap().initial, 661);
+    }
+
+    #[test]
+    fn models_differ_where_the_manual_says_so() {
+        let initial = |model, item: Item| by_address(model, item.address).unwrap().initial;
+        assert_eq!(initial(Model::Xm430W350, SHUTDOWN), 52);
+        assert_eq!(initial(Model::Xl330M288, SHUTDOWN), 53);
+        for model in Model::ALL {
+            assert_eq!(initial(model, VELOCITY_LIMIT), i64::from(model.velocity_limit()));
+        }
+        assert_eq!(by_name(Model::Xl330M288, "baud_rate").unwrap().high, 6);
+    }
+
+    #[test]
+    fn values_have_signs_ranges_and_units() {
+        let goal = by_name(Model::Xm430W350, "goal_position").unwrap();
+        assert_eq!((goal.item, goal.area(), goal.access), (GOAL_POSITION, Area::Ram, Access::ReadWrite));
+        assert_eq!(goal.value(&[0xFF; 4]), Some(-1));
+        assert_eq!(goal.value(&[0xFF; 2]), None);
+        assert_eq!(goal.bytes(-2), Some([0xFE, 0xFF, 0xFF, 0xFF]));
+        assert_eq!(goal.bytes(1_048_576), None);
+        assert!((goal.in_unit(1024) - 90.0).abs() < 1e-12);
+        let current = by_address(Model::Xm430W350, PRESENT_CURRENT.address).unwrap();
+        assert!((current.in_unit(current.value(&[0xFF, 0xFF]).unwrap()) + 0.002_69).abs() < 1e-12);
+        assert_eq!(by_name(Model::Xl330M288, "bus_watchdog").unwrap().value(&[0xFF]), Some(-1));
+        assert_eq!(by_name(Model::Xl330M288, "id").unwrap().area(), Area::Eeprom);
+    }
+}
