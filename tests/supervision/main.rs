@@ -1,6 +1,7 @@
 //! The supervisor over real processes: whatever is killed, the robot goes on or ends cleanly.
 #![expect(clippy::expect_used, reason = "a test fails by panicking")]
 
+mod emergency;
 mod robot;
 
 use std::fs;
@@ -68,7 +69,12 @@ fn the_robot_survives_any_process_killed_at_any_moment() {
 fn a_process_that_hangs_is_replaced() {
     let robot = Robot::ready("hang", &PATIENT);
     for name in PROCESSES {
-        let hung = robot.processes()[name];
+        let mut lives = None;
+        wait_until(|| {
+            lives = robot.processes().get(name).copied();
+            lives.is_some()
+        });
+        let hung = lives.expect("it is started anew where it died");
         signal(hung, Signal::STOP);
         let replaced = wait_until(|| robot.processes().get(name).is_some_and(|&pid| pid != hung));
         assert!(replaced, "`{name}` hangs on\n{}", robot.said());

@@ -299,7 +299,8 @@ impl Joint {
                 let turn = if self.settings.reversed { -1.0 } else { 1.0 };
                 let position_rad = self.settings.joint_rad(servo.position_rad);
                 let (velocity_rad_s, current_a) = (turn * servo.velocity_rad_s, turn * servo.current_a);
-                self.reading = Some((now, Reading { current_a, velocity_rad_s, position_rad, ..servo }));
+                // It was sampled soon after it was asked for, whenever the answer was taken up.
+                self.reading = Some((asked_at, Reading { current_a, velocity_rad_s, position_rad, ..servo }));
                 (self.misses, self.spoilt) = (0, 0);
             }
         }

@@ -2,11 +2,12 @@ use clock::{Duration, Instant};
 use config::Robot;
 use message::{Header, Hop, JointCause, JointGoals, JointMode, JointState, JointStates, Process};
 use process::{Emergency, Failure, Launch, Member, Progress};
+use transport::Outlet;
 
 use crate::Motor;
 use crate::ledger::Ledger;
 use crate::reporter::Reporter;
-use crate::threads::{ThreadError, Threads};
+use crate::threads::Threads;
 
 /// How long an orderly end may take: slow down, hold, let go.
 const END_WITHIN: Duration = Duration::from_secs(1);
@@ -63,14 +64,7 @@ pub fn run(launch: &Launch, robot: &Robot) -> Result<(), Failure> {
         if member.is_lockstep() {
             threads.wait(&mut motor, now, turn_within).map_err(Failure::own)?;
         }
-        let mut all = motor.states();
-        let unread = JointState::unread(u32::MAX, JointMode::Limp, JointCause::NotStarted);
-        states.send(
-            header,
-            motor.states().len(),
-            |_| all.next().unwrap_or(unread),
-            |header| header.pass(Hop::Moved, member.now().as_nanos()),
-        )?;
+        publish(&motor, header, &member, &mut states)?;
         reporter.look(&motor, now);
         ledger.keep(&motor, &threads, now);
         member.health().refused = motor.counts().refused;
@@ -79,26 +73,50 @@ pub fn run(launch: &Launch, robot: &Robot) -> Result<(), Failure> {
         member.end_cycle(Progress::More)?;
     }
     if !launch.lockstep {
-        lay_down(&mut motor, &mut threads, period).map_err(Failure::own)?;
+        let (motor, threads) = (&mut motor, &mut threads);
+        lay_down(motor, threads, period, |motor, now| {
+            publish(motor, Header::at(now.as_nanos()), &member, &mut states)
+        })?;
     }
     tracing::debug!(stale = motor.counts().stale, "the motor stops");
     Ok(())
 }
 
+/// Publishes what every joint does.
+fn publish(
+    motor: &Motor,
+    header: Header,
+    member: &Member,
+    states: &mut Outlet<JointStates>,
+) -> Result<(), Failure> {
+    let mut all = motor.states();
+    let unread = JointState::unread(u32::MAX, JointMode::Limp, JointCause::NotStarted);
+    let count = all.len();
+    let stamp = |header: &mut Header| header.pass(Hop::Moved, member.now().as_nanos());
+    states.send(header, count, |_| all.next().unwrap_or(unread), stamp)?;
+    Ok(())
+}
+
 /// Lets the body slow down, hold, and go limp, for as long as that may take.
-fn lay_down(motor: &mut Motor, threads: &mut Threads, period: Duration) -> Result<(), ThreadError> {
+fn lay_down(
+    motor: &mut Motor,
+    threads: &mut Threads,
+    period: Duration,
+    mut tell: impl FnMut(&Motor, Instant) -> Result<(), Failure>,
+) -> Result<(), Failure> {
     let mut now = clock::now();
     let until = now + END_WITHIN;
     motor.dismiss();
     while now < until && (motor.letting_go().is_none() || motor.unconfirmed() > 0) {
         clock::sleep_until(now + period);
         now = clock::now();
-        threads.collect(motor)?;
+        threads.collect(motor).map_err(Failure::own)?;
         motor.step(now);
         if !motor.is_moving() {
             motor.let_go(JointCause::Stopped);
         }
-        threads.send(motor, now)?;
+        threads.send(motor, now).map_err(Failure::own)?;
+        tell(motor, now)?;
     }
     match motor.unconfirmed() {
         0 => tracing::debug!("every servo says that its torque is off"),

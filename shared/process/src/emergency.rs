@@ -147,7 +147,7 @@ fn tell(file: Option<&Path>) {
             why.trim()
         ),
         None => {
-            tracing::warn!("the emergency stop is released: joints are brought up when somebody commands")
+            tracing::warn!("the emergency stop is released: joints are brought up when somebody commands");
         }
     }
 }

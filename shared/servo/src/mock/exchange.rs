@@ -172,7 +172,7 @@ impl Exchange<'_> {
         for span in asked {
             let (mut tells, mut tells_too) = (None, None);
             self.each(span.id.get(), |_, place| {
-                (tells, tells_too) = (tells.or(Some(place)), tells.and(Some(place)))
+                (tells, tells_too) = (tells.or(Some(place)), tells.and(Some(place)));
             });
             if self.injector.strikes(Kind::Drop, self.now, span.id.get()).is_some() {
                 tells = None;

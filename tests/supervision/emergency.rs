@@ -1,0 +1,146 @@
+//! The emergency stop and the death of the motor process, seen in what the joints do.
+
+use std::collections::BTreeMap;
+use std::fs;
+
+use clock::{Duration, Instant};
+use message::{JointCause, JointMode, JointState, JointStates};
+use rustix::process::Signal;
+use transport::{Delivery, Domain, Inlet, Node, Queues};
+
+use super::robot::{Robot, leo, signal, wait_until};
+
+const JOINTS: usize = 65;
+
+/// Watches the joints of a robot.
+struct Joints {
+    inlet: Inlet<JointStates>,
+    _node: Node,
+}
+
+impl Joints {
+    fn of(robot: &Robot) -> Self {
+        let domain = Domain::at(robot.domain()).expect("a domain");
+        let queues = Queues { frames: 4, delivery: Delivery::Newest };
+        let node = Node::join(&domain, "observer", 1, queues).expect("joins");
+        Self { inlet: node.inlet(None).expect("a free reader"), _node: node }
+    }
+
+    /// The newest states that have come since the last look.
+    fn newest(&mut self) -> Vec<JointState> {
+        self.inlet.newest().expect("works").map(|frame| frame.entries().to_vec()).unwrap_or_default()
+    }
+
+    /// Waits until there are states in which something holds.
+    fn until(&mut self, robot: &Robot, what: &str, holds: impl Fn(&[JointState]) -> bool) -> Vec<JointState> {
+        let mut states = Vec::new();
+        let seen = wait_until(|| {
+            states = self.newest();
+            states.len() == JOINTS && holds(&states)
+        });
+        assert!(seen, "not {what}\n{}", robot.said());
+        states
+    }
+}
+
+fn all_are(mode: JointMode, cause: JointCause) -> impl Fn(&[JointState]) -> bool {
+    move |states| states.iter().all(|joint| joint.mode() == Some(mode) && joint.cause() == Some(cause))
+}
+
+fn moves(joint: &JointState) -> bool {
+    joint.present_velocity_rad_s().is_some_and(|velocity| velocity.abs() > 0.2)
+}
+
+fn motor_of(robot: &Robot) -> i32 {
+    robot.processes().get("motor").copied().expect("the motor process runs")
+}
+
+fn stop(robot: &Robot, arguments: &[&str]) -> (Option<i32>, String) {
+    let mut command = leo(&["emergency-stop", "--domain"]);
+    let told = command.arg(robot.domain()).args(arguments).output().expect("runs");
+    (told.status.code(), String::from_utf8_lossy(&told.stdout).into_owned())
+}
+
+/// A process can look into one domain only, so this is one robot's day.
+#[test]
+fn however_the_motor_is_stopped_no_joint_jumps_and_what_shall_be_limp_is_limp() {
+    let robot = Robot::ready("emergency", &[]);
+    let mut joints = Joints::of(&robot);
+    let following = all_are(JointMode::Following, JointCause::None);
+    joints.until(&robot, "following", &following);
+    for _death in 0..3 {
+        killed_in_motion(&robot, &mut joints);
+    }
+    joints.until(&robot, "following", &following);
+    stopped_by_command(&robot, &mut joints);
+    joints.until(&robot, "following", &following);
+    stopped_by_signal(&robot, &mut joints);
+    joints.until(&robot, "following", &following);
+    signal(robot.pid(), Signal::TERM);
+    joints.until(&robot, "limp at the end", all_are(JointMode::Limp, JointCause::Stopped));
+    let (status, said) = robot.stop(Signal::TERM);
+    assert!(status.success(), "{said}");
+}
+
+/// The stop is confirmed, outlives the motor process, and ends when it is released.
+fn stopped_by_command(robot: &Robot, joints: &mut Joints) {
+    let limp = all_are(JointMode::Limp, JointCause::Emergency);
+    let (status, said) = stop(robot, &["--reason", "somebody's hair is in the arm"]);
+    assert_eq!(status, Some(0), "{said}\n{}", robot.said());
+    assert!(said.contains("all 65 servos say that their torque is off"), "{said}");
+    joints.until(robot, "limp", &limp);
+    assert!(wait_until(|| robot.said().contains("EMERGENCY STOP (somebody's hair is in the arm)")));
+    let motor = motor_of(robot);
+    signal(motor, Signal::KILL);
+    assert!(wait_until(|| robot.processes().get("motor").is_some_and(|&pid| pid != motor)));
+    joints.until(robot, "limp again", &limp);
+    let (status, said) = stop(robot, &["--release"]);
+    assert_eq!(status, Some(0), "{said}");
+    assert_eq!(stop(robot, &["--release"]).1.trim().rsplit(": ").next(), Some("was not raised"));
+}
+
+/// The signal is obeyed, and becomes the file.
+fn stopped_by_signal(robot: &Robot, joints: &mut Joints) {
+    signal(motor_of(robot), Signal::USR1);
+    joints.until(robot, "limp", all_are(JointMode::Limp, JointCause::Emergency));
+    let file = robot.domain().join("emergency-stop");
+    assert!(wait_until(|| fs::read_to_string(&file).is_ok_and(|why| why.contains("SIGUSR1"))));
+    fs::remove_file(&file).expect("anybody who may stop it may release it");
+}
+
+/// The servos hold where they are when their commander dies, and are taken up there: slowly.
+fn killed_in_motion(robot: &Robot, joints: &mut Joints) {
+    joints.until(robot, "moving", |states| {
+        states.iter().any(moves) && states.iter().all(|joint| joint.mode() == Some(JointMode::Following))
+    });
+    let killed_at = clock::now();
+    signal(motor_of(robot), Signal::KILL);
+    // Where each was read a while ago, and since when it follows again.
+    let mut last: BTreeMap<u32, (u64, f64)> = BTreeMap::new();
+    let mut since: BTreeMap<u32, u64> = BTreeMap::new();
+    let mut checked = 0;
+    let done = wait_until(|| {
+        for joint in joints.newest() {
+            let Some(position_rad) = joint.present_position_rad() else { continue };
+            let at = joint.sampled_at_ns;
+            if joint.mode() != Some(JointMode::Following) || at < killed_at.as_nanos() {
+                continue;
+            }
+            let first = *since.entry(joint.joint).or_insert(at);
+            let &mut (before, from) = last.entry(joint.joint).or_insert((at, position_rad));
+            // The instants are known less well than the positions: compared over a while.
+            if at >= before + 100_000_000 && at < first + 1_000_000_000 {
+                let speed = (position_rad - from).abs() / seconds(before, at);
+                assert!(speed < 0.6, "joint {} goes on at {speed} rad/s", joint.joint);
+                last.insert(joint.joint, (at, position_rad));
+                checked += 1;
+            }
+        }
+        since.len() == JOINTS && clock::now() > killed_at + Duration::from_secs(3)
+    });
+    assert!(done && checked > 300, "{checked} readings\n{}", robot.said());
+}
+
+fn seconds(from_ns: u64, until_ns: u64) -> f64 {
+    Instant::from_nanos(until_ns).since(Instant::from_nanos(from_ns)).as_secs_f64()
+}
