@@ -2,7 +2,7 @@ use std::collections::BTreeMap;
 use std::io::{BufRead as _, Write};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::mpsc::{Receiver, TryRecvError, channel};
+use std::sync::mpsc::{Receiver, channel};
 
 use clock::Duration;
 use config::ConfigError;
@@ -71,12 +71,9 @@ pub fn alone(
     while !stop.load(Ordering::Relaxed) {
         clock::sleep_until(clock::now() + LOOK);
         let mut said = control.look();
-        loop {
-            match commands.try_recv() {
-                Ok(command) => said.extend(control.obey(&command, &ptys)),
-                // Whoever has nothing more to say has not said that it shall end.
-                Err(TryRecvError::Empty | TryRecvError::Disconnected) => break,
-            }
+        // Whoever has nothing more to say has not said that it shall end.
+        while let Ok(command) = commands.try_recv() {
+            said.extend(control.obey(&command, &ptys));
         }
         if std::mem::take(&mut control.changed) {
             ptys.inject(&control.all());
