@@ -1,6 +1,6 @@
 //! Whatever bytes come: what the parser, the fast reply and the mock promise holds. Shared by
 //! property tests and fuzz targets.
-#![expect(clippy::unwrap_used, reason = "helpers of tests may fail them")]
+#![expect(clippy::unwrap_used, clippy::indexing_slicing, reason = "helpers of tests may fail them")]
 
 use std::collections::BTreeSet;
 
