@@ -20,8 +20,11 @@ use super::process::Life;
     docs/servo-bus.md says which faults there are."
 )]
 pub(crate) struct MockBus {
+    /// The domain, where it is the supervisor that starts it.
+    #[arg(long, hide = true)]
+    domain: Option<PathBuf>,
     #[command(flatten)]
-    life: Option<Life>,
+    life: Life,
     /// The robot's leo.toml, for the buses and servos in the motor.toml beside it [default: built in]
     #[arg(long, value_name = "FILE")]
     config: Option<PathBuf>,
@@ -43,8 +46,9 @@ impl MockBus {
     /// Answers on every mock bus until told to stop.
     pub(super) fn run(&self) -> Result<ExitCode, Failed> {
         let robot = Robot::load(self.config.as_deref()).map_err(Failed::usage)?;
-        if let Some(life) = &self.life {
-            mock_bus_process::run(&life.launch(self.config.clone()), &robot).map_err(Failed::because)?;
+        if let Some(domain) = &self.domain {
+            let launch = self.life.launch(domain.clone(), self.config.clone());
+            mock_bus_process::run(&launch, &robot).map_err(Failed::because)?;
             return Ok(ExitCode::SUCCESS);
         }
         let mut faults = Faults::configured(&robot.leo.mock_bus, &robot.motor).map_err(Failed::usage)?;

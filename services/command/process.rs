@@ -39,17 +39,17 @@ pub(crate) enum Process {
 /// What the supervisor tells a process.
 #[derive(Args, Clone, Debug)]
 pub(crate) struct Told {
+    #[arg(long)]
+    domain: PathBuf,
     #[command(flatten)]
     life: Life,
     #[arg(long)]
     config: Option<PathBuf>,
 }
 
-/// What the supervisor tells a process beside its configuration.
+/// What the supervisor tells a process beside its domain and its configuration.
 #[derive(Args, Clone, Debug)]
 pub(super) struct Life {
-    #[arg(long, hide = true)]
-    domain: PathBuf,
     #[arg(long, hide = true, default_value_t = 1)]
     incarnation: u64,
     #[arg(long, hide = true)]
@@ -81,7 +81,7 @@ impl Process {
             let Self::MockBus(mock_bus) = self else { return Ok(ExitCode::SUCCESS) };
             return mock_bus.run();
         };
-        let launch = told.life.launch(told.config.clone());
+        let launch = told.life.launch(told.domain.clone(), told.config.clone());
         let robot = Robot::load(launch.config.as_deref()).map_err(Failed::usage)?;
         match self {
             Self::Simulator(_) => simulator_process::run(&launch, &robot, &lesson(&launch)?),
@@ -98,9 +98,9 @@ impl Process {
 }
 
 impl Life {
-    pub(super) fn launch(&self, config: Option<PathBuf>) -> Launch {
+    pub(super) fn launch(&self, domain: PathBuf, config: Option<PathBuf>) -> Launch {
         Launch {
-            domain: self.domain.clone(),
+            domain,
             incarnation: self.incarnation,
             parent: self.parent,
             config,

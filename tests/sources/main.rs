@@ -5,6 +5,7 @@ mod python;
 #[path = "../supervision/robot.rs"]
 #[expect(dead_code, reason = "the tests of the supervisor use the rest")]
 mod robot;
+mod venv;
 
 use message::{Belief, Beliefs, Feature};
 use rustix::process::Signal;

@@ -2,6 +2,8 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
 
+use crate::venv;
+
 /// The interpreter of a virtual environment that has the middleware.
 pub(crate) struct Python(PathBuf);
 
@@ -12,25 +14,9 @@ pub(crate) struct Example {
 }
 
 impl Python {
-    /// The environment below the target folder; made there where it is not yet. `None` where that
-    /// does not work.
+    /// The environment; `None` where it cannot be made.
     pub(crate) fn find() -> Option<Self> {
-        let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("python-iceoryx2-0.10.0");
-        let python = folder.join("bin/python");
-        let succeeds = |command: &mut Command| {
-            command.stdout(Stdio::null()).stderr(Stdio::null()).status().is_ok_and(|status| status.success())
-        };
-        let works = || succeeds(Command::new(&python).args(["-c", "import iceoryx2"]));
-        if !works() {
-            let install =
-                ["-m", "pip", "install", "--quiet", "--disable-pip-version-check", "iceoryx2==0.10.0"];
-            let made = succeeds(Command::new("python3").args(["-m", "venv", "--clear"]).arg(&folder))
-                && succeeds(Command::new(&python).args(install));
-            if !made || !works() {
-                return None;
-            }
-        }
-        Some(Self(python))
+        venv::interpreter("iceoryx2==0.10.0", "iceoryx2").map(Self)
     }
 
     /// Runs the example as source 1 of a robot.

@@ -1,0 +1,176 @@
+//! Whatever bytes come: what the parser, the fast reply and the mock promise holds. Shared by
+//! property tests and fuzz targets.
+#![expect(clippy::unwrap_used, clippy::indexing_slicing, reason = "helpers of tests may fail them")]
+
+use std::collections::BTreeSet;
+
+use clock::{Duration, Instant};
+use servo::mock::{Answers, Injection, Injector, Line, Servo};
+use servo::{Address, Chain, FastReply, Id, Instruction, Model, Parser, Status};
+
+/// The script cut into chunks of lengths that it says itself.
+fn chunks(script: &[u8]) -> impl Iterator<Item = &[u8]> {
+    let mut rest = script;
+    std::iter::from_fn(move || {
+        let (&length, behind) = rest.split_first()?;
+        let (chunk, behind) = behind.split_at(behind.len().min(usize::from(length)));
+        rest = behind;
+        Some(chunk)
+    })
+}
+
+/// The script as a stream: however it is cut, the same frames are found, each byte is accounted
+/// for, and what is understood is said again the same. Returns how many frames there were.
+pub(crate) fn parse(script: &[u8]) -> usize {
+    let mut whole = Vec::new();
+    let mut cut = Parser::new();
+    let mut found = Vec::new();
+    for chunk in chunks(script) {
+        whole.extend_from_slice(chunk);
+        cut.push(chunk);
+        while let Some(frame) = cut.next_frame() {
+            found.push((frame.address, frame.instruction, frame.params.to_vec()));
+            if let Ok(instruction) = Instruction::parse(&frame) {
+                let mut bytes = [0; 4096];
+                let length = instruction.encode(frame.address, &mut bytes).unwrap();
+                let mut again = Parser::new();
+                again.push(&bytes[..length]);
+                assert_eq!(Instruction::parse(&again.next_frame().unwrap()), Ok(instruction));
+            }
+            if let Some(status) = Status::parse(&frame) {
+                let mut bytes = [0; 4096];
+                status.encode(&mut bytes).unwrap();
+            }
+        }
+    }
+    // As long as nothing was dropped for lack of room.
+    if whole.len() <= 4096 {
+        let mut at_once = Parser::new();
+        at_once.push(&whole);
+        for (address, instruction, params) in &found {
+            let frame = at_once.next_frame().unwrap();
+            assert_eq!(
+                (frame.address, frame.instruction, frame.params),
+                (*address, *instruction, &params[..])
+            );
+        }
+        assert!(at_once.next_frame().is_none());
+        assert_eq!(at_once.losses(), cut.losses());
+    }
+    found.len()
+}
+
+/// The script as what comes instead of a fast reply, behind a good one that the script's first
+/// bytes damage: nobody is told twice, nobody who was not asked, and in a whole frame everybody
+/// before the damage. Returns how many were told.
+pub(crate) fn fast_reply(script: &[u8]) -> usize {
+    let (&[at, flip], rest) = script.split_first_chunk().unwrap_or((&[0, 0], &[]));
+    let ids = [3, 7, 4, 250, 9];
+    let lengths = [4_u16, 0, 2, 10, 1];
+    let mut reply = FastReply::new();
+    let asked = ids.iter().zip(lengths).map(|(&id, length)| (Id::new(id).unwrap(), length));
+    reply.expect(asked.clone()).unwrap();
+    let mut frame = [0; 256];
+    let (mut chain, mut end) = Chain::begin(lengths, &mut frame).unwrap();
+    let mut ends = Vec::new();
+    for (id, length) in asked {
+        let params = [0xFF; 16];
+        let status = Status { id, alert: false, fault: None, params: &params[..usize::from(length)] };
+        end += chain.add(&status, &mut frame[end..]).unwrap();
+        ends.push(end);
+    }
+    let at = usize::from(at) % end;
+    frame[at] ^= flip;
+
+    let mut parser = Parser::new();
+    let mut told = Vec::new();
+    for chunk in std::iter::once(&frame[..end]).chain(chunks(rest)) {
+        parser.push(chunk);
+        while let Some(status) = parser.next_part(&mut reply) {
+            let place = ids.iter().position(|id| *id == status.id.get()).unwrap();
+            assert_eq!(status.params.len(), usize::from(lengths[place]));
+            told.push(status.id.get());
+        }
+    }
+    let before = if flip == 0 { ends.len() } else { ends.iter().filter(|end| **end <= at).count() };
+    assert_eq!(told[..before], ids[..before]);
+    assert_eq!(told.iter().collect::<BTreeSet<_>>().len(), told.len());
+    assert_eq!(reply.missing().count() + told.len(), ids.len());
+    told.len()
+}
+
+/// Every fault that there is, now and then.
+const FAULTS: [&str; 16] = [
+    "drop p=0.1",
+    "flip p=0.1",
+    "truncate p=0.1",
+    "length p=0.1",
+    "noise p=0.1",
+    "echo p=0.1",
+    "late p=0.1",
+    "duplicate p=0.1",
+    "swap p=0.1",
+    "alert p=0.01",
+    "overload p=0.01",
+    "brown-out at=3s",
+    "baud id=2 from=1s for=100ms",
+    "duplicate-id id=7 from=2s for=500ms",
+    "hang-up from=4s",
+    "reboot p=0.01",
+];
+
+/// The script as what a host says to a mock bus, with or without faults: it answers, and its
+/// positions stay numbers. Half of the chunks are framed, so that they are understood. Returns how
+/// many bytes were said.
+pub(crate) fn mock(script: &[u8]) -> usize {
+    let (&seed, rest) = script.split_first().unwrap_or((&0, &[]));
+    let servo = |id: u8, model| Servo::new(model, Id::new(id).unwrap(), 0.0, Instant::EPOCH);
+    let servos = vec![servo(1, Model::Xm430W350), servo(2, Model::Xl330M288), servo(7, Model::Xm430W350)];
+    let mut line = Line::new(servos).with_injector(Injector::new("torso", u64::from(seed)));
+    if seed % 2 == 1 {
+        let faults: Vec<Injection> = FAULTS.iter().map(|words| words.parse().unwrap()).collect();
+        line.inject(Instant::EPOCH, &faults);
+    }
+    let mut answers = Answers::default();
+    let (mut now, mut said) = (Instant::EPOCH, 0);
+    for chunk in chunks(rest) {
+        let (&ms, chunk) = chunk.split_first().unwrap_or((&0, &[]));
+        now += Duration::from_millis(u64::from(ms));
+        answers.clear();
+        match framed(chunk) {
+            Some(frame) if ms % 2 == 0 => line.listen(now, &frame, &mut answers),
+            _ => line.listen(now, chunk, &mut answers),
+        }
+        said += answers.get().iter().map(|answer| answer.bytes.len()).sum::<usize>();
+        line.hangs_up(now);
+        for servo in line.servos() {
+            assert!(servo.position_rad().is_finite());
+            assert!(servo.id() <= 252);
+        }
+    }
+    said
+}
+
+/// A chunk as an instruction that it names, to whom it names.
+fn framed(chunk: &[u8]) -> Option<Vec<u8>> {
+    let (&[to, kind, a, b], data) = chunk.split_first_chunk()?;
+    let to = [Address::All, Id::new(1)?.into(), Id::new(2)?.into(), Id::new(7)?.into()][usize::from(to % 4)];
+    let (address, length) = (u16::from(a), u16::from(b % 16));
+    let whole = data.len() - data.len() % (usize::from(length) + 1);
+    let instruction = match kind % 10 {
+        0 => Instruction::Ping,
+        1 => Instruction::Read { address, length },
+        2 => Instruction::Write { address, data },
+        3 => Instruction::RegWrite { address, data },
+        4 => Instruction::Action,
+        5 => Instruction::Reboot,
+        6 => Instruction::Clear,
+        7 => Instruction::SyncWrite { address, length, records: &data[..whole] },
+        8 => Instruction::FastSyncRead { address, length, ids: data },
+        _ => Instruction::SyncRead { address, length, ids: data },
+    };
+    let mut bytes = vec![0; 2048];
+    let length = instruction.encode(to, &mut bytes).ok()?;
+    bytes.truncate(length);
+    Some(bytes)
+}

@@ -1,0 +1,148 @@
+//! Masters that are not Leo, on `leo mock-bus`: the vendor's SDK in Python, and the crate rustypot.
+#![expect(clippy::expect_used, reason = "a test fails by panicking")]
+
+mod mock_bus;
+#[path = "../sources/venv.rs"]
+mod venv;
+
+use std::process::Command;
+
+use clock::Duration;
+use rustypot::DynamixelProtocolHandler;
+use serialport::SerialPort;
+
+use mock_bus::MockBus;
+
+/// The vendor's SDK refuses more.
+const BAUD: u32 = 4_000_000;
+const TORSO: [u8; 7] = [1, 2, 3, 4, 5, 6, 7];
+const GOAL_POSITION: u8 = 116;
+const PRESENT_POSITION: u8 = 132;
+const HARDWARE_ERROR_STATUS: u8 = 70;
+
+fn open(mock: &MockBus, bus: &str) -> Box<dyn SerialPort> {
+    let path = mock.path(bus).to_str().expect("a path of letters").to_owned();
+    serialport::new(path, BAUD).timeout(Duration::from_millis(500)).open().expect("opens")
+}
+
+/// Waits until a look shows what is awaited, five hundred times at most.
+fn comes(mut looks: impl FnMut() -> bool) -> bool {
+    (0..500).any(|_| {
+        let is_so = looks();
+        if !is_so {
+            clock::sleep_until(clock::now() + Duration::from_millis(10));
+        }
+        is_so
+    })
+}
+
+#[test]
+fn the_vendors_sdk_scans_reads_writes_and_reboots_every_servo() {
+    let Some(python) = venv::interpreter("dynamixel-sdk==4.1.0", "dynamixel_sdk") else {
+        eprintln!("SKIPPED: `python3 -m venv` and `pip install dynamixel-sdk==4.1.0` do not work here");
+        return;
+    };
+    let mock = MockBus::start(&[]);
+    for (bus, servos) in [("torso", 7), ("left_arm", 13)] {
+        let ran = Command::new(&python)
+            .arg("-B")
+            .arg(concat!(env!("CARGO_MANIFEST_DIR"), "/tests/masters/master.py"))
+            .arg(mock.path(bus))
+            .arg(BAUD.to_string())
+            .args((1..=servos).map(|id: u8| id.to_string()))
+            .output()
+            .expect("starts");
+        assert!(ran.status.success(), "{bus}: {}", String::from_utf8_lossy(&ran.stderr));
+    }
+    assert!(mock.stop().success());
+}
+
+#[test]
+fn rustypot_scans_reads_writes_and_reboots_every_servo() {
+    let mock = MockBus::start(&[]);
+    let (master, mut port) = (DynamixelProtocolHandler::v2(), open(&mock, "torso"));
+    let port = port.as_mut();
+    assert_eq!(master.broadcast_ping(port).expect("answers"), TORSO);
+    for id in TORSO {
+        assert!(master.ping(port, id).expect("answers"));
+        master.write(port, id, 9, &[0]).expect("answers");
+        master.write(port, id, 64, &[1]).expect("answers");
+    }
+    let goals: Vec<Vec<u8>> = TORSO.iter().map(|id| (2000 + i32::from(*id)).to_le_bytes().to_vec()).collect();
+    master.sync_write(port, &TORSO, GOAL_POSITION, &goals).expect("is sent");
+    let there = comes(|| master.sync_read(port, &TORSO, PRESENT_POSITION, 4).expect("answers") == goals);
+    assert!(there, "they do not go to their goals");
+    assert_eq!(master.fast_sync_read(port, &TORSO, PRESENT_POSITION, 4).expect("answers"), goals);
+    for id in TORSO {
+        assert!(master.reboot(port, id).expect("answers"));
+    }
+    assert!(comes(|| master.broadcast_ping(port).is_ok_and(|found| found == TORSO)), "they do not come back");
+    let torque = master.sync_read(port, &TORSO, 64, 1).expect("answers");
+    assert!(torque.iter().all(|torque| *torque == [0]), "{torque:?}");
+}
+
+#[test]
+fn faults_are_switched_on_and_off_while_it_runs() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let file = folder.path().join("faults.toml");
+    std::fs::write(&file, "faults = []").expect("writes");
+    let mut mock = MockBus::start(&["--seed", "7", "--faults", file.to_str().expect("letters")]);
+    let (master, mut port) = (DynamixelProtocolHandler::v2(), open(&mock, "torso"));
+    let found = |port: &mut Box<dyn SerialPort>| master.broadcast_ping(port.as_mut()).unwrap_or_default();
+    assert_eq!(found(&mut port), TORSO);
+
+    assert_eq!(mock.tell("fault drop bus=torso id=5"), "on: drop bus=torso id=5");
+    assert!(comes(|| found(&mut port) == [1, 2, 3, 4, 6, 7]));
+    assert_eq!(
+        mock.tell("fault drop bus=torsoo"),
+        "`bus=torsoo` names no mock bus: there are face_left, face_right, left_arm, right_arm, torso"
+    );
+    assert_eq!(mock.tell("dance"), "`dance` is no command: say `fault KIND ..`, `clear` or `list`");
+    assert_eq!(mock.tell("clear"), "no faults");
+    assert!(comes(|| found(&mut port) == TORSO));
+
+    // The file is taken whole or not at all.
+    std::fs::write(&file, "faults = [\n\"drop id=1\",\n\"dorp\",\n]").expect("writes");
+    let said = mock.next_line();
+    assert!(said.contains("faults.toml:3:1: `dorp` is no kind of fault"), "{said}");
+    assert_eq!(found(&mut port), TORSO);
+    std::fs::write(&file, "faults = [\"drop id=1\", \"alert id=2\"]").expect("writes");
+    assert!(mock.next_line().ends_with("faults.toml: 2 faults"));
+    assert!(comes(|| found(&mut port) == [2, 3, 4, 5, 6, 7]));
+    let errors = master.read(port.as_mut(), 2, HARDWARE_ERROR_STATUS, 1).expect("answers");
+    assert_eq!(errors, [1]);
+    assert_eq!(mock.tell("list"), "on: drop id=1");
+    assert_eq!(mock.next_line(), "on: alert id=2");
+}
+
+#[test]
+fn a_line_that_hangs_up_comes_back_at_the_same_place_and_nothing_is_left_behind() {
+    let mut mock = MockBus::start(&[]);
+    let path = mock.path("torso").to_owned();
+    let master = DynamixelProtocolHandler::v2();
+    let mut port = open(&mock, "torso");
+    assert!(master.ping(port.as_mut(), 1).expect("answers"));
+    assert_eq!(mock.tell("fault hang-up bus=torso at=0s for=300ms"), "on: hang-up bus=torso at=0s for=300ms");
+    assert!(comes(|| !path.exists()), "the link is still there");
+    assert!(!master.ping(port.as_mut(), 1).unwrap_or(false));
+    assert!(comes(|| path.exists()), "the link does not come back");
+    let mut port = open(&mock, "torso");
+    assert!(comes(|| master.ping(port.as_mut(), 1).unwrap_or(false)));
+    let folder = path.parent().expect("a folder").to_owned();
+    assert!(mock.stop().success());
+    assert!(!folder.exists(), "{} is left behind", folder.display());
+}
+
+#[test]
+fn what_cannot_be_put_up_is_said_before_anything_runs() {
+    let said = |arguments: &[&str]| {
+        let mut leo = Command::new(env!("CARGO_BIN_EXE_leo"));
+        let ran = leo.arg("mock-bus").args(arguments).output().expect("starts");
+        (ran.status.code(), String::from_utf8_lossy(&ran.stderr).into_owned(), ran.stdout.len())
+    };
+    let (code, words, printed) = said(&["--fault", "drop p=7"]);
+    assert_eq!((code, printed), (Some(2), 0));
+    assert_eq!(words, "leo: `p=7` is no probability: say one from 0 to 1, such as p=0.01\n");
+    let (code, words, _) = said(&["--faults", "/nowhere/faults.toml"]);
+    assert!(code == Some(2) && words.starts_with("leo: cannot read /nowhere/faults.toml: "), "{words}");
+}

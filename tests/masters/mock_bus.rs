@@ -1,0 +1,76 @@
+use std::io::{BufReader, Write as _};
+use std::path::{Path, PathBuf};
+use std::process::{Child, ChildStdin, ChildStdout, Command, ExitStatus, Stdio};
+
+use rustix::process::{Pid, Signal, kill_process};
+
+/// `leo mock-bus`, as a user starts it. Dropping it kills it.
+pub(crate) struct MockBus {
+    process: Child,
+    commands: ChildStdin,
+    said: BufReader<ChildStdout>,
+    buses: Vec<(String, PathBuf)>,
+}
+
+/// The buses of the robot as it comes.
+const BUSES: usize = 5;
+
+impl MockBus {
+    /// Starts it, and waits until it has said where its buses are.
+    pub(crate) fn start(arguments: &[&str]) -> Self {
+        let mut process = Command::new(env!("CARGO_BIN_EXE_leo"))
+            .arg("mock-bus")
+            .args(arguments)
+            .env_remove("RUST_LOG")
+            .stdin(Stdio::piped())
+            .stdout(Stdio::piped())
+            .spawn()
+            .expect("starts");
+        let commands = process.stdin.take().expect("piped");
+        let mut said = BufReader::new(process.stdout.take().expect("piped"));
+        let buses = (0..BUSES).map(|_| {
+            let line = line(&mut said);
+            let mut words = line.split_whitespace();
+            let (name, path) = (words.next().expect("a name"), words.next().expect("a path"));
+            (name.to_owned(), path.into())
+        });
+        let buses = buses.collect();
+        Self { process, commands, said, buses }
+    }
+
+    /// Where a bus is.
+    pub(crate) fn path(&self, bus: &str) -> &Path {
+        let found = self.buses.iter().find(|(name, _)| name == bus);
+        &found.expect("a bus of the robot").1
+    }
+
+    /// Says something on its standard input, and waits for the line that it says to it.
+    pub(crate) fn tell(&mut self, command: &str) -> String {
+        writeln!(self.commands, "{command}").expect("it listens");
+        line(&mut self.said)
+    }
+
+    /// The next line that it says.
+    pub(crate) fn next_line(&mut self) -> String {
+        line(&mut self.said)
+    }
+
+    /// Presses Ctrl-C, and waits for its end.
+    pub(crate) fn stop(mut self) -> ExitStatus {
+        let id = i32::try_from(self.process.id()).expect("a process number");
+        kill_process(Pid::from_raw(id).expect("a process number"), Signal::INT).expect("it lives");
+        self.process.wait().expect("it ends")
+    }
+}
+
+fn line(said: &mut impl std::io::BufRead) -> String {
+    let mut line = String::new();
+    said.read_line(&mut line).expect("it says something");
+    line.trim_end().to_owned()
+}
+
+impl Drop for MockBus {
+    fn drop(&mut self) {
+        let _dead = self.process.kill().and_then(|()| self.process.wait().map(drop));
+    }
+}
