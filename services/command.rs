@@ -1,6 +1,7 @@
 //! The commands: their names, their flags, and whom each hands over to.
 
 mod believe;
+mod bus;
 mod domain;
 mod emergency_stop;
 mod failure;
@@ -62,6 +63,8 @@ enum Command {
     Top(Top),
     /// Switch every torque off now, and keep it off until it is released
     EmergencyStop(emergency_stop::EmergencyStop),
+    /// Talk to servos by hand: scan, read, write, torque, reboot, monitor
+    Bus(bus::Bus),
     /// Check the whole configuration and what this machine can hold
     Check(Check),
     /// Measure latencies beside the bare middleware and a bare thread, in one run
@@ -179,6 +182,7 @@ impl Command {
             Self::Learn(learn) => learn.run(),
             Self::Top(top) => top.run(),
             Self::EmergencyStop(stop) => stop.run(),
+            Self::Bus(bus) => bus.run(),
             Self::Check(check) => check.run(),
             Self::Bench(bench) => bench.run(),
             Self::BenchEcho(echo) => {

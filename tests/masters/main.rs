@@ -1,6 +1,7 @@
 //! Masters that are not Leo, on `leo mock-bus`: the vendor's SDK in Python, and the crate rustypot.
 #![expect(clippy::expect_used, reason = "a test fails by panicking")]
 
+mod bench_tool;
 mod mock_bus;
 #[path = "../sources/venv.rs"]
 mod venv;

@@ -30,6 +30,15 @@ impl Model {
         }
     }
 
+    /// Its name on the box.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Xm430W350 => "XM430-W350",
+            Self::Xl330M288 => "XL330-M288",
+        }
+    }
+
     /// The model of a number.
     #[must_use]
     pub fn from_number(number: u16) -> Option<Self> {

@@ -1,0 +1,185 @@
+//! One bus, spoken to by hand: one question, one answer.
+
+use std::path::Path;
+use std::time::Duration;
+
+use serial::Tty;
+use servo::table;
+use servo::{Address, Fault, Id, Instruction, Model, Parser, Status};
+
+use super::{Failed, refused};
+
+/// Bytes of an instruction at most.
+const INSTRUCTION: usize = 64;
+/// How long an answer may take beyond the time on the wire: adapters are slow.
+const PATIENCE: Duration = Duration::from_millis(40);
+/// How long after the last answer to a ping of all nobody else answers any more.
+const SCAN_PATIENCE: Duration = Duration::from_millis(60);
+/// How often a question is asked before its servo is taken for absent.
+const ATTEMPTS: u32 = 3;
+/// Pieces of stale bytes that are thrown away before a question at most.
+const DRAINS: u32 = 64;
+
+/// A bus that was opened.
+pub(super) struct Line {
+    tty: Tty,
+    parser: Parser,
+}
+
+/// What a servo answered.
+pub(super) struct Said {
+    pub(super) fault: Option<Fault>,
+    pub(super) data: Vec<u8>,
+}
+
+/// A servo that answered a ping.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Found {
+    pub(super) id: u8,
+    pub(super) model: u16,
+    pub(super) firmware: u8,
+}
+
+impl Line {
+    pub(super) fn open(path: &Path, baud: u32) -> Result<Self, Failed> {
+        let tty = Tty::open(path, baud).map_err(Failed::because)?;
+        Ok(Self { tty, parser: Parser::new() })
+    }
+
+    /// Who answers a ping to all.
+    pub(super) fn scan(&mut self) -> Result<Vec<Found>, Failed> {
+        self.say(Address::All, Instruction::Ping)?;
+        let mut found: Vec<Found> = Vec::new();
+        self.listen(SCAN_PATIENCE, |status| {
+            found.extend(as_found(status));
+            false
+        })?;
+        found.sort_by_key(|servo| servo.id);
+        found.dedup();
+        Ok(found)
+    }
+
+    /// Whether a servo of an identifier answers.
+    pub(super) fn ping(&mut self, id: u8) -> Result<Option<Found>, Failed> {
+        let address = address(id)?;
+        for _ in 0..ATTEMPTS {
+            self.say(address, Instruction::Ping)?;
+            let mut found = None;
+            self.listen(PATIENCE, |status| {
+                found = as_found(status).filter(|found| found.id == id);
+                found.is_some()
+            })?;
+            if found.is_some() {
+                return Ok(found);
+            }
+        }
+        Ok(None)
+    }
+
+    /// Which model a servo is.
+    pub(super) fn model(&mut self, id: u8) -> Result<Model, Failed> {
+        let found = self.ping(id)?.ok_or_else(|| silent(id))?;
+        Model::from_number(found.model).ok_or_else(|| {
+            Failed::because(format!(
+                "id {id} is of model {}, whose control table is not known here: XM430-W350 and XL330-M288 are",
+                found.model
+            ))
+        })
+    }
+
+    /// Says something to a servo and takes its answer. What is written is said once only.
+    pub(super) fn ask(&mut self, id: u8, instruction: Instruction<'_>) -> Result<Said, Failed> {
+        let address = address(id)?;
+        let may_repeat = matches!(instruction, Instruction::Read { .. } | Instruction::Ping);
+        for _ in 0..if may_repeat { ATTEMPTS } else { 1 } {
+            self.say(address, instruction)?;
+            let mut said = None;
+            self.listen(PATIENCE, |status| {
+                if status.id.get() == id {
+                    said = Some(Said { fault: status.fault, data: status.params.to_vec() });
+                }
+                said.is_some()
+            })?;
+            if let Some(said) = said {
+                return refused(id, &said).map_or(Ok(said), Err);
+            }
+        }
+        Err(silent(id))
+    }
+
+    /// Says something to a servo that may answer as somebody else afterwards.
+    pub(super) fn tell(&mut self, id: u8, instruction: Instruction<'_>) -> Result<(), Failed> {
+        self.say(address(id)?, instruction)?;
+        self.listen(PATIENCE, |_| true)
+    }
+
+    /// The value of an item, in counts.
+    pub(super) fn value(&mut self, model: Model, id: u8, item: &str) -> Result<i64, Failed> {
+        let entry = super::entry(model, item)?;
+        let said =
+            self.ask(id, Instruction::Read { address: entry.item.address, length: entry.item.length })?;
+        entry.value(&said.data).ok_or_else(|| silent(id))
+    }
+
+    /// Says to all that torque goes off, three times: nobody answers that.
+    pub(super) fn torque_off(&mut self) -> Result<(), Failed> {
+        for _ in 0..3 {
+            let address = table::TORQUE_ENABLE.address;
+            self.say(Address::All, Instruction::Write { address, data: &[0] })?;
+        }
+        Ok(())
+    }
+
+    fn say(&mut self, to: Address, instruction: Instruction<'_>) -> Result<(), Failed> {
+        let mut bytes = [0; INSTRUCTION];
+        let length = instruction.encode(to, &mut bytes).map_err(Failed::because)?;
+        self.parser.clear();
+        self.tty
+            .drain(DRAINS)
+            .and_then(|_| self.tty.write(bytes.get(..length).unwrap_or_default(), clock::now() + PATIENCE))
+            .map_err(Failed::because)
+    }
+
+    /// Hands over every answer until `take` has enough, or nothing came for as long as is patient.
+    fn listen(
+        &mut self,
+        patience: Duration,
+        mut take: impl FnMut(&Status<'_>) -> bool,
+    ) -> Result<(), Failed> {
+        let mut buffer = [0; 512];
+        let mut until = clock::now() + patience;
+        loop {
+            let count = self.tty.read(&mut buffer, until).map_err(Failed::because)?;
+            if count == 0 {
+                return Ok(());
+            }
+            self.parser.push(buffer.get(..count).unwrap_or_default());
+            while let Some(frame) = self.parser.next_frame() {
+                if let Some(status) = Status::parse(&frame) {
+                    // Only answers keep us waiting: noise does not.
+                    until = clock::now() + patience;
+                    if take(&status) {
+                        return Ok(());
+                    }
+                }
+            }
+        }
+    }
+}
+
+fn as_found(status: &Status<'_>) -> Option<Found> {
+    let &[low, high, firmware] = status.params else { return None };
+    Some(Found { id: status.id.get(), model: u16::from_le_bytes([low, high]), firmware })
+}
+
+fn address(id: u8) -> Result<Address, Failed> {
+    let id =
+        Id::new(id).ok_or_else(|| Failed::usage(format!("{id} is no identifier: say one from 0 to 252")))?;
+    Ok(Address::One(id))
+}
+
+fn silent(id: u8) -> Failed {
+    Failed::because(format!(
+        "id {id} does not answer: is it powered, on this bus, and set to this speed? `leo bus scan` says who is"
+    ))
+}

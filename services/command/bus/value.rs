@@ -1,0 +1,71 @@
+//! Values as people write and read them: counts, or numbers with a unit.
+
+use quantity::number::{float_of_signed, round_i64};
+use servo::table::Entry;
+
+/// A value with its unit, and the count beside it.
+pub(super) fn show(entry: &Entry, count: i64) -> String {
+    match entry.unit {
+        Some(unit) => format!("{count:>10}   {:.3} {}", entry.in_unit(count), unit.symbol),
+        None => format!("{count:>10}"),
+    }
+}
+
+/// Reads a count, or a number with the item's unit.
+pub(super) fn parse(entry: &Entry, text: &str) -> Result<i64, String> {
+    if let Ok(count) = text.parse() {
+        return Ok(count);
+    }
+    let end = text.find(|c: char| !(c.is_ascii_digit() || "+-.".contains(c))).unwrap_or(text.len());
+    let (number, symbol) = text.split_at(end);
+    let number: Option<f64> = number.parse().ok().filter(|number: &f64| number.is_finite());
+    let per_count = entry.unit.and_then(|unit| match (unit.symbol, symbol.trim()) {
+        (own, said) if own == said => Some(unit.per_count),
+        ("deg", "rad") => Some(unit.per_count.to_radians()),
+        _ => None,
+    });
+    let counts = number.zip(per_count).map(|(number, per_count)| number / per_count);
+    match counts.filter(|counts| counts.abs() <= float_of_signed(i64::from(u32::MAX))) {
+        Some(counts) => Ok(round_i64(counts)),
+        None => Err(match entry.unit {
+            Some(unit) => format!(
+                "`{text}` is no value of {entry}: say a count, or a number of {0} such as {1:.1}{0}",
+                unit.symbol,
+                entry.in_unit(entry.initial)
+            ),
+            None => format!("`{text}` is no value of {entry}: say a whole number"),
+        }),
+    }
+}
+
+/// Whether a name could be meant by another.
+pub(super) fn alike(name: &str, said: &str) -> bool {
+    let words: Vec<&str> = said.split(['_', '-', ' ']).filter(|word| word.len() > 2).collect();
+    words.iter().any(|word| name.contains(word))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use servo::Model;
+    use servo::table::by_name;
+
+    fn item(name: &str) -> Entry {
+        by_name(Model::Xm430W350, name).unwrap()
+    }
+
+    #[test]
+    fn counts_and_units_are_read() {
+        let goal = item("goal_position");
+        assert_eq!(parse(&goal, "2048"), Ok(2048));
+        assert_eq!(parse(&goal, "-7"), Ok(-7));
+        assert_eq!(parse(&goal, "90deg"), Ok(1024));
+        assert_eq!(parse(&goal, "3.14159rad"), Ok(2048));
+        assert_eq!(parse(&item("min_voltage_limit"), "11.5V"), Ok(115));
+        for nonsense in ["", "deg", "12V", "1e999deg", "NaNdeg", "nonsense", "4 5"] {
+            assert!(parse(&goal, nonsense).is_err(), "{nonsense}");
+        }
+        let said = parse(&item("torque_enable"), "on").unwrap_err();
+        assert_eq!(said, "`on` is no value of torque_enable: say a whole number");
+    }
+}

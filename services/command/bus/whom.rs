@@ -1,0 +1,146 @@
+//! Which bus and which servo is meant.
+
+use std::fmt;
+use std::path::PathBuf;
+
+use clap::Args;
+use config::motor::{Device, Joint, Motor};
+
+use super::line::Line;
+use super::{Failed, Place};
+
+/// A servo, by its joint or its identifier.
+#[derive(Args, Clone, Debug)]
+pub(super) struct Target {
+    /// The joint
+    #[arg(value_name = "JOINT", conflicts_with = "id")]
+    joint: Option<String>,
+    /// The servo's identifier on the one bus that --bus or --device names
+    #[arg(long, value_name = "N")]
+    id: Option<u8>,
+}
+
+impl Target {
+    /// The servo, and the words that are left: without an identifier, the first is its joint.
+    pub(super) fn split(id: Option<u8>, words: &[String]) -> (Self, &[String]) {
+        match (id, words.split_first()) {
+            (None, Some((joint, rest))) => (Self { joint: Some(joint.clone()), id }, rest),
+            (_, _) => (Self { joint: None, id }, words),
+        }
+    }
+
+    /// Whether one servo is named.
+    pub(super) const fn is_named(&self) -> bool {
+        self.joint.is_some() || self.id.is_some()
+    }
+}
+
+/// A bus that can be opened.
+#[derive(Clone, Debug)]
+pub(super) struct Opening<'a> {
+    pub(super) name: String,
+    pub(super) path: PathBuf,
+    pub(super) baud: u32,
+    /// Its joints, as far as the configuration knows it.
+    pub(super) joints: Vec<&'a Joint>,
+}
+
+/// The buses that were meant.
+pub(super) struct Where<'a> {
+    buses: Vec<Opening<'a>>,
+}
+
+/// A servo that was meant.
+pub(super) struct Named {
+    pub(super) id: u8,
+    pub(super) name: String,
+}
+
+impl fmt::Display for Named {
+    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
+        out.write_str(&self.name)
+    }
+}
+
+impl Opening<'_> {
+    pub(super) fn open(&self) -> Result<Line, Failed> {
+        Line::open(&self.path, self.baud)
+    }
+}
+
+impl<'a> Where<'a> {
+    pub(super) fn new(robot: &'a Motor, place: &Place) -> Result<Self, Failed> {
+        if let Some(name) = &place.bus
+            && !robot.buses.iter().any(|bus| bus.name == *name)
+        {
+            let names: Vec<_> = robot.buses.iter().map(|bus| bus.name.as_str()).collect();
+            return Err(Failed::usage(format!("there is no bus `{name}`: say one of {}", names.join(", "))));
+        }
+        if let (Some(device), None) = (&place.device, &place.bus) {
+            let baud = place.baud.unwrap_or(1_000_000);
+            let name = device.display().to_string();
+            return Ok(Self {
+                buses: vec![Opening { name, path: device.clone(), baud, joints: Vec::new() }],
+            });
+        }
+        let mut buses = Vec::new();
+        for (index, bus) in robot.buses.iter().enumerate() {
+            if place.bus.as_ref().is_some_and(|name| *name != bus.name) {
+                continue;
+            }
+            let path = match (&place.device, &bus.device) {
+                (Some(device), _) => device.clone(),
+                (None, Device::Tty(path)) => path.clone(),
+                (None, Device::Mock) => {
+                    return Err(Failed::usage(format!(
+                        "bus `{}` is a mock servo bus: start `leo mock-bus`, and name the path that it prints \
+                         with --bus {} --device PATH",
+                        bus.name, bus.name
+                    )));
+                }
+            };
+            let joints = robot.joints.iter().filter(|joint| joint.bus == index).collect();
+            let baud = place.baud.unwrap_or(bus.baud);
+            buses.push(Opening { name: bus.name.clone(), path, baud, joints });
+        }
+        Ok(Self { buses })
+    }
+
+    /// The same at another speed.
+    pub(super) fn at(&self, baud: u32) -> Self {
+        let faster = |bus: &Opening<'a>| Opening { baud, ..bus.clone() };
+        Self { buses: self.buses.iter().map(faster).collect() }
+    }
+
+    /// The buses.
+    pub(super) fn buses(&self) -> &[Opening<'a>] {
+        &self.buses
+    }
+
+    /// The one servo that is meant, on its bus.
+    pub(super) fn one(&self, target: &Target) -> Result<(Line, Named), Failed> {
+        if let Some(name) = &target.joint {
+            for bus in &self.buses {
+                if let Some(joint) = bus.joints.iter().find(|joint| joint.name == *name) {
+                    return Ok((bus.open()?, Named { id: joint.id, name: name.clone() }));
+                }
+            }
+            return Err(Failed::usage(format!(
+                "there is no joint `{name}` on what was named; motor.toml has the names, and --id goes with --device"
+            )));
+        }
+        match (target.id, self.buses.as_slice()) {
+            (Some(id), [bus]) => Ok((bus.open()?, Named { id, name: format!("id {id}") })),
+            (Some(_), _) => Err(Failed::usage("an id is of one bus: say which with --bus or --device")),
+            (None, _) => Err(Failed::usage("say which servo: its joint, or --id with --bus or --device")),
+        }
+    }
+}
+
+/// The servo model of a configured one.
+pub(super) const fn model_of(model: config::motor::Model) -> servo::Model {
+    match model {
+        config::motor::Model::Xm430W350 => servo::Model::Xm430W350,
+        config::motor::Model::Xl330M288 => servo::Model::Xl330M288,
+    }
+}

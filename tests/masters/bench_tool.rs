@@ -1,0 +1,102 @@
+//! `leo bus` on `leo mock-bus`: what an engineer does at the bench.
+
+use std::process::Command;
+
+use crate::mock_bus::MockBus;
+
+/// Says something to the torso's bus: exit status, what it printed, and what it said went wrong.
+fn bus(mock: &MockBus, arguments: &[&str]) -> (Option<i32>, String, String) {
+    let told = Command::new(env!("CARGO_BIN_EXE_leo"))
+        .arg("bus")
+        .args(arguments)
+        .args(["--bus", "torso", "--device"])
+        .arg(mock.path("torso"))
+        .env_remove("RUST_LOG")
+        .output()
+        .expect("runs");
+    let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).trim().to_owned();
+    (told.status.code(), text(&told.stdout), text(&told.stderr))
+}
+
+/// The same, of which it is asked that it went well.
+fn well(mock: &MockBus, arguments: &[&str]) -> String {
+    let (status, said, wrong) = bus(mock, arguments);
+    assert_eq!(status, Some(0), "{arguments:?}: {said} {wrong}");
+    said
+}
+
+fn refused(mock: &MockBus, arguments: &[&str], expected: (i32, &str)) {
+    let (status, said, wrong) = bus(mock, arguments);
+    assert_eq!(status, Some(expected.0), "{arguments:?}: {said} {wrong}");
+    assert!(wrong.contains(expected.1), "{arguments:?}: {wrong}");
+}
+
+#[test]
+fn servos_are_found_read_written_and_let_go() {
+    let mock = MockBus::start(&[]);
+    let said = well(&mock, &["scan"]);
+    assert!(said.contains("7 servos") && said.contains("torso_yaw_joint"), "{said}");
+    let json: serde_json::Value = serde_json::from_str(&well(&mock, &["scan", "--json"])).expect("JSON");
+    assert_eq!(json.as_array().map(Vec::len), Some(7));
+
+    let yaw = "torso_yaw_joint";
+    assert!(well(&mock, &["read", yaw, "present_temperature"]).ends_with("degC"));
+    assert!(well(&mock, &["read", "--id", "1"]).lines().count() > 40, "all items");
+    assert_eq!(
+        well(&mock, &["write", yaw, "profile_velocity", "20"]),
+        "profile_velocity of id 1 is now         20   4.580 rev/min"
+    );
+    assert!(well(&mock, &["write", "--id", "1", "return_delay_time", "4us"]).contains(" 2 "));
+    well(&mock, &["torque", "on", yaw]);
+    assert!(well(&mock, &["write", yaw, "goal_position", "190deg"]).contains("2162"));
+    refused(
+        &mock,
+        &["write", yaw, "min_position_limit", "5"],
+        (1, "locked while torque is on: first `leo bus torque off`"),
+    );
+    assert!(well(&mock, &["torque", "off"]).contains("7 servos say that their torque is off"));
+    let table = well(&mock, &["monitor", "--once"]);
+    assert!(table.lines().filter(|line| line.contains("off")).count() == 7, "{table}");
+}
+
+#[test]
+fn an_alert_is_shown_and_a_reboot_clears_it() {
+    let mut mock = MockBus::start(&[]);
+    mock.tell("fault overload bus=torso id=3 at=0s");
+    let table = well(&mock, &["monitor", "--once"]);
+    assert!(table.lines().any(|line| line.contains("overload")), "{table}");
+    mock.tell("clear");
+    assert!(well(&mock, &["reboot", "--id", "3"]).contains("began anew"));
+    let table = well(&mock, &["monitor", "--once"]);
+    assert!(!table.contains("overload"), "{table}");
+}
+
+#[test]
+fn a_servo_gets_another_id_and_another_speed_and_only_when_that_is_meant() {
+    let mock = MockBus::start(&[]);
+    refused(&mock, &["set-id", "--id", "7", "--to", "6", "--yes"], (1, "a servo answers to id 6 already"));
+    refused(&mock, &["set-id", "--id", "7", "--to", "77"], (2, "say --yes if that is meant"));
+    well(&mock, &["set-id", "--id", "7", "--to", "77", "--yes"]);
+    let (status, said, _) = bus(&mock, &["scan"]);
+    assert_eq!(status, Some(1), "one of motor.toml is missing");
+    assert!(said.contains("id  77") && said.contains("not in motor.toml"), "{said}");
+    assert!(said.lines().any(|line| line.contains("id   7") && line.contains("does not answer")), "{said}");
+    well(&mock, &["set-baud", "--id", "77", "--to", "1000000", "--yes"]);
+    refused(&mock, &["read", "--id", "77", "model_number"], (1, "id 77 does not answer"));
+    assert!(well(&mock, &["read", "--id", "77", "model_number", "--baud", "1000000"]).contains("1020"));
+}
+
+#[test]
+fn what_cannot_be_meant_is_refused_with_what_could_be() {
+    let mock = MockBus::start(&[]);
+    refused(&mock, &["read", "--id", "1", "goal_positon"], (2, "goal_"));
+    refused(&mock, &["read", "nose_joint"], (2, "there is no joint `nose_joint`"));
+    refused(&mock, &["read", "--id", "99"], (1, "id 99 does not answer"));
+    refused(&mock, &["write", "--id", "1", "goal_position", "12V"], (2, "say a count, or a number of deg"));
+    refused(&mock, &["write", "--id", "1", "led", "7"], (2, "led goes from 0 to 1"));
+    refused(&mock, &["write", "--id", "1", "present_position", "7"], (2, "is measured by the servo"));
+    let told = Command::new(env!("CARGO_BIN_EXE_leo")).args(["bus", "scan"]).output().expect("runs");
+    let wrong = String::from_utf8_lossy(&told.stderr);
+    assert_eq!(told.status.code(), Some(2));
+    assert!(wrong.contains("is a mock servo bus: start `leo mock-bus`"), "{wrong}");
+}
