@@ -1,0 +1,193 @@
+//! Every fault of the mock servo bus at once, on every bus of the whole robot, for long: nothing
+//! stale is believed, nothing beyond a limit is commanded, and everybody is back at the end.
+
+#![expect(clippy::indexing_slicing, reason = "a test fails by panicking")]
+
+use clock::{Duration, Instant};
+use config::Robot;
+use message::{JointGoal, JointMode};
+use motor_process::{Master, Motor, Port, Replies, Request, Sent};
+use serial::Lost;
+use servo::mock::{Injection, Injector, Line};
+
+const PERIOD: Duration = Duration::from_millis(4);
+/// One count of position.
+const COUNT_RAD: f64 = std::f64::consts::TAU / 4096.0;
+/// What may happen to any answer, each one time in a hundred.
+const ANSWERS: [&str; 8] =
+    ["drop", "flip", "truncate", "length", "noise", "late by=10ms", "duplicate", "swap"];
+/// What happens to a servo or to a bus now and then. Times count from the beginning of a round.
+const EVENTS: [&str; 6] = [
+    "reboot bus=torso id=2 at=1s",
+    "brown-out bus=left_arm id=1-4 at=2s for=150ms",
+    "overload bus=right_arm id=5 at=3s",
+    "baud bus=torso id=6 at=5s for=400ms",
+    "hang-up bus=face_left at=6s for=300ms",
+    "echo bus=face_right from=7s for=1s",
+];
+/// How long a round lasts.
+const ROUND: Duration = Duration::from_secs(10);
+
+/// A bus whose servos are in this process.
+struct Wire {
+    line: Line,
+    now: Instant,
+    said: Vec<u8>,
+    hung_up_until: Instant,
+}
+
+impl Port for Wire {
+    fn send(&mut self, bytes: &[u8], _within: Duration) -> Result<Sent, Lost> {
+        let late = self.said.len();
+        self.said.clear();
+        if let Some(until) = self.line.hangs_up(self.now) {
+            self.hung_up_until = until;
+        }
+        if self.now < self.hung_up_until {
+            return Err(Lost::HangUp);
+        }
+        self.line.hear(self.now, bytes, &mut self.said);
+        Ok(Sent { at: self.now, late })
+    }
+
+    fn receive(&mut self, into: &mut [u8], _within: Duration) -> Result<usize, Lost> {
+        let count = self.said.len().min(into.len());
+        into[..count].copy_from_slice(&self.said[..count]);
+        self.said.drain(..count);
+        Ok(count)
+    }
+}
+
+/// The robot, its buses, and what was seen of them.
+struct Campaign {
+    robot: Robot,
+    motor: Motor,
+    wires: Vec<Wire>,
+    masters: Vec<Master>,
+    goals: Vec<JointGoal>,
+    now: Instant,
+    /// Readings that were compared with where the servo was.
+    read: u64,
+    /// Cycles in which a joint did not follow.
+    away: u64,
+}
+
+impl Campaign {
+    fn new(seed: u64) -> Self {
+        let mut robot = Robot::load(None).unwrap();
+        robot.leo.motor.on_alert = config::leo::OnAlert::Reboot;
+        let now = Instant::from_nanos(1_000_000_000);
+        let wire = |index: usize, bus: &config::motor::Bus| Wire {
+            line: mock_bus_process::line(&robot.motor, index, now)
+                .with_injector(Injector::new(&bus.name, seed)),
+            now,
+            said: Vec::new(),
+            hung_up_until: now,
+        };
+        let wires: Vec<_> = robot.motor.buses.iter().enumerate().map(|(index, bus)| wire(index, bus)).collect();
+        let masters = robot.motor.buses.iter().map(|bus| Master::new(bus.baud, (PERIOD, PERIOD)));
+        let goal = |joint| JointGoal { joint, reserved: 0, goal_position_rad: 0.0, arrive_at_ns: 0 };
+        Self {
+            motor: Motor::new(&robot.motor, &robot.leo.motor).unwrap(),
+            masters: masters.collect(),
+            goals: (0..).take(robot.motor.joints.len()).map(goal).collect(),
+            wires,
+            robot,
+            now,
+            read: 0,
+            away: 0,
+        }
+    }
+
+    fn inject(&mut self, faults: &[Injection]) {
+        for (wire, bus) in self.wires.iter_mut().zip(&self.robot.motor.buses) {
+            let own: Vec<_> = faults.iter().filter(|fault| fault.is_on(&bus.name)).cloned().collect();
+            wire.line.inject(self.now, &own);
+        }
+    }
+
+    fn cycle(&mut self, request: &mut Request, replies: &mut Replies) {
+        self.now += PERIOD;
+        // Everybody goes to and fro, each in a rhythm of its own.
+        let seconds = self.now.since(Instant::EPOCH).as_secs_f64();
+        for (goal, joint) in self.goals.iter_mut().zip(&self.robot.motor.joints) {
+            let swing = (seconds * (0.7 + 0.01 * f64::from(goal.joint))).sin();
+            let (middle, half) = (f64::midpoint(joint.min_rad, joint.max_rad), (joint.max_rad - joint.min_rad) / 2.0);
+            // Beyond the limits by a tenth.
+            goal.goal_position_rad = middle + 1.1 * half * swing;
+        }
+        self.motor.goals(self.now, &self.goals);
+        self.motor.step(self.now);
+        for (bus, (wire, master)) in self.wires.iter_mut().zip(&mut self.masters).enumerate() {
+            wire.now = self.now;
+            self.motor.request(bus, self.now, request);
+            master.exchange(wire, request, replies);
+            self.motor.replies(bus, self.now, replies);
+        }
+        self.check();
+    }
+
+    fn check(&mut self) {
+        for (state, joint) in self.motor.states().zip(&self.robot.motor.joints) {
+            self.away += u64::from(state.mode() != Some(JointMode::Following));
+            if let Some(command) = state.command_position_rad() {
+                assert!((joint.min_rad..=joint.max_rad).contains(&command), "{}: {command}", joint.name);
+            }
+            let servos = self.wires[joint.bus].line.servos();
+            let servo = servos.iter().find(|servo| servo.id() == joint.id).unwrap();
+            if state.sampled_at_ns == self.now.as_nanos() {
+                let is = joint.joint_rad(servo.position_rad());
+                let said = state.present_position_rad().unwrap();
+                assert!((said - is).abs() <= COUNT_RAD, "{} is at {is}, and {said} was believed", joint.name);
+                self.read += 1;
+            }
+        }
+    }
+
+    fn all_follow(&self) -> bool {
+        self.motor.states().all(|state| state.mode() == Some(JointMode::Following))
+    }
+}
+
+fn campaign(seed: u64, lasts: Duration) {
+    let mut campaign = Campaign::new(seed);
+    let (mut request, mut replies) = (Request::default(), Replies::default());
+    let chance = ANSWERS.iter().map(|fault| format!("{fault} p=0.01"));
+    let faults: Vec<Injection> =
+        chance.chain(EVENTS.map(str::to_owned)).map(|words| words.parse().unwrap()).collect();
+    let end = campaign.now + lasts;
+    while campaign.now < end {
+        campaign.inject(&faults);
+        let round = campaign.now + ROUND;
+        while campaign.now < round {
+            campaign.cycle(&mut request, &mut replies);
+        }
+    }
+    assert!(campaign.away > 0, "the faults did nothing");
+    assert!(campaign.motor.counts().stale > 0, "no answer was late");
+    let cycles = u64::try_from(lasts.as_millis() / PERIOD.as_millis()).unwrap();
+    assert!(campaign.read > 65 * cycles / 2, "{} readings in {cycles} cycles", campaign.read);
+    // A person comes and looks.
+    campaign.inject(&[]);
+    campaign.motor.start_anew();
+    for _ in 0..5000 {
+        campaign.cycle(&mut request, &mut replies);
+        if campaign.all_follow() {
+            return;
+        }
+    }
+    let modes: Vec<_> = campaign.motor.states().map(|state| (state.mode(), state.cause())).collect();
+    panic!("not everybody is back: {modes:?}");
+}
+
+#[test]
+fn half_a_minute_of_every_fault_at_once() {
+    campaign(7, Duration::from_secs(30));
+}
+
+/// `cargo test --release -p motor-process --test campaign -- --ignored`
+#[test]
+#[ignore = "takes minutes"]
+fn an_hour_of_every_fault_at_once() {
+    campaign(65, Duration::from_secs(3600));
+}
