@@ -15,14 +15,15 @@ mod study;
 mod tasks;
 
 use std::io::IsTerminal as _;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::time::Duration;
 
 use clap::{Args, Parser, Subcommand};
 use config::Robot;
+use config::campaign::Campaign;
 use config::lesson::Lesson;
-use supervisor_process::{CheckError, ORDER, Orders, Teaching};
+use supervisor_process::{CheckError, ORDER, Orders, ProcessFaults, Teaching};
 
 use failure::Failed;
 pub(crate) use failure::Failed as Failure;
@@ -98,6 +99,9 @@ struct Run {
     /// Stay up for so long; otherwise the robot stops when the lesson is over
     #[arg(long = "for", value_name = "SECONDS", value_parser = seconds::parse, allow_hyphen_values = true)]
     run_for: Option<Duration>,
+    /// A campaign of faults on the servo buses, with the percepts and with the processes
+    #[arg(long, value_name = "FILE")]
+    faults: Option<PathBuf>,
     /// The domain in shared memory to run in [default: one of its own]
     #[arg(long, value_name = "DIRECTORY")]
     domain: Option<PathBuf>,
@@ -202,6 +206,7 @@ impl Run {
             Lesson::load(lesson).map_err(Failed::usage)?;
         }
         startable(&robot)?;
+        let faults = self.faults.as_deref().map(|file| campaign(file, &robot)).transpose()?;
         let state = domain::state_directory()?;
         // Here it is one clear error; the learner could only die of it again and again.
         learner_process::check_memory(&state).map_err(Failed::usage)?;
@@ -219,10 +224,18 @@ impl Run {
             synthetic: None,
             partners: None,
             state: Some(state),
+            faults,
             run_for: self.run_for,
         };
         domain::outcome(supervisor_process::run(&orders))
     }
+}
+
+/// What goes wrong on purpose, looked at whole before anything starts.
+fn campaign(file: &Path, robot: &Robot) -> Result<(PathBuf, ProcessFaults), Failure> {
+    let bus = |words: &str| mock_bus_process::parse(words, &robot.motor).map(drop);
+    let campaign = Campaign::load(file, bus, ProcessFaults::check).map_err(Failed::usage)?;
+    Ok((file.to_owned(), ProcessFaults::new(&campaign.processes).map_err(Failed::usage)?))
 }
 
 impl Teach {

@@ -72,13 +72,14 @@ const MAY_BE_UNSAFE: [&str; 2] = ["shared/realtime", "shared/testkit"];
 const SHELL_FILES: [&str; 3] = ["lib.rs", "run.rs", "shell.rs"];
 
 /// Further files of a shell, where it has more than one noun.
-const MORE_SHELL_FILES: [&str; 16] = [
+const MORE_SHELL_FILES: [&str; 17] = [
     "console/src/divides.rs",
     "console/src/top.rs",
     "mock_bus/src/alone.rs",
     "mock_bus/src/end.rs",
     "mock_bus/src/ptys.rs",
     "motor/src/ledger.rs",
+    "motor/src/line.rs",
     "motor/src/threads.rs",
     "supervisor/src/bench.rs",
     "supervisor/src/bench/bare.rs",

@@ -182,6 +182,7 @@ impl Robots {
             stay: true,
             lockstep: false,
             state: None,
+            campaign: None,
         };
         let mut threads = Vec::new();
         let mut spawn = |name: &'static str, run: fn(&Launch, &Robot) -> Result<(), Failure>| {

@@ -66,6 +66,8 @@ pub(super) struct Life {
     lockstep: bool,
     #[arg(long, hide = true)]
     state: Option<PathBuf>,
+    #[arg(long, hide = true)]
+    campaign: Option<PathBuf>,
 }
 
 impl Process {
@@ -110,6 +112,7 @@ impl Life {
             stay: self.stay,
             lockstep: self.lockstep,
             state: self.state.clone(),
+            campaign: self.campaign.clone(),
         }
     }
 }

@@ -75,6 +75,11 @@ impl Robot {
     /// Starts a robot that stays until it is stopped. `changes` are keys of `leo.toml` with the
     /// values that they shall have instead, and `[[tables]]` with the lines of one more of them.
     pub(crate) fn start(name: &str, changes: &[(&str, &str)]) -> Self {
+        Self::with(name, changes, &[])
+    }
+
+    /// The same with more said on the command line.
+    pub(crate) fn with(name: &str, changes: &[(&str, &str)], more: &[&str]) -> Self {
         let files = tempfile::tempdir().expect("a folder");
         let config = files.path().join("leo.toml");
         fs::write(&config, changed(changes)).expect("writes");
@@ -84,6 +89,7 @@ impl Robot {
             .arg(&config)
             .arg("--domain")
             .arg(&domain)
+            .args(more)
             .env("XDG_STATE_HOME", files.path())
             .stdout(Stdio::null())
             .stderr(Stdio::piped())

@@ -1,9 +1,10 @@
 use clock::Duration;
 use config::Robot;
+use config::campaign::Campaign;
 use message::Process;
 use process::{Failure, Launch, Member, Progress};
 
-use crate::{Faults, Ptys};
+use crate::{Faults, Ptys, parse};
 
 /// In wall time the threads of the buses do the work, and the process's own loop only shows that
 /// it lives.
@@ -17,7 +18,16 @@ const HEARTBEAT: Duration = Duration::from_millis(50);
 pub fn run(launch: &Launch, robot: &Robot) -> Result<(), Failure> {
     let leo = &robot.leo;
     let mut member = Member::join(launch, Process::MockBus, &leo.buffers, &leo.mock_bus.realtime)?;
-    let faults = Faults::configured(&leo.mock_bus, &robot.motor).map_err(Failure::own)?;
+    let mut faults = Faults::configured(&leo.mock_bus, &robot.motor).map_err(Failure::own)?;
+    if let Some(file) = &launch.campaign {
+        let check = |words: &str| parse(words, &robot.motor).map(drop);
+        // Whether the processes that it names are some is looked at by the supervisor.
+        let campaign = Campaign::load(file, check, |_| Ok::<(), &str>(()))?;
+        faults.seed = campaign.seed;
+        for words in campaign.bus() {
+            faults.injections.push(parse(words, &robot.motor).map_err(Failure::own)?);
+        }
+    }
     let ptys =
         Ptys::with_faults(&robot.motor, &launch.domain, launch.lockstep, &faults).map_err(Failure::own)?;
     for (bus, link) in ptys.links() {

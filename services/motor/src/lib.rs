@@ -12,6 +12,7 @@ mod few;
 mod job;
 mod joint;
 mod ledger;
+mod line;
 mod motor;
 mod patience;
 mod reporter;
@@ -24,6 +25,7 @@ mod trouble;
 
 pub use counts::{BusCounts, Counts};
 pub use exchange::{Master, Port, Sent};
+pub use line::Line;
 pub use motor::{Motor, MotorError};
 pub use request::{Part, Replies, Request, SERVOS_MOST, Topic};
 pub use shell::run;

@@ -6,18 +6,12 @@ use config::motor::{Bus, Device};
 use crossbeam::channel::{Receiver, RecvTimeoutError, Sender, TryRecvError, bounded};
 use message::Histogram;
 use process::Lookout;
-use serial::{Lost, OpenError, Tty};
+use serial::{OpenError, Tty};
 
-use crate::{Master, Motor, Port, Replies, Request, Sent};
+use crate::{Line, Master, Motor, Replies, Request};
 
-/// A line that could not be opened is tried again after this long, and then after twice that ...
-const REOPEN_AFTER: Duration = Duration::from_millis(50);
-/// ... up to this.
-const REOPEN_MOST: Duration = Duration::from_secs(1);
 /// A bus that is given nothing to do for this long looks by itself whether all shall stop.
 const UNLED: Duration = Duration::from_millis(20);
-/// Pieces of stale bytes that are thrown away before a request at most.
-const DRAINS: u32 = 8;
 
 /// One thread per bus, each with its line. What a thread carries goes to and fro in the same
 /// memory: nothing is allocated in a cycle.
@@ -220,51 +214,6 @@ fn open_until(path: &Path, baud: u32, until: Instant) -> Result<Tty, OpenError> 
             Err(error) if clock::now() >= until => return Err(error),
             Err(_) => clock::sleep_until(clock::now() + Duration::from_millis(10)),
         }
-    }
-}
-
-/// A line that is opened again when it was lost.
-struct Line {
-    tty: Option<Tty>,
-    path: PathBuf,
-    baud: u32,
-    reopen_at: Instant,
-    wait: Duration,
-}
-
-impl Line {
-    const fn new(tty: Option<Tty>, path: PathBuf, baud: u32) -> Self {
-        Self { tty, path, baud, reopen_at: Instant::EPOCH, wait: REOPEN_AFTER }
-    }
-
-    fn reopen(&mut self, now: Instant) -> Result<&Tty, Lost> {
-        if self.tty.is_none() && now >= self.reopen_at {
-            self.tty = Tty::open(&self.path, self.baud).ok();
-            self.wait = if self.tty.is_some() { REOPEN_AFTER } else { (2 * self.wait).min(REOPEN_MOST) };
-            self.reopen_at = now + self.wait;
-        }
-        self.tty.as_ref().ok_or(Lost::HangUp)
-    }
-
-    fn note<T>(&mut self, result: Result<T, Lost>) -> Result<T, Lost> {
-        if result.is_err() {
-            self.tty = None;
-        }
-        result
-    }
-}
-
-impl Port for Line {
-    fn send(&mut self, bytes: &[u8], within: Duration) -> Result<Sent, Lost> {
-        let at = clock::now();
-        let tty = self.reopen(at)?;
-        let sent = tty.drain(DRAINS).and_then(|late| tty.write(bytes, at + within).map(|()| late));
-        self.note(sent).map(|late| Sent { at, late })
-    }
-
-    fn receive(&mut self, into: &mut [u8], within: Duration) -> Result<usize, Lost> {
-        let received = self.tty.as_ref().ok_or(Lost::HangUp)?.read(into, clock::now() + within);
-        self.note(received)
     }
 }
 

@@ -1,7 +1,7 @@
 //! Every fault of the mock servo bus at once, on every bus of the whole robot, for long: nothing
 //! stale is believed, nothing beyond a limit is commanded, and everybody is back at the end.
 
-#![expect(clippy::indexing_slicing, reason = "a test fails by panicking")]
+#![expect(clippy::indexing_slicing, clippy::unwrap_used, clippy::panic, reason = "a test fails by panicking")]
 
 use clock::{Duration, Instant};
 use config::Robot;
@@ -84,7 +84,8 @@ impl Campaign {
             said: Vec::new(),
             hung_up_until: now,
         };
-        let wires: Vec<_> = robot.motor.buses.iter().enumerate().map(|(index, bus)| wire(index, bus)).collect();
+        let wires: Vec<_> =
+            robot.motor.buses.iter().enumerate().map(|(index, bus)| wire(index, bus)).collect();
         let masters = robot.motor.buses.iter().map(|bus| Master::new(bus.baud, (PERIOD, PERIOD)));
         let goal = |joint| JointGoal { joint, reserved: 0, goal_position_rad: 0.0, arrive_at_ns: 0 };
         Self {
@@ -112,7 +113,8 @@ impl Campaign {
         let seconds = self.now.since(Instant::EPOCH).as_secs_f64();
         for (goal, joint) in self.goals.iter_mut().zip(&self.robot.motor.joints) {
             let swing = (seconds * (0.7 + 0.01 * f64::from(goal.joint))).sin();
-            let (middle, half) = (f64::midpoint(joint.min_rad, joint.max_rad), (joint.max_rad - joint.min_rad) / 2.0);
+            let (middle, half) =
+                (f64::midpoint(joint.min_rad, joint.max_rad), (joint.max_rad - joint.min_rad) / 2.0);
             // Beyond the limits by a tenth.
             goal.goal_position_rad = middle + 1.1 * half * swing;
         }

@@ -3,11 +3,13 @@
 //! The core is [`Sensor`]: it judges what the sources report, brings it into the robot's base
 //! frame, and perceives. It reads no clock, opens nothing, and after `new` allocates nothing.
 
+mod disturbance;
 mod recordings;
 mod sensor;
 mod shell;
 mod source;
 
+pub use disturbance::Disturbance;
 pub use recordings::{Unplayable, check_traces};
 pub use sensor::{News, Sensor, Unsensing};
 pub use shell::run;

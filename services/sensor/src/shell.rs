@@ -1,13 +1,14 @@
 use clock::{Duration, Instant};
 use config::Robot;
+use config::campaign::Campaign;
 use config::leo::{Source, SourceKind};
-use message::{Hop, LOSSES, Loss, Observation, Observations, Perceived, Percepts, Process, Snapshot};
+use message::{Header, Hop, LOSSES, Loss, Observation, Observations, Perceived, Percepts, Process, Snapshot};
 use process::{Failure, Launch, Member, Progress};
 use quantity::number::saturating_u32;
 use transport::{Frame, Inlet};
 
 use crate::recordings::Recordings;
-use crate::{News, Sensor};
+use crate::{Disturbance, News, Sensor};
 
 /// What became of what the sources reported is shown this often.
 const SHOWN_EVERY: Duration = Duration::from_millis(20);
@@ -44,6 +45,7 @@ pub fn run(launch: &Launch, robot: &Robot) -> Result<(), Failure> {
     recordings.tell(&sources);
     let mut board = member.sources_board()?;
     let mut shown_at = Instant::EPOCH;
+    let mut disturbance = disturbance(launch, capacity)?;
     member.begin(Some(leo.sensor.rate_hz.period()))?;
     while let Some(now) = member.next_cycle()? {
         sensor.begin(now);
@@ -56,16 +58,15 @@ pub fn run(launch: &Launch, robot: &Robot) -> Result<(), Failure> {
         let mut header = sensor.end();
         header.pass(Hop::SensorStarted, now.as_nanos());
         let nothing = Perceived { observation: Observation::object(0, 0), snapshot: Snapshot::default() };
-        let mut perceived = sensor.perceived();
-        outlet.send(
-            header,
-            sensor.len(),
-            |_| perceived.next().unwrap_or(nothing),
-            |header| {
-                header.pass(Hop::Perceived, member.now().as_nanos());
-            },
-        )?;
-        drop(perceived);
+        let stamp = |header: &mut Header| header.pass(Hop::Perceived, member.now().as_nanos());
+        if let Some(disturbance) = &mut disturbance {
+            let mut disturbed = disturbance.disturb(now, sensor.perceived()).iter();
+            let count = disturbed.len();
+            outlet.send(header, count, |_| disturbed.next().copied().unwrap_or(nothing), stamp)?;
+        } else {
+            let mut perceived = sensor.perceived();
+            outlet.send(header, sensor.len(), |_| perceived.next().unwrap_or(nothing), stamp)?;
+        }
         let health = member.health();
         let losses = sensor.losses();
         health.refused = sum(&losses, Loss::is_refusal);
@@ -84,6 +85,16 @@ pub fn run(launch: &Launch, robot: &Robot) -> Result<(), Failure> {
         member.end_cycle(Progress::More)?;
     }
     Ok(())
+}
+
+/// What goes wrong with the percepts on purpose, if anything.
+fn disturbance(launch: &Launch, capacity: usize) -> Result<Option<Disturbance>, Failure> {
+    let Some(file) = &launch.campaign else { return Ok(None) };
+    // What it says of buses and processes is looked at by others.
+    let nothing = |_: &str| Ok::<(), &str>(());
+    let campaign = Campaign::load(file, nothing, nothing)?;
+    Ok(Some(Disturbance::new(&campaign.percepts, campaign.seed, capacity))
+        .filter(|_| !campaign.percepts.is_empty()))
 }
 
 fn name_of(sources: &[Source], number: usize) -> &str {

@@ -93,6 +93,11 @@ impl Children {
         self.signal(process, Signal::KILL);
     }
 
+    /// Lets a process stand still, or go on; nothing happens when it does not live.
+    pub fn hold(&self, process: Process, still: bool) {
+        self.signal(process, if still { Signal::STOP } else { Signal::CONT });
+    }
+
     /// Whether nobody lives.
     #[must_use]
     pub fn is_empty(&self) -> bool {
@@ -148,9 +153,12 @@ fn arguments(launch: &Launch) -> Vec<OsString> {
     let mut say = |key: &str, value: OsString| arguments.extend([key.into(), value]);
     say("--domain", launch.domain.clone().into());
     say("--incarnation", launch.incarnation.to_string().into());
-    for (key, path) in
-        [("--config", &launch.config), ("--lesson", &launch.lesson), ("--state", &launch.state)]
-    {
+    for (key, path) in [
+        ("--config", &launch.config),
+        ("--lesson", &launch.lesson),
+        ("--state", &launch.state),
+        ("--campaign", &launch.campaign),
+    ] {
         if let Some(path) = path {
             say(key, path.into());
         }
@@ -188,6 +196,7 @@ mod tests {
             stay: false,
             lockstep: true,
             state: None,
+            campaign: None,
         };
         let told = arguments(&launch).join(" ".as_ref());
         assert_eq!(

@@ -5,6 +5,7 @@ mod caretaker;
 mod check;
 mod children;
 pub mod conductor;
+mod faults;
 pub mod policy;
 pub mod readiness;
 mod run;
@@ -12,5 +13,6 @@ mod teach;
 
 pub use check::{CheckError, check};
 pub use children::Children;
+pub use faults::{ProcessFaults, UnknownProcess};
 pub use run::{ORDER, Orders, RunError, run};
 pub use teach::{TeachError, Teaching, teach};

@@ -18,6 +18,7 @@ use transport::{
 use crate::Children;
 use crate::caretaker::Caretaker;
 use crate::check::room;
+use crate::faults::{Deed, ProcessFaults};
 use crate::policy::{Action, Ended, Event, Outcome, Policy, Terms, Why};
 
 /// How soon to look again while a process is on its way up or down.
@@ -57,6 +58,8 @@ pub struct Orders {
     pub partners: Option<u32>,
     /// Where Leo remembers what it learned.
     pub state: Option<PathBuf>,
+    /// What goes wrong on purpose: the file, and of it what is done to the processes.
+    pub faults: Option<(PathBuf, ProcessFaults)>,
     /// How long to run once all processes are ready; until somebody stops it, without.
     pub run_for: Option<Duration>,
 }
@@ -122,6 +125,7 @@ fn supervise(orders: &Orders) -> Result<Outcome, RunError> {
         hearts: BTreeMap::new(),
         events: Vec::new(),
         end_at: None,
+        faults: orders.faults.as_ref().map(|(_, faults)| faults.clone()).unwrap_or_default(),
     };
     let outcome = house.live(signals);
     house.caretaker.dismiss();
@@ -151,6 +155,8 @@ struct House<'orders> {
     /// What happened since the policy was told.
     events: Vec<Event>,
     end_at: Option<Instant>,
+    /// What is done to the processes on purpose.
+    faults: ProcessFaults,
 }
 
 struct Heart {
@@ -171,8 +177,15 @@ impl House<'_> {
                     return outcome;
                 }
             }
+            for (process, deed) in self.faults.due(now) {
+                match deed {
+                    Deed::Kill => self.children.kill(process),
+                    Deed::Freeze | Deed::Thaw => self.children.hold(process, deed == Deed::Freeze),
+                }
+            }
             let pause = if policy.is_busy() { BUSY } else { terms.heartbeat_timeout / PULSES };
             let pause = self.end_at.map_or(pause, |end| pause.min(end.since(now).max(BUSY)));
+            let pause = self.faults.next().map_or(pause, |next| pause.min(next.since(now)));
             self.children.wait(signals.as_fd(), pause);
         }
     }
@@ -217,6 +230,7 @@ impl House<'_> {
             Action::CleanUp => self.caretaker.ask(),
             Action::AllReady => {
                 self.end_at = self.orders.run_for.map(|run_for| now + run_for);
+                self.faults.begin(now);
                 self.welcome();
             }
             Action::End(outcome) => return Some(outcome),
@@ -241,6 +255,7 @@ impl House<'_> {
             stay: self.orders.run_for.is_some(),
             lockstep: false,
             state: self.orders.state.clone(),
+            campaign: self.orders.faults.as_ref().map(|(file, _)| file.clone()),
         };
         match self.children.start(process, &launch) {
             Ok(()) => {

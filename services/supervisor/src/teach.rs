@@ -190,6 +190,7 @@ impl Class {
             stay: false,
             lockstep: true,
             state: teaching.state.clone(),
+            campaign: None,
         };
         self.children.start(process, &launch).map_err(|source| TeachError::Start { process, source })
     }

@@ -5,6 +5,7 @@
 //! and the field, and says what would be right. Nothing is half-applied: a file is read whole or
 //! refused whole.
 
+pub mod campaign;
 mod error;
 pub mod faults;
 pub mod leo;

@@ -23,4 +23,6 @@ pub struct Launch {
     pub lockstep: bool,
     /// Directory of what Leo remembers; nothing is remembered without it.
     pub state: Option<PathBuf>,
+    /// The file that says what goes wrong on purpose; nothing does without it.
+    pub campaign: Option<PathBuf>,
 }

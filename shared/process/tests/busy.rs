@@ -24,6 +24,7 @@ fn the_heart_beats_while_one_call_goes_on_and_on() {
         stay: false,
         lockstep: false,
         state: None,
+        campaign: None,
     };
     let node = Node::join(&domain, "test", 1, queues(&leo.buffers, false)).expect("the domain was made");
     let rights = &leo.console.realtime;

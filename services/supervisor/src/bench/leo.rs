@@ -68,6 +68,7 @@ pub(super) fn percept_to_belief(domain: &Domain, node: &Node, case: Case) -> Res
                 stay: true,
                 lockstep: false,
                 state: None,
+                campaign: None,
             };
             children.start(process, &launch)?;
             await_running(node, process, incarnation)?;

@@ -1,0 +1,171 @@
+use clock::{Duration, Instant};
+use config::campaign::{ProcessFault, ProcessFaultKind};
+use message::Process;
+
+/// How long something lasts where nothing is said.
+const LASTS: Duration = Duration::from_millis(500);
+/// A process that is slow stands still this long, and works this long, by turns.
+const TURN: Duration = Duration::from_millis(5);
+
+/// A fault is in a process that there is not.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("`{name}` is no process: say one of {}", known())]
+pub struct UnknownProcess {
+    name: String,
+}
+
+fn known() -> String {
+    let names: Vec<_> = crate::ORDER.iter().map(|process| process.name()).collect();
+    names.join(", ")
+}
+
+/// What is done to a process on purpose.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Deed {
+    Kill,
+    Freeze,
+    Thaw,
+}
+
+#[derive(Clone, Debug)]
+struct Planned {
+    process: Process,
+    kind: ProcessFaultKind,
+    until: Duration,
+    /// Whether the process stands still now.
+    still: bool,
+    /// When something is done next.
+    next: Option<Duration>,
+}
+
+/// What goes wrong with the processes, on purpose and in time. Pure: it is told the time, and says
+/// what is to be done.
+#[derive(Clone, Debug, Default)]
+pub struct ProcessFaults {
+    planned: Vec<Planned>,
+    begun_at: Option<Instant>,
+}
+
+impl ProcessFaults {
+    /// As a campaign says.
+    ///
+    /// # Errors
+    ///
+    /// It names a process that there is not.
+    pub fn new(faults: &[ProcessFault]) -> Result<Self, UnknownProcess> {
+        let planned = faults.iter().map(|fault| {
+            let process = crate::ORDER.into_iter().find(|process| process.name() == fault.process.get_ref());
+            let at = Duration::from_secs_f64(fault.at_s.get());
+            let lasts = fault.for_s.map_or(LASTS, |lasts| Duration::from_secs_f64(lasts.get()));
+            Ok(Planned {
+                process: process.ok_or_else(|| UnknownProcess { name: fault.process.get_ref().clone() })?,
+                kind: fault.kind,
+                until: at + lasts,
+                still: false,
+                next: Some(at),
+            })
+        });
+        Ok(Self { planned: planned.collect::<Result<_, _>>()?, begun_at: None })
+    }
+
+    /// Whether a process is one of the robot's.
+    ///
+    /// # Errors
+    ///
+    /// It is not.
+    pub fn check(name: &str) -> Result<(), UnknownProcess> {
+        let is_one = crate::ORDER.iter().any(|process| process.name() == name);
+        if is_one { Ok(()) } else { Err(UnknownProcess { name: name.to_owned() }) }
+    }
+
+    /// Begins to count: all of the robot runs.
+    pub(crate) fn begin(&mut self, now: Instant) {
+        self.begun_at.get_or_insert(now);
+    }
+
+    /// When something is to be done next.
+    pub(crate) fn next(&self) -> Option<Instant> {
+        let begun_at = self.begun_at?;
+        self.planned.iter().filter_map(|planned| planned.next).min().map(|next| begun_at + next)
+    }
+
+    /// What is to be done now.
+    pub(crate) fn due(&mut self, now: Instant) -> Vec<(Process, Deed)> {
+        let Some(begun_at) = self.begun_at else { return Vec::new() };
+        let after = now.since(begun_at);
+        self.planned.iter_mut().filter_map(|planned| planned.step(after)).collect()
+    }
+}
+
+impl Planned {
+    fn step(&mut self, after: Duration) -> Option<(Process, Deed)> {
+        if after < self.next? {
+            return None;
+        }
+        let over = after >= self.until;
+        let deed = match self.kind {
+            ProcessFaultKind::Kill => {
+                self.next = None;
+                Some(Deed::Kill)
+            }
+            ProcessFaultKind::Stop | ProcessFaultKind::Slow if over => {
+                self.next = None;
+                self.still.then_some(Deed::Thaw)
+            }
+            ProcessFaultKind::Stop => {
+                self.still = true;
+                self.next = Some(self.until);
+                Some(Deed::Freeze)
+            }
+            ProcessFaultKind::Slow => {
+                self.still = !self.still;
+                self.next = Some(after + TURN);
+                Some(if self.still { Deed::Freeze } else { Deed::Thaw })
+            }
+        };
+        deed.map(|deed| (self.process, deed))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use config::campaign::Campaign;
+
+    fn faults(text: &str) -> Result<ProcessFaults, UnknownProcess> {
+        ProcessFaults::new(&config::parse::<Campaign>(text, "c.toml".as_ref()).unwrap().processes)
+    }
+
+    /// What is done, and after how many milliseconds.
+    fn deeds(text: &str) -> Vec<(u64, &'static str, Deed)> {
+        let mut faults = faults(text).unwrap();
+        let ms = Instant::from_nanos;
+        assert!(faults.due(ms(0)).is_empty() && faults.next().is_none(), "not before all runs");
+        faults.begin(ms(0));
+        let mut done = Vec::new();
+        for at in 0..3000 {
+            let due = faults.due(ms(at * 1_000_000));
+            done.extend(due.into_iter().map(|(process, deed)| (at, process.name(), deed)));
+        }
+        assert_eq!(faults.next(), None);
+        done
+    }
+
+    #[test]
+    fn a_process_is_killed_stopped_and_slowed_in_time() {
+        let text = "[[processes]]\nkind = \"stop\"\nprocess = \"motor\"\nat_s = 0.2\nfor_s = 1\n\
+                    [[processes]]\nkind = \"kill\"\nprocess = \"belief\"\nat_s = 0.5";
+        let expected =
+            [(200, "motor", Deed::Freeze), (500, "belief", Deed::Kill), (1200, "motor", Deed::Thaw)];
+        assert_eq!(deeds(text), expected);
+        let slow = deeds("[[processes]]\nkind = \"slow\"\nprocess = \"learner\"\nat_s = 1\nfor_s = 0.1");
+        assert_eq!(slow.len(), 20);
+        assert_eq!(slow.last().map(|(_, _, deed)| *deed), Some(Deed::Thaw), "it is not left still");
+    }
+
+    #[test]
+    fn a_process_that_there_is_not_is_refused() {
+        let error = faults("[[processes]]\nkind = \"kill\"\nprocess = \"mind\"\nat_s = 1").unwrap_err();
+        assert!(error.to_string().starts_with("`mind` is no process: say one of console, mock-bus, motor"));
+    }
+}
