@@ -314,9 +314,11 @@ impl Bench {
 }
 
 /// Refuses what the processes could only die of again and again: a trace that cannot be played, a
-/// function of the program's own that this program lacks.
+/// fault that is none, a function of the program's own that this program lacks.
 fn startable(robot: &Robot) -> Result<(), Failure> {
     sensor_process::check_traces(&robot.leo.sensor.source).map_err(Failed::usage)?;
+    mock_bus_process::Faults::configured(&robot.leo.mock_bus, &robot.motor)
+        .map_err(|bad| Failed::usage(format!("leo.toml: `faults` of [mock_bus]: {bad}")))?;
     let belief = &robot.leo.belief;
     // Whether there can be any: their size does not matter.
     belief_process::Believer::new(

@@ -51,7 +51,8 @@ impl MockBus {
             mock_bus_process::run(&launch, &robot).map_err(Failed::because)?;
             return Ok(ExitCode::SUCCESS);
         }
-        let mut faults = Faults::configured(&robot.leo.mock_bus, &robot.motor).map_err(Failed::usage)?;
+        let mut faults = Faults::configured(&robot.leo.mock_bus, &robot.motor)
+            .map_err(|bad| Failed::usage(format!("leo.toml: `faults` of [mock_bus]: {bad}")))?;
         faults.seed = self.seed.unwrap_or(faults.seed);
         if self.followers_go_on {
             faults.followers = Followers::GoOn;

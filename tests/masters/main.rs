@@ -147,3 +147,36 @@ fn what_cannot_be_put_up_is_said_before_anything_runs() {
     let (code, words, _) = said(&["--faults", "/nowhere/faults.toml"]);
     assert!(code == Some(2) && words.starts_with("leo: cannot read /nowhere/faults.toml: "), "{words}");
 }
+
+#[test]
+fn faults_of_the_configuration_are_put_in_and_a_wrong_one_is_refused_by_all() {
+    let folder = tempfile::tempdir().expect("a folder");
+    for file in std::fs::read_dir(concat!(env!("CARGO_MANIFEST_DIR"), "/config")).expect("a folder").flatten()
+    {
+        if file.path().is_file() {
+            std::fs::copy(file.path(), folder.path().join(file.file_name())).expect("copies");
+        }
+    }
+    let leo = folder.path().join("leo.toml");
+    let text = std::fs::read_to_string(&leo).expect("reads");
+    let configure = |faults: &str| {
+        let changed = text.replace("\nfaults = []", &format!("\nfaults = [\"{faults}\"]"));
+        assert_ne!(changed, text);
+        std::fs::write(&leo, changed).expect("writes");
+    };
+    let config = leo.to_str().expect("letters");
+
+    configure("drop bus=torso id=3");
+    let mock = MockBus::start(&["--config", config]);
+    let found = DynamixelProtocolHandler::v2().broadcast_ping(open(&mock, "torso").as_mut());
+    assert_eq!(found.expect("answers"), [1, 2, 4, 5, 6, 7]);
+
+    configure("dorp");
+    for command in ["mock-bus", "check", "run"] {
+        let ran = Command::new(env!("CARGO_BIN_EXE_leo")).args([command, "--config", config]).output();
+        let ran = ran.expect("starts");
+        let words = String::from_utf8_lossy(&ran.stderr);
+        let says = words.starts_with("leo: leo.toml: `faults` of [mock_bus]: `dorp` is no kind of fault");
+        assert!(ran.status.code() == Some(2) && says, "{command}: {words}");
+    }
+}

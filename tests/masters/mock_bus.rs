@@ -4,7 +4,7 @@ use std::process::{Child, ChildStdin, ChildStdout, Command, ExitStatus, Stdio};
 
 use rustix::process::{Pid, Signal, kill_process};
 
-/// `leo mock-bus`, as a user starts it. Dropping it kills it.
+/// `leo mock-bus`, as a user starts it. Dropping it ends it.
 pub(crate) struct MockBus {
     process: Child,
     commands: ChildStdin,
@@ -57,9 +57,16 @@ impl MockBus {
 
     /// Presses Ctrl-C, and waits for its end.
     pub(crate) fn stop(mut self) -> ExitStatus {
-        let id = i32::try_from(self.process.id()).expect("a process number");
-        kill_process(Pid::from_raw(id).expect("a process number"), Signal::INT).expect("it lives");
-        self.process.wait().expect("it ends")
+        self.press().expect("it ends")
+    }
+
+    fn press(&mut self) -> std::io::Result<ExitStatus> {
+        let id = i32::try_from(self.process.id()).ok().and_then(Pid::from_raw);
+        // The number of one that has ended may be another's by now.
+        if let (None, Some(id)) = (self.process.try_wait()?, id) {
+            kill_process(id, Signal::INT)?;
+        }
+        self.process.wait()
     }
 }
 
@@ -71,6 +78,6 @@ fn line(said: &mut impl std::io::BufRead) -> String {
 
 impl Drop for MockBus {
     fn drop(&mut self) {
-        let _dead = self.process.kill().and_then(|()| self.process.wait().map(drop));
+        let _ended = self.press();
     }
 }

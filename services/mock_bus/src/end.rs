@@ -116,6 +116,10 @@ impl End {
         let mut servos = self.servos();
         let (now, paced) = (servos.simulated.unwrap_or(heard_at), servos.simulated.is_none());
         if count == 0 {
+            // In simulated time somebody else says how long they live.
+            if paced {
+                servos.line.advance(now);
+            }
             servos.line.arrive(now, &mut voice.answers);
         } else {
             // What the other end believes the speed to be; where it says nothing, it is as it was.

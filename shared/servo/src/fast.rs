@@ -1,6 +1,7 @@
 use crate::chain::{Chain, after, head, length_field};
 use crate::crc::extend;
 use crate::frame::{HEADER, PREFIX, SUFFIX};
+use crate::parser::number;
 use crate::{Id, Status};
 
 /// The bytes of an answer at most: as many as a [`Parser`](crate::Parser) keeps.
@@ -63,8 +64,9 @@ struct Walk {
     place: usize,
     /// The check sum up to `at`.
     sum: u16,
-    /// Where the last part that was verified ends.
-    verified: usize,
+    /// Where another frame may begin if this one is broken: behind its header, or behind the last
+    /// part that was verified.
+    resume: usize,
     broken: bool,
 }
 
@@ -170,7 +172,18 @@ impl FastReply {
     pub(crate) fn enter(&mut self, origin: u64) {
         let head = head(self.length);
         let sum = extend(0, &head);
-        self.frame = Some(Walk { origin, at: head.len(), place: 0, sum, verified: 0, broken: false });
+        self.frame =
+            Some(Walk { origin, at: head.len(), place: 0, sum, resume: HEADER.len(), broken: false });
+    }
+
+    /// The bytes up to the end of the part that was told last: they are done with, and what comes
+    /// later can never be told from them again.
+    pub(crate) fn take(&mut self) -> usize {
+        let Some(walk) = &mut self.frame else { return 0 };
+        let taken = std::mem::take(&mut walk.at);
+        walk.resume = 0;
+        walk.origin = walk.origin.wrapping_add(number(taken));
+        taken
     }
 
     /// Walks on through the bytes, of which the first stands at `origin` of the stream.
@@ -189,7 +202,7 @@ impl FastReply {
         loop {
             let Some(own) = self.awaited.get(walk.place).filter(|_| walk.place < self.count).copied() else {
                 // Behind what is broken another frame may begin anywhere.
-                return Step::Over(if walk.broken { walk.verified.max(HEADER.len()) } else { walk.at });
+                return Step::Over(if walk.broken { walk.resume } else { walk.at });
             };
             let Some(part) = bytes.get(walk.at..) else { return Step::Wait };
             let Some(&[error, id]) = part.first_chunk() else { return Step::Wait };
@@ -200,7 +213,7 @@ impl FastReply {
                 if extend(walk.sum, summed).to_le_bytes() == field {
                     let (data, length) = (walk.at + 2, usize::from(claimed.length));
                     walk.at += length + Chain::PART;
-                    (walk.place, walk.sum, walk.verified) = (place + 1, after(field), walk.at);
+                    (walk.place, walk.sum, walk.resume) = (place + 1, after(field), walk.at);
                     match Id::new(id) {
                         Some(id) if !std::mem::replace(&mut claimed.told, true) => {
                             return Step::Part { id, error, data, length };

@@ -104,7 +104,11 @@ impl Parser {
         loop {
             let step = reply.step(self.origin, self.waiting());
             match step {
-                Step::Part { .. } => return step.status(self.waiting()),
+                Step::Part { .. } => {
+                    let start = self.start;
+                    self.skip(reply.take());
+                    return step.status(self.bytes.get(start..self.end)?);
+                }
                 Step::Wait => return None,
                 Step::Broken => self.losses.corrupt += 1,
                 Step::Over(length) => self.skip(length),
@@ -174,7 +178,7 @@ impl Parser {
     }
 }
 
-fn number(bytes: usize) -> u64 {
+pub(crate) fn number(bytes: usize) -> u64 {
     u64::try_from(bytes).unwrap_or(u64::MAX)
 }
 

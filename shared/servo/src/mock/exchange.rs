@@ -50,11 +50,16 @@ impl Exchange<'_> {
     /// Has the servos do what an instruction says.
     pub(super) fn hear(&mut self, frame: &Frame<'_>) {
         for place in 0..self.count() {
-            if self.hears(place)
-                && let Some(servo) = self.servo(place)
-            {
+            let (hears, now) = (self.hears(place), self.now);
+            let Some(servo) = self.servo(place) else { continue };
+            if hears {
                 // Whomever it is for, it shows that the host lives.
                 servo.hear();
+            } else {
+                let id = servo.id();
+                if self.injector.holds(Kind::Baud, now, id) {
+                    self.injector.count(Kind::Baud);
+                }
             }
         }
         match Instruction::parse(frame) {
@@ -133,11 +138,7 @@ impl Exchange<'_> {
         let Some(servo) = self.servo(place) else { return false };
         let id = servo.id();
         let heard = servo.is_listening() && baud.is_none_or(|baud| baud == servo.baud());
-        if heard && self.injector.holds(Kind::Baud, now, id) {
-            self.injector.count(Kind::Baud);
-            return false;
-        }
-        heard
+        heard && !self.injector.holds(Kind::Baud, now, id)
     }
 
     /// Does something at the place of everybody who listens to an identifier: more than one only

@@ -151,7 +151,9 @@ impl Injector {
         for active in &mut self.active {
             let injection = &active.injection;
             let once = injection.kind.is_event() && injection.chance.is_none();
-            if once && injection.is_to(id) && active.is_due(now) && active.struck.insert(id) {
+            // It happened even if nobody looked while it lasted.
+            let begun = now.since(active.since) >= injection.begins();
+            if once && begun && injection.is_to(id) && active.struck.insert(id) {
                 events.push((injection.kind, active.end().unwrap_or(now)));
                 self.injected.add(injection.kind);
             }

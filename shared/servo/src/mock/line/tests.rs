@@ -332,6 +332,11 @@ fn a_brown_out_takes_the_bus_away_and_a_double_identifier_garbles() {
     assert_eq!(listen(&mut line, at(1899), Address::All, SYNC), []);
     assert_eq!(listen(&mut line, at(1900), Address::All, SYNC).len(), 3);
 
+    // It began anew even if nobody was there to see it.
+    let mut unseen = injected(&["brown-out at=1s for=100ms"], 0);
+    unseen.advance(at(5000));
+    assert_eq!(unseen.servos()[0].read(120, 2), Ok(&3500_u16.to_le_bytes()[..]));
+
     let mut line = injected(&["duplicate-id id=2 for=1s"], 0);
     let mut whole = 0;
     for ms in 1..200 {
@@ -361,4 +366,13 @@ fn faults_are_switched_while_it_runs_and_those_that_stay_go_on() {
     assert_eq!(ids(&listen(&mut line, at(10), Address::All, SYNC)), [7]);
     line.inject(at(11), &[]);
     assert_eq!(ids(&listen(&mut line, at(11), Address::All, SYNC)), [1, 2, 7]);
+}
+
+#[test]
+fn a_servo_at_a_wrong_speed_misses_each_instruction_once() {
+    let mut line = injected(&["baud id=2 for=1s"], 0);
+    for ms in 0..3 {
+        assert_eq!(ids(&listen(&mut line, at(ms), Address::All, SYNC)), [1, 7]);
+    }
+    assert_eq!(line.injected().of(Kind::Baud), 3);
 }
