@@ -80,6 +80,14 @@ const VACANT: Slot = Slot {
     next: 0,
 };
 
+impl Slot {
+    /// Whether the other is a snapshot newer than all that this belief remembers.
+    fn appends(&self, newer: &Self) -> bool {
+        let histories = matches!(self.holds, Holds::Histories(_)) && newer.holds == Holds::Snapshot;
+        histories && newer.memory.perceived_at > self.memory.perceived_at
+    }
+}
+
 impl Arena {
     pub(crate) fn new(percepts: &Percepts, own: &Functions, slots: u32) -> Result<Self, Unbelievable> {
         let count = slots as usize;
@@ -174,9 +182,7 @@ impl Arena {
     /// of the source was the one before.
     pub(crate) fn follow(&mut self, before: impl Fn(u16, Instant) -> Option<Instant>) {
         if let Some(sightings) = &mut self.sightings {
-            for &slot in self.fresh.iter() {
-                sightings.follow(slot as usize, &before);
-            }
+            sightings.follow(&self.fresh, before);
         }
     }
 
@@ -200,8 +206,7 @@ impl Arena {
         let Ok([older, newer]) = self.slots.get_disjoint_mut([kept as usize, gone as usize]) else {
             return false;
         };
-        let histories = matches!(older.holds, Holds::Histories(_)) && newer.holds == Holds::Snapshot;
-        if !self.foreseen || !histories || newer.memory.perceived_at <= older.memory.perceived_at {
+        if !self.foreseen || !older.appends(newer) {
             return false;
         }
         older.memory.merge(&newer.memory);
@@ -388,6 +393,34 @@ impl Population for Step<'_> {
         let distance = metric.below_threshold(self.arena.features(a), self.arena.features(b))?;
         let apart = sightings.as_ref().is_some_and(|sightings| sightings.are_apart(a as usize, b as usize));
         (!apart).then_some(distance)
+    }
+
+    fn reach_m(&self, distance: f64) -> f64 {
+        // A sum of several terms rounds.
+        self.arena.reach.map_or(f64::INFINITY, |reach| distance * reach.metres_per_distance * (1.0 + 1e-9))
+    }
+
+    fn takes_in(&self, old: u32, fresh: u32) -> bool {
+        let Arena { slots, foreseen, .. } = &*self.arena;
+        let (Some(older), Some(newer)) = (slots.get(old as usize), slots.get(fresh as usize)) else {
+            return false;
+        };
+        *foreseen && older.appends(newer) && {
+            let features = self.arena.features(old).iter().zip(self.arena.features(fresh));
+            let is_symbol = |feature: &Feature| matches!(feature, Feature::Symbol(_));
+            features.into_iter().all(|(older, newer)| {
+                let was_symbol = older.as_ref().is_some_and(is_symbol);
+                !was_symbol || newer.as_ref().is_none_or(is_symbol)
+            })
+        }
+    }
+
+    fn is_companion(&self, old: u32) -> bool {
+        self.arena.sightings.as_ref().is_some_and(|sightings| sightings.was_there(old as usize))
+    }
+
+    fn stay_apart(&self, a: u32, b: u32) -> bool {
+        self.arena.sightings.as_ref().is_some_and(|sightings| sightings.stay_apart(a as usize, b as usize))
     }
 
     fn merge(&mut self, kept: u32, gone: u32) {

@@ -52,6 +52,9 @@ pub(crate) struct Reach {
     /// The place of the term among the terms.
     pub(crate) term: usize,
     pub(crate) metres: f64,
+    /// The same for each unit of D: beliefs at a distance D have them no further apart than D times
+    /// this.
+    pub(crate) metres_per_distance: f64,
 }
 
 impl Metric {
@@ -120,7 +123,8 @@ impl Metric {
             self.terms.iter().enumerate().find(|(_, term)| matches!(term.measure, How::Metres))?;
         let total: f64 = self.terms.iter().map(|term| term.weight).sum();
         let share = if self.normalised { total } else { 1.0 };
-        Some(Reach { term: index, metres: self.threshold * share / term.weight })
+        let metres_per_distance = share / term.weight;
+        Some(Reach { term: index, metres: self.threshold * share / term.weight, metres_per_distance })
     }
 }
 
