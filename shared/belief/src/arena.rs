@@ -1,6 +1,6 @@
 use clock::Instant;
 use config::percepts::Percepts;
-use message::{Feature, Perceived, PerceptValue, Snapshot};
+use message::{Feature, Perceived, PerceptValue};
 
 use crate::Unbelievable;
 use crate::cluster::{Population, Symbols};
@@ -9,7 +9,6 @@ use crate::memory::Memory;
 use crate::metric::{Metric, Reach};
 use crate::own::Functions;
 use crate::room::Room;
-use crate::sample::Sample;
 use crate::sightings::{Run, Sightings};
 
 /// B, the current set of beliefs, in slots that exist from the start.
@@ -166,8 +165,8 @@ impl Arena {
         (slot.holds, slot.entry, slot.pending) = (Holds::Snapshot, entry, None);
         let features = self.features.iter_mut().skip(number as usize * self.terms.len());
         for (feature, percept) in features.zip(&self.terms) {
-            let value = perceived.snapshot.value(*percept);
-            *feature = value.and_then(|value| Some(sample(value, at)?.feature));
+            let value = perceived.snapshot.value(*percept).filter(|value| value.is_sound());
+            *feature = value.and_then(PerceptValue::feature);
         }
         if let Some(sightings) = &mut self.sightings {
             let Perceived { observation, .. } = perceived;
@@ -331,7 +330,7 @@ impl Arena {
             pending = (first != last).then_some((snapshot.next, last));
             if let Some(perceived) = perceived.get(snapshot.entry as usize) {
                 let at = snapshot.memory.perceived_at;
-                self.unsound += take(&mut self.histories, row, id, at, &perceived.snapshot);
+                self.unsound += self.histories.take_all(row, perceived.snapshot.values(), at, id);
             }
         }
         Some(row)
@@ -426,24 +425,4 @@ impl Population for Step<'_> {
     fn merge(&mut self, kept: u32, gone: u32) {
         self.arena.merge(kept, gone, self.perceived);
     }
-}
-
-/// Takes a snapshot into a row of histories; how many evaluations were nonsense and left out.
-fn take(histories: &mut Histories, row: u32, phase: u64, at: Instant, snapshot: &Snapshot) -> u64 {
-    let mut unsound = 0;
-    for value in snapshot.values() {
-        match sample(value, at) {
-            Some(sample) => histories.take(row, value.percept, sample, phase),
-            None => unsound += 1,
-        }
-    }
-    unsound
-}
-
-/// An evaluation as a sample; `None` for nonsense.
-pub(crate) fn sample(value: &PerceptValue, at: Instant) -> Option<Sample> {
-    let PerceptValue { matching, confidence, .. } = *value;
-    let within = (0.0..=1.0).contains(&matching) && (0.0..=1.0).contains(&confidence);
-    let feature = value.feature().filter(|_| within)?;
-    Some(Sample { at, matching, confidence, feature })
 }

@@ -10,7 +10,7 @@ use std::ops::Range;
 use clock::Instant;
 use config::percepts::{self, Percept, WhenFull};
 use low_pass::LowPass;
-use message::Feature;
+use message::{Feature, PerceptValue};
 use series::{Series, Thinning};
 
 use crate::Unbelievable;
@@ -136,29 +136,31 @@ impl Histories {
 
     /// Takes one sample into a history: the union with g(m, c, d), the history of that sample.
     /// `phase`, another for each belief, spreads the work of thinning over time.
-    #[inline]
     pub(crate) fn take(&mut self, row: u32, percept: u16, sample: Sample, phase: u64) {
-        let Self { generators, low_passes, series, kept, cells, scratch, .. } = self;
-        match generators.get(usize::from(percept)) {
-            Some(Generator::LowPass { index, share }) => {
-                if let Some(low_pass) = low_passes.get_mut(row, *index) {
-                    low_pass.take(sample, *share);
-                }
+        let Some((generators, mut row)) = self.row_mut(row) else { return };
+        row.take(generators.get(usize::from(percept)), sample, phase);
+    }
+
+    /// Takes the evaluations of one snapshot, made at an instant; how many were nonsense and left
+    /// out.
+    pub(crate) fn take_all(&mut self, row: u32, values: &[PerceptValue], at: Instant, phase: u64) -> u64 {
+        let mut unsound = 0;
+        let Some((generators, mut row)) = self.row_mut(row) else { return unsound };
+        for value in values {
+            match Sample::of(value, at) {
+                Some(sample) => row.take(generators.get(usize::from(value.percept)), sample, phase),
+                None => unsound += 1,
             }
-            Some(Generator::Series { index, cells: range, thinning }) => {
-                if let (Some(series), Some(cells)) =
-                    (series.get_mut(row, *index), cells.range_mut(row, range))
-                {
-                    series.take(cells, *thinning, sample, phase, scratch);
-                }
-            }
-            Some(Generator::Own { index, cells: range, history }) => {
-                if let (Some(len), Some(cells)) = (kept.get_mut(row, *index), cells.range_mut(row, range)) {
-                    history.take(&mut Samples { cells, len }, &sample);
-                }
-            }
-            None => {}
         }
+        unsound
+    }
+
+    #[inline]
+    fn row_mut(&mut self, row: u32) -> Option<(&[Generator], RowMut<'_>)> {
+        let Self { generators, low_passes, series, kept, cells, scratch, .. } = self;
+        let (low_passes, series) = (low_passes.row_mut(row)?, series.row_mut(row)?);
+        let (kept, cells) = (kept.row_mut(row)?, cells.row_mut(row)?);
+        Some((generators, RowMut { low_passes, series, kept, cells, scratch }))
     }
 
     /// What the newest feature of a percept will be when a sample is taken that is newer than all.
@@ -320,6 +322,43 @@ impl Histories {
     }
 }
 
+/// The histories of one belief, to be changed.
+struct RowMut<'a> {
+    low_passes: &'a mut [LowPass],
+    series: &'a mut [Series],
+    kept: &'a mut [u32],
+    cells: &'a mut [Sample],
+    scratch: &'a mut Vec<Sample>,
+}
+
+impl RowMut<'_> {
+    #[inline]
+    fn take(&mut self, generator: Option<&Generator>, sample: Sample, phase: u64) {
+        match generator {
+            Some(Generator::LowPass { index, share }) => {
+                if let Some(low_pass) = self.low_passes.get_mut(*index) {
+                    low_pass.take(sample, *share);
+                }
+            }
+            Some(Generator::Series { index, cells, thinning }) => {
+                if let (Some(series), Some(cells)) =
+                    (self.series.get_mut(*index), self.cells.get_mut(cells.start..cells.end))
+                {
+                    series.take(cells, *thinning, sample, phase, self.scratch);
+                }
+            }
+            Some(Generator::Own { index, cells, history }) => {
+                if let (Some(len), Some(cells)) =
+                    (self.kept.get_mut(*index), self.cells.get_mut(cells.start..cells.end))
+                {
+                    history.take(&mut Samples { cells, len }, &sample);
+                }
+            }
+            None => {}
+        }
+    }
+}
+
 /// Rows of equal width, one after the other, that grow within their room.
 #[derive(Clone, Debug)]
 struct Table<T> {
@@ -342,6 +381,12 @@ impl<T: Copy> Table<T> {
 
     fn get_mut(&mut self, row: u32, index: usize) -> Option<&mut T> {
         self.entries.get_mut(row as usize * self.width + index)
+    }
+
+    #[inline]
+    fn row_mut(&mut self, row: u32) -> Option<&mut [T]> {
+        let start = row as usize * self.width;
+        self.entries.get_mut(start..start + self.width)
     }
 
     fn range(&self, row: u32, range: &Range<usize>) -> Option<&[T]> {

@@ -13,6 +13,8 @@ pub(crate) struct Metric {
     threshold: f64,
     normalised: bool,
     no_term_applies: NoTermApplies,
+    /// The terms, by their place, whose symbols alone tell two beliefs apart.
+    telling: Box<[usize]>,
 }
 
 /// A term w·q·d.
@@ -60,9 +62,16 @@ pub(crate) struct Reach {
 impl Metric {
     pub(crate) fn new(config: &percepts::Belief, own: &Functions) -> Result<Self, Unbelievable> {
         let terms = config.distance.iter().map(|term| Term::new(term, own)).collect::<Result<Vec<_>, _>>()?;
+        // A term without weight says nothing, not even that it applies.
+        let terms: Vec<_> = terms.into_iter().filter(|term| term.weight > 0.0).collect();
+        // Divided by all weights, no term alone says that much.
+        let tells = |term: &Term| {
+            matches!(term.measure, How::Differs) && term.weight >= config.threshold && !config.normalised
+        };
+        let telling = terms.iter().enumerate().filter(|(_, term)| tells(term));
         Ok(Self {
-            // A term without weight says nothing, not even that it applies.
-            terms: terms.into_iter().filter(|term| term.weight > 0.0).collect(),
+            telling: telling.map(|(place, _)| place).collect(),
+            terms,
             threshold: config.threshold,
             normalised: config.normalised,
             no_term_applies: config.no_term_applies,
@@ -71,15 +80,12 @@ impl Metric {
 
     /// Of a belief's features, in the order of the terms, the symbols that alone tell it from
     /// others.
+    #[inline]
     pub(crate) fn symbols(&self, features: &[Option<Feature>]) -> Symbols {
         let mut symbols = Symbols::NONE;
-        // Divided by all weights, no term alone says that much.
-        let telling = self.terms.iter().zip(features).filter(|(term, _)| {
-            matches!(term.measure, How::Differs) && term.weight >= self.threshold && !self.normalised
-        });
-        for (place, (_, feature)) in telling.enumerate() {
-            if let Some(Feature::Symbol(symbol)) = *feature {
-                symbols.set(place, symbol);
+        for (place, term) in self.telling.iter().enumerate() {
+            if let Some(Some(Feature::Symbol(symbol))) = features.get(*term) {
+                symbols.set(place, *symbol);
             }
         }
         symbols
@@ -92,6 +98,7 @@ impl Metric {
 
     /// D of two beliefs, given their features in the order of the terms, where it is below the
     /// threshold.
+    #[inline]
     pub(crate) fn below_threshold(&self, a: &[Option<Feature>], b: &[Option<Feature>]) -> Option<f64> {
         let (mut sum, mut weights) = (0.0, 0.0);
         for (term, features) in self.terms.iter().zip(a.iter().zip(b)) {

@@ -22,6 +22,15 @@ impl Sample {
     pub(crate) const NONE: Self =
         Self { at: Instant::EPOCH, matching: 0.0, confidence: 0.0, feature: Feature::None };
 
+    /// An evaluation made at an instant; `None` for nonsense.
+    #[inline]
+    pub(crate) fn of(value: &PerceptValue, at: Instant) -> Option<Self> {
+        let PerceptValue { matching, confidence, .. } = *value;
+        let within = |share: f32| (0.0..=1.0).contains(&share);
+        let feature = value.feature().filter(|_| within(matching) & within(confidence))?;
+        Some(Self { at, matching, confidence, feature })
+    }
+
     /// Whether it is an evaluation.
     pub(crate) fn is_sound(&self) -> bool {
         let Self { matching, confidence, feature, .. } = *self;

@@ -43,7 +43,8 @@ impl Feature {
     #[inline]
     pub(crate) fn from_raw(kind: u16, numbers: [f32; 4]) -> Option<Self> {
         let [a, b, c, _] = numbers;
-        if !numbers.iter().all(|number| number.is_finite()) {
+        // All are looked at, for they are finite as a rule: so the compiler can look at all at once.
+        if !numbers.iter().fold(true, |all, number| all & number.is_finite()) {
             return None;
         }
         match kind {
@@ -94,6 +95,14 @@ impl PerceptValue {
     #[inline]
     pub fn feature(&self) -> Option<Feature> {
         Feature::from_raw(self.feature_kind, self.feature)
+    }
+
+    /// Whether it is an evaluation: match and confidence in [0, 1], and a feature.
+    #[must_use]
+    #[inline]
+    pub fn is_sound(&self) -> bool {
+        let within = |share: f32| (0.0..=1.0).contains(&share);
+        within(self.matching) & within(self.confidence) && self.feature().is_some()
     }
 }
 

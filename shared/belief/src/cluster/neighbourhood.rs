@@ -150,19 +150,31 @@ impl Neighbourhood {
         mut visit: impl FnMut(u32) -> Option<f64>,
     ) -> f64 {
         let [x, y, _] = here.map(|metres| f64::from(metres) * self.cells_per_m);
-        // On each axis the cell and the neighbour beyond the nearer border; all up to the other border
-        // or beyond the neighbour is seen.
-        let [(x, beside_x, seen_x), (y, beside_y, seen_y)] = [x, y].map(|along| {
+        // On each axis the cell, the neighbour beyond the nearer border and how far off that is, and how
+        // far off what is not looked at begins.
+        let [(x, beside_x, to_x, seen_x), (y, beside_y, to_y, seen_y)] = [x, y].map(|along| {
             let cell = floor_i64(along);
             let part = along - float_of_signed(cell);
             if part < 0.5 {
-                (cell, cell.wrapping_sub(1), 1.0 - part)
+                (cell, cell.wrapping_sub(1), part, 1.0 - part)
             } else {
-                (cell, cell.wrapping_add(1), part)
+                (cell, cell.wrapping_add(1), 1.0 - part, part)
             }
         });
+        let width_m2 = 1.0 / (self.cells_per_m * self.cells_per_m);
+        let (to_x, to_y) = (to_x * to_x * width_m2, to_y * to_y * width_m2);
         let mut near_m2 = self.near_m2;
-        for cell in [[x, y], [x, beside_y], [beside_x, y], [beside_x, beside_y]] {
+        let cells = [
+            ([x, y], 0.0),
+            ([x, beside_y], to_y),
+            ([beside_x, y], to_x),
+            ([beside_x, beside_y], to_x + to_y),
+        ];
+        for (cell, off_m2) in cells {
+            // Nobody there can be near enough.
+            if off_m2 > f64::from(near_m2) {
+                continue;
+            }
             let mut next = self.first.get(self.hash(cell) as usize).copied().unwrap_or(NONE);
             while let Some(node) = self.nodes.get(next as usize) {
                 if squared(node.position_m, here) <= near_m2

@@ -76,6 +76,7 @@ impl Symbols {
     pub const NONE: Self = Self(0x7FFF_7FFF_7FFF_7FFF);
 
     /// Sets the symbol at `place`; those beyond the fourth, and the highest, are not glanced at.
+    #[inline]
     pub fn set(&mut self, place: usize, symbol: u16) {
         if place < GLANCED_AT && symbol < NO_SYMBOL {
             let shift = place * SYMBOL_BITS;
@@ -85,6 +86,7 @@ impl Symbols {
 
     /// Whether a symbol that both have differs: their distance is then not below the threshold.
     #[must_use]
+    #[inline]
     pub fn tell_apart(self, other: Self) -> bool {
         // None of the numbers has its highest bit, so no carry leaves its place: a sum has the bit
         // where the number added to all ones but the highest was not zero.

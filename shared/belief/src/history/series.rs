@@ -1,5 +1,8 @@
+use std::cell::Cell;
+
 use clock::Instant;
 use message::Feature;
+use quantity::number::saturating_u32;
 
 use crate::sample::Sample;
 
@@ -179,6 +182,10 @@ impl Series {
     /// Drops, among the `most` newest samples that have a neighbour on each side, those that the
     /// older neighbour may stand for.
     fn thin_newest(&mut self, cells: &mut [Sample], most: u32) {
+        if let Some(samples) = cells.get_mut(self.first as usize..self.first as usize + self.len as usize) {
+            self.len = thin_row(samples, most);
+            return;
+        }
         let series = &*self;
         let at = |cells: &[Sample], index: u32| {
             let cell = cells.get(series.cell(cells.len(), index as usize));
@@ -297,10 +304,36 @@ fn thin(samples: &mut Vec<Sample>, room: usize, thinning: Thinning) {
 
 /// Drops each sample that its older neighbour may stand for.
 fn thin_octaves(samples: &mut Vec<Sample>) {
-    let len = quantity::number::saturating_u32(samples.len());
+    let len = saturating_u32(samples.len());
     let mut series = Series { len, ..Series::default() };
     series.thin_newest(samples, u32::MAX);
     samples.truncate(series.len as usize);
+}
+
+/// [`Series::thin_newest`] of samples that lie in a row; how many are left.
+fn thin_row(samples: &mut [Sample], most: u32) -> u32 {
+    let before = samples.len().saturating_sub(2).saturating_sub(most as usize);
+    let samples = Cell::from_mut(samples).as_slice_of_cells();
+    let looked_at = samples.get(before..).unwrap_or(&[]);
+    let (Some(last), Some((oldest, inner))) = (samples.last(), looked_at.split_first()) else { return 0 };
+    let newest = last.get().at.as_nanos();
+    let mut older = oldest.get().at.as_nanos();
+    // Those that stay move up behind each other.
+    let mut places = inner.iter();
+    for pair in inner.windows(2) {
+        let [this, next] = pair else { break };
+        let age = newest.saturating_sub(older);
+        if !stands_for(age, newest.saturating_sub(next.get().at.as_nanos())) {
+            older = this.get().at.as_nanos();
+            if let Some(place) = places.next() {
+                place.set(this.get());
+            }
+        }
+    }
+    if let (Some(place), Some(last)) = (places.next(), inner.last()) {
+        place.set(last.get());
+    }
+    saturating_u32(samples.len() - places.len())
 }
 
 /// Whether a sample of the age `older` may stand for those between it and one of the age
