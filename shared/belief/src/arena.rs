@@ -219,7 +219,7 @@ impl Arena {
         if let Ok([features, newer]) = self.features.get_disjoint_mut([row(kept), row(gone)]) {
             for ((feature, newer), percept) in features.iter_mut().zip(newer).zip(&self.terms) {
                 if let Some(newer) = newer {
-                    *feature = Some(self.histories.after(*percept, feature.as_ref(), newer));
+                    self.histories.foresee(*percept, feature, newer);
                 }
             }
         }

@@ -16,7 +16,7 @@ use series::{Series, Thinning};
 use crate::Unbelievable;
 use crate::own::{Functions, History, Samples, Supplied};
 use crate::room::Room;
-use crate::sample::Sample;
+use crate::sample::{Kept, Sample};
 
 /// The histories of all beliefs of a system: a row for each belief, in each row one history per
 /// percept of the set P; an empty one says that the belief does not map the percept.
@@ -37,8 +37,9 @@ pub(crate) struct Histories {
     series: Table<Series>,
     /// How many samples each history of the program's own keeps.
     kept: Table<u32>,
-    cells: Table<Sample>,
-    scratch: Room<Sample>,
+    cells: Table<Kept>,
+    own_cells: Table<Sample>,
+    scratch: Room<Kept>,
 }
 
 /// Samples that a history of the program's own may keep.
@@ -58,7 +59,7 @@ enum Generator {
 impl Histories {
     /// Room for `rows` beliefs.
     pub(crate) fn new(percepts: &[Percept], own: &Functions, rows: usize) -> Result<Self, Unbelievable> {
-        let (mut low_passes, mut series, mut kept, mut cells, mut most) = (0, 0, 0, 0, 0);
+        let (mut low_passes, mut series, mut kept, mut cells, mut own_cells, mut most) = (0, 0, 0, 0, 0, 0);
         let mut generators = Vec::with_capacity(percepts.len());
         for percept in percepts {
             let thinned = match &percept.history {
@@ -80,9 +81,10 @@ impl Histories {
                     if !(1..=OWN_MOST).contains(&samples) {
                         return Err(Unbelievable::Samples { name: name.clone(), samples });
                     }
-                    generators.push(Generator::Own { index: kept, cells: cells..cells + samples, history });
+                    let cells = own_cells..own_cells + samples;
+                    generators.push(Generator::Own { index: kept, cells, history });
                     kept += 1;
-                    cells += samples;
+                    own_cells += samples;
                     continue;
                 }
             };
@@ -102,6 +104,7 @@ impl Histories {
             series: Table::new(series, rows),
             kept: Table::new(kept, rows),
             cells: Table::new(cells, rows),
+            own_cells: Table::new(own_cells, rows),
             scratch: Room::for_most(2 * most),
         })
     }
@@ -125,7 +128,8 @@ impl Histories {
         self.low_passes.grow();
         self.series.grow();
         self.kept.grow();
-        self.cells.grow_with(Sample::NONE);
+        self.cells.grow_with(Kept::NONE);
+        self.own_cells.grow_with(Sample::NONE);
         Some(row)
     }
 
@@ -138,7 +142,7 @@ impl Histories {
     /// `phase`, another for each belief, spreads the work of thinning over time.
     pub(crate) fn take(&mut self, row: u32, percept: u16, sample: Sample, phase: u64) {
         let Some((generators, mut row)) = self.row_mut(row) else { return };
-        row.take(generators.get(usize::from(percept)), sample, phase);
+        row.take(generators.get(usize::from(percept)), &sample.into(), phase);
     }
 
     /// Takes the evaluations of one snapshot, made at an instant; how many were nonsense and left
@@ -147,8 +151,8 @@ impl Histories {
         let mut unsound = 0;
         let Some((generators, mut row)) = self.row_mut(row) else { return unsound };
         for value in values {
-            match Sample::of(value, at) {
-                Some(sample) => row.take(generators.get(usize::from(value.percept)), sample, phase),
+            match Kept::new(value, at) {
+                Some(sample) => row.take(generators.get(usize::from(value.percept)), &sample, phase),
                 None => unsound += 1,
             }
         }
@@ -157,28 +161,30 @@ impl Histories {
 
     #[inline]
     fn row_mut(&mut self, row: u32) -> Option<(&[Generator], RowMut<'_>)> {
-        let Self { generators, low_passes, series, kept, cells, scratch, .. } = self;
-        let (low_passes, series) = (low_passes.row_mut(row)?, series.row_mut(row)?);
-        let (kept, cells) = (kept.row_mut(row)?, cells.row_mut(row)?);
-        Some((generators, RowMut { low_passes, series, kept, cells, scratch }))
+        let Self { generators, low_passes, series, kept, cells, own_cells, scratch, .. } = self;
+        let (low_passes, series, cells) =
+            (low_passes.row_mut(row)?, series.row_mut(row)?, cells.row_mut(row)?);
+        let (kept, own_cells) = (kept.row_mut(row)?, own_cells.row_mut(row)?);
+        Some((generators, RowMut { low_passes, series, kept, cells, own_cells, scratch }))
     }
 
-    /// What the newest feature of a percept will be when a sample is taken that is newer than all.
-    pub(crate) fn after(&self, percept: u16, newest: Option<&Feature>, sample: &Feature) -> Feature {
-        match (self.generators.get(usize::from(percept)), newest) {
+    /// Makes the newest feature of a percept what it will be when a sample is taken that is newer than
+    /// all.
+    pub(crate) fn foresee(&self, percept: u16, newest: &mut Option<Feature>, sample: &Feature) {
+        match (self.generators.get(usize::from(percept)), &mut *newest) {
             (Some(Generator::LowPass { share, .. }), Some(newest)) => {
-                low_pass::mix(sample, *share, newest, 1.0 - *share)
+                low_pass::mix_into(sample, *share, newest, 1.0 - *share);
             }
             (
                 Some(Generator::LowPass { .. } | Generator::Series { .. } | Generator::Own { .. }) | None,
                 _,
-            ) => *sample,
+            ) => *newest = Some(*sample),
         }
     }
 
     /// Unites the histories of one row with those of another; `phase` as for [`Self::take`].
     pub(crate) fn merge(&mut self, kept: u32, gone: u32, phase: u64) {
-        let Self { generators, low_passes, series, kept: lens, cells, scratch, .. } = self;
+        let Self { generators, low_passes, series, kept: lens, cells, own_cells, scratch, .. } = self;
         for generator in generators.iter() {
             match generator {
                 Generator::LowPass { index, share } => {
@@ -198,7 +204,7 @@ impl Histories {
                 Generator::Own { index, cells: range, history } => {
                     let others = lens.get(gone, *index).map_or(0, |len| *len as usize);
                     if let (Some(len), Some((cells, of_other))) =
-                        (lens.get_mut(kept, *index), cells.two_ranges_mut(kept, gone, range))
+                        (lens.get_mut(kept, *index), own_cells.two_ranges_mut(kept, gone, range))
                     {
                         let others = of_other.get(..others).unwrap_or(&[]);
                         history.merge(&mut Samples { cells, len }, others);
@@ -222,7 +228,7 @@ impl Histories {
 
     /// The samples of a history of the program's own.
     fn kept(&self, row: u32, index: usize, cells: &Range<usize>) -> Option<&[Sample]> {
-        self.cells.range(row, cells)?.get(..*self.kept.get(row, index)? as usize)
+        self.own_cells.range(row, cells)?.get(..*self.kept.get(row, index)? as usize)
     }
 
     /// h(t), and its sample's instant.
@@ -243,7 +249,7 @@ impl Histories {
 
     /// Replaces every remembered feature of a percept.
     pub(crate) fn map(&mut self, row: u32, percept: u16, change: impl Fn(Feature) -> Feature) {
-        let Self { generators, low_passes, series, kept, cells, .. } = self;
+        let Self { generators, low_passes, series, kept, cells, own_cells, .. } = self;
         match generators.get(usize::from(percept)) {
             Some(Generator::LowPass { index, .. }) => {
                 if let Some(low_pass) = low_passes.get_mut(row, *index) {
@@ -258,7 +264,8 @@ impl Histories {
                 }
             }
             Some(Generator::Own { index, cells: range, .. }) => {
-                if let (Some(len), Some(cells)) = (kept.get_mut(row, *index), cells.range_mut(row, range)) {
+                if let (Some(len), Some(cells)) = (kept.get_mut(row, *index), own_cells.range_mut(row, range))
+                {
                     for sample in (Samples { cells, len }).as_mut_slice() {
                         sample.feature = change(sample.feature);
                     }
@@ -300,7 +307,7 @@ impl Histories {
             Generator::LowPass { .. } => self.newest(row, percept).into_iter().collect(),
             Generator::Series { index, cells, .. } => {
                 let cells = self.cells.range(row, cells).unwrap();
-                self.series.get(row, *index).unwrap().samples(cells).collect()
+                self.series.get(row, *index).unwrap().samples(cells).map(|kept| kept.sample()).collect()
             }
             Generator::Own { index, cells, .. } => self.kept(row, *index, cells).unwrap().to_vec(),
         }
@@ -327,13 +334,14 @@ struct RowMut<'a> {
     low_passes: &'a mut [LowPass],
     series: &'a mut [Series],
     kept: &'a mut [u32],
-    cells: &'a mut [Sample],
-    scratch: &'a mut Vec<Sample>,
+    cells: &'a mut [Kept],
+    own_cells: &'a mut [Sample],
+    scratch: &'a mut Vec<Kept>,
 }
 
 impl RowMut<'_> {
-    #[inline]
-    fn take(&mut self, generator: Option<&Generator>, sample: Sample, phase: u64) {
+    #[inline(always)]
+    fn take(&mut self, generator: Option<&Generator>, sample: &Kept, phase: u64) {
         match generator {
             Some(Generator::LowPass { index, share }) => {
                 if let Some(low_pass) = self.low_passes.get_mut(*index) {
@@ -349,9 +357,9 @@ impl RowMut<'_> {
             }
             Some(Generator::Own { index, cells, history }) => {
                 if let (Some(len), Some(cells)) =
-                    (self.kept.get_mut(*index), self.cells.get_mut(cells.start..cells.end))
+                    (self.kept.get_mut(*index), self.own_cells.get_mut(cells.start..cells.end))
                 {
-                    history.take(&mut Samples { cells, len }, &sample);
+                    history.take(&mut Samples { cells, len }, &sample.sample());
                 }
             }
             None => {}

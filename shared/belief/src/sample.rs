@@ -22,15 +22,6 @@ impl Sample {
     pub(crate) const NONE: Self =
         Self { at: Instant::EPOCH, matching: 0.0, confidence: 0.0, feature: Feature::None };
 
-    /// An evaluation made at an instant; `None` for nonsense.
-    #[inline]
-    pub(crate) fn of(value: &PerceptValue, at: Instant) -> Option<Self> {
-        let PerceptValue { matching, confidence, .. } = *value;
-        let within = |share: f32| (0.0..=1.0).contains(&share);
-        let feature = value.feature().filter(|_| within(matching) & within(confidence))?;
-        Some(Self { at, matching, confidence, feature })
-    }
-
     /// Whether it is an evaluation.
     pub(crate) fn is_sound(&self) -> bool {
         let Self { matching, confidence, feature, .. } = *self;
@@ -57,6 +48,56 @@ impl Sample {
         }
         let confidence = f64::from(self.confidence) * (-decay_per_s * age.as_secs_f64()).exp();
         Self { confidence: single(confidence), ..self }
+    }
+}
+
+/// A sample as a history keeps it: as it came, so that keeping it is copying it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Kept {
+    pub(crate) at: Instant,
+    /// A sound one.
+    value: PerceptValue,
+}
+
+impl Kept {
+    /// What stands in a cell that holds no sample yet.
+    pub(crate) const NONE: Self = Self { at: Instant::EPOCH, value: PerceptValue::NONE };
+
+    /// An evaluation made at an instant; `None` for nonsense.
+    #[inline]
+    pub(crate) fn new(value: &PerceptValue, at: Instant) -> Option<Self> {
+        value.is_sound().then_some(Self { at, value: *value })
+    }
+
+    /// The feature d.
+    #[inline]
+    pub(crate) fn feature(&self) -> Feature {
+        // A sound one has a feature.
+        self.value.feature().unwrap_or(Feature::None)
+    }
+
+    #[inline]
+    pub(crate) fn sample(&self) -> Sample {
+        let PerceptValue { matching, confidence, .. } = self.value;
+        Sample { at: self.at, matching, confidence, feature: self.feature() }
+    }
+
+    /// The same with another feature.
+    pub(crate) fn with(&self, feature: Feature) -> Self {
+        let PerceptValue { percept, matching, confidence, .. } = self.value;
+        Self { at: self.at, value: PerceptValue::new(percept, matching, confidence, feature) }
+    }
+
+    /// As [`Sample::rank`].
+    pub(crate) fn rank(&self, other: &Self) -> Ordering {
+        self.sample().rank(&other.sample())
+    }
+}
+
+impl From<Sample> for Kept {
+    fn from(sample: Sample) -> Self {
+        let Sample { at, matching, confidence, feature } = sample;
+        Self { at, value: PerceptValue::new(0, matching, confidence, feature) }
     }
 }
 

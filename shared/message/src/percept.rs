@@ -82,6 +82,10 @@ pub struct PerceptValue {
 }
 
 impl PerceptValue {
+    /// No evaluation: it matches nothing.
+    pub const NONE: Self =
+        Self { percept: 0, feature_kind: NONE, matching: 0.0, confidence: 0.0, feature: [0.0; 4] };
+
     /// An evaluation.
     #[must_use]
     #[inline]

@@ -40,7 +40,7 @@ pub struct Owners {
     /// The tree of the shortest links, in the order in which it grows.
     links: Vec<Link>,
     /// Those not yet in the tree, each with its shortest link to it.
-    outside: Vec<Link>,
+    outside: Vec<Outside>,
     /// Which things lie beyond the longest link.
     beyond: Vec<bool>,
     judged: Option<Judged>,
@@ -76,6 +76,15 @@ struct Link {
     from: usize,
     to: usize,
     length_m: f64,
+}
+
+/// A thing not yet in the tree, and its shortest link to it.
+#[derive(Clone, Copy, Debug)]
+struct Outside {
+    from: usize,
+    to: usize,
+    place_m: [f64; 3],
+    length_m2: f64,
 }
 
 impl Owners {
@@ -195,7 +204,8 @@ impl Owners {
     /// and each is nearer to another agent.
     fn by_territory(&mut self, agents: &(impl Iterator<Item = (u16, Position<Base>)> + Clone)) {
         self.owners.extend(self.claims.iter().map(|_| NOBODY));
-        if self.claims.len() > TERRITORY_MOST {
+        let is_placed = |claim: &Claim| claim.place.to_array().iter().all(|metres| metres.is_finite());
+        if self.claims.len() > TERRITORY_MOST || !self.claims.iter().all(is_placed) {
             return;
         }
         self.grow();
@@ -229,27 +239,35 @@ impl Owners {
         }
     }
 
-    /// Prim's algorithm, from the first thing on.
+    /// Prim's algorithm, from the first thing on: in one pass over those outside, for each that is
+    /// reached, over the squares of the lengths.
     fn grow(&mut self) {
         self.links.clear();
         self.outside.clear();
         let Some(first) = self.claims.first() else { return };
-        let link =
-            |(to, claim): (usize, &Claim)| Link { from: 0, to, length_m: first.place.distance(&claim.place) };
-        self.outside.extend(self.claims.iter().enumerate().skip(1).map(link));
-        while let Some((index, shortest)) =
-            self.outside.iter().copied().enumerate().min_by(|a, b| a.1.length_m.total_cmp(&b.1.length_m))
-        {
-            self.links.push(shortest);
-            self.outside.swap_remove(index);
-            let Some(reached) = self.claims.get(shortest.to) else { return };
-            for link in &mut self.outside {
-                let length_m =
-                    self.claims.get(link.to).map_or(f64::INFINITY, |to| reached.place.distance(&to.place));
-                if length_m < link.length_m {
-                    *link = Link { from: shortest.to, to: link.to, length_m };
+        let mut reached = (0, first.place.to_array());
+        self.outside.extend(self.claims.iter().enumerate().skip(1).map(|(to, claim)| Outside {
+            from: 0,
+            to,
+            place_m: claim.place.to_array(),
+            length_m2: f64::INFINITY,
+        }));
+        while !self.outside.is_empty() {
+            let (from, [x, y, z]) = reached;
+            let (mut nearest, mut least_m2) = (0, f64::INFINITY);
+            for (index, thing) in self.outside.iter_mut().enumerate() {
+                let [u, v, w] = thing.place_m;
+                let length_m2 = (x - u) * (x - u) + (y - v) * (y - v) + (z - w) * (z - w);
+                if length_m2 < thing.length_m2 {
+                    (thing.from, thing.length_m2) = (from, length_m2);
+                }
+                if thing.length_m2 < least_m2 {
+                    (nearest, least_m2) = (index, thing.length_m2);
                 }
             }
+            let Outside { from, to, place_m, length_m2 } = self.outside.swap_remove(nearest);
+            self.links.push(Link { from, to, length_m: length_m2.sqrt() });
+            reached = (to, place_m);
         }
     }
 }

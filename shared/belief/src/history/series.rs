@@ -4,7 +4,7 @@ use clock::Instant;
 use message::Feature;
 use quantity::number::saturating_u32;
 
-use crate::sample::Sample;
+use crate::sample::{Kept, Sample};
 
 /// What a series gives up when it is full.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -28,22 +28,22 @@ pub(crate) struct Series {
     /// Samples ever taken in, of all histories merged into this one.
     taken: u64,
     /// The newest sample again: asked every time, and its cell lies elsewhere.
-    newest: Sample,
+    newest: Kept,
 }
 
 impl Default for Series {
     fn default() -> Self {
-        Self { first: 0, len: 0, taken: 0, newest: Sample::NONE }
+        Self { first: 0, len: 0, taken: 0, newest: Kept::NONE }
     }
 }
 
 impl Series {
     #[inline]
     pub(crate) fn newest(&self) -> Option<Sample> {
-        (self.len > 0).then_some(self.newest)
+        (self.len > 0).then(|| self.newest.sample())
     }
 
-    pub(crate) fn at(&self, cells: &[Sample], instant: Instant, decay_per_s: f64) -> Option<Sample> {
+    pub(crate) fn at(&self, cells: &[Kept], instant: Instant, decay_per_s: f64) -> Option<Sample> {
         let newest = self.newest()?;
         if newest.at <= instant {
             return Some(newest.decayed(instant, decay_per_s));
@@ -57,7 +57,7 @@ impl Series {
                 beyond = middle;
             }
         }
-        self.get(cells, until.checked_sub(1)?)
+        Some(self.get(cells, until.checked_sub(1)?)?.sample())
     }
 
     /// Samples ever taken in.
@@ -67,14 +67,14 @@ impl Series {
     }
 
     /// From the oldest to the newest.
-    pub(crate) fn samples(&self, cells: &[Sample]) -> impl Iterator<Item = Sample> {
+    pub(crate) fn samples(&self, cells: &[Kept]) -> impl Iterator<Item = Kept> {
         (0..self.len as usize).filter_map(move |index| self.get(cells, index))
     }
 
-    pub(crate) fn map(&mut self, cells: &mut [Sample], change: impl Fn(Feature) -> Feature) {
+    pub(crate) fn map(&mut self, cells: &mut [Kept], change: impl Fn(Feature) -> Feature) {
         for index in 0..self.len as usize {
             if let Some(sample) = cells.get_mut(self.cell(cells.len(), index)) {
-                sample.feature = change(sample.feature);
+                *sample = sample.with(change(sample.feature()));
                 self.newest = *sample;
             }
         }
@@ -85,11 +85,11 @@ impl Series {
     #[inline]
     pub(crate) fn take(
         &mut self,
-        cells: &mut [Sample],
+        cells: &mut [Kept],
         thinning: Thinning,
-        sample: Sample,
+        sample: &Kept,
         phase: u64,
-        scratch: &mut Vec<Sample>,
+        scratch: &mut Vec<Kept>,
     ) {
         // What comes every time.
         if self.len == 0 || self.newest.at < sample.at {
@@ -97,19 +97,19 @@ impl Series {
             return;
         }
         self.taken = self.taken.wrapping_add(1);
-        self.unite(cells, thinning, [sample].into_iter(), scratch);
+        self.unite(cells, thinning, [*sample].into_iter(), scratch);
     }
 
     /// The union with another series, in cells of its own. `scratch` has room for both.
     pub(crate) fn merge(
         &mut self,
-        cells: &mut [Sample],
+        cells: &mut [Kept],
         thinning: Thinning,
-        (other, of_other): (Self, &[Sample]),
+        (other, of_other): (Self, &[Kept]),
         phase: u64,
-        scratch: &mut Vec<Sample>,
+        scratch: &mut Vec<Kept>,
     ) {
-        let newest = |series: &Self| series.newest().map(|newest| newest.at);
+        let newest = |series: &Self| (series.len > 0).then_some(series.newest.at);
         let (mine, others) = (newest(self), newest(&other));
         match (mine, others) {
             (_, None) => {}
@@ -117,7 +117,7 @@ impl Series {
             // which.
             (Some(mine), Some(others)) if other.len == 1 && mine < others => {
                 if let Some(sample) = other.get(of_other, 0) {
-                    self.append(cells, thinning, sample, phase, scratch);
+                    self.append(cells, thinning, &sample, phase, scratch);
                 }
                 self.taken = self.taken.wrapping_add(other.taken.wrapping_sub(1));
             }
@@ -129,7 +129,7 @@ impl Series {
                 }
                 (self.first, self.len) = (0, other.len);
                 if let Some(sample) = sample {
-                    self.append(cells, thinning, sample, phase, scratch);
+                    self.append(cells, thinning, &sample, phase, scratch);
                 }
                 self.taken = self.taken.wrapping_add(taken.wrapping_sub(1));
             }
@@ -143,11 +143,11 @@ impl Series {
     #[inline]
     fn append(
         &mut self,
-        cells: &mut [Sample],
+        cells: &mut [Kept],
         thinning: Thinning,
-        sample: Sample,
+        sample: &Kept,
         phase: u64,
-        scratch: &mut Vec<Sample>,
+        scratch: &mut Vec<Kept>,
     ) {
         self.taken = self.taken.wrapping_add(1);
         if self.len as usize == cells.len() {
@@ -157,7 +157,7 @@ impl Series {
                 Thinning::ShortestGap => {
                     scratch.clear();
                     scratch.extend(self.samples(cells));
-                    scratch.push(sample);
+                    scratch.push(*sample);
                     thin(scratch, cells.len(), thinning);
                     self.replace(cells, scratch);
                     return;
@@ -169,8 +169,8 @@ impl Series {
             self.len -= 1;
         }
         self.len += 1;
-        self.newest = sample;
-        self.set(cells, self.len - 1, sample);
+        self.newest = *sample;
+        self.set(cells, self.len - 1, *sample);
         let octaves = self.taken.wrapping_add(phase).trailing_zeros();
         if thinning == Thinning::Octaves && octaves > 1 {
             // An octave of age twice as old is crossed half as often, so it is looked at half as
@@ -181,13 +181,13 @@ impl Series {
 
     /// Drops, among the `most` newest samples that have a neighbour on each side, those that the
     /// older neighbour may stand for.
-    fn thin_newest(&mut self, cells: &mut [Sample], most: u32) {
+    fn thin_newest(&mut self, cells: &mut [Kept], most: u32) {
         if let Some(samples) = cells.get_mut(self.first as usize..self.first as usize + self.len as usize) {
             self.len = thin_row(samples, most);
             return;
         }
         let series = &*self;
-        let at = |cells: &[Sample], index: u32| {
+        let at = |cells: &[Kept], index: u32| {
             let cell = cells.get(series.cell(cells.len(), index as usize));
             cell.map_or(0, |sample| sample.at.as_nanos())
         };
@@ -212,7 +212,7 @@ impl Series {
         }
     }
 
-    fn shift(&self, cells: &mut [Sample], from: u32, to: u32) {
+    fn shift(&self, cells: &mut [Kept], from: u32, to: u32) {
         if from != to
             && let Some(sample) = self.get(cells, from as usize)
         {
@@ -221,12 +221,12 @@ impl Series {
     }
 
     #[inline]
-    fn get(&self, cells: &[Sample], index: usize) -> Option<Sample> {
+    fn get(&self, cells: &[Kept], index: usize) -> Option<Kept> {
         cells.get(self.cell(cells.len(), index)).copied().filter(|_| index < self.len as usize)
     }
 
     #[inline]
-    fn set(&self, cells: &mut [Sample], index: u32, sample: Sample) {
+    fn set(&self, cells: &mut [Kept], index: u32, sample: Kept) {
         if let Some(cell) = cells.get_mut(self.cell(cells.len(), index as usize)) {
             *cell = sample;
         }
@@ -240,10 +240,10 @@ impl Series {
 
     fn unite(
         &mut self,
-        cells: &mut [Sample],
+        cells: &mut [Kept],
         thinning: Thinning,
-        others: impl Iterator<Item = Sample>,
-        scratch: &mut Vec<Sample>,
+        others: impl Iterator<Item = Kept>,
+        scratch: &mut Vec<Kept>,
     ) {
         scratch.clear();
         union(self.samples(cells), others, scratch);
@@ -251,7 +251,7 @@ impl Series {
         self.replace(cells, scratch);
     }
 
-    fn replace(&mut self, cells: &mut [Sample], samples: &[Sample]) {
+    fn replace(&mut self, cells: &mut [Kept], samples: &[Kept]) {
         (self.first, self.len) = (0, 0);
         for (cell, sample) in cells.iter_mut().zip(samples) {
             *cell = *sample;
@@ -262,7 +262,7 @@ impl Series {
 }
 
 /// Both in the order of time; of two samples of one instant the higher rank.
-fn union(mine: impl Iterator<Item = Sample>, others: impl Iterator<Item = Sample>, into: &mut Vec<Sample>) {
+fn union(mine: impl Iterator<Item = Kept>, others: impl Iterator<Item = Kept>, into: &mut Vec<Kept>) {
     let (mut mine, mut others) = (mine.peekable(), others.peekable());
     loop {
         let next = match (mine.peek(), others.peek()) {
@@ -280,7 +280,7 @@ fn union(mine: impl Iterator<Item = Sample>, others: impl Iterator<Item = Sample
     }
 }
 
-fn thin(samples: &mut Vec<Sample>, room: usize, thinning: Thinning) {
+fn thin(samples: &mut Vec<Kept>, room: usize, thinning: Thinning) {
     if samples.len() <= room {
         return;
     }
@@ -303,7 +303,7 @@ fn thin(samples: &mut Vec<Sample>, room: usize, thinning: Thinning) {
 }
 
 /// Drops each sample that its older neighbour may stand for.
-fn thin_octaves(samples: &mut Vec<Sample>) {
+fn thin_octaves(samples: &mut Vec<Kept>) {
     let len = saturating_u32(samples.len());
     let mut series = Series { len, ..Series::default() };
     series.thin_newest(samples, u32::MAX);
@@ -311,7 +311,7 @@ fn thin_octaves(samples: &mut Vec<Sample>) {
 }
 
 /// [`Series::thin_newest`] of samples that lie in a row; how many are left.
-fn thin_row(samples: &mut [Sample], most: u32) -> u32 {
+fn thin_row(samples: &mut [Kept], most: u32) -> u32 {
     let before = samples.len().saturating_sub(2).saturating_sub(most as usize);
     let samples = Cell::from_mut(samples).as_slice_of_cells();
     let looked_at = samples.get(before..).unwrap_or(&[]);
