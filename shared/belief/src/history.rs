@@ -16,7 +16,7 @@ use series::{Series, Thinning};
 use crate::Unbelievable;
 use crate::own::{Functions, History, Samples, Supplied};
 use crate::room::Room;
-use crate::sample::{Kept, Sample};
+use crate::sample::{Kept, Sample, Taken};
 
 /// The histories of all beliefs of a system: a row for each belief, in each row one history per
 /// percept of the set P; an empty one says that the belief does not map the percept.
@@ -142,7 +142,7 @@ impl Histories {
     /// `phase`, another for each belief, spreads the work of thinning over time.
     pub(crate) fn take(&mut self, row: u32, percept: u16, sample: Sample, phase: u64) {
         let Some((generators, mut row)) = self.row_mut(row) else { return };
-        row.take(generators.get(usize::from(percept)), &sample.into(), phase);
+        row.take(generators.get(usize::from(percept)), Kept::from(sample).taken(), phase);
     }
 
     /// Takes the evaluations of one snapshot, made at an instant; how many were nonsense and left
@@ -151,9 +151,10 @@ impl Histories {
         let mut unsound = 0;
         let Some((generators, mut row)) = self.row_mut(row) else { return unsound };
         for value in values {
-            match Kept::new(value, at) {
-                Some(sample) => row.take(generators.get(usize::from(value.percept)), &sample, phase),
-                None => unsound += 1,
+            if value.is_sound() {
+                row.take(generators.get(usize::from(value.percept)), Taken { at, value }, phase);
+            } else {
+                unsound += 1;
             }
         }
         unsound
@@ -341,7 +342,7 @@ struct RowMut<'a> {
 
 impl RowMut<'_> {
     #[inline(always)]
-    fn take(&mut self, generator: Option<&Generator>, sample: &Kept, phase: u64) {
+    fn take(&mut self, generator: Option<&Generator>, sample: Taken<'_>, phase: u64) {
         match generator {
             Some(Generator::LowPass { index, share }) => {
                 if let Some(low_pass) = self.low_passes.get_mut(*index) {
@@ -359,7 +360,7 @@ impl RowMut<'_> {
                 if let (Some(len), Some(cells)) =
                     (self.kept.get_mut(*index), self.own_cells.get_mut(cells.start..cells.end))
                 {
-                    history.take(&mut Samples { cells, len }, &sample.sample());
+                    history.take(&mut Samples { cells, len }, &sample.kept().sample());
                 }
             }
             None => {}

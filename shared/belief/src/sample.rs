@@ -63,12 +63,6 @@ impl Kept {
     /// What stands in a cell that holds no sample yet.
     pub(crate) const NONE: Self = Self { at: Instant::EPOCH, value: PerceptValue::NONE };
 
-    /// An evaluation made at an instant; `None` for nonsense.
-    #[inline]
-    pub(crate) fn new(value: &PerceptValue, at: Instant) -> Option<Self> {
-        value.is_sound().then_some(Self { at, value: *value })
-    }
-
     /// The feature d.
     #[inline]
     pub(crate) fn feature(&self) -> Feature {
@@ -80,6 +74,11 @@ impl Kept {
     pub(crate) fn sample(&self) -> Sample {
         let PerceptValue { matching, confidence, .. } = self.value;
         Sample { at: self.at, matching, confidence, feature: self.feature() }
+    }
+
+    #[inline]
+    pub(crate) fn taken(&self) -> Taken<'_> {
+        Taken { at: self.at, value: &self.value }
     }
 
     /// The same with another feature.
@@ -98,6 +97,21 @@ impl From<Sample> for Kept {
     fn from(sample: Sample) -> Self {
         let Sample { at, matching, confidence, feature } = sample;
         Self { at, value: PerceptValue::new(0, matching, confidence, feature) }
+    }
+}
+
+/// A sample that is taken from where it lies: it is large, and copied once.
+#[derive(Clone, Copy)]
+pub(crate) struct Taken<'a> {
+    pub(crate) at: Instant,
+    /// A sound one.
+    pub(crate) value: &'a PerceptValue,
+}
+
+impl Taken<'_> {
+    #[inline]
+    pub(crate) fn kept(self) -> Kept {
+        Kept { at: self.at, value: *self.value }
     }
 }
 

@@ -4,7 +4,7 @@ use clock::Instant;
 use message::Feature;
 use quantity::number::single;
 
-use crate::sample::{Kept, Sample, order};
+use crate::sample::{Kept, Sample, Taken, order};
 
 /// The low-pass history: y = a·x + (1 − a)·y, with a the share of the newest sample x.
 ///
@@ -48,17 +48,22 @@ impl LowPass {
 
     /// Takes in one sample, with a the `share` of the newest.
     #[inline]
-    pub(crate) fn take(&mut self, sample: &Kept, share: f64) {
+    pub(crate) fn take(&mut self, sample: Taken<'_>, share: f64) {
         match &mut self.filter {
             // What comes every time, in place.
             Some(filter) if filter.newest.at < sample.at => {
                 filter.before = Some(filter.value);
-                mix_into(&sample.feature(), share, &mut filter.value, 1.0 - share);
-                filter.newest = *sample;
+                mix_into(
+                    &sample.value.feature().unwrap_or(Feature::None),
+                    share,
+                    &mut filter.value,
+                    1.0 - share,
+                );
+                filter.newest = sample.kept();
                 filter.samples = filter.samples.saturating_add(1);
             }
-            Some(_) => self.merge(&Self::of(*sample), share),
-            None => *self = Self::of(*sample),
+            Some(_) => self.merge(&Self::of(sample.kept()), share),
+            None => *self = Self::of(sample.kept()),
         }
     }
 

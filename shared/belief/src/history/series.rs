@@ -4,7 +4,7 @@ use clock::Instant;
 use message::Feature;
 use quantity::number::saturating_u32;
 
-use crate::sample::{Kept, Sample};
+use crate::sample::{Kept, Sample, Taken};
 
 /// What a series gives up when it is full.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -87,7 +87,7 @@ impl Series {
         &mut self,
         cells: &mut [Kept],
         thinning: Thinning,
-        sample: &Kept,
+        sample: Taken<'_>,
         phase: u64,
         scratch: &mut Vec<Kept>,
     ) {
@@ -97,7 +97,7 @@ impl Series {
             return;
         }
         self.taken = self.taken.wrapping_add(1);
-        self.unite(cells, thinning, [*sample].into_iter(), scratch);
+        self.unite(cells, thinning, [sample.kept()].into_iter(), scratch);
     }
 
     /// The union with another series, in cells of its own. `scratch` has room for both.
@@ -117,7 +117,7 @@ impl Series {
             // which.
             (Some(mine), Some(others)) if other.len == 1 && mine < others => {
                 if let Some(sample) = other.get(of_other, 0) {
-                    self.append(cells, thinning, &sample, phase, scratch);
+                    self.append(cells, thinning, sample.taken(), phase, scratch);
                 }
                 self.taken = self.taken.wrapping_add(other.taken.wrapping_sub(1));
             }
@@ -129,7 +129,7 @@ impl Series {
                 }
                 (self.first, self.len) = (0, other.len);
                 if let Some(sample) = sample {
-                    self.append(cells, thinning, &sample, phase, scratch);
+                    self.append(cells, thinning, sample.taken(), phase, scratch);
                 }
                 self.taken = self.taken.wrapping_add(taken.wrapping_sub(1));
             }
@@ -145,7 +145,7 @@ impl Series {
         &mut self,
         cells: &mut [Kept],
         thinning: Thinning,
-        sample: &Kept,
+        sample: Taken<'_>,
         phase: u64,
         scratch: &mut Vec<Kept>,
     ) {
@@ -157,7 +157,7 @@ impl Series {
                 Thinning::ShortestGap => {
                     scratch.clear();
                     scratch.extend(self.samples(cells));
-                    scratch.push(*sample);
+                    scratch.push(sample.kept());
                     thin(scratch, cells.len(), thinning);
                     self.replace(cells, scratch);
                     return;
@@ -169,8 +169,8 @@ impl Series {
             self.len -= 1;
         }
         self.len += 1;
-        self.newest = *sample;
-        self.set(cells, self.len - 1, *sample);
+        self.newest = sample.kept();
+        self.set(cells, self.len - 1, sample.kept());
         let octaves = self.taken.wrapping_add(phase).trailing_zeros();
         if thinning == Thinning::Octaves && octaves > 1 {
             // An octave of age twice as old is crossed half as often, so it is looked at half as
