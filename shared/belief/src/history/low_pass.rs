@@ -144,8 +144,8 @@ fn mix(x: &Feature, a: f64, y: &Feature, b: f64) -> Feature {
     mixed
 }
 
-/// [`mix`] in the place of y.
-#[inline]
+/// [`mix`] in the place of y. Inlined, so that x is not put together first.
+#[inline(always)]
 pub(super) fn mix_into(x: &Feature, a: f64, y: &mut Feature, b: f64) {
     let weigh = |x: f32, y: f32| single(a * f64::from(x) + b * f64::from(y));
     match (x, &mut *y) {
