@@ -142,7 +142,9 @@ impl Histories {
     /// `phase`, another for each belief, spreads the work of thinning over time.
     pub(crate) fn take(&mut self, row: u32, percept: u16, sample: Sample, phase: u64) {
         let Some((generators, mut row)) = self.row_mut(row) else { return };
-        row.take(generators.get(usize::from(percept)), Kept::from(sample).taken(), phase);
+        let Sample { at, matching, confidence, feature } = sample;
+        let value = PerceptValue::new(percept, matching, confidence, feature);
+        row.take(generators.get(usize::from(percept)), Taken { at, value: &value }, phase);
     }
 
     /// Takes the evaluations of one snapshot, made at an instant; how many were nonsense and left

@@ -51,40 +51,59 @@ impl Sample {
     }
 }
 
-/// A sample as a history keeps it: as it came, so that keeping it is copying it.
+/// A sample as a history keeps it, in half a cache line, which it shares with one other at most: there
+/// are many, and each step writes one or two of every history.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[repr(align(32))]
 pub(crate) struct Kept {
     pub(crate) at: Instant,
-    /// A sound one.
-    value: PerceptValue,
+    /// The match, with [`FOUR_NUMBERS`] where the feature has so many.
+    matching: u32,
+    confidence: f32,
+    /// The numbers of the feature. The bits of the fourth are its kind where it has but three.
+    numbers: [f32; 4],
 }
+
+/// A bit that no number from 0 to 1 has.
+const FOUR_NUMBERS: u32 = 1 << 30;
 
 impl Kept {
     /// What stands in a cell that holds no sample yet.
-    pub(crate) const NONE: Self = Self { at: Instant::EPOCH, value: PerceptValue::NONE };
+    pub(crate) const NONE: Self =
+        Self { at: Instant::EPOCH, matching: 0, confidence: 0.0, numbers: [0.0; 4] };
+
+    #[inline]
+    fn new(at: Instant, matching: f32, confidence: f32, (kind, numbers): (u16, [f32; 4])) -> Self {
+        let matching = matching.to_bits();
+        if kind == Feature::ORIENTATION {
+            return Self { at, matching: matching | FOUR_NUMBERS, confidence, numbers };
+        }
+        let [a, b, c, _] = numbers;
+        Self { at, matching, confidence, numbers: [a, b, c, f32::from_bits(u32::from(kind))] }
+    }
 
     /// The feature d.
     #[inline]
     pub(crate) fn feature(&self) -> Feature {
-        // A sound one has a feature.
-        self.value.feature().unwrap_or(Feature::None)
+        let [a, b, c, fourth] = self.numbers;
+        let feature = if self.matching & FOUR_NUMBERS == 0 {
+            u16::try_from(fourth.to_bits()).ok().and_then(|kind| Feature::from_raw(kind, [a, b, c, 0.0]))
+        } else {
+            Feature::from_raw(Feature::ORIENTATION, self.numbers)
+        };
+        // What is kept is sound, and has a feature.
+        feature.unwrap_or(Feature::None)
     }
 
     #[inline]
     pub(crate) fn sample(&self) -> Sample {
-        let PerceptValue { matching, confidence, .. } = self.value;
-        Sample { at: self.at, matching, confidence, feature: self.feature() }
-    }
-
-    #[inline]
-    pub(crate) fn taken(&self) -> Taken<'_> {
-        Taken { at: self.at, value: &self.value }
+        let matching = f32::from_bits(self.matching & !FOUR_NUMBERS);
+        Sample { at: self.at, matching, confidence: self.confidence, feature: self.feature() }
     }
 
     /// The same with another feature.
     pub(crate) fn with(&self, feature: Feature) -> Self {
-        let PerceptValue { percept, matching, confidence, .. } = self.value;
-        Self { at: self.at, value: PerceptValue::new(percept, matching, confidence, feature) }
+        Sample { feature, ..self.sample() }.into()
     }
 
     /// As [`Sample::rank`].
@@ -96,7 +115,7 @@ impl Kept {
 impl From<Sample> for Kept {
     fn from(sample: Sample) -> Self {
         let Sample { at, matching, confidence, feature } = sample;
-        Self { at, value: PerceptValue::new(0, matching, confidence, feature) }
+        Self::new(at, matching, confidence, feature.to_raw())
     }
 }
 
@@ -111,7 +130,8 @@ pub(crate) struct Taken<'a> {
 impl Taken<'_> {
     #[inline]
     pub(crate) fn kept(self) -> Kept {
-        Kept { at: self.at, value: *self.value }
+        let PerceptValue { matching, confidence, .. } = *self.value;
+        Kept::new(self.at, matching, confidence, self.value.raw_feature())
     }
 }
 

@@ -92,7 +92,7 @@ impl Series {
     ) {
         // What comes every time.
         if self.len == 0 || self.newest_at < sample.at {
-            self.append(cells, thinning, sample, phase, scratch);
+            self.append(cells, thinning, sample.kept(), phase, scratch);
             return;
         }
         self.taken = self.taken.wrapping_add(1);
@@ -116,7 +116,7 @@ impl Series {
             // which.
             (Some(mine), Some(others)) if other.len == 1 && mine < others => {
                 if let Some(sample) = other.get(of_other, 0) {
-                    self.append(cells, thinning, sample.taken(), phase, scratch);
+                    self.append(cells, thinning, sample, phase, scratch);
                 }
                 self.taken = self.taken.wrapping_add(other.taken.wrapping_sub(1));
             }
@@ -128,7 +128,7 @@ impl Series {
                 }
                 (self.first, self.len) = (0, other.len);
                 if let Some(sample) = sample {
-                    self.append(cells, thinning, sample.taken(), phase, scratch);
+                    self.append(cells, thinning, sample, phase, scratch);
                 }
                 self.taken = self.taken.wrapping_add(taken.wrapping_sub(1));
             }
@@ -139,12 +139,13 @@ impl Series {
         }
     }
 
-    #[inline]
+    /// Inlined, so that the sample is put together where it is to be.
+    #[inline(always)]
     fn append(
         &mut self,
         cells: &mut [Kept],
         thinning: Thinning,
-        sample: Taken<'_>,
+        sample: Kept,
         phase: u64,
         scratch: &mut Vec<Kept>,
     ) {
@@ -156,7 +157,7 @@ impl Series {
                 Thinning::ShortestGap => {
                     scratch.clear();
                     scratch.extend(self.samples(cells));
-                    scratch.push(sample.kept());
+                    scratch.push(sample);
                     thin(scratch, cells.len(), thinning);
                     self.replace(cells, scratch);
                     return;
@@ -169,7 +170,7 @@ impl Series {
         }
         self.len += 1;
         self.newest_at = sample.at;
-        self.set(cells, self.len - 1, sample.kept());
+        self.set(cells, self.len - 1, sample);
         let octaves = self.taken.wrapping_add(phase).trailing_zeros();
         if thinning == Thinning::Octaves && octaves > 1 {
             // An octave of age twice as old is crossed half as often, so it is looked at half as
