@@ -221,9 +221,7 @@ impl Histories {
     pub(crate) fn newest(&self, row: u32, percept: u16) -> Option<Sample> {
         match self.generators.get(usize::from(percept))? {
             Generator::LowPass { index, .. } => self.low_passes.get(row, *index)?.newest(),
-            Generator::Series { index, cells, .. } => {
-                self.series.get(row, *index)?.newest(self.cells.range(row, cells)?)
-            }
+            Generator::Series { index, .. } => self.series.get(row, *index)?.newest(),
             Generator::Own { index, cells, history } => {
                 let end = Instant::from_nanos(u64::MAX);
                 history.at(self.kept(row, *index, cells)?, end).filter(Sample::is_sound)

@@ -20,31 +20,34 @@ pub(crate) enum Thinning {
 
 /// Samples in the order of their instants, at most one per instant: a ring over cells that are
 /// kept elsewhere and handed to every call, always the same ones.
+///
+/// It has a cache line to itself.
 #[derive(Clone, Copy, Debug)]
+#[repr(align(64))]
 pub(crate) struct Series {
     /// The cell of the oldest sample.
     first: u32,
     len: u32,
     /// Samples ever taken in, of all histories merged into this one.
     taken: u64,
-    /// When the newest sample was made: asked every time, and its cell lies elsewhere.
-    newest_at: Instant,
+    /// The newest sample again: asked every time, and its cell lies elsewhere.
+    newest: Kept,
 }
 
 impl Default for Series {
     fn default() -> Self {
-        Self { first: 0, len: 0, taken: 0, newest_at: Instant::EPOCH }
+        Self { first: 0, len: 0, taken: 0, newest: Kept::NONE }
     }
 }
 
 impl Series {
     #[inline]
-    pub(crate) fn newest(&self, cells: &[Kept]) -> Option<Sample> {
-        Some(self.get(cells, (self.len as usize).checked_sub(1)?)?.sample())
+    pub(crate) fn newest(&self) -> Option<Sample> {
+        (self.len > 0).then(|| self.newest.sample())
     }
 
     pub(crate) fn at(&self, cells: &[Kept], instant: Instant, decay_per_s: f64) -> Option<Sample> {
-        let newest = self.newest(cells)?;
+        let newest = self.newest()?;
         if newest.at <= instant {
             return Some(newest.decayed(instant, decay_per_s));
         }
@@ -75,6 +78,7 @@ impl Series {
         for index in 0..self.len as usize {
             if let Some(sample) = cells.get_mut(self.cell(cells.len(), index)) {
                 *sample = sample.with(change(sample.feature()));
+                self.newest = *sample;
             }
         }
     }
@@ -91,7 +95,7 @@ impl Series {
         scratch: &mut Vec<Kept>,
     ) {
         // What comes every time.
-        if self.len == 0 || self.newest_at < sample.at {
+        if self.len == 0 || self.newest.at < sample.at {
             self.append(cells, thinning, sample.kept(), phase, scratch);
             return;
         }
@@ -108,7 +112,7 @@ impl Series {
         phase: u64,
         scratch: &mut Vec<Kept>,
     ) {
-        let newest = |series: &Self| (series.len > 0).then_some(series.newest_at);
+        let newest = |series: &Self| (series.len > 0).then_some(series.newest.at);
         let (mine, others) = (newest(self), newest(&other));
         match (mine, others) {
             (_, None) => {}
@@ -169,7 +173,7 @@ impl Series {
             self.len -= 1;
         }
         self.len += 1;
-        self.newest_at = sample.at;
+        self.newest = sample;
         self.set(cells, self.len - 1, sample);
         let octaves = self.taken.wrapping_add(phase).trailing_zeros();
         if thinning == Thinning::Octaves && octaves > 1 {
@@ -256,7 +260,7 @@ impl Series {
         for (cell, sample) in cells.iter_mut().zip(samples) {
             *cell = *sample;
             self.len += 1;
-            self.newest_at = sample.at;
+            self.newest = *sample;
         }
     }
 }
