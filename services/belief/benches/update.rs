@@ -197,6 +197,19 @@ impl Population for Points {
         (alike && !both_taken && span < THRESHOLD_M).then_some(span)
     }
 
+    fn reach_m(&self, distance: f64) -> f64 {
+        distance
+    }
+
+    fn takes_in(&self, _old: u32, _fresh: u32) -> bool {
+        true
+    }
+
+    /// Each takes in a point of this frame before two of them would merge.
+    fn is_companion(&self, _old: u32) -> bool {
+        true
+    }
+
     fn merge(&mut self, kept: u32, gone: u32) {
         let (a, b) = (Self::of(&self.places, kept), Self::of(&self.places, gone));
         let taken = Self::of(&self.taken, kept) || Self::of(&self.taken, gone);

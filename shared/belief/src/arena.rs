@@ -1,6 +1,6 @@
 use clock::Instant;
 use config::percepts::Percepts;
-use message::{Feature, Perceived, PerceptValue, Snapshot};
+use message::{Feature, Perceived, PerceptValue};
 
 use crate::Unbelievable;
 use crate::cluster::{Population, Symbols};
@@ -9,7 +9,6 @@ use crate::memory::Memory;
 use crate::metric::{Metric, Reach};
 use crate::own::Functions;
 use crate::room::Room;
-use crate::sample::Sample;
 use crate::sightings::{Run, Sightings};
 
 /// B, the current set of beliefs, in slots that exist from the start.
@@ -79,6 +78,14 @@ const VACANT: Slot = Slot {
     entry: 0,
     next: 0,
 };
+
+impl Slot {
+    /// Whether the other is a snapshot newer than all that this belief remembers.
+    fn appends(&self, newer: &Self) -> bool {
+        let histories = matches!(self.holds, Holds::Histories(_)) && newer.holds == Holds::Snapshot;
+        histories && newer.memory.perceived_at > self.memory.perceived_at
+    }
+}
 
 impl Arena {
     pub(crate) fn new(percepts: &Percepts, own: &Functions, slots: u32) -> Result<Self, Unbelievable> {
@@ -158,8 +165,8 @@ impl Arena {
         (slot.holds, slot.entry, slot.pending) = (Holds::Snapshot, entry, None);
         let features = self.features.iter_mut().skip(number as usize * self.terms.len());
         for (feature, percept) in features.zip(&self.terms) {
-            let value = perceived.snapshot.value(*percept);
-            *feature = value.and_then(|value| Some(sample(value, at)?.feature));
+            let value = perceived.snapshot.value(*percept).filter(|value| value.is_sound());
+            *feature = value.and_then(PerceptValue::feature);
         }
         if let Some(sightings) = &mut self.sightings {
             let Perceived { observation, .. } = perceived;
@@ -174,9 +181,7 @@ impl Arena {
     /// of the source was the one before.
     pub(crate) fn follow(&mut self, before: impl Fn(u16, Instant) -> Option<Instant>) {
         if let Some(sightings) = &mut self.sightings {
-            for &slot in self.fresh.iter() {
-                sightings.follow(slot as usize, &before);
-            }
+            sightings.follow(&self.fresh, before);
         }
     }
 
@@ -200,8 +205,7 @@ impl Arena {
         let Ok([older, newer]) = self.slots.get_disjoint_mut([kept as usize, gone as usize]) else {
             return false;
         };
-        let histories = matches!(older.holds, Holds::Histories(_)) && newer.holds == Holds::Snapshot;
-        if !self.foreseen || !histories || newer.memory.perceived_at <= older.memory.perceived_at {
+        if !self.foreseen || !older.appends(newer) {
             return false;
         }
         older.memory.merge(&newer.memory);
@@ -215,7 +219,7 @@ impl Arena {
         if let Ok([features, newer]) = self.features.get_disjoint_mut([row(kept), row(gone)]) {
             for ((feature, newer), percept) in features.iter_mut().zip(newer).zip(&self.terms) {
                 if let Some(newer) = newer {
-                    *feature = Some(self.histories.after(*percept, feature.as_ref(), newer));
+                    self.histories.foresee(*percept, feature, newer);
                 }
             }
         }
@@ -326,7 +330,7 @@ impl Arena {
             pending = (first != last).then_some((snapshot.next, last));
             if let Some(perceived) = perceived.get(snapshot.entry as usize) {
                 let at = snapshot.memory.perceived_at;
-                self.unsound += take(&mut self.histories, row, id, at, &perceived.snapshot);
+                self.unsound += self.histories.take_all(row, perceived.snapshot.values(), at, id);
             }
         }
         Some(row)
@@ -390,27 +394,35 @@ impl Population for Step<'_> {
         (!apart).then_some(distance)
     }
 
+    fn reach_m(&self, distance: f64) -> f64 {
+        // A sum of several terms rounds.
+        self.arena.reach.map_or(f64::INFINITY, |reach| distance * reach.metres_per_distance * (1.0 + 1e-9))
+    }
+
+    fn takes_in(&self, old: u32, fresh: u32) -> bool {
+        let Arena { slots, foreseen, .. } = &*self.arena;
+        let (Some(older), Some(newer)) = (slots.get(old as usize), slots.get(fresh as usize)) else {
+            return false;
+        };
+        *foreseen && older.appends(newer) && {
+            let features = self.arena.features(old).iter().zip(self.arena.features(fresh));
+            let is_symbol = |feature: &Feature| matches!(feature, Feature::Symbol(_));
+            features.into_iter().all(|(older, newer)| {
+                let was_symbol = older.as_ref().is_some_and(is_symbol);
+                !was_symbol || newer.as_ref().is_none_or(is_symbol)
+            })
+        }
+    }
+
+    fn is_companion(&self, old: u32) -> bool {
+        self.arena.sightings.as_ref().is_some_and(|sightings| sightings.was_there(old as usize))
+    }
+
+    fn stay_apart(&self, a: u32, b: u32) -> bool {
+        self.arena.sightings.as_ref().is_some_and(|sightings| sightings.stay_apart(a as usize, b as usize))
+    }
+
     fn merge(&mut self, kept: u32, gone: u32) {
         self.arena.merge(kept, gone, self.perceived);
     }
-}
-
-/// Takes a snapshot into a row of histories; how many evaluations were nonsense and left out.
-fn take(histories: &mut Histories, row: u32, phase: u64, at: Instant, snapshot: &Snapshot) -> u64 {
-    let mut unsound = 0;
-    for value in snapshot.values() {
-        match sample(value, at) {
-            Some(sample) => histories.take(row, value.percept, sample, phase),
-            None => unsound += 1,
-        }
-    }
-    unsound
-}
-
-/// An evaluation as a sample; `None` for nonsense.
-pub(crate) fn sample(value: &PerceptValue, at: Instant) -> Option<Sample> {
-    let PerceptValue { matching, confidence, .. } = *value;
-    let within = (0.0..=1.0).contains(&matching) && (0.0..=1.0).contains(&confidence);
-    let feature = value.feature().filter(|_| within)?;
-    Some(Sample { at, matching, confidence, feature })
 }

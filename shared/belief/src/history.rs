@@ -10,13 +10,13 @@ use std::ops::Range;
 use clock::Instant;
 use config::percepts::{self, Percept, WhenFull};
 use low_pass::LowPass;
-use message::Feature;
+use message::{Feature, PerceptValue};
 use series::{Series, Thinning};
 
 use crate::Unbelievable;
 use crate::own::{Functions, History, Samples, Supplied};
 use crate::room::Room;
-use crate::sample::Sample;
+use crate::sample::{Kept, Sample, Taken};
 
 /// The histories of all beliefs of a system: a row for each belief, in each row one history per
 /// percept of the set P; an empty one says that the belief does not map the percept.
@@ -37,8 +37,9 @@ pub(crate) struct Histories {
     series: Table<Series>,
     /// How many samples each history of the program's own keeps.
     kept: Table<u32>,
-    cells: Table<Sample>,
-    scratch: Room<Sample>,
+    cells: Table<Kept>,
+    own_cells: Table<Sample>,
+    scratch: Room<Kept>,
 }
 
 /// Samples that a history of the program's own may keep.
@@ -58,7 +59,7 @@ enum Generator {
 impl Histories {
     /// Room for `rows` beliefs.
     pub(crate) fn new(percepts: &[Percept], own: &Functions, rows: usize) -> Result<Self, Unbelievable> {
-        let (mut low_passes, mut series, mut kept, mut cells, mut most) = (0, 0, 0, 0, 0);
+        let (mut low_passes, mut series, mut kept, mut cells, mut own_cells, mut most) = (0, 0, 0, 0, 0, 0);
         let mut generators = Vec::with_capacity(percepts.len());
         for percept in percepts {
             let thinned = match &percept.history {
@@ -80,9 +81,10 @@ impl Histories {
                     if !(1..=OWN_MOST).contains(&samples) {
                         return Err(Unbelievable::Samples { name: name.clone(), samples });
                     }
-                    generators.push(Generator::Own { index: kept, cells: cells..cells + samples, history });
+                    let cells = own_cells..own_cells + samples;
+                    generators.push(Generator::Own { index: kept, cells, history });
                     kept += 1;
-                    cells += samples;
+                    own_cells += samples;
                     continue;
                 }
             };
@@ -102,6 +104,7 @@ impl Histories {
             series: Table::new(series, rows),
             kept: Table::new(kept, rows),
             cells: Table::new(cells, rows),
+            own_cells: Table::new(own_cells, rows),
             scratch: Room::for_most(2 * most),
         })
     }
@@ -125,7 +128,8 @@ impl Histories {
         self.low_passes.grow();
         self.series.grow();
         self.kept.grow();
-        self.cells.grow_with(Sample::NONE);
+        self.cells.grow_with(Kept::NONE);
+        self.own_cells.grow_with(Sample::NONE);
         Some(row)
     }
 
@@ -136,47 +140,54 @@ impl Histories {
 
     /// Takes one sample into a history: the union with g(m, c, d), the history of that sample.
     /// `phase`, another for each belief, spreads the work of thinning over time.
-    #[inline]
     pub(crate) fn take(&mut self, row: u32, percept: u16, sample: Sample, phase: u64) {
-        let Self { generators, low_passes, series, kept, cells, scratch, .. } = self;
-        match generators.get(usize::from(percept)) {
-            Some(Generator::LowPass { index, share }) => {
-                if let Some(low_pass) = low_passes.get_mut(row, *index) {
-                    low_pass.take(sample, *share);
-                }
-            }
-            Some(Generator::Series { index, cells: range, thinning }) => {
-                if let (Some(series), Some(cells)) =
-                    (series.get_mut(row, *index), cells.range_mut(row, range))
-                {
-                    series.take(cells, *thinning, sample, phase, scratch);
-                }
-            }
-            Some(Generator::Own { index, cells: range, history }) => {
-                if let (Some(len), Some(cells)) = (kept.get_mut(row, *index), cells.range_mut(row, range)) {
-                    history.take(&mut Samples { cells, len }, &sample);
-                }
-            }
-            None => {}
-        }
+        let Some((generators, mut row)) = self.row_mut(row) else { return };
+        let Sample { at, matching, confidence, feature } = sample;
+        let value = PerceptValue::new(percept, matching, confidence, feature);
+        row.take(generators.get(usize::from(percept)), Taken { at, value: &value }, phase);
     }
 
-    /// What the newest feature of a percept will be when a sample is taken that is newer than all.
-    pub(crate) fn after(&self, percept: u16, newest: Option<&Feature>, sample: &Feature) -> Feature {
-        match (self.generators.get(usize::from(percept)), newest) {
+    /// Takes the evaluations of one snapshot, made at an instant; how many were nonsense and left
+    /// out.
+    pub(crate) fn take_all(&mut self, row: u32, values: &[PerceptValue], at: Instant, phase: u64) -> u64 {
+        let mut unsound = 0;
+        let Some((generators, mut row)) = self.row_mut(row) else { return unsound };
+        for value in values {
+            if value.is_sound() {
+                row.take(generators.get(usize::from(value.percept)), Taken { at, value }, phase);
+            } else {
+                unsound += 1;
+            }
+        }
+        unsound
+    }
+
+    #[inline]
+    fn row_mut(&mut self, row: u32) -> Option<(&[Generator], RowMut<'_>)> {
+        let Self { generators, low_passes, series, kept, cells, own_cells, scratch, .. } = self;
+        let (low_passes, series, cells) =
+            (low_passes.row_mut(row)?, series.row_mut(row)?, cells.row_mut(row)?);
+        let (kept, own_cells) = (kept.row_mut(row)?, own_cells.row_mut(row)?);
+        Some((generators, RowMut { low_passes, series, kept, cells, own_cells, scratch }))
+    }
+
+    /// Makes the newest feature of a percept what it will be when a sample is taken that is newer than
+    /// all.
+    pub(crate) fn foresee(&self, percept: u16, newest: &mut Option<Feature>, sample: &Feature) {
+        match (self.generators.get(usize::from(percept)), &mut *newest) {
             (Some(Generator::LowPass { share, .. }), Some(newest)) => {
-                low_pass::mix(sample, *share, newest, 1.0 - *share)
+                low_pass::mix_into(sample, *share, newest, 1.0 - *share);
             }
             (
                 Some(Generator::LowPass { .. } | Generator::Series { .. } | Generator::Own { .. }) | None,
                 _,
-            ) => *sample,
+            ) => *newest = Some(*sample),
         }
     }
 
     /// Unites the histories of one row with those of another; `phase` as for [`Self::take`].
     pub(crate) fn merge(&mut self, kept: u32, gone: u32, phase: u64) {
-        let Self { generators, low_passes, series, kept: lens, cells, scratch, .. } = self;
+        let Self { generators, low_passes, series, kept: lens, cells, own_cells, scratch, .. } = self;
         for generator in generators.iter() {
             match generator {
                 Generator::LowPass { index, share } => {
@@ -196,7 +207,7 @@ impl Histories {
                 Generator::Own { index, cells: range, history } => {
                     let others = lens.get(gone, *index).map_or(0, |len| *len as usize);
                     if let (Some(len), Some((cells, of_other))) =
-                        (lens.get_mut(kept, *index), cells.two_ranges_mut(kept, gone, range))
+                        (lens.get_mut(kept, *index), own_cells.two_ranges_mut(kept, gone, range))
                     {
                         let others = of_other.get(..others).unwrap_or(&[]);
                         history.merge(&mut Samples { cells, len }, others);
@@ -220,7 +231,7 @@ impl Histories {
 
     /// The samples of a history of the program's own.
     fn kept(&self, row: u32, index: usize, cells: &Range<usize>) -> Option<&[Sample]> {
-        self.cells.range(row, cells)?.get(..*self.kept.get(row, index)? as usize)
+        self.own_cells.range(row, cells)?.get(..*self.kept.get(row, index)? as usize)
     }
 
     /// h(t), and its sample's instant.
@@ -241,7 +252,7 @@ impl Histories {
 
     /// Replaces every remembered feature of a percept.
     pub(crate) fn map(&mut self, row: u32, percept: u16, change: impl Fn(Feature) -> Feature) {
-        let Self { generators, low_passes, series, kept, cells, .. } = self;
+        let Self { generators, low_passes, series, kept, cells, own_cells, .. } = self;
         match generators.get(usize::from(percept)) {
             Some(Generator::LowPass { index, .. }) => {
                 if let Some(low_pass) = low_passes.get_mut(row, *index) {
@@ -256,7 +267,8 @@ impl Histories {
                 }
             }
             Some(Generator::Own { index, cells: range, .. }) => {
-                if let (Some(len), Some(cells)) = (kept.get_mut(row, *index), cells.range_mut(row, range)) {
+                if let (Some(len), Some(cells)) = (kept.get_mut(row, *index), own_cells.range_mut(row, range))
+                {
                     for sample in (Samples { cells, len }).as_mut_slice() {
                         sample.feature = change(sample.feature);
                     }
@@ -298,7 +310,7 @@ impl Histories {
             Generator::LowPass { .. } => self.newest(row, percept).into_iter().collect(),
             Generator::Series { index, cells, .. } => {
                 let cells = self.cells.range(row, cells).unwrap();
-                self.series.get(row, *index).unwrap().samples(cells).collect()
+                self.series.get(row, *index).unwrap().samples(cells).map(|kept| kept.sample()).collect()
             }
             Generator::Own { index, cells, .. } => self.kept(row, *index, cells).unwrap().to_vec(),
         }
@@ -317,6 +329,44 @@ impl Histories {
             Generator::Own { .. } => format!("{:?}", self.samples(row, percept)),
         });
         histories.collect::<Vec<_>>().join("\n")
+    }
+}
+
+/// The histories of one belief, to be changed.
+struct RowMut<'a> {
+    low_passes: &'a mut [LowPass],
+    series: &'a mut [Series],
+    kept: &'a mut [u32],
+    cells: &'a mut [Kept],
+    own_cells: &'a mut [Sample],
+    scratch: &'a mut Vec<Kept>,
+}
+
+impl RowMut<'_> {
+    #[inline(always)]
+    fn take(&mut self, generator: Option<&Generator>, sample: Taken<'_>, phase: u64) {
+        match generator {
+            Some(Generator::LowPass { index, share }) => {
+                if let Some(low_pass) = self.low_passes.get_mut(*index) {
+                    low_pass.take(sample, *share);
+                }
+            }
+            Some(Generator::Series { index, cells, thinning }) => {
+                if let (Some(series), Some(cells)) =
+                    (self.series.get_mut(*index), self.cells.get_mut(cells.start..cells.end))
+                {
+                    series.take(cells, *thinning, sample, phase, self.scratch);
+                }
+            }
+            Some(Generator::Own { index, cells, history }) => {
+                if let (Some(len), Some(cells)) =
+                    (self.kept.get_mut(*index), self.own_cells.get_mut(cells.start..cells.end))
+                {
+                    history.take(&mut Samples { cells, len }, &sample.kept().sample());
+                }
+            }
+            None => {}
+        }
     }
 }
 
@@ -342,6 +392,12 @@ impl<T: Copy> Table<T> {
 
     fn get_mut(&mut self, row: u32, index: usize) -> Option<&mut T> {
         self.entries.get_mut(row as usize * self.width + index)
+    }
+
+    #[inline]
+    fn row_mut(&mut self, row: u32) -> Option<&mut [T]> {
+        let start = row as usize * self.width;
+        self.entries.get_mut(start..start + self.width)
     }
 
     fn range(&self, row: u32, range: &Range<usize>) -> Option<&[T]> {

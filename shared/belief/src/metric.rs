@@ -13,6 +13,8 @@ pub(crate) struct Metric {
     threshold: f64,
     normalised: bool,
     no_term_applies: NoTermApplies,
+    /// The terms, by their place, whose symbols alone tell two beliefs apart.
+    telling: Box<[usize]>,
 }
 
 /// A term w·q·d.
@@ -52,14 +54,24 @@ pub(crate) struct Reach {
     /// The place of the term among the terms.
     pub(crate) term: usize,
     pub(crate) metres: f64,
+    /// The same for each unit of D: beliefs at a distance D have them no further apart than D times
+    /// this.
+    pub(crate) metres_per_distance: f64,
 }
 
 impl Metric {
     pub(crate) fn new(config: &percepts::Belief, own: &Functions) -> Result<Self, Unbelievable> {
         let terms = config.distance.iter().map(|term| Term::new(term, own)).collect::<Result<Vec<_>, _>>()?;
+        // A term without weight says nothing, not even that it applies.
+        let terms: Vec<_> = terms.into_iter().filter(|term| term.weight > 0.0).collect();
+        // Divided by all weights, no term alone says that much.
+        let tells = |term: &Term| {
+            matches!(term.measure, How::Differs) && term.weight >= config.threshold && !config.normalised
+        };
+        let telling = terms.iter().enumerate().filter(|(_, term)| tells(term));
         Ok(Self {
-            // A term without weight says nothing, not even that it applies.
-            terms: terms.into_iter().filter(|term| term.weight > 0.0).collect(),
+            telling: telling.map(|(place, _)| place).collect(),
+            terms,
             threshold: config.threshold,
             normalised: config.normalised,
             no_term_applies: config.no_term_applies,
@@ -68,15 +80,12 @@ impl Metric {
 
     /// Of a belief's features, in the order of the terms, the symbols that alone tell it from
     /// others.
+    #[inline]
     pub(crate) fn symbols(&self, features: &[Option<Feature>]) -> Symbols {
         let mut symbols = Symbols::NONE;
-        // Divided by all weights, no term alone says that much.
-        let telling = self.terms.iter().zip(features).filter(|(term, _)| {
-            matches!(term.measure, How::Differs) && term.weight >= self.threshold && !self.normalised
-        });
-        for (place, (_, feature)) in telling.enumerate() {
-            if let Some(Feature::Symbol(symbol)) = *feature {
-                symbols.set(place, symbol);
+        for (place, term) in self.telling.iter().enumerate() {
+            if let Some(Some(Feature::Symbol(symbol))) = features.get(*term) {
+                symbols.set(place, *symbol);
             }
         }
         symbols
@@ -89,6 +98,7 @@ impl Metric {
 
     /// D of two beliefs, given their features in the order of the terms, where it is below the
     /// threshold.
+    #[inline]
     pub(crate) fn below_threshold(&self, a: &[Option<Feature>], b: &[Option<Feature>]) -> Option<f64> {
         let (mut sum, mut weights) = (0.0, 0.0);
         for (term, features) in self.terms.iter().zip(a.iter().zip(b)) {
@@ -120,7 +130,8 @@ impl Metric {
             self.terms.iter().enumerate().find(|(_, term)| matches!(term.measure, How::Metres))?;
         let total: f64 = self.terms.iter().map(|term| term.weight).sum();
         let share = if self.normalised { total } else { 1.0 };
-        Some(Reach { term: index, metres: self.threshold * share / term.weight })
+        let metres_per_distance = share / term.weight;
+        Some(Reach { term: index, metres: self.threshold * share / term.weight, metres_per_distance })
     }
 }
 

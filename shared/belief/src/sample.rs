@@ -51,6 +51,90 @@ impl Sample {
     }
 }
 
+/// A sample as a history keeps it, in half a cache line, which it shares with one other at most: there
+/// are many, and each step writes one or two of every history.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[repr(align(32))]
+pub(crate) struct Kept {
+    pub(crate) at: Instant,
+    /// The match, with [`FOUR_NUMBERS`] where the feature has so many.
+    matching: u32,
+    confidence: f32,
+    /// The numbers of the feature. The bits of the fourth are its kind where it has but three.
+    numbers: [f32; 4],
+}
+
+/// A bit that no number from 0 to 1 has.
+const FOUR_NUMBERS: u32 = 1 << 30;
+
+impl Kept {
+    /// What stands in a cell that holds no sample yet.
+    pub(crate) const NONE: Self =
+        Self { at: Instant::EPOCH, matching: 0, confidence: 0.0, numbers: [0.0; 4] };
+
+    #[inline]
+    fn new(at: Instant, matching: f32, confidence: f32, (kind, numbers): (u16, [f32; 4])) -> Self {
+        let matching = matching.to_bits();
+        if kind == Feature::ORIENTATION {
+            return Self { at, matching: matching | FOUR_NUMBERS, confidence, numbers };
+        }
+        let [a, b, c, _] = numbers;
+        Self { at, matching, confidence, numbers: [a, b, c, f32::from_bits(u32::from(kind))] }
+    }
+
+    /// The feature d.
+    #[inline]
+    pub(crate) fn feature(&self) -> Feature {
+        let [a, b, c, fourth] = self.numbers;
+        let feature = if self.matching & FOUR_NUMBERS == 0 {
+            u16::try_from(fourth.to_bits()).ok().and_then(|kind| Feature::from_raw(kind, [a, b, c, 0.0]))
+        } else {
+            Feature::from_raw(Feature::ORIENTATION, self.numbers)
+        };
+        // What is kept is sound, and has a feature.
+        feature.unwrap_or(Feature::None)
+    }
+
+    #[inline]
+    pub(crate) fn sample(&self) -> Sample {
+        let matching = f32::from_bits(self.matching & !FOUR_NUMBERS);
+        Sample { at: self.at, matching, confidence: self.confidence, feature: self.feature() }
+    }
+
+    /// The same with another feature.
+    pub(crate) fn with(&self, feature: Feature) -> Self {
+        Sample { feature, ..self.sample() }.into()
+    }
+
+    /// As [`Sample::rank`].
+    pub(crate) fn rank(&self, other: &Self) -> Ordering {
+        self.sample().rank(&other.sample())
+    }
+}
+
+impl From<Sample> for Kept {
+    fn from(sample: Sample) -> Self {
+        let Sample { at, matching, confidence, feature } = sample;
+        Self::new(at, matching, confidence, feature.to_raw())
+    }
+}
+
+/// A sample that is taken from where it lies: it is large, and copied once.
+#[derive(Clone, Copy)]
+pub(crate) struct Taken<'a> {
+    pub(crate) at: Instant,
+    /// A sound one.
+    pub(crate) value: &'a PerceptValue,
+}
+
+impl Taken<'_> {
+    #[inline]
+    pub(crate) fn kept(self) -> Kept {
+        let PerceptValue { matching, confidence, .. } = *self.value;
+        Kept::new(self.at, matching, confidence, self.value.raw_feature())
+    }
+}
+
 /// A total order of features; it has no other meaning than to be one.
 pub(crate) fn order(a: &Feature, b: &Feature) -> Ordering {
     let (kind_a, numbers_a) = numbers(a);

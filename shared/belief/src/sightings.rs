@@ -17,6 +17,8 @@ pub(crate) struct Sightings {
     only: Box<[Only]>,
     /// Of the slots that have more.
     of: Box<[Runs]>,
+    /// The frame before that of the step; of several the last one's.
+    before: Option<Run>,
 }
 
 /// How much a belief was sighted.
@@ -76,7 +78,11 @@ const NEVER: Runs = Runs { len: 0, runs: [NO_RUN; RUNS] };
 
 impl Sightings {
     pub(crate) fn new(slots: usize) -> Self {
-        Self { only: vec![Only::Never; slots].into_boxed_slice(), of: vec![NEVER; slots].into_boxed_slice() }
+        Self {
+            only: vec![Only::Never; slots].into_boxed_slice(),
+            of: vec![NEVER; slots].into_boxed_slice(),
+            before: None,
+        }
     }
 
     /// A new belief was sighted once.
@@ -93,11 +99,34 @@ impl Sightings {
         }
     }
 
-    /// Says, of a belief sighted once, which frame of the source was before.
-    pub(crate) fn follow(&mut self, slot: usize, before: impl Fn(u16, Instant) -> Option<Instant>) {
-        if let Some(Only::Run(run)) = self.only.get_mut(slot) {
-            run.follows = before(run.source, run.first);
+    /// Says, of beliefs that were each sighted once, in the frames of one step, which frames of their
+    /// sources were before.
+    pub(crate) fn follow(&mut self, slots: &[u32], before: impl Fn(u16, Instant) -> Option<Instant>) {
+        self.before = None;
+        let mut last = None;
+        for &slot in slots {
+            let Some(Only::Run(run)) = self.only.get_mut(slot as usize) else { continue };
+            // Observations come frame by frame.
+            if last != Some((run.source, run.first)) {
+                last = Some((run.source, run.first));
+                self.before = before(run.source, run.first).map(|at| Run::of(run.source, at));
+            }
+            run.follows = self.before.map(|before| before.first);
         }
+    }
+
+    /// Whether a belief was sighted in the frame before that of the step, if the step has but one. No
+    /// two of which that is so are of one thing.
+    pub(crate) fn was_there(&self, slot: usize) -> bool {
+        let Some(before) = &self.before else { return false };
+        self.runs(slot).iter().any(|run| run.overlaps(before))
+    }
+
+    /// Whether two beliefs cannot be of one thing, even when each is sighted once more.
+    pub(crate) fn stay_apart(&self, a: usize, b: usize) -> bool {
+        // Without room for one more run, one may be given up.
+        let has_room = |slot| self.runs(slot).len() < RUNS;
+        has_room(a) && has_room(b) && self.are_apart(a, b)
     }
 
     /// Whether two beliefs cannot be of one thing.

@@ -4,10 +4,10 @@ mod tests;
 use clock::{Duration, Instant};
 use config::percepts::{self, Kernel, Percept, Percepts};
 use geometry::{Pose, Position};
-use message::{Belief, Feature, Perceived, Remembered};
+use message::{Belief, Feature, Perceived, PerceptValue, Remembered};
 use quantity::number::{saturating_u32, single};
 
-use crate::arena::{Arena, Step, sample};
+use crate::arena::{Arena, Step};
 use crate::cluster::Clustering;
 use crate::own::{self, Doubtful, Functions, Supplied};
 use crate::sample::Sample;
@@ -354,7 +354,7 @@ impl BeliefSystem {
         let at = observed_at.min(self.now);
         let values = snapshot.values();
         let in_order = values.is_sorted_by(|a, b| a.percept < b.percept);
-        if !in_order || !values.iter().any(|value| sample(value, at).is_some()) {
+        if !in_order || !values.iter().any(PerceptValue::is_sound) {
             self.counts.unsound += u64::from(!values.is_empty());
             return;
         }

@@ -69,6 +69,7 @@ macro_rules! numbered {
 
             /// What a number from shared memory stands for, if anything.
             #[must_use]
+            #[inline]
             pub const fn from_raw(raw: $raw) -> Option<Self> {
                 match raw { $($value => Some(Self::$variant),)+ _ => None }
             }

@@ -141,15 +141,12 @@ impl Observation {
     pub fn is_sound(&self) -> bool {
         // All numbers are looked at, for they are sound as a rule: so the compiler can look at several
         // at once.
-        let all = |numbers: &[f32], holds: fn(f32) -> bool| {
-            numbers.iter().fold(true, |all, number| all & holds(*number))
-        };
         self.kind().is_some()
             & self.modality().is_some()
-            & all(&self.position_m, is_within_reach)
-            & all(&self.half_extents_m, is_extent)
-            & all(&self.colour_rgb, is_share)
-            & all(&self.shape, is_share)
+            & are_all(self.position_m, is_within_reach)
+            & are_all(self.half_extents_m, is_extent)
+            & are_all(self.colour_rgb, is_share)
+            & are_all(self.shape, is_share)
             & is_share(self.confidence)
             & is_unit(self.orientation_xyzw)
             & ((self.kind() != Some(ObservationKind::Person)) | (self.partner != NOBODY))
@@ -195,20 +192,29 @@ impl Observation {
 /// Nothing that is observed is further away, or larger.
 const REACH_M: f32 = 1000.0;
 
+#[inline]
+fn are_all<const COUNT: usize>(numbers: [f32; COUNT], holds: impl Fn(f32) -> bool) -> bool {
+    numbers.into_iter().fold(true, |all, number| all & holds(number))
+}
+
 // All are written so that NaN fails.
+#[inline]
 fn is_within_reach(coordinate_m: f32) -> bool {
     coordinate_m.abs() <= REACH_M
 }
 
+#[inline]
 fn is_extent(extent_m: f32) -> bool {
     (0.0..=REACH_M).contains(&extent_m)
 }
 
+#[inline]
 fn is_share(share: f32) -> bool {
     (0.0..=1.0).contains(&share)
 }
 
 /// 1 % of a norm is 2 % of its square, less what rounds.
+#[inline]
 fn is_unit(quaternion: [f32; 4]) -> bool {
     let norm_squared: f32 = quaternion.iter().map(|part| part * part).sum();
     (norm_squared - 1.0).abs() < 0.0198

@@ -29,8 +29,13 @@ const VECTOR: u16 = 3;
 const ORIENTATION: u16 = 4;
 
 impl Feature {
+    /// The kind of an orientation: the only one that needs all four numbers.
+    pub const ORIENTATION: u16 = ORIENTATION;
+
+    /// As it stands in shared memory: its kind and four numbers, those that it does not need zero.
+    #[must_use]
     #[inline]
-    pub(crate) fn to_raw(self) -> (u16, [f32; 4]) {
+    pub fn to_raw(self) -> (u16, [f32; 4]) {
         match self {
             Self::None => (NONE, [0.0; 4]),
             Self::Symbol(index) => (SYMBOL, [f32::from(index), 0.0, 0.0, 0.0]),
@@ -40,10 +45,13 @@ impl Feature {
         }
     }
 
+    /// What a kind and four numbers stand for; `None` where they are no feature.
+    #[must_use]
     #[inline]
-    pub(crate) fn from_raw(kind: u16, numbers: [f32; 4]) -> Option<Self> {
+    pub fn from_raw(kind: u16, numbers: [f32; 4]) -> Option<Self> {
         let [a, b, c, _] = numbers;
-        if !numbers.iter().all(|number| number.is_finite()) {
+        // All are looked at, for they are finite as a rule: so the compiler can look at all at once.
+        if !numbers.iter().fold(true, |all, number| all & number.is_finite()) {
             return None;
         }
         match kind {
@@ -94,6 +102,21 @@ impl PerceptValue {
     #[inline]
     pub fn feature(&self) -> Option<Feature> {
         Feature::from_raw(self.feature_kind, self.feature)
+    }
+
+    /// The derived feature as it stands there: its kind and four numbers, of which nothing is promised.
+    #[must_use]
+    #[inline]
+    pub fn raw_feature(&self) -> (u16, [f32; 4]) {
+        (self.feature_kind, self.feature)
+    }
+
+    /// Whether it is an evaluation: match and confidence in [0, 1], and a feature.
+    #[must_use]
+    #[inline]
+    pub fn is_sound(&self) -> bool {
+        let within = |share: f32| (0.0..=1.0).contains(&share);
+        within(self.matching) & within(self.confidence) && self.feature().is_some()
     }
 }
 

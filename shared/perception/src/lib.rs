@@ -167,7 +167,11 @@ impl Perception {
     /// evaluated only where its parent passed. An unsound observation has an empty snapshot.
     #[must_use]
     pub fn perceive(&self, observation: &Observation, frame: &Frame) -> Snapshot {
-        self.snapshot(observation, |percept, snapshot| self.evaluate(percept, observation, frame, snapshot))
+        let mut snapshot = Snapshot::default();
+        self.fill(observation, &mut snapshot, |percept, snapshot| {
+            self.evaluate(percept, observation, frame, snapshot)
+        });
+        snapshot
     }
 
     /// [`Self::perceive`], of an observation that another perspective has perceived already with
@@ -197,8 +201,22 @@ impl Perception {
     #[must_use]
     #[inline]
     pub fn perceive_again(&self, observation: &Observation, known: &Snapshot, frame: &Frame) -> Snapshot {
+        let mut snapshot = Snapshot::default();
+        self.perceive_again_into(observation, known, frame, &mut snapshot);
+        snapshot
+    }
+
+    /// [`Self::perceive_again`] into an empty snapshot where it is to be.
+    #[inline]
+    pub fn perceive_again_into(
+        &self,
+        observation: &Observation,
+        known: &Snapshot,
+        frame: &Frame,
+        snapshot: &mut Snapshot,
+    ) {
         let mut rest = known.values();
-        self.snapshot(observation, |percept, snapshot| {
+        self.fill(observation, snapshot, |percept, snapshot| {
             if percept.is_indexical {
                 return self.evaluate(percept, observation, frame, snapshot);
             }
@@ -212,33 +230,33 @@ impl Perception {
                 }
             }
             false
-        })
+        });
     }
 
-    /// The snapshot that `add` makes, percept by percept: it says whether it added one.
+    /// Fills a snapshot as `add` does, percept by percept: it says whether it added one.
     #[inline]
-    fn snapshot(
+    fn fill(
         &self,
         observation: &Observation,
+        snapshot: &mut Snapshot,
         mut add: impl FnMut(&Percept, &mut Snapshot) -> bool,
-    ) -> Snapshot {
-        let mut snapshot = Snapshot::default();
+    ) {
         if !observation.is_sound() {
-            return snapshot;
+            return;
         }
         // One bit for each percept that passed: a snapshot has fewer than there are bits.
         let mut passed = 0_u32;
         for percept in &self.percepts {
             let is_asked = percept.parent.is_none_or(|parent| passed & bit(parent) != 0);
-            if is_asked && add(percept, &mut snapshot) {
+            if is_asked && add(percept, snapshot) {
                 passed |= bit(percept.number);
             }
         }
-        snapshot
     }
 
     /// Adds the evaluation if it passes. There is room: the configuration holds no more percepts than
     /// a snapshot.
+    #[inline]
     fn evaluate(
         &self,
         percept: &Percept,
@@ -254,15 +272,14 @@ impl Perception {
     }
 
     /// Whether a value is an evaluation with m·c > k.
+    #[inline]
     fn passes(&self, value: &PerceptValue) -> bool {
-        (0.0..=1.0).contains(&value.matching)
-            && (0.0..=1.0).contains(&value.confidence)
-            && f64::from(value.matching) * f64::from(value.confidence) > self.threshold
-            && value.feature().is_some()
+        value.is_sound() && f64::from(value.matching) * f64::from(value.confidence) > self.threshold
     }
 }
 
 /// The bit that stands for a percept; none where there are too many of them.
+#[inline]
 fn bit(percept: u16) -> u32 {
     1_u32.checked_shl(u32::from(percept)).unwrap_or(0)
 }

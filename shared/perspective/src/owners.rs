@@ -40,7 +40,7 @@ pub struct Owners {
     /// The tree of the shortest links, in the order in which it grows.
     links: Vec<Link>,
     /// Those not yet in the tree, each with its shortest link to it.
-    outside: Vec<Link>,
+    outside: Outside,
     /// Which things lie beyond the longest link.
     beyond: Vec<bool>,
     judged: Option<Judged>,
@@ -73,9 +73,74 @@ pub struct Claim {
 
 #[derive(Clone, Copy, Debug)]
 struct Link {
-    from: usize,
     to: usize,
     length_m: f64,
+}
+
+/// Things not yet in the tree, each with the length of its shortest link to it: column by column, so
+/// that the compiler can look at several things at once.
+#[derive(Clone, Debug)]
+struct Outside {
+    things: Vec<usize>,
+    place_m: [Vec<f64>; 3],
+    length_m2: Vec<f64>,
+}
+
+impl Outside {
+    fn new(capacity: usize) -> Self {
+        let column = || Vec::with_capacity(capacity);
+        Self {
+            things: Vec::with_capacity(capacity),
+            place_m: [column(), column(), column()],
+            length_m2: column(),
+        }
+    }
+
+    fn begin(&mut self, places: impl Iterator<Item = (usize, [f64; 3])>) {
+        let Self { things, place_m, length_m2 } = self;
+        things.clear();
+        length_m2.clear();
+        place_m.iter_mut().for_each(Vec::clear);
+        for (thing, place) in places {
+            things.push(thing);
+            length_m2.push(f64::INFINITY);
+            for (column, metres) in place_m.iter_mut().zip(place) {
+                column.push(metres);
+            }
+        }
+    }
+
+    /// The tree has reached a place: things that are nearer to it than to any before have a shorter
+    /// link now.
+    fn reach(&mut self, [x, y, z]: [f64; 3]) {
+        let [xs, ys, zs] = &self.place_m;
+        for (((u, v), w), shortest_m2) in xs.iter().zip(ys).zip(zs).zip(&mut self.length_m2) {
+            let length_m2 = (x - u) * (x - u) + (y - v) * (y - v) + (z - w) * (z - w);
+            *shortest_m2 = lesser(length_m2, *shortest_m2);
+        }
+    }
+
+    /// Takes out the thing with the shortest link; with its place.
+    fn take(&mut self) -> Option<(Link, [f64; 3])> {
+        let mut least = [f64::INFINITY; 4];
+        let (fours, rest) = self.length_m2.as_chunks::<4>();
+        for four in fours {
+            for (least, length_m2) in least.iter_mut().zip(four) {
+                *least = lesser(*length_m2, *least);
+            }
+        }
+        let least_m2 = least.iter().chain(rest).copied().fold(f64::INFINITY, lesser);
+        let index = self.length_m2.iter().position(|length_m2| *length_m2 <= least_m2)?;
+        let [xs, ys, zs] = &mut self.place_m;
+        let place_m = [xs.swap_remove(index), ys.swap_remove(index), zs.swap_remove(index)];
+        let length_m = self.length_m2.swap_remove(index).sqrt();
+        Some((Link { to: self.things.swap_remove(index), length_m }, place_m))
+    }
+}
+
+/// Of two lengths, neither of which is NaN.
+fn lesser(a: f64, b: f64) -> f64 {
+    if a < b { a } else { b }
 }
 
 impl Owners {
@@ -92,7 +157,7 @@ impl Owners {
             held: Vec::with_capacity(capacity),
             held_before: Vec::with_capacity(capacity),
             links: Vec::with_capacity(capacity),
-            outside: Vec::with_capacity(capacity),
+            outside: Outside::new(capacity),
             beyond: Vec::with_capacity(capacity),
             judged: None,
         }
@@ -195,25 +260,26 @@ impl Owners {
     /// and each is nearer to another agent.
     fn by_territory(&mut self, agents: &(impl Iterator<Item = (u16, Position<Base>)> + Clone)) {
         self.owners.extend(self.claims.iter().map(|_| NOBODY));
-        if self.claims.len() > TERRITORY_MOST {
+        let is_placed = |claim: &Claim| claim.place.to_array().iter().all(|metres| metres.is_finite());
+        if self.claims.len() > TERRITORY_MOST || !self.claims.iter().all(is_placed) {
             return;
         }
         self.grow();
-        let longest = self.links.iter().max_by(|a, b| a.length_m.total_cmp(&b.length_m)).copied();
-        let Some(gap) = longest else { return };
-        let within = self.links.iter().filter(|link| link.to != gap.to).map(|link| link.length_m);
-        let widest_m = within.fold(0.0, f64::max);
-        let is_wide = gap.length_m >= self.config.gap_ratio.get() * widest_m;
+        let lengths = self.links.iter().map(|link| link.length_m).enumerate();
+        let Some((gap, longest_m)) = lengths.clone().max_by(|a, b| a.1.total_cmp(&b.1)) else { return };
+        let widest_m =
+            lengths.filter(|(link, _)| *link != gap).map(|(_, length_m)| length_m).fold(0.0, f64::max);
+        let is_wide = longest_m >= self.config.gap_ratio.get() * widest_m;
         if !is_wide {
             return;
         }
         self.beyond.clear();
         self.beyond.resize(self.claims.len(), false);
-        // What hangs on the end of the gap lies beyond it. The start of a link comes before its end.
-        for link in &self.links {
-            let hangs = link.to == gap.to || self.beyond.get(link.from).copied().unwrap_or(false);
+        // The tree grows over its longest link when nothing else is left on this side of it, and not
+        // back: beyond lies what it reaches from then on.
+        for link in self.links.iter().skip(gap) {
             if let Some(beyond) = self.beyond.get_mut(link.to) {
-                *beyond = hangs;
+                *beyond = true;
             }
         }
         let side = |wanted: bool| {
@@ -229,27 +295,16 @@ impl Owners {
         }
     }
 
-    /// Prim's algorithm, from the first thing on.
+    /// Prim's algorithm, from the first thing on, over the squares of the lengths.
     fn grow(&mut self) {
         self.links.clear();
-        self.outside.clear();
-        let Some(first) = self.claims.first() else { return };
-        let link =
-            |(to, claim): (usize, &Claim)| Link { from: 0, to, length_m: first.place.distance(&claim.place) };
-        self.outside.extend(self.claims.iter().enumerate().skip(1).map(link));
-        while let Some((index, shortest)) =
-            self.outside.iter().copied().enumerate().min_by(|a, b| a.1.length_m.total_cmp(&b.1.length_m))
-        {
-            self.links.push(shortest);
-            self.outside.swap_remove(index);
-            let Some(reached) = self.claims.get(shortest.to) else { return };
-            for link in &mut self.outside {
-                let length_m =
-                    self.claims.get(link.to).map_or(f64::INFINITY, |to| reached.place.distance(&to.place));
-                if length_m < link.length_m {
-                    *link = Link { from: shortest.to, to: link.to, length_m };
-                }
-            }
+        let mut places = self.claims.iter().map(|claim| claim.place.to_array()).enumerate();
+        let Some((_, place_m)) = places.next() else { return };
+        self.outside.begin(places);
+        self.outside.reach(place_m);
+        while let Some((link, place_m)) = self.outside.take() {
+            self.links.push(link);
+            self.outside.reach(place_m);
         }
     }
 }

@@ -3,7 +3,7 @@ use clock::Instant;
 use config::percepts::Percepts;
 use config::perspective::Perspective;
 use geometry::{Base, Eye, Person, Pose, Position, Thing};
-use message::{Belief, BeliefHead, Header, Modality, Observation, ObservationKind, Perceived};
+use message::{Belief, BeliefHead, Header, Modality, Observation, ObservationKind, Perceived, Snapshot};
 use perception::{Frame, Perception};
 use quantity::number::saturating_u32;
 use scene::{Cone, Occluders, Samples, Sight};
@@ -183,8 +183,12 @@ impl Partner {
                 continue;
             };
             let observation = observed_from(&x_person_base, &x_base_thing, observation);
-            let snapshot = self.perception.perceive_again(&observation, snapshot, &self.frame);
-            self.perceived.push(Perceived { observation, snapshot });
+            self.perceived.push(Perceived { observation, snapshot: Snapshot::default() });
+            // Where it is to be, for it is large.
+            if let Some(perceived) = self.perceived.last_mut() {
+                let Perceived { observation, snapshot: again } = perceived;
+                self.perception.perceive_again_into(observation, snapshot, &self.frame, again);
+            }
         }
     }
 

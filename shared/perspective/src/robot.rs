@@ -4,7 +4,7 @@ use config::number::Coordinate;
 use config::percepts::Percepts;
 use config::perspective::Perspective;
 use geometry::{Base, Eye, Pose, Position};
-use message::{Belief, BeliefHead, Header, ObservationKind, Perceived};
+use message::{Belief, BeliefHead, Header, ObservationKind, Perceived, PerceptValue};
 use quantity::number::saturating_u32;
 use scene::{Cone, Sight};
 
@@ -174,12 +174,7 @@ impl Robot {
 /// What comes from another process is an allegation: an observation and percepts to be used, by
 /// the robot as by whoever is taken to see the same.
 fn is_sound(entry: &Perceived) -> bool {
-    entry.observation.is_sound()
-        && entry.snapshot.values().iter().all(|value| {
-            (0.0..=1.0).contains(&value.matching)
-                && (0.0..=1.0).contains(&value.confidence)
-                && value.feature().is_some()
-        })
+    entry.observation.is_sound() && entry.snapshot.values().iter().all(PerceptValue::is_sound)
 }
 
 pub(crate) fn is_object(entry: &Perceived) -> bool {

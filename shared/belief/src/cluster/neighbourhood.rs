@@ -1,4 +1,4 @@
-use quantity::number::floor_i64;
+use quantity::number::{float_of_signed, floor_i64, single};
 
 use super::{Population, Symbols};
 
@@ -35,6 +35,12 @@ struct Node {
 const OUT: Node =
     Node { position_m: [0.0; 3], cell: NONE, symbols: Symbols::NONE, next: NONE, previous: NONE };
 
+/// A little more than one, so that no rounding puts what is within reach out of sight.
+const ROUNDING: f64 = 1.001;
+
+/// Cells that are looked through to each side at most.
+const WIDEST: f64 = 8.0;
+
 /// Multipliers that spread the blocks of cells.
 const MIX: [i64; 2] = [73_856_093, 19_349_663];
 
@@ -43,11 +49,11 @@ impl Neighbourhood {
     pub(crate) fn new(slots: usize, reach_m: Option<f64>) -> Self {
         let cells = (4 * slots).next_power_of_two().max(16);
         // Not so narrow that the numbers of the cells lose their meaning.
-        let width_m = reach_m.map_or(1.0, |reach_m| (reach_m * 1.001).max(1e-3));
+        let width_m = reach_m.map_or(1.0, |reach_m| (reach_m * ROUNDING).max(1e-3));
         Self {
             reaches: reach_m.is_some(),
             cells_per_m: 1.0 / width_m,
-            near_m2: quantity::number::single(width_m * width_m),
+            near_m2: single(width_m * width_m),
             first: vec![NONE; cells + 1].into_boxed_slice(),
             placeless: u32::try_from(cells).unwrap_or(NONE),
             nodes: vec![OUT; slots].into_boxed_slice(),
@@ -126,6 +132,96 @@ impl Neighbourhood {
             }
             next = node.next;
         }
+    }
+
+    /// Whether places say who is near whom: there is a reach, and nobody is without a place.
+    pub(crate) fn is_of_places(&self) -> bool {
+        self.reaches && self.first.get(self.placeless as usize).is_none_or(|first| *first == NONE)
+    }
+
+    /// Visits the inserted slots that are closest to a place, and some others, of those that its symbols
+    /// do not tell from it: all in the four cells that are nearest. A visit may say that nobody
+    /// further away than so many metres is of interest from now on. How far around all were visited,
+    /// in metres.
+    pub(crate) fn each_close(
+        &self,
+        here: [f32; 3],
+        symbols: Symbols,
+        mut visit: impl FnMut(u32) -> Option<f64>,
+    ) -> f64 {
+        let [x, y, _] = here.map(|metres| f64::from(metres) * self.cells_per_m);
+        // On each axis the cell, the neighbour beyond the nearer border and how far off that is, and how
+        // far off what is not looked at begins.
+        let [(x, beside_x, to_x, seen_x), (y, beside_y, to_y, seen_y)] = [x, y].map(|along| {
+            let cell = floor_i64(along);
+            let part = along - float_of_signed(cell);
+            if part < 0.5 {
+                (cell, cell.wrapping_sub(1), part, 1.0 - part)
+            } else {
+                (cell, cell.wrapping_add(1), 1.0 - part, part)
+            }
+        });
+        let width_m2 = 1.0 / (self.cells_per_m * self.cells_per_m);
+        let (to_x, to_y) = (to_x * to_x * width_m2, to_y * to_y * width_m2);
+        let mut near_m2 = self.near_m2;
+        let cells = [
+            ([x, y], 0.0),
+            ([x, beside_y], to_y),
+            ([beside_x, y], to_x),
+            ([beside_x, beside_y], to_x + to_y),
+        ];
+        for (cell, off_m2) in cells {
+            // Nobody there can be near enough.
+            if off_m2 > f64::from(near_m2) {
+                continue;
+            }
+            let mut next = self.first.get(self.hash(cell) as usize).copied().unwrap_or(NONE);
+            while let Some(node) = self.nodes.get(next as usize) {
+                if squared(node.position_m, here) <= near_m2
+                    && !node.symbols.tell_apart(symbols)
+                    && let Some(within_m) = visit(next)
+                {
+                    near_m2 = near_m2.min(single((within_m * ROUNDING).powi(2)));
+                }
+                next = node.next;
+            }
+        }
+        // Less what rounds.
+        seen_x.min(seen_y) / (self.cells_per_m * ROUNDING)
+    }
+
+    /// Whether one of those fulfils a condition that may be within reach of the inserted slot once both
+    /// together have moved by so many metres: others are not asked.
+    pub(crate) fn any_within(&self, slot: u32, moved_m: f64, mut is: impl FnMut(u32) -> bool) -> bool {
+        let Some(Node { position_m: here, symbols, .. }) = self.nodes.get(slot as usize).copied() else {
+            return false;
+        };
+        // Places are rounded when they change, at a kilometre by less than a tenth of a millimetre.
+        let radius_m = (1.0 / self.cells_per_m + moved_m) * ROUNDING + 1e-3;
+        let near_m2 = single(radius_m * radius_m);
+        let cells = here.map(|metres| {
+            let along = |metres: f64| floor_i64(metres * self.cells_per_m);
+            along(f64::from(metres) - radius_m)..=along(f64::from(metres) + radius_m)
+        });
+        let [across_x, across_y, _] = cells;
+        // A distance that says nothing of places.
+        if radius_m.is_nan() || radius_m * self.cells_per_m >= WIDEST {
+            return true;
+        }
+        across_x.flat_map(|x| across_y.clone().map(move |y| [x, y])).any(|cell| {
+            let mut next = self.first.get(self.hash(cell) as usize).copied().unwrap_or(NONE);
+            while let Some(node) = self.nodes.get(next as usize) {
+                if squared(node.position_m, here) <= near_m2
+                    && next != slot
+                    && !node.symbols.tell_apart(symbols)
+                    && is(next)
+                {
+                    return true;
+                }
+                next = node.next;
+            }
+            false
+        })
     }
 
     fn holds(&self, slot: u32) -> bool {

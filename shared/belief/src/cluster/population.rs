@@ -33,6 +33,28 @@ pub trait Population {
     /// same whichever is named first.
     fn distance(&self, a: u32, b: u32) -> Option<f64>;
 
+    /// How far apart two members are at most, in metres, whose D is no larger than this.
+    fn reach_m(&self, _distance: f64) -> f64 {
+        f64::INFINITY
+    }
+
+    /// Whether the old member, should it take in the fresh one, is then between the places of the two,
+    /// and no symbol that tells it from others is lost.
+    fn takes_in(&self, _old: u32, _fresh: u32) -> bool {
+        false
+    }
+
+    /// Whether an old member is one of those of which no two are ever merged, whatever fresh member
+    /// each takes in.
+    fn is_companion(&self, _old: u32) -> bool {
+        false
+    }
+
+    /// Whether two old members are never merged, whatever fresh member each takes in.
+    fn stay_apart(&self, _a: u32, _b: u32) -> bool {
+        false
+    }
+
     /// Merges the member in `gone` into the one in `kept`; `gone` ends.
     fn merge(&mut self, kept: u32, gone: u32);
 }
@@ -54,6 +76,7 @@ impl Symbols {
     pub const NONE: Self = Self(0x7FFF_7FFF_7FFF_7FFF);
 
     /// Sets the symbol at `place`; those beyond the fourth, and the highest, are not glanced at.
+    #[inline]
     pub fn set(&mut self, place: usize, symbol: u16) {
         if place < GLANCED_AT && symbol < NO_SYMBOL {
             let shift = place * SYMBOL_BITS;
@@ -63,6 +86,7 @@ impl Symbols {
 
     /// Whether a symbol that both have differs: their distance is then not below the threshold.
     #[must_use]
+    #[inline]
     pub fn tell_apart(self, other: Self) -> bool {
         // None of the numbers has its highest bit, so no carry leaves its place: a sum has the bit
         // where the number added to all ones but the highest was not zero.

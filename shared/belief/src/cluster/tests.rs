@@ -1,9 +1,11 @@
+use std::cell::Cell;
 use std::sync::Arc;
 
 use clock::Instant;
 use config::percepts::{Distance, History, Measure, NoTermApplies, Percepts};
 use message::{Feature, Observation, Perceived, PerceptValue, Snapshot};
 use proptest::prelude::*;
+use proptest::test_runner::TestRunner;
 
 use super::{Clustering, Population as _, cluster_naively};
 use crate::arena::{Arena, Step};
@@ -159,6 +161,8 @@ struct Twins {
     arena: Arena,
     clustering: Clustering,
     id: u64,
+    /// Whether the last step was a matching.
+    matched: bool,
 }
 
 impl Twins {
@@ -170,6 +174,7 @@ impl Twins {
             clustering: Clustering::new(arena.slots(), arena.reach_m()),
             arena,
             id: 0,
+            matched: false,
         }
     }
 
@@ -190,6 +195,8 @@ impl Twins {
         self.reference.settle(&perceived);
         let mut step = Step { arena: &mut self.arena, perceived: &perceived };
         let fresh_apart = one_frame && step.arena.keeps_apart();
+        let Clustering { matching, neighbourhood, .. } = &mut self.clustering;
+        self.matched = settled && fresh_apart && matching.find(neighbourhood, &step);
         let merged = self.clustering.run(&mut step, settled, fresh_apart);
         self.arena.settle(&perceived);
         let step = Step { arena: &mut self.arena, perceived: &[] };
@@ -223,6 +230,75 @@ proptest! {
             prop_assert_eq!(contents, expected);
         }
     }
+}
+
+/// Where some things are from frame to frame, one cell of the lattice at a time, and whether they are
+/// seen; all by one source.
+fn wandering() -> impl Strategy<Value = Vec<Vec<Seen>>> {
+    let thing = ([-8..8_i8, -8..8_i8, 0..2_i8], 0..3_u16);
+    let step = ([-1..2_i8, -1..2_i8], prop::bool::weighted(0.85));
+    (prop::collection::vec(thing, 1..12), 2..12_usize).prop_flat_map(move |(things, frames)| {
+        let steps = prop::collection::vec(prop::collection::vec(step.clone(), things.len()), frames);
+        (Just(things), steps).prop_map(|(mut things, frames)| {
+            let frame = |steps: Vec<([i8; 2], bool)>| {
+                let mut seen = Vec::new();
+                for (([x, y, z], colour), ([along_x, along_y], is_seen)) in things.iter_mut().zip(steps) {
+                    (*x, *y) = (*x + along_x, *y + along_y);
+                    let (place, colour) = (Some([*x, *y, *z]), Some(*colour));
+                    seen.extend(is_seen.then_some(Seen {
+                        place,
+                        colour,
+                        shape: None,
+                        confidence: 0.9,
+                        group: 0,
+                    }));
+                }
+                seen
+            };
+            frames.into_iter().map(frame).collect()
+        })
+    })
+}
+
+#[test]
+fn what_wanders_before_one_source_is_matched_as_the_loop_of_the_paper_merges_it() {
+    let (matched, looped) = (Cell::new(0), Cell::new(0));
+    let threshold = prop::sample::select(vec![0.04, 0.08, 0.11, 0.15, 0.16]);
+    let mut runner = TestRunner::new(ProptestConfig::with_cases(2_000));
+    let outcome = runner.run(&(wandering(), threshold), |(frames, threshold)| {
+        let mut percepts = Percepts::builtin();
+        percepts.belief.threshold = threshold;
+        let mut twins = Twins::new(percepts);
+        for (at, frame) in (1..).zip(frames) {
+            let [expected, merged] = twins.step(at, &frame, true);
+            prop_assert_eq!(merged, expected);
+            let [expected, contents] = twins.contents();
+            prop_assert_eq!(contents, expected);
+            let which = if twins.matched { &matched } else { &looped };
+            which.set(which.get() + 1);
+        }
+        Ok(())
+    });
+    outcome.unwrap();
+    assert!(matched.get() > 1_000 && looped.get() > 1_000, "matched {matched:?}, looped {looped:?}");
+}
+
+#[test]
+fn a_thing_that_comes_within_reach_of_one_never_seen_with_it_is_that_one() {
+    let mut percepts = Percepts::builtin();
+    percepts.belief.threshold = 0.16;
+    let at = |x: i8| Seen { place: Some([x, 0, 0]), colour: Some(0), shape: None, confidence: 0.9, group: 0 };
+    let mut twins = Twins::new(percepts.clone());
+    assert_eq!([twins.step(1, &[at(0)], true), twins.step(2, &[at(4)], true)], [[0, 0]; 2]);
+    // In the middle: the older of the two takes it in, and has moved towards the other.
+    assert_eq!(twins.step(3, &[at(2)], true), [2, 2]);
+    assert!(!twins.matched);
+    // Two that were seen at once are two however near they come.
+    let mut twins = Twins::new(percepts);
+    assert_eq!(twins.step(1, &[at(0), at(4)], true), [0, 0]);
+    assert_eq!(twins.step(2, &[at(2), at(4)], true), [2, 2]);
+    assert_eq!(twins.step(3, &[at(3), at(4)], true), [2, 2]);
+    assert!(twins.matched);
 }
 
 #[test]

@@ -4,7 +4,7 @@ use clock::Instant;
 use message::Feature;
 use quantity::number::single;
 
-use crate::sample::{Sample, order};
+use crate::sample::{Kept, Sample, Taken, order};
 
 /// The low-pass history: y = a·x + (1 − a)·y, with a the share of the newest sample x.
 ///
@@ -20,7 +20,7 @@ pub(crate) struct LowPass {
 struct Filter {
     first_at: Instant,
     /// The newest sample, unfiltered.
-    newest: Sample,
+    newest: Kept,
     samples: u32,
     /// y
     value: Feature,
@@ -40,24 +40,30 @@ impl LowPass {
 
     pub(crate) fn map(&mut self, change: impl Fn(Feature) -> Feature) {
         if let Some(filter) = &mut self.filter {
-            filter.newest.feature = change(filter.newest.feature);
+            filter.newest = filter.newest.with(change(filter.newest.feature()));
             filter.value = change(filter.value);
             filter.before = filter.before.map(change);
         }
     }
 
     /// Takes in one sample, with a the `share` of the newest.
-    pub(crate) fn take(&mut self, sample: Sample, share: f64) {
+    #[inline]
+    pub(crate) fn take(&mut self, sample: Taken<'_>, share: f64) {
         match &mut self.filter {
             // What comes every time, in place.
             Some(filter) if filter.newest.at < sample.at => {
-                let value = mix(&sample.feature, share, &filter.value, 1.0 - share);
-                filter.before = Some(std::mem::replace(&mut filter.value, value));
-                filter.newest = sample;
+                filter.before = Some(filter.value);
+                mix_into(
+                    &sample.value.feature().unwrap_or(Feature::None),
+                    share,
+                    &mut filter.value,
+                    1.0 - share,
+                );
+                filter.newest = sample.kept();
                 filter.samples = filter.samples.saturating_add(1);
             }
-            Some(_) => self.merge(&Self::of(sample), share),
-            None => *self = Self::of(sample),
+            Some(_) => self.merge(&Self::of(sample.kept()), share),
+            None => *self = Self::of(sample.kept()),
         }
     }
 
@@ -74,16 +80,16 @@ impl LowPass {
     }
 
     /// g(m, c, d) = h: the history of one sample.
-    fn of(sample: Sample) -> Self {
+    fn of(sample: Kept) -> Self {
         let filter =
-            Filter { first_at: sample.at, newest: sample, samples: 1, value: sample.feature, before: None };
+            Filter { first_at: sample.at, newest: sample, samples: 1, value: sample.feature(), before: None };
         Self { filter: Some(filter) }
     }
 }
 
 impl Filter {
     fn present(&self) -> Sample {
-        Sample { feature: self.value, ..self.newest }
+        Sample { feature: self.value, ..self.newest.sample() }
     }
 
     /// Who is later; among equals the numbers decide, so that merging is commutative.
@@ -132,19 +138,30 @@ fn filtered(value: &Feature, past: &Feature, samples: u32, share: f64) -> Featur
 }
 
 /// a·x + b·y for two features of one kind, a + b = 1; x for others.
-pub(super) fn mix(x: &Feature, a: f64, y: &Feature, b: f64) -> Feature {
+fn mix(x: &Feature, a: f64, y: &Feature, b: f64) -> Feature {
+    let mut mixed = *y;
+    mix_into(x, a, &mut mixed, b);
+    mixed
+}
+
+/// [`mix`] in the place of y. Inlined, so that x is not put together first.
+#[inline(always)]
+pub(super) fn mix_into(x: &Feature, a: f64, y: &mut Feature, b: f64) {
     let weigh = |x: f32, y: f32| single(a * f64::from(x) + b * f64::from(y));
-    match (*x, *y) {
-        (Feature::Number(x), Feature::Number(y)) => Feature::Number(weigh(x, y)),
-        (Feature::Vector([x1, x2, x3]), Feature::Vector([y1, y2, y3])) => {
-            Feature::Vector([weigh(x1, y1), weigh(x2, y2), weigh(x3, y3)])
+    match (x, &mut *y) {
+        (Feature::Number(x), Feature::Number(y)) => *y = weigh(*x, *y),
+        (Feature::Vector(x), Feature::Vector(y)) => {
+            for (x, y) in x.iter().zip(y) {
+                *y = weigh(*x, *y);
+            }
         }
-        (Feature::Orientation(x), Feature::Orientation(y)) => Feature::Orientation(mix_on_sphere(x, a, y, b)),
-        (newest, _) => newest,
+        (Feature::Orientation(x), Feature::Orientation(y)) => *y = mix_on_sphere(*x, a, *y, b),
+        (newest, _) => *y = *newest,
     }
 }
 
 /// The weighted mean of two unit quaternions along the shorter way, x where there is none.
+#[inline]
 fn mix_on_sphere(x: [f32; 4], a: f64, y: [f32; 4], b: f64) -> [f32; 4] {
     let (wide_x, wide_y) = (x.map(f64::from), y.map(f64::from));
     let dot: f64 = wide_x.iter().zip(&wide_y).map(|(x, y)| x * y).sum();

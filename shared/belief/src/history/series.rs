@@ -1,7 +1,10 @@
+use std::cell::Cell;
+
 use clock::Instant;
 use message::Feature;
+use quantity::number::saturating_u32;
 
-use crate::sample::Sample;
+use crate::sample::{Kept, Sample, Taken};
 
 /// What a series gives up when it is full.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -17,7 +20,10 @@ pub(crate) enum Thinning {
 
 /// Samples in the order of their instants, at most one per instant: a ring over cells that are
 /// kept elsewhere and handed to every call, always the same ones.
+///
+/// It has a cache line to itself.
 #[derive(Clone, Copy, Debug)]
+#[repr(align(64))]
 pub(crate) struct Series {
     /// The cell of the oldest sample.
     first: u32,
@@ -25,22 +31,22 @@ pub(crate) struct Series {
     /// Samples ever taken in, of all histories merged into this one.
     taken: u64,
     /// The newest sample again: asked every time, and its cell lies elsewhere.
-    newest: Sample,
+    newest: Kept,
 }
 
 impl Default for Series {
     fn default() -> Self {
-        Self { first: 0, len: 0, taken: 0, newest: Sample::NONE }
+        Self { first: 0, len: 0, taken: 0, newest: Kept::NONE }
     }
 }
 
 impl Series {
     #[inline]
     pub(crate) fn newest(&self) -> Option<Sample> {
-        (self.len > 0).then_some(self.newest)
+        (self.len > 0).then(|| self.newest.sample())
     }
 
-    pub(crate) fn at(&self, cells: &[Sample], instant: Instant, decay_per_s: f64) -> Option<Sample> {
+    pub(crate) fn at(&self, cells: &[Kept], instant: Instant, decay_per_s: f64) -> Option<Sample> {
         let newest = self.newest()?;
         if newest.at <= instant {
             return Some(newest.decayed(instant, decay_per_s));
@@ -54,7 +60,7 @@ impl Series {
                 beyond = middle;
             }
         }
-        self.get(cells, until.checked_sub(1)?)
+        Some(self.get(cells, until.checked_sub(1)?)?.sample())
     }
 
     /// Samples ever taken in.
@@ -64,14 +70,14 @@ impl Series {
     }
 
     /// From the oldest to the newest.
-    pub(crate) fn samples(&self, cells: &[Sample]) -> impl Iterator<Item = Sample> {
+    pub(crate) fn samples(&self, cells: &[Kept]) -> impl Iterator<Item = Kept> {
         (0..self.len as usize).filter_map(move |index| self.get(cells, index))
     }
 
-    pub(crate) fn map(&mut self, cells: &mut [Sample], change: impl Fn(Feature) -> Feature) {
+    pub(crate) fn map(&mut self, cells: &mut [Kept], change: impl Fn(Feature) -> Feature) {
         for index in 0..self.len as usize {
             if let Some(sample) = cells.get_mut(self.cell(cells.len(), index)) {
-                sample.feature = change(sample.feature);
+                *sample = sample.with(change(sample.feature()));
                 self.newest = *sample;
             }
         }
@@ -82,31 +88,31 @@ impl Series {
     #[inline]
     pub(crate) fn take(
         &mut self,
-        cells: &mut [Sample],
+        cells: &mut [Kept],
         thinning: Thinning,
-        sample: Sample,
+        sample: Taken<'_>,
         phase: u64,
-        scratch: &mut Vec<Sample>,
+        scratch: &mut Vec<Kept>,
     ) {
         // What comes every time.
         if self.len == 0 || self.newest.at < sample.at {
-            self.append(cells, thinning, sample, phase, scratch);
+            self.append(cells, thinning, sample.kept(), phase, scratch);
             return;
         }
         self.taken = self.taken.wrapping_add(1);
-        self.unite(cells, thinning, [sample].into_iter(), scratch);
+        self.unite(cells, thinning, [sample.kept()].into_iter(), scratch);
     }
 
     /// The union with another series, in cells of its own. `scratch` has room for both.
     pub(crate) fn merge(
         &mut self,
-        cells: &mut [Sample],
+        cells: &mut [Kept],
         thinning: Thinning,
-        (other, of_other): (Self, &[Sample]),
+        (other, of_other): (Self, &[Kept]),
         phase: u64,
-        scratch: &mut Vec<Sample>,
+        scratch: &mut Vec<Kept>,
     ) {
-        let newest = |series: &Self| series.newest().map(|newest| newest.at);
+        let newest = |series: &Self| (series.len > 0).then_some(series.newest.at);
         let (mine, others) = (newest(self), newest(&other));
         match (mine, others) {
             (_, None) => {}
@@ -137,14 +143,15 @@ impl Series {
         }
     }
 
-    #[inline]
+    /// Inlined, so that the sample is put together where it is to be.
+    #[inline(always)]
     fn append(
         &mut self,
-        cells: &mut [Sample],
+        cells: &mut [Kept],
         thinning: Thinning,
-        sample: Sample,
+        sample: Kept,
         phase: u64,
-        scratch: &mut Vec<Sample>,
+        scratch: &mut Vec<Kept>,
     ) {
         self.taken = self.taken.wrapping_add(1);
         if self.len as usize == cells.len() {
@@ -178,9 +185,13 @@ impl Series {
 
     /// Drops, among the `most` newest samples that have a neighbour on each side, those that the
     /// older neighbour may stand for.
-    fn thin_newest(&mut self, cells: &mut [Sample], most: u32) {
+    fn thin_newest(&mut self, cells: &mut [Kept], most: u32) {
+        if let Some(samples) = cells.get_mut(self.first as usize..self.first as usize + self.len as usize) {
+            self.len = thin_row(samples, most);
+            return;
+        }
         let series = &*self;
-        let at = |cells: &[Sample], index: u32| {
+        let at = |cells: &[Kept], index: u32| {
             let cell = cells.get(series.cell(cells.len(), index as usize));
             cell.map_or(0, |sample| sample.at.as_nanos())
         };
@@ -205,7 +216,7 @@ impl Series {
         }
     }
 
-    fn shift(&self, cells: &mut [Sample], from: u32, to: u32) {
+    fn shift(&self, cells: &mut [Kept], from: u32, to: u32) {
         if from != to
             && let Some(sample) = self.get(cells, from as usize)
         {
@@ -214,12 +225,12 @@ impl Series {
     }
 
     #[inline]
-    fn get(&self, cells: &[Sample], index: usize) -> Option<Sample> {
+    fn get(&self, cells: &[Kept], index: usize) -> Option<Kept> {
         cells.get(self.cell(cells.len(), index)).copied().filter(|_| index < self.len as usize)
     }
 
     #[inline]
-    fn set(&self, cells: &mut [Sample], index: u32, sample: Sample) {
+    fn set(&self, cells: &mut [Kept], index: u32, sample: Kept) {
         if let Some(cell) = cells.get_mut(self.cell(cells.len(), index as usize)) {
             *cell = sample;
         }
@@ -233,10 +244,10 @@ impl Series {
 
     fn unite(
         &mut self,
-        cells: &mut [Sample],
+        cells: &mut [Kept],
         thinning: Thinning,
-        others: impl Iterator<Item = Sample>,
-        scratch: &mut Vec<Sample>,
+        others: impl Iterator<Item = Kept>,
+        scratch: &mut Vec<Kept>,
     ) {
         scratch.clear();
         union(self.samples(cells), others, scratch);
@@ -244,7 +255,7 @@ impl Series {
         self.replace(cells, scratch);
     }
 
-    fn replace(&mut self, cells: &mut [Sample], samples: &[Sample]) {
+    fn replace(&mut self, cells: &mut [Kept], samples: &[Kept]) {
         (self.first, self.len) = (0, 0);
         for (cell, sample) in cells.iter_mut().zip(samples) {
             *cell = *sample;
@@ -255,7 +266,7 @@ impl Series {
 }
 
 /// Both in the order of time; of two samples of one instant the higher rank.
-fn union(mine: impl Iterator<Item = Sample>, others: impl Iterator<Item = Sample>, into: &mut Vec<Sample>) {
+fn union(mine: impl Iterator<Item = Kept>, others: impl Iterator<Item = Kept>, into: &mut Vec<Kept>) {
     let (mut mine, mut others) = (mine.peekable(), others.peekable());
     loop {
         let next = match (mine.peek(), others.peek()) {
@@ -273,7 +284,7 @@ fn union(mine: impl Iterator<Item = Sample>, others: impl Iterator<Item = Sample
     }
 }
 
-fn thin(samples: &mut Vec<Sample>, room: usize, thinning: Thinning) {
+fn thin(samples: &mut Vec<Kept>, room: usize, thinning: Thinning) {
     if samples.len() <= room {
         return;
     }
@@ -296,11 +307,37 @@ fn thin(samples: &mut Vec<Sample>, room: usize, thinning: Thinning) {
 }
 
 /// Drops each sample that its older neighbour may stand for.
-fn thin_octaves(samples: &mut Vec<Sample>) {
-    let len = quantity::number::saturating_u32(samples.len());
+fn thin_octaves(samples: &mut Vec<Kept>) {
+    let len = saturating_u32(samples.len());
     let mut series = Series { len, ..Series::default() };
     series.thin_newest(samples, u32::MAX);
     samples.truncate(series.len as usize);
+}
+
+/// [`Series::thin_newest`] of samples that lie in a row; how many are left.
+fn thin_row(samples: &mut [Kept], most: u32) -> u32 {
+    let before = samples.len().saturating_sub(2).saturating_sub(most as usize);
+    let samples = Cell::from_mut(samples).as_slice_of_cells();
+    let looked_at = samples.get(before..).unwrap_or(&[]);
+    let (Some(last), Some((oldest, inner))) = (samples.last(), looked_at.split_first()) else { return 0 };
+    let newest = last.get().at.as_nanos();
+    let mut older = oldest.get().at.as_nanos();
+    // Those that stay move up behind each other.
+    let mut places = inner.iter();
+    for pair in inner.windows(2) {
+        let [this, next] = pair else { break };
+        let age = newest.saturating_sub(older);
+        if !stands_for(age, newest.saturating_sub(next.get().at.as_nanos())) {
+            older = this.get().at.as_nanos();
+            if let Some(place) = places.next() {
+                place.set(this.get());
+            }
+        }
+    }
+    if let (Some(place), Some(last)) = (places.next(), inner.last()) {
+        place.set(last.get());
+    }
+    saturating_u32(samples.len() - places.len())
 }
 
 /// Whether a sample of the age `older` may stand for those between it and one of the age

@@ -1,0 +1,197 @@
+use std::cmp::Ordering;
+
+use super::Population;
+use super::neighbourhood::Neighbourhood;
+use crate::room::Room;
+
+/// Which old member takes in which fresh one, where each can take in but one and no two old members
+/// come within reach of each other.
+///
+/// Then the loop that merges the nearest pair of all, and again, is a matching of two sides by one
+/// order of the pairs: the only one in which no two members would both rather have each other. Such
+/// a matching does not depend on who asks first (Gale and Shapley 1962, "College Admissions and
+/// the Stability of Marriage"), so no pair waits for another in a queue: each fresh member asks
+/// the nearest old one, which keeps the nearest that has asked.
+#[derive(Clone, Debug)]
+pub(super) struct Matching {
+    /// By the slot of the old member, whom it keeps.
+    kept: Box<[Asker]>,
+    /// The old members that keep anybody.
+    askers: Room<u32>,
+    /// Fresh members who have yet to ask whoever would have them.
+    waiting: Room<u32>,
+}
+
+#[derive(Clone, Copy, Debug)]
+struct Asker {
+    slot: u32,
+    id: u64,
+    distance: f64,
+}
+
+/// Nobody has asked.
+const NOBODY: Asker = Asker { slot: u32::MAX, id: 0, distance: 0.0 };
+
+impl Asker {
+    fn is_somebody(&self) -> bool {
+        self.slot != NOBODY.slot
+    }
+
+    fn is_before(&self, other: &Self) -> bool {
+        self.distance.total_cmp(&other.distance).then_with(|| self.id.cmp(&other.id)).is_lt()
+    }
+}
+
+/// An old member, as a fresh one looks for the nearest.
+#[derive(Clone, Copy)]
+struct Asked {
+    slot: u32,
+    distance: f64,
+}
+
+impl Asked {
+    /// The older of two that are equally near comes first.
+    fn is_before(&self, other: &Self, population: &impl Population) -> bool {
+        match self.distance.total_cmp(&other.distance) {
+            Ordering::Less => true,
+            Ordering::Greater => false,
+            Ordering::Equal => population.id(self.slot) < population.id(other.slot),
+        }
+    }
+}
+
+impl Matching {
+    pub(super) fn new(slots: usize) -> Self {
+        Self {
+            kept: vec![NOBODY; slots].into_boxed_slice(),
+            askers: Room::for_most(slots),
+            waiting: Room::for_most(slots),
+        }
+    }
+
+    /// Matches the fresh members with the old ones, which alone are in the neighbourhood. `false` where
+    /// that may not be what the loop does.
+    pub(super) fn find(&mut self, neighbourhood: &Neighbourhood, population: &impl Population) -> bool {
+        for slot in self.askers.drain(..) {
+            if let Some(kept) = self.kept.get_mut(slot as usize) {
+                *kept = NOBODY;
+            }
+        }
+        self.waiting.clear();
+        if !neighbourhood.is_of_places() {
+            return false;
+        }
+        for &slot in population.fresh() {
+            let Some(place) = population.place(slot) else { return false };
+            let left = match nearest(neighbourhood, population, slot, place) {
+                Some(asked) => self.ask(population, slot, asked),
+                None => Some(slot),
+            };
+            self.waiting.extend(left);
+        }
+        while let Some(slot) = self.waiting.pop() {
+            if let Some(asked) = self.would_have(neighbourhood, population, slot) {
+                let left = self.ask(population, slot, asked);
+                self.waiting.extend(left);
+            }
+        }
+        self.holds(neighbourhood, population)
+    }
+
+    /// The pairs of the matching: the old member and the fresh one.
+    pub(super) fn pairs(&self) -> impl Iterator<Item = (u32, u32)> {
+        self.askers.iter().filter_map(|&slot| Some((slot, self.kept.get(slot as usize)?.slot)))
+    }
+
+    /// A fresh member asks an old one; who has to ask on.
+    fn ask(&mut self, population: &impl Population, slot: u32, asked: Asked) -> Option<u32> {
+        let kept = self.kept.get_mut(asked.slot as usize)?;
+        let asker = Asker { slot, id: population.id(slot), distance: asked.distance };
+        if !kept.is_somebody() {
+            *kept = asker;
+            self.askers.push(asked.slot);
+            None
+        } else if asker.is_before(kept) {
+            Some(std::mem::replace(kept, asker).slot)
+        } else {
+            Some(slot)
+        }
+    }
+
+    /// The nearest old member that would have the fresh one.
+    fn would_have(
+        &self,
+        neighbourhood: &Neighbourhood,
+        population: &impl Population,
+        slot: u32,
+    ) -> Option<Asked> {
+        let id = population.id(slot);
+        let mut nearest: Option<Asked> = None;
+        neighbourhood.each_near(population, slot, |other| {
+            let Some(distance) = population.distance(other, slot) else { return };
+            let (asked, asker) = (Asked { slot: other, distance }, Asker { slot, id, distance });
+            let kept = self.kept.get(other as usize).filter(|kept| kept.is_somebody());
+            if kept.is_none_or(|kept| asker.is_before(kept))
+                && nearest.is_none_or(|nearest| asked.is_before(&nearest, population))
+            {
+                nearest = Some(asked);
+            }
+        });
+        nearest
+    }
+
+    /// Whether the loop has nothing else to merge than these pairs: no old member that changes comes
+    /// within reach of another.
+    ///
+    /// The first two old ones to merge would each have taken in one fresh member at most, that of the
+    /// matching, and so have moved by no more than its distance.
+    fn holds(&self, neighbourhood: &Neighbourhood, population: &impl Population) -> bool {
+        let mut farthest = 0.0_f64;
+        for (old, fresh) in self.pairs() {
+            if !population.takes_in(old, fresh) {
+                return false;
+            }
+            farthest = farthest.max(self.kept.get(old as usize).map_or(0.0, |asker| asker.distance));
+        }
+        if self.askers.is_empty() {
+            return true;
+        }
+        let moved_m = population.reach_m(farthest);
+        let keeps = |slot: u32| self.kept.get(slot as usize).is_some_and(Asker::is_somebody);
+        let meets = |slot: u32, is_companion: bool| {
+            neighbourhood.any_within(slot, 2.0 * moved_m, |other| {
+                (keeps(slot) || keeps(other))
+                    && !(is_companion && population.is_companion(other))
+                    && !population.stay_apart(slot, other)
+            })
+        };
+        let old = population.old();
+        let strangers = || old.iter().copied().filter(|&slot| !population.is_companion(slot));
+        // Of any two that might merge, one is no companion and one keeps a fresh member: the fewer of
+        // both look around.
+        if strangers().count() <= self.askers.len() {
+            !strangers().any(|slot| meets(slot, false))
+        } else {
+            !self.askers.iter().any(|&slot| meets(slot, population.is_companion(slot)))
+        }
+    }
+}
+
+/// The nearest old member of all, if it is so near that looking around a little is enough.
+fn nearest(
+    neighbourhood: &Neighbourhood,
+    population: &impl Population,
+    slot: u32,
+    place: [f32; 3],
+) -> Option<Asked> {
+    let mut nearest: Option<Asked> = None;
+    let looked_m = neighbourhood.each_close(place, population.symbols(slot), |other| {
+        let asked = Asked { slot: other, distance: population.distance(other, slot)? };
+        if nearest.is_some_and(|nearest| !asked.is_before(&nearest, population)) {
+            return None;
+        }
+        nearest = Some(asked);
+        Some(population.reach_m(asked.distance))
+    });
+    nearest.filter(|nearest| population.reach_m(nearest.distance) < looked_m)
+}
