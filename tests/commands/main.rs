@@ -1,6 +1,7 @@
 //! The commands as their users meet them, over the real executable.
 #![expect(clippy::expect_used, reason = "a test fails by panicking")]
 
+mod acts;
 mod believe;
 mod house;
 mod learn;

@@ -5,8 +5,8 @@ use std::collections::{BTreeMap, BTreeSet};
 use message::{Event, EventKind};
 use quantity::number::saturating_u32;
 use tasks::{
-    Change, FigureRule, Language, Learned, Object, Rule, Selection, Settings, Snapshot, Task, View, decide,
-    describe_change, describe_object, explain, learn_with, listed,
+    Change, Deed, Executable, FigureRule, Language, Learned, Object, Rule, Selection, Settings, Snapshot,
+    Task, View, decide, describe_change, describe_object, explain, learn_with, listed,
 };
 
 /// Rules reported per perspective and goal at most, beyond those of high likelihood.
@@ -210,26 +210,35 @@ pub(crate) fn like<'a>(view: &'a Snapshot, object: &Object) -> impl Iterator<Ite
 }
 
 /// What somebody did, in words: "the teacher: red square filled, small peg inserted".
-pub(crate) fn act(
-    language: &Language,
-    actor: u16,
-    teacher: u16,
-    changes: &BTreeMap<u64, Change>,
-    now: &Snapshot,
-) -> String {
-    let who = match actor {
-        0 => "I".to_owned(),
-        message::NOBODY => "somebody".to_owned(),
-        actor if actor == teacher => "the teacher".to_owned(),
-        partner => format!("partner {partner}"),
+pub(crate) fn act(language: &Language, act: &Executable, teacher: u16, now: &Snapshot) -> String {
+    let who = if act.actor == 0 { "I".to_owned() } else { agent(act.actor, teacher) };
+    let name = |object: &Object| describe_object(language, object, like(now, object));
+    let done = |(id, change): (&u64, &Change)| {
+        let thing = name(now.object(*id)?);
+        let deeds = act.deeds.get(id).into_iter().flatten().filter_map(|deed| match deed {
+            Deed::PlacedOn { support } => {
+                let below = name(now.object(*support)?);
+                let article = if below == thing { "another" } else { "the" };
+                Some(format!("placed on {article} {below}"))
+            }
+            Deed::Handed { to } => Some(format!("handed to {}", agent(*to, teacher))),
+        });
+        let deeds: Vec<String> = deeds.collect();
+        // Whoever places a thing somewhere has moved it: that need not be said as well.
+        let states = if deeds.is_empty() { Some(change.clone()) } else { change.states() };
+        let all: Vec<String> = states.iter().map(describe_change).chain(deeds).collect();
+        Some(format!("{thing} {}", listed(&all)))
     };
-    let what: Vec<String> = changes
-        .iter()
-        .filter_map(|(id, change)| {
-            let object = now.object(*id)?;
-            let name = describe_object(language, object, like(now, object));
-            Some(format!("{name} {}", describe_change(change)))
-        })
-        .collect();
+    let what: Vec<String> = act.changes.iter().filter_map(done).collect();
     format!("{who}: {}", listed(&what))
+}
+
+/// An agent as Leo speaks of him; of itself it says "me".
+fn agent(agent: u16, teacher: u16) -> String {
+    match agent {
+        0 => "me".to_owned(),
+        message::NOBODY => "somebody".to_owned(),
+        agent if agent == teacher => "the teacher".to_owned(),
+        partner => format!("partner {partner}"),
+    }
 }

@@ -37,9 +37,9 @@ impl Teaching {
         task: Option<&str>,
         snapshots: &BTreeMap<u16, Snapshot>,
     ) -> Option<Event> {
-        let changes = self.recording.act(actor, task, snapshots, language.moved_m);
-        let own = snapshots.get(&0).filter(|_| !changes.is_empty())?;
-        let text = report::act(language, actor, self.recording.teacher, &changes, own);
+        let act = self.recording.act(actor, task, snapshots, language.moved_m)?;
+        let own = snapshots.get(&0).filter(|_| !act.changes.is_empty())?;
+        let text = report::act(language, &act, self.recording.teacher, own);
         Some(Event::new(EventKind::ActionSeen, &self.recording.task, &text))
     }
 

@@ -34,6 +34,16 @@ pub struct Change {
     pub displaced: bool,
 }
 
+impl Change {
+    /// The states alone that changed; `None` where none did.
+    #[must_use]
+    pub fn states(&self) -> Option<Self> {
+        let states = self.signature.iter().filter(|effect| **effect != Effect::Moved);
+        let signature: Signature = states.cloned().collect();
+        (!signature.is_empty()).then_some(Self { signature, displaced: self.displaced })
+    }
+}
+
 /// What changed between two snapshots of one perspective, by the identity of the object.
 ///
 /// Net change: what was undone in between is no change. Objects that are in one snapshot only

@@ -5,7 +5,8 @@
 //! AAAI 2006 (below: the paper). The way of a demonstration:
 //!
 //! 1. a [`Snapshot`] is a deep copy of what one perspective believes at an instant, Snp(t, P);
-//! 2. an [`ActionParser`] finds the instants at which somebody completed an act;
+//! 2. an [`ActionParser`] finds the instants at which somebody completed an act; what he did with
+//!    each thing is told by its [`Change`] and its [`Deed`]s (placed on, handed);
 //! 3. a [`Recording`] keeps, for every perspective, the acts with their goals and makes an
 //!    [`Example`] of the snapshots before and after the demonstration;
 //! 4. [`learn`] expands hypotheses from the examples of one perspective and ranks them, or
@@ -24,6 +25,7 @@ mod action;
 mod bits;
 mod case;
 mod change;
+mod deed;
 mod describe;
 mod dialogue;
 mod disjunctions;
@@ -51,6 +53,7 @@ mod weight;
 
 pub use action::{Act, ActionParser};
 pub use change::{Change, Effect, Signature, changes};
+pub use deed::{Course, Deed, deeds};
 pub use describe::{describe_change, describe_classes, describe_object, listed};
 pub use dialogue::{Sentence, key};
 pub use explain::{Explanation, explain};
