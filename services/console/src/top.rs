@@ -4,11 +4,12 @@ use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use std::time::Duration;
 
-use message::{Health, Histogram, Loss, Process, ProcessState, Roster, SourceHealth};
+use message::{Health, Histogram, Loss, PerspectiveHealth, Process, ProcessState, Roster, SourceHealth};
 use serde::Serialize;
 use transport::janitor::is_claimed;
 use transport::{
-    Delivery, Domain, HealthReader, JoinError, Node, PortError, Queues, RosterReader, SourcesReader,
+    Delivery, Domain, HealthReader, JoinError, Node, PerspectivesReader, PortError, Queues, RosterReader,
+    SourcesReader,
 };
 
 /// Why there is nothing to look at.
@@ -37,6 +38,7 @@ pub struct Top {
     roster: RosterReader,
     readers: BTreeMap<Process, (u64, HealthReader)>,
     sources: Option<(u64, SourcesReader)>,
+    perspectives: Option<(u64, PerspectivesReader)>,
     earlier: BTreeMap<Process, Health>,
 }
 
@@ -65,6 +67,8 @@ pub struct Row {
     pub refused: u64,
     /// Of the sensor process: its sensory sources.
     pub sources: Vec<SourceRow>,
+    /// Of the belief process: the perspectives of which anything is computed.
+    pub perspectives: Vec<PerspectiveRow>,
     /// Page faults since its loop began.
     pub page_faults: u64,
     /// Release to start.
@@ -88,6 +92,17 @@ pub struct SourceRow {
     pub observations: u64,
     /// What was lost, by the name of the reason; without those that did not happen.
     pub losses: BTreeMap<&'static str, u64>,
+}
+
+/// A perspective, since the belief process's life began.
+#[derive(Clone, Debug, Serialize)]
+pub struct PerspectiveRow {
+    /// Whose, and within whose: [] the robot's, [1] partner 1's.
+    pub path: Vec<u16>,
+    /// How often its beliefs were brought to an instant.
+    pub steps: u64,
+    /// Beliefs that it held after each of these steps, all together.
+    pub beliefs: u64,
 }
 
 /// A distribution in microseconds.
@@ -134,7 +149,14 @@ impl Top {
         let queues = Queues { frames: 1, delivery: Delivery::Newest };
         let node = Node::join(&domain, "top", 1, queues)?;
         let roster = RosterReader::open(&node, Process::Supervisor, 1).map_err(TopError::NoRoster)?;
-        Ok(Self { node, roster, readers: BTreeMap::new(), sources: None, earlier: BTreeMap::new() })
+        Ok(Self {
+            node,
+            roster,
+            readers: BTreeMap::new(),
+            sources: None,
+            perspectives: None,
+            earlier: BTreeMap::new(),
+        })
     }
 
     /// A row for every process, over the time since the last look; over its whole life at the
@@ -148,6 +170,9 @@ impl Top {
                 let mut row = row(process, &health, earlier.filter(|then| then.pid == health.pid));
                 if process == Process::Sensor {
                     row.sources = self.sources(health.incarnation);
+                }
+                if process == Process::Belief {
+                    row.perspectives = self.perspectives(health.incarnation);
                 }
                 rows.push(row);
             }
@@ -175,6 +200,15 @@ impl Top {
         let sources = self.sources.as_ref().map(|(_, reader)| reader.read());
         sources.iter().flat_map(message::Sources::all).map(source_row).collect()
     }
+
+    fn perspectives(&mut self, incarnation: u64) -> Vec<PerspectiveRow> {
+        if self.perspectives.as_ref().is_none_or(|(life, _)| *life != incarnation) {
+            let reader = PerspectivesReader::open(&self.node, Process::Belief, incarnation);
+            self.perspectives = reader.ok().map(|reader| (incarnation, reader));
+        }
+        let perspectives = self.perspectives.as_ref().map(|(_, reader)| reader.read());
+        perspectives.iter().flat_map(message::Perspectives::all).map(perspective_row).collect()
+    }
 }
 
 fn source_row(source: &SourceHealth) -> SourceRow {
@@ -185,6 +219,14 @@ fn source_row(source: &SourceHealth) -> SourceRow {
         frames: source.frames,
         observations: source.observations,
         losses: losses.filter(|(_, count)| *count > 0).collect(),
+    }
+}
+
+fn perspective_row(perspective: &PerspectiveHealth) -> PerspectiveRow {
+    PerspectiveRow {
+        path: perspective.path.agents().unwrap_or_default().to_vec(),
+        steps: perspective.steps,
+        beliefs: perspective.beliefs,
     }
 }
 
@@ -220,6 +262,7 @@ fn row(process: Process, health: &Health, earlier: Option<Health>) -> Row {
         drops: health.drops,
         refused: health.refused,
         sources: Vec::new(),
+        perspectives: Vec::new(),
         page_faults: health.page_faults,
         wakeup_us: Quantiles::of(&health.wakeup.since(&earlier.wakeup)),
         execution_us: Quantiles::of(&health.execution.since(&earlier.execution)),
@@ -227,7 +270,7 @@ fn row(process: Process, health: &Health, earlier: Option<Health>) -> Row {
     }
 }
 
-/// The rows as a table of 100 columns, with a line for each sensory source below it.
+/// The rows as a table of 100 columns, with a line for each sensory source and each perspective below it.
 #[must_use]
 pub fn table(rows: &[Row]) -> String {
     let mut out = String::from(
@@ -269,6 +312,11 @@ pub fn table(rows: &[Row]) -> String {
             if lost.is_empty() { "" } else { "   lost: " },
             lost.join(", "),
         );
+    }
+    for (number, perspective) in rows.iter().flat_map(|row| row.perspectives.iter().enumerate()) {
+        let PerspectiveRow { path, steps, beliefs } = perspective;
+        let path = format!("{path:?}");
+        let _ = writeln!(out, "perspective {number} {path:<12} {steps:>8} steps {beliefs:>13} beliefs");
     }
     out
 }
@@ -333,6 +381,22 @@ mod tests {
         let said: Vec<&str> = last.split_whitespace().collect();
         let should = "source 1 camera 12 frames 34 observations SILENT lost: 2 overtaken, 7 place";
         assert_eq!(said.join(" "), should);
+    }
+
+    #[test]
+    fn each_perspective_has_a_line_below_the_table() {
+        let within = |path: message::Path, agent| path.within(agent).unwrap();
+        let partner = within(message::Path::ROBOT, 1);
+        let mut row = row(Process::Belief, &Health::default(), None);
+        row.perspectives = [message::Path::ROBOT, partner, within(partner, 0)]
+            .map(|path| perspective_row(&PerspectiveHealth { path, steps: 7, beliefs: 21 }))
+            .to_vec();
+        let table = table(&[row]);
+        let lines: Vec<String> =
+            table.lines().skip(3).map(|line| line.split_whitespace().collect::<Vec<_>>().join(" ")).collect();
+        let should = ["perspective 0 [] 7 steps 21 beliefs", "perspective 1 [1] 7 steps 21 beliefs"];
+        assert_eq!(lines[..2], should);
+        assert_eq!(lines[2], "perspective 2 [1, 0] 7 steps 21 beliefs");
     }
 
     #[test]

@@ -6,7 +6,9 @@ use clock::Instant;
 use config::leo::{Buffers, Rights};
 use cycle::{Account, Schedule};
 use message::{Health, Process, ProcessState, Topic};
-use transport::{Delivery, Domain, HealthWriter, Inlet, Node, Outlet, Queues, SourcesWriter};
+use transport::{
+    Delivery, Domain, HealthWriter, Inlet, Node, Outlet, PerspectivesWriter, Queues, SourcesWriter,
+};
 
 use crate::pace::{Lockstep, Pace, Wait, wait_for_call};
 use crate::{Failure, Launch};
@@ -126,6 +128,15 @@ impl Member {
     /// As [`SourcesWriter::create`].
     pub fn sources_board(&self) -> Result<SourcesWriter, Failure> {
         Ok(SourcesWriter::create(&self.node, self.process, self.health.incarnation)?)
+    }
+
+    /// Puts up the board on which the belief process says what it computed of each perspective.
+    ///
+    /// # Errors
+    ///
+    /// As [`PerspectivesWriter::create`].
+    pub fn perspectives_board(&self) -> Result<PerspectivesWriter, Failure> {
+        Ok(PerspectivesWriter::create(&self.node, self.process, self.health.incarnation)?)
     }
 
     /// The present instant: of the clock, or of simulated time.

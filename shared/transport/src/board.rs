@@ -10,7 +10,7 @@ use iceoryx2::port::reader::{EntryHandle, Reader};
 use iceoryx2::port::writer::{EntryHandleMut, Writer};
 use iceoryx2::service::ipc::Service;
 use iceoryx2::service::port_factory::blackboard::PortFactory;
-use message::{Health, Process, Roster, Sources};
+use message::{Health, Perspectives, Process, Roster, Sources};
 
 use crate::service::service_name;
 use crate::{Node, PortError};
@@ -124,6 +124,13 @@ board!(
     SourcesWriter,
     /// Reads what became of what each source reported.
     SourcesReader: Sources as "sources"
+);
+
+board!(
+    /// Writes what was computed of each perspective: the belief process.
+    PerspectivesWriter,
+    /// Reads what was computed of each perspective.
+    PerspectivesReader: Perspectives as "perspectives"
 );
 
 fn board_name(name: &str, process: Process, incarnation: u64) -> String {

@@ -22,7 +22,10 @@ mod node;
 mod outlet;
 mod service;
 
-pub use board::{HealthReader, HealthWriter, RosterReader, RosterWriter, SourcesReader, SourcesWriter};
+pub use board::{
+    HealthReader, HealthWriter, PerspectivesReader, PerspectivesWriter, RosterReader, RosterWriter,
+    SourcesReader, SourcesWriter,
+};
 pub use domain::{Domain, DomainError};
 pub use error::{JoinError, PortError, ReceiveError, SendError};
 pub use inlet::{Frame, Inlet};

@@ -1,6 +1,8 @@
 use std::fmt::Write as _;
 
-use message::{DEPTH_MOST, LOSSES, MAX_PERCEPTS, MAX_SOURCES, NOBODY, STATES, TEXT_CAPACITY};
+use message::{
+    DEPTH_MOST, LOSSES, MAX_PERCEPTS, MAX_PERSPECTIVES, MAX_SOURCES, NOBODY, STATES, TEXT_CAPACITY,
+};
 
 use super::numbers::Numbered;
 use crate::declared::{Compiled, Declared, array, laid_out};
@@ -74,6 +76,7 @@ pub(crate) fn header(types: &[(&str, &Declared)], numbers: &[Numbered], compiled
         ("LEO_NOBODY", usize::from(NOBODY)),
         ("LEO_STATES", STATES),
         ("LEO_MAX_PERCEPTS", MAX_PERCEPTS),
+        ("LEO_MAX_PERSPECTIVES", MAX_PERSPECTIVES),
         ("LEO_MAX_SOURCES", MAX_SOURCES),
         ("LEO_LOSSES", LOSSES),
         ("LEO_TEXT_CAPACITY", TEXT_CAPACITY),
