@@ -80,7 +80,7 @@ impl Process {
             Self::Learner(_) => learner_process::run(&launch, &robot),
             Self::Motor(_) => motor_process::run(&launch, &robot),
             Self::MockBus(_) => mock_bus_process::run(&launch, &robot),
-            Self::Console(_) => console_process::run(&launch, &robot, lesson(&launch)?.performances()),
+            Self::Console(_) => console_process::run(&launch, &robot, &lesson(&launch)?),
         }
         .map_err(Failed::because)?;
         Ok(ExitCode::SUCCESS)

@@ -8,6 +8,7 @@ mod learn;
 mod sources;
 mod study;
 mod tasks;
+mod wrong;
 
 use std::fs;
 use std::path::{Path, PathBuf};

@@ -57,6 +57,8 @@ enum leo_event_kind {
     LEO_EVENT_KIND_CONTINUITY_BROKEN = 13,
     /* What a perspective has before it as a demonstration or a performance begins; the text lists it. */
     LEO_EVENT_KIND_SEEN = 14,
+    /* Leo was asked to perform a task and does not; the text is what it says about that. */
+    LEO_EVENT_KIND_DECLINED = 15,
 };
 
 /* A point on the way of a frame, in the direction the data flows. */

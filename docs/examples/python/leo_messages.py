@@ -48,6 +48,8 @@ class EventKind(enum.IntEnum):
     CONTINUITY_BROKEN = 13
     # What a perspective has before it as a demonstration or a performance begins; the text lists it.
     SEEN = 14
+    # Leo was asked to perform a task and does not; the text is what it says about that.
+    DECLINED = 15
 
 
 # A point on the way of a frame, in the direction the data flows.

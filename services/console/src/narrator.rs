@@ -45,7 +45,7 @@ impl Narrator {
             Some(EventKind::StepFailed) => format!("  FAILED {text}"),
             Some(EventKind::PerformanceEnded) => format!("  result {text}"),
             Some(EventKind::ContinuityBroken) => format!("  note   {text}"),
-            Some(EventKind::Hypothesis) | None => return,
+            Some(EventKind::Hypothesis | EventKind::Declined) | None => return,
         };
         self.line(at_ns, &words, out);
     }

@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, VecDeque};
 
 use clock::{Duration, Instant};
 use message::{Belief, BeliefHead, Event, EventKind, JointGoal, Utterance};
-use tasks::{Language, Noise, Prior, Sentence, Snapshot, Task, key};
+use tasks::{Language, Learned, Noise, Prior, Sentence, Snapshot, Task, key};
 
 use crate::performance::{HalfHeights, Performance, Stage};
 use crate::question::Question;
@@ -244,7 +244,12 @@ impl<B: Body> Learner<B> {
         for (&perspective, view) in &snapshots {
             output.events.push(seen(&self.vocabulary.language, &name, perspective, view));
         }
-        say(output, &name, &format!("I am watching; say \"{name} is done\" at the end"));
+        let known = self.tasks.get(&key(&name)).map_or(0, |task| task.examples.len());
+        let beside = match known {
+            0 => String::new(),
+            known => format!(" for one more example of {name}, beside the {known} that I have"),
+        };
+        say(output, &name, &format!("I am watching{beside}; say \"{name} is done\" at the end"));
         self.show(now, Skill::Attentive, present_rad);
     }
 
@@ -263,6 +268,11 @@ impl<B: Body> Learner<B> {
         };
         let name = teaching.recording.task.clone();
         let snapshots = self.views.snapshots(now, language, &self.perspectives);
+        let vanished = teaching.vanished(language, &snapshots);
+        if !vanished.is_empty() {
+            let gone = tasks::listed(&vanished);
+            say(output, &name, &format!("I see no more of {gone}: I go by what is still there"));
+        }
         let (last_act, example) = teaching.finish(language, &snapshots);
         output.events.extend(last_act);
         let example = match example {
@@ -292,7 +302,9 @@ impl<B: Body> Learner<B> {
         let examples = task.examples.len();
         let text = match verdict.learned() {
             Some(learned) => {
-                format!("I learned {name} from {}: {}", counted(examples, "example"), spoken(learned))
+                let rule = spoken(learned);
+                let doubt = doubt(learned, settings);
+                format!("I learned {name} from {}: {rule}{doubt}", counted(examples, "example"))
             }
             None => {
                 format!("I saw what changed, but no rule that I know explains {name}; please show it again")
@@ -308,19 +320,19 @@ impl<B: Body> Learner<B> {
     fn begin_performance(&mut self, name: &str, output: &mut Output) {
         if let Some(performance) = &self.performance {
             let busy = performance.task.clone();
-            say(output, &busy, &format!("I am still busy with {busy}"));
+            decline(output, &busy, &format!("I am still busy with {busy}"));
             return;
         }
         let Some(task) = self.tasks.get(&key(name)) else {
             let known: Vec<String> = self.tasks.values().map(|task| task.name.clone()).collect();
             let known = if known.is_empty() { "nothing yet".to_owned() } else { tasks::listed(&known) };
-            say(output, name, &format!("I have not learned {name}; I know {known}"));
+            decline(output, name, &format!("I have not learned {name}; I know {known}"));
             return;
         };
         let language: &Language = &self.vocabulary.language;
         let verdict = Verdict::of(language, task, &self.perspectives, &self.settings.learning);
         let Some(learned) = verdict.learned() else {
-            say(output, name, &format!("I know no rule for {name}; please show it again"));
+            decline(output, name, &format!("I know no rule for {name}; please show it again"));
             return;
         };
         output.events.push(Event::new(EventKind::PerformanceStarted, &task.name, &task.name));
@@ -382,6 +394,27 @@ fn seen(language: &Language, task: &str, perspective: u16, view: &Snapshot) -> E
 
 fn say(output: &mut Output, task: &str, text: &str) {
     output.events.push(Event::new(EventKind::Said, task, text));
+}
+
+fn decline(output: &mut Output, task: &str, text: &str) {
+    say(output, task, text);
+    output.events.push(Event::new(EventKind::Declined, task, text));
+}
+
+/// What speaks against what was learned, where not all examples are explained. From teachers who slip,
+/// nothing else is to be expected.
+fn doubt(learned: &Learned, settings: &tasks::Settings) -> String {
+    let (tally, examples) = (learned.tally(), learned.examples);
+    if tally >= examples {
+        String::new()
+    } else if settings.noise == Noise::NONE {
+        format!(
+            "; but that is what {tally} of {examples} say, and no rule that I know explains all of them: please \
+             show it again"
+        )
+    } else {
+        format!(", which {tally} of {examples} say")
+    }
 }
 
 /// "1 example", "2 examples".

@@ -2,7 +2,10 @@ use std::collections::BTreeMap;
 
 use clock::Instant;
 use message::{Belief, Event, EventKind, NOBODY};
-use tasks::{Act, ActionParser, Example, Language, NothingChanged, Recording, Snapshot};
+use tasks::{
+    Act, ActionParser, Example, Language, NothingChanged, Object, Recording, Snapshot, describe_object,
+    vanished,
+};
 
 use crate::report;
 
@@ -41,6 +44,13 @@ impl Teaching {
         let own = snapshots.get(&0).filter(|_| !act.changes.is_empty())?;
         let text = report::act(language, &act, self.recording.teacher, own);
         Some(Event::new(EventKind::ActionSeen, &self.recording.task, &text))
+    }
+
+    /// The things that the robot saw when the demonstration began and sees no more, in words.
+    pub(crate) fn vanished(&self, language: &Language, snapshots: &BTreeMap<u16, Snapshot>) -> Vec<String> {
+        let Some((began, now)) = self.recording.began(0).zip(snapshots.get(&0)) else { return Vec::new() };
+        let named = |object: &Object| describe_object(language, object, report::like(began, object));
+        vanished(began, now).into_iter().map(|object| format!("the {}", named(object))).collect()
     }
 
     /// Ends the demonstration; an act under way ends with it.

@@ -16,6 +16,9 @@ pub struct Account {
     pub tasks: Vec<Task>,
     /// What Leo said, in order.
     pub said: Vec<String>,
+    /// How often it was asked to perform something and did not.
+    #[serde(skip)]
+    declined: usize,
 }
 
 /// What is known of one task.
@@ -104,6 +107,10 @@ impl Account {
             self.said.push(text);
             return;
         }
+        if kind == EventKind::Declined {
+            self.declined += 1;
+            return;
+        }
         let task = self.task(event.task.as_str());
         match kind {
             EventKind::TeachingStarted => task.demonstrations.push(Demonstration::default()),
@@ -139,14 +146,15 @@ impl Account {
             EventKind::StepDone => task.performance().done.push(text),
             EventKind::StepFailed => task.performance().failed.push(text),
             EventKind::PerformanceEnded => task.performance().result = Some(text),
-            EventKind::Said | EventKind::StepStarted | EventKind::ContinuityBroken => {}
+            EventKind::Said | EventKind::Declined | EventKind::StepStarted | EventKind::ContinuityBroken => {}
         }
     }
 
-    /// Performances that have ended.
+    /// Performances that have ended, those among them that never began because Leo declined.
     #[must_use]
     pub fn performances_ended(&self) -> usize {
-        self.tasks.iter().flat_map(|task| &task.performances).filter(|done| done.result.is_some()).count()
+        let performances = self.tasks.iter().flat_map(|task| &task.performances);
+        performances.filter(|done| done.result.is_some()).count() + self.declined
     }
 
     /// The account for a person to read.
@@ -299,6 +307,8 @@ mod tests {
         assert_eq!(account.performances_ended(), 0);
         account.note(&Event::new(EventKind::PerformanceEnded, "task 1", "5 of 5"));
         assert_eq!(account.performances_ended(), 1);
+        account.note(&Event::new(EventKind::Declined, "task 2", "I have not learned task 2"));
+        assert_eq!((account.performances_ended(), account.tasks.len()), (2, 1));
     }
 
     #[test]

@@ -63,6 +63,16 @@ pub fn changes(before: &Snapshot, after: &Snapshot, moved_m: f64) -> BTreeMap<u6
     changes
 }
 
+/// The objects of a snapshot that are in no later one: not by their identity, nor as one of the same
+/// class and kind that has come. That they are gone is no change, but whoever learns should say so.
+#[must_use]
+pub fn vanished<'a>(before: &'a Snapshot, after: &Snapshot) -> Vec<&'a Object> {
+    let found = found_again(before, after);
+    let is_gone =
+        |then: &&Object| after.object(then.id).is_none() && !found.values().any(|again| *again == then.id);
+    before.objects.iter().filter(is_gone).collect()
+}
+
 /// The objects that have come, each with the one that is gone and was it; the nearest first.
 fn found_again(before: &Snapshot, after: &Snapshot) -> BTreeMap<u64, u64> {
     let gone = || before.objects.iter().filter(|then| after.object(then.id).is_none());
@@ -155,6 +165,9 @@ mod tests {
         assert!(change.displaced && change.signature.len() == 1);
         after.objects[0].features.insert("colour".to_owned(), "red".to_owned());
         assert!(changes(&block(0.1, false), &after, 0.03).is_empty(), "it is another thing");
+        assert_eq!(vanished(&block(0.1, false), &after).len(), 1, "and the first one is gone");
+        after.objects[0].features.clear();
+        assert!(vanished(&block(0.1, false), &after).is_empty());
     }
 
     #[test]

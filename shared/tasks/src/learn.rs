@@ -37,6 +37,14 @@ impl Learned {
         self.goals.iter().filter_map(|rules| rules.first())
     }
 
+    /// Of its examples, how many its primary rules or its first figure are consistent with: where
+    /// there are fewer than examples, no rule explains all of them.
+    #[must_use]
+    pub fn tally(&self) -> usize {
+        let rules = self.primary().map(|rule| rule.tally).min();
+        rules.or_else(|| self.figures.first().map(|figure| figure.tally)).unwrap_or(0)
+    }
+
     /// Whether anything was learned.
     #[must_use]
     pub fn explains(&self) -> bool {

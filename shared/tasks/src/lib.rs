@@ -52,7 +52,7 @@ mod table;
 mod weight;
 
 pub use action::{Act, ActionParser};
-pub use change::{Change, Effect, Signature, changes};
+pub use change::{Change, Effect, Signature, changes, vanished};
 pub use deed::{Course, Deed, deeds};
 pub use describe::{describe_change, describe_classes, describe_object, listed};
 pub use dialogue::{Sentence, key};

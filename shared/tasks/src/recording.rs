@@ -142,6 +142,12 @@ impl Recording {
         self.views.iter().find(|under| under.view.perspective == perspective).map(|under| &under.last)
     }
 
+    /// What a perspective believed when the demonstration began, Snp(t0, P).
+    #[must_use]
+    pub fn began(&self, perspective: u16) -> Option<&Snapshot> {
+        self.views.iter().find(|under| under.view.perspective == perspective).map(|under| &under.view.before)
+    }
+
     /// Appends [act, G] to the executables of every perspective, with G the changes from
     /// Snp(t_a, P) to Snp(t_b, P). An act that changed nothing in any perspective is none.
     /// Gives the act as the robot's own perspective has it.

@@ -265,12 +265,23 @@ impl Run {
         self.steps(50);
     }
 
+    /// Another table, and time to see it.
+    pub(super) fn lay_anew(&mut self, colours: &[&'static str], hidden: Option<usize>) {
+        self.table.borrow_mut().lay(colours, hidden);
+        self.first_id += 100;
+        self.steps(10);
+    }
+
+    /// A task as it was saved last.
+    pub(super) fn task(&self, key: &str) -> Task {
+        let saved = self.saved.iter().rfind(|(saved, _)| saved == key);
+        saved.map(|(_, task)| task.clone()).unwrap()
+    }
+
     /// A demonstration of Task 1: every hole that the teacher sees is filled.
     pub(super) fn demonstrate(&mut self, colours: &[&'static str], meanwhile: impl FnOnce(&mut Self)) {
         let hidden = colours.len() - 1;
-        self.table.borrow_mut().lay(colours, Some(hidden));
-        self.first_id += 100;
-        self.steps(10);
+        self.lay_anew(colours, Some(hidden));
         self.say("Leo, I can teach you to do task 1.");
         self.steps(20);
         self.insert(0, 0);
@@ -293,10 +304,8 @@ impl Run {
     }
 
     pub(super) fn perform_with(&mut self, failures: &[&'static str], meanwhile: impl FnOnce(&mut Self)) {
-        self.table.borrow_mut().lay(&["blue", "red", "green", "blue", "yellow"], None);
         self.table.borrow_mut().failures = failures.to_vec();
-        self.first_id += 100;
-        self.steps(10);
+        self.lay_anew(&["blue", "red", "green", "blue", "yellow"], None);
         self.say("Leo, do task 1");
         meanwhile(self);
         for _ in 0..100 {
