@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, VecDeque};
 
 use clock::{Duration, Instant};
 use message::{Belief, BeliefHead, Event, EventKind, JointGoal, Utterance};
-use tasks::{Language, Learned, Noise, Prior, Sentence, Snapshot, Task, key};
+use tasks::{Example, Language, Learned, Noise, Prior, Sentence, Snapshot, Task, key};
 
 use crate::performance::{HalfHeights, Performance, Stage};
 use crate::question::Question;
@@ -12,6 +12,7 @@ use crate::report::{Verdict, sight, spoken};
 use crate::teaching::Teaching;
 use crate::views::{Continuity, Views};
 use crate::{Body, Motion, Skill, Vocabulary};
+use quantity::number::saturating_u32;
 
 /// What the learner does not decide for itself.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -69,12 +70,25 @@ pub struct Input<'a> {
     pub present_rad: &'a [Option<f64>],
 }
 
-/// What the learner wants done, in this order: what is to be saved has to be durable before the
-/// events are published, since they say that it was learned.
+/// One more example of a task, to be kept beyond the life of the process.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Kept {
+    /// The key of the task's name ([`tasks::key`]).
+    pub key: String,
+    /// The task's name.
+    pub task: String,
+    /// Which of the task's examples it is, from 0.
+    pub place: u64,
+    /// The example.
+    pub example: Example,
+}
+
+/// What the learner wants done. What is to be saved has to be durable before the events are
+/// published, since they say that it was learned; the joints need not wait for either.
 #[derive(Clone, Debug, Default)]
 pub struct Output {
-    /// Tasks to store under the key of their name ([`tasks::key`]), in place of what was there.
-    pub save: Vec<(String, Task)>,
+    /// Examples to keep.
+    pub save: Vec<Kept>,
     /// What to report.
     pub events: Vec<Event>,
     /// Joint goals to publish; none when it is not time for them.
@@ -293,7 +307,11 @@ impl<B: Body> Learner<B> {
         let (language, settings) = (&self.vocabulary.language, &self.settings.learning);
         let Some(task) = self.tasks.get(task_key) else { return };
         let name = task.name.clone();
-        output.save.push((task_key.to_owned(), task.clone()));
+        if let Some(example) = task.examples.last() {
+            let place = u64::from(saturating_u32(task.examples.len() - 1));
+            let (key, task, example) = (task_key.to_owned(), name.clone(), example.clone());
+            output.save.push(Kept { key, task, place, example });
+        }
         self.in_question = Some(task_key.to_owned());
         let examples = u32::try_from(task.examples.len()).unwrap_or(u32::MAX);
         output.events.push(Event { examples, ..Event::new(EventKind::DemonstrationEnded, &name, &name) });

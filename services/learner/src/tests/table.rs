@@ -1,6 +1,7 @@
 //! A table with blocks and pegs, what two perspectives believe of it, and a body that moves pegs.
 
 use std::cell::RefCell;
+use std::collections::BTreeMap;
 use std::rc::Rc;
 
 use clock::{Duration, Instant};
@@ -9,9 +10,9 @@ use geometry::{Base, Person, Pose, Position};
 use message::{
     Belief, BeliefHead, Event, EventKind, Feature, Header, JointGoal, NOBODY, Remembered, Text, Utterance,
 };
-use tasks::Task;
+use tasks::{Task, key};
 
-use crate::{Body, Input, Learner, Motion, Output, Settings, Skill, Vocabulary};
+use crate::{Body, Input, Kept, Learner, Motion, Output, Settings, Skill, Vocabulary};
 
 const STEP: Duration = Duration::from_millis(10);
 
@@ -128,7 +129,9 @@ pub(super) struct Run {
     pub(super) table: Rc<RefCell<Table>>,
     pub(super) learner: Learner<StandIn>,
     pub(super) events: Vec<Event>,
+    /// Each task as it was after each example that was saved.
     pub(super) saved: Vec<(String, Task)>,
+    known: BTreeMap<String, Task>,
     pub(super) goal_frames: usize,
     pub(super) incarnation: u64,
     /// Identities that the present belief process gives.
@@ -154,6 +157,7 @@ impl Run {
         let body = StandIn { table: Rc::clone(&table), under_way: None };
         let perspectives: Vec<u16> = (0..=partners).collect();
         Self {
+            known: tasks.iter().map(|task| (key(&task.name), task.clone())).collect(),
             learner: Learner::new(settings, vocabulary, &perspectives, body, tasks),
             table,
             events: Vec::new(),
@@ -188,7 +192,12 @@ impl Run {
             frames.iter().map(|(head, entries)| (head, entries.as_slice())).collect();
         let input = Input { beliefs: &beliefs, utterances, present_rad: &[] };
         let Output { save, events, goals } = self.learner.step(self.now, &input);
-        self.saved.extend(save);
+        for Kept { key, task, place, example } in save {
+            let known = self.known.entry(key.clone()).or_insert(Task { name: task, examples: Vec::new() });
+            assert_eq!(u64::try_from(known.examples.len()), Ok(place), "an example is appended");
+            known.examples.push(example);
+            self.saved.push((key, known.clone()));
+        }
         self.events.extend(events);
         self.goal_frames += usize::from(!goals.is_empty());
         self.now += STEP;
