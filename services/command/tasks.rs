@@ -107,7 +107,7 @@ impl Tasks {
                     output::print_json(&Shown { account, question })?;
                 } else {
                     let asks = question.map(|text| format!("  Leo would ask: {text}\n")).unwrap_or_default();
-                    output::print(&(account.to_text() + &asks))?;
+                    output::print(&(account.to_text(&self.robot()?.leo.belief.names) + &asks))?;
                 }
             }
             What::Forget { name } => {
@@ -143,8 +143,12 @@ impl Tasks {
         Ok(open_question(&vocabulary.language, task, &settings))
     }
 
+    fn robot(&self) -> Result<Robot, Failed> {
+        Robot::load(self.config.as_deref()).map_err(Failed::usage)
+    }
+
     fn settings(&self) -> Result<(Vocabulary, Settings), Failed> {
-        let robot = Robot::load(self.config.as_deref()).map_err(Failed::usage)?;
+        let robot = self.robot()?;
         let vocabulary = Vocabulary::of(&robot.percepts).map_err(Failed::usage)?;
         Ok((vocabulary, learning(&robot.leo.learner)))
     }

@@ -31,9 +31,8 @@ pub fn run(launch: &Launch, robot: &Robot, lesson: &Lesson) -> Result<(), Failur
     let mut member = Member::join(launch, Process::Console, &leo.buffers, &leo.console.realtime)?;
     let mut utterances = member.inlet::<Utterances>(None)?;
     let mut events = member.inlet::<Events>(None)?;
-    let mut divides =
-        Divides::open(&member, &robot.percepts, launch.partners.unwrap_or(leo.belief.partners))?;
-    let mut narrator = Narrator::default();
+    let mut divides = Divides::open(&member, robot, launch.partners.unwrap_or(leo.belief.partners))?;
+    let mut narrator = Narrator::new(&leo.belief.names);
     let mut account = Account::default();
     let performances = usize::try_from(lesson.performances()).unwrap_or(usize::MAX);
     // A console that begins anew does not know what was said before.
@@ -68,7 +67,7 @@ pub fn run(launch: &Launch, robot: &Robot, lesson: &Lesson) -> Result<(), Failur
         }
     }
     if !account.tasks.is_empty() {
-        let summary = format!("\nWhat Leo learned\n\n{}", account.to_text());
+        let summary = format!("\nWhat Leo learned\n\n{}", account.to_text(&leo.belief.names));
         let _taken = out.write_all(summary.as_bytes());
     }
     out.finish();

@@ -217,7 +217,7 @@ impl<B: Body> Learner<B> {
         // While Leo performs a task, the task as a whole is the executable.
         if let Some(act) = act.filter(|_| self.performance.is_none()) {
             let snapshots = self.views.snapshots(now, language, &self.perspectives);
-            output.events.extend(teaching.record(language, act.actor, None, &snapshots));
+            output.events.extend(teaching.record(&self.vocabulary, act.actor, None, &snapshots));
         }
     }
 
@@ -287,7 +287,7 @@ impl<B: Body> Learner<B> {
             let gone = tasks::listed(&vanished);
             say(output, &name, &format!("I see no more of {gone}: I go by what is still there"));
         }
-        let (last_act, example) = teaching.finish(language, &snapshots);
+        let (last_act, example) = teaching.finish(&self.vocabulary, &snapshots);
         output.events.extend(last_act);
         let example = match example {
             Ok(example) => example,
@@ -401,7 +401,7 @@ impl<B: Body> Learner<B> {
             && let Some(teaching) = &mut self.teaching
         {
             let snapshots = self.views.snapshots(now, language, &self.perspectives);
-            output.events.extend(teaching.record(language, 0, Some(&task), &snapshots));
+            output.events.extend(teaching.record(&self.vocabulary, 0, Some(&task), &snapshots));
         }
     }
 }

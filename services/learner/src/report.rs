@@ -9,6 +9,8 @@ use tasks::{
     Task, View, decide, describe_change, describe_object, explain, learn_with, listed,
 };
 
+use crate::Vocabulary;
+
 /// Rules reported per perspective and goal at most, beyond those of high likelihood.
 const REPORTED: usize = 8;
 
@@ -210,8 +212,9 @@ pub(crate) fn like<'a>(view: &'a Snapshot, object: &Object) -> impl Iterator<Ite
 }
 
 /// What somebody did, in words: "the teacher: red square filled, small peg inserted".
-pub(crate) fn act(language: &Language, act: &Executable, teacher: u16, now: &Snapshot) -> String {
-    let who = if act.actor == 0 { "I".to_owned() } else { agent(act.actor, teacher) };
+pub(crate) fn act(vocabulary: &Vocabulary, act: &Executable, now: &Snapshot) -> String {
+    let Vocabulary { language, names, .. } = vocabulary;
+    let who = if act.actor == 0 { "I".to_owned() } else { names.of(act.actor) };
     let name = |object: &Object| describe_object(language, object, like(now, object));
     let done = |(id, change): (&u64, &Change)| {
         let thing = name(now.object(*id)?);
@@ -221,7 +224,8 @@ pub(crate) fn act(language: &Language, act: &Executable, teacher: u16, now: &Sna
                 let article = if below == thing { "another" } else { "the" };
                 Some(format!("placed on {article} {below}"))
             }
-            Deed::Handed { to } => Some(format!("handed to {}", agent(*to, teacher))),
+            Deed::Handed { to: 0 } => Some("handed to me".to_owned()),
+            Deed::Handed { to } => Some(format!("handed to {}", names.of(*to))),
         });
         let deeds: Vec<String> = deeds.collect();
         // Whoever places a thing somewhere has moved it: that need not be said as well.
@@ -231,14 +235,4 @@ pub(crate) fn act(language: &Language, act: &Executable, teacher: u16, now: &Sna
     };
     let what: Vec<String> = act.changes.iter().filter_map(done).collect();
     format!("{who}: {}", listed(&what))
-}
-
-/// An agent as Leo speaks of him; of itself it says "me".
-fn agent(agent: u16, teacher: u16) -> String {
-    match agent {
-        0 => "me".to_owned(),
-        message::NOBODY => "somebody".to_owned(),
-        agent if agent == teacher => "the teacher".to_owned(),
-        partner => format!("partner {partner}"),
-    }
 }

@@ -37,7 +37,7 @@ pub fn run(launch: &Launch, robot: &Robot) -> Result<(), Failure> {
     let keep = move |kept: &Kept| memory.as_ref().map_or(Ok(()), |memory| memory.keep(kept));
     let mut keeper = Keeper::start(keep).map_err(Failure::own)?;
     let mut reports = Reports::default();
-    let vocabulary = Vocabulary::of(&robot.percepts).map_err(Failure::own)?;
+    let vocabulary = Vocabulary::of(&robot.percepts).map_err(Failure::own)?.with_names(&leo.belief.names);
     let body = LeoBody::new(robot).map_err(Failure::own)?;
     let mut learner =
         Learner::new(Settings::of(&leo.learner), vocabulary, &beliefs.perspectives(), body, known);

@@ -7,7 +7,7 @@ use tasks::{
     vanished,
 };
 
-use crate::report;
+use crate::{Vocabulary, report};
 
 /// A demonstration under way, and the parser that finds its acts.
 #[derive(Clone, Debug)]
@@ -35,14 +35,14 @@ impl Teaching {
     /// event that tells of it.
     pub(crate) fn record(
         &mut self,
-        language: &Language,
+        vocabulary: &Vocabulary,
         actor: u16,
         task: Option<&str>,
         snapshots: &BTreeMap<u16, Snapshot>,
     ) -> Option<Event> {
-        let act = self.recording.act(actor, task, snapshots, language.moved_m)?;
+        let act = self.recording.act(actor, task, snapshots, vocabulary.language.moved_m)?;
         let own = snapshots.get(&0).filter(|_| !act.changes.is_empty())?;
-        let text = report::act(language, &act, self.recording.teacher, own);
+        let text = report::act(vocabulary, &act, own);
         Some(Event::new(EventKind::ActionSeen, &self.recording.task, &text))
     }
 
@@ -56,10 +56,10 @@ impl Teaching {
     /// Ends the demonstration; an act under way ends with it.
     pub(crate) fn finish(
         mut self,
-        language: &Language,
+        vocabulary: &Vocabulary,
         snapshots: &BTreeMap<u16, Snapshot>,
     ) -> (Option<Event>, Result<Example, NothingChanged>) {
-        let last = self.record(language, NOBODY, None, snapshots);
-        (last, self.recording.finish(snapshots, language.moved_m))
+        let last = self.record(vocabulary, NOBODY, None, snapshots);
+        (last, self.recording.finish(snapshots, vocabulary.language.moved_m))
     }
 }

@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
 
+use config::Names;
 use message::{Event, EventKind};
 use serde::Serialize;
 
@@ -157,13 +158,13 @@ impl Account {
         performances.filter(|done| done.result.is_some()).count() + self.declined
     }
 
-    /// The account for a person to read.
+    /// The account for a person to read, with what the partners are called.
     #[must_use]
-    pub fn to_text(&self) -> String {
+    pub fn to_text(&self, names: &Names) -> String {
         let mut out = String::new();
         for task in &self.tasks {
             // Writing to a string cannot fail.
-            let _ = task.write_text(&mut out);
+            let _ = task.write_text(names, &mut out);
         }
         out
     }
@@ -197,7 +198,7 @@ impl Task {
         &mut self.performances[last]
     }
 
-    fn write_text(&self, out: &mut String) -> std::fmt::Result {
+    fn write_text(&self, names: &Names, out: &mut String) -> std::fmt::Result {
         match self.examples {
             0 => writeln!(out, "{}: no demonstration was finished", self.name)?,
             1 => writeln!(out, "{}: 1 demonstration", self.name)?,
@@ -207,7 +208,7 @@ impl Task {
             let remark = if demonstration.counts { "" } else { " (not finished, does not count)" };
             writeln!(out, "  demonstration {number}{remark}")?;
             for (perspective, things) in in_order(&demonstration.seen) {
-                writeln!(out, "    {} had in view: {things}", person(perspective))?;
+                writeln!(out, "    {} had in view: {things}", person(names, perspective))?;
             }
             for action in &demonstration.actions {
                 writeln!(out, "    {action}")?;
@@ -216,13 +217,13 @@ impl Task {
         for (perspective, hypotheses) in in_order(&self.hypotheses) {
             let whose = match perspective.as_str() {
                 "robot" => "as Leo saw it itself (without perspective taking)".to_owned(),
-                other => format!("as {} could see it (with perspective taking)", person(other)),
+                other => format!("as {} could see it (with perspective taking)", person(names, other)),
             };
             writeln!(out, "  {whose}")?;
             self.write_hypotheses(hypotheses, out)?;
         }
         if let Some(rule) = &self.rule {
-            let whose = person(&rule.perspective);
+            let whose = person(names, &rule.perspective);
             writeln!(out, "  rule chosen: {} (as {whose} saw it)", rule.name.to_uppercase())?;
         }
         if let Some(explanation) = &self.explanation {
@@ -273,13 +274,14 @@ fn in_order<T>(by_perspective: &BTreeMap<String, T>) -> impl Iterator<Item = (&S
     own.chain(by_perspective.iter().filter(|(perspective, _)| *perspective != "robot"))
 }
 
-/// Who looks through a perspective's eyes, to people.
-fn person(perspective: &str) -> &str {
-    match perspective {
-        "robot" => "Leo",
-        "human" => "the teacher",
-        other => other,
-    }
+/// Who looks through a perspective's eyes ([`perspective_name`]), to people.
+fn person(names: &Names, perspective: &str) -> String {
+    let number = match perspective {
+        "robot" => Some(0),
+        "human" => Some(1),
+        other => other.strip_prefix("partner ").and_then(|number| number.parse().ok()),
+    };
+    number.map_or_else(|| perspective.to_owned(), |number| names.of(number))
 }
 
 #[cfg(test)]
@@ -328,7 +330,7 @@ mod tests {
         }
         note(EventKind::PerformanceStarted, 0, "task 1", 0.0);
         note(EventKind::Seen, 0, "green square", 0.0);
-        let text = account.to_text();
+        let text = account.to_text(&Names::try_from(vec!["the teacher".to_owned()]).unwrap());
         for line in [
             "task 1: 2 demonstrations\n",
             "    Leo had in view: red square and blue square\n    the teacher had in view: red square\n",

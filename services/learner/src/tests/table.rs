@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use std::rc::Rc;
 
 use clock::{Duration, Instant};
+use config::Names;
 use config::percepts::Percepts;
 use geometry::{Base, Person, Pose, Position};
 use message::{
@@ -153,7 +154,8 @@ impl Run {
             peg_half_height_m: 0.025,
             marker_half_height_m: 0.005,
         };
-        let vocabulary = Vocabulary::of(&Percepts::builtin()).unwrap();
+        let names = Names::try_from(vec!["the teacher".to_owned()]).unwrap();
+        let vocabulary = Vocabulary::of(&Percepts::builtin()).unwrap().with_names(&names);
         let body = StandIn { table: Rc::clone(&table), under_way: None };
         let perspectives: Vec<u16> = (0..=partners).collect();
         Self {
