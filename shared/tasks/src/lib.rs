@@ -48,6 +48,7 @@ mod rule;
 mod selection;
 mod settings;
 mod snapshot;
+mod standing;
 mod table;
 mod weight;
 
@@ -69,6 +70,7 @@ pub use rule::Rule;
 pub use selection::{Relation, Selection};
 pub use settings::{Hypotheses, Noise, NoiseOutOfRange, Settings};
 pub use snapshot::{Object, Snapshot};
+pub use standing::Standing;
 
 #[cfg(test)]
 mod tests;
