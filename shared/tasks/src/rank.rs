@@ -3,7 +3,7 @@
 
 use std::cmp::Ordering;
 
-use rustc_hash::FxHashMap;
+use rustc_hash::{FxBuildHasher, FxHashMap};
 
 use crate::describe::{describe_rule, listing_cost};
 use crate::dnf::reduce;
@@ -48,7 +48,8 @@ pub(crate) struct Subject<'a> {
 /// Where teachers do not slip they are ranked by their tally first, then by their posterior.
 pub(crate) fn rank(subject: &Subject<'_>, scored: Scored, settings: &Settings, most: usize) -> Vec<Rule> {
     let by_tally = settings.noise.logs().is_none();
-    let mut meanings: FxHashMap<(Selection, Mask, Vec<Key>), Meaning> = FxHashMap::default();
+    let mut meanings: FxHashMap<(Selection, Mask, Vec<Key>), Meaning> =
+        FxHashMap::with_capacity_and_hasher(scored.hypotheses.len(), FxBuildHasher);
     for hypothesis in scored.hypotheses {
         let (mask, classes) = reduce(hypothesis.mask, hypothesis.classes, &subject.goal.seen);
         let meaning = meanings.entry((hypothesis.selection, mask, classes)).or_default();
