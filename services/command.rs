@@ -270,7 +270,7 @@ impl Teach {
             let account = supervisor_process::teach(&teaching).map_err(Failed::because)?;
             accounts.push((file.display().to_string(), lesson.title, account));
         }
-        output::print_accounts(&accounts, self.json)?;
+        output::print_accounts(&accounts, &robot.leo.belief.names, self.json)?;
         Ok(ExitCode::SUCCESS)
     }
 }

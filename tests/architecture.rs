@@ -72,9 +72,11 @@ const MAY_BE_UNSAFE: [&str; 2] = ["shared/realtime", "shared/testkit"];
 const SHELL_FILES: [&str; 3] = ["lib.rs", "run.rs", "shell.rs"];
 
 /// Further files of a shell, where it has more than one noun.
-const MORE_SHELL_FILES: [&str; 17] = [
+const MORE_SHELL_FILES: [&str; 19] = [
     "console/src/divides.rs",
     "console/src/top.rs",
+    "learner/src/keeper.rs",
+    "learner/src/memory.rs",
     "mock_bus/src/alone.rs",
     "mock_bus/src/end.rs",
     "mock_bus/src/ptys.rs",

@@ -3,11 +3,16 @@
 use std::io::Write as _;
 
 use account::Account;
+use config::Names;
 
 use super::failure::Failed;
 
 /// Prints what Leo learned in each lesson: its file, its title and the account.
-pub(crate) fn print_accounts(accounts: &[(String, String, Account)], json: bool) -> Result<(), Failed> {
+pub(crate) fn print_accounts(
+    accounts: &[(String, String, Account)],
+    names: &Names,
+    json: bool,
+) -> Result<(), Failed> {
     let mut text = String::new();
     if json {
         let lessons: Vec<serde_json::Value> = accounts
@@ -17,7 +22,7 @@ pub(crate) fn print_accounts(accounts: &[(String, String, Account)], json: bool)
         text = to_json(&lessons)?;
     } else {
         for (file, title, account) in accounts {
-            text += &format!("{title} ({file})\n\n{}", account.to_text());
+            text += &format!("{title} ({file})\n\n{}", account.to_text(names));
         }
     }
     print(&text)

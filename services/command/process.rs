@@ -91,7 +91,7 @@ impl Process {
             Self::Belief(_) => belief_process::run(&launch, &robot),
             Self::Learner(_) => learner_process::run(&launch, &robot),
             Self::Motor(_) => motor_process::run(&launch, &robot),
-            Self::Console(_) => console_process::run(&launch, &robot, lesson(&launch)?.performances()),
+            Self::Console(_) => console_process::run(&launch, &robot, &lesson(&launch)?),
             Self::MockBus(_) => Ok(()),
         }
         .map_err(Failed::because)?;

@@ -34,7 +34,8 @@ pub(super) fn rehearse(
     let mut believer =
         belief_process::Believer::new(&robot.percepts, &robot.perspective, partners, 1, capacity)
             .map_err(Failed::usage)?;
-    let vocabulary = Vocabulary::of(&robot.percepts).map_err(Failed::usage)?;
+    let vocabulary =
+        Vocabulary::of(&robot.percepts).map_err(Failed::usage)?.with_names(&settings.belief.names);
     let perspectives: Vec<u16> = (0..).take(partners as usize + 1).collect();
     let mut learner = Learner::new(Settings::of(&settings.learner), vocabulary, &perspectives, Still, []);
     let mut account = Account::default();

@@ -7,9 +7,8 @@ use ::tasks::{Settings, Task, key, listed};
 use account::Account;
 use clap::{Args, Subcommand};
 use config::Robot;
-use learner_process::{Vocabulary, learning, memory_file, open_question, retell};
+use learner_process::{Memory, Vocabulary, learning, memory_file, open_question, retell};
 use serde::{Deserialize, Serialize};
-use store::Store;
 
 use super::failure::Failed;
 use super::{domain, output};
@@ -96,8 +95,8 @@ struct Known {
 impl Tasks {
     pub(crate) fn run(&self) -> Result<ExitCode, Failed> {
         let memory = match &self.state {
-            Some(state) => Memory::open(state)?,
-            None => Memory::open(&domain::state_directory()?)?,
+            Some(state) => Remembered::open(state)?,
+            None => Remembered::open(&domain::state_directory()?)?,
         };
         match &self.what {
             What::List { json } => self.list(&memory, *json)?,
@@ -108,12 +107,12 @@ impl Tasks {
                     output::print_json(&Shown { account, question })?;
                 } else {
                     let asks = question.map(|text| format!("  Leo would ask: {text}\n")).unwrap_or_default();
-                    output::print(&(account.to_text() + &asks))?;
+                    output::print(&(account.to_text(&self.robot()?.leo.belief.names) + &asks))?;
                 }
             }
             What::Forget { name } => {
                 let task = memory.task(name)?;
-                memory.store.forget(&key(name)).map_err(Failed::because)?;
+                memory.memory.forget(name).map_err(Failed::because)?;
                 output::print(&format!("forgot {} and its {} examples\n", task.name, task.examples.len()))?;
             }
             What::Export { names } => {
@@ -144,13 +143,17 @@ impl Tasks {
         Ok(open_question(&vocabulary.language, task, &settings))
     }
 
+    fn robot(&self) -> Result<Robot, Failed> {
+        Robot::load(self.config.as_deref()).map_err(Failed::usage)
+    }
+
     fn settings(&self) -> Result<(Vocabulary, Settings), Failed> {
-        let robot = Robot::load(self.config.as_deref()).map_err(Failed::usage)?;
+        let robot = self.robot()?;
         let vocabulary = Vocabulary::of(&robot.percepts).map_err(Failed::usage)?;
         Ok((vocabulary, learning(&robot.leo.learner)))
     }
 
-    fn list(&self, memory: &Memory, json: bool) -> Result<(), Failed> {
+    fn list(&self, memory: &Remembered, json: bool) -> Result<(), Failed> {
         let known = memory.tasks.iter().map(|task| {
             let account = self.account(task)?;
             let rule =
@@ -172,16 +175,16 @@ impl Tasks {
 }
 
 /// What is remembered, opened.
-struct Memory {
-    store: Store,
+struct Remembered {
+    memory: Memory,
     tasks: Vec<Task>,
 }
 
-impl Memory {
+impl Remembered {
     fn open(state: &Path) -> Result<Self, Failed> {
-        let store = Store::open(&memory_file(state)).map_err(Failed::because)?;
-        let tasks = store.load::<Task>().map_err(Failed::because)?;
-        Ok(Self { store, tasks: tasks.into_iter().map(|(_, task)| task).collect() })
+        let memory = Memory::open(&memory_file(state)).map_err(Failed::because)?;
+        let tasks = memory.tasks().map_err(Failed::because)?;
+        Ok(Self { memory, tasks })
     }
 
     fn task(&self, name: &str) -> Result<&Task, Failed> {
@@ -224,8 +227,7 @@ impl Memory {
                 index + 1
             )));
         }
-        let entries = keys.iter().map(String::as_str).zip(&exported.tasks);
-        self.store.save_all(entries).map_err(Failed::because)?;
+        self.memory.replace(&exported.tasks).map_err(Failed::because)?;
         Ok(exported.tasks.iter().map(|task| task.name.clone()).collect())
     }
 }

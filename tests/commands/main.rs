@@ -1,12 +1,14 @@
 //! The commands as their users meet them, over the real executable.
 #![expect(clippy::expect_used, reason = "a test fails by panicking")]
 
+mod acts;
 mod believe;
 mod house;
 mod learn;
 mod sources;
 mod study;
 mod tasks;
+mod wrong;
 
 use std::fs;
 use std::path::{Path, PathBuf};

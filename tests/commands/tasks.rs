@@ -1,5 +1,7 @@
 //! `leo tasks`: what was learned goes from one memory to another.
 
+use std::fs;
+
 use serde_json::{Value, json};
 
 use crate::assert_refused;
@@ -87,4 +89,24 @@ fn a_file_that_is_no_export_changes_nothing() {
     assert_refused(&import(&twice.to_string()), 2, &["task 2 has the name of one before it"]);
     assert_refused(&tell(&["tasks", "import", "/nowhere.json", "--state", &state]), 2, &["/nowhere.json"]);
     assert_eq!(tell(&["tasks", "list", "--state", &state]).out, "Leo has learned nothing yet\n");
+}
+
+#[test]
+fn what_an_older_leo_learned_is_taken_over_and_its_file_kept() {
+    let files = tempfile::tempdir().expect("a folder");
+    let state = files.path().join("state");
+    fs::create_dir(&state).expect("makes");
+    fs::copy("shared/store/tests/version_1.redb", state.join("learned.redb")).expect("copies");
+    let ask = |what: &str| tell(&["tasks", what, "--state", &state.display().to_string()]);
+    let list = ask("list").out;
+    assert!(list.contains("Task 1 ") && list.contains("2 examples   all red"), "{list}");
+    let out: Value = serde_json::from_str(&ask("export").out).expect("is JSON");
+    let example = exported()["tasks"][0]["examples"][0].clone();
+    for part in ["/teacher", "/views/0/before/objects/0/features", "/views/0/after/objects/0/states"] {
+        for index in 0..2 {
+            let kept = out.pointer(&format!("/tasks/1/examples/{index}{part}"));
+            assert_eq!(kept, example.pointer(part), "{part}");
+        }
+    }
+    assert!(state.join("learned.v1.redb").exists());
 }

@@ -133,6 +133,33 @@ fn a_process_that_cannot_be_kept_alive_ends_the_run_loudly() {
 }
 
 #[test]
+fn without_perspective_taking_no_perspective_but_the_robots_is_computed() {
+    /// Of each perspective: whose it is, and how much was computed of it.
+    fn computed(robot: &Robot) -> Vec<(String, u64, u64)> {
+        let rows = robot.rows();
+        let row = rows.iter().find(|row| row["process"] == "belief");
+        let perspectives = row.and_then(|row| row["perspectives"].as_array()).cloned().unwrap_or_default();
+        let count = |value: &serde_json::Value| value.as_u64().expect("a count");
+        perspectives
+            .iter()
+            .map(|row| (row["path"].to_string(), count(&row["steps"]), count(&row["beliefs"])))
+            .collect()
+    }
+    for (partners, paths) in [("0", ["[]"].as_slice()), ("1", &["[]", "[1]"])] {
+        let robot = Robot::ready("perspectives", &[("partners", partners)]);
+        let mut seen = Vec::new();
+        let believes = wait_until(|| {
+            seen = computed(&robot);
+            !seen.is_empty() && seen.iter().all(|(_, steps, beliefs)| *steps > 0 && *beliefs > 0)
+        });
+        assert!(believes, "{partners} partners: {seen:?}\n{}", robot.said());
+        let of: Vec<&str> = seen.iter().map(|(path, ..)| path.as_str()).collect();
+        assert_eq!(of, paths, "{partners} partners");
+        robot.stop(Signal::TERM);
+    }
+}
+
+#[test]
 fn a_run_ends_when_its_time_is_over_and_leaves_nothing() {
     let domain = domain("timed");
     let state = tempfile::tempdir().expect("a folder");

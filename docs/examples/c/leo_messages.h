@@ -22,6 +22,7 @@
 #define LEO_STATES 8
 #define LEO_MAX_PERCEPTS 12
 #define LEO_MAX_BUSES 16
+#define LEO_MAX_PERSPECTIVES 256
 #define LEO_MAX_SOURCES 16
 #define LEO_LOSSES 24
 #define LEO_TEXT_CAPACITY 252
@@ -57,6 +58,8 @@ enum leo_event_kind {
     LEO_EVENT_KIND_CONTINUITY_BROKEN = 13,
     /* What a perspective has before it as a demonstration or a performance begins; the text lists it. */
     LEO_EVENT_KIND_SEEN = 14,
+    /* Leo was asked to perform a task and does not; the text is what it says about that. */
+    LEO_EVENT_KIND_DECLINED = 15,
 };
 
 /* A point on the way of a frame, in the direction the data flows. */
@@ -797,6 +800,36 @@ struct leo_perceived {
 LEO_ASSERT(sizeof(struct leo_perceived) == 472, "size of leo/Perceived/1");
 LEO_ASSERT(offsetof(struct leo_perceived, observation) == 0, "place of observation");
 LEO_ASSERT(offsetof(struct leo_perceived, snapshot) == 128, "place of snapshot");
+
+/* What was computed of one perspective, since its process's life began. */
+#define LEO_PERSPECTIVE_HEALTH_TYPE "leo/PerspectiveHealth/1"
+struct leo_perspective_health {
+    LEO_NAMED(LEO_PERSPECTIVE_HEALTH_TYPE)
+    /* Whose it is, and within whose. */
+    struct leo_path path;
+    /* How often its beliefs were brought to an instant. */
+    uint64_t steps;
+    /* Beliefs that it held after each of these steps, all together. */
+    uint64_t beliefs;
+};
+LEO_ASSERT(sizeof(struct leo_perspective_health) == 32, "size of leo/PerspectiveHealth/1");
+LEO_ASSERT(offsetof(struct leo_perspective_health, path) == 0, "place of path");
+LEO_ASSERT(offsetof(struct leo_perspective_health, steps) == 16, "place of steps");
+LEO_ASSERT(offsetof(struct leo_perspective_health, beliefs) == 24, "place of beliefs");
+
+/* What was computed of each perspective: the belief process writes it to a board of its own. Where
+ * perspective taking is off there is one, the robot's own. */
+#define LEO_PERSPECTIVES_TYPE "leo/Perspectives/1"
+struct leo_perspectives {
+    LEO_NAMED(LEO_PERSPECTIVES_TYPE)
+    /* How many perspectives there are. */
+    uint64_t count;
+    /* Each of them, by its number. */
+    struct leo_perspective_health perspectives[256];
+};
+LEO_ASSERT(sizeof(struct leo_perspectives) == 8200, "size of leo/Perspectives/1");
+LEO_ASSERT(offsetof(struct leo_perspectives, count) == 0, "place of count");
+LEO_ASSERT(offsetof(struct leo_perspectives, perspectives) == 8, "place of perspectives");
 
 /* Which life of each process is the newest, as the supervisor knows it: it names the board on
  * which that life's `Health` stands. */

@@ -12,6 +12,7 @@ NOBODY = 65535
 STATES = 8
 MAX_PERCEPTS = 12
 MAX_BUSES = 16
+MAX_PERSPECTIVES = 256
 MAX_SOURCES = 16
 LOSSES = 24
 TEXT_CAPACITY = 252
@@ -48,6 +49,8 @@ class EventKind(enum.IntEnum):
     CONTINUITY_BROKEN = 13
     # What a perspective has before it as a demonstration or a performance begins; the text lists it.
     SEEN = 14
+    # Leo was asked to perform a task and does not; the text is what it says about that.
+    DECLINED = 15
 
 
 # A point on the way of a frame, in the direction the data flows.
@@ -712,6 +715,37 @@ class Perceived(ctypes.Structure):
         return "leo/Perceived/1"
 
 
+# What was computed of one perspective, since its process's life began.
+class PerspectiveHealth(ctypes.Structure):
+    _fields_ = [
+        # Whose it is, and within whose.
+        ("path", Path),
+        # How often its beliefs were brought to an instant.
+        ("steps", ctypes.c_uint64),
+        # Beliefs that it held after each of these steps, all together.
+        ("beliefs", ctypes.c_uint64),
+    ]
+
+    @staticmethod
+    def type_name():
+        return "leo/PerspectiveHealth/1"
+
+
+# What was computed of each perspective: the belief process writes it to a board of its own. Where
+# perspective taking is off there is one, the robot's own.
+class Perspectives(ctypes.Structure):
+    _fields_ = [
+        # How many perspectives there are.
+        ("count", ctypes.c_uint64),
+        # Each of them, by its number.
+        ("perspectives", PerspectiveHealth * 256),
+    ]
+
+    @staticmethod
+    def type_name():
+        return "leo/Perspectives/1"
+
+
 # Which life of each process is the newest, as the supervisor knows it: it names the board on
 # which that life's `Health` stands.
 class Roster(ctypes.Structure):
@@ -842,6 +876,8 @@ _LAYOUT = [
     (PerceptValue, 28, [0, 2, 4, 8, 12]),
     (Snapshot, 340, [0, 4]),
     (Perceived, 472, [0, 128]),
+    (PerspectiveHealth, 32, [0, 16, 24]),
+    (Perspectives, 8200, [0, 8]),
     (Roster, 64, [0]),
     (SceneObject, 384, [0, 24, 56, 80, 92, 124, 126, 128]),
     (SourceHealth, 480, [0, 256, 264, 272, 280, 288]),

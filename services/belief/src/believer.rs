@@ -2,7 +2,7 @@ use clock::Instant;
 use config::percepts::Percepts;
 use config::perspective::Perspective;
 use geometry::{Base, Position};
-use message::{Belief, BeliefHead, Header, Hop, Path, Perceived};
+use message::{Belief, BeliefHead, Header, Hop, Path, Perceived, Perspectives};
 use perception::{Perception, Unperceivable};
 use perspective::{Nested, NoPerspective, Partner, Robot};
 use quantity::number::{saturating_u16, saturating_u32};
@@ -63,6 +63,7 @@ pub struct Believer {
     others: Vec<Other>,
     header: Header,
     at: Instant,
+    computed: Perspectives,
 }
 
 #[derive(Clone)]
@@ -150,7 +151,12 @@ impl Believer {
         };
         let others =
             perspectives.iter().enumerate().skip(1).map(other).collect::<Result<_, NoPerspective>>()?;
-        Ok(Self { robot, others, header: Header::default(), at: Instant::EPOCH })
+        let mut computed =
+            Perspectives { count: u64::from(saturating_u32(perspectives.len())), ..Perspectives::default() };
+        for (counts, nested) in computed.perspectives.iter_mut().zip(&perspectives) {
+            counts.path = nested.path;
+        }
+        Ok(Self { robot, others, header: Header::default(), at: Instant::EPOCH, computed })
     }
 
     /// Brings every perspective to the instant that a frame of the percept buffer speaks about.
@@ -162,6 +168,7 @@ impl Believer {
         self.at = Instant::from_nanos(header.valid_at_ns).min(now).max(self.at);
         self.header = Header { valid_at_ns: self.at.as_nanos(), ..header.onwards() };
         self.robot.step(self.at, header.passed(Hop::Observed).is_some(), entries);
+        self.count(0, self.robot.beliefs().len());
         for index in 0..self.others.len() {
             let Some((earlier, [other, ..])) = self.others.split_at_mut_checked(index) else { return };
             let awareness = match other.within.checked_sub(1) {
@@ -173,7 +180,22 @@ impl Believer {
                 let (robot, within) = (&self.robot, other.within);
                 let surveyed = |place: &Position<Base>| all_survey(robot, earlier, within, place);
                 other.partner.step(self.at, entries, awareness, surveyed);
+                let beliefs = other.partner.beliefs().len();
+                self.count(index + 1, beliefs);
             }
+        }
+    }
+
+    /// What was computed of each perspective, counted where it is computed.
+    #[must_use]
+    pub fn computed(&self) -> &Perspectives {
+        &self.computed
+    }
+
+    fn count(&mut self, perspective: usize, beliefs: usize) {
+        if let Some(counts) = self.computed.perspectives.get_mut(perspective) {
+            counts.steps += 1;
+            counts.beliefs += u64::from(saturating_u32(beliefs));
         }
     }
 

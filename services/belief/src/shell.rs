@@ -1,9 +1,13 @@
+use clock::{Duration, Instant};
 use config::Robot;
 use message::{Beliefs, Divergences as Differing, Hop, Percepts, Process};
 use process::{Failure, Launch, Member, Progress};
 use transport::Outlet;
 
 use crate::{Believer, Divergences};
+
+/// What was computed of each perspective is shown this often.
+const SHOWN_EVERY: Duration = Duration::from_millis(20);
 
 /// Runs the process until it is told to stop: one step for every frame of the percept buffer, one
 /// belief buffer per perspective and one divergence buffer per perspective but the robot's, all of
@@ -30,6 +34,8 @@ pub fn run(launch: &Launch, robot: &Robot) -> Result<(), Failure> {
     let mut differing: Vec<Outlet<Differing>> = (1..believer.perspectives())
         .map(|perspective| member.outlet(Some(perspective), most))
         .collect::<Result<_, _>>()?;
+    let mut board = member.perspectives_board()?;
+    let mut shown_at = Instant::EPOCH;
     member.begin(None)?;
     while member.next_call(&mut percepts)?.is_some() {
         while !member.shall_stop()
@@ -54,6 +60,10 @@ pub fn run(launch: &Launch, robot: &Robot) -> Result<(), Failure> {
                 outlet.send_all(head, divergences.differences(perspective), |head| {
                     head.header.pass(Hop::Believed, member.now().as_nanos());
                 })?;
+            }
+            if now.since(shown_at) >= SHOWN_EVERY {
+                board.write(believer.computed());
+                shown_at = now;
             }
             let health = member.health();
             health.drops = percepts.drops();

@@ -85,10 +85,10 @@ fn rule(rule: &Rule) -> Value {
     };
     json!({
         "name": rule.name,
-        "rank": rule.rank,
-        "tally": rule.tally,
-        "posterior": rule.posterior,
-        "high_likelihood": rule.high_likelihood,
+        "rank": rule.standing.rank,
+        "tally": rule.standing.tally,
+        "posterior": rule.standing.posterior,
+        "high_likelihood": rule.standing.high_likelihood,
         "template": rule.template,
         "classes": rule.classes,
         "selection": selection,

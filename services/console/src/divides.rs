@@ -1,5 +1,5 @@
 use chronicle::Divide;
-use config::percepts::Percepts;
+use config::Robot;
 use message::{Beliefs, Divergences};
 use process::{Failure, Member};
 use transport::Inlet;
@@ -20,13 +20,14 @@ struct Partner {
 
 impl Divides {
     /// Opens the buffers of so many partners; none where perspective taking is off.
-    pub(crate) fn open(member: &Member, percepts: &Percepts, partners: u32) -> Result<Self, Failure> {
+    pub(crate) fn open(member: &Member, robot: &Robot, partners: u32) -> Result<Self, Failure> {
+        let names = &robot.leo.belief.names;
         let open = |partner: u16| {
             let number = Some(u32::from(partner));
             Ok(Partner {
                 beliefs: member.inlet(number)?,
                 divergences: member.inlet(number)?,
-                divide: Divide::new(percepts, partner),
+                divide: Divide::new(&robot.percepts, &names.of(partner)),
                 life: 0,
             })
         };

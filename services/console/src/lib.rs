@@ -7,35 +7,44 @@ pub mod top;
 use std::io::Write as _;
 
 use account::Account;
+use clock::Duration;
 use config::Robot;
+use config::lesson::Lesson;
 use message::{Events, Process, Utterances};
 use process::{Aside, Failure, Launch, Member, Progress};
 
 use divides::Divides;
 pub use narrator::Narrator;
 
-/// Runs the process until it is told to stop, or until Leo has performed as often as the lesson has
-/// it `performances`. The last it tells is the account of what Leo learned.
+/// The lesson is over when it has been so for this long: what was said last is answered meanwhile.
+const ANSWER: Duration = Duration::from_secs(1);
+
+/// Runs the process until it is told to stop, or until all that is said in the lesson was said and Leo
+/// has performed, or declined to, as often as it was asked to. The last it tells is the account of
+/// what Leo learned.
 ///
 /// # Errors
 ///
 /// The domain cannot be joined, or the middleware failed.
-pub fn run(launch: &Launch, robot: &Robot, performances: u32) -> Result<(), Failure> {
+pub fn run(launch: &Launch, robot: &Robot, lesson: &Lesson) -> Result<(), Failure> {
     let leo = &robot.leo;
     let mut member = Member::join(launch, Process::Console, &leo.buffers, &leo.console.realtime)?;
     let mut utterances = member.inlet::<Utterances>(None)?;
     let mut events = member.inlet::<Events>(None)?;
-    let mut divides =
-        Divides::open(&member, &robot.percepts, launch.partners.unwrap_or(leo.belief.partners))?;
-    let mut narrator = Narrator::default();
+    let mut divides = Divides::open(&member, robot, launch.partners.unwrap_or(leo.belief.partners))?;
+    let mut narrator = Narrator::new(&leo.belief.names);
     let mut account = Account::default();
-    let performances = usize::try_from(performances).unwrap_or(usize::MAX);
+    let performances = usize::try_from(lesson.performances()).unwrap_or(usize::MAX);
+    // A console that begins anew does not know what was said before.
+    let mut unsaid = if launch.incarnation == 1 { lesson.sentences() } else { 0 };
+    let mut over_since = None;
     let mut out = Aside::over(std::io::stdout());
     member.begin(Some(leo.console.rate_hz.period()))?;
-    while member.next_cycle()?.is_some() {
+    while let Some(now) = member.next_cycle()? {
         let mut lines = String::new();
         while let Some(frame) = utterances.receive()? {
             for utterance in frame.entries() {
+                unsaid = unsaid.saturating_sub(1);
                 narrator.utterance(frame.head().valid_at_ns, utterance, &mut lines);
             }
         }
@@ -52,12 +61,13 @@ pub fn run(launch: &Launch, robot: &Robot, performances: u32) -> Result<(), Fail
         }
         member.health().drops = utterances.drops() + events.drops();
         member.end_cycle(Progress::More)?;
-        if !launch.stay && performances > 0 && account.performances_ended() >= performances {
+        let is_over = unsaid == 0 && performances > 0 && account.performances_ended() >= performances;
+        if !launch.stay && is_over && now.since(*over_since.get_or_insert(now)) >= ANSWER {
             break;
         }
     }
     if !account.tasks.is_empty() {
-        let summary = format!("\nWhat Leo learned\n\n{}", account.to_text());
+        let summary = format!("\nWhat Leo learned\n\n{}", account.to_text(&leo.belief.names));
         let _taken = out.write_all(summary.as_bytes());
     }
     out.finish();

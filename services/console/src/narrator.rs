@@ -1,17 +1,26 @@
 use std::fmt::Write as _;
 
-use message::{Event, EventKind, Utterance};
+use config::Names;
+use message::{Event, EventKind, NOBODY, Utterance};
 
 /// Puts events into words, with the seconds since the first one before them.
 #[derive(Clone, Debug, Default)]
 pub struct Narrator {
+    names: Names,
     first_ns: Option<u64>,
 }
 
 impl Narrator {
+    /// Nothing told yet, by people who are called so.
+    #[must_use]
+    pub fn new(names: &Names) -> Self {
+        Self { names: names.clone(), first_ns: None }
+    }
+
     /// A line about what a teacher said at `at_ns`.
     pub fn utterance(&mut self, at_ns: u64, utterance: &Utterance, out: &mut String) {
-        let words = format!("teacher: \"{}\"", utterance.text.as_str());
+        let speaker = u16::try_from(utterance.speaker).unwrap_or(NOBODY);
+        let words = format!("{}: \"{}\"", self.names.of(speaker), utterance.text.as_str());
         self.line(at_ns, &words, out);
     }
 
@@ -21,8 +30,7 @@ impl Narrator {
         let task = event.task.as_str();
         let whose = match event.perspective {
             0 => "Leo's own view".to_owned(),
-            1 => "the teacher's view".to_owned(),
-            other => format!("partner {other}'s view"),
+            partner => format!("{}'s view", self.names.of(partner)),
         };
         let words = match event.kind() {
             Some(EventKind::Said) => format!("Leo:     \"{text}\""),
@@ -45,7 +53,7 @@ impl Narrator {
             Some(EventKind::StepFailed) => format!("  FAILED {text}"),
             Some(EventKind::PerformanceEnded) => format!("  result {text}"),
             Some(EventKind::ContinuityBroken) => format!("  note   {text}"),
-            Some(EventKind::Hypothesis) | None => return,
+            Some(EventKind::Hypothesis | EventKind::Declined) | None => return,
         };
         self.line(at_ns, &words, out);
     }

@@ -4,12 +4,14 @@ use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use std::time::Duration;
 
-use message::{BusHealth, Health, Histogram, Loss, Process, ProcessState, Roster, SourceHealth};
+use message::{
+    BusHealth, Health, Histogram, Loss, PerspectiveHealth, Process, ProcessState, Roster, SourceHealth,
+};
 use serde::Serialize;
 use transport::janitor::is_claimed;
 use transport::{
-    BusesReader, Delivery, Domain, HealthReader, JoinError, Node, PortError, Queues, RosterReader,
-    SourcesReader,
+    BusesReader, Delivery, Domain, HealthReader, JoinError, Node, PerspectivesReader, PortError, Queues,
+    RosterReader, SourcesReader,
 };
 
 /// Why there is nothing to look at.
@@ -39,6 +41,7 @@ pub struct Top {
     readers: BTreeMap<Process, (u64, HealthReader)>,
     sources: Option<(u64, SourcesReader)>,
     buses: Option<(u64, BusesReader)>,
+    perspectives: Option<(u64, PerspectivesReader)>,
     earlier: BTreeMap<Process, Health>,
 }
 
@@ -69,6 +72,8 @@ pub struct Row {
     pub sources: Vec<SourceRow>,
     /// Of the motor process: its servo buses.
     pub buses: Vec<BusRow>,
+    /// Of the belief process: the perspectives of which anything is computed.
+    pub perspectives: Vec<PerspectiveRow>,
     /// Page faults since its loop began.
     pub page_faults: u64,
     /// Release to start.
@@ -121,6 +126,17 @@ pub struct BusRow {
     pub exchange_us: Quantiles,
 }
 
+/// A perspective, since the belief process's life began.
+#[derive(Clone, Debug, Serialize)]
+pub struct PerspectiveRow {
+    /// Whose, and within whose: [] the robot's, [1] partner 1's.
+    pub path: Vec<u16>,
+    /// How often its beliefs were brought to an instant.
+    pub steps: u64,
+    /// Beliefs that it held after each of these steps, all together.
+    pub beliefs: u64,
+}
+
 /// A distribution in microseconds.
 #[derive(Clone, Copy, Debug, Serialize)]
 pub struct Quantiles {
@@ -171,6 +187,7 @@ impl Top {
             readers: BTreeMap::new(),
             sources: None,
             buses: None,
+            perspectives: None,
             earlier: BTreeMap::new(),
         })
     }
@@ -189,6 +206,9 @@ impl Top {
                 }
                 if process == Process::Motor {
                     row.buses = self.buses(health.incarnation);
+                }
+                if process == Process::Belief {
+                    row.perspectives = self.perspectives(health.incarnation);
                 }
                 rows.push(row);
             }
@@ -215,6 +235,15 @@ impl Top {
         }
         let sources = self.sources.as_ref().map(|(_, reader)| reader.read());
         sources.iter().flat_map(message::Sources::all).map(source_row).collect()
+    }
+
+    fn perspectives(&mut self, incarnation: u64) -> Vec<PerspectiveRow> {
+        if self.perspectives.as_ref().is_none_or(|(life, _)| *life != incarnation) {
+            let reader = PerspectivesReader::open(&self.node, Process::Belief, incarnation);
+            self.perspectives = reader.ok().map(|reader| (incarnation, reader));
+        }
+        let perspectives = self.perspectives.as_ref().map(|(_, reader)| reader.read());
+        perspectives.iter().flat_map(message::Perspectives::all).map(perspective_row).collect()
     }
 }
 
@@ -256,6 +285,14 @@ fn source_row(source: &SourceHealth) -> SourceRow {
     }
 }
 
+fn perspective_row(perspective: &PerspectiveHealth) -> PerspectiveRow {
+    PerspectiveRow {
+        path: perspective.path.agents().unwrap_or_default().to_vec(),
+        steps: perspective.steps,
+        beliefs: perspective.beliefs,
+    }
+}
+
 fn only(mut domains: Vec<Domain>) -> Result<Domain, TopError> {
     match (domains.pop(), domains.is_empty()) {
         (None, _) => Err(TopError::NoRobot),
@@ -289,6 +326,7 @@ fn row(process: Process, health: &Health, earlier: Option<Health>) -> Row {
         refused: health.refused,
         sources: Vec::new(),
         buses: Vec::new(),
+        perspectives: Vec::new(),
         page_faults: health.page_faults,
         wakeup_us: Quantiles::of(&health.wakeup.since(&earlier.wakeup)),
         execution_us: Quantiles::of(&health.execution.since(&earlier.execution)),
@@ -296,7 +334,8 @@ fn row(process: Process, health: &Health, earlier: Option<Health>) -> Row {
     }
 }
 
-/// The rows as a table of 100 columns, with a line for each sensory source and each servo bus below it.
+/// The rows as a table of 100 columns, with a line for each sensory source, each perspective and each
+/// servo bus below it.
 #[must_use]
 pub fn table(rows: &[Row]) -> String {
     let mut out = String::from(
@@ -355,6 +394,11 @@ pub fn table(rows: &[Row]) -> String {
             },
             in_trouble(bus),
         );
+    }
+    for (number, perspective) in rows.iter().flat_map(|row| row.perspectives.iter().enumerate()) {
+        let PerspectiveRow { path, steps, beliefs } = perspective;
+        let path = format!("{path:?}");
+        let _ = writeln!(out, "perspective {number} {path:<12} {steps:>8} steps {beliefs:>13} beliefs");
     }
     out
 }
@@ -436,6 +480,22 @@ mod tests {
         let said: Vec<&str> = last.split_whitespace().collect();
         let should = "source 1 camera 12 frames 34 observations SILENT lost: 2 overtaken, 7 place";
         assert_eq!(said.join(" "), should);
+    }
+
+    #[test]
+    fn each_perspective_has_a_line_below_the_table() {
+        let within = |path: message::Path, agent| path.within(agent).unwrap();
+        let partner = within(message::Path::ROBOT, 1);
+        let mut row = row(Process::Belief, &Health::default(), None);
+        row.perspectives = [message::Path::ROBOT, partner, within(partner, 0)]
+            .map(|path| perspective_row(&PerspectiveHealth { path, steps: 7, beliefs: 21 }))
+            .to_vec();
+        let table = table(&[row]);
+        let lines: Vec<String> =
+            table.lines().skip(3).map(|line| line.split_whitespace().collect::<Vec<_>>().join(" ")).collect();
+        let should = ["perspective 0 [] 7 steps 21 beliefs", "perspective 1 [1] 7 steps 21 beliefs"];
+        assert_eq!(lines[..2], should);
+        assert_eq!(lines[2], "perspective 2 [1, 0] 7 steps 21 beliefs");
     }
 
     #[test]

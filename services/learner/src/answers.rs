@@ -43,8 +43,8 @@ pub(crate) fn why(language: &Language, task: &Task, perspectives: &[u16], settin
     };
     let first = learned.primary().next();
     let (tally, examples) = match (first, learned.figures.first()) {
-        (Some(rule), _) => (rule.tally, rule.examples),
-        (None, Some(figure)) => (figure.tally, figure.examples),
+        (Some(rule), _) => (rule.standing.tally, rule.standing.examples),
+        (None, Some(figure)) => (figure.standing.tally, figure.standing.examples),
         (None, None) => (0, learned.examples),
     };
     let shown = format!("\"{}\" is what {tally} of {examples} showings say", spoken(learned));

@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, VecDeque};
 
 use clock::{Duration, Instant};
 use message::{Belief, BeliefHead, Event, EventKind, JointGoal, Utterance};
-use tasks::{Language, Noise, Prior, Sentence, Snapshot, Task, key};
+use tasks::{Example, Language, Learned, Noise, Prior, Sentence, Snapshot, Task, key};
 
 use crate::performance::{HalfHeights, Performance, Stage};
 use crate::question::Question;
@@ -12,6 +12,7 @@ use crate::report::{Verdict, sight, spoken};
 use crate::teaching::Teaching;
 use crate::views::{Continuity, Views};
 use crate::{Body, Motion, Skill, Vocabulary};
+use quantity::number::saturating_u32;
 
 /// What the learner does not decide for itself.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -69,12 +70,25 @@ pub struct Input<'a> {
     pub present_rad: &'a [Option<f64>],
 }
 
-/// What the learner wants done, in this order: what is to be saved has to be durable before the
-/// events are published, since they say that it was learned.
+/// One more example of a task, to be kept beyond the life of the process.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Kept {
+    /// The key of the task's name ([`tasks::key`]).
+    pub key: String,
+    /// The task's name.
+    pub task: String,
+    /// Which of the task's examples it is, from 0.
+    pub place: u64,
+    /// The example.
+    pub example: Example,
+}
+
+/// What the learner wants done. What is to be saved has to be durable before the events are
+/// published, since they say that it was learned; the joints need not wait for either.
 #[derive(Clone, Debug, Default)]
 pub struct Output {
-    /// Tasks to store under the key of their name ([`tasks::key`]), in place of what was there.
-    pub save: Vec<(String, Task)>,
+    /// Examples to keep.
+    pub save: Vec<Kept>,
     /// What to report.
     pub events: Vec<Event>,
     /// Joint goals to publish; none when it is not time for them.
@@ -203,7 +217,7 @@ impl<B: Body> Learner<B> {
         // While Leo performs a task, the task as a whole is the executable.
         if let Some(act) = act.filter(|_| self.performance.is_none()) {
             let snapshots = self.views.snapshots(now, language, &self.perspectives);
-            output.events.extend(teaching.record(language, act.actor, None, &snapshots));
+            output.events.extend(teaching.record(&self.vocabulary, act.actor, None, &snapshots));
         }
     }
 
@@ -244,7 +258,12 @@ impl<B: Body> Learner<B> {
         for (&perspective, view) in &snapshots {
             output.events.push(seen(&self.vocabulary.language, &name, perspective, view));
         }
-        say(output, &name, &format!("I am watching; say \"{name} is done\" at the end"));
+        let known = self.tasks.get(&key(&name)).map_or(0, |task| task.examples.len());
+        let beside = match known {
+            0 => String::new(),
+            known => format!(" for one more example of {name}, beside the {known} that I have"),
+        };
+        say(output, &name, &format!("I am watching{beside}; say \"{name} is done\" at the end"));
         self.show(now, Skill::Attentive, present_rad);
     }
 
@@ -263,7 +282,12 @@ impl<B: Body> Learner<B> {
         };
         let name = teaching.recording.task.clone();
         let snapshots = self.views.snapshots(now, language, &self.perspectives);
-        let (last_act, example) = teaching.finish(language, &snapshots);
+        let vanished = teaching.vanished(language, &snapshots);
+        if !vanished.is_empty() {
+            let gone = tasks::listed(&vanished);
+            say(output, &name, &format!("I see no more of {gone}: I go by what is still there"));
+        }
+        let (last_act, example) = teaching.finish(&self.vocabulary, &snapshots);
         output.events.extend(last_act);
         let example = match example {
             Ok(example) => example,
@@ -283,7 +307,11 @@ impl<B: Body> Learner<B> {
         let (language, settings) = (&self.vocabulary.language, &self.settings.learning);
         let Some(task) = self.tasks.get(task_key) else { return };
         let name = task.name.clone();
-        output.save.push((task_key.to_owned(), task.clone()));
+        if let Some(example) = task.examples.last() {
+            let place = u64::from(saturating_u32(task.examples.len() - 1));
+            let (key, task, example) = (task_key.to_owned(), name.clone(), example.clone());
+            output.save.push(Kept { key, task, place, example });
+        }
         self.in_question = Some(task_key.to_owned());
         let examples = u32::try_from(task.examples.len()).unwrap_or(u32::MAX);
         output.events.push(Event { examples, ..Event::new(EventKind::DemonstrationEnded, &name, &name) });
@@ -292,7 +320,9 @@ impl<B: Body> Learner<B> {
         let examples = task.examples.len();
         let text = match verdict.learned() {
             Some(learned) => {
-                format!("I learned {name} from {}: {}", counted(examples, "example"), spoken(learned))
+                let rule = spoken(learned);
+                let doubt = doubt(learned, settings);
+                format!("I learned {name} from {}: {rule}{doubt}", counted(examples, "example"))
             }
             None => {
                 format!("I saw what changed, but no rule that I know explains {name}; please show it again")
@@ -308,19 +338,19 @@ impl<B: Body> Learner<B> {
     fn begin_performance(&mut self, name: &str, output: &mut Output) {
         if let Some(performance) = &self.performance {
             let busy = performance.task.clone();
-            say(output, &busy, &format!("I am still busy with {busy}"));
+            decline(output, &busy, &format!("I am still busy with {busy}"));
             return;
         }
         let Some(task) = self.tasks.get(&key(name)) else {
             let known: Vec<String> = self.tasks.values().map(|task| task.name.clone()).collect();
             let known = if known.is_empty() { "nothing yet".to_owned() } else { tasks::listed(&known) };
-            say(output, name, &format!("I have not learned {name}; I know {known}"));
+            decline(output, name, &format!("I have not learned {name}; I know {known}"));
             return;
         };
         let language: &Language = &self.vocabulary.language;
         let verdict = Verdict::of(language, task, &self.perspectives, &self.settings.learning);
         let Some(learned) = verdict.learned() else {
-            say(output, name, &format!("I know no rule for {name}; please show it again"));
+            decline(output, name, &format!("I know no rule for {name}; please show it again"));
             return;
         };
         output.events.push(Event::new(EventKind::PerformanceStarted, &task.name, &task.name));
@@ -371,7 +401,7 @@ impl<B: Body> Learner<B> {
             && let Some(teaching) = &mut self.teaching
         {
             let snapshots = self.views.snapshots(now, language, &self.perspectives);
-            output.events.extend(teaching.record(language, 0, Some(&task), &snapshots));
+            output.events.extend(teaching.record(&self.vocabulary, 0, Some(&task), &snapshots));
         }
     }
 }
@@ -382,6 +412,27 @@ fn seen(language: &Language, task: &str, perspective: u16, view: &Snapshot) -> E
 
 fn say(output: &mut Output, task: &str, text: &str) {
     output.events.push(Event::new(EventKind::Said, task, text));
+}
+
+fn decline(output: &mut Output, task: &str, text: &str) {
+    say(output, task, text);
+    output.events.push(Event::new(EventKind::Declined, task, text));
+}
+
+/// What speaks against what was learned, where not all examples are explained. From teachers who slip,
+/// nothing else is to be expected.
+fn doubt(learned: &Learned, settings: &tasks::Settings) -> String {
+    let (tally, examples) = (learned.tally(), learned.examples);
+    if tally >= examples {
+        String::new()
+    } else if settings.noise == Noise::NONE {
+        format!(
+            "; but that is what {tally} of {examples} say, and no rule that I know explains all of them: please \
+             show it again"
+        )
+    } else {
+        format!(", which {tally} of {examples} say")
+    }
 }
 
 /// "1 example", "2 examples".

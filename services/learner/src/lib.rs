@@ -5,19 +5,23 @@
 
 mod answers;
 mod body;
+mod keeper;
 mod learner;
 mod leo_body;
+mod memory;
 mod performance;
 mod question;
 mod report;
+mod reports;
 mod shell;
 mod teaching;
 mod views;
 mod vocabulary;
 
 pub use body::{Body, Motion, Skill, Turn};
-pub use learner::{Input, Learner, Output, Settings, learning};
+pub use learner::{Input, Kept, Learner, Output, Settings, learning};
 pub use leo_body::{LeoBody, LeoBodyError};
+pub use memory::Memory;
 pub use question::open_question;
 pub use report::retell;
 pub use shell::{check_memory, memory_file, run};

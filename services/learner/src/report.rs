@@ -5,9 +5,11 @@ use std::collections::{BTreeMap, BTreeSet};
 use message::{Event, EventKind};
 use quantity::number::saturating_u32;
 use tasks::{
-    Change, FigureRule, Language, Learned, Object, Rule, Selection, Settings, Snapshot, Task, View, decide,
-    describe_change, describe_object, explain, learn_with, listed,
+    Change, Deed, Executable, Language, Learned, Object, Rule, Selection, Settings, Snapshot, Standing, Task,
+    View, decide, describe_change, describe_object, explain, learn_with, listed,
 };
+
+use crate::Vocabulary;
 
 /// Rules reported per perspective and goal at most, beyond those of high likelihood.
 const REPORTED: usize = 8;
@@ -49,25 +51,33 @@ impl Verdict {
             let several = learned.goals.len() > 1;
             for rules in &learned.goals {
                 let reported = rules.iter().enumerate();
-                for (_, rule) in reported.filter(|(index, rule)| *index < REPORTED || rule.high_likelihood) {
+                for (_, rule) in
+                    reported.filter(|(index, rule)| *index < REPORTED || rule.standing.high_likelihood)
+                {
                     let text = if several { with_expectation(rule) } else { rule.name.clone() };
-                    events.push(rule_event(EventKind::Hypothesis, task, perspective, rule, &text));
+                    events.push(standing_event(
+                        EventKind::Hypothesis,
+                        task,
+                        perspective,
+                        &rule.standing,
+                        &text,
+                    ));
                 }
             }
         }
         for (&perspective, learned) in &self.by_perspective {
             let reported = learned.figures.iter().take(REPORTED);
-            events.extend(
-                reported.map(|figure| figure_event(EventKind::Hypothesis, task, perspective, figure)),
-            );
+            events.extend(reported.map(|figure| {
+                standing_event(EventKind::Hypothesis, task, perspective, &figure.standing, &figure.name)
+            }));
         }
         let (Some(chosen), Some(learned)) = (self.chosen, self.learned()) else { return events };
         if let Some(first) = learned.figures.first() {
-            events.push(figure_event(EventKind::RuleChosen, task, chosen, first));
+            events.push(standing_event(EventKind::RuleChosen, task, chosen, &first.standing, &first.name));
         }
         if let Some(first) = learned.primary().next() {
             let text = if learned.goals.len() > 1 { spoken(learned) } else { first.name.clone() };
-            events.push(rule_event(EventKind::RuleChosen, task, chosen, first, &text));
+            events.push(standing_event(EventKind::RuleChosen, task, chosen, &first.standing, &text));
         }
         if let Some(text) = self.explanation(language, task, chosen, learned) {
             let mut event = Event::new(EventKind::Explained, &task.name, &text);
@@ -148,26 +158,16 @@ pub(crate) fn expectation(rule: &Rule) -> String {
     describe_change(&Change { signature: rule.expectation.clone(), displaced: false })
 }
 
-fn rule_event(kind: EventKind, task: &Task, perspective: u16, rule: &Rule, text: &str) -> Event {
-    let mut event = Event::new(kind, &task.name, text);
-    event.perspective = perspective;
-    event.posterior = rule.posterior;
-    event.rank = saturating_u32(rule.rank);
-    event.tally = saturating_u32(rule.tally);
-    event.examples = saturating_u32(rule.examples);
-    event.high_likelihood = u32::from(rule.high_likelihood);
-    event
-}
-
-fn figure_event(kind: EventKind, task: &Task, perspective: u16, figure: &FigureRule) -> Event {
-    let mut event = Event::new(kind, &task.name, &figure.name);
-    event.perspective = perspective;
-    event.posterior = figure.posterior;
-    event.rank = saturating_u32(figure.rank);
-    event.tally = saturating_u32(figure.tally);
-    event.examples = saturating_u32(figure.examples);
-    event.high_likelihood = u32::from(figure.high_likelihood);
-    event
+fn standing_event(kind: EventKind, task: &Task, perspective: u16, standing: &Standing, text: &str) -> Event {
+    Event {
+        perspective,
+        posterior: standing.posterior,
+        rank: saturating_u32(standing.rank),
+        tally: saturating_u32(standing.tally),
+        examples: saturating_u32(standing.examples),
+        high_likelihood: u32::from(standing.high_likelihood),
+        ..Event::new(kind, &task.name, text)
+    }
 }
 
 /// What a perspective has before it, in words: "blue square, 2 × red square and 7 × peg".
@@ -210,26 +210,27 @@ pub(crate) fn like<'a>(view: &'a Snapshot, object: &Object) -> impl Iterator<Ite
 }
 
 /// What somebody did, in words: "the teacher: red square filled, small peg inserted".
-pub(crate) fn act(
-    language: &Language,
-    actor: u16,
-    teacher: u16,
-    changes: &BTreeMap<u64, Change>,
-    now: &Snapshot,
-) -> String {
-    let who = match actor {
-        0 => "I".to_owned(),
-        message::NOBODY => "somebody".to_owned(),
-        actor if actor == teacher => "the teacher".to_owned(),
-        partner => format!("partner {partner}"),
+pub(crate) fn act(vocabulary: &Vocabulary, act: &Executable, now: &Snapshot) -> String {
+    let Vocabulary { language, names, .. } = vocabulary;
+    let who = if act.actor == 0 { "I".to_owned() } else { names.of(act.actor) };
+    let name = |object: &Object| describe_object(language, object, like(now, object));
+    let done = |(id, change): (&u64, &Change)| {
+        let thing = name(now.object(*id)?);
+        let deeds = act.deeds.get(id).into_iter().flatten().filter_map(|deed| match deed {
+            Deed::PlacedOn { support } => {
+                let below = name(now.object(*support)?);
+                let article = if below == thing { "another" } else { "the" };
+                Some(format!("placed on {article} {below}"))
+            }
+            Deed::Handed { to: 0 } => Some("handed to me".to_owned()),
+            Deed::Handed { to } => Some(format!("handed to {}", names.of(*to))),
+        });
+        let deeds: Vec<String> = deeds.collect();
+        // Whoever places a thing somewhere has moved it: that need not be said as well.
+        let states = if deeds.is_empty() { Some(change.clone()) } else { change.states() };
+        let all: Vec<String> = states.iter().map(describe_change).chain(deeds).collect();
+        Some(format!("{thing} {}", listed(&all)))
     };
-    let what: Vec<String> = changes
-        .iter()
-        .filter_map(|(id, change)| {
-            let object = now.object(*id)?;
-            let name = describe_object(language, object, like(now, object));
-            Some(format!("{name} {}", describe_change(change)))
-        })
-        .collect();
+    let what: Vec<String> = act.changes.iter().filter_map(done).collect();
     format!("{who}: {}", listed(&what))
 }

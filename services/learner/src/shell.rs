@@ -1,13 +1,18 @@
 use std::path::{Path, PathBuf};
 
 use config::Robot;
-use message::{Beliefs, Event, Events, Header, Hop, JointGoals, JointStates, Process, Utterance, Utterances};
+use message::{
+    Beliefs, Event, EventKind, Events, Header, Hop, JointGoal, JointGoals, JointStates, Process, Utterance,
+    Utterances,
+};
 use process::{Failure, Launch, Member, Progress};
-use store::{OpenError, Store};
+use store::{OpenError, WriteError};
 use tasks::Task;
 use transport::{Frame, Inlet, Outlet};
 
-use crate::{Input, Learner, LeoBody, Output, Settings, Vocabulary};
+use crate::keeper::Keeper;
+use crate::reports::{Report, Reports};
+use crate::{Input, Kept, Learner, LeoBody, Memory, Output, Settings, Vocabulary};
 
 /// Events that one frame holds; more go into further frames.
 const EVENTS: usize = 64;
@@ -28,11 +33,14 @@ pub fn run(launch: &Launch, robot: &Robot) -> Result<(), Failure> {
     let mut joint_states = member.inlet::<JointStates>(None)?;
     let mut events = member.outlet::<Events>(None, EVENTS)?;
     let mut goals = member.outlet::<JointGoals>(None, robot.motor.joints.len())?;
-    let memory = Memory::open(launch.state.as_deref())?;
-    let vocabulary = Vocabulary::of(&robot.percepts).map_err(Failure::own)?;
+    let (memory, known) = remembered(launch.state.as_deref())?;
+    let keep = move |kept: &Kept| memory.as_ref().map_or(Ok(()), |memory| memory.keep(kept));
+    let mut keeper = Keeper::start(keep).map_err(Failure::own)?;
+    let mut reports = Reports::default();
+    let vocabulary = Vocabulary::of(&robot.percepts).map_err(Failure::own)?.with_names(&leo.belief.names);
     let body = LeoBody::new(robot).map_err(Failure::own)?;
     let mut learner =
-        Learner::new(Settings::of(&leo.learner), vocabulary, &beliefs.perspectives(), body, memory.tasks()?);
+        Learner::new(Settings::of(&leo.learner), vocabulary, &beliefs.perspectives(), body, known);
     let mut present_rad = vec![None; robot.motor.joints.len()];
     let mut said: Vec<Utterance> = Vec::new();
     member.begin(None)?;
@@ -66,39 +74,62 @@ pub fn run(launch: &Launch, robot: &Robot) -> Result<(), Failure> {
             let input = Input { beliefs: &views, utterances: &said, present_rad: &present_rad };
             let output = learner.step(now, &input);
             said.clear();
-            publish(&member, now.as_nanos(), &header, output, &memory, &mut events, &mut goals)?;
+            let Output { save, events: happened, goals: wanted } = output;
+            move_joints(&member, now.as_nanos(), &header, &wanted, &mut goals)?;
+            reports.push(now.as_nanos(), save.len(), happened);
+            save.into_iter().try_for_each(|kept| keeper.keep(kept)).map_err(Failure::own)?;
+            if member.is_lockstep() {
+                // How long the disk takes is no part of simulated time.
+                await_kept(&mut keeper, &mut reports)?;
+            }
+            while let Some((kept, result)) = keeper.kept() {
+                reports.saved(complaint(&kept, result));
+            }
+            tell(&mut reports, &mut events)?;
             member.health().drops = beliefs.drops() + utterances.drops() + joint_states.drops();
             member.health().undelivered = events.undelivered() + goals.undelivered();
             member.end_step();
         }
         member.end_call(Progress::More)?;
     }
+    await_kept(&mut keeper, &mut reports)?;
+    tell(&mut reports, &mut events)
+}
+
+/// Waits until all examples are durable, or are known not to become so.
+fn await_kept(keeper: &mut Keeper<WriteError>, reports: &mut Reports) -> Result<(), Failure> {
+    while let Some((kept, result)) = keeper.wait().map_err(Failure::own)? {
+        reports.saved(complaint(&kept, result));
+    }
     Ok(())
 }
 
-/// Saves, then reports, then moves: what Leo says it learned is durable.
-fn publish(
+/// What is said where an example cannot be kept.
+fn complaint(kept: &Kept, result: Result<(), WriteError>) -> Option<Event> {
+    let complaint = result.err()?;
+    tracing::error!(task = kept.task, "{complaint}");
+    Some(Event::new(EventKind::Said, &kept.task, "I learned it, but I cannot remember it beyond today"))
+}
+
+/// Reports what may be told by now: what Leo says it learned is durable.
+fn tell(reports: &mut Reports, events: &mut Outlet<Events>) -> Result<(), Failure> {
+    while let Some(Report { at_ns, events: happened, .. }) = reports.next() {
+        for chunk in happened.chunks(EVENTS) {
+            let nothing = Event::new(EventKind::Said, "", "");
+            let event = |index| chunk.get(index).copied().unwrap_or(nothing);
+            events.send(Header::at(at_ns), chunk.len(), event, |_| {})?;
+        }
+    }
+    Ok(())
+}
+
+fn move_joints(
     member: &Member,
     now_ns: u64,
     header: &Header,
-    output: Output,
-    memory: &Memory,
-    events: &mut Outlet<Events>,
+    wanted: &[JointGoal],
     goals: &mut Outlet<JointGoals>,
 ) -> Result<(), Failure> {
-    let Output { save, events: mut reports, goals: wanted } = output;
-    for (key, task) in save {
-        if let Err(complaint) = memory.save(&key, &task) {
-            tracing::error!(task = task.name, "{complaint}");
-            let sorry = "I learned it, but I cannot remember it beyond today";
-            reports.push(Event::new(message::EventKind::Said, &task.name, sorry));
-        }
-    }
-    for chunk in reports.chunks(EVENTS) {
-        let nothing = Event::new(message::EventKind::Said, "", "");
-        let event = |index| chunk.get(index).copied().unwrap_or(nothing);
-        events.send(Header::at(now_ns), chunk.len(), event, |_| {})?;
-    }
     if let Some(&first) = wanted.first() {
         let mut header = header.onwards();
         header.valid_at_ns = now_ns;
@@ -187,36 +218,25 @@ pub fn memory_file(state: &Path) -> PathBuf {
 ///
 /// It cannot be read or written; nothing of it was changed.
 pub fn check_memory(state: &Path) -> Result<(), Failure> {
-    match Store::open(&memory_file(state)) {
-        Ok(store) => Memory(Some(store)).tasks().map(drop),
+    match Memory::open(&memory_file(state)) {
+        Ok(memory) => memory.tasks().map(drop).map_err(Failure::own),
         Err(OpenError::InUse { .. }) => Ok(()),
         Err(error) => Err(Failure::own(error)),
     }
 }
 
-/// What is remembered beyond the life of the process, if anything.
-struct Memory(Option<Store>);
-
-impl Memory {
-    fn open(folder: Option<&Path>) -> Result<Self, Failure> {
-        let Some(folder) = folder else { return Ok(Self(None)) };
-        match Store::open(&memory_file(folder)) {
-            Ok(store) => Ok(Self(Some(store))),
-            Err(busy @ OpenError::InUse { .. }) => {
-                tracing::warn!("{busy}: this robot begins knowing nothing, and forgets when it ends");
-                Ok(Self(None))
-            }
-            Err(error) => Err(Failure::own(error)),
+/// What is remembered in a state directory, and where to remember more, if anywhere.
+fn remembered(folder: Option<&Path>) -> Result<(Option<Memory>, Vec<Task>), Failure> {
+    let Some(folder) = folder else { return Ok((None, Vec::new())) };
+    match Memory::open(&memory_file(folder)) {
+        Ok(memory) => {
+            let known = memory.tasks().map_err(Failure::own)?;
+            Ok((Some(memory), known))
         }
-    }
-
-    fn tasks(&self) -> Result<Vec<Task>, Failure> {
-        let Some(store) = &self.0 else { return Ok(Vec::new()) };
-        let entries = store.load::<Task>().map_err(Failure::own)?;
-        Ok(entries.into_iter().map(|(_, task)| task).collect())
-    }
-
-    fn save(&self, key: &str, task: &Task) -> Result<(), store::WriteError> {
-        self.0.as_ref().map_or(Ok(()), |store| store.save(key, task))
+        Err(busy @ OpenError::InUse { .. }) => {
+            tracing::warn!("{busy}: this robot begins knowing nothing, and forgets when it ends");
+            Ok((None, Vec::new()))
+        }
+        Err(error) => Err(Failure::own(error)),
     }
 }

@@ -2,9 +2,12 @@ use std::collections::BTreeMap;
 
 use clock::Instant;
 use message::{Belief, Event, EventKind, NOBODY};
-use tasks::{Act, ActionParser, Example, Language, NothingChanged, Recording, Snapshot};
+use tasks::{
+    Act, ActionParser, Example, Language, NothingChanged, Object, Recording, Snapshot, describe_object,
+    vanished,
+};
 
-use crate::report;
+use crate::{Vocabulary, report};
 
 /// A demonstration under way, and the parser that finds its acts.
 #[derive(Clone, Debug)]
@@ -32,24 +35,31 @@ impl Teaching {
     /// event that tells of it.
     pub(crate) fn record(
         &mut self,
-        language: &Language,
+        vocabulary: &Vocabulary,
         actor: u16,
         task: Option<&str>,
         snapshots: &BTreeMap<u16, Snapshot>,
     ) -> Option<Event> {
-        let changes = self.recording.act(actor, task, snapshots, language.moved_m);
-        let own = snapshots.get(&0).filter(|_| !changes.is_empty())?;
-        let text = report::act(language, actor, self.recording.teacher, &changes, own);
+        let act = self.recording.act(actor, task, snapshots, vocabulary.language.moved_m)?;
+        let own = snapshots.get(&0).filter(|_| !act.changes.is_empty())?;
+        let text = report::act(vocabulary, &act, own);
         Some(Event::new(EventKind::ActionSeen, &self.recording.task, &text))
+    }
+
+    /// The things that the robot saw when the demonstration began and sees no more, in words.
+    pub(crate) fn vanished(&self, language: &Language, snapshots: &BTreeMap<u16, Snapshot>) -> Vec<String> {
+        let Some((began, now)) = self.recording.began(0).zip(snapshots.get(&0)) else { return Vec::new() };
+        let named = |object: &Object| describe_object(language, object, report::like(began, object));
+        vanished(began, now).into_iter().map(|object| format!("the {}", named(object))).collect()
     }
 
     /// Ends the demonstration; an act under way ends with it.
     pub(crate) fn finish(
         mut self,
-        language: &Language,
+        vocabulary: &Vocabulary,
         snapshots: &BTreeMap<u16, Snapshot>,
     ) -> (Option<Event>, Result<Example, NothingChanged>) {
-        let last = self.record(language, NOBODY, None, snapshots);
-        (last, self.recording.finish(snapshots, language.moved_m))
+        let last = self.record(vocabulary, NOBODY, None, snapshots);
+        (last, self.recording.finish(snapshots, vocabulary.language.moved_m))
     }
 }

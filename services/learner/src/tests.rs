@@ -1,4 +1,5 @@
 mod table;
+mod wrong;
 
 use message::{Event, EventKind};
 use table::Run;

@@ -1,3 +1,4 @@
+use config::Names;
 use config::percepts::{Kernel, Percepts, Role, Space, StateName};
 use tasks::{FeatureWords, Language, StateWords};
 
@@ -11,6 +12,8 @@ pub struct Vocabulary {
     pub(crate) insertion: Option<Insertion>,
     /// The state that a marker brings about which is put onto a thing; `None` likewise.
     pub(crate) marked: Option<String>,
+    /// What people are called.
+    pub(crate) names: Names,
 }
 
 /// What people call a filled hole and an inserted peg.
@@ -76,7 +79,13 @@ impl Vocabulary {
         let position = position.ok_or(VocabularyError::NoPosition)?;
         let insertion = filled.zip(inserted).map(|(filled, inserted)| Insertion { filled, inserted });
         let language = Language { features, states, position, orientation, extents, moved_m: MOVED_M };
-        Ok(Self { language, insertion, marked })
+        Ok(Self { language, insertion, marked, names: Names::default() })
+    }
+
+    /// The same, with what people are called.
+    #[must_use]
+    pub fn with_names(self, names: &Names) -> Self {
+        Self { names: names.clone(), ..self }
     }
 }
 

@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
 
+use config::Names;
 use message::{Event, EventKind};
 use serde::Serialize;
 
@@ -16,6 +17,9 @@ pub struct Account {
     pub tasks: Vec<Task>,
     /// What Leo said, in order.
     pub said: Vec<String>,
+    /// How often it was asked to perform something and did not.
+    #[serde(skip)]
+    declined: usize,
 }
 
 /// What is known of one task.
@@ -104,6 +108,10 @@ impl Account {
             self.said.push(text);
             return;
         }
+        if kind == EventKind::Declined {
+            self.declined += 1;
+            return;
+        }
         let task = self.task(event.task.as_str());
         match kind {
             EventKind::TeachingStarted => task.demonstrations.push(Demonstration::default()),
@@ -139,23 +147,24 @@ impl Account {
             EventKind::StepDone => task.performance().done.push(text),
             EventKind::StepFailed => task.performance().failed.push(text),
             EventKind::PerformanceEnded => task.performance().result = Some(text),
-            EventKind::Said | EventKind::StepStarted | EventKind::ContinuityBroken => {}
+            EventKind::Said | EventKind::Declined | EventKind::StepStarted | EventKind::ContinuityBroken => {}
         }
     }
 
-    /// Performances that have ended.
+    /// Performances that have ended, those among them that never began because Leo declined.
     #[must_use]
     pub fn performances_ended(&self) -> usize {
-        self.tasks.iter().flat_map(|task| &task.performances).filter(|done| done.result.is_some()).count()
+        let performances = self.tasks.iter().flat_map(|task| &task.performances);
+        performances.filter(|done| done.result.is_some()).count() + self.declined
     }
 
-    /// The account for a person to read.
+    /// The account for a person to read, with what the partners are called.
     #[must_use]
-    pub fn to_text(&self) -> String {
+    pub fn to_text(&self, names: &Names) -> String {
         let mut out = String::new();
         for task in &self.tasks {
             // Writing to a string cannot fail.
-            let _ = task.write_text(&mut out);
+            let _ = task.write_text(names, &mut out);
         }
         out
     }
@@ -189,7 +198,7 @@ impl Task {
         &mut self.performances[last]
     }
 
-    fn write_text(&self, out: &mut String) -> std::fmt::Result {
+    fn write_text(&self, names: &Names, out: &mut String) -> std::fmt::Result {
         match self.examples {
             0 => writeln!(out, "{}: no demonstration was finished", self.name)?,
             1 => writeln!(out, "{}: 1 demonstration", self.name)?,
@@ -199,7 +208,7 @@ impl Task {
             let remark = if demonstration.counts { "" } else { " (not finished, does not count)" };
             writeln!(out, "  demonstration {number}{remark}")?;
             for (perspective, things) in in_order(&demonstration.seen) {
-                writeln!(out, "    {} had in view: {things}", person(perspective))?;
+                writeln!(out, "    {} had in view: {things}", person(names, perspective))?;
             }
             for action in &demonstration.actions {
                 writeln!(out, "    {action}")?;
@@ -208,13 +217,13 @@ impl Task {
         for (perspective, hypotheses) in in_order(&self.hypotheses) {
             let whose = match perspective.as_str() {
                 "robot" => "as Leo saw it itself (without perspective taking)".to_owned(),
-                other => format!("as {} could see it (with perspective taking)", person(other)),
+                other => format!("as {} could see it (with perspective taking)", person(names, other)),
             };
             writeln!(out, "  {whose}")?;
             self.write_hypotheses(hypotheses, out)?;
         }
         if let Some(rule) = &self.rule {
-            let whose = person(&rule.perspective);
+            let whose = person(names, &rule.perspective);
             writeln!(out, "  rule chosen: {} (as {whose} saw it)", rule.name.to_uppercase())?;
         }
         if let Some(explanation) = &self.explanation {
@@ -265,13 +274,14 @@ fn in_order<T>(by_perspective: &BTreeMap<String, T>) -> impl Iterator<Item = (&S
     own.chain(by_perspective.iter().filter(|(perspective, _)| *perspective != "robot"))
 }
 
-/// Who looks through a perspective's eyes, to people.
-fn person(perspective: &str) -> &str {
-    match perspective {
-        "robot" => "Leo",
-        "human" => "the teacher",
-        other => other,
-    }
+/// Who looks through a perspective's eyes ([`perspective_name`]), to people.
+fn person(names: &Names, perspective: &str) -> String {
+    let number = match perspective {
+        "robot" => Some(0),
+        "human" => Some(1),
+        other => other.strip_prefix("partner ").and_then(|number| number.parse().ok()),
+    };
+    number.map_or_else(|| perspective.to_owned(), |number| names.of(number))
 }
 
 #[cfg(test)]
@@ -299,6 +309,8 @@ mod tests {
         assert_eq!(account.performances_ended(), 0);
         account.note(&Event::new(EventKind::PerformanceEnded, "task 1", "5 of 5"));
         assert_eq!(account.performances_ended(), 1);
+        account.note(&Event::new(EventKind::Declined, "task 2", "I have not learned task 2"));
+        assert_eq!((account.performances_ended(), account.tasks.len()), (2, 1));
     }
 
     #[test]
@@ -318,7 +330,7 @@ mod tests {
         }
         note(EventKind::PerformanceStarted, 0, "task 1", 0.0);
         note(EventKind::Seen, 0, "green square", 0.0);
-        let text = account.to_text();
+        let text = account.to_text(&Names::try_from(vec!["the teacher".to_owned()]).unwrap());
         for line in [
             "task 1: 2 demonstrations\n",
             "    Leo had in view: red square and blue square\n    the teacher had in view: red square\n",

@@ -4,7 +4,7 @@ use clock::{Duration, Instant};
 use config::percepts::Percepts;
 use message::{Belief, Difference};
 
-use crate::words::{Words, agent};
+use crate::words::Words;
 
 /// What has changed is told once it has lasted so long: a thing that is carried about, or seen a
 /// moment later by the one than by the other, is no news.
@@ -14,7 +14,8 @@ const LASTS: Duration = Duration::from_millis(500);
 #[derive(Clone, Debug)]
 pub struct Divide {
     words: Words,
-    partner: u16,
+    /// What he is called.
+    partner: String,
     things: BTreeMap<Thing, Account>,
 }
 
@@ -37,10 +38,10 @@ struct Account {
 }
 
 impl Divide {
-    /// Nothing told of this partner yet.
+    /// Nothing told of the partner of this name yet.
     #[must_use]
-    pub fn new(percepts: &Percepts, partner: u16) -> Self {
-        Self { words: Words::of(percepts), partner, things: BTreeMap::new() }
+    pub fn new(percepts: &Percepts, partner: &str) -> Self {
+        Self { words: Words::of(percepts), partner: partner.to_owned(), things: BTreeMap::new() }
     }
 
     /// Takes note of how he and the robot differ at an instant, with the beliefs of both, as far as
@@ -54,7 +55,7 @@ impl Divide {
         mut tell: impl FnMut(&str),
     ) {
         let at = Instant::from_nanos(at_ns);
-        let who = agent(self.partner);
+        let who = self.partner.clone();
         let mut now: BTreeMap<Thing, (String, String)> = differences
             .iter()
             .filter_map(|difference| {
@@ -155,7 +156,7 @@ mod tests {
 
     /// What is told of these differences, each with the milliseconds at which it is noted.
     fn told(story: &[(u64, &[Difference])]) -> Vec<String> {
-        let mut divide = Divide::new(&Percepts::builtin(), 1);
+        let mut divide = Divide::new(&Percepts::builtin(), "partner 1");
         let mut lines = Vec::new();
         let alone = story
             .iter()

@@ -7,6 +7,7 @@ use serde::Deserialize;
 pub(crate) use source::fault as fault_of_sources;
 pub use source::{Source, SourceFrame, SourceKind};
 
+use crate::Names;
 use crate::number::{Capacity, Hertz, Milliseconds, NotNegative, Positive, Slips, Unit};
 
 /// The whole file.
@@ -109,6 +110,8 @@ pub struct Belief {
     pub partners: u32,
     /// How deep perspectives are nested; 1 is what each partner believes.
     pub depth: Depth,
+    /// What the partners are called in what people read, from partner 1 on.
+    pub names: Names,
     /// Real-time rights.
     pub realtime: Rights,
 }

@@ -275,6 +275,14 @@ impl Lesson {
         u32::try_from(orders.count()).unwrap_or(u32::MAX)
     }
 
+    /// How many sentences are said in it.
+    #[must_use]
+    pub fn sentences(&self) -> u32 {
+        let said =
+            self.tables().flat_map(|table| &table.script).filter(|step| matches!(step.act, Act::Say(_)));
+        u32::try_from(said.count()).unwrap_or(u32::MAX)
+    }
+
     /// The demonstrations and then the novel set.
     pub fn tables(&self) -> impl Iterator<Item = &Table> {
         self.demonstrations.iter().chain(&self.novel)

@@ -12,6 +12,7 @@ pub mod leo;
 pub mod lesson;
 mod load;
 pub mod motor;
+mod names;
 pub mod number;
 pub mod percepts;
 pub mod perspective;
@@ -19,4 +20,5 @@ mod robot;
 
 pub use error::ConfigError;
 pub use load::{load, parse, suggest};
+pub use names::Names;
 pub use robot::Robot;

@@ -35,6 +35,8 @@ numbered! {
         /// What a perspective has before it as a demonstration or a performance begins; the text
         /// lists it.
         Seen = 14,
+        /// Leo was asked to perform a task and does not; the text is what it says about that.
+        Declined = 15,
     }
 }
 

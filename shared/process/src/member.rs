@@ -6,7 +6,10 @@ use clock::Instant;
 use config::leo::{Buffers, Rights};
 use cycle::{Account, Schedule};
 use message::{Health, Process, ProcessState, Topic};
-use transport::{BusesWriter, Delivery, Domain, HealthWriter, Inlet, Node, Outlet, Queues, SourcesWriter};
+use transport::{
+    BusesWriter, Delivery, Domain, HealthWriter, Inlet, Node, Outlet, PerspectivesWriter, Queues,
+    SourcesWriter,
+};
 
 use crate::pace::{Lockstep, Pace, Wait, wait_for_call};
 use crate::{Failure, Launch, stop_flag};
@@ -135,6 +138,15 @@ impl Member {
     /// As [`BusesWriter::create`].
     pub fn buses_board(&self) -> Result<BusesWriter, Failure> {
         Ok(BusesWriter::create(&self.node, self.process, self.health.incarnation)?)
+    }
+
+    /// Puts up the board on which the belief process says what it computed of each perspective.
+    ///
+    /// # Errors
+    ///
+    /// As [`PerspectivesWriter::create`].
+    pub fn perspectives_board(&self) -> Result<PerspectivesWriter, Failure> {
+        Ok(PerspectivesWriter::create(&self.node, self.process, self.health.incarnation)?)
     }
 
     /// The present instant: of the clock, or of simulated time.

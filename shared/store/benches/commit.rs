@@ -1,6 +1,6 @@
 //! What it costs until what was learned is durable: `cargo bench -p store`.
 //!
-//! A task is saved again and again, of one demonstration and of a hundred. Beside it, in the same
+//! An example is saved again and again, of a few things and of very many. Beside it, in the same
 //! run and the same folder: as many bytes written to a plain file and synchronised.
 
 #![expect(
@@ -26,7 +26,7 @@ fn main() {
     println!("{:>9} | {:^26} | {:^26}", "bytes", "save", "write and fsync");
     for bytes in SIZES {
         let entry = "x".repeat(bytes);
-        let saved = measure(|| store.save("task 1", &entry).expect("room"));
+        let saved = measure(|| store.put("task 1", &"Task 1", 0, &entry).expect("room"));
         let plain = folder.path().join("plain");
         let written = measure(|| {
             let mut file = File::create(&plain).expect("room");

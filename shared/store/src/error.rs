@@ -19,6 +19,24 @@ pub enum OpenError {
         /// The version that this code knows.
         known: u64,
     },
+    /// It was written by an older version, and no copy could be kept of it. It is as it was.
+    #[error("{}: the learned tasks are of an older version, and cannot be copied before they are taken over: {source}: make room, or allow writing beside the file", path.display())]
+    Copy {
+        /// The file.
+        path: PathBuf,
+        /// What the system said.
+        source: std::io::Error,
+    },
+    /// It was written by an older version, and what it holds could not be taken over. It is as it was.
+    #[error("{}: the learned tasks of version {from} cannot be taken over: {source}: use the Leo that wrote them, or another state directory", path.display())]
+    Migration {
+        /// The file.
+        path: PathBuf,
+        /// The version from which it could not be brought to the next.
+        from: u64,
+        /// What is wrong with it.
+        source: MigrationError,
+    },
     /// Its folder could not be made.
     #[error("{}: the folder for the learned tasks cannot be made: {source}", path.display())]
     Folder {
@@ -35,6 +53,16 @@ pub enum OpenError {
         /// What the database said.
         source: Box<redb::Error>,
     },
+}
+
+/// Why an entry of an older version could not be brought to the next.
+#[derive(Debug, thiserror::Error)]
+#[error("the entry {key:?}: {reason}")]
+pub struct MigrationError {
+    /// The entry's key.
+    pub key: String,
+    /// What is wrong with it.
+    pub reason: String,
 }
 
 /// Why what was learned could not be read.

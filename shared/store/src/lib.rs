@@ -1,11 +1,18 @@
 //! What Leo has learned, in one transactional file.
 //!
-//! Every entry is a JSON value under a key, written in a transaction of its own that is durable
-//! when [`Store::save`] returns: a process that is killed at any moment finds either the entry
-//! as it was or as it was saved, and all others untouched. The file carries the version of its
-//! schema; a file of a newer version is refused and left as it is.
+//! An entry is a head and a list of items, JSON values all of them: a task and its examples. It is
+//! written in a transaction that is durable when the method returns: a process that is killed at any
+//! moment finds either the entry as it was or as it was saved, and all others untouched. To append
+//! an item costs the same however many there are.
+//!
+//! The file carries the version of its schema. A file of an older version is migrated when it is
+//! opened, all of it or nothing, and a copy of it as it was is kept beside it; a file of a newer
+//! version is refused and left as it is.
 
+mod contents;
+mod copy;
 mod error;
+mod migration;
 
 use std::path::{Path, PathBuf};
 
@@ -13,13 +20,16 @@ use redb::{Database, ReadableDatabase, ReadableTable, TableDefinition};
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 
-pub use error::{OpenError, ReadError, WriteError};
-
-/// The version of the schema that this code reads and writes.
-pub const VERSION: u64 = 1;
+use contents::Contents;
+pub use error::{MigrationError, OpenError, ReadError, WriteError};
+pub use migration::VERSION;
+use migration::{MIGRATIONS, Migration, Moment};
 
 const ABOUT: TableDefinition<'_, &str, u64> = TableDefinition::new("about");
+/// The head of each entry, by its key.
 const ENTRIES: TableDefinition<'_, &str, &[u8]> = TableDefinition::new("tasks");
+/// The items of the entries, by the key and the place in the list.
+const ITEMS: TableDefinition<'_, (&str, u64), &[u8]> = TableDefinition::new("examples");
 const VERSION_KEY: &str = "version";
 
 /// An open file of what was learned. One process at a time has it open.
@@ -29,13 +39,34 @@ pub struct Store {
     path: PathBuf,
 }
 
+/// An entry: what is under a key.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Entry<H, I> {
+    /// Its key.
+    pub key: String,
+    /// What it begins with.
+    pub head: H,
+    /// What was appended to it, in order.
+    pub items: Vec<I>,
+}
+
 impl Store {
-    /// Opens the file, or makes an empty one. Folders above it are made where they are missing.
+    /// Opens the file, or makes an empty one. Folders above it are made where they are missing. A
+    /// file of an older version is copied beside itself (`learned.v1.redb`) and migrated.
     ///
     /// # Errors
     /// [`OpenError`] when another process has it open, when it was written by a newer version,
-    /// or when it cannot be read or made.
+    /// when it cannot be migrated, or when it cannot be read or made.
     pub fn open(path: &Path) -> Result<Self, OpenError> {
+        Self::open_with(path, &MIGRATIONS, &mut |_| {})
+    }
+
+    /// Opens the file with these migrations, and says where it is in them.
+    fn open_with(
+        path: &Path,
+        migrations: &[Migration],
+        meanwhile: &mut dyn FnMut(Moment),
+    ) -> Result<Self, OpenError> {
         let at = || path.to_owned();
         if let Some(folder) = path.parent() {
             std::fs::create_dir_all(folder).map_err(|source| OpenError::Folder { path: at(), source })?;
@@ -48,12 +79,14 @@ impl Store {
             }
         })?;
         let store = Self { database, path: at() };
-        let found =
-            store.stamp().map_err(|source| OpenError::Unreadable { path: at(), source: Box::new(source) })?;
-        if found == VERSION {
-            Ok(store)
-        } else {
-            Err(OpenError::Version { path: at(), found, known: VERSION })
+        let unreadable = |source| OpenError::Unreadable { path: at(), source: Box::new(source) };
+        match store.stamp().map_err(unreadable)? {
+            VERSION => Ok(store),
+            found if migrations.iter().any(|migration| migration.from == found) => {
+                store.migrate(found, migrations, meanwhile)?;
+                Ok(store)
+            }
+            found => Err(OpenError::Version { path: at(), found, known: VERSION }),
         }
     }
 
@@ -74,6 +107,7 @@ impl Store {
         // A file of another version is left as it is.
         if found == VERSION {
             transaction.open_table(ENTRIES)?;
+            transaction.open_table(ITEMS)?;
             transaction.commit()?;
         } else {
             transaction.abort()?;
@@ -81,64 +115,99 @@ impl Store {
         Ok(found)
     }
 
+    /// Copies the file, and brings what it holds from version `found` to ours, in one transaction.
+    fn migrate(
+        &self,
+        found: u64,
+        migrations: &[Migration],
+        meanwhile: &mut dyn FnMut(Moment),
+    ) -> Result<(), OpenError> {
+        let at = || self.path.clone();
+        let unreadable = |source| OpenError::Unreadable { path: at(), source: Box::new(source) };
+        copy::beside(&self.path, found).map_err(|source| OpenError::Copy { path: at(), source })?;
+        meanwhile(Moment::Copied);
+        let mut contents = self.contents().map_err(unreadable)?;
+        for migration in migrations.iter().filter(|migration| migration.from >= found) {
+            contents = (migration.apply)(contents).map_err(|source| OpenError::Migration {
+                path: at(),
+                from: migration.from,
+                source,
+            })?;
+        }
+        let mut rewrite = || -> Result<(), redb::Error> {
+            let transaction = self.database.begin_write()?;
+            contents.replace_all(&transaction)?;
+            transaction.open_table(ABOUT)?.insert(VERSION_KEY, VERSION)?;
+            meanwhile(Moment::Written);
+            transaction.commit()?;
+            Ok(())
+        };
+        rewrite().map_err(unreadable)
+    }
+
+    fn contents(&self) -> Result<Contents, redb::Error> {
+        Contents::read(&self.database.begin_read()?)
+    }
+
     /// All entries, in the order of their keys.
     ///
     /// # Errors
     /// [`ReadError`] when the file cannot be read, or an entry is not what it should be.
-    pub fn load<T: DeserializeOwned>(&self) -> Result<Vec<(String, T)>, ReadError> {
-        let values = self
-            .values()
+    pub fn load<H: DeserializeOwned, I: DeserializeOwned>(&self) -> Result<Vec<Entry<H, I>>, ReadError> {
+        let Contents { heads, mut items } = self
+            .contents()
             .map_err(|source| ReadError::Unreadable { path: self.path.clone(), source: Box::new(source) })?;
-        values
-            .into_iter()
-            .map(|(key, json)| match serde_json::from_slice(&json) {
-                Ok(value) => Ok((key, value)),
-                Err(source) => Err(ReadError::Entry { path: self.path.clone(), key, source }),
-            })
-            .collect()
-    }
-
-    fn values(&self) -> Result<Vec<(String, Vec<u8>)>, redb::Error> {
-        let transaction = self.database.begin_read()?;
-        let entries = transaction.open_table(ENTRIES)?;
-        let mut values = Vec::new();
-        for entry in entries.iter()? {
-            let (key, json) = entry?;
-            values.push((key.value().to_owned(), json.value().to_owned()));
-        }
-        Ok(values)
-    }
-
-    /// Writes one entry in place of what was under its key. Durable when it returns.
-    ///
-    /// # Errors
-    /// [`WriteError`] when the entry is no JSON value or the file cannot be written; the file is
-    /// then as it was.
-    pub fn save<T: Serialize>(&self, key: &str, value: &T) -> Result<(), WriteError> {
-        self.save_all([(key, value)])
+        let read = |(key, head): (String, Vec<u8>)| {
+            let items = items.remove(&key).unwrap_or_default();
+            let head = serde_json::from_slice(&head);
+            let items = items.values().map(|item| serde_json::from_slice(item)).collect();
+            match (head, items) {
+                (Ok(head), Ok(items)) => Ok(Entry { key, head, items }),
+                (Err(source), _) | (_, Err(source)) => {
+                    Err(ReadError::Entry { path: self.path.clone(), key, source })
+                }
+            }
+        };
+        heads.into_iter().map(read).collect()
     }
 
     /// Writes entries, each in place of what was under its key, all of them or none. Durable when it
     /// returns.
     ///
     /// # Errors
-    /// As [`Self::save`].
-    pub fn save_all<'a, T: Serialize + 'a>(
-        &self,
-        entries: impl IntoIterator<Item = (&'a str, &'a T)>,
-    ) -> Result<(), WriteError> {
-        let entries = entries
-            .into_iter()
-            .map(|(key, value)| match serde_json::to_vec(value) {
-                Ok(json) => Ok((key, json)),
-                Err(source) => Err(WriteError::Entry { key: key.to_owned(), source }),
-            })
-            .collect::<Result<Vec<_>, _>>()?;
+    /// [`WriteError`] when an entry is no JSON value or the file cannot be written; the file is then
+    /// as it was.
+    pub fn save_all<H: Serialize, I: Serialize>(&self, entries: &[Entry<H, I>]) -> Result<(), WriteError> {
+        let mut contents = Contents::default();
+        for Entry { key, head, items } in entries {
+            contents.heads.insert(key.clone(), json(key, head)?);
+            let items = (0..).zip(items).map(|(place, item)| Ok((place, json(key, item)?)));
+            contents.items.insert(key.clone(), items.collect::<Result<_, _>>()?);
+        }
         self.write(|transaction| {
-            let mut table = transaction.open_table(ENTRIES)?;
-            for (key, json) in &entries {
-                table.insert(*key, json.as_slice())?;
+            for entry in entries {
+                contents::remove(transaction, &entry.key)?;
             }
+            contents.insert(transaction)
+        })
+    }
+
+    /// Writes the item at a place in the list of an entry, in place of what was there, and the entry's
+    /// head. Durable when it returns.
+    ///
+    /// # Errors
+    /// As [`Self::save_all`].
+    pub fn put<H: Serialize, I: Serialize>(
+        &self,
+        key: &str,
+        head: &H,
+        place: u64,
+        item: &I,
+    ) -> Result<(), WriteError> {
+        let (head, item) = (json(key, head)?, json(key, item)?);
+        self.write(|transaction| {
+            transaction.open_table(ENTRIES)?.insert(key, head.as_slice())?;
+            transaction.open_table(ITEMS)?.insert((key, place), item.as_slice())?;
             Ok(())
         })
     }
@@ -148,7 +217,7 @@ impl Store {
     /// # Errors
     /// [`WriteError`] when the file cannot be written; it is then as it was.
     pub fn forget(&self, key: &str) -> Result<bool, WriteError> {
-        self.write(|transaction| Ok(transaction.open_table(ENTRIES)?.remove(key)?.is_some()))
+        self.write(|transaction| contents::remove(transaction, key))
     }
 
     fn write<R>(
@@ -166,108 +235,9 @@ impl Store {
     }
 }
 
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    type Entry = Vec<u32>;
-
-    fn file() -> (tempfile::TempDir, PathBuf) {
-        let folder = tempfile::tempdir().unwrap();
-        let path = folder.path().join("leo").join("tasks.redb");
-        (folder, path)
-    }
-
-    #[test]
-    fn several_are_saved_at_once() {
-        let (_folder, path) = file();
-        let store = Store::open(&path).unwrap();
-        let (one, two) = (vec![1_u32], vec![2_u32, 3]);
-        store.save_all([("task 1", &one), ("task 2", &two)]).unwrap();
-        let entries = store.load::<Entry>().unwrap();
-        assert_eq!(entries, [("task 1".to_owned(), one), ("task 2".to_owned(), two)]);
-    }
-
-    #[test]
-    fn what_was_saved_is_there_when_the_file_is_opened_again() {
-        let (_folder, path) = file();
-        let store = Store::open(&path).unwrap();
-        store.save("task 1", &vec![1, 2]).unwrap();
-        store.save("task 2", &vec![3]).unwrap();
-        store.save("task 1", &vec![1, 2, 4]).unwrap();
-        drop(store);
-        let entries = Store::open(&path).unwrap().load::<Entry>().unwrap();
-        assert_eq!(entries, [("task 1".to_owned(), vec![1, 2, 4]), ("task 2".to_owned(), vec![3])]);
-    }
-
-    #[test]
-    fn what_was_forgotten_is_gone() {
-        let (_folder, path) = file();
-        let store = Store::open(&path).unwrap();
-        store.save("task 1", &vec![1]).unwrap();
-        assert!(store.forget("task 1").unwrap());
-        assert!(!store.forget("task 1").unwrap());
-        assert_eq!(store.load::<Entry>().unwrap(), []);
-    }
-
-    #[test]
-    fn a_file_of_a_newer_version_is_refused_and_left_as_it_is() {
-        let (_folder, path) = file();
-        let store = Store::open(&path).unwrap();
-        store.save("task 1", &vec![1]).unwrap();
-        store
-            .write(|transaction| {
-                transaction.open_table(ABOUT)?.insert(VERSION_KEY, VERSION + 1)?;
-                Ok(())
-            })
-            .unwrap();
-        drop(store);
-        for _ in 0..2 {
-            let refused = Store::open(&path).unwrap_err();
-            assert!(matches!(refused, OpenError::Version { found: 2, known: 1, .. }), "{refused}");
-        }
-        let kept = Database::open(&path).unwrap().begin_read().unwrap();
-        assert!(kept.open_table(ENTRIES).unwrap().get("task 1").unwrap().is_some());
-    }
-
-    #[test]
-    fn a_file_in_use_is_refused_by_name() {
-        let (_folder, path) = file();
-        let _store = Store::open(&path).unwrap();
-        let refused = Store::open(&path).unwrap_err();
-        assert!(matches!(refused, OpenError::InUse { .. }), "{refused}");
-        assert!(refused.to_string().contains("tasks.redb"));
-    }
-
-    #[test]
-    fn a_file_that_is_no_store_is_refused() {
-        let (_folder, path) = file();
-        std::fs::create_dir_all(path.parent().unwrap()).unwrap();
-        std::fs::write(&path, b"these are not the bytes").unwrap();
-        assert!(matches!(Store::open(&path), Err(OpenError::Unreadable { .. })));
-    }
-
-    #[test]
-    fn an_entry_of_another_kind_is_named() {
-        let (_folder, path) = file();
-        let store = Store::open(&path).unwrap();
-        store.save("task 1", &"a word").unwrap();
-        let wrong = store.load::<Entry>().unwrap_err();
-        assert!(wrong.to_string().contains("\"task 1\""), "{wrong}");
-    }
-
-    #[test]
-    fn a_transaction_that_was_not_finished_leaves_the_entry_as_it_was() {
-        let (_folder, path) = file();
-        let store = Store::open(&path).unwrap();
-        store.save("task 1", &vec![1]).unwrap();
-        let cut: Result<(), WriteError> = store.write(|transaction| {
-            transaction.open_table(ENTRIES)?.insert("task 1", b"[9]".as_slice())?;
-            Err(redb::Error::PreviousIo)
-        });
-        assert!(cut.is_err());
-        drop(store);
-        let entries = Store::open(&path).unwrap().load::<Entry>().unwrap();
-        assert_eq!(entries, [("task 1".to_owned(), vec![1])]);
-    }
+fn json(key: &str, value: &impl Serialize) -> Result<Vec<u8>, WriteError> {
+    serde_json::to_vec(value).map_err(|source| WriteError::Entry { key: key.to_owned(), source })
 }
+
+#[cfg(test)]
+mod tests;

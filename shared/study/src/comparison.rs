@@ -199,7 +199,9 @@ mod tests {
         }
         let done = expected.performed.iter().rev().map(|step| (*step).to_owned()).collect();
         task.performances.push(Performance { done, ..Performance::default() });
-        Account { tasks: vec![task], said: Vec::new() }
+        let mut account = Account::default();
+        account.tasks.push(task);
+        account
     }
 
     #[test]

@@ -6,22 +6,28 @@ use message::{Belief, Feature, NOBODY, Remembered};
 use crate::Language;
 use crate::snapshot::{is_on, position};
 
-/// A thing that moves less than this for as long as `SETTLED` is at rest.
+/// A thing that nobody holds is at rest when its mean place over a `GLANCE` is no further than this
+/// from that over the one before. Means, because one noisy frame is no movement.
 const STILL_M: f64 = 0.01;
+const GLANCE: Duration = Duration::from_millis(100);
 /// An act is complete when everything has been still and unchanged for this long.
 const SETTLED: Duration = Duration::from_millis(200);
 
-/// An act that somebody completed: a thing came to rest elsewhere, or a state changed.
+/// An act that somebody completed: a thing came to rest elsewhere or passed from his hand to another,
+/// or a state changed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Act {
-    /// Who last held one of the things: 0 the robot, partner 1, 2, …, or `NOBODY`.
+    /// Who last held one of the things: 0 the robot, partner 1, 2, …, or `NOBODY`. Of a thing that
+    /// passed from hand to hand, who gave it.
     pub actor: u16,
 }
 
 /// Finds the instants at which an act is complete, in the stream of one perspective's beliefs.
 ///
 /// Noise is no act: a thing has to leave its place by more than the language's `moved_m`, and a
-/// state has to pass through its hysteresis and stay. Acts that overlap in time are one.
+/// state has to pass through its hysteresis and stay. Neither is a pause: who holds a thing still
+/// has not put it down. Acts that overlap in time are one. What kind of act it was, the beliefs
+/// before and after it tell: [`crate::deeds`].
 #[derive(Clone, Debug, Default)]
 pub struct ActionParser {
     things: BTreeMap<u64, Thing>,
@@ -37,10 +43,24 @@ struct Thing {
     states: Vec<(u16, bool)>,
 }
 
+/// A thing on its way.
 #[derive(Clone, Copy, Debug)]
 struct Moving {
-    anchor_m: [f64; 3],
-    still_since: Instant,
+    glance: Glance,
+    /// Its mean place over the last whole glance in which nobody held it.
+    was_m: Option<[f64; 3]>,
+    /// Who carries it, once somebody was seen to.
+    carrier: Option<u16>,
+    /// Another who has it in hand, and since when.
+    taker: Option<(u16, Instant)>,
+}
+
+/// The mean of a thing's places since an instant.
+#[derive(Clone, Copy, Debug)]
+struct Glance {
+    since: Instant,
+    sum_m: [f64; 3],
+    count: u32,
 }
 
 impl ActionParser {
@@ -52,6 +72,7 @@ impl ActionParser {
     /// Takes the beliefs of an instant; gives an act when one has just been completed.
     pub fn step(&mut self, now: Instant, language: &Language, beliefs: &[Belief]) -> Option<Act> {
         let mut busy = false;
+        let mut handed = None;
         for belief in beliefs {
             let Some(place_m) = position(language, belief).map(|place| place.to_array()) else { continue };
             let thing = self.things.entry(belief.id).or_insert_with(|| Thing {
@@ -59,16 +80,21 @@ impl ActionParser {
                 moving: None,
                 states: Vec::new(),
             });
-            let held = belief.held_by != NOBODY;
             let changed = thing.states_changed(language, belief);
-            let moved = thing.moved(now, place_m, held, language.moved_m);
+            let moved = thing.moved(now, place_m, belief.held_by, language.moved_m);
             if changed || moved {
                 self.pending = Some(now);
             }
-            if (changed || thing.moving.is_some()) && held {
+            if (changed || thing.moving.is_some()) && belief.held_by != NOBODY {
                 self.actor = Some(belief.held_by);
             }
             busy |= thing.moving.is_some();
+            handed = handed.or_else(|| thing.handed(now, place_m, belief.held_by));
+        }
+        if let Some(giver) = handed {
+            // An act of its own: whatever the taker does with it is another.
+            self.pending = None;
+            return Some(Act { actor: giver });
         }
         if !busy && self.pending.is_none() {
             // Whoever held something put it back: that was no act, and the next is not his.
@@ -102,24 +128,68 @@ impl Thing {
     }
 
     /// Follows the thing; `true` when it has just come to rest in another place.
-    fn moved(&mut self, now: Instant, place_m: [f64; 3], held: bool, moved_m: f64) -> bool {
+    fn moved(&mut self, now: Instant, place_m: [f64; 3], held_by: u16, moved_m: f64) -> bool {
         let Some(moving) = &mut self.moving else {
             if distance(self.rest_m, place_m) > moved_m {
-                self.moving = Some(Moving { anchor_m: place_m, still_since: now });
+                let glance = Glance::begin(now, place_m);
+                self.moving = Some(Moving { glance, was_m: None, carrier: None, taker: None });
             }
             return false;
         };
-        if held || distance(moving.anchor_m, place_m) > STILL_M {
-            *moving = Moving { anchor_m: place_m, still_since: now };
+        if held_by != NOBODY {
+            moving.glance = Glance::begin(now, place_m);
+            moving.was_m = None;
             return false;
         }
-        if now.since(moving.still_since) < SETTLED {
+        let Some(mean_m) = moving.glance.add(now, place_m) else { return false };
+        moving.glance = Glance::begin(now, place_m);
+        let was_m = moving.was_m.replace(mean_m);
+        if was_m.is_none_or(|was_m| distance(was_m, mean_m) > STILL_M) {
             return false;
         }
         self.moving = None;
-        let moved = distance(self.rest_m, place_m) > moved_m;
-        self.rest_m = place_m;
+        let moved = distance(self.rest_m, mean_m) > moved_m;
+        self.rest_m = mean_m;
         moved
+    }
+
+    /// Follows whose hand it is in; gives the giver when it has just passed to another hand, without
+    /// having come to rest on the way, and stayed there.
+    fn handed(&mut self, now: Instant, place_m: [f64; 3], held_by: u16) -> Option<u16> {
+        let moving = self.moving.as_mut()?;
+        if held_by == NOBODY {
+            return None;
+        }
+        let giver = *moving.carrier.get_or_insert(held_by);
+        if giver == held_by {
+            moving.taker = None;
+            return None;
+        }
+        let taken_at = match moving.taker {
+            Some((taker, at)) if taker == held_by => at,
+            Some(_) | None => moving.taker.insert((held_by, now)).1,
+        };
+        if now.since(taken_at) < SETTLED {
+            return None;
+        }
+        (moving.carrier, moving.taker) = (Some(held_by), None);
+        self.rest_m = place_m;
+        Some(giver)
+    }
+}
+
+impl Glance {
+    fn begin(now: Instant, place_m: [f64; 3]) -> Self {
+        Self { since: now, sum_m: place_m, count: 1 }
+    }
+
+    /// Takes in a place; gives the mean when the glance is over.
+    fn add(&mut self, now: Instant, place_m: [f64; 3]) -> Option<[f64; 3]> {
+        for (sum, part) in self.sum_m.iter_mut().zip(place_m) {
+            *sum += part;
+        }
+        self.count += 1;
+        (now.since(self.since) >= GLANCE).then(|| self.sum_m.map(|sum| sum / f64::from(self.count)))
     }
 }
 
@@ -128,70 +198,4 @@ fn distance(a: [f64; 3], b: [f64; 3]) -> f64 {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::{FeatureWords, StateWords};
-
-    fn language() -> Language {
-        Language {
-            features: vec![FeatureWords { percept: 1, name: "colour".into(), values: vec!["red".into()] }],
-            states: vec![StateWords { percept: 2, name: "filled".into() }],
-            position: 0,
-            orientation: None,
-            extents: None,
-            moved_m: 0.03,
-        }
-    }
-
-    fn belief(id: u64, x: f32, filled: Option<f32>, held_by: u16) -> Belief {
-        let mut belief = Belief::new(id, 0, 0, 1, held_by);
-        belief.push(Remembered::new(0, 0, 1.0, 0.95, Feature::Vector([x, 0.0, 0.0])));
-        if let Some(degree) = filled {
-            belief.push(Remembered::new(2, 0, 1.0, 0.9, Feature::Number(degree)));
-        }
-        belief
-    }
-
-    fn acts(frames: impl Iterator<Item = Vec<Belief>>) -> Vec<(u64, Act)> {
-        let mut parser = ActionParser::default();
-        let mut acts = Vec::new();
-        for (step, beliefs) in (0_u64..).zip(frames) {
-            let now = Instant::from_nanos(step * 10_000_000);
-            acts.extend(parser.step(now, &language(), &beliefs).map(|act| (step, act)));
-        }
-        acts
-    }
-
-    #[test]
-    fn a_peg_carried_into_a_hole_is_one_act_of_him_who_carried_it() {
-        let frames = (0..200_u16).map(|step| {
-            let way = f32::from(step.clamp(50, 100) - 50) * 0.004;
-            let held_by = if (50..100).contains(&step) { 1 } else { NOBODY };
-            let filled = if step >= 102 { 1.0 } else { 0.0 };
-            vec![belief(1, 0.1 + way, None, held_by), belief(2, 0.3, Some(filled), NOBODY)]
-        });
-        let acts = acts(frames);
-        assert_eq!(acts.len(), 1, "{acts:?}");
-        assert_eq!(acts[0].1.actor, 1);
-        assert!(acts[0].0 >= 120, "it is complete when all has settled, not before: {acts:?}");
-    }
-
-    #[test]
-    fn noise_is_no_act() {
-        let frames = (0..500_u16).map(|step| {
-            let jitter = if step % 2 == 0 { 0.012 } else { -0.012 };
-            let degree = if step % 3 == 0 { 0.42 } else { 0.58 };
-            vec![belief(1, 0.1 + jitter, Some(degree), NOBODY)]
-        });
-        assert_eq!(acts(frames), []);
-    }
-
-    #[test]
-    fn a_thing_lifted_and_put_back_is_no_act() {
-        let frames = (0..200_u16).map(|step| {
-            let away = if (50..100).contains(&step) { 0.2 } else { 0.0 };
-            vec![belief(1, 0.1 + away, None, if away > 0.0 { 1 } else { NOBODY })]
-        });
-        assert_eq!(acts(frames), []);
-    }
-}
+mod tests;

@@ -34,6 +34,16 @@ pub struct Change {
     pub displaced: bool,
 }
 
+impl Change {
+    /// The states alone that changed; `None` where none did.
+    #[must_use]
+    pub fn states(&self) -> Option<Self> {
+        let states = self.signature.iter().filter(|effect| **effect != Effect::Moved);
+        let signature: Signature = states.cloned().collect();
+        (!signature.is_empty()).then_some(Self { signature, displaced: self.displaced })
+    }
+}
+
 /// What changed between two snapshots of one perspective, by the identity of the object.
 ///
 /// Net change: what was undone in between is no change. Objects that are in one snapshot only
@@ -51,6 +61,16 @@ pub fn changes(before: &Snapshot, after: &Snapshot, moved_m: f64) -> BTreeMap<u6
         }
     }
     changes
+}
+
+/// The objects of a snapshot that are in no later one: not by their identity, nor as one of the same
+/// class and kind that has come. That they are gone is no change, but whoever learns should say so.
+#[must_use]
+pub fn vanished<'a>(before: &'a Snapshot, after: &Snapshot) -> Vec<&'a Object> {
+    let found = found_again(before, after);
+    let is_gone =
+        |then: &&Object| after.object(then.id).is_none() && !found.values().any(|again| *again == then.id);
+    before.objects.iter().filter(is_gone).collect()
 }
 
 /// The objects that have come, each with the one that is gone and was it; the nearest first.
@@ -145,6 +165,9 @@ mod tests {
         assert!(change.displaced && change.signature.len() == 1);
         after.objects[0].features.insert("colour".to_owned(), "red".to_owned());
         assert!(changes(&block(0.1, false), &after, 0.03).is_empty(), "it is another thing");
+        assert_eq!(vanished(&block(0.1, false), &after).len(), 1, "and the first one is gone");
+        after.objects[0].features.clear();
+        assert!(vanished(&block(0.1, false), &after).is_empty());
     }
 
     #[test]

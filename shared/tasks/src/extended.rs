@@ -2,7 +2,7 @@
 //! number of it or those that stand in a relation, by description length.
 
 use quantity::number::{float, float_of_count};
-use rustc_hash::FxHashMap;
+use rustc_hash::{FxBuildHasher, FxHashMap};
 
 use crate::case::{Case, Verdict, Witness};
 use crate::dnf::Descriptions;
@@ -131,7 +131,7 @@ impl Extended {
         let shares: Vec<f64> =
             (0..=self.taken).map(|tally| (float_of_count(tally) / examples).ln()).collect();
         let share = |tally: usize| shares.get(tally).copied().unwrap_or(f64::NEG_INFINITY);
-        let mut scores = Vec::new();
+        let mut scores = Vec::with_capacity(self.sets.len() + self.selected.len());
         for (number, (set, standing)) in self.descriptions.sets.iter().zip(&self.sets).enumerate().skip(1) {
             let log_likelihood = match cost.slips {
                 None => share(standing.tally),
@@ -168,7 +168,8 @@ impl Extended {
         let mut total = LogSum::default();
         // What is about all of a set is most of it, and goes by number.
         let mut whole: Vec<Merged> = Vec::new();
-        let mut merged: FxHashMap<(usize, Selection), Merged> = FxHashMap::default();
+        let mut merged: FxHashMap<(usize, Selection), Merged> =
+            FxHashMap::with_capacity_and_hasher(self.selected.len(), FxBuildHasher);
         for Score { set, selection, tally, log } in scores {
             total.add(log);
             // What is lost in the rounding of a sum is not looked at.
@@ -301,9 +302,11 @@ fn last_kept<K>(
     measure: impl Fn(&Merged) -> (usize, f64),
 ) -> (usize, f64) {
     let mut measures: Vec<(usize, f64)> = merged.iter().map(|(_, one)| measure(one)).collect();
-    measures.sort_unstable_by(|a, b| b.0.cmp(&a.0).then(b.1.total_cmp(&a.1)));
-    let last = most.checked_sub(1).and_then(|last| measures.get(last));
-    last.map_or((0, f64::NEG_INFINITY), |(tally, score)| (*tally, score - 1e-9))
+    let downwards = |a: &(usize, f64), b: &(usize, f64)| b.0.cmp(&a.0).then(b.1.total_cmp(&a.1));
+    // Only where the cut is matters, and not the order on either side of it.
+    let last = most.checked_sub(1).filter(|last| *last < measures.len());
+    let last = last.map(|last| *measures.select_nth_unstable_by(last, downwards).1);
+    last.map_or((0, f64::NEG_INFINITY), |(tally, score)| (tally, score - 1e-9))
 }
 
 fn selections() -> impl Iterator<Item = Selection> {

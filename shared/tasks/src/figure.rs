@@ -6,7 +6,7 @@ use quantity::number::float_of_count;
 use serde::{Deserialize, Serialize};
 
 use crate::change::changes;
-use crate::{Effect, Object, Signature, Snapshot, View};
+use crate::{Effect, Object, Signature, Snapshot, Standing, View};
 
 /// Parts of two figures further apart than this stand in other places, in metres.
 const SAME_PLACE_M: f64 = 0.04;
@@ -45,16 +45,8 @@ pub struct FigureRule {
     /// How far the copy that is built is turned against what the robot saw, in radians, in
     /// (-π, π]: zero in the robot's own perspective.
     pub turn_rad: f64,
-    /// Examples that it is consistent with.
-    pub tally: usize,
-    /// Examples seen.
-    pub examples: usize,
-    /// Posterior probability.
-    pub posterior: f64,
-    /// Rank from 1; those that tie share their rank.
-    pub rank: usize,
-    /// Whether its tally is the highest.
-    pub high_likelihood: bool,
+    /// How it stands among the figures.
+    pub standing: Standing,
     /// What people would call it, computed from its parts and its turn.
     pub name: String,
 }
@@ -159,29 +151,26 @@ pub(crate) fn rank_figures(shown: &[Shown]) -> Vec<FigureRule> {
     for Shown { figure, turn_rad } in shown {
         let Some(figure) = figure else { continue };
         if let Some(same) = rules.iter_mut().find(|rule| rule.figure.looks_like(figure)) {
-            same.tally += 1;
+            same.standing.tally += 1;
             continue;
         }
         rules.push(FigureRule {
             turn_rad: *turn_rad,
-            tally: 1,
-            examples: shown.len(),
-            posterior: 0.0,
-            rank: 0,
-            high_likelihood: false,
+            standing: Standing { tally: 1, examples: shown.len(), ..Standing::default() },
             name: name(figure, *turn_rad),
             figure: figure.clone(),
         });
     }
-    rules.sort_by_key(|rule| std::cmp::Reverse(rule.tally));
-    let all: usize = rules.iter().map(|rule| rule.tally).sum();
-    let best = rules.first().map_or(0, |rule| rule.tally);
-    let ahead = |tally: usize, rules: &[FigureRule]| rules.iter().filter(|rule| rule.tally > tally).count();
-    let ranks: Vec<usize> = rules.iter().map(|rule| 1 + ahead(rule.tally, &rules)).collect();
+    rules.sort_by_key(|rule| std::cmp::Reverse(rule.standing.tally));
+    let all: usize = rules.iter().map(|rule| rule.standing.tally).sum();
+    let best = rules.first().map_or(0, |rule| rule.standing.tally);
+    let ahead =
+        |tally: usize, rules: &[FigureRule]| rules.iter().filter(|rule| rule.standing.tally > tally).count();
+    let ranks: Vec<usize> = rules.iter().map(|rule| 1 + ahead(rule.standing.tally, &rules)).collect();
     for (rule, rank) in rules.iter_mut().zip(ranks) {
-        rule.posterior = float_of_count(rule.tally) / float_of_count(all);
-        rule.rank = rank;
-        rule.high_likelihood = rule.tally == best;
+        rule.standing.posterior = float_of_count(rule.standing.tally) / float_of_count(all);
+        rule.standing.rank = rank;
+        rule.standing.high_likelihood = rule.standing.tally == best;
     }
     rules
 }
@@ -295,9 +284,12 @@ mod tests {
         let other = [("red", 0.75, -0.1), ("blue", 0.75, 0.1), ("green", 1.2, -0.3)];
         let views = [view(0, &HEAP, &other), view(0, &HEAP, &BUILT), view(0, &HEAP, &shifted[..2])];
         let rules = figures(&views.iter().collect::<Vec<_>>());
-        let seen: Vec<_> = rules.iter().map(|rule| (rule.tally, rule.rank, rule.high_likelihood)).collect();
+        let seen: Vec<_> = rules
+            .iter()
+            .map(|rule| (rule.standing.tally, rule.standing.rank, rule.standing.high_likelihood))
+            .collect();
         assert_eq!(seen, [(2, 1, true), (1, 2, false)]);
-        assert!((rules.iter().map(|rule| rule.posterior).sum::<f64>() - 1.0).abs() < 1e-12);
+        assert!((rules.iter().map(|rule| rule.standing.posterior).sum::<f64>() - 1.0).abs() < 1e-12);
         assert!(figures(&[&view(0, &HEAP, &HEAP)]).is_empty(), "nothing was moved");
     }
 }

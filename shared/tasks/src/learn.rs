@@ -37,6 +37,14 @@ impl Learned {
         self.goals.iter().filter_map(|rules| rules.first())
     }
 
+    /// Of its examples, how many its primary rules or its first figure are consistent with: where
+    /// there are fewer than examples, no rule explains all of them.
+    #[must_use]
+    pub fn tally(&self) -> usize {
+        let rules = self.primary().map(|rule| rule.standing.tally).min();
+        rules.or_else(|| self.figures.first().map(|figure| figure.standing.tally)).unwrap_or(0)
+    }
+
     /// Whether anything was learned.
     #[must_use]
     pub fn explains(&self) -> bool {
@@ -174,7 +182,7 @@ impl Learning {
             // Where teachers slip, a few stray changes are no goal.
             let is_explained = match goal.log_nothing_but_slips(settings) {
                 Some(nothing) => best > nothing,
-                None => rules.first().is_some_and(|rule| rule.tally > 0),
+                None => rules.first().is_some_and(|rule| rule.standing.tally > 0),
             };
             groups.push(Group { goal, is_explained, rules });
         }
@@ -260,7 +268,7 @@ struct Group<'a> {
 
 impl Group<'_> {
     fn best_tally(&self) -> usize {
-        self.rules.first().map_or(0, |rule| rule.tally)
+        self.rules.first().map_or(0, |rule| rule.standing.tally)
     }
 }
 

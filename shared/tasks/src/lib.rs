@@ -5,7 +5,8 @@
 //! AAAI 2006 (below: the paper). The way of a demonstration:
 //!
 //! 1. a [`Snapshot`] is a deep copy of what one perspective believes at an instant, Snp(t, P);
-//! 2. an [`ActionParser`] finds the instants at which somebody completed an act;
+//! 2. an [`ActionParser`] finds the instants at which somebody completed an act; what he did with
+//!    each thing is told by its [`Change`] and its [`Deed`]s (placed on, handed);
 //! 3. a [`Recording`] keeps, for every perspective, the acts with their goals and makes an
 //!    [`Example`] of the snapshots before and after the demonstration;
 //! 4. [`learn`] expands hypotheses from the examples of one perspective and ranks them, or
@@ -24,6 +25,7 @@ mod action;
 mod bits;
 mod case;
 mod change;
+mod deed;
 mod describe;
 mod dialogue;
 mod disjunctions;
@@ -46,11 +48,13 @@ mod rule;
 mod selection;
 mod settings;
 mod snapshot;
+mod standing;
 mod table;
 mod weight;
 
 pub use action::{Act, ActionParser};
-pub use change::{Change, Effect, Signature, changes};
+pub use change::{Change, Effect, Signature, changes, vanished};
+pub use deed::{Course, Deed, deeds};
 pub use describe::{describe_change, describe_classes, describe_object, listed};
 pub use dialogue::{Sentence, key};
 pub use explain::{Explanation, explain};
@@ -66,6 +70,7 @@ pub use rule::Rule;
 pub use selection::{Relation, Selection};
 pub use settings::{Hypotheses, Noise, NoiseOutOfRange, Settings};
 pub use snapshot::{Object, Snapshot};
+pub use standing::Standing;
 
 #[cfg(test)]
 mod tests;

@@ -3,7 +3,7 @@
 
 use std::cmp::Ordering;
 
-use rustc_hash::FxHashMap;
+use rustc_hash::{FxBuildHasher, FxHashMap};
 
 use crate::describe::{describe_rule, listing_cost};
 use crate::dnf::reduce;
@@ -11,7 +11,7 @@ use crate::goal::Goal;
 use crate::hypothesis::{Described, Scored};
 use crate::lexicon::{Key, Lexicon, Mask};
 use crate::log_sum::LogSum;
-use crate::{Language, Rule, Selection, Settings};
+use crate::{Language, Rule, Selection, Settings, Standing};
 
 /// Scores closer than this are a tie: they differ by rounding.
 const TIE: f64 = 1e-9;
@@ -25,7 +25,7 @@ struct Meaning {
 }
 
 /// A rule in the making: by numbers, because only few of many get a name.
-struct Standing {
+struct Contender {
     log_posterior: f64,
     tally: usize,
     mask: Mask,
@@ -48,7 +48,8 @@ pub(crate) struct Subject<'a> {
 /// Where teachers do not slip they are ranked by their tally first, then by their posterior.
 pub(crate) fn rank(subject: &Subject<'_>, scored: Scored, settings: &Settings, most: usize) -> Vec<Rule> {
     let by_tally = settings.noise.logs().is_none();
-    let mut meanings: FxHashMap<(Selection, Mask, Vec<Key>), Meaning> = FxHashMap::default();
+    let mut meanings: FxHashMap<(Selection, Mask, Vec<Key>), Meaning> =
+        FxHashMap::with_capacity_and_hasher(scored.hypotheses.len(), FxBuildHasher);
     for hypothesis in scored.hypotheses {
         let (mask, classes) = reduce(hypothesis.mask, hypothesis.classes, &subject.goal.seen);
         let meaning = meanings.entry((hypothesis.selection, mask, classes)).or_default();
@@ -57,37 +58,37 @@ pub(crate) fn rank(subject: &Subject<'_>, scored: Scored, settings: &Settings, m
         // None at all is a listing, which its cost is compared with later.
         meaning.description = meaning.description.into_iter().chain(hypothesis.description).min();
     }
-    let mut standings: Vec<Standing> = meanings
+    let mut contenders: Vec<Contender> = meanings
         .into_iter()
         .map(|((selection, mask, classes), Meaning { tally, sum, description })| {
             let log_posterior = sum.value() - scored.log_total;
-            Standing { log_posterior, tally, mask, classes, selection, description }
+            Contender { log_posterior, tally, mask, classes, selection, description }
         })
         .collect();
-    let by_merit = |a: &Standing, b: &Standing| {
+    let by_merit = |a: &Contender, b: &Contender| {
         let tally = if by_tally { b.tally.cmp(&a.tally) } else { Ordering::Equal };
         tally.then(b.log_posterior.total_cmp(&a.log_posterior))
     };
-    standings.sort_unstable_by(|a, b| {
+    contenders.sort_unstable_by(|a, b| {
         by_merit(a, b).then_with(|| (a.mask, &a.classes).cmp(&(b.mask, &b.classes)))
     });
     // Ties across the cut are kept.
     let last =
-        most.checked_sub(1).and_then(|last| standings.get(last)).map(|one| (one.tally, one.log_posterior));
-    let ties = |one: &Standing| {
+        most.checked_sub(1).and_then(|last| contenders.get(last)).map(|one| (one.tally, one.log_posterior));
+    let ties = |one: &Contender| {
         last.is_some_and(|(tally, log)| (!by_tally || tally == one.tally) && ties(log, one.log_posterior))
     };
-    let kept = standings.iter().enumerate().take_while(|(index, one)| *index < most || ties(one)).count();
-    standings.truncate(kept);
-    let mut rules: Vec<(f64, Rule)> = standings.into_iter().map(|one| named(subject, one)).collect();
+    let kept = contenders.iter().enumerate().take_while(|(index, one)| *index < most || ties(one)).count();
+    contenders.truncate(kept);
+    let mut rules: Vec<(f64, Rule)> = contenders.into_iter().map(|one| named(subject, one)).collect();
     number(&mut rules, by_tally, settings.high_likelihood);
     rules.truncate(most);
     rules.into_iter().map(|(_, rule)| rule).collect()
 }
 
-fn named(subject: &Subject<'_>, standing: Standing) -> (f64, Rule) {
+fn named(subject: &Subject<'_>, contender: Contender) -> (f64, Rule) {
     let Subject { language, lexicon, goal, examples } = subject;
-    let Standing { log_posterior, tally, mask, classes, selection, description } = standing;
+    let Contender { log_posterior, tally, mask, classes, selection, description } = contender;
     let template = lexicon.template(mask);
     let seen_classes = goal.seen.classes(mask).into_iter().map(|key| lexicon.class(mask, key)).collect();
     let classes = classes.into_iter().map(|key| lexicon.class(mask, key)).collect();
@@ -100,29 +101,32 @@ fn named(subject: &Subject<'_>, standing: Standing) -> (f64, Rule) {
         template,
         classes,
         selection,
-        tally,
-        examples: *examples,
-        posterior: log_posterior.exp(),
-        rank: 0,
-        high_likelihood: false,
+        standing: Standing {
+            tally,
+            examples: *examples,
+            posterior: log_posterior.exp(),
+            ..Standing::default()
+        },
     };
     (log_posterior, rule)
 }
 
 /// Puts ties in a settled order, and numbers the ranks; rules that tie share theirs.
 fn number(rules: &mut [(f64, Rule)], by_tally: bool, share: f64) {
-    let Some((best_log, best_tally)) = rules.first().map(|(log, rule)| (*log, rule.tally)) else { return };
+    let Some((best_log, best_tally)) = rules.first().map(|(log, rule)| (*log, rule.standing.tally)) else {
+        return;
+    };
     let alike = |(a_log, a): &(f64, Rule), (b_log, b): &(f64, Rule)| {
-        (!by_tally || a.tally == b.tally) && ties(*a_log, *b_log)
+        (!by_tally || a.standing.tally == b.standing.tally) && ties(*a_log, *b_log)
     };
     let mut rank = 1;
     for tied in rules.chunk_by_mut(alike) {
         let order = |rule: &Rule| (rule.selection, rule.template.clone(), rule.classes.clone());
         tied.sort_by_cached_key(|(_, rule)| order(rule));
         for (log, rule) in tied.iter_mut() {
-            rule.rank = rank;
-            let explains = !by_tally || (rule.tally == best_tally && rule.tally > 0);
-            rule.high_likelihood = explains && *log >= best_log + share.ln() - TIE;
+            rule.standing.rank = rank;
+            let explains = !by_tally || (rule.standing.tally == best_tally && rule.standing.tally > 0);
+            rule.standing.high_likelihood = explains && *log >= best_log + share.ln() - TIE;
         }
         rank += tied.len();
     }

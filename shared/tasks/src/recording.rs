@@ -1,8 +1,8 @@
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use serde::{Deserialize, Serialize};
 
-use crate::{Change, Effect, Object, Signature, Snapshot, changes};
+use crate::{Change, Course, Deed, Effect, Object, Signature, Snapshot, changes, deeds};
 
 /// A task as taught so far: S, whose hypotheses are computed from its examples.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -89,6 +89,10 @@ pub struct Executable {
     pub task: Option<String>,
     /// What it changed in this perspective, by the identity of the object.
     pub changes: BTreeMap<u64, Change>,
+    /// What it did with an object in respect of others (placed on, handed), by the identity of the
+    /// object.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub deeds: BTreeMap<u64, BTreeSet<Deed>>,
 }
 
 /// A demonstration in which no perspective believes that anything changed is no example.
@@ -138,30 +142,39 @@ impl Recording {
         self.views.iter().find(|under| under.view.perspective == perspective).map(|under| &under.last)
     }
 
+    /// What a perspective believed when the demonstration began, Snp(t0, P).
+    #[must_use]
+    pub fn began(&self, perspective: u16) -> Option<&Snapshot> {
+        self.views.iter().find(|under| under.view.perspective == perspective).map(|under| &under.view.before)
+    }
+
     /// Appends [act, G] to the executables of every perspective, with G the changes from
     /// Snp(t_a, P) to Snp(t_b, P). An act that changed nothing in any perspective is none.
-    /// Gives the changes in the robot's own perspective.
+    /// Gives the act as the robot's own perspective has it.
     pub fn act(
         &mut self,
         actor: u16,
         task: Option<&str>,
         snapshots: &BTreeMap<u16, Snapshot>,
         moved_m: f64,
-    ) -> BTreeMap<u64, Change> {
-        let goal = |under: &ViewUnderWay| {
+    ) -> Option<Executable> {
+        let executable = |under: &ViewUnderWay| {
             let now = snapshots.get(&under.view.perspective);
-            now.map(|now| changes(&under.last, now, moved_m)).unwrap_or_default()
+            let changes = now.map(|now| changes(&under.last, now, moved_m)).unwrap_or_default();
+            let course = |after| Course { began: &under.view.before, before: &under.last, after };
+            let deeds = now.map(|now| deeds(actor, &course(now), &changes, moved_m)).unwrap_or_default();
+            Executable { actor, task: task.map(str::to_owned), changes, deeds }
         };
-        let goals: Vec<BTreeMap<u64, Change>> = self.views.iter().map(goal).collect();
-        if goals.iter().all(BTreeMap::is_empty) {
-            return BTreeMap::new();
+        let executables: Vec<Executable> = self.views.iter().map(executable).collect();
+        if executables.iter().all(|executable| executable.changes.is_empty()) {
+            return None;
         }
-        let mut own = BTreeMap::new();
-        for (under, changes) in self.views.iter_mut().zip(goals) {
+        let mut own = None;
+        for (under, executable) in self.views.iter_mut().zip(executables) {
             if under.view.perspective == 0 {
-                own.clone_from(&changes);
+                own = Some(executable.clone());
             }
-            under.view.executables.push(Executable { actor, task: task.map(str::to_owned), changes });
+            under.view.executables.push(executable);
             if let Some(now) = snapshots.get(&under.view.perspective) {
                 under.last = now.clone();
             }

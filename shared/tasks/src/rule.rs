@@ -3,7 +3,7 @@ use std::collections::BTreeSet;
 use crate::change::{has_percepts, is_achieved};
 use crate::hypothesis::belongs;
 use crate::selection::{Extent, Place, frame_of};
-use crate::{Class, Object, Selection, Signature, Snapshot, Template};
+use crate::{Class, Object, Selection, Signature, Snapshot, Standing, Template};
 
 /// What Leo takes a teacher to have meant: all objects of these classes shall be as the
 /// expectation says.
@@ -20,16 +20,8 @@ pub struct Rule {
     pub classes: BTreeSet<Class>,
     /// Which objects of the classes: all of them, or a number, or those that stand somewhere.
     pub selection: Selection,
-    /// Examples that it is consistent with.
-    pub tally: usize,
-    /// Examples seen.
-    pub examples: usize,
-    /// Posterior probability, that of all its hypotheses together.
-    pub posterior: f64,
-    /// Rank from 1; rules that tie share their rank.
-    pub rank: usize,
-    /// Whether its tally is the highest, and its posterior not far below the best.
-    pub high_likelihood: bool,
+    /// How it stands among the rules about the same goal.
+    pub standing: Standing,
     /// What people would call it, computed from its classes and what else was seen.
     pub name: String,
 }

@@ -48,6 +48,9 @@ pub struct Object {
     /// The agent to whom it belongs in the eyes of the perspective; none where it is everybody's.
     #[serde(default)]
     pub owner: Option<u16>,
+    /// The agent who has it in hand.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub held_by: Option<u16>,
 }
 
 impl Snapshot {
@@ -157,6 +160,7 @@ fn object(
         half_extents_m: language.extents.and_then(|percept| vector(belief, percept)),
         heading_rad: language.orientation.and_then(|percept| heading_rad(frame, belief, percept)),
         owner: Some(belief.owner).filter(|owner| *owner != NOBODY),
+        held_by: Some(belief.held_by).filter(|holder| *holder != NOBODY),
     }
 }
 

@@ -66,5 +66,5 @@ fn task(examples: Vec<Vec<View>>) -> Task {
 
 fn high_likelihood(learned: &Learned) -> Vec<String> {
     let rules = learned.goals.iter().flatten();
-    rules.filter(|rule| rule.high_likelihood).map(|rule| rule.name.clone()).collect()
+    rules.filter(|rule| rule.standing.high_likelihood).map(|rule| rule.name.clone()).collect()
 }

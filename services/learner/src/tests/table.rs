@@ -1,17 +1,19 @@
 //! A table with blocks and pegs, what two perspectives believe of it, and a body that moves pegs.
 
 use std::cell::RefCell;
+use std::collections::BTreeMap;
 use std::rc::Rc;
 
 use clock::{Duration, Instant};
+use config::Names;
 use config::percepts::Percepts;
 use geometry::{Base, Person, Pose, Position};
 use message::{
     Belief, BeliefHead, Event, EventKind, Feature, Header, JointGoal, NOBODY, Remembered, Text, Utterance,
 };
-use tasks::Task;
+use tasks::{Task, key};
 
-use crate::{Body, Input, Learner, Motion, Output, Settings, Skill, Vocabulary};
+use crate::{Body, Input, Kept, Learner, Motion, Output, Settings, Skill, Vocabulary};
 
 const STEP: Duration = Duration::from_millis(10);
 
@@ -128,7 +130,9 @@ pub(super) struct Run {
     pub(super) table: Rc<RefCell<Table>>,
     pub(super) learner: Learner<StandIn>,
     pub(super) events: Vec<Event>,
+    /// Each task as it was after each example that was saved.
     pub(super) saved: Vec<(String, Task)>,
+    known: BTreeMap<String, Task>,
     pub(super) goal_frames: usize,
     pub(super) incarnation: u64,
     /// Identities that the present belief process gives.
@@ -150,10 +154,12 @@ impl Run {
             peg_half_height_m: 0.025,
             marker_half_height_m: 0.005,
         };
-        let vocabulary = Vocabulary::of(&Percepts::builtin()).unwrap();
+        let names = Names::try_from(vec!["the teacher".to_owned()]).unwrap();
+        let vocabulary = Vocabulary::of(&Percepts::builtin()).unwrap().with_names(&names);
         let body = StandIn { table: Rc::clone(&table), under_way: None };
         let perspectives: Vec<u16> = (0..=partners).collect();
         Self {
+            known: tasks.iter().map(|task| (key(&task.name), task.clone())).collect(),
             learner: Learner::new(settings, vocabulary, &perspectives, body, tasks),
             table,
             events: Vec::new(),
@@ -188,7 +194,12 @@ impl Run {
             frames.iter().map(|(head, entries)| (head, entries.as_slice())).collect();
         let input = Input { beliefs: &beliefs, utterances, present_rad: &[] };
         let Output { save, events, goals } = self.learner.step(self.now, &input);
-        self.saved.extend(save);
+        for Kept { key, task, place, example } in save {
+            let known = self.known.entry(key.clone()).or_insert(Task { name: task, examples: Vec::new() });
+            assert_eq!(u64::try_from(known.examples.len()), Ok(place), "an example is appended");
+            known.examples.push(example);
+            self.saved.push((key, known.clone()));
+        }
         self.events.extend(events);
         self.goal_frames += usize::from(!goals.is_empty());
         self.now += STEP;
@@ -265,12 +276,23 @@ impl Run {
         self.steps(50);
     }
 
+    /// Another table, and time to see it.
+    pub(super) fn lay_anew(&mut self, colours: &[&'static str], hidden: Option<usize>) {
+        self.table.borrow_mut().lay(colours, hidden);
+        self.first_id += 100;
+        self.steps(10);
+    }
+
+    /// A task as it was saved last.
+    pub(super) fn task(&self, key: &str) -> Task {
+        let saved = self.saved.iter().rfind(|(saved, _)| saved == key);
+        saved.map(|(_, task)| task.clone()).unwrap()
+    }
+
     /// A demonstration of Task 1: every hole that the teacher sees is filled.
     pub(super) fn demonstrate(&mut self, colours: &[&'static str], meanwhile: impl FnOnce(&mut Self)) {
         let hidden = colours.len() - 1;
-        self.table.borrow_mut().lay(colours, Some(hidden));
-        self.first_id += 100;
-        self.steps(10);
+        self.lay_anew(colours, Some(hidden));
         self.say("Leo, I can teach you to do task 1.");
         self.steps(20);
         self.insert(0, 0);
@@ -293,10 +315,8 @@ impl Run {
     }
 
     pub(super) fn perform_with(&mut self, failures: &[&'static str], meanwhile: impl FnOnce(&mut Self)) {
-        self.table.borrow_mut().lay(&["blue", "red", "green", "blue", "yellow"], None);
         self.table.borrow_mut().failures = failures.to_vec();
-        self.first_id += 100;
-        self.steps(10);
+        self.lay_anew(&["blue", "red", "green", "blue", "yellow"], None);
         self.say("Leo, do task 1");
         meanwhile(self);
         for _ in 0..100 {

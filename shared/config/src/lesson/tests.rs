@@ -91,6 +91,7 @@ fn a_sound_lesson_is_read_as_it_stands() {
     assert_eq!(moves[0], Destination::Hole(0));
     assert!(matches!(moves[1], Destination::Place(place) if is_at(place, [0.4, 0.5, 0.025])));
     assert_eq!(lesson.performances(), 0);
+    assert!(lesson.sentences() > 0);
     assert_eq!(lesson.novel, None);
 }
 

@@ -8,9 +8,9 @@ use std::path;
 
 use message::{
     Aspect, Belief, BeliefHead, BusHealth, Buses, DEPTH_MOST, Difference, DivergenceHead, Done, Event,
-    Header, Health, Histogram, JointGoal, JointState, LOSSES, MAX_BUSES, MAX_PERCEPTS, MAX_SOURCES,
-    Observation, Path, Perceived, PerceptValue, Remembered, Roster, STATES, SceneObject, Snapshot,
-    SourceHealth, Sources, TEXT_CAPACITY, Text, Turn, Utterance,
+    Header, Health, Histogram, JointGoal, JointState, LOSSES, MAX_BUSES, MAX_PERCEPTS, MAX_PERSPECTIVES,
+    MAX_SOURCES, Observation, Path, Perceived, PerceptValue, PerspectiveHealth, Perspectives, Remembered,
+    Roster, STATES, SceneObject, Snapshot, SourceHealth, Sources, TEXT_CAPACITY, Text, Turn, Utterance,
 };
 
 /// What the compiler says of a type: size, alignment, and the offsets of its public fields.
@@ -66,6 +66,8 @@ pub(crate) fn compiled() -> Vec<Compiled> {
         Path {}
         Perceived { observation, snapshot }
         PerceptValue { percept, matching, confidence }
+        PerspectiveHealth { path, steps, beliefs }
+        Perspectives { count, perspectives }
         Remembered { sampled_at_ns, percept, matching, confidence }
         Roster { incarnations }
         SceneObject {
@@ -152,6 +154,7 @@ pub(crate) fn length(count: &str) -> usize {
         "MAX_PERCEPTS" => MAX_PERCEPTS,
         "LOSSES" => LOSSES,
         "MAX_BUSES" => MAX_BUSES,
+        "MAX_PERSPECTIVES" => MAX_PERSPECTIVES,
         "MAX_SOURCES" => MAX_SOURCES,
         "STATES" => STATES,
         "TEXT_CAPACITY" => TEXT_CAPACITY,

@@ -20,7 +20,7 @@ fn learned(task: &Task, perspective: u16, settings: &Settings) -> Learned {
 /// The best rule and its posterior.
 fn winner(learned: &Learned) -> (String, f64) {
     let rule = learned.primary().next().unwrap();
-    (rule.name.clone(), rule.posterior)
+    (rule.name.clone(), rule.standing.posterior)
 }
 
 #[test]
@@ -102,7 +102,7 @@ fn one_slip_in_three_demonstrations_does_not_destroy_the_rule() {
         let (name, posterior) = winner(&learned);
         assert_eq!(name, "all red");
         assert!(posterior > least, "{posterior}");
-        assert_eq!(learned.primary().next().unwrap().tally, 2, "the tally still counts the slip");
+        assert_eq!(learned.primary().next().unwrap().standing.tally, 2, "the tally still counts the slip");
     }
 }
 
@@ -131,7 +131,7 @@ fn three_of_them_is_what_fits_when_it_is_any_three() {
     let scene = &views[0].before;
     assert_eq!(rule.open(scene).count(), 3);
     assert_eq!(rule.open(&views[0].after).count(), 0, "three are filled already");
-    let ties = learned.goals[0].iter().filter(|rule| rule.rank == 1);
+    let ties = learned.goals[0].iter().filter(|rule| rule.standing.rank == 1);
     assert_eq!(ties.map(|rule| rule.name.as_str()).collect::<Vec<_>>(), ["three of them", "all but two"]);
 }
 

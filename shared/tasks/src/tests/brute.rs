@@ -348,7 +348,7 @@ proptest! {
             let mut found: BTreeMap<(Selection, BTreeSet<Kind>), f64> = BTreeMap::new();
             for rule in &rules {
                 let meaning = (rule.selection, cells_of(rule, &world));
-                prop_assert!(found.insert(meaning, rule.posterior).is_none(), "{} twice, {settings:?}", rule.name);
+                prop_assert!(found.insert(meaning, rule.standing.posterior).is_none(), "{} twice, {settings:?}", rule.name);
             }
             for (meaning, &probability) in expected.iter().filter(|((_, cells), _)| !cells.is_empty()) {
                 let found = found.get(meaning).copied().unwrap_or(0.0);

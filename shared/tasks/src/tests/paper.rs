@@ -181,8 +181,11 @@ fn after_one_example_the_most_specific_rule_is_chosen() {
     let learned = learned(&task(vec![vec![view(0, before(false), before(true))]]), 0);
     let names: Vec<&str> = learned.goals[0].iter().map(|rule| rule.name.as_str()).collect();
     assert_eq!(names[0], "all red triangle");
-    let ties: Vec<&str> =
-        learned.goals[0].iter().filter(|rule| rule.rank == 2).map(|rule| rule.name.as_str()).collect();
+    let ties: Vec<&str> = learned.goals[0]
+        .iter()
+        .filter(|rule| rule.standing.rank == 2)
+        .map(|rule| rule.name.as_str())
+        .collect();
     assert_eq!(ties, ["all red", "all triangle"], "colour and shape explain it equally well");
 }
 

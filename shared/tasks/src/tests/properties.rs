@@ -62,14 +62,22 @@ type Standing = (usize, usize, i64, Vec<String>, BTreeSet<Class>, Selection);
 /// What the rules say and how they stand, with ties in no particular order.
 fn standing(learned: &Learned) -> BTreeSet<Standing> {
     let standing = |rule: &Rule| {
-        let posterior = quantity::number::round_i64(rule.posterior * 1e6);
-        (rule.rank, rule.tally, posterior, rule.template.clone(), rule.classes.clone(), rule.selection)
+        let posterior = quantity::number::round_i64(rule.standing.posterior * 1e6);
+        (
+            rule.standing.rank,
+            rule.standing.tally,
+            posterior,
+            rule.template.clone(),
+            rule.classes.clone(),
+            rule.selection,
+        )
     };
     // Ties that the list has no room for are cut off in the order of their names.
-    let has_room = |rules: &&Vec<Rule>, rule: &Rule| rules.len() < 512 || rule.rank < rules[511].rank;
+    let has_room =
+        |rules: &&Vec<Rule>, rule: &Rule| rules.len() < 512 || rule.standing.rank < rules[511].standing.rank;
     let whole =
         learned.goals.iter().flat_map(|rules| rules.iter().filter(move |rule| has_room(&rules, rule)));
-    whole.filter(|rule| rule.posterior > 1e-5).map(standing).collect()
+    whole.filter(|rule| rule.standing.posterior > 1e-5).map(standing).collect()
 }
 
 /// Written apart from the code under test: one object at a time, no early way out.
@@ -156,10 +164,10 @@ proptest! {
     fn posteriors_sum_to_one_and_follow_the_rank(demonstrations in demonstrations()) {
         let learned = rules_of(&views(&demonstrations, str::to_owned), &language(), &Settings::default());
         for rules in &learned.goals {
-            let sum: f64 = rules.iter().map(|rule| rule.posterior).sum();
+            let sum: f64 = rules.iter().map(|rule| rule.standing.posterior).sum();
             prop_assert!((sum - 1.0).abs() < 1e-9, "{sum}");
             for pair in rules.windows(2) {
-                prop_assert!(pair[0].rank <= pair[1].rank && pair[0].tally >= pair[1].tally);
+                prop_assert!(pair[0].standing.rank <= pair[1].standing.rank && pair[0].standing.tally >= pair[1].standing.tally);
             }
         }
     }
@@ -194,7 +202,7 @@ proptest! {
         let (a, b) = (rules_of(&views, &language(), &settings), rules_of(&reversed, &language(), &settings));
         prop_assert!(standing(&a) == standing(&b));
         let names = |learned: &Learned| -> Vec<String> {
-            let rules = learned.goals.iter().flatten().filter(|rule| rule.posterior > 1e-5);
+            let rules = learned.goals.iter().flatten().filter(|rule| rule.standing.posterior > 1e-5);
             rules.map(|rule| rule.name.clone()).collect()
         };
         prop_assert!(names(&a) == names(&b));
@@ -225,7 +233,7 @@ proptest! {
     ) {
         let views = views(&demonstrations, str::to_owned);
         let learned = rules_of(&views, &language(), &settings);
-        for rule in learned.primary().filter(|rule| rule.tally == views.len()) {
+        for rule in learned.primary().filter(|rule| rule.standing.tally == views.len()) {
             for view in &views {
                 prop_assert_eq!(rule.open(&view.after).count(), 0);
             }
@@ -243,7 +251,7 @@ fn the_random_worlds_are_worth_testing() {
         let outcome = match learned.primary().next() {
             None => "nothing",
             Some(rule) if rule.template.is_empty() => "everything",
-            Some(rule) if rule.tally < rule.examples => "partly",
+            Some(rule) if rule.standing.tally < rule.standing.examples => "partly",
             Some(_) => "classes",
         };
         *outcomes.entry(outcome).or_default() += 1;

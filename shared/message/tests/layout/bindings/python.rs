@@ -1,6 +1,8 @@
 use std::fmt::Write as _;
 
-use message::{DEPTH_MOST, LOSSES, MAX_BUSES, MAX_PERCEPTS, MAX_SOURCES, NOBODY, STATES, TEXT_CAPACITY};
+use message::{
+    DEPTH_MOST, LOSSES, MAX_BUSES, MAX_PERCEPTS, MAX_PERSPECTIVES, MAX_SOURCES, NOBODY, STATES, TEXT_CAPACITY,
+};
 
 use super::numbers::Numbered;
 use crate::declared::{Compiled, Declared, array, laid_out};
@@ -61,6 +63,7 @@ pub(crate) fn module(types: &[(&str, &Declared)], numbers: &[Numbered], compiled
         ("STATES", STATES),
         ("MAX_PERCEPTS", MAX_PERCEPTS),
         ("MAX_BUSES", MAX_BUSES),
+        ("MAX_PERSPECTIVES", MAX_PERSPECTIVES),
         ("MAX_SOURCES", MAX_SOURCES),
         ("LOSSES", LOSSES),
         ("TEXT_CAPACITY", TEXT_CAPACITY),

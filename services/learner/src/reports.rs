@@ -1,0 +1,81 @@
+use std::collections::VecDeque;
+
+use message::Event;
+
+/// Events in the order in which they came about, those held back that tell of what is not durable yet,
+/// and those behind them.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Reports {
+    waiting: VecDeque<Report>,
+}
+
+/// What happened at an instant.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(crate) struct Report {
+    pub(crate) at_ns: u64,
+    pub(crate) events: Vec<Event>,
+    /// Examples behind it that are not durable yet.
+    unsaved: usize,
+}
+
+impl Reports {
+    /// Takes in what happened, which may be told once as many more examples as `unsaved` are durable.
+    pub(crate) fn push(&mut self, at_ns: u64, unsaved: usize, events: Vec<Event>) {
+        if !events.is_empty() || unsaved > 0 {
+            self.waiting.push_back(Report { at_ns, events, unsaved });
+        }
+    }
+
+    /// The oldest example that was not durable now is, or never will be; then `complaint` is told after
+    /// what was learned from it.
+    pub(crate) fn saved(&mut self, complaint: Option<Event>) {
+        if let Some(report) = self.waiting.iter_mut().find(|report| report.unsaved > 0) {
+            report.unsaved -= 1;
+            report.events.extend(complaint);
+        }
+    }
+
+    /// The next report that may be told.
+    pub(crate) fn next(&mut self) -> Option<Report> {
+        let may_be_told = self.waiting.front().is_some_and(|report| report.unsaved == 0);
+        if may_be_told { self.waiting.pop_front() } else { None }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use message::EventKind;
+
+    use super::*;
+
+    fn told(reports: &mut Reports) -> Vec<String> {
+        std::iter::from_fn(|| reports.next())
+            .flat_map(|report| report.events)
+            .map(|event| event.text.as_str().to_owned())
+            .collect()
+    }
+
+    fn said(text: &str) -> Event {
+        Event::new(EventKind::Said, "", text)
+    }
+
+    #[test]
+    fn what_was_learned_is_told_once_it_is_durable_and_all_in_order() {
+        let mut reports = Reports::default();
+        reports.push(1, 0, vec![said("a")]);
+        reports.push(2, 2, vec![said("learned")]);
+        reports.push(3, 0, vec![said("b")]);
+        reports.push(4, 1, vec![said("learned more")]);
+        assert_eq!(told(&mut reports), ["a"]);
+        reports.saved(None);
+        assert_eq!(told(&mut reports), [""; 0]);
+        reports.saved(Some(said("sorry")));
+        assert_eq!(told(&mut reports), ["learned", "sorry", "b"]);
+        reports.saved(None);
+        assert_eq!(told(&mut reports), ["learned more"]);
+        // Nobody waits for it.
+        reports.saved(None);
+        reports.push(5, 0, Vec::new());
+        assert!(reports.next().is_none());
+    }
+}

@@ -1,0 +1,94 @@
+//! Showings that go wrong.
+
+use message::EventKind;
+use tasks::Task;
+
+use super::table::Run;
+
+/// What Leo said last.
+fn last_said(run: &Run) -> String {
+    run.texts(EventKind::Said).pop().unwrap()
+}
+
+/// A showing in which a peg is put into one block of those laid.
+fn fill_one(run: &mut Run, colours: &[&'static str], block: usize) {
+    run.lay_anew(colours, None);
+    run.say("Leo, I can teach you to do task 1");
+    run.insert(0, block);
+    run.say("Task 1 is done");
+    run.steps(5);
+}
+
+#[test]
+fn showings_that_contradict_each_other_are_told_so_and_all_are_kept() {
+    let mut run = Run::new(1, Vec::new());
+    fill_one(&mut run, &["red", "green"], 0);
+    assert!(!run.texts(EventKind::Said).iter().any(|text| text.contains("no rule that I know")));
+    fill_one(&mut run, &["red", "green"], 1);
+    let said = run.texts(EventKind::Said);
+    let told = said.iter().find(|text| text.starts_with("I learned task 1 from 2 examples: ")).unwrap();
+    assert!(told.contains("1 of 2 say") && told.ends_with("please show it again"), "{told}");
+    assert_eq!(run.task("task 1").examples.len(), 2);
+    // One of the two is what counts once it is shown again.
+    fill_one(&mut run, &["red", "green"], 0);
+    let said = run.texts(EventKind::Said);
+    let told = said.iter().rfind(|text| text.starts_with("I learned task 1 from 3 examples: ")).unwrap();
+    assert!(told.contains("all red filled") && told.contains("2 of 3 say"), "{told}");
+}
+
+#[test]
+fn a_task_that_is_taught_again_has_one_more_example_and_leo_says_so() {
+    let mut run = Run::new(1, Vec::new());
+    fill_one(&mut run, &["red", "green"], 0);
+    run.say("Leo, I can teach you to do TASK 1!");
+    let said = last_said(&run);
+    assert!(
+        said.starts_with("I am watching for one more example of task 1, beside the 1 that I have;"),
+        "{said}"
+    );
+}
+
+#[test]
+fn what_vanishes_during_a_showing_is_said_and_the_rest_counts() {
+    let mut run = Run::new(1, Vec::new());
+    run.lay_anew(&["red", "green", "blue"], None);
+    run.say("Leo, I can teach you to do task 1");
+    run.insert(0, 0);
+    run.missing = vec![2];
+    run.insert(1, 1);
+    run.say("Task 1 is done");
+    run.steps(5);
+    let said = run.texts(EventKind::Said);
+    assert!(
+        said.iter().any(|text| text == "I see no more of the blue square: I go by what is still there"),
+        "{said:?}"
+    );
+    assert_eq!(run.texts(EventKind::RuleChosen), ["all"]);
+    assert_eq!(run.task("task 1").examples.len(), 1);
+}
+
+#[test]
+fn a_showing_in_which_nothing_changes_costs_nothing_that_was_learned() {
+    let mut run = Run::new(1, Vec::new());
+    fill_one(&mut run, &["red", "green"], 0);
+    let saved = run.saved.len();
+    run.say("Leo, I can teach you to do task 1");
+    run.steps(50);
+    run.say("Task 1 is done");
+    assert!(last_said(&run).starts_with("nothing changed"), "{}", last_said(&run));
+    assert_eq!((run.saved.len(), run.task("task 1").examples.len()), (saved, 1));
+}
+
+#[test]
+fn a_thousand_showings_are_learned_from() {
+    let mut shown = Run::new(1, Vec::new());
+    shown.teach();
+    let taught = shown.task("task 1");
+    let examples = taught.examples.iter().cycle().take(1000).cloned().collect();
+    let mut run = Run::new(1, vec![Task { name: taught.name.clone(), examples }]);
+    run.demonstrate(&["red", "green", "yellow", "red", "blue"], |_| {});
+    let said = run.texts(EventKind::Said);
+    assert!(said.iter().any(|text| text == "I learned task 1 from 1001 examples: all filled"), "{said:?}");
+    run.perform(&[]);
+    assert_eq!(run.texts(EventKind::PerformanceEnded), ["filled 5 of 5"]);
+}

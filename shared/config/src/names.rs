@@ -1,0 +1,75 @@
+use std::collections::BTreeSet;
+
+use message::{NOBODY, TEXT_CAPACITY};
+use serde::Deserialize;
+
+/// What the robot is called in what people read.
+const ROBOT: &str = "Leo";
+/// A name with this many bytes leaves room for what is said of him.
+const LONGEST: usize = TEXT_CAPACITY / 4;
+
+/// What agents are called in everything that people read.
+///
+/// ```
+/// let names = config::Robot::load(None)?.leo.belief.names;
+/// assert_eq!([0, 1, 2].map(|agent| names.of(agent)), ["Leo", "the teacher", "partner 2"]);
+/// # Ok::<(), config::ConfigError>(())
+/// ```
+#[derive(Clone, Debug, Default, PartialEq, Eq, Deserialize)]
+#[serde(try_from = "Vec<String>")]
+pub struct Names(Vec<String>);
+
+impl TryFrom<Vec<String>> for Names {
+    type Error = String;
+
+    fn try_from(names: Vec<String>) -> Result<Self, String> {
+        let mut known = BTreeSet::from([ROBOT]);
+        for name in &names {
+            if name.trim().is_empty() || name.chars().any(char::is_control) || name.len() > LONGEST {
+                return Err(format!("{name:?} is no name: it needs 1 to {LONGEST} bytes, on one line"));
+            }
+            if !known.insert(name) {
+                return Err(format!("{name:?} is the name of two: nobody could tell them apart"));
+            }
+        }
+        Ok(Self(names))
+    }
+}
+
+impl Names {
+    /// What an agent is called: the robot "Leo", a partner by his name or, where he has none, by his
+    /// number.
+    #[must_use]
+    pub fn of(&self, agent: u16) -> String {
+        match agent {
+            0 => ROBOT.to_owned(),
+            NOBODY => "somebody".to_owned(),
+            partner => {
+                let name = self.0.get(usize::from(partner - 1));
+                name.cloned().unwrap_or_else(|| format!("partner {partner}"))
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn names(names: &[&str]) -> Result<Names, String> {
+        Names::try_from(names.iter().map(|name| (*name).to_owned()).collect::<Vec<_>>())
+    }
+
+    #[test]
+    fn whoever_has_no_name_is_called_by_his_number() {
+        let anna = names(&["Anna"]).unwrap();
+        assert_eq!([1, 2, NOBODY].map(|agent| anna.of(agent)), ["Anna", "partner 2", "somebody"]);
+    }
+
+    #[test]
+    fn names_that_tell_nobody_apart_are_refused() {
+        for wrong in [&["Leo"][..], &["Anna", "Anna"], &[""], &["  "], &["a\nb"], &[&"x".repeat(64)]] {
+            assert!(names(wrong).is_err(), "{wrong:?}");
+        }
+    }
+}
