@@ -163,8 +163,17 @@ impl Bus {
     /// Torque off, said to all a few times, and the question to each whether it is; and where
     /// those stand who have said so.
     fn plan_release(&mut self, joints: &[Joint], request: &mut Request) {
-        self.asked.extend(self.joints.iter().map(|&index| (index, Topic::Torque)));
-        let who = || self.joints.iter().filter_map(|&index| Some(joints.get(index)?.id()));
+        // A silent servo may keep those behind it from answering: who has confirmed comes first, and
+        // the others take turns.
+        let has_let_go = |index: usize| joints.get(index).is_some_and(Joint::has_let_go);
+        let first = usize::from(self.cycle) * self.joints.len() / usize::from(ROTATION);
+        for confirmed in [true, false] {
+            let turns = self.joints.iter().cycle().skip(first).take(self.joints.len());
+            self.asked.extend(
+                turns.filter(|&&index| has_let_go(index) == confirmed).map(|&index| (index, Topic::Torque)),
+            );
+        }
+        let who = || self.asked.iter().filter_map(|(index, _)| Some(joints.get(*index)?.id()));
         let ids: Few<SERVOS_MOST> = who().map(Id::get).collect();
         let length = TORQUE_ENABLE.length + self.cycle;
         let off = Instruction::Write { address: TORQUE_ENABLE.address, data: &[0] };
