@@ -223,6 +223,8 @@ mod tests {
     use config::Robot;
     use message::{JointCause, JointGoal, JointMode, JointState};
     use mock_bus_process::Ptys;
+    use servo::table::{BUS_WATCHDOG, Item, MOVING, TORQUE_ENABLE};
+    use servo::{Id, Instruction, Parser, Status};
 
     const PERIOD: Duration = Duration::from_millis(4);
     const LONG: Duration = Duration::from_secs(20);
@@ -236,6 +238,8 @@ mod tests {
         motor: Motor,
         now: Instant,
         lockstep: bool,
+        /// Where every joint shall be, as a share of its highest position.
+        share: f64,
     }
 
     impl Rig {
@@ -256,10 +260,10 @@ mod tests {
             .unwrap();
             let motor = Motor::new(&robot.motor, &robot.leo.motor).unwrap();
             let now = if lockstep { Instant::EPOCH } else { clock::now() };
-            Self { robot, folder, ptys: Some(ptys), threads, motor, now, lockstep }
+            Self { robot, folder, ptys: Some(ptys), threads, motor, now, lockstep, share: 1.0 / 3.0 }
         }
 
-        /// A cycle in which every joint shall go a third of the way to its upper limit.
+        /// A cycle in which every joint shall go a share of the way to its upper limit.
         fn cycle(&mut self) {
             self.now += PERIOD;
             if self.lockstep {
@@ -274,7 +278,7 @@ mod tests {
                 .map(|(joint, settings)| JointGoal {
                     joint,
                     reserved: 0,
-                    goal_position_rad: settings.max_rad / 3.0,
+                    goal_position_rad: settings.max_rad * self.share,
                     arrive_at_ns: 0,
                 })
                 .collect();
@@ -337,6 +341,56 @@ mod tests {
         rig.until("lost", |state| state.cause() == Some(JointCause::BusLost));
         rig.ptys = Some(Ptys::open(&rig.robot.motor, rig.folder.path(), false).unwrap());
         rig.until("following again", follows);
+    }
+
+    /// What an item of a servo says, asked by another master than the one that is gone.
+    fn item(tty: &Tty, id: u8, item: Item) -> i64 {
+        let question = Instruction::Read { address: item.address, length: item.length };
+        let mut bytes = [0; 64];
+        let length = question.encode(Id::new(id).unwrap().into(), &mut bytes).unwrap();
+        tty.write(&bytes[..length], clock::now() + LONG).unwrap();
+        let mut parser = Parser::new();
+        loop {
+            let count = tty.read(&mut bytes, clock::now() + LONG).unwrap();
+            parser.push(&bytes[..count]);
+            if let Some(status) = parser.next_frame().and_then(|frame| Status::parse(&frame)) {
+                let mut value = [0; 8];
+                value[..status.params.len()].copy_from_slice(status.params);
+                return i64::from_le_bytes(value);
+            }
+        }
+    }
+
+    #[test]
+    fn servos_whose_commander_died_in_motion_stop_by_themselves() {
+        let mut rig = Rig::new(false);
+        rig.until("following", follows);
+        let moves = |state: JointState| state.present_velocity_rad_s().is_some_and(|speed| speed.abs() > 0.1);
+        let is_there = rig.is_there();
+        rig.until("there", is_there);
+        rig.share = -0.5;
+        let give_up = clock::now() + LONG;
+        while rig.motor.states().filter(|state| moves(*state)).count() < 30 {
+            rig.cycle();
+            assert!(clock::now() < give_up, "they do not move");
+        }
+        // The commander is gone in the middle of it, without a word.
+        rig.threads = Threads { ends: Vec::new() };
+        let silent_since = clock::now();
+        // Any word on the bus would count as life: it is left alone for as long as the watchdog waits,
+        // and for what a servo needs to stop.
+        clock::sleep_until(silent_since + Duration::from_millis(600));
+        let mut tripped = 0;
+        for (index, bus) in rig.robot.motor.buses.iter().enumerate() {
+            let tty = Tty::open(&rig.folder.path().join(format!("bus-{}", bus.name)), bus.baud).unwrap();
+            for joint in rig.robot.motor.joints.iter().filter(|joint| joint.bus == index) {
+                assert_eq!(item(&tty, joint.id, BUS_WATCHDOG), 0xFF, "{}", joint.name);
+                assert_eq!(item(&tty, joint.id, MOVING), 0, "{}", joint.name);
+                assert_eq!(item(&tty, joint.id, TORQUE_ENABLE), 1, "{} holds", joint.name);
+                tripped += 1;
+            }
+        }
+        assert_eq!(tripped, 65);
     }
 
     #[test]
