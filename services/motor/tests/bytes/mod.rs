@@ -1,0 +1,136 @@
+//! Plays any bytes to the motor process's core: as joint goals, and as what one of its buses answers.
+
+use std::sync::OnceLock;
+
+use clock::{Duration, Instant};
+use config::Robot;
+use message::{JointGoal, JointMode};
+use motor_process::{Master, Motor, Port, Replies, Request, Sent};
+use serial::Lost;
+use servo::mock::Line;
+
+const PERIOD: Duration = Duration::from_millis(4);
+/// Bytes that make a goal: which joint, where, and when.
+const GOAL: usize = 9;
+
+/// A bus whose servos are in this process, and on which anybody may say anything.
+#[derive(Clone)]
+struct Bus {
+    line: Line,
+    said: Vec<u8>,
+    now: Instant,
+    lies: Option<Vec<u8>>,
+}
+
+impl Port for Bus {
+    fn send(&mut self, bytes: &[u8], _within: Duration) -> Result<Sent, Lost> {
+        self.said.clear();
+        self.line.hear(self.now, bytes, &mut self.said);
+        if let Some(lies) = &self.lies {
+            self.said.clone_from(lies);
+        }
+        Ok(Sent { at: self.now, late: 0 })
+    }
+
+    fn receive(&mut self, into: &mut [u8], _within: Duration) -> Result<usize, Lost> {
+        let count = self.said.len().min(into.len());
+        for (place, byte) in into.iter_mut().zip(self.said.drain(..count)) {
+            *place = byte;
+        }
+        Ok(count)
+    }
+}
+
+/// The whole robot.
+#[derive(Clone)]
+struct Body {
+    robot: Robot,
+    motor: Motor,
+    masters: Vec<Master>,
+    buses: Vec<Bus>,
+    now: Instant,
+}
+
+impl Body {
+    /// All of whose joints follow.
+    fn following() -> Self {
+        let robot = Robot::load(None).expect("the built-in robot");
+        let now = Instant::from_nanos(1);
+        let bus = |index| Bus {
+            line: mock_bus_process::line(&robot.motor, index, now),
+            said: Vec::new(),
+            now,
+            lies: None,
+        };
+        let mut body = Self {
+            motor: Motor::new(&robot.motor, &robot.leo.motor).expect("the built-in robot"),
+            masters: robot.motor.buses.iter().map(|bus| Master::new(bus.baud, (PERIOD, PERIOD))).collect(),
+            buses: (0..robot.motor.buses.len()).map(bus).collect(),
+            robot,
+            now,
+        };
+        while !body.motor.states().all(|state| state.mode() == Some(JointMode::Following)) {
+            body.cycle(&[]);
+        }
+        body
+    }
+
+    fn cycle(&mut self, goals: &[JointGoal]) {
+        self.now += PERIOD;
+        self.motor.goals(self.now, goals);
+        self.motor.step(self.now);
+        let (mut request, mut replies) = (Request::default(), Replies::default());
+        for (index, (bus, master)) in self.buses.iter_mut().zip(&mut self.masters).enumerate() {
+            bus.now = self.now;
+            self.motor.request(index, self.now, &mut request);
+            master.exchange(bus, &request, &mut replies);
+            self.motor.replies(index, self.now, &replies);
+        }
+    }
+}
+
+/// Plays a script to the motor process, and returns how many commands there were.
+///
+/// # Panics
+///
+/// A command is no number, beyond a limit, or jumps.
+pub(crate) fn play(script: &[u8]) -> u64 {
+    static FOLLOWING: OnceLock<Body> = OnceLock::new();
+    let mut body = FOLLOWING.get_or_init(Body::following).clone();
+    let liar = script.first().map_or(0, |byte| usize::from(byte % 8));
+    let mut commanded = 0;
+    let mut before = vec![None; body.robot.motor.joints.len()];
+    for cycle in script.chunks(64) {
+        if let Some(bus) = body.buses.get_mut(liar) {
+            bus.lies = Some(cycle.to_vec());
+        }
+        let goals: Vec<_> = cycle.chunks_exact(GOAL).map(goal).collect();
+        body.cycle(&goals);
+        let joints = body.motor.states().zip(&body.robot.motor.joints).zip(&mut before);
+        for ((state, joint), before) in joints {
+            let command = state.command_position_rad();
+            if let Some(command) = command {
+                assert!((joint.min_rad..=joint.max_rad).contains(&command), "{}: {command}", joint.name);
+                commanded += 1;
+            }
+            if let (Some(command), Some(before)) = (command, *before) {
+                let step: f64 = command - before;
+                let most = joint.velocity_rad_s * PERIOD.as_secs_f64() + 1e-9;
+                assert!(step.abs() <= most, "{} jumps by {step}", joint.name);
+            }
+            *before = command;
+        }
+    }
+    commanded
+}
+
+fn goal(bytes: &[u8]) -> JointGoal {
+    let (&joint, rest) = bytes.split_first().unwrap_or((&0, &[]));
+    let bits = rest.first_chunk().map_or(0, |bits| u64::from_le_bytes(*bits));
+    JointGoal {
+        joint: u32::from(joint % 80),
+        reserved: 0,
+        goal_position_rad: f64::from_bits(bits),
+        arrive_at_ns: bits,
+    }
+}
