@@ -129,7 +129,7 @@ pub struct BusRow {
 /// A perspective, since the belief process's life began.
 #[derive(Clone, Debug, Serialize)]
 pub struct PerspectiveRow {
-    /// Whose, and within whose: [] the robot's, [1] partner 1's.
+    /// Whose, and within whose: empty for the robot's own, `[1]` for partner 1's.
     pub path: Vec<u16>,
     /// How often its beliefs were brought to an instant.
     pub steps: u64,
