@@ -79,7 +79,9 @@ impl Rig {
             ptys,
             folder,
         };
-        for _ in 0..20_000 {
+        let give_up = clock::now() + Duration::from_secs(20);
+        while clock::now() < give_up {
+            clock::sleep_until(clock::now() + PERIOD);
             rig.cycle();
             if rig.states().all(|state| state.mode() == Some(JointMode::Following)) {
                 return rig;
@@ -122,19 +124,25 @@ fn micros(time: Duration) -> f64 {
     time.as_secs_f64() * 1e6
 }
 
-/// Kept in the worst cycle, and the median and the longest time of a cycle.
+/// Kept, and the median and the longest time of a cycle.
 fn with_a_bad_servo(fault: &str) -> (usize, Duration, Duration) {
     let mut rig = Rig::new(4_000_000);
     rig.inject(&format!("{fault} id={BAD}"));
-    let mut kept = usize::from(SERVOS);
-    let mut times = Vec::new();
+    let (mut kept, mut times) = (Vec::new(), Vec::new());
     for _ in 0..200 {
         let (read, time) = rig.cycle();
-        kept = kept.min(read);
+        kept.push(read);
         times.push(time);
     }
     times.sort_unstable();
-    (kept, quantile(&times, 0.5), quantile(&times, 1.0))
+    (usual(kept), quantile(&times, 0.5), quantile(&times, 1.0))
+}
+
+/// How many are kept in all but one cycle in twenty: a machine that stands still for a moment is no
+/// servo's fault.
+fn usual(mut kept: Vec<usize>) -> usize {
+    kept.sort_unstable();
+    kept.get(kept.len() / 20).copied().unwrap_or(0)
 }
 
 /// The same of `rustypot`.
@@ -147,23 +155,22 @@ fn rustypot_with_a_bad_servo(fault: &str) -> (usize, Duration, Duration) {
     let (master, mut port) = (DynamixelProtocolHandler::v2(), open.expect("opens"));
     ptys.inject(&[format!("{fault} id={BAD}").parse().expect("a fault")]);
     let ids: Vec<u8> = (1..=SERVOS).collect();
-    let mut kept = usize::from(SERVOS);
-    let mut times = Vec::new();
+    let (mut kept, mut times) = (Vec::new(), Vec::new());
     for _ in 0..40 {
         let begun = clock::now();
         let read = master.fast_sync_read(port.as_mut(), &ids, 120, 16).map_or(0, |read| read.len());
         times.push(clock::now().since(begun));
-        kept = kept.min(read);
+        kept.push(read);
         // What comes late would spoil the next reading too: that is not to be measured.
         let _cleared = port.clear(serialport::ClearBuffer::All);
     }
     times.sort_unstable();
-    (kept, quantile(&times, 0.5), quantile(&times, 1.0))
+    (usual(kept), quantile(&times, 0.5), quantile(&times, 1.0))
 }
 
 fn bad_servos() {
     println!(
-        "servo {BAD} of {SERVOS} is bad at every reading; kept in the worst cycle, and a cycle's time in us"
+        "servo {BAD} of {SERVOS} is bad at every reading; kept in 19 of 20 cycles, and a cycle's time in us"
     );
     println!(
         "{:<10} | {:>6} {:>8} {:>8} | {:>8} {:>8} {:>8}",
@@ -202,7 +209,11 @@ fn rates() {
                     let begun = clock::now();
                     let mut times = Vec::new();
                     while clock::now() < begun + Duration::from_secs(3) {
-                        times.push(rig.cycle().1);
+                        let (read, time) = rig.cycle();
+                        // A cycle in which nobody is read is none.
+                        if read > 0 {
+                            times.push(time);
+                        }
                     }
                     let rate = float_of_count(times.len()) / clock::now().since(begun).as_secs_f64();
                     times.sort_unstable();

@@ -13,6 +13,9 @@ use crate::{Replies, Request};
 /// Exchanges in which nobody on the bus answers before its servos are blamed one by one: until
 /// then it is the bus, or the machine, that is slow.
 const SILENT_MOST: u32 = 10;
+/// Exchanges in a row before which bytes came after their time, in which no servo is blamed: until
+/// patience has grown, it is the line that is slow.
+const LATE_MOST: u32 = 6;
 /// The lengths of reading rotate over so many values: an answer that comes a cycle late has
 /// another length than the one that is awaited, and is dropped for it.
 const ROTATION: u16 = 3;
@@ -44,6 +47,8 @@ pub(crate) struct Bus {
     next: usize,
     cycle: u16,
     silent: u32,
+    /// Exchanges in a row before which bytes came after their time.
+    late: u32,
     is_lost: bool,
     counts: BusCounts,
 }
@@ -59,6 +64,7 @@ impl Bus {
             next: 0,
             cycle: 0,
             silent: 0,
+            late: 0,
             is_lost: false,
             counts: BusCounts::default(),
         }
@@ -205,7 +211,10 @@ impl Bus {
             // Only who says something can find that the line is there again.
             self.is_lost = false;
             self.silent = if replies.is_empty() { self.silent.saturating_add(1) } else { 0 };
+            let stale = self.counts.stale;
             let heard = self.take_all(now, joints, replies, &asked);
+            let is_late = replies.late > 0 || self.counts.stale > stale;
+            self.late = if is_late { self.late.saturating_add(1) } else { 0 };
             let missing = self.blame(now, joints, replies, &asked, &heard);
             self.take_answer(now, joints, replies, job, missing);
             for status in replies.about(Topic::Alarm) {
@@ -320,8 +329,9 @@ impl Bus {
         }
     }
 
-    const fn blames_servos(&self) -> bool {
-        self.silent == 0 || self.silent > SILENT_MOST
+    fn blames_servos(&self) -> bool {
+        let is_slow = (1..=LATE_MOST).contains(&self.late) || (1..=SILENT_MOST).contains(&self.silent);
+        !is_slow
     }
 
     fn joint_of<'a>(&self, joints: &'a mut [Joint], id: Id) -> Option<&'a mut Joint> {

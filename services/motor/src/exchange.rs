@@ -106,7 +106,9 @@ impl Master {
         for (part, bytes) in request.parts() {
             let heard = self.ask(port, part, bytes, replies)?;
             if matches!(part.topic, Topic::Chain | Topic::Each) && again.is_none() && self.mute < MUTE_MOST {
-                again = self.ask_again(part, &heard);
+                // Where something arrived, whoever is missing need not be silent.
+                let silent = usize::from(replies.spoilt(part.topic) == 0);
+                again = self.ask_again(part, &heard, silent);
                 if let Some((part, bytes)) = &again {
                     self.ask(port, part, bytes.get(..part.sent).unwrap_or_default(), replies)?;
                 }
@@ -122,11 +124,11 @@ impl Master {
         Ok(())
     }
 
-    /// The question to those who were not heard, but for the first of them.
-    fn ask_again(&self, part: &Part, heard: &Heard) -> Option<(Part, [u8; INSTRUCTION])> {
+    /// The question to those who were not heard, but for the first so many of them.
+    fn ask_again(&self, part: &Part, heard: &Heard, but: usize) -> Option<(Part, [u8; INSTRUCTION])> {
         let missing = part.ids().iter().zip(&heard.0).filter(|(_, heard)| !**heard).map(|(id, _)| *id);
         let (mut ids, mut count) = ([0; SERVOS_MOST], 0);
-        for (place, id) in ids.iter_mut().zip(missing.skip(1)) {
+        for (place, id) in ids.iter_mut().zip(missing.skip(but)) {
             *place = id;
             count += 1;
         }
@@ -155,6 +157,7 @@ impl Master {
         }
         self.parser.clear();
         let broken = broken(&self.parser);
+        let strays = self.parser.losses().stray;
         let turn = part.time_to_answer(self.baud) + self.patience.get();
         let mut within = part.time_to_send(self.baud) + turn;
         let Sent { at, late } = port.send(bytes, within)?;
@@ -164,6 +167,8 @@ impl Master {
         let mut missing = part.ids().len();
         // A line that babbles must not hold the bus: all answers twice, and an echo, are enough.
         let mut most = 2 * (part.sent + missing * (part.data + 16)) + 64;
+        // Once as many bytes came as were awaited, only what was on its way is waited for.
+        let mut awaited = part.bytes_of_answers();
         let mut buffer = [0; 512];
         while missing > 0 && most > 0 {
             let count = port.receive(&mut buffer, within)?;
@@ -171,6 +176,7 @@ impl Master {
                 break;
             }
             most = most.saturating_sub(count);
+            awaited = awaited.saturating_sub(count);
             replies.hear(part.topic, count);
             self.parser.push(buffer.get(..count).unwrap_or_default());
             each_status(&mut self.parser, &mut self.chain, part.topic, |status| {
@@ -181,8 +187,10 @@ impl Master {
                 }
                 replies.add(part.topic, status);
             });
-            within = turn;
+            within = if awaited > 0 { turn } else { part.time_to_answer(self.baud) };
         }
+        let strays = self.parser.losses().stray.saturating_sub(strays);
+        replies.late += usize::try_from(strays).unwrap_or(usize::MAX);
         replies.spoil(part.topic, broken_since(&self.parser, broken));
         Ok(heard)
     }

@@ -10,6 +10,8 @@ const BYTES: usize = 1024;
 const DATA: usize = 96;
 /// Bytes of a status without data: header, address, length, instruction, error, check sum.
 pub(crate) const STATUS_BYTES: usize = 11;
+/// Bytes of a chain before the first answer in it: header, address, length, instruction.
+const CHAIN_BYTES: usize = 8;
 /// Bytes of one answer within a chain, without data: error, identifier, check sum.
 const LINK_BYTES: usize = 4;
 /// Answers to one request: two to each of three questions to everybody would be too many already.
@@ -64,6 +66,17 @@ impl Part {
     #[must_use]
     pub fn ids(&self) -> &[u8] {
         self.ids.get(..self.count).unwrap_or_default()
+    }
+
+    /// Bytes of all answers together.
+    #[must_use]
+    pub const fn bytes_of_answers(&self) -> usize {
+        match self.topic {
+            Topic::Chain => CHAIN_BYTES + self.count * (LINK_BYTES + self.data),
+            Topic::Each | Topic::Again | Topic::Torque | Topic::Job | Topic::Alarm => {
+                self.count * (STATUS_BYTES + self.data)
+            }
+        }
     }
 
     /// How long the instruction takes on a wire of `baud` bits per second, ten bits a byte.
