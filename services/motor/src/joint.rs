@@ -19,6 +19,9 @@ const WAIT_FIRST: Duration = Duration::from_millis(100);
 const WAIT_MOST: Duration = Duration::from_secs(5);
 /// The oldest reading that says where a servo stands.
 const FRESH: Duration = Duration::from_millis(100);
+/// No servo turns faster, by its motor or by anybody's hand, and no reading is off by more.
+const SPEED_MOST_RAD_S: f64 = 30.0;
+const JUMP_MOST_RAD: f64 = 0.1;
 /// How often it is looked how a servo is.
 const LOOK_EVERY: Duration = Duration::from_millis(500);
 /// How long after an alert a servo is rebooted, where the configuration says so, and how often.
@@ -296,6 +299,9 @@ impl Joint {
                 Age::Restarted => self.has_restarted(),
             }
             if taken == Taken::Read {
+                if !self.is_plausible(asked_at, self.settings.joint_rad(servo.position_rad)) {
+                    return Taken::Stale;
+                }
                 let turn = if self.settings.reversed { -1.0 } else { 1.0 };
                 let position_rad = self.settings.joint_rad(servo.position_rad);
                 let (velocity_rad_s, current_a) = (turn * servo.velocity_rad_s, turn * servo.current_a);
@@ -399,6 +405,15 @@ impl Joint {
             state = state.with_condition(condition.temperature_c, condition.input_v);
         }
         if self.stage == Stage::Following { state.with_command(self.motion.position_rad) } else { state }
+    }
+
+    /// Whether a joint can have come from where it was read before to here. One answer in 65536 whose
+    /// bytes are noise has a right check sum all the same.
+    fn is_plausible(&self, at: Instant, position_rad: f64) -> bool {
+        self.reading.is_none_or(|(before, reading)| {
+            let reach_rad = SPEED_MOST_RAD_S * at.since(before).as_secs_f64() + JUMP_MOST_RAD;
+            (position_rad - reading.position_rad).abs() <= reach_rad
+        })
     }
 
     fn clamped(&self, position_rad: f64) -> Option<f64> {

@@ -38,9 +38,14 @@ struct Anchor {
 /// and a valid identifier. But between two samples the servo's clock goes on by at least the time
 /// from when the first was there until the second was asked for, and a late answer falls short of
 /// that by its age.
+///
+/// A tick that is far off may be that of a servo that began anew, or of noise whose check sum is right
+/// by chance: it counts when a second one agrees with it.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct ServoClock {
     anchor: Option<Anchor>,
+    /// One that was far off.
+    other: Option<Anchor>,
 }
 
 impl ServoClock {
@@ -51,40 +56,56 @@ impl ServoClock {
 
     /// Forgets it: the servo is to be started anew.
     pub(crate) fn forget(&mut self) {
-        self.anchor = None;
+        *self = Self::default();
     }
 
     /// Judges a reading with this `tick`, which was asked for at one instant and there at another.
     pub(crate) fn judge(&mut self, tick: u16, asked_at: Instant, there_at: Instant) -> Age {
-        let new = Anchor {
-            tick_ms: f64::from(tick),
-            asked_at,
-            within_ms: there_at.since(asked_at).as_secs_f64() * 1e3,
-        };
-        let Some(old) = self.anchor else {
-            self.anchor = Some(new);
-            return Age::Fresh;
-        };
-        let passed_ms = asked_at.since(old.asked_at).as_secs_f64() * 1e3;
-        if passed_ms > FORGET_MS {
-            self.anchor = Some(new);
-            return Age::Fresh;
-        }
-        let ahead_ms =
-            (new.tick_ms - old.tick_ms - passed_ms + WRAP_MS / 2.0).rem_euclid(WRAP_MS) - WRAP_MS / 2.0;
-        let drift_ms = passed_ms * DRIFT;
-        if !(-OFF_MOST_MS..=OFF_MOST_MS).contains(&ahead_ms) {
-            self.anchor = Some(new);
-            return Age::Restarted;
-        }
-        if ahead_ms < -(old.within_ms + drift_ms + RESOLUTION_MS) {
-            return Age::Stale;
-        }
-        // The sharper of the two is kept: an old one grows dull with time.
-        if new.within_ms <= old.within_ms + drift_ms {
-            self.anchor = Some(new);
+        let within_ms = there_at.since(asked_at).as_secs_f64() * 1e3;
+        let new = Anchor { tick_ms: f64::from(tick), asked_at, within_ms };
+        match self.anchor.and_then(|anchor| anchor.judge(new)) {
+            Some((Age::Fresh, sharper)) => (self.anchor, self.other) = (Some(sharper), None),
+            None if self.anchor.is_none_or(|anchor| anchor.is_old(new)) => self.anchor = Some(new),
+            Some((age, _)) => return age,
+            None => {
+                let agrees = self.other.and_then(|other| other.judge(new));
+                if !matches!(agrees, Some((Age::Fresh, _))) {
+                    self.other = Some(new);
+                    return Age::Stale;
+                }
+                (self.anchor, self.other) = (Some(new), None);
+                return Age::Restarted;
+            }
         }
         Age::Fresh
+    }
+}
+
+impl Anchor {
+    /// Whether so much time has passed that the tick may have wrapped unseen.
+    fn is_old(self, new: Self) -> bool {
+        self.passed_ms(new) > FORGET_MS
+    }
+
+    fn passed_ms(self, new: Self) -> f64 {
+        new.asked_at.since(self.asked_at).as_secs_f64() * 1e3
+    }
+
+    /// Judges a later reading by this one: fresh or stale, and which of the two later ones are to be
+    /// judged by. `None` where the two are not of one clock, or this one is too old.
+    fn judge(self, new: Self) -> Option<(Age, Self)> {
+        let passed_ms = self.passed_ms(new);
+        let ahead_ms =
+            (new.tick_ms - self.tick_ms - passed_ms + WRAP_MS / 2.0).rem_euclid(WRAP_MS) - WRAP_MS / 2.0;
+        if passed_ms > FORGET_MS || !(-OFF_MOST_MS..=OFF_MOST_MS).contains(&ahead_ms) {
+            return None;
+        }
+        let drift_ms = passed_ms * DRIFT;
+        if ahead_ms < -(self.within_ms + drift_ms + RESOLUTION_MS) {
+            return Some((Age::Stale, self));
+        }
+        // The sharper of the two is kept: an old one grows dull with time.
+        Some((Age::Fresh, if new.within_ms <= self.within_ms + drift_ms { new } else { self }))
     }
 }
 
@@ -132,8 +153,13 @@ mod tests {
             let off = (asked_ms + 4.0 - start_ms - again_ms).rem_euclid(WRAP_MS);
             prop_assume!(off > 600.0 && off < WRAP_MS - 600.0);
             let anew = tick(again_ms, 1.0, 0.0);
-            prop_assert_eq!(servo.judge(anew, ms(asked_ms + 4.0), ms(asked_ms + 5.0)), Age::Restarted);
-            prop_assert_eq!(servo.judge(anew + 4, ms(asked_ms + 8.0), ms(asked_ms + 9.0)), Age::Fresh);
+            // Once may be noise.
+            prop_assert_eq!(servo.judge(anew, ms(asked_ms + 4.0), ms(asked_ms + 5.0)), Age::Stale);
+            let mut noise = servo;
+            let old = tick(asked_ms + 8.0, 1.0, start_ms);
+            prop_assert_eq!(noise.judge(old, ms(asked_ms + 8.0), ms(asked_ms + 9.0)), Age::Fresh);
+            prop_assert_eq!(servo.judge(anew + 4, ms(asked_ms + 8.0), ms(asked_ms + 9.0)), Age::Restarted);
+            prop_assert_eq!(servo.judge(anew + 8, ms(asked_ms + 12.0), ms(asked_ms + 13.0)), Age::Fresh);
         }
     }
 }
