@@ -8,8 +8,7 @@ const HOT_C: f64 = 2.0;
 /// begins to be spared.
 const LOW_VOLTAGE_SHARE: f64 = 0.4;
 
-/// The share of its speed and acceleration that a servo in this condition is allowed: 1 is all of
-/// it, 0 is to hold.
+/// The share of its speed that a servo in this condition is allowed: 1 is all of it, 0 is to hold.
 pub(crate) fn derating(condition: Condition, bounds: Bounds, nominal_v: f64) -> f64 {
     let below_c = f64::from(bounds.temperature_c) - f64::from(condition.temperature_c);
     let cool = (below_c - HOT_C) / (WARM_C - HOT_C);

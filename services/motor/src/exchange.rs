@@ -159,6 +159,7 @@ impl Master {
         let broken = broken(&self.parser);
         let strays = self.parser.losses().stray;
         let turn = part.time_to_answer(self.baud) + self.patience.get();
+        let rest = part.time_to_answer(self.baud) + self.patience.least();
         let mut within = part.time_to_send(self.baud) + turn;
         let Sent { at, late } = port.send(bytes, within)?;
         replies.asked(part.topic, at);
@@ -167,7 +168,8 @@ impl Master {
         let mut missing = part.ids().len();
         // A line that babbles must not hold the bus: all answers twice, and an echo, are enough.
         let mut most = 2 * (part.sent + missing * (part.data + 16)) + 64;
-        // Once as many bytes came as were awaited, only what was on its way is waited for.
+        // Once as many bytes came as were awaited, somebody's were noise: what is on its way still, in an
+        // adapter that hands over piece by piece, comes soon.
         let mut awaited = part.bytes_of_answers();
         let mut buffer = [0; 512];
         while missing > 0 && most > 0 {
@@ -187,7 +189,7 @@ impl Master {
                 }
                 replies.add(part.topic, status);
             });
-            within = if awaited > 0 { turn } else { part.time_to_answer(self.baud) };
+            within = if awaited > 0 { turn } else { turn.min(rest) };
         }
         let strays = self.parser.losses().stray.saturating_sub(strays);
         replies.late += usize::try_from(strays).unwrap_or(usize::MAX);

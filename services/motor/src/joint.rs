@@ -236,10 +236,8 @@ impl Joint {
         let share = self.derating();
         let soft = now < self.following_since + self.policy.soft_start;
         let soft_rad_s = if soft { self.policy.soft_start_rad_s } else { f64::INFINITY };
-        let limits = Limits {
-            velocity_rad_s: (stop.velocity_rad_s * share).min(soft_rad_s),
-            acceleration_rad_s2: stop.acceleration_rad_s2 * share,
-        };
+        // The acceleration stays: with less of it, what moves already could not stop within its limits.
+        let limits = Limits { velocity_rad_s: (stop.velocity_rad_s * share).min(soft_rad_s), ..stop };
         let next = match self.goal.filter(|_| share > 0.0) {
             Some(goal) => {
                 let within_s = goal.arrive_at.since(now).as_secs_f64();
@@ -427,7 +425,7 @@ impl Joint {
         if now.since(at) <= FRESH { self.clamped(reading.position_rad) } else { None }
     }
 
-    /// The share of its speed and acceleration that it is allowed.
+    /// The share of its speed that it is allowed.
     fn derating(&self) -> f64 {
         match (self.condition, self.bounds) {
             (Some(condition), Some(bounds)) => derating(condition, bounds, self.model.nominal_volts()),

@@ -26,6 +26,11 @@ impl Patience {
         self.now
     }
 
+    /// The patience with what was on its way already.
+    pub(crate) const fn least(&self) -> Duration {
+        self.least
+    }
+
     /// Notes an exchange, and whether bytes of the one before it came after their time.
     pub(crate) fn note(&mut self, late: bool) {
         if late {

@@ -14,17 +14,18 @@ pub enum Trouble {
         found: u16,
     },
     /// The servo refused an instruction.
-    #[error("{0}; torque stays off until the motor process is restarted")]
+    #[error("{0}; torque stays off until the motor process or a released emergency stop brings it up again")]
     Refused(servo::Fault),
     /// The servo reports a hardware alert.
     #[error(
-        "hardware alert: {0}; its group holds, and its torque stays off until the motor process is restarted"
+        "hardware alert: {0}; its group holds, and its torque stays off until the motor process or a released \
+         emergency stop brings it up again"
     )]
     Alert(HardwareErrors),
     /// Two servos answer to one identifier.
     #[error(
-        "two servos answer to id {0} on this bus; its torque stays off until one of them was given another id \
-         (connect it alone) and the motor process is restarted"
+        "two servos answer to id {0} on this bus; give one of them another id (connect it alone); torque stays \
+         off until the motor process or a released emergency stop brings it up again"
     )]
     Duplicate(u8),
 }

@@ -67,7 +67,8 @@ impl Emergency {
         let signalled = Arc::new(AtomicBool::new(false));
         signal_hook::flag::register(signal_hook::consts::SIGUSR1, Arc::clone(&signalled))
             .map_err(|error| Failure::own(format!("cannot watch for the emergency stop: {error}")))?;
-        let raised = Arc::new(AtomicBool::new(file.exists()));
+        // Where it cannot be seen whether the file is there, it is better to stand still.
+        let raised = Arc::new(AtomicBool::new(file.try_exists().unwrap_or(true)));
         let stop = Arc::new(AtomicBool::new(false));
         let thread = thread::Builder::new()
             .name("emergency".to_owned())
@@ -124,12 +125,17 @@ fn look(domain: &Path, signalled: &AtomicBool, raised: &AtomicBool, stop: &Atomi
     let file = domain.join(FILE);
     let mut told = false;
     while !stop.load(Ordering::Relaxed) {
-        // Where no file can be written, the signal alone keeps it raised.
-        if signalled.load(Ordering::Relaxed) && raise(domain, "raised by the signal SIGUSR1").is_ok() {
+        if signalled.load(Ordering::Relaxed) {
+            // In this order it is raised at every moment, and a signal that comes meanwhile is kept.
             raised.store(true, Ordering::Relaxed);
             signalled.store(false, Ordering::Relaxed);
+            if raise(domain, "raised by the signal SIGUSR1").is_err() {
+                // Where no file can be written, the signal alone keeps it raised.
+                signalled.store(true, Ordering::Relaxed);
+            }
         }
-        let is = file.exists();
+        // Where it cannot be seen whether the file is there, it stays as it was.
+        let is = file.try_exists().unwrap_or(raised.load(Ordering::Relaxed));
         raised.store(is, Ordering::Relaxed);
         if is != told {
             told = is;

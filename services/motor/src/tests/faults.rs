@@ -135,6 +135,23 @@ fn a_hot_servo_is_spared_before_it_switches_itself_off() {
 }
 
 #[test]
+fn a_servo_that_gets_hot_at_full_speed_still_stops_within_its_limits() {
+    // It is looked at twice a second: somewhere on its way it is found to be hot.
+    for from_rad in [-0.8, -0.6, -0.4, -0.2, 0.0] {
+        let mut rig = following();
+        rig.commanded(400, -1.0, rig.now);
+        rig.until(300, 1.0, |rig| rig.position(0) > from_rad);
+        for _ in 0..400 {
+            rig.servo(0, 0).warm_to(76.0);
+            rig.commanded(1, 1.0, rig.now);
+            let command = rig.state(0).command_position_rad().unwrap();
+            assert!(command <= 1.0, "beyond the limit: {command}");
+        }
+        assert_eq!(rig.causes()[0], JointCause::Derated);
+    }
+}
+
+#[test]
 fn an_emergency_stop_takes_every_torque_in_the_same_cycle_and_confirms_it() {
     let mut rig = following();
     rig.commanded(30, 0.9, rig.now);
