@@ -72,9 +72,14 @@ const MAY_BE_UNSAFE: [&str; 2] = ["shared/realtime", "shared/testkit"];
 const SHELL_FILES: [&str; 3] = ["lib.rs", "run.rs", "shell.rs"];
 
 /// Further files of a shell, where it has more than one noun.
-const MORE_SHELL_FILES: [&str; 19] = [
-    "console/src/divides.rs",
+const MORE_SHELL_FILES: [&str; 26] = [
+    "console/src/hand.rs",
+    "console/src/lessons.rs",
+    "console/src/look.rs",
     "console/src/top.rs",
+    "console/src/web.rs",
+    "console/src/web/guard.rs",
+    "console/src/web/live.rs",
     "learner/src/keeper.rs",
     "learner/src/memory.rs",
     "mock_bus/src/alone.rs",
@@ -83,6 +88,8 @@ const MORE_SHELL_FILES: [&str; 19] = [
     "motor/src/ledger.rs",
     "motor/src/line.rs",
     "motor/src/threads.rs",
+    "simulator/src/desk.rs",
+    "simulator/src/saving.rs",
     "supervisor/src/bench.rs",
     "supervisor/src/bench/bare.rs",
     "supervisor/src/bench/leo.rs",

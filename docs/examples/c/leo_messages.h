@@ -227,6 +227,16 @@ enum leo_process_state {
     LEO_PROCESS_STATE_STOPPING = 3,
 };
 
+/* Who moves what is on the table. */
+enum leo_scene_mode {
+    /* The lesson's script is played. */
+    LEO_SCENE_MODE_SCRIPT = 1,
+    /* A teacher sets the table by hand: things come, go and move as he likes. */
+    LEO_SCENE_MODE_SET_UP = 2,
+    /* A teacher teaches by hand: things move, and what he does is written down. */
+    LEO_SCENE_MODE_TEACHING = 3,
+};
+
 /* A discrete state of a thing, observed as a degree in [0, 1]. */
 enum leo_state {
     /* Its hole holds a peg. */
@@ -239,6 +249,54 @@ enum leo_state {
     LEO_STATE_ON = 3,
 };
 
+/* What a teacher does by hand in the simulated workspace. */
+enum leo_teacher_act_kind {
+    /* Says the text. */
+    LEO_TEACHER_ACT_KIND_SAY = 1,
+    /* Takes the thing that `text` names in his hand. */
+    LEO_TEACHER_ACT_KIND_TAKE = 2,
+    /* Moves what is in his hand to a place. */
+    LEO_TEACHER_ACT_KIND_CARRY = 3,
+    /* Lets go what is in his hand, at a place. */
+    LEO_TEACHER_ACT_KIND_PUT = 4,
+    /* Puts what is in his hand back where it was taken. */
+    LEO_TEACHER_ACT_KIND_CANCEL = 5,
+    /* Moves his eyes to a place, and looks at another. */
+    LEO_TEACHER_ACT_KIND_SEAT = 6,
+    /* Goes away. */
+    LEO_TEACHER_ACT_KIND_LEAVE = 7,
+    /* Comes back. */
+    LEO_TEACHER_ACT_KIND_RETURN = 8,
+    /* Moves the occluder that `text` names, or puts up a new one. */
+    LEO_TEACHER_ACT_KIND_SCREEN = 9,
+    /* Lays a new object of the kind `text` and the colour `colour`. */
+    LEO_TEACHER_ACT_KIND_ADD = 10,
+    /* Takes the object or the occluder that `text` names off the table. */
+    LEO_TEACHER_ACT_KIND_REMOVE = 11,
+    /* Begins an empty table. */
+    LEO_TEACHER_ACT_KIND_CLEAR = 12,
+    /* Lays a table of the lesson. */
+    LEO_TEACHER_ACT_KIND_LAY = 13,
+    /* Opens the lesson that `text` names, and plays it. */
+    LEO_TEACHER_ACT_KIND_OPEN = 14,
+    /* Plays the open lesson from its beginning. */
+    LEO_TEACHER_ACT_KIND_PLAY = 15,
+    /* Takes the last act back. */
+    LEO_TEACHER_ACT_KIND_UNDO = 16,
+    /* Writes what was taught by hand as a lesson of the title `text`. */
+    LEO_TEACHER_ACT_KIND_SAVE = 17,
+};
+
+/* What a thing on the table is for. */
+enum leo_thing_role {
+    /* To be worked on. */
+    LEO_THING_ROLE_BLOCK = 1,
+    /* To be put into a hole. */
+    LEO_THING_ROLE_PEG = 2,
+    /* To mark what it is put onto. */
+    LEO_THING_ROLE_MARKER = 3,
+};
+
 /* What a process shall do with its turn. */
 enum leo_turn_kind {
     /* One step at the given instant. */
@@ -246,6 +304,33 @@ enum leo_turn_kind {
     /* End the process. */
     LEO_TURN_KIND_STOP = 2,
 };
+
+/* A short text of fixed capacity, UTF-8. */
+#define LEO_TEXT_TYPE "leo/Text/1"
+struct leo_text {
+    LEO_NAMED(LEO_TEXT_TYPE)
+    uint32_t length;
+    uint8_t bytes[252];
+};
+LEO_ASSERT(sizeof(struct leo_text) == 256, "size of leo/Text/1");
+LEO_ASSERT(offsetof(struct leo_text, length) == 0, "place of length");
+LEO_ASSERT(offsetof(struct leo_text, bytes) == 4, "place of bytes");
+
+/* What became of an act. */
+#define LEO_ACT_ANSWER_TYPE "leo/ActAnswer/1"
+struct leo_act_answer {
+    LEO_NAMED(LEO_ACT_ANSWER_TYPE)
+    /* The act's serial number. */
+    uint64_t serial;
+    /* 1 where it was refused, 0 where it was done. */
+    uint64_t refused;
+    /* Why it was refused; or what came of it: the new object's name, the file that was written. */
+    struct leo_text text;
+};
+LEO_ASSERT(sizeof(struct leo_act_answer) == 272, "size of leo/ActAnswer/1");
+LEO_ASSERT(offsetof(struct leo_act_answer, serial) == 0, "place of serial");
+LEO_ASSERT(offsetof(struct leo_act_answer, refused) == 8, "place of refused");
+LEO_ASSERT(offsetof(struct leo_act_answer, text) == 16, "place of text");
 
 /* One percept about which two beliefs in the same thing differ. Places and orientations are in
  * the robot's base frame. */
@@ -413,17 +498,6 @@ LEO_ASSERT(offsetof(struct leo_belief_head, merged) == 240, "place of merged");
 LEO_ASSERT(offsetof(struct leo_belief_head, culled) == 248, "place of culled");
 LEO_ASSERT(offsetof(struct leo_belief_head, overflowed) == 256, "place of overflowed");
 LEO_ASSERT(offsetof(struct leo_belief_head, path) == 264, "place of path");
-
-/* A short text of fixed capacity, UTF-8. */
-#define LEO_TEXT_TYPE "leo/Text/1"
-struct leo_text {
-    LEO_NAMED(LEO_TEXT_TYPE)
-    uint32_t length;
-    uint8_t bytes[252];
-};
-LEO_ASSERT(sizeof(struct leo_text) == 256, "size of leo/Text/1");
-LEO_ASSERT(offsetof(struct leo_text, length) == 0, "place of length");
-LEO_ASSERT(offsetof(struct leo_text, bytes) == 4, "place of bytes");
 
 /* A distribution of durations in nanoseconds with a bounded relative error of 1/16, in the
  * log-linear layout of HDR histograms, as plain memory: recording is a handful of instructions,
@@ -842,10 +916,44 @@ struct leo_roster {
 LEO_ASSERT(sizeof(struct leo_roster) == 64, "size of leo/Roster/1");
 LEO_ASSERT(offsetof(struct leo_roster, incarnations) == 0, "place of incarnations");
 
+/* The head of the simulator's scene: where the lesson is, and the robot in the world. */
+#define LEO_SCENE_HEAD_TYPE "leo/SceneHead/1"
+struct leo_scene_head {
+    LEO_NAMED(LEO_SCENE_HEAD_TYPE)
+    /* The frame's header. */
+    struct leo_header header;
+    /* Position of the robot's base in the world, in metres. */
+    double base_position_m[3];
+    /* Orientation of the robot's base in the world, quaternion `[x, y, z, w]`. */
+    double base_orientation_xyzw[4];
+    /* When the script or the first table laid by hand began, in nanoseconds of the clock. */
+    uint64_t began_at_ns;
+    /* A `SceneMode`. */
+    uint32_t mode;
+    /* Which of the lesson's tables is laid, from 0, or `NO_TABLE`. */
+    uint32_t table;
+    /* Tables of the lesson: the demonstrations, and then the novel set if it has one. */
+    uint32_t tables;
+    /* Steps taught by hand that are written down. */
+    uint32_t steps;
+    /* Which lesson is open: empty for the one that the robot was started with. */
+    struct leo_text lesson;
+};
+LEO_ASSERT(sizeof(struct leo_scene_head) == 432, "size of leo/SceneHead/1");
+LEO_ASSERT(offsetof(struct leo_scene_head, header) == 0, "place of header");
+LEO_ASSERT(offsetof(struct leo_scene_head, base_position_m) == 96, "place of base_position_m");
+LEO_ASSERT(offsetof(struct leo_scene_head, base_orientation_xyzw) == 120, "place of base_orientation_xyzw");
+LEO_ASSERT(offsetof(struct leo_scene_head, began_at_ns) == 152, "place of began_at_ns");
+LEO_ASSERT(offsetof(struct leo_scene_head, mode) == 160, "place of mode");
+LEO_ASSERT(offsetof(struct leo_scene_head, table) == 164, "place of table");
+LEO_ASSERT(offsetof(struct leo_scene_head, tables) == 168, "place of tables");
+LEO_ASSERT(offsetof(struct leo_scene_head, steps) == 172, "place of steps");
+LEO_ASSERT(offsetof(struct leo_scene_head, lesson) == 176, "place of lesson");
+
 /* What the simulator knows to be true of one thing, in the world frame.
  * 
  * For people who look on, and for checking what Leo did; no other process of the robot reads it. */
-#define LEO_SCENE_OBJECT_TYPE "leo/SceneObject/1"
+#define LEO_SCENE_OBJECT_TYPE "leo/SceneObject/2"
 struct leo_scene_object {
     LEO_NAMED(LEO_SCENE_OBJECT_TYPE)
     /* Position in the world, in metres. */
@@ -856,24 +964,33 @@ struct leo_scene_object {
     double half_extents_m[3];
     /* Colour, linear red, green and blue in [0, 1]. */
     float colour_rgb[3];
+    /* How elongated, flat, round and tapered it is, each in [0, 1]. */
+    float shape[4];
     /* Degree of each `State`; NaN where the thing has no such state. */
     float states[8];
     /* An `ObservationKind`. */
     uint16_t kind;
     /* The agent who holds it, or `NOBODY`. */
     uint16_t held_by;
+    /* The partner that a person is, or `NOBODY`. */
+    uint16_t partner;
+    /* A `ThingRole` of an object; 0 of a person or an occluder. */
+    uint16_t role;
     /* Its name in the lesson. */
     struct leo_text name;
 };
-LEO_ASSERT(sizeof(struct leo_scene_object) == 384, "size of leo/SceneObject/1");
+LEO_ASSERT(sizeof(struct leo_scene_object) == 408, "size of leo/SceneObject/2");
 LEO_ASSERT(offsetof(struct leo_scene_object, position_m) == 0, "place of position_m");
 LEO_ASSERT(offsetof(struct leo_scene_object, orientation_xyzw) == 24, "place of orientation_xyzw");
 LEO_ASSERT(offsetof(struct leo_scene_object, half_extents_m) == 56, "place of half_extents_m");
 LEO_ASSERT(offsetof(struct leo_scene_object, colour_rgb) == 80, "place of colour_rgb");
-LEO_ASSERT(offsetof(struct leo_scene_object, states) == 92, "place of states");
-LEO_ASSERT(offsetof(struct leo_scene_object, kind) == 124, "place of kind");
-LEO_ASSERT(offsetof(struct leo_scene_object, held_by) == 126, "place of held_by");
-LEO_ASSERT(offsetof(struct leo_scene_object, name) == 128, "place of name");
+LEO_ASSERT(offsetof(struct leo_scene_object, shape) == 92, "place of shape");
+LEO_ASSERT(offsetof(struct leo_scene_object, states) == 108, "place of states");
+LEO_ASSERT(offsetof(struct leo_scene_object, kind) == 140, "place of kind");
+LEO_ASSERT(offsetof(struct leo_scene_object, held_by) == 142, "place of held_by");
+LEO_ASSERT(offsetof(struct leo_scene_object, partner) == 144, "place of partner");
+LEO_ASSERT(offsetof(struct leo_scene_object, role) == 146, "place of role");
+LEO_ASSERT(offsetof(struct leo_scene_object, name) == 148, "place of name");
 
 /* What became of what one source reported. */
 #define LEO_SOURCE_HEALTH_TYPE "leo/SourceHealth/1"
@@ -912,6 +1029,46 @@ struct leo_sources {
 LEO_ASSERT(sizeof(struct leo_sources) == 7688, "size of leo/Sources/1");
 LEO_ASSERT(offsetof(struct leo_sources, count) == 0, "place of count");
 LEO_ASSERT(offsetof(struct leo_sources, sources) == 8, "place of sources");
+
+/* Something that a teacher does by hand. Places are in the world, in metres. */
+#define LEO_TEACHER_ACT_TYPE "leo/TeacherAct/1"
+struct leo_teacher_act {
+    LEO_NAMED(LEO_TEACHER_ACT_TYPE)
+    /* Counts the acts of the console's life from one. */
+    uint64_t serial;
+    /* Where: of a thing's or an occluder's centre, or of his eyes. The height of something new is its
+     * own, and that of something put down follows from what is below. */
+    double position_m[3];
+    /* What he looks at, of a seat; half the extents, of a new occluder. */
+    double also_m[3];
+    /* Heading, anticlockwise from the world's x axis, in radians; NaN to leave it as it is. */
+    double heading_rad;
+    /* A `TeacherActKind`. */
+    uint16_t kind;
+    /* Who: partner 1, 2, … */
+    uint16_t teacher;
+    /* Whose hand on the console: several people may teach at once, each with one hand. */
+    uint16_t hand;
+    uint16_t reserved;
+    /* Which table, of laying. */
+    uint64_t table;
+    /* What is said, named or opened. */
+    struct leo_text text;
+    /* The colour's name, of something new. */
+    struct leo_text colour;
+};
+LEO_ASSERT(sizeof(struct leo_teacher_act) == 592, "size of leo/TeacherAct/1");
+LEO_ASSERT(offsetof(struct leo_teacher_act, serial) == 0, "place of serial");
+LEO_ASSERT(offsetof(struct leo_teacher_act, position_m) == 8, "place of position_m");
+LEO_ASSERT(offsetof(struct leo_teacher_act, also_m) == 32, "place of also_m");
+LEO_ASSERT(offsetof(struct leo_teacher_act, heading_rad) == 56, "place of heading_rad");
+LEO_ASSERT(offsetof(struct leo_teacher_act, kind) == 64, "place of kind");
+LEO_ASSERT(offsetof(struct leo_teacher_act, teacher) == 66, "place of teacher");
+LEO_ASSERT(offsetof(struct leo_teacher_act, hand) == 68, "place of hand");
+LEO_ASSERT(offsetof(struct leo_teacher_act, reserved) == 70, "place of reserved");
+LEO_ASSERT(offsetof(struct leo_teacher_act, table) == 72, "place of table");
+LEO_ASSERT(offsetof(struct leo_teacher_act, text) == 80, "place of text");
+LEO_ASSERT(offsetof(struct leo_teacher_act, colour) == 336, "place of colour");
 
 /* Lockstep: the conductor gives one process its turn at an instant of simulated time. The
  * header's `valid_at_ns` is that instant. */

@@ -218,6 +218,16 @@ class ProcessState(enum.IntEnum):
     STOPPING = 3
 
 
+# Who moves what is on the table.
+class SceneMode(enum.IntEnum):
+    # The lesson's script is played.
+    SCRIPT = 1
+    # A teacher sets the table by hand: things come, go and move as he likes.
+    SET_UP = 2
+    # A teacher teaches by hand: things move, and what he does is written down.
+    TEACHING = 3
+
+
 # A discrete state of a thing, observed as a degree in [0, 1].
 class State(enum.IntEnum):
     # Its hole holds a peg.
@@ -230,12 +240,88 @@ class State(enum.IntEnum):
     ON = 3
 
 
+# What a teacher does by hand in the simulated workspace.
+class TeacherActKind(enum.IntEnum):
+    # Says the text.
+    SAY = 1
+    # Takes the thing that `text` names in his hand.
+    TAKE = 2
+    # Moves what is in his hand to a place.
+    CARRY = 3
+    # Lets go what is in his hand, at a place.
+    PUT = 4
+    # Puts what is in his hand back where it was taken.
+    CANCEL = 5
+    # Moves his eyes to a place, and looks at another.
+    SEAT = 6
+    # Goes away.
+    LEAVE = 7
+    # Comes back.
+    RETURN = 8
+    # Moves the occluder that `text` names, or puts up a new one.
+    SCREEN = 9
+    # Lays a new object of the kind `text` and the colour `colour`.
+    ADD = 10
+    # Takes the object or the occluder that `text` names off the table.
+    REMOVE = 11
+    # Begins an empty table.
+    CLEAR = 12
+    # Lays a table of the lesson.
+    LAY = 13
+    # Opens the lesson that `text` names, and plays it.
+    OPEN = 14
+    # Plays the open lesson from its beginning.
+    PLAY = 15
+    # Takes the last act back.
+    UNDO = 16
+    # Writes what was taught by hand as a lesson of the title `text`.
+    SAVE = 17
+
+
+# What a thing on the table is for.
+class ThingRole(enum.IntEnum):
+    # To be worked on.
+    BLOCK = 1
+    # To be put into a hole.
+    PEG = 2
+    # To mark what it is put onto.
+    MARKER = 3
+
+
 # What a process shall do with its turn.
 class TurnKind(enum.IntEnum):
     # One step at the given instant.
     STEP = 1
     # End the process.
     STOP = 2
+
+
+# A short text of fixed capacity, UTF-8.
+class Text(ctypes.Structure):
+    _fields_ = [
+        ("length", ctypes.c_uint32),
+        ("bytes", ctypes.c_uint8 * 252),
+    ]
+
+    @staticmethod
+    def type_name():
+        return "leo/Text/1"
+
+
+# What became of an act.
+class ActAnswer(ctypes.Structure):
+    _fields_ = [
+        # The act's serial number.
+        ("serial", ctypes.c_uint64),
+        # 1 where it was refused, 0 where it was done.
+        ("refused", ctypes.c_uint64),
+        # Why it was refused; or what came of it: the new object's name, the file that was written.
+        ("text", Text),
+    ]
+
+    @staticmethod
+    def type_name():
+        return "leo/ActAnswer/1"
 
 
 # One percept about which two beliefs in the same thing differ. Places and orientations are in
@@ -378,18 +464,6 @@ class BeliefHead(ctypes.Structure):
     @staticmethod
     def type_name():
         return "leo/BeliefHead/2"
-
-
-# A short text of fixed capacity, UTF-8.
-class Text(ctypes.Structure):
-    _fields_ = [
-        ("length", ctypes.c_uint32),
-        ("bytes", ctypes.c_uint8 * 252),
-    ]
-
-    @staticmethod
-    def type_name():
-        return "leo/Text/1"
 
 
 # A distribution of durations in nanoseconds with a bounded relative error of 1/16, in the
@@ -759,6 +833,34 @@ class Roster(ctypes.Structure):
         return "leo/Roster/1"
 
 
+# The head of the simulator's scene: where the lesson is, and the robot in the world.
+class SceneHead(ctypes.Structure):
+    _fields_ = [
+        # The frame's header.
+        ("header", Header),
+        # Position of the robot's base in the world, in metres.
+        ("base_position_m", ctypes.c_double * 3),
+        # Orientation of the robot's base in the world, quaternion `[x, y, z, w]`.
+        ("base_orientation_xyzw", ctypes.c_double * 4),
+        # When the script or the first table laid by hand began, in nanoseconds of the clock.
+        ("began_at_ns", ctypes.c_uint64),
+        # A `SceneMode`.
+        ("mode", ctypes.c_uint32),
+        # Which of the lesson's tables is laid, from 0, or `NO_TABLE`.
+        ("table", ctypes.c_uint32),
+        # Tables of the lesson: the demonstrations, and then the novel set if it has one.
+        ("tables", ctypes.c_uint32),
+        # Steps taught by hand that are written down.
+        ("steps", ctypes.c_uint32),
+        # Which lesson is open: empty for the one that the robot was started with.
+        ("lesson", Text),
+    ]
+
+    @staticmethod
+    def type_name():
+        return "leo/SceneHead/1"
+
+
 # What the simulator knows to be true of one thing, in the world frame.
 #
 # For people who look on, and for checking what Leo did; no other process of the robot reads it.
@@ -772,19 +874,25 @@ class SceneObject(ctypes.Structure):
         ("half_extents_m", ctypes.c_double * 3),
         # Colour, linear red, green and blue in [0, 1].
         ("colour_rgb", ctypes.c_float * 3),
+        # How elongated, flat, round and tapered it is, each in [0, 1].
+        ("shape", ctypes.c_float * 4),
         # Degree of each `State`; NaN where the thing has no such state.
         ("states", ctypes.c_float * 8),
         # An `ObservationKind`.
         ("kind", ctypes.c_uint16),
         # The agent who holds it, or `NOBODY`.
         ("held_by", ctypes.c_uint16),
+        # The partner that a person is, or `NOBODY`.
+        ("partner", ctypes.c_uint16),
+        # A `ThingRole` of an object; 0 of a person or an occluder.
+        ("role", ctypes.c_uint16),
         # Its name in the lesson.
         ("name", Text),
     ]
 
     @staticmethod
     def type_name():
-        return "leo/SceneObject/1"
+        return "leo/SceneObject/2"
 
 
 # What became of what one source reported.
@@ -823,6 +931,38 @@ class Sources(ctypes.Structure):
         return "leo/Sources/1"
 
 
+# Something that a teacher does by hand. Places are in the world, in metres.
+class TeacherAct(ctypes.Structure):
+    _fields_ = [
+        # Counts the acts of the console's life from one.
+        ("serial", ctypes.c_uint64),
+        # Where: of a thing's or an occluder's centre, or of his eyes. The height of something new is its
+        # own, and that of something put down follows from what is below.
+        ("position_m", ctypes.c_double * 3),
+        # What he looks at, of a seat; half the extents, of a new occluder.
+        ("also_m", ctypes.c_double * 3),
+        # Heading, anticlockwise from the world's x axis, in radians; NaN to leave it as it is.
+        ("heading_rad", ctypes.c_double),
+        # A `TeacherActKind`.
+        ("kind", ctypes.c_uint16),
+        # Who: partner 1, 2, …
+        ("teacher", ctypes.c_uint16),
+        # Whose hand on the console: several people may teach at once, each with one hand.
+        ("hand", ctypes.c_uint16),
+        ("reserved", ctypes.c_uint16),
+        # Which table, of laying.
+        ("table", ctypes.c_uint64),
+        # What is said, named or opened.
+        ("text", Text),
+        # The colour's name, of something new.
+        ("colour", Text),
+    ]
+
+    @staticmethod
+    def type_name():
+        return "leo/TeacherAct/1"
+
+
 # Lockstep: the conductor gives one process its turn at an instant of simulated time. The
 # header's `valid_at_ns` is that instant.
 class Turn(ctypes.Structure):
@@ -855,13 +995,14 @@ class Utterance(ctypes.Structure):
 
 
 _LAYOUT = [
+    (Text, 256, [0, 4]),
+    (ActAnswer, 272, [0, 8, 16]),
     (Aspect, 48, [0, 8, 10, 12, 14, 16, 32]),
     (Remembered, 40, [0, 8, 10, 12, 16, 20]),
     (Belief, 520, [0, 8, 16, 24, 32, 34, 36, 40]),
     (Header, 96, [0, 8, 16, 24, 88]),
     (Path, 16, [0, 4]),
     (BeliefHead, 280, [0, 96, 100, 104, 128, 160, 184, 216, 220, 224, 232, 240, 248, 256, 264]),
-    (Text, 256, [0, 4]),
     (Histogram, 1752, [0, 8, 16, 1748]),
     (BusHealth, 2080, [0, 256, 264, 272, 280, 288, 296, 304, 312, 320, 328]),
     (Buses, 33288, [0, 8]),
@@ -879,9 +1020,11 @@ _LAYOUT = [
     (PerspectiveHealth, 32, [0, 16, 24]),
     (Perspectives, 8200, [0, 8]),
     (Roster, 64, [0]),
-    (SceneObject, 384, [0, 24, 56, 80, 92, 124, 126, 128]),
+    (SceneHead, 432, [0, 96, 120, 152, 160, 164, 168, 172, 176]),
+    (SceneObject, 408, [0, 24, 56, 80, 92, 108, 140, 142, 144, 146, 148]),
     (SourceHealth, 480, [0, 256, 264, 272, 280, 288]),
     (Sources, 7688, [0, 8]),
+    (TeacherAct, 592, [0, 8, 32, 56, 64, 66, 68, 70, 72, 80, 336]),
     (Turn, 16, [0, 4, 8]),
     (Utterance, 260, [0, 4]),
 ]

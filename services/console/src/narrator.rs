@@ -1,73 +1,159 @@
-use std::fmt::Write as _;
-
 use config::Names;
 use message::{Event, EventKind, NOBODY, Utterance};
 
-/// Puts events into words, with the seconds since the first one before them.
+/// What a line tells of.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum LineKind {
+    /// Somebody said something.
+    Said,
+    /// What happens with a task.
+    Note,
+    /// What a perspective has before it.
+    Sees,
+    /// An action that was recognised.
+    Saw,
+    /// A hypothesis.
+    Thinks,
+    /// The rule chosen.
+    Rule,
+    /// Why.
+    Why,
+    /// A step begins.
+    Does,
+    /// A step succeeded.
+    Done,
+    /// A step failed.
+    Failed,
+    /// How a performance ended.
+    Result,
+    /// How somebody and Leo differ.
+    Knows,
+}
+
+impl LineKind {
+    /// The word for it.
+    #[must_use]
+    pub const fn word(self) -> &'static str {
+        match self {
+            Self::Said => "said",
+            Self::Note => "note",
+            Self::Sees => "sees",
+            Self::Saw => "saw",
+            Self::Thinks => "thinks",
+            Self::Rule => "rule",
+            Self::Why => "why",
+            Self::Does => "does",
+            Self::Done => "done",
+            Self::Failed => "failed",
+            Self::Result => "result",
+            Self::Knows => "knows",
+        }
+    }
+}
+
+/// Something that happened, in words.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Line {
+    /// When, in nanoseconds of the clock.
+    pub at_ns: u64,
+    /// Who said it, of what was said.
+    pub who: Option<String>,
+    /// What it tells of.
+    pub kind: LineKind,
+    /// The words.
+    pub text: String,
+}
+
+/// Puts what happens into words.
 #[derive(Clone, Debug, Default)]
 pub struct Narrator {
     names: Names,
-    first_ns: Option<u64>,
 }
 
 impl Narrator {
-    /// Nothing told yet, by people who are called so.
+    /// About people who are called so.
     #[must_use]
     pub fn new(names: &Names) -> Self {
-        Self { names: names.clone(), first_ns: None }
+        Self { names: names.clone() }
     }
 
     /// A line about what a teacher said at `at_ns`.
-    pub fn utterance(&mut self, at_ns: u64, utterance: &Utterance, out: &mut String) {
+    #[must_use]
+    pub fn utterance(&self, at_ns: u64, utterance: &Utterance) -> Line {
         let speaker = u16::try_from(utterance.speaker).unwrap_or(NOBODY);
-        let words = format!("{}: \"{}\"", self.names.of(speaker), utterance.text.as_str());
-        self.line(at_ns, &words, out);
+        let text = utterance.text.as_str().to_owned();
+        Line { at_ns, who: Some(self.names.of(speaker)), kind: LineKind::Said, text }
     }
 
-    /// A line about an event of the learner at `at_ns`; none where the numbers are no event.
-    pub fn event(&mut self, at_ns: u64, event: &Event, out: &mut String) {
+    /// A line about an event of the learner at `at_ns`; none where the numbers are no event, or one of
+    /// which nobody is told.
+    #[must_use]
+    pub fn event(&self, at_ns: u64, event: &Event) -> Option<Line> {
         let text = event.text.as_str();
         let task = event.task.as_str();
         let whose = match event.perspective {
             0 => "Leo's own view".to_owned(),
             partner => format!("{}'s view", self.names.of(partner)),
         };
-        let words = match event.kind() {
-            Some(EventKind::Said) => format!("Leo:     \"{text}\""),
-            Some(EventKind::TeachingStarted) => format!("         watches how to do {task}"),
-            Some(EventKind::Seen) => format!("  sees   {text} ({whose})"),
-            Some(EventKind::ActionSeen) => format!("  saw    {text}"),
-            Some(EventKind::DemonstrationEnded) => {
-                let plural = if event.examples == 1 { "" } else { "s" };
-                format!("         {} example{plural} of {task} so far", event.examples)
+        let mut who = None;
+        let (kind, text) = match event.kind()? {
+            EventKind::Said => {
+                who = Some(self.names.of(0));
+                (LineKind::Said, text.to_owned())
             }
-            Some(EventKind::Hypothesis) if event.high_likelihood != 0 => format!(
-                "  thinks {text:<28} in {whose}: posterior {:.4}, tally {}/{}",
-                event.posterior, event.tally, event.examples
-            ),
-            Some(EventKind::RuleChosen) => format!("  rule   {} ({whose})", text.to_uppercase()),
-            Some(EventKind::Explained) => format!("  why    {text}"),
-            Some(EventKind::PerformanceStarted) => format!("         performs {task}"),
-            Some(EventKind::StepStarted) => format!("  does   {text}"),
-            Some(EventKind::StepDone) => format!("  done   {text}"),
-            Some(EventKind::StepFailed) => format!("  FAILED {text}"),
-            Some(EventKind::PerformanceEnded) => format!("  result {text}"),
-            Some(EventKind::ContinuityBroken) => format!("  note   {text}"),
-            Some(EventKind::Hypothesis | EventKind::Declined) | None => return,
+            EventKind::TeachingStarted => (LineKind::Note, format!("watches how to do {task}")),
+            EventKind::Seen => (LineKind::Sees, format!("{text} ({whose})")),
+            EventKind::ActionSeen => (LineKind::Saw, text.to_owned()),
+            EventKind::DemonstrationEnded => {
+                let plural = if event.examples == 1 { "" } else { "s" };
+                (LineKind::Note, format!("{} example{plural} of {task} so far", event.examples))
+            }
+            EventKind::Hypothesis if event.high_likelihood != 0 => {
+                let Event { posterior, tally, examples, .. } = event;
+                let sure = format!("posterior {posterior:.4}, tally {tally}/{examples}");
+                (LineKind::Thinks, format!("{text:<28} in {whose}: {sure}"))
+            }
+            EventKind::RuleChosen => (LineKind::Rule, format!("{} ({whose})", text.to_uppercase())),
+            EventKind::Explained => (LineKind::Why, text.to_owned()),
+            EventKind::PerformanceStarted => (LineKind::Note, format!("performs {task}")),
+            EventKind::StepStarted => (LineKind::Does, text.to_owned()),
+            EventKind::StepDone => (LineKind::Done, text.to_owned()),
+            EventKind::StepFailed => (LineKind::Failed, text.to_owned()),
+            EventKind::PerformanceEnded => (LineKind::Result, text.to_owned()),
+            EventKind::ContinuityBroken => (LineKind::Note, text.to_owned()),
+            EventKind::Hypothesis | EventKind::Declined => return None,
         };
-        self.line(at_ns, &words, out);
+        Some(Line { at_ns, who, kind, text })
     }
 
     /// A line about how somebody and Leo differ, or no longer differ, at `at_ns`.
-    pub fn divide(&mut self, at_ns: u64, words: &str, out: &mut String) {
-        self.line(at_ns, &format!("  knows  {words}"), out);
+    #[must_use]
+    pub fn divide(&self, at_ns: u64, words: &str) -> Line {
+        Line { at_ns, who: None, kind: LineKind::Knows, text: words.to_owned() }
     }
+}
 
-    fn line(&mut self, at_ns: u64, words: &str, out: &mut String) {
-        let first = *self.first_ns.get_or_insert(at_ns);
-        let since = clock::Instant::from_nanos(at_ns).since(clock::Instant::from_nanos(first));
-        // Writing to a string cannot fail.
-        let _ = writeln!(out, "[{:7.2} s] {words}", since.as_secs_f64());
+/// Lines as text, each with the seconds since the first one before it.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Transcript {
+    first_ns: Option<u64>,
+}
+
+impl Transcript {
+    /// A line as text, its end included.
+    pub fn text(&mut self, line: &Line) -> String {
+        let first = *self.first_ns.get_or_insert(line.at_ns);
+        let since = clock::Instant::from_nanos(line.at_ns).since(clock::Instant::from_nanos(first));
+        let text = &line.text;
+        let words = match (line.kind, &line.who) {
+            // What Leo says stands under what it does.
+            (LineKind::Said, Some(who)) if who == "Leo" => format!("Leo:     \"{text}\""),
+            (LineKind::Said, Some(who)) => format!("{who}: \"{text}\""),
+            (LineKind::Note, _) => format!("         {text}"),
+            (LineKind::Failed, _) => format!("  FAILED {text}"),
+            (kind, _) => format!("  {:<6} {text}", kind.word()),
+        };
+        format!("[{:7.2} s] {words}\n", since.as_secs_f64())
     }
 }
 
@@ -75,20 +161,22 @@ impl Narrator {
 mod tests {
     use super::*;
 
+    fn text(transcript: &mut Transcript, at_ns: u64, event: &Event) -> String {
+        Narrator::default().event(at_ns, event).map_or(String::new(), |line| transcript.text(&line))
+    }
+
     #[test]
     fn an_event_becomes_one_line_with_its_time() {
-        let mut narrator = Narrator::default();
-        let mut out = String::new();
-        narrator.event(5_000_000_000, &Event::new(EventKind::Said, "", "I am ready"), &mut out);
-        narrator.event(6_500_000_000, &Event::new(EventKind::StepDone, "task 1", "a peg"), &mut out);
-        assert_eq!(out, "[   0.00 s] Leo:     \"I am ready\"\n[   1.50 s]   done   a peg\n");
+        let mut transcript = Transcript::default();
+        let said = Event::new(EventKind::Said, "", "I am ready");
+        assert_eq!(text(&mut transcript, 5_000_000_000, &said), "[   0.00 s] Leo:     \"I am ready\"\n");
+        let done = Event::new(EventKind::StepDone, "task 1", "a peg");
+        assert_eq!(text(&mut transcript, 6_500_000_000, &done), "[   1.50 s]   done   a peg\n");
     }
 
     #[test]
     fn nonsense_becomes_no_line() {
-        let mut out = String::new();
         let lie = Event { kind: 999, ..Event::new(EventKind::Said, "", "x") };
-        Narrator::default().event(1, &lie, &mut out);
-        assert_eq!(out, "");
+        assert_eq!(text(&mut Transcript::default(), 1, &lie), "");
     }
 }

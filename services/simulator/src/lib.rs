@@ -4,12 +4,17 @@
 //! Leo's hands grasp and let go, and says what the robot's eyes observe, what is true, and what
 //! was said.
 
+mod by_hand;
 mod cue;
+mod desk;
+mod diary;
 mod gaussian;
 mod hand;
 mod limbs;
 mod output;
 mod path;
+mod saving;
+mod setting;
 mod settle;
 mod shell;
 mod teacher;
@@ -18,6 +23,7 @@ mod tests;
 mod thing;
 mod world;
 
+pub use by_hand::Refusal;
 pub use hand::Hand;
 pub use shell::run;
 pub use world::World;

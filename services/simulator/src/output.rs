@@ -2,7 +2,10 @@
 
 use config::lesson::{Act, Object, Occluder, Role};
 use geometry::{Pose, Thing as Frame};
-use message::{Modality, NOBODY, Observation, ObservationKind, STATES, SceneObject, State, Text, Utterance};
+use message::{
+    Modality, NO_TABLE, NOBODY, Observation, ObservationKind, STATES, SceneHead, SceneObject, State, Text,
+    ThingRole, Utterance,
+};
 use quantity::number::single;
 
 use crate::World;
@@ -60,34 +63,57 @@ impl World {
             half_extents_m: truth.half_extents_m,
             colour_rgb: truth.colour_rgb,
             states: truth.states,
+            shape: truth.shape,
             kind: truth.kind.raw(),
             held_by: truth.held_by,
+            partner: truth.partner,
+            role: truth.role,
             name: truth.name,
         })
     }
 
+    /// Where the lesson is, and the robot in the world. Which lesson it is, its opener knows.
+    #[must_use]
+    pub fn head(&self) -> SceneHead {
+        let count = |number: usize| u32::try_from(number).unwrap_or(u32::MAX);
+        let base = self.x_base_world.inverse();
+        let table = self.state.table.map_or(NO_TABLE, count);
+        SceneHead {
+            base_position_m: base.position_m(),
+            base_orientation_xyzw: base.orientation_xyzw(),
+            began_at_ns: self.state.began.map_or(0, |began| began.as_nanos()),
+            mode: self.state.mode.raw(),
+            table,
+            tables: count(self.lesson.tables().count()),
+            steps: count(self.state.diary.steps()),
+            ..SceneHead::default()
+        }
+    }
+
     /// What was said since the step before the last one, in the order of time.
     pub fn utterances(&self) -> impl Iterator<Item = Utterance> {
-        self.recent_cues().iter().filter_map(|cue| {
+        let by_script = self.recent_cues().iter().filter_map(|cue| {
             let Event::Step(index) = cue.event else { return None };
             let step = self.lesson.tables().nth(cue.table)?.script.get(index)?;
             let Act::Say(text) = &step.act else { return None };
             Some(Utterance { speaker: u32::from(step.who), text: Text::new(text) })
-        })
+        });
+        by_script.chain(self.state.said.iter().copied())
     }
 
     fn truths(&self) -> impl Iterator<Item = Truth> {
-        let table = self.table();
-        let objects = table.map_or(&[][..], |table| &table.objects);
-        let occluders = table.filter(|_| self.state.has_occluders).map_or(&[][..], |table| &table.occluders);
+        let setting = self.state.setting.as_deref();
+        let occluders = setting.filter(|_| self.state.has_occluders).map_or(&[][..], |it| &it.occluders);
+        let screens = occluders.iter().zip(&self.state.screens);
+        let screens = screens.map(|(screen, at)| occluder(screen, at.point_m(self.state.now)));
         let things = &self.state.things;
         let things = things
             .iter()
-            .zip(objects)
+            .zip(self.objects())
             .enumerate()
             .map(|(index, (thing, object))| self.object(index, thing, object));
         let present = self.state.teachers.iter().filter(|teacher| teacher.is_present);
-        things.chain(present.map(|teacher| self.person(teacher))).chain(occluders.iter().map(occluder))
+        things.chain(present.map(|teacher| self.person(teacher))).chain(screens)
     }
 
     fn object(&self, index: usize, thing: &Thing, object: &Object) -> Truth {
@@ -112,6 +138,11 @@ impl World {
             kind: ObservationKind::Object,
             partner: NOBODY,
             held_by: thing.held_by(),
+            role: match object.kind.role {
+                Role::Block => ThingRole::Block.raw(),
+                Role::Peg => ThingRole::Peg.raw(),
+                Role::Marker => ThingRole::Marker.raw(),
+            },
             half_extents_m: object.kind.half_extents_m,
             colour_rgb: object.colour_rgb.map(single),
             shape: object.kind.shape.map(single),
@@ -121,8 +152,7 @@ impl World {
     }
 
     fn is_marked(&self, index: usize) -> bool {
-        let objects = self.table().map_or(&[][..], |table| &table.objects);
-        self.state.things.iter().zip(objects).any(|(thing, object)| {
+        self.state.things.iter().zip(self.objects()).any(|(thing, object)| {
             object.kind.role == Role::Marker
                 && matches!(thing.motion, Motion::AtRest)
                 && thing.seat.is_some_and(|seat| seat.on == index && seat.kind == SeatKind::Top)
@@ -136,6 +166,7 @@ impl World {
             kind: ObservationKind::Person,
             partner: teacher.number,
             held_by: NOBODY,
+            role: 0,
             half_extents_m: HEAD_M,
             colour_rgb: GREY,
             shape: [0.0; 4],
@@ -145,13 +176,13 @@ impl World {
     }
 }
 
-fn occluder(occluder: &Occluder) -> Truth {
-    let [x, y, z] = occluder.centre_m;
+fn occluder(occluder: &Occluder, [x, y, z]: [f64; 3]) -> Truth {
     Truth {
         pose: Pose::upright(x, y, z, 0.0),
         kind: ObservationKind::Occluder,
         partner: NOBODY,
         held_by: NOBODY,
+        role: 0,
         half_extents_m: occluder.half_extents_m,
         colour_rgb: GREY,
         shape: [0.0; 4],
@@ -166,6 +197,7 @@ struct Truth {
     kind: ObservationKind,
     partner: u16,
     held_by: u16,
+    role: u16,
     half_extents_m: [f64; 3],
     colour_rgb: [f32; 3],
     shape: [f32; 4],

@@ -1,7 +1,7 @@
 //! How things and eyes get from one place to another: nothing jumps.
 
 use clock::{Duration, Instant};
-use geometry::{Pose, Thing, World};
+use geometry::{Pose, Position, Thing, World};
 
 /// How far above the higher end of its way a carried thing is lifted, in metres.
 const LIFT_M: f64 = 0.12;
@@ -58,6 +58,39 @@ impl Path {
                 Pose::from_parts([x, y, z], turned).unwrap_or(self.to)
             }
         }
+    }
+}
+
+/// A point on its way from one place to another.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Glide {
+    from_m: [f64; 3],
+    to_m: [f64; 3],
+    begins: Instant,
+    takes: Duration,
+}
+
+impl Glide {
+    pub(crate) fn resting(at_m: [f64; 3]) -> Self {
+        Self { from_m: at_m, to_m: at_m, begins: Instant::EPOCH, takes: Duration::ZERO }
+    }
+
+    pub(crate) fn go(&mut self, now: Instant, to_m: [f64; 3], takes: Duration) {
+        *self = Self { from_m: self.point_m(now), to_m, begins: now, takes };
+    }
+
+    pub(crate) fn point_m(&self, now: Instant) -> [f64; 3] {
+        let gone = least_jerk(share(now, self.begins, self.takes));
+        let mut point = self.from_m;
+        for (from, to) in point.iter_mut().zip(self.to_m) {
+            *from += (to - *from) * gone;
+        }
+        point
+    }
+
+    pub(crate) fn position(&self, now: Instant) -> Position<World> {
+        let [x, y, z] = self.point_m(now);
+        Position::new(x, y, z)
     }
 }
 

@@ -13,6 +13,8 @@ const ASIDE_M: f64 = 0.02;
 const DEPTH_M: std::ops::RangeInclusive<f64> = 0.005..=0.06;
 /// How long it takes to slide down in a hole.
 const SLIDE: Duration = Duration::from_millis(150);
+/// Things are laid as exactly as this, in metres.
+const LAID_M: f64 = 0.001;
 /// The shortest fall, in seconds: within it the thing also turns upright.
 const FALL_LEAST_S: f64 = 0.1;
 /// Acceleration of free fall, in metres per second squared.
@@ -54,7 +56,7 @@ pub(crate) fn is_filled(things: &[Thing], block: usize) -> bool {
 pub(crate) fn is_free(things: &[Thing], block: usize) -> bool {
     let is_coming = |thing: &Thing| match thing.motion {
         Motion::Carried { to, .. } => is_in(to, block),
-        Motion::AtRest | Motion::Settling { .. } | Motion::Grasped { .. } => false,
+        Motion::AtRest | Motion::Settling { .. } | Motion::Grasped { .. } | Motion::InHand { .. } => false,
     };
     !is_filled(things, block) && !things.iter().any(is_coming)
 }
@@ -86,6 +88,43 @@ pub(crate) fn hole_below(things: &[Thing], objects: &[Object], peg: usize) -> Op
     // is when it is deeper: nothing lifts it.
     let raised_m = self::half_height_m(objects.get(block)?) + half_height_m - depth_m.max(half_height_m);
     seated(things, block, SeatKind::Hole, raised_m)
+}
+
+/// Lets things that were laid in a hole or on top of another one sit there.
+pub(crate) fn sit(things: &mut [Thing], objects: &[Object]) {
+    for index in 0..things.len() {
+        let Some(object) = objects.get(index) else { continue };
+        let Some(pose) = things.get(index).map(|thing| thing.pose) else { continue };
+        let [.., z] = pose.position_m();
+        let underside_m = z - half_height_m(object);
+        if underside_m < LAID_M {
+            continue;
+        }
+        let seat = if object.kind.role == Role::Peg { hole_round(things, objects, index) } else { None };
+        let top = || {
+            let rest = support_below(things, objects, index)?;
+            let is_there = (rest.pose.position_m()[2] - z).abs() < LAID_M;
+            rest.seat.filter(|_| is_there)
+        };
+        let seat = seat.or_else(top);
+        if let Some(thing) = things.get_mut(index) {
+            thing.seat = seat;
+        }
+    }
+}
+
+/// The hole in which a peg stands that was laid there.
+fn hole_round(things: &[Thing], objects: &[Object], peg: usize) -> Option<Seat> {
+    let pose = things.get(peg)?.pose;
+    let [x, y, z] = pose.position_m();
+    let underside_m = z - half_height_m(objects.get(peg)?);
+    let block = things.iter().zip(objects).enumerate().position(|(block, (thing, object))| {
+        let [hole_x, hole_y, top_m] = above(&thing.pose, half_height_m(object)).position_m();
+        let is_round = (x - hole_x).hypot(y - hole_y) < LAID_M && underside_m < top_m - LAID_M;
+        object.kind.hole && is_round && is_free(things, block)
+    })?;
+    let x_on_thing = things.get(block)?.pose.inverse() * pose;
+    Some(Seat { on: block, kind: SeatKind::Hole, x_on_thing })
 }
 
 /// Where a thing comes to rest that is let go and falls: the highest top below it, or the table.
@@ -122,7 +161,7 @@ pub(crate) fn seated(things: &[Thing], on: usize, kind: SeatKind, raised_m: f64)
     Some(Rest { pose, seat: Some(Seat { on, kind, x_on_thing: below.inverse() * pose }) })
 }
 
-fn is_over(pose: &Pose<World, Frame>, object: &Object, x: f64, y: f64) -> bool {
+pub(crate) fn is_over(pose: &Pose<World, Frame>, object: &Object, x: f64, y: f64) -> bool {
     let [_, _, z] = pose.position_m();
     let [x, y, _] = (pose.inverse() * Position::new(x, y, z)).to_array();
     let [half_x, half_y, _] = object.kind.half_extents_m;

@@ -2,16 +2,19 @@ use config::Robot;
 use config::lesson::Lesson;
 use kinematics::Body;
 use message::{
-    Header, Hop, JointStates, Observation, Observations, Process, STATES, Scene, SceneObject, Text,
-    Utterance, Utterances,
+    ActAnswer, ActsAnswered, Header, Hop, JointStates, Observation, Observations, Process, Scene, SceneHead,
+    SceneObject, TeacherActs, Text, Utterance, Utterances,
 };
 use process::{Failure, Launch, Member, Progress};
 
 use crate::World;
+use crate::desk::Desk;
 use crate::limbs::Limbs;
 
 /// Sentences that one frame holds.
 const SENTENCES: usize = 8;
+/// Answers that one frame holds.
+const ANSWERS: usize = 64;
 
 /// Plays a lesson until the process is told to stop, or until its script is over where Leo has
 /// nothing to perform in it.
@@ -32,6 +35,9 @@ pub fn run(launch: &Launch, robot: &Robot, lesson: &Lesson) -> Result<(), Failur
     let mut observations = member.outlet::<Observations>(Some(u32::from(source)), capacity)?;
     let mut scene = member.outlet::<Scene>(None, capacity)?;
     let mut utterances = member.outlet::<Utterances>(None, SENTENCES)?;
+    let mut acts = member.inlet::<TeacherActs>(None)?;
+    let mut answered = member.outlet::<ActsAnswered>(None, ANSWERS)?;
+    let mut desk = Desk::new(lesson, launch.state.clone(), capacity);
     let joints: Vec<&str> = robot.motor.joints.iter().map(|joint| joint.name.as_str()).collect();
     let body = Body::from_urdf(&robot.urdf, &joints).map_err(Failure::own)?;
     let mut limbs = Limbs::new(body).map_err(Failure::own)?;
@@ -41,6 +47,11 @@ pub fn run(launch: &Launch, robot: &Robot, lesson: &Lesson) -> Result<(), Failur
     while let Some(now) = member.next_cycle()? {
         if let Some(frame) = joint_states.newest()? {
             limbs.note(frame.entries());
+        }
+        while let Some(frame) = acts.receive()? {
+            for act in frame.entries() {
+                desk.take(&mut world, now, act);
+            }
         }
         world.step(now, limbs.hands());
 
@@ -54,8 +65,15 @@ pub fn run(launch: &Launch, robot: &Robot, lesson: &Lesson) -> Result<(), Failur
             |header| header.pass(Hop::Observed, member.now().as_nanos()),
         )?;
         let mut truths = world.scene();
-        let nothing = unseen();
-        scene.send(header, world.scene().count(), |_| truths.next().unwrap_or(nothing), |_| {})?;
+        let head = SceneHead { header, lesson: desk.name(), ..world.head() };
+        let nothing = SceneObject::default();
+        scene.send(head, world.scene().count(), |_| truths.next().unwrap_or(nothing), |_| {})?;
+        let answers = desk.answers();
+        if !answers.is_empty() {
+            let none = ActAnswer { serial: 0, refused: 0, text: Text::default() };
+            let answer = |index: usize| answers.get(index).copied().unwrap_or(none);
+            answered.send(header, answers.len(), answer, |_| {})?;
+        }
         let said = world.utterances().count();
         if said > 0 {
             let mut sentences = world.utterances();
@@ -63,7 +81,7 @@ pub fn run(launch: &Launch, robot: &Robot, lesson: &Lesson) -> Result<(), Failur
             utterances.send(header, said, |_| sentences.next().unwrap_or(silence), |_| {})?;
         }
 
-        member.health().drops = joint_states.drops();
+        member.health().drops = joint_states.drops() + acts.drops();
         member.health().undelivered =
             observations.undelivered() + scene.undelivered() + utterances.undelivered();
         let is_finished = world.is_finished();
@@ -73,17 +91,4 @@ pub fn run(launch: &Launch, robot: &Robot, lesson: &Lesson) -> Result<(), Failur
         }
     }
     Ok(())
-}
-
-fn unseen() -> SceneObject {
-    SceneObject {
-        position_m: [0.0; 3],
-        orientation_xyzw: [0.0, 0.0, 0.0, 1.0],
-        half_extents_m: [0.0; 3],
-        colour_rgb: [0.0; 3],
-        states: [f32::NAN; STATES],
-        kind: 0,
-        held_by: message::NOBODY,
-        name: Text::default(),
-    }
 }

@@ -1,9 +1,9 @@
 use clock::{Duration, Instant};
 use config::lesson;
-use geometry::{Eye, Pose, Position, World};
+use geometry::{Eye, Pose, World};
 use message::Text;
 
-use crate::path::{least_jerk, share};
+use crate::path::Glide;
 
 /// A teacher as he is now.
 #[derive(Clone, Debug)]
@@ -13,39 +13,6 @@ pub(crate) struct Teacher {
     pub(crate) is_present: bool,
     eyes: Glide,
     gaze: Glide,
-}
-
-/// A point on its way from one place to another.
-#[derive(Clone, Copy, Debug)]
-struct Glide {
-    from_m: [f64; 3],
-    to_m: [f64; 3],
-    begins: Instant,
-    takes: Duration,
-}
-
-impl Glide {
-    fn resting(at_m: [f64; 3]) -> Self {
-        Self { from_m: at_m, to_m: at_m, begins: Instant::EPOCH, takes: Duration::ZERO }
-    }
-
-    fn go(&mut self, now: Instant, to_m: [f64; 3], takes: Duration) {
-        *self = Self { from_m: self.point_m(now), to_m, begins: now, takes };
-    }
-
-    fn point_m(&self, now: Instant) -> [f64; 3] {
-        let gone = least_jerk(share(now, self.begins, self.takes));
-        let mut point = self.from_m;
-        for (from, to) in point.iter_mut().zip(self.to_m) {
-            *from += (to - *from) * gone;
-        }
-        point
-    }
-
-    fn position(&self, now: Instant) -> Position<World> {
-        let [x, y, z] = self.point_m(now);
-        Position::new(x, y, z)
-    }
 }
 
 impl Teacher {
@@ -67,6 +34,11 @@ impl Teacher {
     /// Carries his eyes from where they are at `now` to a place, within a time.
     pub(crate) fn walk(&mut self, now: Instant, eyes_m: [f64; 3], takes: Duration) {
         self.eyes.go(now, eyes_m, takes);
+    }
+
+    /// Where his eyes are and what he looks at, in metres.
+    pub(crate) fn looks(&self, now: Instant) -> ([f64; 3], [f64; 3]) {
+        (self.eyes.point_m(now), self.gaze.point_m(now))
     }
 
     /// The pose of his eyes, x along the line of sight.

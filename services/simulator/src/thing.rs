@@ -30,6 +30,11 @@ pub(crate) enum Motion {
         hand: usize,
         x_hand_thing: Pose<Hand, Frame>,
     },
+    /// In the hand of a teacher who is there himself: it goes where he moves it.
+    InHand {
+        by: u16,
+        path: Path,
+    },
     /// Let go, on its way to rest.
     Settling {
         path: Path,
@@ -65,7 +70,7 @@ impl Thing {
 
     pub(crate) fn held_by(&self) -> u16 {
         match self.motion {
-            Motion::Carried { by, .. } => by,
+            Motion::Carried { by, .. } | Motion::InHand { by, .. } => by,
             Motion::Grasped { .. } => 0,
             Motion::AtRest | Motion::Settling { .. } => NOBODY,
         }
@@ -75,6 +80,7 @@ impl Thing {
     pub(crate) fn advance(&mut self, now: Instant) {
         match self.motion {
             Motion::AtRest | Motion::Grasped { .. } => {}
+            Motion::InHand { path, .. } => self.pose = path.at(now),
             Motion::Carried { path, to, .. } => {
                 self.pose = path.at(now);
                 if path.is_over(now) {

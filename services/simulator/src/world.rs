@@ -1,11 +1,18 @@
 use clock::{Duration, Instant};
+use std::sync::Arc;
+
 use config::lesson::{Act, Destination, Lesson, Object, Table};
 use geometry::{Base, Pose};
 
+use message::{SceneMode, Utterance};
+
+use crate::by_hand::{Taken, Undo};
 use crate::cue::{Cue, Event, timeline};
+use crate::diary::Diary;
 use crate::gaussian::Gaussian;
 use crate::hand::{self, Change, Grasp, Hand};
-use crate::path::{Manner, Path};
+use crate::path::{Glide, Manner, Path};
+use crate::setting::Setting;
 use crate::settle::{self, Rest, half_height_m};
 use crate::teacher::Teacher;
 use crate::thing::{Motion, SeatKind, Thing};
@@ -17,8 +24,8 @@ use crate::thing::{Motion, SeatKind, Thing};
 #[derive(Clone, Debug)]
 pub struct World {
     pub(crate) lesson: Lesson,
-    pub(crate) cues: Vec<Cue>,
-    lasts: Duration,
+    /// What lies on each of the lesson's tables at first.
+    settings: Vec<Arc<Setting>>,
     pub(crate) x_base_world: Pose<Base, geometry::World>,
     pub(crate) state: State,
 }
@@ -26,17 +33,37 @@ pub struct World {
 /// All that changes.
 #[derive(Clone, Debug)]
 pub(crate) struct State {
-    began: Option<Instant>,
+    pub(crate) mode: SceneMode,
+    /// What happens by itself: the lesson's script, or the laying of a table that somebody asked for.
+    pub(crate) cues: Vec<Cue>,
+    /// How long that takes.
+    pub(crate) lasts: Duration,
+    /// When it began.
+    pub(crate) began: Option<Instant>,
     pub(crate) now: Instant,
-    next_cue: usize,
+    pub(crate) next_cue: usize,
     /// The cues of this step begin here; they end where the next ones begin.
-    first_cue: usize,
+    pub(crate) first_cue: usize,
     /// Which of the lesson's tables is laid.
-    table: Option<usize>,
+    pub(crate) table: Option<usize>,
+    /// When its objects were laid.
+    pub(crate) laid_at: Instant,
+    /// What lies there, and stands there once `has_occluders`.
+    pub(crate) setting: Option<Arc<Setting>>,
     pub(crate) has_occluders: bool,
+    /// The centres of the occluders.
+    pub(crate) screens: Vec<Glide>,
     pub(crate) things: Vec<Thing>,
     pub(crate) teachers: Vec<Teacher>,
     grasps: [Grasp; 2],
+    /// What was said by hand in this step.
+    pub(crate) said: Vec<Utterance>,
+    pub(crate) diary: Diary,
+    /// What is in people's hands.
+    pub(crate) taken: Vec<Taken>,
+    pub(crate) undo: Vec<Undo>,
+    /// What came of the act by hand that is being done.
+    pub(crate) outcome: Option<String>,
     noise: Gaussian,
     /// What the noise adds to each observation of this step, in their order, in metres.
     pub(crate) offsets_m: Vec<[f64; 3]>,
@@ -51,21 +78,32 @@ impl World {
         let x_world_base = Pose::<geometry::World, Base>::upright(x, y, z, lesson.robot.heading_rad);
         let most = |count: fn(&Table) -> usize| lesson.tables().map(count).max().unwrap_or(0);
         let objects = most(|table| table.objects.len());
-        let observations = objects + most(|table| table.occluders.len()) + lesson.teachers.len();
+        let occluders = most(|table| table.occluders.len());
+        let observations = objects + occluders + lesson.teachers.len();
         Self {
-            cues,
-            lasts,
+            settings: lesson.tables().map(|table| Arc::new(Setting::of(table))).collect(),
             x_base_world: x_world_base.inverse(),
             state: State {
+                mode: SceneMode::Script,
+                cues,
+                lasts,
                 began: None,
                 now: Instant::EPOCH,
                 next_cue: 0,
                 first_cue: 0,
                 table: None,
+                laid_at: Instant::EPOCH,
+                setting: None,
                 has_occluders: false,
+                screens: Vec::with_capacity(occluders),
                 things: Vec::with_capacity(objects),
                 teachers: lesson.teachers.iter().map(Teacher::new).collect(),
                 grasps: [Grasp::default(); 2],
+                said: Vec::new(),
+                diary: Diary::default(),
+                taken: Vec::new(),
+                undo: Vec::new(),
+                outcome: None,
                 noise: Gaussian::new(seed),
                 offsets_m: vec![[0.0; 3]; observations],
             },
@@ -81,14 +119,17 @@ impl World {
     /// How long the script lasts.
     #[must_use]
     pub fn lasts(&self) -> Duration {
-        self.lasts
+        self.state.lasts
     }
 
-    /// Whether the script is over; Leo may still be at work.
+    /// Whether the script is over; Leo may still be at work. What somebody does by hand is over
+    /// when he says so.
     #[must_use]
     pub fn is_finished(&self) -> bool {
-        let is_over = |began| self.state.now >= began + self.lasts;
-        self.state.next_cue == self.cues.len() && self.state.began.is_some_and(is_over)
+        let is_over = |began| self.state.now >= began + self.state.lasts;
+        self.state.mode == SceneMode::Script
+            && self.state.next_cue == self.state.cues.len()
+            && self.state.began.is_some_and(is_over)
     }
 
     /// Moves the world on to `now`; an instant before that of the last step is taken for that one.
@@ -101,8 +142,9 @@ impl World {
     pub fn step(&mut self, now: Instant, hands: [Option<Hand>; 2]) {
         let now = now.max(self.state.now);
         let began = *self.state.began.get_or_insert(now);
+        self.state.said.clear();
         self.state.first_cue = self.state.next_cue;
-        while let Some(&cue) = self.cues.get(self.state.next_cue).filter(|cue| began + cue.at <= now) {
+        while let Some(&cue) = self.state.cues.get(self.state.next_cue).filter(|cue| began + cue.at <= now) {
             self.state.next_cue += 1;
             self.advance(began + cue.at);
             self.take(cue, began + cue.at);
@@ -115,19 +157,23 @@ impl World {
             }
         }
         self.follow();
+        let observations = self.state.things.len() + self.state.screens.len() + self.state.teachers.len();
+        if self.state.offsets_m.len() < observations {
+            self.state.offsets_m.resize(observations, [0.0; 3]);
+        }
         for offset in &mut self.state.offsets_m {
             *offset = [(); 3].map(|()| self.state.noise.next() * self.lesson.noise.position_sigma_m);
         }
     }
 
-    /// What the lesson says of the table that is laid or being laid.
-    pub(crate) fn table(&self) -> Option<&Table> {
-        self.state.table.and_then(|table| self.lesson.tables().nth(table))
+    /// What the objects are, in the order of `state.things`.
+    pub(crate) fn objects(&self) -> &[Object] {
+        self.state.setting.as_ref().map_or(&[][..], |setting| &setting.objects)
     }
 
     /// The cues of the last step.
     pub(crate) fn recent_cues(&self) -> &[Cue] {
-        self.cues.get(self.state.first_cue..self.state.next_cue).unwrap_or(&[])
+        self.state.cues.get(self.state.first_cue..self.state.next_cue).unwrap_or(&[])
     }
 
     fn advance(&mut self, now: Instant) {
@@ -155,14 +201,22 @@ impl World {
         match cue.event {
             Event::Clear => {
                 state.things.clear();
+                state.screens.clear();
                 state.has_occluders = false;
+                state.setting = None;
                 state.table = None;
             }
             Event::Occlude => {
                 state.table = Some(cue.table);
+                state.setting = self.settings.get(cue.table).cloned();
                 state.has_occluders = true;
+                state.screens.extend(table.occluders.iter().map(|screen| Glide::resting(screen.centre_m)));
             }
-            Event::Lay => state.things.extend(table.objects.iter().map(Thing::laid)),
+            Event::Lay => {
+                state.things.extend(table.objects.iter().map(Thing::laid));
+                settle::sit(&mut state.things, &table.objects);
+                state.laid_at = now;
+            }
             Event::Step(index) => {
                 let Some(step) = table.script.get(index) else { return };
                 let teacher = state.teachers.iter_mut().find(|teacher| teacher.number == step.who);
@@ -172,6 +226,11 @@ impl World {
                     }
                     (Act::Look { at_m, takes }, Some(teacher)) => teacher.look(now, *at_m, *takes),
                     (Act::Walk { eyes_m, takes }, Some(teacher)) => teacher.walk(now, *eyes_m, *takes),
+                    (Act::Slide { occluder, centre_m, takes }, _) => {
+                        if let Some(screen) = state.screens.get_mut(*occluder) {
+                            screen.go(now, *centre_m, *takes);
+                        }
+                    }
                     (Act::Leave, Some(teacher)) => teacher.is_present = false,
                     (Act::Return, Some(teacher)) => teacher.is_present = true,
                     (Act::Say(_), _)
@@ -186,7 +245,7 @@ impl World {
         let x_world_hand = self.x_base_world.inverse() * hand.pose;
         let change =
             self.state.grasps.get_mut(index).map_or(Change::None, |grasp| grasp.note(hand.closure_rad));
-        let Some(table) = self.state.table.and_then(|table| self.lesson.tables().nth(table)) else { return };
+        let Some(setting) = self.state.setting.clone() else { return };
         let things = &mut self.state.things;
         for thing in things.iter_mut() {
             if let Motion::Grasped { hand, x_hand_thing } = thing.motion
@@ -198,13 +257,13 @@ impl World {
         match change {
             Change::None => {}
             Change::Closes => hand::grasp(things, index, &x_world_hand),
-            Change::Opens => hand::release(things, &table.objects, index, now),
+            Change::Opens => hand::release(things, &setting.objects, index, now),
         }
     }
 }
 
 /// A teacher takes an object, unless Leo has it or its end is no longer free.
-fn begin_move(
+pub(crate) fn begin_move(
     things: &mut [Thing],
     objects: &[Object],
     index: usize,
@@ -215,14 +274,19 @@ fn begin_move(
     let Some(thing) = things.get_mut(index) else { return };
     match thing.motion {
         Motion::AtRest | Motion::Settling { .. } => {}
-        Motion::Carried { .. } | Motion::Grasped { .. } => return,
+        Motion::Carried { .. } | Motion::Grasped { .. } | Motion::InHand { .. } => return,
     }
     let path = Path { from: thing.pose, to: rest.pose, begins, takes, manner: Manner::Carry };
     thing.seat = None;
     thing.motion = Motion::Carried { by, path, to: rest.seat };
 }
 
-fn destination(things: &[Thing], objects: &[Object], index: usize, to: Destination) -> Option<Rest> {
+pub(crate) fn destination(
+    things: &[Thing],
+    objects: &[Object],
+    index: usize,
+    to: Destination,
+) -> Option<Rest> {
     match to {
         Destination::Place(place) => {
             let [x, y, z] = place.position_m;

@@ -19,3 +19,4 @@ pub use json::JsonLines;
 pub use mind::Mind;
 pub use summary::{Refusal, Summary};
 pub use timeline::Timeline;
+pub use words::Words;

@@ -3,10 +3,10 @@ use message::{Belief, BeliefHead, Feature};
 
 /// What the percepts are called, and what to say of them.
 #[derive(Clone, Debug)]
-pub(crate) struct Words {
+pub struct Words {
     percepts: Vec<Word>,
     /// The percept that says where a thing is.
-    pub(crate) position: Option<u16>,
+    pub position: Option<u16>,
     /// The percepts that say what a thing is, in the order of speech: the noun comes last.
     class: Vec<u16>,
     /// The percepts that say in which states it is.
@@ -20,7 +20,9 @@ struct Word {
 }
 
 impl Words {
-    pub(crate) fn of(percepts: &Percepts) -> Self {
+    /// The words for a robot's percepts.
+    #[must_use]
+    pub fn of(percepts: &Percepts) -> Self {
         let (mut class, mut nouns, mut states, mut position) = (Vec::new(), Vec::new(), Vec::new(), None);
         for (number, percept) in (0_u16..).zip(&percepts.percepts) {
             match &percept.kernel {
@@ -43,18 +45,21 @@ impl Words {
     }
 
     /// What a percept is called.
-    pub(crate) fn name(&self, percept: u16) -> &str {
+    #[must_use]
+    pub fn name(&self, percept: u16) -> &str {
         self.percepts.get(usize::from(percept)).map_or("?", |word| &word.name)
     }
 
     /// What a symbol of a percept is called.
-    pub(crate) fn symbol(&self, percept: u16, symbol: u16) -> Option<&str> {
+    #[must_use]
+    pub fn symbol(&self, percept: u16, symbol: u16) -> Option<&str> {
         let word = self.percepts.get(usize::from(percept))?;
         word.symbols.get(usize::from(symbol)).map(String::as_str)
     }
 
     /// What a thing is: "red square".
-    pub(crate) fn thing(&self, belief: &Belief) -> String {
+    #[must_use]
+    pub fn thing(&self, belief: &Belief) -> String {
         let words: Vec<&str> = self
             .class
             .iter()
@@ -64,22 +69,26 @@ impl Words {
     }
 
     /// In which state it is as to a percept: "filled", "not filled"; `None` where it has none.
-    pub(crate) fn state(&self, percept: u16, belief: &Belief) -> Option<String> {
+    #[must_use]
+    pub fn state(&self, percept: u16, belief: &Belief) -> Option<String> {
         Some(degree(self.name(percept), number(belief, percept)?))
     }
 
     /// The percepts that say in which states a thing is.
-    pub(crate) fn states(&self) -> &[u16] {
+    #[must_use]
+    pub fn states(&self) -> &[u16] {
         &self.states
     }
 
     /// The percepts that say what a thing is, in the order of speech.
-    pub(crate) fn class(&self) -> &[u16] {
+    #[must_use]
+    pub fn class(&self) -> &[u16] {
         &self.class
     }
 
     /// A feature in words.
-    pub(crate) fn feature(&self, percept: u16, feature: Option<Feature>) -> String {
+    #[must_use]
+    pub fn feature(&self, percept: u16, feature: Option<Feature>) -> String {
         match feature {
             None | Some(Feature::None) => "unknown".to_owned(),
             Some(Feature::Symbol(symbol)) => {

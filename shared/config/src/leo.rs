@@ -2,6 +2,8 @@
 
 mod source;
 
+use std::net::SocketAddr;
+
 use serde::Deserialize;
 
 pub(crate) use source::fault as fault_of_sources;
@@ -244,8 +246,37 @@ pub struct MockBus {
 pub struct Console {
     /// How often it looks at what happened.
     pub rate_hz: Hertz,
+    /// Where the page is served.
+    pub address: PageAddress,
     /// Real-time rights.
     pub realtime: Rights,
+}
+
+/// Where the page is served: an address and a port, or nowhere.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
+#[serde(try_from = "String")]
+pub struct PageAddress(Option<SocketAddr>);
+
+impl TryFrom<String> for PageAddress {
+    type Error = String;
+
+    fn try_from(value: String) -> Result<Self, String> {
+        if value == "none" {
+            return Ok(Self(None));
+        }
+        let address = value.parse().map_err(|_| {
+            format!("{value:?} is no address with a port, as in \"127.0.0.1:7780\"; \"none\" is for no page")
+        })?;
+        Ok(Self(Some(address)))
+    }
+}
+
+impl PageAddress {
+    /// The address, if the page is served at all.
+    #[must_use]
+    pub const fn get(self) -> Option<SocketAddr> {
+        self.0
+    }
 }
 
 /// The supervisor.

@@ -6,28 +6,22 @@
 //! the table's top at z = 0.
 
 mod check;
+mod library;
 mod raw;
 mod synthetic;
 #[cfg(test)]
 mod task1_tests;
 #[cfg(test)]
 mod tests;
+mod written;
 
-use std::path::Path;
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use crate::{ConfigError, load};
 
-/// The lesson that the program carries: Task 1 of the paper.
-const TASK_1: &str = include_str!("../../../config/lessons/task1.toml");
-
-/// The lessons of the paper's study, Tasks 1 to 4, as text: the program carries them.
-pub const STUDY: [&str; 4] = [
-    TASK_1,
-    include_str!("../../../config/lessons/task2.toml"),
-    include_str!("../../../config/lessons/task3.toml"),
-    include_str!("../../../config/lessons/task4.toml"),
-];
+pub use library::{LIBRARY, STUDY};
 
 /// A lesson that was checked.
 #[derive(Clone, Debug, PartialEq)]
@@ -46,6 +40,10 @@ pub struct Lesson {
     pub noise: Noise,
     /// How the table is laid.
     pub laying: Laying,
+    /// The kinds of objects that it names.
+    pub kinds: BTreeMap<String, Kind>,
+    /// The colours that it names, linear red, green and blue in [0, 1].
+    pub colours: BTreeMap<String, [f64; 3]>,
     /// The showings.
     pub demonstrations: Vec<Table>,
     /// The objects on which the robot performs, if it shall.
@@ -207,6 +205,15 @@ pub enum Act {
         /// How long it takes.
         takes: Duration,
     },
+    /// He pushes an occluder about on the table.
+    Slide {
+        /// The occluder: its index in the table.
+        occluder: usize,
+        /// Where its centre will be, in metres.
+        centre_m: [f64; 3],
+        /// How long it takes.
+        takes: Duration,
+    },
     /// He goes away.
     Leave,
     /// He comes back to where he was.
@@ -218,7 +225,10 @@ impl Act {
     #[must_use]
     pub const fn takes(&self) -> Duration {
         match self {
-            Self::Move { takes, .. } | Self::Look { takes, .. } | Self::Walk { takes, .. } => *takes,
+            Self::Move { takes, .. }
+            | Self::Look { takes, .. }
+            | Self::Walk { takes, .. }
+            | Self::Slide { takes, .. } => *takes,
             Self::Say(_) | Self::Leave | Self::Return => Duration::ZERO,
         }
     }
@@ -258,11 +268,27 @@ impl Lesson {
         check::lesson(raw).map_err(|fault| load::invalid(text, file, fault.span, fault.reason))
     }
 
+    /// The lesson of a name: one that the program carries, or else one that was written down in a
+    /// folder, as `NAME.toml`.
+    ///
+    /// # Errors
+    ///
+    /// As [`Lesson::load`].
+    pub fn named(name: &str, folder: &Path) -> Result<Self, ConfigError> {
+        let file = PathBuf::from(format!("{name}.toml"));
+        match LIBRARY.iter().find(|(known, _)| *known == name) {
+            Some((_, text)) => Self::parse(text, &file),
+            // A name is the name of a file there, and not a way out of the folder.
+            None => Self::load(&folder.join(file.file_name().unwrap_or_default())),
+        }
+    }
+
     /// The lesson that the program carries: Task 1 of the paper.
     #[must_use]
     pub fn builtin() -> Self {
         #[expect(clippy::expect_used, reason = "the text is part of the program, and a test parses it")]
-        Self::parse(TASK_1, Path::new("config/lessons/task1.toml")).expect("the built-in lesson is sound")
+        Self::parse(library::TASK_1, Path::new("config/lessons/task1.toml"))
+            .expect("the built-in lesson is sound")
     }
 
     /// How many times somebody tells the robot to do something: how often it shall perform.
@@ -270,7 +296,12 @@ impl Lesson {
     pub fn performances(&self) -> u32 {
         let orders = self.tables().flat_map(|table| &table.script).filter(|step| match &step.act {
             Act::Say(text) => is_order(text),
-            Act::Move { .. } | Act::Look { .. } | Act::Walk { .. } | Act::Leave | Act::Return => false,
+            Act::Move { .. }
+            | Act::Look { .. }
+            | Act::Walk { .. }
+            | Act::Slide { .. }
+            | Act::Leave
+            | Act::Return => false,
         });
         u32::try_from(orders.count()).unwrap_or(u32::MAX)
     }
@@ -289,8 +320,9 @@ impl Lesson {
     }
 }
 
-/// "Leo, do task 1": the words "leo" and "do" begin it, however they are punctuated.
-fn is_order(text: &str) -> bool {
+/// Whether a sentence tells the robot to do something: "Leo, do task 1": the words "leo" and "do" begin it, however they are punctuated.
+#[must_use]
+pub fn is_order(text: &str) -> bool {
     let mut words = text.split(|c: char| !c.is_alphanumeric()).filter(|word| !word.is_empty());
     let mut next_is = |wanted: &str| words.next().is_some_and(|word| word.eq_ignore_ascii_case(wanted));
     next_is("leo") && next_is("do")

@@ -26,6 +26,7 @@ mod percept;
 mod perspectives;
 mod scene;
 mod sources;
+mod teacher_act;
 mod text;
 mod topic;
 mod turn;
@@ -43,12 +44,14 @@ pub use observation::{Modality, NOBODY, Observation, ObservationKind, STATES, St
 pub use path::{DEPTH_MOST, PERSPECTIVES_MOST, Path, perspectives};
 pub use percept::{Feature, MAX_PERCEPTS, Perceived, PerceptValue, Snapshot};
 pub use perspectives::{MAX_PERSPECTIVES, PerspectiveHealth, Perspectives};
-pub use scene::SceneObject;
+pub use scene::{NO_TABLE, SceneHead, SceneMode, SceneObject, ThingRole};
 pub use sources::{MAX_SOURCES, SourceHealth, Sources};
+pub use teacher_act::{ActAnswer, TeacherAct, TeacherActKind};
 pub use text::{TEXT_CAPACITY, Text};
 pub use topic::Utterance;
 pub use topic::{
-    Beliefs, Divergences, Events, JointGoals, JointStates, Observations, Percepts, Scene, Topic, Utterances,
+    ActsAnswered, Beliefs, Divergences, Events, JointGoals, JointStates, Observations, Percepts, Scene,
+    TeacherActs, Topic, Utterances,
 };
 pub use turn::{Done, Turn, TurnKind, Turns, TurnsDone};
 

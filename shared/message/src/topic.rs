@@ -2,8 +2,8 @@ use iceoryx2_bb_derive_macros::ZeroCopySend;
 use iceoryx2_bb_elementary_traits::zero_copy_send::ZeroCopySend;
 
 use crate::{
-    Belief, BeliefHead, Difference, DivergenceHead, Event, Head, Header, JointGoal, JointState, Observation,
-    Perceived, SceneObject, Text,
+    ActAnswer, Belief, BeliefHead, Difference, DivergenceHead, Event, Head, Header, JointGoal, JointState,
+    Observation, Perceived, SceneHead, SceneObject, TeacherAct, Text,
 };
 
 /// A buffer between processes: what it is called and what a frame of it holds. Each has exactly
@@ -59,7 +59,15 @@ topic!(
 );
 topic!(
     /// What is true in the simulated workspace. Writer: simulator.
-    Scene = "scene": Header, SceneObject
+    Scene = "scene": SceneHead, SceneObject
+);
+topic!(
+    /// What a teacher does by hand in the simulated workspace. Writer: console.
+    TeacherActs = "teacher-acts": Header, TeacherAct
+);
+topic!(
+    /// What became of the acts of [`TeacherActs`]. Writer: simulator.
+    ActsAnswered = "acts-answered": Header, ActAnswer
 );
 topic!(
     /// What the teachers say. Writer: simulator.

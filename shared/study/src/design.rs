@@ -82,6 +82,8 @@ impl Design {
                 occluders_first: Duration::from_millis(300),
                 keep: Duration::from_millis(300),
             },
+            kinds: std::collections::BTreeMap::new(),
+            colours: std::collections::BTreeMap::new(),
             demonstrations,
             novel: None,
         };

@@ -57,6 +57,8 @@ pub(super) fn lesson(raw: raw::Lesson) -> Result<Lesson, Fault> {
             confidence: raw.noise.confidence.get(),
         },
         laying,
+        kinds: catalogue.kinds,
+        colours: catalogue.colours.into_iter().map(|(name, rgb)| (name, rgb.map(Unit::get))).collect(),
         demonstrations,
         novel,
     })
@@ -128,10 +130,12 @@ fn table(raw: Spanned<raw::Table>, catalogue: &Catalogue) -> Result<Table, Fault
     unique(raw.occluders.iter().map(|occluder| &occluder.name), "occluder")?;
     let objects: Vec<Object> =
         raw.objects.iter().map(|raw| object(raw, catalogue)).collect::<Result<_, _>>()?;
+    let occluders: Vec<Occluder> = raw.occluders.iter().map(occluder).collect::<Result<_, _>>()?;
+    let lying = script::Lying { objects: &objects, occluders: &occluders };
     Ok(Table {
-        script: script::script(&raw.script, span, &objects, catalogue)?,
+        script: script::script(&raw.script, span, &lying, catalogue)?,
         objects,
-        occluders: raw.occluders.iter().map(occluder).collect::<Result<_, _>>()?,
+        occluders,
         territory: raw.territory.iter().map(|raw| territory(raw, catalogue)).collect::<Result<_, _>>()?,
     })
 }

@@ -115,6 +115,7 @@ pub(super) struct Step {
     pub(super) to_m: Option<Spanned<[Coordinate; 2]>>,
     pub(super) underside_m: Option<Spanned<NotNegative>>,
     pub(super) heading_deg: Option<Spanned<Finite>>,
+    pub(super) slide: Option<Spanned<String>>,
     pub(super) look_at_m: Option<Spanned<[Coordinate; 3]>>,
     pub(super) eyes_to_m: Option<Spanned<[Coordinate; 3]>>,
     pub(super) leave: Option<Spanned<bool>>,

@@ -1,5 +1,6 @@
 //! Lessons of any size, for measuring.
 
+use std::collections::BTreeMap;
 use std::time::Duration;
 
 use quantity::number::float_of_count;
@@ -31,6 +32,8 @@ impl Lesson {
             teachers: vec![Teacher { number: 1, eyes_m: [0.0, 3.5, 0.55], looks_at_m: [0.0, 1.5, 0.0] }],
             noise: Noise { position_sigma_m: 0.003, confidence: 0.9 },
             laying: Laying { empty: Duration::ZERO, occluders_first: Duration::ZERO, keep: Duration::ZERO },
+            kinds: BTreeMap::new(),
+            colours: BTreeMap::new(),
             demonstrations: vec![Table { objects, occluders: Vec::new(), territory: Vec::new(), script }],
             novel: None,
         }

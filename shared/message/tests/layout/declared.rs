@@ -7,10 +7,11 @@ use std::mem::{align_of, offset_of, size_of};
 use std::path;
 
 use message::{
-    Aspect, Belief, BeliefHead, BusHealth, Buses, DEPTH_MOST, Difference, DivergenceHead, Done, Event,
-    Header, Health, Histogram, JointGoal, JointState, LOSSES, MAX_BUSES, MAX_PERCEPTS, MAX_PERSPECTIVES,
-    MAX_SOURCES, Observation, Path, Perceived, PerceptValue, PerspectiveHealth, Perspectives, Remembered,
-    Roster, STATES, SceneObject, Snapshot, SourceHealth, Sources, TEXT_CAPACITY, Text, Turn, Utterance,
+    ActAnswer, Aspect, Belief, BeliefHead, BusHealth, Buses, DEPTH_MOST, Difference, DivergenceHead, Done,
+    Event, Header, Health, Histogram, JointGoal, JointState, LOSSES, MAX_BUSES, MAX_PERCEPTS,
+    MAX_PERSPECTIVES, MAX_SOURCES, Observation, Path, Perceived, PerceptValue, PerspectiveHealth,
+    Perspectives, Remembered, Roster, STATES, SceneHead, SceneObject, Snapshot, SourceHealth, Sources,
+    TEXT_CAPACITY, TeacherAct, Text, Turn, Utterance,
 };
 
 /// What the compiler says of a type: size, alignment, and the offsets of its public fields.
@@ -34,6 +35,7 @@ macro_rules! compiled {
 
 pub(crate) fn compiled() -> Vec<Compiled> {
     Vec::from(compiled! {
+        ActAnswer { serial, refused, text }
         Aspect { percept }
         Belief { id, born_at_ns, perceived_at_ns, observations, held_by, owner }
         BeliefHead {
@@ -70,12 +72,19 @@ pub(crate) fn compiled() -> Vec<Compiled> {
         Perspectives { count, perspectives }
         Remembered { sampled_at_ns, percept, matching, confidence }
         Roster { incarnations }
+        SceneHead {
+            header, base_position_m, base_orientation_xyzw, began_at_ns, mode, table, tables, steps, lesson
+        }
         SceneObject {
-            position_m, orientation_xyzw, half_extents_m, colour_rgb, states, kind, held_by, name
+            position_m, orientation_xyzw, half_extents_m, colour_rgb, shape, states, kind, held_by, partner,
+            role, name
         }
         Snapshot {}
         SourceHealth { name, frames, observations, heard_at_ns, silent, losses }
         Sources { count, sources }
+        TeacherAct {
+            serial, position_m, also_m, heading_rad, kind, teacher, hand, reserved, table, text, colour
+        }
         Text {}
         Turn { kind, reserved, round }
         Utterance { speaker, text }

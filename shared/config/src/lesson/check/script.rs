@@ -6,9 +6,15 @@ use std::time::Duration;
 
 use toml::Spanned;
 
-use super::super::{Act, Destination, Object, Role, Step, raw};
+use super::super::{Act, Destination, Object, Occluder, Role, Step, raw};
 use super::{Catalogue, Fault, named, standing};
 use crate::number::Coordinate;
+
+/// What lies on the table and stands there.
+pub(super) struct Lying<'a> {
+    pub(super) objects: &'a [Object],
+    pub(super) occluders: &'a [Occluder],
+}
 
 /// What the steps so far have led to.
 #[derive(Default)]
@@ -25,7 +31,7 @@ struct Course {
 pub(super) fn script(
     raw: &[Spanned<raw::Step>],
     table: Range<usize>,
-    objects: &[Object],
+    lying: &Lying<'_>,
     catalogue: &Catalogue,
 ) -> Result<Vec<Step>, Fault> {
     let mut course = Course::default();
@@ -33,12 +39,9 @@ pub(super) fn script(
     for raw in raw {
         let span = raw.span();
         let raw = raw.get_ref();
-        let step = Step {
-            at: raw.at_s.get_ref().duration(),
-            who: *raw.who.get_ref(),
-            act: act(raw, span, objects)?,
-        };
-        course.take(&step, raw, objects, catalogue)?;
+        let step =
+            Step { at: raw.at_s.get_ref().duration(), who: *raw.who.get_ref(), act: act(raw, span, lying)? };
+        course.take(&step, raw, lying.objects, catalogue)?;
         steps.push(step);
     }
     if course.said == 0 {
@@ -78,26 +81,31 @@ impl Course {
         match &step.act {
             Act::Say(_) => self.said += 1,
             Act::Look { .. } | Act::Walk { .. } => {}
+            Act::Slide { takes, .. } => self.use_hand(step, *takes, raw)?,
             Act::Leave => self.away.push(who),
             Act::Return if is_away => self.away.retain(|other| *other != who),
             Act::Return => {
                 return Err(Fault::at(raw.who.span(), format!("teacher {who} is here: he has not left")));
             }
             Act::Move { object, to, takes } => {
-                let free = self.hand_free.entry(who).or_default();
-                if step.at < *free {
-                    let free = free.as_secs_f64();
-                    let reason =
-                        format!("teacher {who} still moves something until {free} s: he has one hand");
-                    return Err(Fault::at(raw.at_s.span(), reason));
-                }
-                *free = step.at + *takes;
+                self.use_hand(step, *takes, raw)?;
                 self.filled.remove(object);
                 if let Destination::Hole(block) = *to {
                     self.fill(*object, block, raw, objects)?;
                 }
             }
         }
+        Ok(())
+    }
+
+    fn use_hand(&mut self, step: &Step, takes: Duration, raw: &raw::Step) -> Result<(), Fault> {
+        let free = self.hand_free.entry(step.who).or_default();
+        if step.at < *free {
+            let (who, free) = (step.who, free.as_secs_f64());
+            let reason = format!("teacher {who} still moves something until {free} s: he has one hand");
+            return Err(Fault::at(raw.at_s.span(), reason));
+        }
+        *free = step.at + takes;
         Ok(())
     }
 
@@ -114,10 +122,12 @@ impl Course {
 }
 
 /// The one thing that a step does.
-fn act(raw: &raw::Step, span: Range<usize>, objects: &[Object]) -> Result<Act, Fault> {
+fn act(raw: &raw::Step, span: Range<usize>, lying: &Lying<'_>) -> Result<Act, Fault> {
+    let objects = lying.objects;
     let acts = [
         raw.say.as_ref().map(Spanned::span),
         raw.object.as_ref().map(Spanned::span),
+        raw.slide.as_ref().map(Spanned::span),
         raw.look_at_m.as_ref().map(Spanned::span),
         raw.eyes_to_m.as_ref().map(Spanned::span),
         raw.leave.as_ref().map(Spanned::span),
@@ -127,24 +137,33 @@ fn act(raw: &raw::Step, span: Range<usize>, objects: &[Object]) -> Result<Act, F
     if acts.next().is_none() {
         return Err(Fault::at(
             span,
-            "a step needs one of `say`, `move`, `look_at_m`, `eyes_to_m`, `leave` and `return`",
+            "a step needs one of `say`, `move`, `slide`, `look_at_m`, `eyes_to_m`, `leave` and `return`",
         ));
     }
     if let Some(second) = acts.next() {
         return Err(Fault::at(second, "a step does one thing: make this a step of its own"));
     }
     let moves = raw.object.is_some();
-    let places = raw.to_m.is_some();
+    let slides = raw.slide.is_some();
+    let places = moves && raw.to_m.is_some();
     for (given, belongs, rule) in [
         (raw.into.as_ref().map(Spanned::span), moves, "`into` belongs to a `move`"),
         (raw.onto.as_ref().map(Spanned::span), moves, "`onto` belongs to a `move`"),
-        (raw.to_m.as_ref().map(Spanned::span), moves, "`to_m` belongs to a `move`"),
-        (raw.underside_m.as_ref().map(Spanned::span), places, "`underside_m` belongs to `to_m`"),
-        (raw.heading_deg.as_ref().map(Spanned::span), places, "`heading_deg` belongs to `to_m`"),
+        (raw.to_m.as_ref().map(Spanned::span), moves || slides, "`to_m` belongs to a `move` or a `slide`"),
+        (
+            raw.underside_m.as_ref().map(Spanned::span),
+            places,
+            "`underside_m` belongs to the `to_m` of a `move`",
+        ),
+        (
+            raw.heading_deg.as_ref().map(Spanned::span),
+            places,
+            "`heading_deg` belongs to the `to_m` of a `move`",
+        ),
         (
             raw.duration_s.as_ref().map(Spanned::span),
-            moves || raw.look_at_m.is_some() || raw.eyes_to_m.is_some(),
-            "`duration_s` belongs to a `move`, a `look_at_m` or an `eyes_to_m`",
+            moves || slides || raw.look_at_m.is_some() || raw.eyes_to_m.is_some(),
+            "`duration_s` belongs to a `move`, a `slide`, a `look_at_m` or an `eyes_to_m`",
         ),
     ] {
         if let Some(span) = given.filter(|_| !belongs) {
@@ -158,6 +177,19 @@ fn act(raw: &raw::Step, span: Range<usize>, objects: &[Object]) -> Result<Act, F
         let (index, object) = find(name, objects)?;
         let to = destination(raw, span.clone(), index, object, objects)?;
         return Ok(Act::Move { object: index, to, takes: takes(raw, span)? });
+    }
+    if let Some(name) = &raw.slide {
+        let known = lying.occluders.iter().enumerate();
+        let known = known.map(|(index, occluder)| (occluder.name.as_str(), (index, occluder)));
+        let (index, occluder) = named(name, "occluder", known)?;
+        let Some(to_m) = &raw.to_m else {
+            return Err(Fault::at(
+                name.span(),
+                "where to? A `slide` needs `to_m`, the middle of the occluder",
+            ));
+        };
+        let ([x, y], [.., z]) = (to_m.get_ref().map(Coordinate::get), occluder.centre_m);
+        return Ok(Act::Slide { occluder: index, centre_m: [x, y, z], takes: takes(raw, span)? });
     }
     if let Some(point) = &raw.look_at_m {
         return Ok(Act::Look { at_m: point.get_ref().map(Coordinate::get), takes: takes(raw, span)? });

@@ -1,0 +1,285 @@
+use std::collections::{BTreeMap, BTreeSet};
+
+use chronicle::Words;
+use config::Robot;
+use config::percepts::{Kernel, Space};
+use geometry::{Base, Person, Pose, Position, World};
+use message::{Belief, BeliefHead, Difference, Feature, NOBODY};
+use serde_json::json;
+
+use super::{Thing, numbers, rounded};
+use crate::sheet::Sheet;
+
+/// A robot's belief is in an object that is no farther from where it believes it to be, in metres.
+const SAME_M: f64 = 0.06;
+/// Degrees of states and confidences are shown to twentieths: that they fade is no news in itself.
+const DEGREE: f64 = 20.0;
+/// Places that are believed are shown to two millimetres: noise is no news.
+const PLACE: f64 = 500.0;
+
+/// What was perceived so recently is perceived now, in nanoseconds.
+const SEEN_NS: u64 = 300_000_000;
+
+/// What the perspectives believe, put into words and places.
+#[derive(Debug)]
+pub(crate) struct Minds {
+    words: Words,
+    colour: Option<(u16, BTreeMap<u16, [f64; 3]>)>,
+    shape: Option<(u16, BTreeMap<u16, [f64; 4]>)>,
+    orientation: Option<u16>,
+    extents: Option<u16>,
+    /// From the world to the robot's base: its inverse places beliefs in the world.
+    pub(crate) x_world_base: Pose<World, Base>,
+}
+
+/// What one perspective believes of one thing, as it is shown.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Seen {
+    pub(crate) id: u64,
+    pub(crate) words: String,
+    pub(crate) position_m: Option<[f64; 3]>,
+    pub(crate) colour_rgb: Option<[f64; 3]>,
+    pub(crate) shape: Option<[f64; 4]>,
+    pub(crate) states: BTreeMap<String, f64>,
+    /// Whether it is perceived at this instant.
+    pub(crate) is_seen: bool,
+}
+
+impl Minds {
+    pub(crate) fn new(robot: &Robot) -> Self {
+        let percepts = &robot.percepts;
+        let (mut colour, mut shape, mut orientation, mut extents) = (None, None, None, None);
+        for (number, percept) in (0_u16..).zip(&percepts.percepts) {
+            match &percept.kernel {
+                Kernel::Nearest(nearest) => {
+                    let prototypes = (0_u16..).zip(&nearest.prototypes);
+                    match nearest.of {
+                        Space::Colour => {
+                            let of = prototypes.filter_map(|(symbol, it)| Some((symbol, exactly(&it.at)?)));
+                            colour = Some((number, of.collect()));
+                        }
+                        Space::Shape => {
+                            let of = prototypes.filter_map(|(symbol, it)| Some((symbol, exactly(&it.at)?)));
+                            shape = Some((number, of.collect()));
+                        }
+                        Space::EdgeM => {}
+                    }
+                }
+                Kernel::Orientation => orientation = Some(number),
+                Kernel::Extents => extents = Some(number),
+                Kernel::Position | Kernel::Region(_) | Kernel::State(_) | Kernel::Own(_) => {}
+            }
+        }
+        let words = Words::of(percepts);
+        Self { words, colour, shape, orientation, extents, x_world_base: Pose::identity() }
+    }
+
+    /// Shows one perspective, and gives back what it believes. `robots` is what the robot itself
+    /// believes, and `differing` how this one differs from that.
+    pub(crate) fn show(
+        &self,
+        sheet: &mut Sheet,
+        head: &BeliefHead,
+        beliefs: &[Belief],
+        robots: Option<&[Seen]>,
+        differing: &[Difference],
+    ) -> Vec<Seen> {
+        let number = head.perspective;
+        let eye = head.eye().map(|eye| self.x_world_base * eye);
+        sheet.put(
+            &format!("mind/{number}"),
+            &json!({
+                "present": head.present != 0,
+                "eye": eye.map(|eye| json!({ "p": numbers(eye.position_m()), "q": numbers(eye.orientation_xyzw()) })),
+                "beliefs": beliefs.len(),
+                "perceivable": head.perceivable,
+                "hidden": head.hidden,
+            }),
+        );
+        let frame = head.frame().map(|frame| self.x_world_base * frame);
+        let prefix = format!("belief/{number}/");
+        let mut stay = BTreeSet::new();
+        let mut all = Vec::with_capacity(beliefs.len());
+        for belief in beliefs {
+            let seen = self.seen(head, frame.as_ref(), belief);
+            let twin = robots.and_then(|robots| twin(&seen, robots, differing));
+            let orientation = self.orientation(frame.as_ref(), belief);
+            let extents = self.extents.and_then(|percept| vector(belief, percept));
+            let agent = |agent: u16| (agent != NOBODY).then_some(agent);
+            let unseen_ns = head.header.valid_at_ns.saturating_sub(belief.perceived_at_ns);
+            let symbol = |percept: Option<u16>| {
+                percept.and_then(|percept| self.words.symbol(percept, symbol(belief, percept)?))
+            };
+            let states: BTreeMap<&str, Option<f64>> =
+                seen.states.iter().map(|(name, degree)| (name.as_str(), rounded(*degree, DEGREE))).collect();
+            let key = format!("{prefix}{}", belief.id);
+            sheet.put(
+                &key,
+                &json!({
+                    "words": seen.words,
+                    "p": seen.position_m.map(|position_m| position_m.map(|part| rounded(part, PLACE))),
+                    "q": orientation.map(|q| q.map(|part| rounded(part, 50.0))),
+                    "half": extents.map(|half_m| half_m.map(|part| rounded(part, PLACE))),
+                    "rgb": seen.colour_rgb,
+                    "shape": seen.shape,
+                    "colour": symbol(self.colour.as_ref().map(|(percept, _)| *percept)),
+                    "form": symbol(self.shape.as_ref().map(|(percept, _)| *percept)),
+                    "states": states,
+                    "confidence": self.confidence(belief).and_then(|degree| rounded(degree, 10.0)),
+                    "held": agent(belief.held_by),
+                    "owner": agent(belief.owner),
+                    "unseen_s": unseen_ns / 1_000_000_000,
+                    "seen": seen.is_seen,
+                    "twin": twin,
+                }),
+            );
+            stay.insert(key);
+            all.push(seen);
+        }
+        sheet.keep_only(&prefix, &stay);
+        all
+    }
+
+    /// Shows how a partner differs from the robot, in words.
+    pub(crate) fn divide(
+        &self,
+        sheet: &mut Sheet,
+        perspective: u32,
+        name: &str,
+        differing: &[Difference],
+        robots: &[Belief],
+        his: &[Belief],
+    ) {
+        let prefix = format!("divide/{perspective}/");
+        let mut stay = BTreeSet::new();
+        for difference in differing {
+            let one = difference.one().and_then(|id| robots.iter().find(|belief| belief.id == id));
+            let other = difference.other().and_then(|id| his.iter().find(|belief| belief.id == id));
+            let Some(named) = one.or(other) else { continue };
+            let thing = self.words.thing(named);
+            let aspects: Vec<_> = difference
+                .aspects()
+                .iter()
+                .map(|aspect| {
+                    json!({
+                        "percept": self.words.name(aspect.percept),
+                        "robot": self.words.feature(aspect.percept, aspect.one()),
+                        "other": self.words.feature(aspect.percept, aspect.other()),
+                    })
+                })
+                .collect();
+            let (kind, words) = match (one, other) {
+                (Some(_), None) => ("unknown", format!("{name} does not know of the {thing}")),
+                (None, _) => ("imagined", format!("{name} believes in a {thing} that is not there")),
+                (Some(_), Some(_)) => {
+                    let wrong: Vec<&str> =
+                        difference.aspects().iter().map(|aspect| self.words.name(aspect.percept)).collect();
+                    ("different", format!("{name} is wrong about the {thing}: {}", wrong.join(", ")))
+                }
+            };
+            let id = |belief: Option<&Belief>| belief.map_or(0, |belief| belief.id);
+            let key = format!("{prefix}{}-{}", id(one), id(other));
+            let (robot, other) = (difference.one(), difference.other());
+            sheet.put(
+                &key,
+                &json!({ "words": words, "kind": kind, "robot": robot, "other": other, "aspects": aspects }),
+            );
+            stay.insert(key);
+        }
+        sheet.keep_only(&prefix, &stay);
+    }
+
+    fn seen(&self, head: &BeliefHead, frame: Option<&Pose<World, Person>>, belief: &Belief) -> Seen {
+        let position_m = self.words.position.and_then(|percept| vector(belief, percept));
+        let states = self.words.states().iter().filter_map(|percept| {
+            let degree = number(belief, *percept)?;
+            Some((self.words.name(*percept).to_owned(), degree))
+        });
+        let colour = self.colour.as_ref();
+        let shape = self.shape.as_ref();
+        Seen {
+            id: belief.id,
+            words: self.words.thing(belief),
+            position_m: position_m
+                .and_then(|[x, y, z]| Some((*frame? * Position::<Person>::new(x, y, z)).to_array())),
+            colour_rgb: colour.and_then(|(percept, of)| of.get(&symbol(belief, *percept)?).copied()),
+            shape: shape.and_then(|(percept, of)| of.get(&symbol(belief, *percept)?).copied()),
+            states: states.collect(),
+            is_seen: head.header.valid_at_ns.saturating_sub(belief.perceived_at_ns) < SEEN_NS,
+        }
+    }
+
+    fn orientation(&self, frame: Option<&Pose<World, Person>>, belief: &Belief) -> Option<[f64; 4]> {
+        match belief.percept(self.orientation?)?.feature()? {
+            Feature::Orientation(orientation) => {
+                let in_frame =
+                    Pose::<Person, geometry::Thing>::from_parts([0.0; 3], orientation.map(f64::from))?;
+                Some((*frame? * in_frame).orientation_xyzw())
+            }
+            Feature::None | Feature::Symbol(_) | Feature::Number(_) | Feature::Vector(_) => None,
+        }
+    }
+
+    /// How sure the perspective is that the thing is where it believes it to be.
+    fn confidence(&self, belief: &Belief) -> Option<f64> {
+        Some(f64::from(belief.percept(self.words.position?)?.confidence))
+    }
+}
+
+/// The belief of the robot in the same thing as one of a partner's.
+pub(crate) fn twin(seen: &Seen, robots: &[Seen], differing: &[Difference]) -> Option<u64> {
+    if let Some(difference) = differing.iter().find(|difference| difference.other() == Some(seen.id)) {
+        return difference.one();
+    }
+    let here = seen.position_m?;
+    let near = robots.iter().filter(|robots| robots.words == seen.words).filter_map(|robots| {
+        let apart_m = apart_m(here, robots.position_m?);
+        (apart_m <= SAME_M).then_some((apart_m, robots.id))
+    });
+    near.min_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, id)| id)
+}
+
+/// The robot's belief in an object of the workspace.
+pub(crate) fn belief_in(thing: &Thing, robots: &[Seen]) -> Option<u64> {
+    let near = robots.iter().filter_map(|seen| {
+        let apart_m = apart_m(thing.position_m, seen.position_m?);
+        let is_like = |one: Option<f64>| one.is_some_and(|far| far < 0.3);
+        let colour = seen.colour_rgb.map(|rgb| far(rgb, thing.colour_rgb));
+        let shape = seen.shape.map(|shape| far(shape, thing.shape));
+        (apart_m <= SAME_M && is_like(colour) && is_like(shape)).then_some((apart_m, seen.id))
+    });
+    near.min_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, id)| id)
+}
+
+fn apart_m(one: [f64; 3], other: [f64; 3]) -> f64 {
+    far(one, other)
+}
+
+fn far<const N: usize>(one: [f64; N], other: [f64; N]) -> f64 {
+    one.iter().zip(other).map(|(one, other)| (one - other).powi(2)).sum::<f64>().sqrt()
+}
+
+fn exactly<const N: usize>(values: &[f64]) -> Option<[f64; N]> {
+    values.try_into().ok()
+}
+
+fn vector(belief: &Belief, percept: u16) -> Option<[f64; 3]> {
+    match belief.percept(percept)?.feature()? {
+        Feature::Vector(vector) => Some(vector.map(f64::from)),
+        Feature::None | Feature::Symbol(_) | Feature::Number(_) | Feature::Orientation(_) => None,
+    }
+}
+
+fn number(belief: &Belief, percept: u16) -> Option<f64> {
+    match belief.percept(percept)?.feature()? {
+        Feature::Number(number) => Some(f64::from(number)),
+        Feature::None | Feature::Symbol(_) | Feature::Vector(_) | Feature::Orientation(_) => None,
+    }
+}
+
+fn symbol(belief: &Belief, percept: u16) -> Option<u16> {
+    match belief.percept(percept)?.feature()? {
+        Feature::Symbol(symbol) => Some(symbol),
+        Feature::None | Feature::Number(_) | Feature::Vector(_) | Feature::Orientation(_) => None,
+    }
+}

@@ -1,0 +1,112 @@
+//! What each perspective believed of a thing over time: Fig. 4 of Berlin, Gray, Thomaz and
+//! Breazeal (2006), for every thing that the robot believes in.
+
+use std::collections::{BTreeMap, BTreeSet, VecDeque};
+
+use serde_json::{Value, json};
+
+use super::{Seen, numbers, rounded};
+use crate::sheet::Sheet;
+
+/// Changes that are remembered of each track.
+const POINTS_MOST: usize = 64;
+/// Who has moved less than this is where he was, in metres.
+const STIRS_M: f64 = 0.03;
+
+/// The histories of all that the robot believes in, by its own identities.
+#[derive(Debug, Default)]
+pub(crate) struct Histories {
+    things: BTreeMap<u64, History>,
+}
+
+#[derive(Debug, Default)]
+struct History {
+    words: String,
+    tracks: BTreeMap<u32, VecDeque<Point>>,
+}
+
+/// What a perspective believed from an instant on.
+#[derive(Clone, Debug, PartialEq)]
+struct Point {
+    t: f64,
+    is_seen: bool,
+    /// Where, and which states hold; `None` where it does not know of the thing.
+    known: Option<([f64; 3], BTreeMap<String, bool>)>,
+}
+
+impl Histories {
+    /// Forgets everything: the identities that follow are those of another life.
+    pub(crate) fn forget(&mut self) {
+        self.things.clear();
+    }
+
+    /// Takes note of what a perspective believes of each of the robot's things at a time in seconds:
+    /// `of` finds its belief by the robot's.
+    pub(crate) fn note<'a>(
+        &mut self,
+        t: f64,
+        perspective: u32,
+        robots: &[Seen],
+        of: impl Fn(u64) -> Option<&'a Seen>,
+    ) {
+        for robot in robots {
+            let history = self.things.entry(robot.id).or_default();
+            history.words.clone_from(&robot.words);
+            let seen = of(robot.id);
+            let known = seen.map(|seen| {
+                let states = seen.states.iter().map(|(name, degree)| (name.clone(), *degree > 0.5));
+                (seen.position_m.unwrap_or_default(), states.collect())
+            });
+            let point = Point { t, is_seen: seen.is_some_and(|seen| seen.is_seen), known };
+            let track = history.tracks.entry(perspective).or_default();
+            if track.back().is_none_or(|last| last.differs_from(&point)) {
+                if track.len() == POINTS_MOST {
+                    track.pop_front();
+                }
+                track.push_back(point);
+            }
+        }
+    }
+
+    /// Shows the histories of what the robot still believes in.
+    pub(crate) fn show(&mut self, sheet: &mut Sheet, robots: &[Seen]) {
+        self.things.retain(|id, _| robots.iter().any(|robot| robot.id == *id));
+        let mut stay = BTreeSet::new();
+        for (id, history) in &self.things {
+            let key = format!("history/{id}");
+            let tracks: Vec<Value> = history
+                .tracks
+                .iter()
+                .map(|(perspective, points)| {
+                    let points: Vec<Value> = points.iter().map(Point::json).collect();
+                    json!({ "perspective": perspective, "points": points })
+                })
+                .collect();
+            sheet.put(&key, &json!({ "words": history.words, "tracks": tracks }));
+            stay.insert(key);
+        }
+        sheet.keep_only("history/", &stay);
+    }
+}
+
+impl Point {
+    fn differs_from(&self, other: &Self) -> bool {
+        let stirs = |one: &[f64; 3], other: &[f64; 3]| {
+            one.iter().zip(other).map(|(one, other)| (one - other).powi(2)).sum::<f64>().sqrt() > STIRS_M
+        };
+        self.is_seen != other.is_seen
+            || match (&self.known, &other.known) {
+                (Some((here, is)), Some((there, was))) => is != was || stirs(here, there),
+                (None, None) => false,
+                (Some(_), None) | (None, Some(_)) => true,
+            }
+    }
+
+    fn json(&self) -> Value {
+        let (p, states) = match &self.known {
+            Some((p, states)) => (Some(numbers(*p)), Some(states)),
+            None => (None, None),
+        };
+        json!({ "t": rounded(self.t, 100.0), "known": self.known.is_some(), "seen": self.is_seen, "p": p, "states": states })
+    }
+}

@@ -1,0 +1,37 @@
+use std::collections::VecDeque;
+
+use serde_json::json;
+
+use super::rounded;
+use crate::narrator::Line;
+use crate::sheet::Sheet;
+
+/// Lines that are shown.
+const MOST: usize = 300;
+
+/// The dialogue and what happens, as lines.
+#[derive(Debug, Default)]
+pub(crate) struct Lines {
+    last: u64,
+    shown: VecDeque<u64>,
+}
+
+impl Lines {
+    /// Shows a further line, and takes the oldest away where there are too many.
+    pub(crate) fn add(&mut self, sheet: &mut Sheet, t: f64, line: &Line) {
+        self.last += 1;
+        let said =
+            json!({ "t": rounded(t, 100.0), "who": line.who, "kind": line.kind.word(), "text": line.text });
+        sheet.put(&key(self.last), &said);
+        self.shown.push_back(self.last);
+        if self.shown.len() > MOST
+            && let Some(oldest) = self.shown.pop_front()
+        {
+            sheet.remove(&key(oldest));
+        }
+    }
+}
+
+fn key(serial: u64) -> String {
+    format!("line/{serial}")
+}

@@ -1,0 +1,70 @@
+use std::collections::BTreeSet;
+
+use message::{NOBODY, ObservationKind, SceneObject, State, ThingRole};
+use serde_json::json;
+
+use super::numbers;
+use crate::sheet::Sheet;
+
+/// An object of the workspace that a robot's belief may be about.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Thing {
+    pub(crate) position_m: [f64; 3],
+    pub(crate) colour_rgb: [f64; 3],
+    pub(crate) shape: [f64; 4],
+}
+
+/// Shows what is true in the workspace. `belief_in` finds the robot's own belief in an object.
+pub(crate) fn scene(
+    sheet: &mut Sheet,
+    objects: &[SceneObject],
+    mut belief_in: impl FnMut(&Thing) -> Option<u64>,
+) {
+    let mut stay = BTreeSet::new();
+    for (number, object) in objects.iter().enumerate() {
+        let key = format!("thing/{number}");
+        let kind = ObservationKind::from_raw(object.kind);
+        let thing = Thing {
+            position_m: object.position_m,
+            colour_rgb: object.colour_rgb.map(f64::from),
+            shape: object.shape.map(f64::from),
+        };
+        let is_object = kind == Some(ObservationKind::Object);
+        let state =
+            |state: State| object.states.get(usize::from(state.raw())).copied().filter(|d| !d.is_nan());
+        let holds = |degree: Option<f32>| degree.map(|degree| degree > 0.5);
+        let agent = |agent: u16| (agent != NOBODY).then_some(agent);
+        sheet.put(
+            &key,
+            &json!({
+                "name": object.name.as_str(),
+                "kind": match kind {
+                    Some(ObservationKind::Object) => "object",
+                    Some(ObservationKind::Person) => "person",
+                    Some(ObservationKind::Occluder) => "occluder",
+                    None => "unknown",
+                },
+                "role": object.role().map(|role| match role {
+                    ThingRole::Block => "block",
+                    ThingRole::Peg => "peg",
+                    ThingRole::Marker => "marker",
+                }),
+                "p": numbers(object.position_m),
+                "q": numbers(object.orientation_xyzw),
+                "half": numbers(object.half_extents_m),
+                "rgb": numbers(thing.colour_rgb),
+                "shape": numbers(thing.shape),
+                "hole": state(State::Filled).is_some(),
+                "markable": state(State::Marked).is_some(),
+                "filled": holds(state(State::Filled)),
+                "marked": holds(state(State::Marked)),
+                "inserted": holds(state(State::Inserted)),
+                "held": agent(object.held_by),
+                "agent": agent(object.partner),
+                "belief": if is_object { belief_in(&thing) } else { None },
+            }),
+        );
+        stay.insert(key);
+    }
+    sheet.keep_only("thing/", &stay);
+}

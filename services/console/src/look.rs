@@ -1,0 +1,220 @@
+//! What the robot's buffers hold, looked at for the pages and for who reads along.
+
+use chronicle::Divide;
+use config::{Names, Robot};
+use geometry::Pose;
+use message::{
+    Belief, BeliefHead, Beliefs, Difference, Divergences, JointStates, Scene, SceneHead, SceneMode,
+};
+use process::{Failure, Member};
+use serde_json::json;
+use transport::Inlet;
+
+use crate::cells::{Histories, Minds, Seen, belief_in, joints, numbers, scene};
+use crate::sheet::Sheet;
+
+/// Beliefs are shown once in so many looks: reading along is done ten times a second.
+const BELIEFS_EVERY: u32 = 5;
+
+/// The buffers that are looked at: the newest frame of each. What is passed over is no loss.
+pub(crate) struct Look {
+    names: Names,
+    joint_names: Vec<String>,
+    minds: Minds,
+    histories: Histories,
+    joint_states: Inlet<JointStates>,
+    scene: Inlet<Scene>,
+    perspectives: Vec<Perspective>,
+    partners: u32,
+    looks: u32,
+    /// The newest head of the simulator's scene.
+    pub(crate) workspace: Option<SceneHead>,
+    /// The instant that time is counted from, in nanoseconds.
+    first_ns: Option<u64>,
+    robots: Vec<Seen>,
+}
+
+/// The buffers of one perspective, and what of them was read last.
+struct Perspective {
+    beliefs: Inlet<Beliefs>,
+    /// None of the robot's own.
+    divergences: Option<Inlet<Divergences>>,
+    divide: Option<Divide>,
+    head: BeliefHead,
+    believed: Vec<Belief>,
+    differing: Vec<Difference>,
+    /// The belief process's life that was listened to: identities are another's in every life.
+    life: u64,
+}
+
+impl Look {
+    /// Opens the buffers, with those of so many partners' perspectives.
+    pub(crate) fn open(member: &Member, robot: &Robot, partners: u32) -> Result<Self, Failure> {
+        let names = robot.leo.belief.names.clone();
+        let count = robot.leo.belief.perspectives(partners);
+        let open = |number: u32| {
+            let is_partner = number >= 1 && number <= partners;
+            let name = u16::try_from(number).map_or(String::new(), |partner| names.of(partner));
+            Ok(Perspective {
+                beliefs: member.inlet(Some(number))?,
+                divergences: if number == 0 { None } else { Some(member.inlet(Some(number))?) },
+                divide: is_partner.then(|| Divide::new(&robot.percepts, &name)),
+                head: BeliefHead::default(),
+                believed: Vec::new(),
+                differing: Vec::new(),
+                life: 0,
+            })
+        };
+        Ok(Self {
+            joint_names: robot.motor.joints.iter().map(|joint| joint.name.clone()).collect(),
+            minds: Minds::new(robot),
+            histories: Histories::default(),
+            joint_states: member.inlet(None)?,
+            scene: member.inlet(None)?,
+            perspectives: (0..count).map(open).collect::<Result<_, Failure>>()?,
+            names,
+            partners,
+            looks: 0,
+            workspace: None,
+            first_ns: None,
+            robots: Vec::new(),
+        })
+    }
+
+    /// Seconds since the first instant that was looked at.
+    pub(crate) fn seconds(&mut self, at_ns: u64) -> f64 {
+        let first = *self.first_ns.get_or_insert(at_ns);
+        clock::Instant::from_nanos(at_ns).since(clock::Instant::from_nanos(first)).as_secs_f64()
+    }
+
+    /// Looks at what is new, shows it, and tells what divides the partners and the robot, with the
+    /// instant that it is of.
+    pub(crate) fn look(&mut self, sheet: &mut Sheet, mut tell: impl FnMut(u64, &str)) -> Result<(), Failure> {
+        if let Some(frame) = self.joint_states.newest()? {
+            joints(sheet, &self.joint_names, frame.entries());
+        }
+        if let Some(frame) = self.scene.newest()? {
+            let head = *frame.head();
+            let base = Pose::from_parts(head.base_position_m, head.base_orientation_xyzw);
+            self.minds.x_world_base = base.unwrap_or_else(Pose::identity);
+            scene(sheet, frame.entries(), |thing| belief_in(thing, &self.robots));
+            self.workspace = Some(head);
+        }
+        let first = self.perspectives.first().map_or(0, |robot| robot.life);
+        for perspective in &mut self.perspectives {
+            perspective.read()?;
+        }
+        if self.perspectives.first().is_some_and(|robot| robot.life != first) {
+            self.histories.forget();
+        }
+        self.tell(&mut tell);
+        self.looks = self.looks.wrapping_add(1);
+        if self.looks.is_multiple_of(BELIEFS_EVERY) {
+            self.show(sheet);
+        }
+        Ok(())
+    }
+
+    fn tell(&mut self, tell: &mut impl FnMut(u64, &str)) {
+        let Some((robot, others)) = self.perspectives.split_first_mut() else { return };
+        for partner in others {
+            let Some(divide) = &mut partner.divide else { continue };
+            let at_ns = partner.head.header.valid_at_ns;
+            if partner.life != 0 && at_ns != 0 {
+                divide.note(at_ns, &partner.differing, &robot.believed, &partner.believed, |words| {
+                    tell(at_ns, words);
+                });
+            }
+        }
+    }
+
+    fn show(&mut self, sheet: &mut Sheet) {
+        let Some((robot, others)) = self.perspectives.split_first() else { return };
+        let at_ns = robot.head.header.valid_at_ns;
+        if at_ns == 0 {
+            return;
+        }
+        let first = *self.first_ns.get_or_insert(at_ns);
+        let t = clock::Instant::from_nanos(at_ns).since(clock::Instant::from_nanos(first)).as_secs_f64();
+        let robots = self.minds.show(sheet, &robot.head, &robot.believed, None, &[]);
+        self.histories.note(t, 0, &robots, |id| robots.iter().find(|seen| seen.id == id));
+        for other in others {
+            let (head, differing) = (&other.head, other.differing.as_slice());
+            if other.life == 0 {
+                continue;
+            }
+            let his = self.minds.show(sheet, head, &other.believed, Some(&robots), differing);
+            if head.perspective <= self.partners {
+                let name = u16::try_from(head.perspective).map_or(String::new(), |it| self.names.of(it));
+                self.minds.divide(
+                    sheet,
+                    head.perspective,
+                    &name,
+                    differing,
+                    &robot.believed,
+                    &other.believed,
+                );
+            }
+            let twins: std::collections::BTreeMap<u64, &Seen> = his
+                .iter()
+                .filter_map(|seen| Some((crate::cells::twin(seen, &robots, differing)?, seen)))
+                .collect();
+            self.histories.note(t, head.perspective, &robots, |id| twins.get(&id).copied());
+        }
+        self.histories.show(sheet, &robots);
+        sheet.put("now", &json!({ "t": crate::cells::rounded(t, 1.0) }));
+        self.robots = robots;
+    }
+
+    /// Where the lesson is; nothing where there is no simulator.
+    pub(crate) fn base(&self) -> serde_json::Value {
+        let head = self.workspace.unwrap_or_default();
+        json!({ "p": numbers(head.base_position_m), "q": numbers(head.base_orientation_xyzw) })
+    }
+
+    /// What the perspectives are called, by their numbers.
+    pub(crate) fn perspective_names(&self) -> serde_json::Value {
+        let named = self.perspectives.iter().enumerate().map(|(number, perspective)| {
+            let agents = perspective.head.path.agents().unwrap_or(&[]);
+            let fallback = u16::try_from(number).ok().filter(|number| *number > 0);
+            let agents: Vec<u16> =
+                if agents.is_empty() { fallback.into_iter().collect() } else { agents.to_vec() };
+            let name = match agents.as_slice() {
+                [] => self.names.of(0),
+                agents => agents.iter().map(|agent| self.names.of(*agent)).collect::<Vec<_>>().join("'s "),
+            };
+            json!({ "number": number, "name": name, "agents": agents })
+        });
+        named.collect()
+    }
+
+    /// Whether somebody does by hand what a script did.
+    pub(crate) fn is_by_hand(&self) -> bool {
+        self.workspace.is_some_and(|head| head.mode() != Some(SceneMode::Script))
+    }
+}
+
+impl Perspective {
+    fn read(&mut self) -> Result<(), Failure> {
+        if let Some(frame) = self.beliefs.newest()? {
+            self.head = *frame.head();
+            self.believed.clear();
+            self.believed.extend_from_slice(frame.entries());
+            let life = frame.head().header.incarnation;
+            if std::mem::replace(&mut self.life, life) != life
+                && let Some(divide) = &mut self.divide
+            {
+                divide.forget();
+            }
+        }
+        if let Some(divergences) = &mut self.divergences
+            && let Some(frame) = divergences.newest()?
+        {
+            self.differing.clear();
+            if frame.head().compared != 0 {
+                self.differing.extend_from_slice(frame.entries());
+            }
+        }
+        Ok(())
+    }
+}

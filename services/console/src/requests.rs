@@ -1,0 +1,227 @@
+//! What a page says, as acts of a teacher.
+
+use message::{TEXT_CAPACITY, TeacherAct, TeacherActKind, Text};
+use serde::Deserialize;
+
+/// What a page wants.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) enum Wish {
+    /// Something in the workspace.
+    Act(Box<TeacherAct>),
+    /// A recording, begun or ended.
+    Record(bool),
+}
+
+/// What a page says, as it stands in its message.
+#[derive(Debug, Deserialize)]
+#[serde(tag = "do", rename_all = "lowercase", deny_unknown_fields)]
+enum Said {
+    Say {
+        id: u64,
+        text: String,
+        #[serde(default)]
+        teacher: Option<u16>,
+    },
+    Take {
+        id: u64,
+        thing: String,
+        #[serde(default)]
+        teacher: Option<u16>,
+    },
+    Carry {
+        id: u64,
+        at: [f64; 3],
+        #[serde(default)]
+        heading: Option<f64>,
+    },
+    Put {
+        id: u64,
+        at: [f64; 3],
+        #[serde(default)]
+        heading: Option<f64>,
+    },
+    Cancel {
+        id: u64,
+    },
+    Seat {
+        id: u64,
+        eyes: [f64; 3],
+        looks_at: [f64; 3],
+        #[serde(default)]
+        teacher: Option<u16>,
+    },
+    Leave {
+        id: u64,
+        #[serde(default)]
+        teacher: Option<u16>,
+    },
+    Return {
+        id: u64,
+        #[serde(default)]
+        teacher: Option<u16>,
+    },
+    Screen {
+        id: u64,
+        name: String,
+        at: [f64; 3],
+        #[serde(default)]
+        half: Option<[f64; 3]>,
+        #[serde(default)]
+        teacher: Option<u16>,
+    },
+    Add {
+        id: u64,
+        kind: String,
+        colour: String,
+        at: Vec<f64>,
+        #[serde(default)]
+        heading: Option<f64>,
+    },
+    Remove {
+        id: u64,
+        thing: String,
+    },
+    Clear {
+        id: u64,
+    },
+    Lay {
+        id: u64,
+        table: u64,
+    },
+    Open {
+        id: u64,
+        lesson: String,
+    },
+    Play {
+        id: u64,
+    },
+    Undo {
+        id: u64,
+        #[serde(default)]
+        teacher: Option<u16>,
+    },
+    Save {
+        id: u64,
+        title: String,
+    },
+    Record {
+        id: u64,
+        on: bool,
+    },
+}
+
+/// Why a message is none, and the page's number for it if that could be read.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) struct Malformed {
+    pub(crate) id: Option<u64>,
+    pub(crate) reason: String,
+}
+
+/// What a message of a page says: the page's own number for it, and the wish. `first` is the teacher
+/// where none is named.
+pub(crate) fn parse(message: &str, first: u16) -> Result<(u64, Wish), Malformed> {
+    let id = || {
+        let value: serde_json::Value = serde_json::from_str(message).ok()?;
+        value.get("id")?.as_u64()
+    };
+    let malformed = |reason: String| Malformed { id: id(), reason };
+    let said: Said = serde_json::from_str(message).map_err(|error| malformed(error.to_string()))?;
+    let act = |kind, teacher: Option<u16>| TeacherAct::new(kind, teacher.unwrap_or(first));
+    let text = |what: &str| {
+        if what.len() > TEXT_CAPACITY {
+            return Err(malformed(format!(
+                "a text has at most {TEXT_CAPACITY} bytes, and this one {}",
+                what.len()
+            )));
+        }
+        Ok(Text::new(what))
+    };
+    let turned = |heading: Option<f64>| heading.unwrap_or(f64::NAN);
+    use TeacherActKind as Kind;
+    let (id, act) = match said {
+        Said::Record { id, on } => return Ok((id, Wish::Record(on))),
+        Said::Say { id, text: words, teacher } => {
+            (id, TeacherAct { text: text(&words)?, ..act(Kind::Say, teacher) })
+        }
+        Said::Take { id, thing, teacher } => {
+            (id, TeacherAct { text: text(&thing)?, ..act(Kind::Take, teacher) })
+        }
+        Said::Carry { id, at, heading } => {
+            (id, TeacherAct { position_m: at, heading_rad: turned(heading), ..act(Kind::Carry, None) })
+        }
+        Said::Put { id, at, heading } => {
+            (id, TeacherAct { position_m: at, heading_rad: turned(heading), ..act(Kind::Put, None) })
+        }
+        Said::Cancel { id } => (id, act(Kind::Cancel, None)),
+        Said::Seat { id, eyes, looks_at, teacher } => {
+            (id, TeacherAct { position_m: eyes, also_m: looks_at, ..act(Kind::Seat, teacher) })
+        }
+        Said::Leave { id, teacher } => (id, act(Kind::Leave, teacher)),
+        Said::Return { id, teacher } => (id, act(Kind::Return, teacher)),
+        Said::Screen { id, name, at, half, teacher } => {
+            let also_m = half.unwrap_or_default();
+            (id, TeacherAct { position_m: at, also_m, text: text(&name)?, ..act(Kind::Screen, teacher) })
+        }
+        Said::Add { id, kind, colour, at, heading } => {
+            let (&[x, y] | &[x, y, _]) = at.as_slice() else {
+                return Err(malformed("`at` is a place on the table: [x, y]".to_owned()));
+            };
+            let (text, colour) = (text(&kind)?, text(&colour)?);
+            let heading_rad = turned(heading);
+            (id, TeacherAct { position_m: [x, y, 0.0], heading_rad, text, colour, ..act(Kind::Add, None) })
+        }
+        Said::Remove { id, thing } => (id, TeacherAct { text: text(&thing)?, ..act(Kind::Remove, None) }),
+        Said::Clear { id } => (id, act(Kind::Clear, None)),
+        Said::Lay { id, table } => (id, TeacherAct { table, ..act(Kind::Lay, None) }),
+        Said::Open { id, lesson } => (id, TeacherAct { text: text(&lesson)?, ..act(Kind::Open, None) }),
+        Said::Play { id } => (id, act(Kind::Play, None)),
+        Said::Undo { id, teacher } => (id, act(Kind::Undo, teacher)),
+        Said::Save { id, title } => (id, TeacherAct { text: text(&title)?, ..act(Kind::Save, None) }),
+    };
+    Ok((id, Wish::Act(Box::new(act))))
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+
+    #[test]
+    fn what_a_page_says_is_understood() {
+        let (id, wish) = parse(r#"{"id": 7, "do": "put", "at": [0.1, 0.2, 0.3]}"#, 1).unwrap();
+        let Wish::Act(act) = wish else { panic!("an act") };
+        assert_eq!((id, act.kind(), act.position_m), (7, Some(TeacherActKind::Put), [0.1, 0.2, 0.3]));
+        assert!(act.heading_rad.is_nan());
+        let (_, wish) = parse(r#"{"id": 8, "do": "say", "text": "Why?", "teacher": 2}"#, 1).unwrap();
+        assert!(matches!(wish, Wish::Act(act) if act.teacher == 2 && act.text.as_str() == "Why?"));
+    }
+
+    #[test]
+    fn what_cannot_be_understood_is_answered_to_whom_it_may_concern() {
+        for (message, id, said) in [
+            ("", None, "EOF"),
+            (r#"{"id": 3, "do": "fly"}"#, Some(3), "unknown variant `fly`"),
+            (r#"{"id": 4, "do": "take"}"#, Some(4), "missing field `thing`"),
+            (r#"{"id": 5, "do": "clear", "all": true}"#, Some(5), "unknown field `all`"),
+            (
+                r#"{"id": 6, "do": "add", "kind": "a", "colour": "b", "at": [1]}"#,
+                Some(6),
+                "a place on the table",
+            ),
+        ] {
+            let malformed = parse(message, 1).unwrap_err();
+            assert_eq!(malformed.id, id, "{message}");
+            assert!(malformed.reason.contains(said), "{malformed:?}");
+        }
+        let long = format!(r#"{{"id": 9, "do": "say", "text": "{}"}}"#, "a".repeat(253));
+        assert!(parse(&long, 1).unwrap_err().reason.contains("at most 252 bytes"));
+    }
+
+    proptest! {
+        #[test]
+        fn no_bytes_do_harm(message in "\\PC*") {
+            let _ = parse(&message, 1);
+        }
+    }
+}

@@ -1,0 +1,177 @@
+//! The page's server: files, and one WebSocket per page. It runs on a thread of its own, and the
+//! process's loop never waits for it.
+
+mod guard;
+mod live;
+
+use std::net::{SocketAddr, TcpListener};
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::{io, thread};
+
+use axum::Router;
+use axum::extract::State;
+use axum::http::header;
+use axum::response::{IntoResponse, Response};
+use axum::routing::get;
+use crossbeam::channel::{Receiver, Sender, bounded};
+
+use crate::requests::Wish;
+use crate::sheet::Sheet;
+pub(crate) use guard::Token;
+
+/// Wishes that wait for the loop; further ones are answered with an error.
+const WISHES: usize = 256;
+/// Pages at once.
+const PAGES_MOST: u64 = 32;
+
+/// Bodies of the files that the page is made of, compressed with gzip.
+const INDEX: &[u8] = include_bytes!("../page/built/index.html.gz");
+const SCRIPT: &[u8] = include_bytes!("../page/built/page.js.gz");
+const STYLE: &[u8] = include_bytes!("../page/built/page.css.gz");
+
+/// What a page may load and reach: this server alone.
+const POLICY: &str = "default-src 'self'; connect-src 'self' ws: wss:; img-src 'self' data: blob:; \
+                      style-src 'self'; script-src 'self'; object-src 'none'; base-uri 'none'; \
+                      frame-ancestors 'none'; form-action 'none'";
+
+/// A wish of a page, to be answered to it.
+#[derive(Debug)]
+pub(crate) struct Asked {
+    /// The page: its hand in the workspace.
+    pub(crate) page: u16,
+    /// The page's own number for it; none where the page is gone and nobody waits for an answer.
+    pub(crate) id: Option<u64>,
+    pub(crate) wish: Wish,
+    pub(crate) answer: tokio::sync::mpsc::Sender<String>,
+}
+
+/// How the pages fare.
+#[derive(Debug, Default)]
+pub(crate) struct Counts {
+    pub(crate) open: AtomicU64,
+    pub(crate) malformed: AtomicU64,
+    pub(crate) refused: AtomicU64,
+}
+
+/// What the loop and the server share.
+#[derive(Debug)]
+pub(crate) struct Shared {
+    sheet: Mutex<Sheet>,
+    pub(crate) counts: Counts,
+    /// What the metrics were at the last look, in the OpenMetrics form.
+    metrics: Mutex<String>,
+    urdf: String,
+    wishes: Sender<Asked>,
+    token: Option<Token>,
+    /// The teacher who acts where a page names none.
+    first: u16,
+    /// The next page's number.
+    pages: AtomicU64,
+}
+
+impl Shared {
+    /// What the pages are shown. A thread that panicked while it wrote has left whole cells behind.
+    pub(crate) fn sheet(&self) -> MutexGuard<'_, Sheet> {
+        self.sheet.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+/// The server, while it is held.
+pub(crate) struct Web {
+    pub(crate) shared: Arc<Shared>,
+    pub(crate) wishes: Receiver<Asked>,
+    /// The address that people open.
+    pub(crate) url: String,
+    _stop: tokio::sync::oneshot::Sender<()>,
+}
+
+impl Web {
+    /// Serves pages at an address, or at the next free port where that one is taken.
+    ///
+    /// # Errors
+    ///
+    /// The address is none of this machine, or the system has no thread or random number left.
+    pub(crate) fn serve(address: SocketAddr, urdf: &str, first: u16) -> io::Result<Self> {
+        let listener = match TcpListener::bind(address) {
+            Err(error) if error.kind() == io::ErrorKind::AddrInUse => {
+                TcpListener::bind(SocketAddr::new(address.ip(), 0))?
+            }
+            bound => bound?,
+        };
+        listener.set_nonblocking(true)?;
+        let at = listener.local_addr()?;
+        let token = if at.ip().is_loopback() { None } else { Some(Token::new()?) };
+        let query = token.as_ref().map_or(String::new(), |token| format!("?token={}", token.as_str()));
+        let (wishes, asked) = bounded(WISHES);
+        let shared = Arc::new(Shared {
+            sheet: Mutex::default(),
+            counts: Counts::default(),
+            metrics: Mutex::default(),
+            urdf: urdf.to_owned(),
+            wishes,
+            token,
+            first,
+            pages: AtomicU64::new(1),
+        });
+        let (stop, stopped) = tokio::sync::oneshot::channel();
+        let state = Arc::clone(&shared);
+        let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build()?;
+        thread::Builder::new().name("web".to_owned()).spawn(move || {
+            runtime.block_on(async {
+                let ends = async {
+                    // The sender is dropped with the server.
+                    let _ = stopped.await;
+                };
+                tokio::select! {
+                    () = ends => {}
+                    served = served(listener, state) => if let Err(error) = served {
+                        tracing::error!(%error, "the page is no longer served");
+                    },
+                }
+            });
+        })?;
+        Ok(Self { shared, wishes: asked, url: format!("http://{at}/{query}"), _stop: stop })
+    }
+
+    /// Pages that are open.
+    pub(crate) fn open(&self) -> u64 {
+        self.shared.counts.open.load(Ordering::Relaxed)
+    }
+}
+
+async fn served(listener: TcpListener, state: Arc<Shared>) -> io::Result<()> {
+    let listener = tokio::net::TcpListener::from_std(listener)?;
+    let routes = Router::new()
+        .route("/", get(|| async { file(INDEX, "text/html; charset=utf-8") }))
+        .route("/page.js", get(|| async { file(SCRIPT, "text/javascript; charset=utf-8") }))
+        .route("/page.css", get(|| async { file(STYLE, "text/css; charset=utf-8") }))
+        .route("/leo.urdf", get(urdf))
+        .route("/metrics", get(metrics))
+        .route("/live", get(live::live))
+        .layer(axum::middleware::from_fn_with_state(Arc::clone(&state), guard::guard))
+        .with_state(state);
+    axum::serve(listener, routes).await
+}
+
+fn file(gzip: &'static [u8], kind: &'static str) -> Response {
+    let headers = [
+        (header::CONTENT_TYPE, kind),
+        (header::CONTENT_ENCODING, "gzip"),
+        (header::CACHE_CONTROL, "no-cache"),
+        (header::CONTENT_SECURITY_POLICY, POLICY),
+        (header::X_CONTENT_TYPE_OPTIONS, "nosniff"),
+        (header::REFERRER_POLICY, "no-referrer"),
+    ];
+    (headers, gzip).into_response()
+}
+
+async fn urdf(State(shared): State<Arc<Shared>>) -> Response {
+    ([(header::CONTENT_TYPE, "application/xml")], shared.urdf.clone()).into_response()
+}
+
+async fn metrics(State(shared): State<Arc<Shared>>) -> Response {
+    let kind = "application/openmetrics-text; version=1.0.0; charset=utf-8";
+    let text = shared.metrics.lock().unwrap_or_else(PoisonError::into_inner).clone();
+    ([(header::CONTENT_TYPE, kind)], text).into_response()
+}

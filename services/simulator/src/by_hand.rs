@@ -1,0 +1,336 @@
+//! What people do by hand in the workspace while it runs: they take over where the script is.
+
+mod drop;
+mod set_up;
+mod undo;
+
+use clock::{Duration, Instant};
+use config::lesson::{Act, Lesson, Table};
+use geometry::{Pose, Thing as Frame};
+use message::{SceneMode, TeacherAct, TeacherActKind, Text, Utterance};
+
+use crate::World;
+use crate::cue::{Cue, Event};
+use crate::diary::{Attitude, has_moved};
+use crate::path::{Manner, Path};
+use crate::settle;
+use crate::thing::{Motion, Seat};
+
+pub(crate) use undo::Undo;
+
+/// How long what is moved by hand takes to come to where the hand was last said to be.
+const FOLLOWS: Duration = Duration::from_millis(60);
+/// How long what is let go takes to come to rest.
+const SETTLES: Duration = Duration::from_millis(300);
+/// No place is farther away than this, in metres.
+const FARTHEST_M: f64 = 100.0;
+
+/// Why something cannot be done by hand, and what to do about it.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("{0}")]
+pub struct Refusal(pub String);
+
+/// A thing that somebody took in his hand.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Taken {
+    hand: u16,
+    by: u16,
+    index: usize,
+    at: Instant,
+    from: Pose<geometry::World, Frame>,
+    seat: Option<Seat>,
+}
+
+impl World {
+    /// Does what a teacher does by hand, at the instant of the next step or after it. What came of
+    /// it is said where there is anything to say: the name of a new object.
+    ///
+    /// `room` is how many things, people and occluders an observation has room for.
+    ///
+    /// # Errors
+    ///
+    /// It cannot be done, and nothing was.
+    pub fn act(&mut self, now: Instant, act: &TeacherAct, room: usize) -> Result<String, Refusal> {
+        let Some(kind) = act.kind() else { return refuse("this is no act that the simulator knows") };
+        let who = act.teacher;
+        if self.state.teachers.iter().all(|teacher| teacher.number != who) {
+            return refuse(format!("there is no teacher {who} in this lesson"));
+        }
+        match kind {
+            TeacherActKind::Say => self.say(now, who, act.text),
+            TeacherActKind::Take => self.take_by_hand(now, act),
+            TeacherActKind::Carry => self.carry(now, act),
+            TeacherActKind::Put => self.put(now, act),
+            TeacherActKind::Cancel => self.cancel(now, act.hand),
+            TeacherActKind::Seat => self.seat(now, act),
+            TeacherActKind::Leave => self.come_and_go(now, who, false),
+            TeacherActKind::Return => self.come_and_go(now, who, true),
+            TeacherActKind::Screen => self.screen(now, act, room),
+            TeacherActKind::Add => self.add(now, act, room),
+            TeacherActKind::Remove => self.remove(now, act.text.as_str()),
+            TeacherActKind::Clear => Ok(self.clear(now)),
+            TeacherActKind::Lay => self.lay(now, act.table),
+            TeacherActKind::Undo => self.undo(now, who),
+            TeacherActKind::Open | TeacherActKind::Play | TeacherActKind::Save => {
+                refuse("lessons are opened, played and saved by who holds their files")
+            }
+        }
+        .map(|_: Done| self.state.outcome.take().unwrap_or_default())
+    }
+
+    /// What was taught by hand until now, as a lesson of this title; `None` where nobody said a word.
+    #[must_use]
+    pub fn taught(&self, title: &str, now: Instant) -> Option<Lesson> {
+        self.state.diary.lesson(title, now, &self.lesson)
+    }
+
+    fn say(&mut self, now: Instant, who: u16, text: Text) -> Result<Done, Refusal> {
+        let words = text.as_str();
+        if words.trim().is_empty() || words.chars().any(char::is_control) {
+            return refuse("a sentence has at least one word, at most 252 bytes, and no control characters");
+        }
+        self.is_here(who)?;
+        if self.state.mode == SceneMode::SetUp {
+            self.begin_teaching(now);
+        }
+        self.state.diary.note(who, now, Act::Say(words.to_owned()));
+        self.state.said.push(Utterance { speaker: u32::from(who), text });
+        Ok(Done)
+    }
+
+    fn take_by_hand(&mut self, now: Instant, act: &TeacherAct) -> Result<Done, Refusal> {
+        let by = act.teacher;
+        self.is_here(by)?;
+        let index = self.object_named(act.text.as_str())?;
+        let name = |index: usize| self.objects().get(index).map_or("", |object| object.name.as_str());
+        if let Some(taken) = self.state.taken.iter().find(|taken| taken.by == by || taken.hand == act.hand) {
+            return refuse(format!("`{}` is in that hand: put it down first", name(taken.index)));
+        }
+        let Some(thing) = self.state.things.get(index) else {
+            return refuse("the table is just being laid: wait a moment");
+        };
+        match thing.motion {
+            Motion::AtRest | Motion::Settling { .. } => {}
+            Motion::Carried { .. } | Motion::InHand { .. } => {
+                return refuse(format!("`{}` is being moved: wait until it rests", name(index)));
+            }
+            Motion::Grasped { .. } => return refuse(format!("Leo holds `{}`: leave it to him", name(index))),
+        }
+        let (from, seat) = (thing.pose, thing.seat);
+        self.interrupt(now);
+        self.remember(index, by);
+        let path = Path { from, to: from, begins: now, takes: Duration::ZERO, manner: Manner::Glide };
+        if let Some(thing) = self.state.things.get_mut(index) {
+            thing.seat = None;
+            thing.motion = Motion::InHand { by, path };
+        }
+        self.state.taken.push(Taken { hand: act.hand, by, index, at: now, from, seat });
+        Ok(Done)
+    }
+
+    fn carry(&mut self, now: Instant, act: &TeacherAct) -> Result<Done, Refusal> {
+        let taken = self.in_hand(act.hand)?;
+        let [x, y, z] = place(act.position_m)?;
+        let least_m = self.objects().get(taken.index).map_or(0.0, settle::half_height_m);
+        let Some(thing) = self.state.things.get_mut(taken.index) else { return Ok(Done) };
+        let heading_rad = heading(act).unwrap_or_else(|| thing.pose.heading_rad());
+        let to = Pose::upright(x, y, z.max(least_m), heading_rad);
+        let path = Path { from: thing.pose, to, begins: now, takes: FOLLOWS, manner: Manner::Glide };
+        thing.motion = Motion::InHand { by: taken.by, path };
+        Ok(Done)
+    }
+
+    fn put(&mut self, now: Instant, act: &TeacherAct) -> Result<Done, Refusal> {
+        let taken = self.in_hand(act.hand)?;
+        let [x, y, _] = place(act.position_m)?;
+        let kept = self.state.things.get(taken.index).map_or(0.0, |thing| thing.pose.heading_rad());
+        let heading_rad = heading(act).unwrap_or(kept);
+        let to = match self.end_of_drop(taken.index, [x, y], heading_rad) {
+            Ok(to) => to,
+            Err(refusal) => {
+                self.give_back(now, taken);
+                return refuse(format!("{refusal}; it is back where it was"));
+            }
+        };
+        let rest = crate::world::destination(&self.state.things, self.objects(), taken.index, to);
+        let (Some(rest), Some(thing)) = (rest, self.state.things.get_mut(taken.index)) else {
+            self.give_back(now, taken);
+            return refuse("it cannot stand there; it is back where it was");
+        };
+        let (from, pose) = (thing.pose, rest.pose);
+        let path = Path { from, to: pose, begins: now, takes: SETTLES, manner: Manner::Glide };
+        thing.motion = Motion::Carried { by: taken.by, path, to: rest.seat };
+        self.state.taken.retain(|other| other.hand != act.hand);
+        let (far_m, turned_rad) = taken.from.difference(&pose);
+        if far_m > 1e-3 || turned_rad > 1e-2 {
+            let takes = now.since(taken.at) + SETTLES;
+            self.state.diary.note(taken.by, taken.at, Act::Move { object: taken.index, to, takes });
+        }
+        Ok(Done)
+    }
+
+    /// Puts back what a hand holds. A hand that holds nothing has nothing to put back.
+    fn cancel(&mut self, now: Instant, hand: u16) -> Result<Done, Refusal> {
+        if let Ok(taken) = self.in_hand(hand) {
+            self.give_back(now, taken);
+            self.state.undo.pop();
+        }
+        Ok(Done)
+    }
+
+    fn give_back(&mut self, now: Instant, taken: Taken) {
+        self.state.taken.retain(|other| other.hand != taken.hand);
+        if let Some(thing) = self.state.things.get_mut(taken.index) {
+            let path =
+                Path { from: thing.pose, to: taken.from, begins: now, takes: SETTLES, manner: Manner::Glide };
+            thing.motion = Motion::Carried { by: taken.by, path, to: taken.seat };
+        }
+    }
+
+    fn seat(&mut self, now: Instant, act: &TeacherAct) -> Result<Done, Refusal> {
+        let (eyes_m, looks_at_m) = (place(act.position_m)?, place(act.also_m)?);
+        if !has_moved(eyes_m, looks_at_m) {
+            return refuse("nobody can look at his own eyes: name a point before them");
+        }
+        self.is_here(act.teacher)?;
+        let who = act.teacher;
+        let Some(teacher) = self.state.teachers.iter_mut().find(|teacher| teacher.number == who) else {
+            return Ok(Done);
+        };
+        let (was_m, looked_at_m) = teacher.looks(now);
+        if has_moved(was_m, eyes_m) {
+            teacher.walk(now, eyes_m, FOLLOWS);
+            self.state.diary.note(who, now, Act::Walk { eyes_m, takes: FOLLOWS });
+        }
+        if has_moved(looked_at_m, looks_at_m) {
+            teacher.look(now, looks_at_m, FOLLOWS);
+            self.state.diary.note(who, now, Act::Look { at_m: looks_at_m, takes: FOLLOWS });
+        }
+        Ok(Done)
+    }
+
+    fn come_and_go(&mut self, now: Instant, who: u16, comes: bool) -> Result<Done, Refusal> {
+        let Some(teacher) = self.state.teachers.iter_mut().find(|teacher| teacher.number == who) else {
+            return Ok(Done);
+        };
+        if teacher.is_present == comes {
+            return refuse(if comes { "he is here already" } else { "he is away already" });
+        }
+        let held = self.state.taken.iter().find(|taken| taken.by == who).copied();
+        teacher.is_present = comes;
+        if let Some(taken) = held {
+            self.give_back(now, taken);
+        }
+        self.state.diary.note(who, now, if comes { Act::Return } else { Act::Leave });
+        Ok(Done)
+    }
+
+    fn clear(&mut self, now: Instant) -> Done {
+        let was_set_up = self.state.mode == SceneMode::SetUp;
+        self.state.diary.close(now, self.people(now));
+        if was_set_up {
+            self.state.remember_setting();
+        } else {
+            self.state.undo.clear();
+        }
+        self.state.strip();
+        self.state.setting = Some(std::sync::Arc::default());
+        self.state.has_occluders = true;
+        self.state.began.get_or_insert(now);
+        Done
+    }
+
+    fn lay(&mut self, now: Instant, table: u64) -> Result<Done, Refusal> {
+        let tables = self.lesson.tables().count();
+        let Some(table) = usize::try_from(table).ok().filter(|table| *table < tables) else {
+            return refuse(format!(
+                "the lesson has {tables} tables, numbered from 0: there is no table {table}"
+            ));
+        };
+        self.state.diary.close(now, self.people(now));
+        self.state.undo.clear();
+        self.state.strip();
+        let laying = self.lesson.laying;
+        let stands = laying.empty.saturating_sub(laying.occluders_first);
+        let cue = |at, event| Cue { at, table, event };
+        self.state.cues.extend([cue(stands, Event::Occlude), cue(laying.empty, Event::Lay)]);
+        self.state.lasts = laying.empty;
+        self.state.began = Some(now);
+        Ok(Done)
+    }
+
+    /// Ends the script where it is; what is on its way goes on to its end.
+    fn interrupt(&mut self, now: Instant) {
+        if self.state.mode != SceneMode::Script {
+            return;
+        }
+        let table = self.state.table.and_then(|table| self.lesson.tables().nth(table));
+        let spoken = table.map(|table| {
+            let since = now.since(self.state.laid_at);
+            table.script.iter().filter(|step| step.at <= since).cloned().collect::<Vec<_>>()
+        });
+        let spoken = spoken.filter(|steps| steps.iter().any(|step| matches!(step.act, Act::Say(_))));
+        self.state.cues.clear();
+        (self.state.next_cue, self.state.first_cue) = (0, 0);
+        self.state.setting.get_or_insert_default();
+        self.state.has_occluders = true;
+        self.state.mode = SceneMode::SetUp;
+        if let (Some(table), Some(script)) = (table, spoken) {
+            let table = Table { script, ..table.clone() };
+            self.state.mode = SceneMode::Teaching;
+            self.state.diary.begin(self.state.laid_at, table, self.people(now));
+        }
+    }
+
+    /// The table is set: from now on what is done is written down.
+    fn begin_teaching(&mut self, now: Instant) {
+        self.state.mode = SceneMode::Teaching;
+        self.state.undo.clear();
+        let table = self.table_as_it_is(now);
+        self.state.diary.begin(now, table, self.people(now));
+    }
+
+    pub(crate) fn people(&self, now: Instant) -> Vec<Attitude> {
+        let people = self.state.teachers.iter().map(|teacher| {
+            let (eyes_m, looks_at_m) = teacher.looks(now);
+            Attitude { number: teacher.number, is_present: teacher.is_present, eyes_m, looks_at_m }
+        });
+        people.collect()
+    }
+
+    fn is_here(&self, who: u16) -> Result<(), Refusal> {
+        let is_here = self.state.teachers.iter().any(|teacher| teacher.number == who && teacher.is_present);
+        if is_here { Ok(()) } else { refuse(format!("teacher {who} is away: let him return first")) }
+    }
+
+    fn in_hand(&self, hand: u16) -> Result<Taken, Refusal> {
+        let taken = self.state.taken.iter().find(|taken| taken.hand == hand);
+        taken.copied().ok_or_else(|| Refusal("the hand is empty: take something first".to_owned()))
+    }
+
+    fn object_named(&self, name: &str) -> Result<usize, Refusal> {
+        let found = self.objects().iter().position(|object| object.name == name);
+        found.ok_or_else(|| Refusal(format!("there is no object `{name}` on the table")))
+    }
+}
+
+/// That something was done.
+struct Done;
+
+fn refuse<T>(why: impl Into<String>) -> Result<T, Refusal> {
+    Err(Refusal(why.into()))
+}
+
+/// A place that exists.
+fn place(position_m: [f64; 3]) -> Result<[f64; 3], Refusal> {
+    // Written so that NaN fails.
+    if position_m.iter().all(|coordinate| coordinate.abs() <= FARTHEST_M) {
+        Ok(position_m)
+    } else {
+        refuse(format!("a place has three coordinates from -{FARTHEST_M} to {FARTHEST_M} m"))
+    }
+}
+
+fn heading(act: &TeacherAct) -> Option<f64> {
+    Some(act.heading_rad).filter(|heading| heading.is_finite())
+}

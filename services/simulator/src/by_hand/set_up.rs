@@ -1,0 +1,234 @@
+//! Setting the table by hand: what comes, what goes, and what hides it.
+
+use std::sync::Arc;
+
+use clock::Instant;
+use config::lesson::{Destination, Kind, Object, Occluder, Place, Table};
+use message::{SceneMode, TeacherAct};
+
+use super::{Done, FOLLOWS, Refusal, Undo, heading, place, refuse};
+use crate::World;
+use crate::path::Glide;
+use crate::setting::Setting;
+use crate::settle;
+use crate::thing::{Motion, Thing};
+use crate::world::State;
+
+/// Half the extents of an occluder of which nobody says how large it is, in metres.
+const SCREEN_M: [f64; 3] = [0.15, 0.01, 0.12];
+/// The longest name, in bytes.
+const NAME_MOST: usize = 60;
+
+impl World {
+    pub(super) fn add(&mut self, now: Instant, act: &TeacherAct, room: usize) -> Result<Done, Refusal> {
+        self.is_setting_up("nothing new can come")?;
+        self.has_room(room)?;
+        let [x, y, _] = place([act.position_m[0], act.position_m[1], 0.0])?;
+        let (kind_name, colour_name) = (act.text.as_str(), act.colour.as_str());
+        let Some(&kind) = self.lesson.kinds.get(kind_name) else {
+            let known: Vec<&str> = self.lesson.kinds.keys().map(String::as_str).collect();
+            return refuse(format!("there is no kind `{kind_name}` here, but {}", known.join(", ")));
+        };
+        let Some(&colour_rgb) = self.lesson.colours.get(colour_name) else {
+            let known: Vec<&str> = self.lesson.colours.keys().map(String::as_str).collect();
+            return refuse(format!("there is no colour `{colour_name}` here, but {}", known.join(", ")));
+        };
+        self.interrupt(now);
+        self.state.remember_setting();
+        let name = self.free_name(&format!("{colour_name} {kind_name}"));
+        let heading_rad = heading(act).unwrap_or(0.0);
+        let [.., half_m] = kind.half_extents_m;
+        let lies = Place { position_m: [x, y, half_m], heading_rad };
+        let object = Object { name: name.clone(), kind, colour_rgb, place: lies };
+        let index = self.objects().len();
+        self.state.things.push(Thing::laid(&object));
+        self.setting().objects.push(object);
+        let to = self.lies_free(index, &kind, lies);
+        let rest = to.and_then(|to| {
+            let rest = crate::world::destination(&self.state.things, self.objects(), index, to);
+            rest.ok_or_else(|| Refusal("it cannot stand there".to_owned()))
+        });
+        match (rest, self.state.things.get_mut(index)) {
+            (Ok(rest), Some(thing)) => (thing.pose, thing.seat) = (rest.pose, rest.seat),
+            (Err(refusal), _) => {
+                self.state.things.truncate(index);
+                self.setting().objects.truncate(index);
+                self.state.undo.pop();
+                return Err(refusal);
+            }
+            (Ok(_), None) => {}
+        }
+        self.state.outcome = Some(name);
+        Ok(Done)
+    }
+
+    pub(super) fn remove(&mut self, now: Instant, name: &str) -> Result<Done, Refusal> {
+        self.is_setting_up("nothing can be taken away")?;
+        let screen = self.state.setting.as_ref().and_then(|setting| {
+            let found = setting.occluders.iter().position(|occluder| occluder.name == name);
+            found.filter(|_| self.state.has_occluders)
+        });
+        if let Some(screen) = screen {
+            self.interrupt(now);
+            self.state.remember_setting();
+            self.setting().occluders.remove(screen);
+            if screen < self.state.screens.len() {
+                self.state.screens.remove(screen);
+            }
+            return Ok(Done);
+        }
+        let index = self.object_named(name)?;
+        let at_rest = |thing: &Thing| matches!(thing.motion, Motion::AtRest | Motion::Settling { .. });
+        if !self.state.things.get(index).is_some_and(at_rest) {
+            return refuse(format!("`{name}` is being moved: wait until it rests"));
+        }
+        self.interrupt(now);
+        self.state.remember_setting();
+        self.setting().objects.remove(index);
+        self.state.things.remove(index);
+        self.state.renumber(index);
+        for other in 0..self.state.things.len() {
+            let falls = self.state.things.get(other).is_some_and(|thing| {
+                let lies_m = thing.pose.position_m()[2];
+                let half_m = self.objects().get(other).map_or(0.0, settle::half_height_m);
+                thing.seat.is_none() && matches!(thing.motion, Motion::AtRest) && lies_m > half_m + 1e-6
+            });
+            let rest = settle::support_below(&self.state.things, self.objects(), other).filter(|_| falls);
+            if let (Some(rest), Some(thing)) = (rest, self.state.things.get_mut(other)) {
+                thing.seat = rest.seat;
+                thing.motion = Motion::Settling { path: rest.path(thing.pose, now) };
+            }
+        }
+        Ok(Done)
+    }
+
+    pub(super) fn screen(&mut self, now: Instant, act: &TeacherAct, room: usize) -> Result<Done, Refusal> {
+        let [x, y, _] = place(act.position_m)?;
+        let name = act.text.as_str();
+        let setting = self.state.setting.as_ref().filter(|_| self.state.has_occluders);
+        let found = setting.and_then(|it| it.occluders.iter().position(|screen| screen.name == name));
+        if let Some(screen) = found.and_then(|index| Some((index, self.state.screens.get_mut(index)?))) {
+            let (occluder, glide) = screen;
+            let [.., z] = glide.point_m(now);
+            glide.go(now, [x, y, z], FOLLOWS);
+            let slide = config::lesson::Act::Slide { occluder, centre_m: [x, y, z], takes: FOLLOWS };
+            self.state.diary.note(act.teacher, now, slide);
+            return Ok(Done);
+        }
+        self.is_setting_up("nothing new can come")?;
+        self.has_room(room)?;
+        if name.trim().is_empty() || name.len() > NAME_MOST || name.chars().any(char::is_control) {
+            return refuse(format!("an occluder needs a name of at most {NAME_MOST} bytes"));
+        }
+        let half_extents_m = if act.also_m == [0.0; 3] { SCREEN_M } else { act.also_m };
+        if !half_extents_m.iter().all(|half_m| *half_m >= 0.001 && *half_m <= 10.0) {
+            return refuse("half the extents of an occluder are from 0.001 to 10 m");
+        }
+        self.interrupt(now);
+        self.state.remember_setting();
+        let centre_m = [x, y, half_extents_m[2]];
+        self.setting().occluders.push(Occluder { name: name.to_owned(), centre_m, half_extents_m });
+        self.state.screens.push(Glide::resting(centre_m));
+        Ok(Done)
+    }
+
+    /// The table as a lesson describes it, with nothing in its script yet.
+    pub(super) fn table_as_it_is(&self, now: Instant) -> Table {
+        let mut objects = self.objects().to_vec();
+        for (index, (object, thing)) in objects.iter_mut().zip(&self.state.things).enumerate() {
+            let taken = self.state.taken.iter().find(|taken| taken.index == index);
+            let pose = taken.map_or(thing.pose, |taken| taken.from);
+            object.place = Place { position_m: pose.position_m(), heading_rad: pose.heading_rad() };
+        }
+        let setting = self.state.setting.as_deref();
+        let occluders = setting.map_or(&[][..], |setting| &setting.occluders).iter();
+        let occluders = occluders.zip(&self.state.screens);
+        let occluders =
+            occluders.map(|(screen, at)| Occluder { centre_m: at.point_m(now), ..screen.clone() }).collect();
+        Table { objects, occluders, territory: Vec::new(), script: Vec::new() }
+    }
+
+    pub(super) fn setting(&mut self) -> &mut Setting {
+        Arc::make_mut(self.state.setting.get_or_insert_default())
+    }
+
+    fn is_setting_up(&self, so: &str) -> Result<(), Refusal> {
+        if self.state.mode == SceneMode::Teaching {
+            return refuse(format!("{so} while something is taught: clear the table first"));
+        }
+        Ok(())
+    }
+
+    fn has_room(&self, room: usize) -> Result<(), Refusal> {
+        let there = self.state.things.len() + self.state.screens.len() + self.state.teachers.len();
+        if there < room {
+            Ok(())
+        } else {
+            refuse(format!(
+                "there is room for {room} things and people: `buffers.objects` in leo.toml says so"
+            ))
+        }
+    }
+
+    fn free_name(&self, wanted: &str) -> String {
+        let is_free = |name: &str| self.objects().iter().all(|object| object.name != name);
+        let numbered = (2..).map(|number: u32| format!("{wanted} {number}"));
+        let mut names = std::iter::once(wanted.to_owned()).chain(numbered);
+        names.find(|name| is_free(name)).unwrap_or_default()
+    }
+
+    /// Where something new goes; nothing goes where something else stands.
+    fn lies_free(&self, index: usize, kind: &Kind, lies: Place) -> Result<Destination, Refusal> {
+        let [x, y, _] = lies.position_m;
+        let to = self.end_of_drop(index, [x, y], lies.heading_rad)?;
+        let Destination::Place(_) = to else { return Ok(to) };
+        let round_m = |half_m: [f64; 3]| half_m[0].hypot(half_m[1]);
+        let others = self.state.things.iter().zip(self.objects()).enumerate();
+        let in_the_way = others.filter(|(other, _)| *other != index).find(|(_, (thing, object))| {
+            let [other_x, other_y, _] = thing.pose.position_m();
+            let apart_m = (x - other_x).hypot(y - other_y);
+            apart_m < (round_m(kind.half_extents_m) + round_m(object.kind.half_extents_m)) * 0.7
+        });
+        match in_the_way {
+            Some((_, (_, object))) => refuse(format!("`{}` stands there: choose another place", object.name)),
+            None => Ok(to),
+        }
+    }
+}
+
+impl State {
+    /// Takes everything off the table.
+    pub(super) fn strip(&mut self) {
+        self.things.clear();
+        self.screens.clear();
+        self.taken.clear();
+        self.setting = None;
+        self.has_occluders = false;
+        self.table = None;
+        self.cues.clear();
+        (self.next_cue, self.first_cue) = (0, 0);
+        self.mode = SceneMode::SetUp;
+    }
+
+    /// The object of this number is gone: those behind it move up.
+    fn renumber(&mut self, gone: usize) {
+        for thing in &mut self.things {
+            thing.seat = thing.seat.filter(|seat| seat.on != gone);
+            if let Some(seat) = &mut thing.seat {
+                seat.on -= usize::from(seat.on > gone);
+            }
+            if let Motion::Carried { to: Some(seat), .. } = &mut thing.motion {
+                seat.on -= usize::from(seat.on > gone);
+            }
+        }
+        for taken in &mut self.taken {
+            taken.index -= usize::from(taken.index > gone);
+        }
+    }
+
+    /// Remembers the table as it is, for taking the next act back.
+    pub(super) fn remember_setting(&mut self) {
+        let setting = self.setting.clone().unwrap_or_default();
+        self.push_undo(Undo::Setting { setting, things: self.things.clone(), screens: self.screens.clone() });
+    }
+}

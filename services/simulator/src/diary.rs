@@ -1,0 +1,176 @@
+//! What is taught by hand, written down as a lesson plays it.
+
+use clock::{Duration, Instant};
+use config::lesson::{self, Act, Lesson, Step, Table, is_order};
+
+/// Small movements of one hand or one head that follow on one another within this time are one.
+const PAUSE: Duration = Duration::from_millis(500);
+/// The shortest that an act takes which takes any time.
+const SHORTEST: Duration = Duration::from_millis(50);
+/// Eyes that are nearer than this to where they were have not moved, in metres.
+const STILL_M: f64 = 1e-3;
+
+/// Where somebody is and what he looks at, in metres, and whether he is there at all.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Attitude {
+    pub(crate) number: u16,
+    pub(crate) is_present: bool,
+    pub(crate) eyes_m: [f64; 3],
+    pub(crate) looks_at_m: [f64; 3],
+}
+
+/// The tables on which something was taught by hand, in their order.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Diary {
+    pages: Vec<Page>,
+    /// Whether the last of them is being written.
+    is_open: bool,
+}
+
+#[derive(Clone, Debug)]
+struct Page {
+    table: Table,
+    began: Instant,
+    before: Vec<Attitude>,
+    after: Vec<Attitude>,
+    left: Instant,
+}
+
+impl Diary {
+    /// Steps written down.
+    pub(crate) fn steps(&self) -> usize {
+        self.pages.iter().map(|page| page.table.script.len()).sum()
+    }
+
+    /// Begins a page: the table as it is, and the people at it.
+    pub(crate) fn begin(&mut self, now: Instant, table: Table, people: Vec<Attitude>) {
+        self.pages.push(Page { table, began: now, after: people.clone(), before: people, left: now });
+        self.is_open = true;
+    }
+
+    /// Writes down what somebody did from an instant on, if a page is open. What goes on from the
+    /// last thing that he did, he did at once.
+    pub(crate) fn note(&mut self, who: u16, from: Instant, act: Act) {
+        let Some(page) = self.pages.last_mut().filter(|_| self.is_open) else { return };
+        let at = from.since(page.began);
+        let ends = at + act.takes();
+        let script = &mut page.table.script;
+        let before = script.iter_mut().rev().find(|step| step.who == who && is_same(&step.act, &act));
+        if let Some(step) = before.filter(|step| at <= step.at + step.act.takes() + PAUSE) {
+            step.act = lasting(act, ends.saturating_sub(step.at));
+            return;
+        }
+        let place = script.iter().rposition(|step| step.at <= at).map_or(0, |last| last + 1);
+        script.insert(place, Step { at, who, act });
+    }
+
+    /// Ends the page: the table is cleared.
+    pub(crate) fn close(&mut self, now: Instant, people: Vec<Attitude>) {
+        if let Some(page) = self.pages.last_mut().filter(|_| self.is_open) {
+            page.left = now;
+            page.after = people;
+        }
+        self.is_open = false;
+    }
+
+    /// The lesson that was taught, `None` where nobody said a word. The rest of it is as in the lesson
+    /// that was open.
+    pub(crate) fn lesson(&self, title: &str, now: Instant, of: &Lesson) -> Option<Lesson> {
+        let first = self.pages.first()?;
+        let last = self.pages.len() - 1;
+        let mut keep = of.laying.keep;
+        let mut tables = Vec::new();
+        let mut people = first.before.clone();
+        for (number, page) in self.pages.iter().enumerate() {
+            let mut table = page.table.clone();
+            table.script.splice(0..0, ways(&people, &page.before));
+            people.clone_from(&page.after);
+            one_hand(&mut table.script);
+            let ends = table.script.iter().map(|step| step.at + step.act.takes()).max().unwrap_or_default();
+            let left = if number == last && self.is_open { now } else { page.left };
+            keep = keep.max(left.since(page.began).saturating_sub(ends));
+            tables.push(table);
+        }
+        let performs = |table: &Table| {
+            table.script.iter().any(|step| matches!(&step.act, Act::Say(words) if is_order(words)))
+        };
+        let novel = if tables.last().is_some_and(performs) { tables.pop() } else { None };
+        let teacher = |person: &Attitude| lesson::Teacher {
+            number: person.number,
+            eyes_m: person.eyes_m,
+            looks_at_m: person.looks_at_m,
+        };
+        Some(Lesson {
+            title: title.to_owned(),
+            watch: "It was taught by hand.".to_owned(),
+            teachers: first.before.iter().map(teacher).collect(),
+            laying: lesson::Laying { keep, ..of.laying },
+            demonstrations: tables,
+            novel,
+            ..of.clone()
+        })
+    }
+}
+
+/// Whether two acts go on from one another: of one occluder, or one pair of eyes.
+fn is_same(one: &Act, other: &Act) -> bool {
+    match (one, other) {
+        (Act::Slide { occluder, .. }, Act::Slide { occluder: other, .. }) => occluder == other,
+        (Act::Look { .. }, Act::Look { .. }) | (Act::Walk { .. }, Act::Walk { .. }) => true,
+        _ => false,
+    }
+}
+
+fn lasting(mut act: Act, lasts: Duration) -> Act {
+    match &mut act {
+        Act::Move { takes, .. }
+        | Act::Look { takes, .. }
+        | Act::Walk { takes, .. }
+        | Act::Slide { takes, .. } => {
+            *takes = lasts;
+        }
+        Act::Say(_) | Act::Leave | Act::Return => {}
+    }
+    act
+}
+
+/// The ways of people who went elsewhere while the table was set.
+fn ways(from: &[Attitude], to: &[Attitude]) -> Vec<Step> {
+    let mut steps = Vec::new();
+    for (from, to) in from.iter().zip(to) {
+        let mut step = |act| steps.push(Step { at: Duration::ZERO, who: to.number, act });
+        if !from.is_present && to.is_present {
+            step(Act::Return);
+        }
+        if from.is_present || to.is_present {
+            if has_moved(from.eyes_m, to.eyes_m) {
+                step(Act::Walk { eyes_m: to.eyes_m, takes: SHORTEST });
+            }
+            if has_moved(from.looks_at_m, to.looks_at_m) {
+                step(Act::Look { at_m: to.looks_at_m, takes: SHORTEST });
+            }
+        }
+        if from.is_present && !to.is_present {
+            step(Act::Leave);
+        }
+    }
+    steps
+}
+
+pub(crate) fn has_moved(from_m: [f64; 3], to_m: [f64; 3]) -> bool {
+    from_m.iter().zip(to_m).any(|(from, to)| (from - to).abs() > STILL_M)
+}
+
+/// A hand that took the next thing while the last one still slid to rest, took it right after.
+fn one_hand(script: &mut [Step]) {
+    let mut free: Vec<(u16, Duration)> = Vec::new();
+    for step in script.iter_mut() {
+        let ends = step.at + step.act.takes();
+        let (Act::Move { takes, .. } | Act::Slide { takes, .. }) = &mut step.act else { continue };
+        let from = free.iter().rev().find(|(who, _)| *who == step.who).map_or(step.at, |(_, free)| *free);
+        step.at = step.at.max(from);
+        *takes = ends.saturating_sub(step.at).max(SHORTEST);
+        free.push((step.who, step.at + *takes));
+    }
+    script.sort_by_key(|step| step.at);
+}
