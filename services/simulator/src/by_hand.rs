@@ -2,7 +2,11 @@
 
 mod drop;
 mod set_up;
+#[cfg(test)]
+mod tests;
 mod undo;
+
+use std::sync::Arc;
 
 use clock::{Duration, Instant};
 use config::lesson::{Act, Lesson, Table};
@@ -56,6 +60,20 @@ impl World {
         if self.state.teachers.iter().all(|teacher| teacher.number != who) {
             return refuse(format!("there is no teacher {who} in this lesson"));
         }
+        let is_being_laid =
+            self.state.mode != SceneMode::Script && self.state.next_cue < self.state.cues.len();
+        let needs_table = matches!(
+            kind,
+            TeacherActKind::Say
+                | TeacherActKind::Take
+                | TeacherActKind::Screen
+                | TeacherActKind::Add
+                | TeacherActKind::Remove
+                | TeacherActKind::Undo
+        );
+        if is_being_laid && needs_table {
+            return refuse("the table is just being laid: wait a moment");
+        }
         match kind {
             TeacherActKind::Say => self.say(now, who, act.text),
             TeacherActKind::Take => self.take_by_hand(now, act),
@@ -94,7 +112,7 @@ impl World {
             self.begin_teaching(now);
         }
         self.state.diary.note(who, now, Act::Say(words.to_owned()));
-        self.state.said.push(Utterance { speaker: u32::from(who), text });
+        self.state.saying.push(Utterance { speaker: u32::from(who), text });
         Ok(Done)
     }
 
@@ -210,14 +228,14 @@ impl World {
     }
 
     fn come_and_go(&mut self, now: Instant, who: u16, comes: bool) -> Result<Done, Refusal> {
-        let Some(teacher) = self.state.teachers.iter_mut().find(|teacher| teacher.number == who) else {
-            return Ok(Done);
-        };
-        if teacher.is_present == comes {
+        if self.is_here(who).is_ok() == comes {
             return refuse(if comes { "he is here already" } else { "he is away already" });
         }
+        self.interrupt(now);
         let held = self.state.taken.iter().find(|taken| taken.by == who).copied();
-        teacher.is_present = comes;
+        if let Some(teacher) = self.state.teachers.iter_mut().find(|teacher| teacher.number == who) {
+            teacher.is_present = comes;
+        }
         if let Some(taken) = held {
             self.give_back(now, taken);
         }
@@ -234,7 +252,7 @@ impl World {
             self.state.undo.clear();
         }
         self.state.strip();
-        self.state.setting = Some(std::sync::Arc::default());
+        self.state.setting = Some(Arc::default());
         self.state.has_occluders = true;
         self.state.began.get_or_insert(now);
         Done
@@ -265,8 +283,9 @@ impl World {
             return;
         }
         let table = self.state.table.and_then(|table| self.lesson.tables().nth(table));
-        let spoken = table.map(|table| {
-            let since = now.since(self.state.laid_at);
+        let laid_at = self.state.laid_at;
+        let spoken = table.zip(laid_at).map(|(table, laid_at)| {
+            let since = now.since(laid_at);
             table.script.iter().filter(|step| step.at <= since).cloned().collect::<Vec<_>>()
         });
         let spoken = spoken.filter(|steps| steps.iter().any(|step| matches!(step.act, Act::Say(_))));
@@ -275,10 +294,14 @@ impl World {
         self.state.setting.get_or_insert_default();
         self.state.has_occluders = true;
         self.state.mode = SceneMode::SetUp;
-        if let (Some(table), Some(script)) = (table, spoken) {
+        if laid_at.is_none() {
+            // What would have been laid there will not be.
+            Arc::make_mut(self.state.setting.get_or_insert_default()).objects.clear();
+        }
+        if let (Some(table), Some(laid_at), Some(script)) = (table, laid_at, spoken) {
             let table = Table { script, ..table.clone() };
             self.state.mode = SceneMode::Teaching;
-            self.state.diary.begin(self.state.laid_at, table, self.people(now));
+            self.state.diary.take_over(laid_at, table);
         }
     }
 
@@ -291,11 +314,7 @@ impl World {
     }
 
     pub(crate) fn people(&self, now: Instant) -> Vec<Attitude> {
-        let people = self.state.teachers.iter().map(|teacher| {
-            let (eyes_m, looks_at_m) = teacher.looks(now);
-            Attitude { number: teacher.number, is_present: teacher.is_present, eyes_m, looks_at_m }
-        });
-        people.collect()
+        self.state.teachers.iter().map(|teacher| teacher.attitude(now)).collect()
     }
 
     fn is_here(&self, who: u16) -> Result<(), Refusal> {

@@ -5,6 +5,8 @@ use config::lesson::{self, Act, Lesson, Step, Table, is_order};
 
 /// Small movements of one hand or one head that follow on one another within this time are one.
 const PAUSE: Duration = Duration::from_millis(500);
+/// Acts beside a script that are remembered.
+const ASIDE_MOST: usize = 1000;
 /// The shortest that an act takes which takes any time.
 const SHORTEST: Duration = Duration::from_millis(50);
 /// Eyes that are nearer than this to where they were have not moved, in metres.
@@ -25,6 +27,9 @@ pub(crate) struct Diary {
     pages: Vec<Page>,
     /// Whether the last of them is being written.
     is_open: bool,
+    /// Who was where as the table was laid, and what was done by hand beside a script since then.
+    laid: Vec<Attitude>,
+    aside: Vec<(u16, Instant, Act)>,
 }
 
 #[derive(Clone, Debug)]
@@ -37,6 +42,11 @@ struct Page {
 }
 
 impl Diary {
+    /// Nothing written yet, about so many people.
+    pub(crate) fn new(people: usize) -> Self {
+        Self { laid: Vec::with_capacity(people), ..Self::default() }
+    }
+
     /// Steps written down.
     pub(crate) fn steps(&self) -> usize {
         self.pages.iter().map(|page| page.table.script.len()).sum()
@@ -48,10 +58,31 @@ impl Diary {
         self.is_open = true;
     }
 
+    /// A table is laid by a script, and these people are at it.
+    pub(crate) fn lay(&mut self, people: impl Iterator<Item = Attitude>) {
+        self.aside.clear();
+        self.laid.clear();
+        self.laid.extend(people);
+    }
+
+    /// Begins a page with a script that somebody took over now: since the table was laid.
+    pub(crate) fn take_over(&mut self, laid_at: Instant, table: Table) {
+        let people = std::mem::take(&mut self.laid);
+        self.begin(laid_at, table, people);
+        for (who, from, act) in std::mem::take(&mut self.aside) {
+            self.note(who, from, act);
+        }
+    }
+
     /// Writes down what somebody did from an instant on, if a page is open. What goes on from the
     /// last thing that he did, he did at once.
     pub(crate) fn note(&mut self, who: u16, from: Instant, act: Act) {
-        let Some(page) = self.pages.last_mut().filter(|_| self.is_open) else { return };
+        let Some(page) = self.pages.last_mut().filter(|_| self.is_open) else {
+            if self.aside.len() < ASIDE_MOST {
+                self.aside.push((who, from, act));
+            }
+            return;
+        };
         let at = from.since(page.began);
         let ends = at + act.takes();
         let script = &mut page.table.script;
@@ -80,7 +111,9 @@ impl Diary {
         let last = self.pages.len() - 1;
         let mut keep = of.laying.keep;
         let mut tables = Vec::new();
-        let mut people = first.before.clone();
+        // A lesson begins with everybody there.
+        let mut people: Vec<Attitude> =
+            first.before.iter().map(|person| Attitude { is_present: true, ..*person }).collect();
         for (number, page) in self.pages.iter().enumerate() {
             let mut table = page.table.clone();
             table.script.splice(0..0, ways(&people, &page.before));
@@ -161,16 +194,30 @@ pub(crate) fn has_moved(from_m: [f64; 3], to_m: [f64; 3]) -> bool {
     from_m.iter().zip(to_m).any(|(from, to)| (from - to).abs() > STILL_M)
 }
 
-/// A hand that took the next thing while the last one still slid to rest, took it right after.
+/// A hand that took the next thing while the last one still slid to rest, took it right after; and
+/// what its owner did then, he did no earlier.
 fn one_hand(script: &mut [Step]) {
-    let mut free: Vec<(u16, Duration)> = Vec::new();
+    /// Somebody: when his hand is free, and when he did something last.
+    struct Course {
+        who: u16,
+        free: Duration,
+        last: Duration,
+    }
+    let mut courses: Vec<Course> = Vec::new();
     for step in script.iter_mut() {
         let ends = step.at + step.act.takes();
-        let (Act::Move { takes, .. } | Act::Slide { takes, .. }) = &mut step.act else { continue };
-        let from = free.iter().rev().find(|(who, _)| *who == step.who).map_or(step.at, |(_, free)| *free);
-        step.at = step.at.max(from);
-        *takes = ends.saturating_sub(step.at).max(SHORTEST);
-        free.push((step.who, step.at + *takes));
+        let place = courses.iter().position(|course| course.who == step.who).unwrap_or(courses.len());
+        if place == courses.len() {
+            courses.push(Course { who: step.who, free: Duration::ZERO, last: Duration::ZERO });
+        }
+        let Some(course) = courses.get_mut(place) else { continue };
+        step.at = step.at.max(course.last);
+        if let Act::Move { takes, .. } | Act::Slide { takes, .. } = &mut step.act {
+            step.at = step.at.max(course.free);
+            *takes = ends.saturating_sub(step.at).max(SHORTEST);
+            course.free = step.at + *takes;
+        }
+        course.last = step.at;
     }
     script.sort_by_key(|step| step.at);
 }

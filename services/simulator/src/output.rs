@@ -81,7 +81,7 @@ impl World {
         SceneHead {
             base_position_m: base.position_m(),
             base_orientation_xyzw: base.orientation_xyzw(),
-            began_at_ns: self.state.began.map_or(0, |began| began.as_nanos()),
+            began_at_ns: self.state.began.map_or(0, clock::Instant::as_nanos),
             mode: self.state.mode.raw(),
             table,
             tables: count(self.lesson.tables().count()),

@@ -3,6 +3,7 @@ use config::lesson;
 use geometry::{Eye, Pose, World};
 use message::Text;
 
+use crate::diary::Attitude;
 use crate::path::Glide;
 
 /// A teacher as he is now.
@@ -34,6 +35,12 @@ impl Teacher {
     /// Carries his eyes from where they are at `now` to a place, within a time.
     pub(crate) fn walk(&mut self, now: Instant, eyes_m: [f64; 3], takes: Duration) {
         self.eyes.go(now, eyes_m, takes);
+    }
+
+    /// Where he is and what he looks at.
+    pub(crate) fn attitude(&self, now: Instant) -> Attitude {
+        let (eyes_m, looks_at_m) = self.looks(now);
+        Attitude { number: self.number, is_present: self.is_present, eyes_m, looks_at_m }
     }
 
     /// Where his eyes are and what he looks at, in metres.

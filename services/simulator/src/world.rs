@@ -47,7 +47,7 @@ pub(crate) struct State {
     /// Which of the lesson's tables is laid.
     pub(crate) table: Option<usize>,
     /// When its objects were laid.
-    pub(crate) laid_at: Instant,
+    pub(crate) laid_at: Option<Instant>,
     /// What lies there, and stands there once `has_occluders`.
     pub(crate) setting: Option<Arc<Setting>>,
     pub(crate) has_occluders: bool,
@@ -56,8 +56,9 @@ pub(crate) struct State {
     pub(crate) things: Vec<Thing>,
     pub(crate) teachers: Vec<Teacher>,
     grasps: [Grasp; 2],
-    /// What was said by hand in this step.
+    /// What was said by hand in this step, and what will be in the next one.
     pub(crate) said: Vec<Utterance>,
+    pub(crate) saying: Vec<Utterance>,
     pub(crate) diary: Diary,
     /// What is in people's hands.
     pub(crate) taken: Vec<Taken>,
@@ -92,7 +93,7 @@ impl World {
                 next_cue: 0,
                 first_cue: 0,
                 table: None,
-                laid_at: Instant::EPOCH,
+                laid_at: None,
                 setting: None,
                 has_occluders: false,
                 screens: Vec::with_capacity(occluders),
@@ -100,7 +101,8 @@ impl World {
                 teachers: lesson.teachers.iter().map(Teacher::new).collect(),
                 grasps: [Grasp::default(); 2],
                 said: Vec::new(),
-                diary: Diary::default(),
+                saying: Vec::new(),
+                diary: Diary::new(lesson.teachers.len()),
                 taken: Vec::new(),
                 undo: Vec::new(),
                 outcome: None,
@@ -143,6 +145,7 @@ impl World {
         let now = now.max(self.state.now);
         let began = *self.state.began.get_or_insert(now);
         self.state.said.clear();
+        std::mem::swap(&mut self.state.said, &mut self.state.saying);
         self.state.first_cue = self.state.next_cue;
         while let Some(&cue) = self.state.cues.get(self.state.next_cue).filter(|cue| began + cue.at <= now) {
             self.state.next_cue += 1;
@@ -205,6 +208,7 @@ impl World {
                 state.has_occluders = false;
                 state.setting = None;
                 state.table = None;
+                state.laid_at = None;
             }
             Event::Occlude => {
                 state.table = Some(cue.table);
@@ -215,7 +219,8 @@ impl World {
             Event::Lay => {
                 state.things.extend(table.objects.iter().map(Thing::laid));
                 settle::sit(&mut state.things, &table.objects);
-                state.laid_at = now;
+                state.laid_at = Some(now);
+                state.diary.lay(state.teachers.iter().map(|teacher| teacher.attitude(now)));
             }
             Event::Step(index) => {
                 let Some(step) = table.script.get(index) else { return };

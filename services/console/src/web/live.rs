@@ -2,16 +2,16 @@
 
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
-use std::time::Duration;
 
 use axum::extract::State;
 use axum::extract::ws::{Message, WebSocket, WebSocketUpgrade};
 use axum::http::StatusCode;
 use axum::response::{IntoResponse, Response};
+use clock::{Duration, Instant};
 use message::{TeacherAct, TeacherActKind};
 use serde_json::json;
 use tokio::sync::mpsc;
-use tokio::time::{Instant, MissedTickBehavior, interval};
+use tokio::time::{MissedTickBehavior, interval};
 
 use super::{Asked, PAGES_MOST, Shared};
 use crate::requests::{Malformed, Wish, parse};
@@ -43,7 +43,7 @@ pub(super) async fn live(State(shared): State<Arc<Shared>>, upgrade: WebSocketUp
             hand: u16::try_from(number % u64::from(u16::MAX)).unwrap_or(0),
             version: 0,
             answer,
-            second: Instant::now(),
+            second: clock::now(),
             heard: 0,
         };
         page.live(answers).await;
@@ -103,8 +103,9 @@ impl Page<'_> {
 
     /// What a message is answered with at once, if anything.
     fn hear(&mut self, text: &str) -> Option<String> {
-        if self.second.elapsed() >= Duration::from_secs(1) {
-            (self.second, self.heard) = (Instant::now(), 0);
+        let now = clock::now();
+        if now.since(self.second) >= Duration::from_secs(1) {
+            (self.second, self.heard) = (now, 0);
         }
         self.heard += 1;
         match parse(text, self.shared.first) {

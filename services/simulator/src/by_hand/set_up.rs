@@ -103,6 +103,7 @@ impl World {
     }
 
     pub(super) fn screen(&mut self, now: Instant, act: &TeacherAct, room: usize) -> Result<Done, Refusal> {
+        self.is_here(act.teacher)?;
         let [x, y, _] = place(act.position_m)?;
         let name = act.text.as_str();
         let setting = self.state.setting.as_ref().filter(|_| self.state.has_occluders);
@@ -120,7 +121,8 @@ impl World {
         if name.trim().is_empty() || name.len() > NAME_MOST || name.chars().any(char::is_control) {
             return refuse(format!("an occluder needs a name of at most {NAME_MOST} bytes"));
         }
-        let half_extents_m = if act.also_m == [0.0; 3] { SCREEN_M } else { act.also_m };
+        let is_told = act.also_m.iter().any(|half_m| *half_m != 0.0);
+        let half_extents_m = if is_told { act.also_m } else { SCREEN_M };
         if !half_extents_m.iter().all(|half_m| *half_m >= 0.001 && *half_m <= 10.0) {
             return refuse("half the extents of an occluder are from 0.001 to 10 m");
         }
@@ -205,6 +207,7 @@ impl State {
         self.setting = None;
         self.has_occluders = false;
         self.table = None;
+        self.laid_at = None;
         self.cues.clear();
         (self.next_cue, self.first_cue) = (0, 0);
         self.mode = SceneMode::SetUp;

@@ -47,6 +47,7 @@ impl World {
     }
 
     pub(super) fn undo(&mut self, now: Instant, who: u16) -> Result<Done, Refusal> {
+        self.is_here(who)?;
         if !self.state.taken.is_empty() {
             return refuse("something is in a hand: put it down first");
         }

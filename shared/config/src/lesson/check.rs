@@ -40,9 +40,11 @@ pub(super) fn lesson(raw: raw::Lesson) -> Result<Lesson, Fault> {
     if raw.demonstration.is_empty() && raw.novel.is_none() {
         return Err(Fault::at(0..0, "a lesson needs a [[demonstration]] or a [novel] set: it has neither"));
     }
-    let demonstrations =
-        raw.demonstration.into_iter().map(|raw| table(raw, &catalogue)).collect::<Result<_, _>>()?;
-    let novel = raw.novel.map(|raw| table(raw, &catalogue)).transpose()?;
+    // Who has left is away until he returns, at whichever table that is.
+    let mut away = Vec::new();
+    let mut table = |raw| table(raw, &catalogue, &mut away);
+    let demonstrations = raw.demonstration.into_iter().map(&mut table).collect::<Result<_, _>>()?;
+    let novel = raw.novel.map(table).transpose()?;
     Ok(Lesson {
         title: raw.title,
         watch: raw.watch,
@@ -123,7 +125,7 @@ fn kind(raw: &raw::Kind) -> Kind {
     }
 }
 
-fn table(raw: Spanned<raw::Table>, catalogue: &Catalogue) -> Result<Table, Fault> {
+fn table(raw: Spanned<raw::Table>, catalogue: &Catalogue, away: &mut Vec<u16>) -> Result<Table, Fault> {
     let span = raw.span();
     let raw = raw.into_inner();
     unique(raw.objects.iter().map(|object| &object.name), "object")?;
@@ -133,7 +135,7 @@ fn table(raw: Spanned<raw::Table>, catalogue: &Catalogue) -> Result<Table, Fault
     let occluders: Vec<Occluder> = raw.occluders.iter().map(occluder).collect::<Result<_, _>>()?;
     let lying = script::Lying { objects: &objects, occluders: &occluders };
     Ok(Table {
-        script: script::script(&raw.script, span, &lying, catalogue)?,
+        script: script::script(&raw.script, span, &lying, catalogue, away)?,
         objects,
         occluders,
         territory: raw.territory.iter().map(|raw| territory(raw, catalogue)).collect::<Result<_, _>>()?,

@@ -225,3 +225,76 @@ fn every_key_is_in_the_manual() {
     }
     assert!(keys > 40, "{keys}");
 }
+
+#[test]
+fn every_lesson_that_the_program_carries_is_written_as_it_was_read() {
+    for (name, text) in super::LIBRARY {
+        let lesson = parse(text).unwrap();
+        let written = lesson.to_toml();
+        let read = parse(&written).unwrap_or_else(|error| panic!("{name}: {error}\n{written}"));
+        // To micrometres, which is what is written.
+        assert_eq!(read.to_toml(), written, "{name}");
+        let shape = |lesson: &Lesson| {
+            lesson
+                .tables()
+                .map(|table| {
+                    (table.objects.len(), table.occluders.len(), table.territory.len(), table.script.len())
+                })
+                .collect::<Vec<_>>()
+        };
+        assert_eq!((&read.title, shape(&read), &read.kinds), (&lesson.title, shape(&lesson), &lesson.kinds));
+        let far = lesson.tables().flat_map(|table| &table.objects);
+        let far = far.zip(read.tables().flat_map(|table| &table.objects)).map(|(one, other)| {
+            assert_eq!((&one.name, one.kind), (&other.name, other.kind));
+            one.place
+                .position_m
+                .iter()
+                .zip(other.place.position_m)
+                .map(|(a, b)| (a - b).abs())
+                .fold(0.0, f64::max)
+        });
+        assert!(far.fold(0.0, f64::max) < 1e-6, "{name}");
+    }
+    assert!(super::LIBRARY.len() >= 14);
+}
+
+#[test]
+fn the_library_holds_every_lesson_of_the_folder() {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../config/lessons");
+    let mut there: Vec<String> = std::fs::read_dir(folder)
+        .unwrap()
+        .map(|entry| entry.unwrap().path().file_stem().unwrap().to_string_lossy().into_owned())
+        .collect();
+    let mut carried: Vec<&str> = super::LIBRARY.iter().map(|(name, _)| *name).collect();
+    there.sort();
+    carried.sort_unstable();
+    assert_eq!(there, carried);
+}
+
+#[test]
+fn who_has_left_is_away_at_the_next_table_too() {
+    let (head, table) = SMALL.split_once("[[demonstration]]").unwrap();
+    let stays_away = table.replace(
+        "  { at_s = 7.0, who = 1, return = true },\n  { at_s = 8.0, who = 1, say = \"It is done\" },\n",
+        "",
+    );
+    assert_ne!(stays_away, table);
+    let two = format!("{head}[[demonstration]]{stays_away}[[demonstration]]{table}");
+    assert!(parse(&two).unwrap_err().to_string().contains("teacher 1 is away"));
+}
+
+#[test]
+fn an_occluder_is_pushed_about() {
+    let slides = SMALL.replace(
+        "at_s = 6.0, who = 1, leave = true },\n  { at_s = 7.0, who = 1, return = true",
+        r#"at_s = 6.0, who = 1, slide = "wall", to_m = [0.3, 0.5], duration_s = 1.0"#,
+    );
+    let lesson = parse(&slides).unwrap();
+    let slide = lesson.demonstrations[0].script.iter().find_map(|step| {
+        let Act::Slide { occluder, centre_m, .. } = &step.act else { return None };
+        Some((*occluder, *centre_m))
+    });
+    assert_eq!(slide, Some((0, [0.3, 0.5, 0.1])));
+    let nowhere = slides.replace(", to_m = [0.3, 0.5]", "");
+    assert!(parse(&nowhere).unwrap_err().to_string().contains("A `slide` needs `to_m`"));
+}

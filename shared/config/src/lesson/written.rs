@@ -34,7 +34,7 @@ impl Catalogue {
             if !kinds.iter().any(|(_, kind)| *kind == object.kind) {
                 kinds.push((format!("kind_{}", kinds.len() + 1), object.kind));
             }
-            if !colours.iter().any(|(_, rgb)| *rgb == object.colour_rgb) {
+            if !colours.iter().any(|(_, rgb)| is_same(rgb, &object.colour_rgb)) {
                 colours.push((format!("colour_{}", colours.len() + 1), object.colour_rgb));
             }
         }
@@ -46,8 +46,13 @@ impl Catalogue {
     }
 
     fn colour(&self, object: &Object) -> &str {
-        self.colours.iter().find(|(_, rgb)| *rgb == object.colour_rgb).map_or("", |(name, _)| name)
+        self.colours.iter().find(|(_, rgb)| is_same(rgb, &object.colour_rgb)).map_or("", |(name, _)| name)
     }
+}
+
+/// Whether two colours are one, bit for bit: what has a name keeps it.
+fn is_same(one: &[f64; 3], other: &[f64; 3]) -> bool {
+    one.iter().zip(other).all(|(one, other)| one.to_bits() == other.to_bits())
 }
 
 struct Writer<'a> {

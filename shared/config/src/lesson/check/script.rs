@@ -33,8 +33,9 @@ pub(super) fn script(
     table: Range<usize>,
     lying: &Lying<'_>,
     catalogue: &Catalogue,
+    away: &mut Vec<u16>,
 ) -> Result<Vec<Step>, Fault> {
-    let mut course = Course::default();
+    let mut course = Course { away: std::mem::take(away), ..Course::default() };
     let mut steps = Vec::with_capacity(raw.len());
     for raw in raw {
         let span = raw.span();
@@ -44,6 +45,7 @@ pub(super) fn script(
         course.take(&step, raw, lying.objects, catalogue)?;
         steps.push(step);
     }
+    *away = course.away;
     if course.said == 0 {
         return Err(Fault::at(
             table,

@@ -1,0 +1,299 @@
+use std::path::Path;
+
+use clock::{Duration, Instant};
+use config::lesson::{Act, Destination, Lesson};
+use message::{SceneMode, SceneObject, State, TeacherAct, TeacherActKind as Kind, Text};
+use proptest::prelude::*;
+
+use crate::{Refusal, World};
+
+const ROOM: usize = 64;
+
+/// A world at work, and what time it is there.
+struct Bench {
+    world: World,
+    ms: u64,
+    said: Vec<String>,
+}
+
+impl Bench {
+    fn new() -> Self {
+        let mut bench = Self { world: World::new(&Lesson::builtin(), 1), ms: 0, said: Vec::new() };
+        bench.wait(1);
+        bench
+    }
+
+    /// An empty table in the act of being set.
+    fn empty() -> Self {
+        let mut bench = Self::new();
+        bench.act(Kind::Clear, |_| {}).unwrap();
+        bench
+    }
+
+    fn now(&self) -> Instant {
+        Instant::from_nanos(7_000_000_000) + Duration::from_millis(self.ms)
+    }
+
+    fn wait(&mut self, ms: u64) {
+        for _ in 0..ms.div_ceil(5) {
+            self.ms += 5;
+            let now = self.now();
+            self.world.step(now, [None, None]);
+            self.said.extend(self.world.utterances().map(|said| said.text.as_str().to_owned()));
+        }
+    }
+
+    fn act(&mut self, kind: Kind, how: impl FnOnce(&mut TeacherAct)) -> Result<String, Refusal> {
+        let mut act = TeacherAct::new(kind, 1);
+        how(&mut act);
+        let outcome = self.world.act(self.now(), &act, ROOM);
+        self.wait(5);
+        outcome
+    }
+
+    fn add(&mut self, kind: &str, colour: &str, at: [f64; 2]) -> Result<String, Refusal> {
+        self.act(Kind::Add, |act| {
+            (act.text, act.colour) = (Text::new(kind), Text::new(colour));
+            act.position_m = [at[0], at[1], 0.0];
+        })
+    }
+
+    /// Takes a thing, carries it there and lets it go.
+    fn bring(&mut self, thing: &str, at: [f64; 2]) -> Result<(), Refusal> {
+        self.act(Kind::Take, |act| act.text = Text::new(thing))?;
+        for _ in 0..10 {
+            self.act(Kind::Carry, |act| act.position_m = [at[0], at[1], 0.2])?;
+            self.wait(50);
+        }
+        self.act(Kind::Put, |act| act.position_m = [at[0], at[1], 0.2])?;
+        self.wait(400);
+        Ok(())
+    }
+
+    fn say(&mut self, words: &str) -> Result<String, Refusal> {
+        self.act(Kind::Say, |act| act.text = Text::new(words))
+    }
+
+    fn thing(&self, name: &str) -> SceneObject {
+        self.world.scene().find(|thing| thing.name.as_str() == name).unwrap()
+    }
+
+    fn holds(&self, name: &str, state: State) -> bool {
+        self.thing(name).states[usize::from(state.raw())] > 0.5
+    }
+
+    fn mode(&self) -> Option<SceneMode> {
+        self.world.head().mode()
+    }
+}
+
+/// Task 1 by hand: a red and a blue block, the blue one behind a screen, and two pegs; the red one's
+/// hole is filled.
+fn taught() -> Bench {
+    let mut bench = Bench::empty();
+    assert_eq!(bench.add("square", "red", [-0.2, 0.9]).unwrap(), "red square");
+    assert_eq!(bench.add("square", "blue", [0.2, 0.45]).unwrap(), "blue square");
+    assert_eq!(bench.add("peg", "wood", [0.0, 1.0]).unwrap(), "wood peg");
+    assert_eq!(bench.add("peg", "wood", [0.1, 1.0]).unwrap(), "wood peg 2");
+    bench
+        .act(Kind::Screen, |act| {
+            (act.text, act.position_m) = (Text::new("wall"), [0.2, 0.55, 0.0]);
+        })
+        .unwrap();
+    assert_eq!(bench.mode(), Some(SceneMode::SetUp));
+    bench.say("Leo, I can teach you to do task 1").unwrap();
+    assert_eq!(bench.mode(), Some(SceneMode::Teaching));
+    bench.wait(500);
+    bench.bring("wood peg", [-0.19, 0.91]).unwrap();
+    bench.wait(500);
+    bench.say("task 1 is done").unwrap();
+    bench
+}
+
+#[test]
+fn a_peg_that_is_let_go_above_a_hole_fills_it() {
+    let bench = taught();
+    assert!(bench.holds("red square", State::Filled) && bench.holds("wood peg", State::Inserted));
+    assert!(!bench.holds("blue square", State::Filled));
+    assert_eq!(bench.said, ["Leo, I can teach you to do task 1", "task 1 is done"]);
+}
+
+#[test]
+fn what_was_taught_by_hand_is_a_lesson_that_ends_as_it_did() {
+    let bench = taught();
+    let text = bench.world.taught("By hand", bench.now()).unwrap().to_toml();
+    let lesson = Lesson::parse(&text, Path::new("by_hand.toml")).unwrap();
+    let table = &lesson.demonstrations[0];
+    assert_eq!((table.objects.len(), table.occluders.len()), (4, 1));
+    let moves: Vec<&Act> =
+        table.script.iter().map(|step| &step.act).filter(|act| matches!(act, Act::Move { .. })).collect();
+    assert!(matches!(moves.as_slice(), [Act::Move { object: 2, to: Destination::Hole(0), .. }]));
+
+    let mut replay = World::new(&lesson, 1);
+    let mut now = bench.now();
+    while !replay.is_finished() {
+        now += Duration::from_millis(5);
+        replay.step(now, [None, None]);
+    }
+    for by_hand in bench.world.scene() {
+        let replayed = replay.scene().find(|thing| thing.name == by_hand.name).unwrap();
+        let apart = by_hand.position_m.iter().zip(replayed.position_m).map(|(a, b)| (a - b).abs());
+        assert!(apart.fold(0.0, f64::max) < 1e-5, "{:?}", by_hand.name);
+        let states = |thing: &SceneObject| thing.states.map(|degree| (degree * 10.0).round().to_bits());
+        assert_eq!(states(&by_hand), states(&replayed), "{:?}", by_hand.name);
+    }
+}
+
+#[test]
+fn a_script_that_is_taken_over_is_part_of_what_was_taught() {
+    let mut bench = Bench::new();
+    bench.wait(2_000);
+    assert_eq!(bench.mode(), Some(SceneMode::Script));
+    // A sentence, a look from elsewhere: the script goes on.
+    bench.act(Kind::Seat, |act| (act.position_m, act.also_m) = ([0.3, 1.4, 0.6], [0.0, 0.7, 0.0])).unwrap();
+    assert_eq!(bench.mode(), Some(SceneMode::Script));
+    bench.bring("peg 7", [-0.35, 1.0]).unwrap();
+    assert_eq!(bench.mode(), Some(SceneMode::Teaching));
+    bench.say("task 1 is done").unwrap();
+    let lesson = bench.world.taught("Taken over", bench.now()).unwrap();
+    let said = lesson.demonstrations[0].script.iter().filter(|step| matches!(step.act, Act::Say(_))).count();
+    assert_eq!(said, 2, "the script's first sentence, and the last one");
+}
+
+#[test]
+fn what_cannot_be_done_is_refused_with_a_reason_and_changes_nothing() {
+    let mut bench = taught();
+    let refusals = [
+        (Kind::Take, "nothing", "there is no object `nothing`"),
+        (Kind::Add, "square", "nothing new can come while something is taught"),
+        (Kind::Remove, "wood peg", "nothing can be taken away"),
+        (Kind::Put, "", "the hand is empty"),
+        (Kind::Say, "  ", "a sentence has at least one word"),
+        (Kind::Return, "", "he is here already"),
+        (Kind::Seat, "", "nobody can look at his own eyes"),
+        (Kind::Open, "task2", "by who holds their files"),
+    ];
+    for (kind, text, why) in refusals {
+        let before: Vec<SceneObject> = bench.world.scene().collect();
+        let refusal = bench.act(kind, |act| act.text = Text::new(text)).unwrap_err();
+        assert!(refusal.0.contains(why), "{refusal}");
+        assert_eq!(format!("{before:?}"), format!("{:?}", bench.world.scene().collect::<Vec<_>>()));
+    }
+    let refusal = bench.act(Kind::Lay, |act| act.table = 9).unwrap_err();
+    assert!(refusal.0.contains("the lesson has 3 tables"), "{refusal}");
+    let refusal = bench.bring("wood peg 2", [-0.2, 0.9]).unwrap_err();
+    assert!(refusal.0.contains("the hole of `red square` is taken; it is back"), "{refusal}");
+    bench.wait(500);
+    assert!((bench.thing("wood peg 2").position_m[0] - 0.1).abs() < 1e-9);
+    let unknown = TeacherAct { teacher: 7, ..TeacherAct::new(Kind::Say, 7) };
+    let refusal = bench.world.act(bench.now(), &unknown, ROOM).unwrap_err();
+    assert!(refusal.0.contains("no teacher 7"));
+}
+
+#[test]
+fn setting_the_table_is_taken_back_as_if_it_had_not_been() {
+    let mut bench = Bench::empty();
+    bench.add("square", "red", [0.0, 0.6]).unwrap();
+    bench.add("peg", "wood", [0.2, 0.6]).unwrap();
+    bench.bring("wood peg", [0.0, 0.6]).unwrap();
+    assert!(bench.holds("red square", State::Filled));
+    bench.act(Kind::Undo, |_| {}).unwrap();
+    assert!(!bench.holds("red square", State::Filled));
+    assert!((bench.thing("wood peg").position_m[0] - 0.2).abs() < 1e-9);
+    bench.act(Kind::Remove, |act| act.text = Text::new("red square")).unwrap();
+    assert_eq!(bench.world.scene().filter(|thing| thing.kind == 1).count(), 1);
+    for _ in 0..3 {
+        bench.act(Kind::Undo, |_| {}).unwrap();
+    }
+    assert_eq!(bench.world.scene().filter(|thing| thing.kind == 1).count(), 0);
+}
+
+#[test]
+fn a_move_is_taken_back_before_everybodys_eyes() {
+    let mut bench = taught();
+    bench.act(Kind::Undo, |_| {}).unwrap();
+    assert_eq!(bench.thing("wood peg").held_by, 1);
+    bench.wait(1_000);
+    assert!(!bench.holds("red square", State::Filled));
+    let lesson = bench.world.taught("x", bench.now()).unwrap();
+    let moves = lesson.demonstrations[0].script.iter().filter(|step| matches!(step.act, Act::Move { .. }));
+    assert_eq!(moves.count(), 2);
+}
+
+#[test]
+fn a_table_of_the_lesson_is_laid_to_go_on_by_hand() {
+    let mut bench = Bench::new();
+    bench.act(Kind::Lay, |act| act.table = 2).unwrap();
+    assert_eq!(bench.world.scene().filter(|thing| thing.kind == 1).count(), 0);
+    bench.wait(2_500);
+    assert_eq!(bench.world.scene().filter(|thing| thing.kind == 1).count(), 12);
+    assert_eq!((bench.mode(), bench.world.head().table), (Some(SceneMode::SetUp), 2));
+    bench.say("Leo, do task 1").unwrap();
+    let lesson = bench.world.taught("Novel", bench.now()).unwrap();
+    assert_eq!((lesson.demonstrations.len(), lesson.performances()), (0, 1));
+}
+
+#[test]
+fn what_is_laid_in_a_hole_sits_there() {
+    let mut bench = Bench::empty();
+    bench.add("square", "red", [0.0, 0.6]).unwrap();
+    bench.add("peg", "wood", [0.0, 0.6]).unwrap();
+    bench.say("Leo, I can teach you to do it").unwrap();
+    let text = bench.world.taught("Filled", bench.now()).unwrap().to_toml();
+    let lesson = Lesson::parse(&text, Path::new("filled.toml")).unwrap();
+    let mut replay = World::new(&lesson, 1);
+    let mut now = bench.now();
+    for _ in 0..200 {
+        now += Duration::from_millis(5);
+        replay.step(now, [None, None]);
+    }
+    let block = replay.scene().find(|thing| thing.name.as_str() == "red square").unwrap();
+    assert!(block.states[usize::from(State::Filled.raw())] > 0.5);
+}
+
+fn any_act() -> impl Strategy<Value = TeacherAct> {
+    let names = ["", "red", "peg 1", "red square", "wood peg", "wall", "square", "peg", "\u{0}"];
+    let number = prop_oneof![-1.0..1.5, Just(f64::NAN), Just(f64::INFINITY), Just(1e300)];
+    (
+        (0_u16..20, 0_u16..3, 0_u16..3, 0_u64..5),
+        proptest::array::uniform3(number.clone()),
+        proptest::array::uniform3(number.clone()),
+        number,
+        (0..names.len(), prop_oneof![Just("red"), Just("wood"), Just("")]),
+    )
+        .prop_map(
+            move |((kind, teacher, hand, table), position_m, also_m, heading_rad, (name, colour))| {
+                TeacherAct {
+                    position_m,
+                    also_m,
+                    heading_rad,
+                    kind,
+                    hand,
+                    table,
+                    text: Text::new(names[name]),
+                    colour: Text::new(colour),
+                    ..TeacherAct::new(Kind::Say, teacher)
+                }
+            },
+        )
+}
+
+proptest! {
+    /// Whatever is done in whatever order: every place is a place, and what was taught can be read.
+    #[test]
+    fn the_world_stays_sound(acts in proptest::collection::vec((any_act(), 0_u64..400), 0..60)) {
+        let mut bench = Bench::new();
+        for (act, wait) in acts {
+            let _ = bench.world.act(bench.now(), &act, ROOM);
+            bench.wait(wait);
+            for thing in bench.world.scene() {
+                prop_assert!(thing.position_m.iter().all(|coordinate| coordinate.abs() < 200.0), "{thing:?}");
+            }
+            if let Some(lesson) = bench.world.taught("Anything", bench.now()) {
+                let text = lesson.to_toml();
+                let read = Lesson::parse(&text, Path::new("anything.toml"));
+                prop_assert!(read.is_ok(), "{}\n{text}", read.unwrap_err());
+            }
+        }
+    }
+}
