@@ -1,0 +1,72 @@
+use std::fs;
+use std::io::{BufRead as _, BufReader};
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, Stdio};
+
+use clock::Duration;
+use rustix::process::{Pid, Signal, kill_process};
+use tempfile::TempDir;
+
+/// Patience with a loaded machine.
+pub(crate) const PATIENCE: Duration = Duration::from_secs(60);
+
+/// A robot whose page is open to us. Dropping it kills it.
+pub(crate) struct Robot {
+    supervisor: Child,
+    /// Host and port of its page.
+    pub(crate) host: String,
+    state: TempDir,
+}
+
+/// A command of `leo`.
+pub(crate) fn leo(arguments: &[&str]) -> Command {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_leo"));
+    command.args(arguments).env_remove("RUST_LOG").stdin(Stdio::null());
+    command
+}
+
+impl Robot {
+    /// Starts a robot and waits until it says where its page is.
+    pub(crate) fn start(name: &str) -> Self {
+        let state = tempfile::tempdir().expect("a folder");
+        let mut supervisor = leo(&["run", "--for", "3600", "--domain"])
+            .arg(format!("/dev/shm/leo-{name}-{}", std::process::id()))
+            .env("XDG_STATE_HOME", state.path())
+            .stdout(Stdio::piped())
+            .stderr(Stdio::null())
+            .spawn()
+            .expect("starts");
+        let mut lines = BufReader::new(supervisor.stdout.take().expect("piped")).lines();
+        let first = lines.next().expect("it says something").expect("text");
+        let host = first.strip_prefix("the page is at http://").expect("where the page is");
+        let host = host.trim_end_matches('/').to_owned();
+        // What it says further is read, so that nothing stops for it.
+        std::thread::spawn(move || lines.map_while(Result::ok).count());
+        Self { supervisor, host, state }
+    }
+
+    /// Its state directory's parent, as `XDG_STATE_HOME`.
+    pub(crate) fn state(&self) -> &Path {
+        self.state.path()
+    }
+
+    /// Stops it as Ctrl-C does; what it remembers stays.
+    pub(crate) fn stop(&mut self) {
+        let pid = i32::try_from(self.supervisor.id()).expect("a process number");
+        kill_process(Pid::from_raw(pid).expect("a process number"), Signal::INT).expect("it lives");
+        let status = self.supervisor.wait().expect("it ends");
+        assert!(status.success(), "{status}");
+    }
+
+    /// The lessons that were written down.
+    pub(crate) fn lessons(&self) -> Vec<PathBuf> {
+        let folder = fs::read_dir(self.state.path().join("leo/lessons")).into_iter().flatten();
+        folder.map(|entry| entry.expect("readable").path()).collect()
+    }
+}
+
+impl Drop for Robot {
+    fn drop(&mut self) {
+        let _dead = self.supervisor.kill().and_then(|()| self.supervisor.wait());
+    }
+}
