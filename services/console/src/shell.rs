@@ -18,7 +18,7 @@ use crate::look::Look;
 use crate::narrator::{Line, Narrator, Transcript};
 use crate::sheet::Sheet;
 use crate::top::Top;
-use crate::web::Web;
+use crate::web::{Door, Web};
 
 /// The lesson is over when it has been so for this long: what was said last is answered meanwhile.
 const ANSWER: Duration = Duration::from_secs(1);
@@ -43,9 +43,14 @@ pub fn run(launch: &Launch, robot: &Robot, lesson: &Lesson) -> Result<(), Failur
     let first = lesson.teachers.first().map_or(1, |teacher| teacher.number);
     let web = leo.console.address.get().map(|address| {
         let failed = |error| Failure::own(format!("cannot serve the page at {address}: {error}"));
-        Web::serve(address, &robot.urdf, first).map_err(failed)
+        Web::serve(address, Door::read(&launch.domain), &robot.urdf, first).map_err(failed)
     });
     let web = web.transpose()?;
+    if let Some(web) = &web
+        && let Err(error) = web.door.leave(&launch.domain)
+    {
+        tracing::warn!(%error, "pages may not find this robot again after a restart of the console process");
+    }
     let domain = Domain::at(&launch.domain)?;
     let mut top: Option<Top> = None;
     let narrator = Narrator::new(&leo.belief.names);

@@ -1,6 +1,7 @@
 //! The page's server: files, and one WebSocket per page. It runs on a thread of its own, and the
 //! process's loop never waits for it.
 
+mod door;
 mod guard;
 mod live;
 
@@ -18,6 +19,7 @@ use crossbeam::channel::{Receiver, Sender, bounded};
 
 use crate::requests::Wish;
 use crate::sheet::Sheet;
+pub(crate) use door::Door;
 pub(crate) use guard::Token;
 
 /// Wishes that wait for the loop; further ones are answered with an error.
@@ -83,25 +85,34 @@ pub(crate) struct Web {
     pub(crate) wishes: Receiver<Asked>,
     /// The address that people open.
     pub(crate) url: String,
+    /// What the next life needs for pages to find it.
+    pub(crate) door: Door,
     _stop: tokio::sync::oneshot::Sender<()>,
 }
 
 impl Web {
-    /// Serves pages at an address, or at the next free port where that one is taken.
+    /// Serves pages at an address: at the port and with the token of the life before, which pages
+    /// know, or else at the next free port where the address's own is taken.
     ///
     /// # Errors
     ///
     /// The address is none of this machine, or the system has no thread or random number left.
-    pub(crate) fn serve(address: SocketAddr, urdf: &str, first: u16) -> io::Result<Self> {
-        let listener = match TcpListener::bind(address) {
-            Err(error) if error.kind() == io::ErrorKind::AddrInUse => {
-                TcpListener::bind(SocketAddr::new(address.ip(), 0))?
-            }
+    pub(crate) fn serve(address: SocketAddr, before: Door, urdf: &str, first: u16) -> io::Result<Self> {
+        let port = before.port.unwrap_or(address.port());
+        let bound = TcpListener::bind(SocketAddr::new(address.ip(), port));
+        let taken = |error: &io::Error| error.kind() == io::ErrorKind::AddrInUse;
+        let listener = match bound {
+            Err(error) if taken(&error) => TcpListener::bind(SocketAddr::new(address.ip(), 0))?,
             bound => bound?,
         };
         listener.set_nonblocking(true)?;
         let at = listener.local_addr()?;
-        let token = if at.ip().is_loopback() { None } else { Some(Token::new()?) };
+        let token = match before.token {
+            _ if at.ip().is_loopback() => None,
+            Some(token) => Some(token),
+            None => Some(Token::new()?),
+        };
+        let door = Door { port: Some(at.port()), token: token.clone() };
         let query = token.as_ref().map_or(String::new(), |token| format!("?token={}", token.as_str()));
         let (wishes, asked) = bounded(WISHES);
         let shared = Arc::new(Shared {
@@ -131,7 +142,7 @@ impl Web {
                 }
             });
         })?;
-        Ok(Self { shared, wishes: asked, url: format!("http://{at}/{query}"), _stop: stop })
+        Ok(Self { shared, wishes: asked, url: format!("http://{at}/{query}"), door, _stop: stop })
     }
 
     /// Pages that are open.

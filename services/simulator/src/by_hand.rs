@@ -196,6 +196,13 @@ impl World {
         Ok(Done)
     }
 
+    /// Puts back what is in people's hands: those who held it are gone.
+    pub fn put_all_back(&mut self, now: Instant) {
+        for taken in std::mem::take(&mut self.state.taken) {
+            self.give_back(now, taken);
+        }
+    }
+
     fn give_back(&mut self, now: Instant, taken: Taken) {
         self.state.taken.retain(|other| other.hand != taken.hand);
         if let Some(thing) = self.state.things.get_mut(taken.index) {

@@ -18,6 +18,8 @@ pub(crate) struct Desk {
     /// What the lesson is called; empty for the one that the robot was started with.
     name: Text,
     saving: Saving,
+    /// The console's life whose hands these are.
+    life: u64,
     answers: Vec<ActAnswer>,
     /// How many things, people and occluders an observation has room for.
     room: usize,
@@ -30,6 +32,7 @@ impl Desk {
             lesson: lesson.clone(),
             name: Text::default(),
             saving: Saving::default(),
+            life: 0,
             answers: Vec::new(),
             room,
         }
@@ -38,6 +41,13 @@ impl Desk {
     /// What the open lesson is called; empty for the one that the robot was started with.
     pub(crate) fn name(&self) -> Text {
         self.name
+    }
+
+    /// Hears which life of the console the next acts are of: the hands of an earlier one are gone.
+    pub(crate) fn listen(&mut self, world: &mut World, now: Instant, life: u64) {
+        if std::mem::replace(&mut self.life, life) != life {
+            world.put_all_back(now);
+        }
     }
 
     /// Does what somebody does by hand.

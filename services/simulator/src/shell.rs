@@ -49,6 +49,7 @@ pub fn run(launch: &Launch, robot: &Robot, lesson: &Lesson) -> Result<(), Failur
             limbs.note(frame.entries());
         }
         while let Some(frame) = acts.receive()? {
+            desk.listen(&mut world, now, frame.head().incarnation);
             for act in frame.entries() {
                 desk.take(&mut world, now, act);
             }
