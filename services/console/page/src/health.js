@@ -1,0 +1,52 @@
+// Leo's processes, buses and joints in trouble, for who looks after it.
+import { find, make } from './element.js';
+
+export class Health {
+  #cells;
+  #details = /** @type {HTMLDetailsElement} */ (find('health'));
+
+  /** @param {import('./cells.js').Cells} cells */
+  constructor(cells) {
+    this.#cells = cells;
+    cells.on(['process/', 'bus/', 'joint-trouble'], () => this.#update());
+    this.#details.addEventListener('toggle', () => this.#update());
+  }
+
+  #update() {
+    const processes = this.#cells.under('process/');
+    const buses = this.#cells.under('bus/');
+    const trouble = this.#cells.get('joint-trouble') ?? [];
+    const bad = processes.filter(([, process]) => !['running', 'ready', 'up', 'ok'].includes(process.state)).length;
+    const parts = [`${processes.length} processes${bad === 0 ? '' : `, ${bad} not running`}`, `${buses.length} buses`];
+    if (trouble.length > 0) parts.push(`${trouble.length} joints in trouble`);
+    find('health-summary').textContent = parts.join(' · ');
+    this.#details.classList.toggle('bad', bad + trouble.length > 0);
+    if (!this.#details.open) return;
+    find('health-body').replaceChildren(
+      table(['process', 'state', 'Hz', 'p50 µs', 'p99 µs', 'overruns', 'drops'], processes.map(([key, process]) => [
+        key.slice('process/'.length), state(process), number(process.rate_hz), number(process.execution_us?.p50),
+        number(process.execution_us?.p99), number(process.overruns), number(process.drops)])),
+      table(['bus', 'cycles', 'errors', 'quarantined'], buses.map(([key, bus]) => [
+        key.slice('bus/'.length), number(bus.cycles), number(bus.errors), number(bus.quarantined)])),
+      make('ul', {}, ...trouble.map((/** @type {any} */ each) => make('li', { text: `${each.joint}: ${each.mode}, ${each.cause}` }))),
+    );
+  }
+}
+
+/** @param {any} process */
+function state(process) {
+  return process.life > 1 ? `${process.state} (life ${process.life})` : process.state;
+}
+
+/** @param {any} value */
+function number(value) {
+  if (Array.isArray(value)) return String(value.length);
+  return typeof value === 'number' ? String(Math.round(value)) : '–';
+}
+
+/** @param {string[]} heads @param {string[][]} rows */
+function table(heads, rows) {
+  return make('table', {},
+    make('thead', {}, make('tr', {}, ...heads.map((text) => make('th', { scope: 'col', text })))),
+    make('tbody', {}, ...rows.map((row) => make('tr', {}, ...row.map((text) => make('td', { text }))))));
+}

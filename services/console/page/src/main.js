@@ -1,0 +1,301 @@
+// The page: puts its parts together.
+import { Beliefs, idOf } from './beliefs.js';
+import { Cells } from './cells.js';
+import { Chair } from './chair.js';
+import { Connection, liveAddress } from './connection.js';
+import { Dialogue } from './dialogue.js';
+import { listDivides } from './divides.js';
+import { find, make, write } from './element.js';
+import { Hand } from './hand.js';
+import { Health } from './health.js';
+import { Keys } from './keys.js';
+import { landing } from './landing.js';
+import { VIEWS, freeSeat, freely, fromAbove, overTable, throughEyes, throughLeo } from './lens.js';
+import { Lessons } from './lessons.js';
+import { Marks } from './marks.js';
+import { repaint } from './paint.js';
+import { Palette } from './palette.js';
+import { Pointer } from './pointer.js';
+import { apart } from './pose.js';
+import { probe } from './probe.js';
+import { Stage, camera, isSoftware } from './stage.js';
+import { Tasks } from './tasks.js';
+import { Timeline } from './timeline.js';
+import { Toasts } from './toasts.js';
+import { believes } from './words.js';
+import { World } from './world.js';
+
+const software = isSoftware();
+const cells = new Cells();
+const toasts = new Toasts(find('toasts'));
+const connection = new Connection(liveAddress(location), (message) => cells.apply(message), connectionChanged);
+
+/**
+ * Asks Leo, and shows what it answers when it cannot.
+ * @param {string} what
+ * @param {Record<string, any>} [content]
+ */
+async function ask(what, content) {
+  const answer = await connection.ask(what, content);
+  if (answer.error !== undefined && connection.state === 'connected') toasts.show(answer.error, 'error');
+  return answer;
+}
+
+/** @param {import('./connection.js').State} state */
+function connectionChanged(state) {
+  document.body.dataset.connection = state;
+  const words = { connecting: 'Connecting…', connected: 'Connected', lost: 'Leo is away. Trying again…' };
+  write(/** @type {Element} */ (find('connection').querySelector('.label')), words[state]);
+  if (state === 'lost') hand.cancel();
+}
+
+// The scenes and the views on them.
+
+const stage = new Stage(/** @type {HTMLCanvasElement} */ (find('canvas')), { software });
+const shadows = !software;
+const world = new World(cells, { shadows }, () => stage.request(main));
+const chair = new Chair({ ask }, cells, () => {
+  if (view === 'seat') stage.request(main);
+});
+const minds = [0, 1].map((perspective) => {
+  const beliefs = new Beliefs(cells, { shadows: false });
+  beliefs.perspective = perspective;
+  const element = find(`mind-${perspective}`);
+  const eye = camera();
+  return { beliefs, view: { element, scene: beliefs.scene, camera: eye, aim: (/** @type {number} */ aspect) => overTable(eye, aspect) } };
+});
+
+/** @type {import('./lens.js').Name} */
+let view = 'seat';
+let free = freeSeat();
+let near = 1;
+
+const eye = camera();
+const main = {
+  element: find('main-view'),
+  scene: world.scene,
+  camera: eye,
+  aim: (/** @type {number} */ aspect) => {
+    if (view === 'seat') throughEyes(eye, chair.seat, aspect);
+    else if (view === 'leo') throughLeo(eye, cells.get('mind/0')?.eye, aspect);
+    else if (view === 'above') fromAbove(eye, aspect, near);
+    else freely(eye, free, aspect);
+    world.present(view);
+  },
+  drawn: () => marks.place(),
+};
+const marks = new Marks(find('marks'), cells, world, eye);
+for (const each of [main, ...minds.map((mind) => mind.view)]) stage.add(each);
+
+/** @param {import('./lens.js').Name} name */
+function look(name) {
+  view = name;
+  document.body.dataset.view = name;
+  for (const button of find('views').children) {
+    button.setAttribute('aria-checked', String(/** @type {HTMLElement} */ (button).dataset.view === name));
+  }
+  stage.request(main);
+}
+for (const { name, label } of VIEWS) {
+  find('views').append(make('button', { type: 'button', role: 'radio', data: { view: name }, text: label, onclick: () => look(name) }));
+}
+look('seat');
+
+// The hand, the pointer and the keyboard.
+
+const hand = new Hand({ ask }, cells, world, () => stage.request(main));
+
+/** The robot's own belief in a thing. @param {string | null} key @returns {number | null} */
+function beliefOf(key) {
+  const thing = key === null ? undefined : cells.get(key);
+  if (thing === undefined || thing.kind !== 'object') return null;
+  if (thing.belief !== undefined) return thing.belief;
+  const nearest = cells.under('belief/0/').filter(([, belief]) => belief.p !== null)
+    .map(([id, belief]) => ({ id: idOf(id), far: apart(belief.p, thing.p) })).sort((a, b) => a.far - b.far)[0];
+  return nearest !== undefined && nearest.far < 0.06 ? nearest.id : null;
+}
+
+/** @param {string | null} key */
+function select(key) {
+  world.selected = key;
+  world.mark();
+  follow(beliefOf(key));
+  stage.request(main);
+}
+
+/** Shows one of the robot's own beliefs everywhere. @param {number | null} id */
+function follow(id) {
+  timeline.id = id;
+  timeline.update();
+  for (const mind of minds) mind.beliefs.selected = id;
+  thought();
+}
+
+/** @param {string | null} key */
+function hover(key) {
+  if (world.hovered === key) return;
+  world.hovered = key;
+  world.mark();
+  main.element.classList.toggle('over', key !== null);
+  stage.request(main);
+}
+
+/** @param {import('./seat.js').Seat} seat */
+function sit(seat) {
+  if (view === 'free') {
+    free = seat;
+    stage.request(main);
+    return;
+  }
+  find('hint').hidden = true;
+  chair.move(seat);
+}
+
+/** @param {string} key */
+async function remove(key) {
+  const thing = cells.get(key);
+  if (thing === undefined || cells.get('workspace')?.mode !== 'set-up') return;
+  select(null);
+  await ask('remove', { thing: thing.name });
+}
+
+const desk = {
+  element: main.element,
+  camera: eye,
+  cells,
+  world,
+  hand,
+  view: () => view,
+  seat: () => (view === 'free' ? free : chair.seat),
+  sit,
+  ask,
+  select,
+  hover,
+  remove,
+  movable: () => cells.get('workspace')?.simulated === true && connection.state === 'connected',
+  zoom: (/** @type {number} */ factor) => {
+    near = Math.min(1.3, Math.max(0.35, near * factor));
+    stage.request(main);
+  },
+  undo: () => ask('undo'),
+};
+const pointer = new Pointer(desk);
+new Keys(desk);
+find('marks').addEventListener('focusin', (event) => {
+  const key = /** @type {HTMLElement} */ (event.target).dataset.key ?? null;
+  if (/** @type {HTMLElement} */ (event.target).matches(':focus-visible')) hover(key);
+});
+find('marks').addEventListener('focusout', () => hover(null));
+for (const id of ['palette', 'hint']) find(id).addEventListener('pointerdown', (event) => event.stopPropagation());
+for (const tools of document.querySelectorAll('.tools')) {
+  for (const kind of ['pointerdown', 'wheel']) tools.addEventListener(kind, (event) => event.stopPropagation());
+}
+find('hint-close').addEventListener('click', () => (find('hint').hidden = true));
+
+// The panels.
+
+const timeline = new Timeline(cells);
+new Dialogue(cells, (text) => ask('say', { text }));
+new Tasks(cells);
+new Lessons(cells, ask, toasts);
+new Health(cells);
+new Palette(cells, {
+  aim: (event) => {
+    const rect = main.element.getBoundingClientRect();
+    const tools = find('palette').getBoundingClientRect();
+    const on = (/** @type {DOMRect} */ r) => event.clientX > r.left && event.clientX < r.right && event.clientY > r.top && event.clientY < r.bottom;
+    return on(rect) && !on(tools) ? pointer.ground(event, 0) : null;
+  },
+  preview: (item, at) => {
+    if (item === null || at === undefined || !('kind' in item)) world.land(null);
+    else {
+      const thing = { ...item.kind, rgb: item.colour.rgb };
+      const others = cells.under('thing/').map(([, other]) => other);
+      world.land(thing, landing(thing, at, 0, others));
+    }
+    stage.request(main);
+  },
+  lying: () => cells.under('thing/').map(([, thing]) => thing).filter((thing) => thing.kind !== 'person' && thing.p),
+  ask,
+});
+
+// What is believed.
+
+/** Which perspective is shown beside the robot's own. */
+let partner = 1;
+let thinking = false;
+
+/** Draws the beliefs anew, once for all changes of a message. */
+function thought() {
+  if (thinking) return;
+  thinking = true;
+  queueMicrotask(() => {
+    thinking = false;
+    for (const mind of minds) mind.beliefs.update();
+    stage.request(...minds.map((mind) => mind.view));
+    listDivides(find('divides'), cells, partner, follow);
+    find('divides-empty').hidden = cells.under(`divide/${partner}/`).length > 0;
+    count();
+  });
+}
+
+function count() {
+  for (const [at, perspective] of [0, partner].entries()) {
+    const mind = cells.get(`mind/${perspective}`);
+    const element = /** @type {Element} */ (find(`mind-${at}`).parentElement?.querySelector('.count'));
+    const n = cells.under(`belief/${perspective}/`).length;
+    write(element, mind?.present === false ? 'is away' : `${n} ${n === 1 ? 'thing' : 'things'}`);
+  }
+}
+
+function perspectives() {
+  const robot = cells.get('robot');
+  const all = (robot?.perspectives ?? []).filter((/** @type {any} */ each) => each.number !== 0);
+  if (all.length > 0 && !all.some((/** @type {any} */ each) => each.number === partner)) partner = all[0].number;
+  const tabs = find('perspectives');
+  tabs.hidden = all.length < 2;
+  tabs.replaceChildren(...all.map((/** @type {any} */ each) => make('button', {
+    type: 'button',
+    role: 'tab',
+    'aria-selected': String(each.number === partner),
+    title: believes(each, robot.agents ?? {}),
+    text: each.name,
+    onclick: () => {
+      partner = each.number;
+      perspectives();
+    },
+  })));
+  const shown = all.find((/** @type {any} */ each) => each.number === partner);
+  if (shown !== undefined) write(find('mind-1-title'), believes(shown, robot.agents ?? {}));
+  minds[1].beliefs.perspective = partner;
+  thought();
+}
+
+cells.on(['belief/', 'divide/', 'thing/', 'mind/'], thought);
+cells.on('robot', perspectives);
+cells.on('mind/0', () => {
+  if (view === 'leo') stage.request(main);
+});
+cells.on('thing/', () => {
+  if (world.selected !== null && cells.get(world.selected) === undefined) select(null);
+  else if (world.selected !== null && timeline.id === null) follow(beliefOf(world.selected));
+});
+
+// The theme.
+
+function themeChanged() {
+  repaint();
+  world.repaint();
+  for (const mind of minds) mind.beliefs.repaint();
+  stage.request();
+}
+matchMedia('(prefers-color-scheme: dark)').addEventListener('change', themeChanged);
+
+// Leo's body, and Leo.
+
+world.body.load(`/leo.urdf${location.search}`)
+  .then(() => stage.request())
+  .catch((error) => toasts.show(`Leo's body cannot be shown: ${error.message}`, 'error'));
+connection.open();
+
+probe({ cells, connection, stage, marks, main: main.element, world, chair, hand, look });

@@ -1,0 +1,60 @@
+// A person in the scene: a head that looks somewhere, and what it can see as a cone.
+import {
+  CircleGeometry,
+  Group,
+  Mesh,
+  MeshBasicMaterial,
+  MeshLambertMaterial,
+  SphereGeometry,
+  DoubleSide,
+  ConeGeometry,
+} from 'three';
+import { themed } from './paint.js';
+
+const HEAD_M = 0.085;
+const CONE_M = 0.34;
+const ball = new SphereGeometry(1, 24, 16);
+
+export class Person extends Group {
+  #skin = new MeshLambertMaterial();
+  #cone = new MeshBasicMaterial({ transparent: true, opacity: 0.13, side: DoubleSide, depthWrite: false });
+
+  /** @param {number} cone half the angle of what he sees, radians */
+  constructor(cone) {
+    super();
+    const head = new Mesh(ball, this.#skin);
+    head.scale.set(0.9 * HEAD_M, 0.8 * HEAD_M, HEAD_M);
+    head.position.x = -0.6 * HEAD_M;
+    head.castShadow = true;
+    const white = new MeshLambertMaterial({ color: 0xffffff });
+    const dark = new MeshLambertMaterial({ color: 0x222222 });
+    for (const side of [-1, 1]) {
+      const eye = new Mesh(ball, white);
+      eye.scale.setScalar(0.021);
+      eye.position.set(0.2 * HEAD_M, side * 0.032, 0.008);
+      const pupil = new Mesh(ball, dark);
+      pupil.scale.setScalar(0.011);
+      pupil.position.set(0.2 * HEAD_M + 0.014, side * 0.032, 0.008);
+      this.add(eye, pupil);
+    }
+    const depth = CONE_M * Math.cos(cone);
+    const radius = CONE_M * Math.sin(cone);
+    const mantle = new ConeGeometry(radius, depth, 40, 1, true).rotateZ(Math.PI / 2).translate(depth / 2, 0, 0);
+    const field = new Mesh(mantle, this.#cone);
+    const end = new Mesh(new CircleGeometry(radius, 40).rotateY(Math.PI / 2).translate(depth, 0, 0), this.#cone);
+    this.add(head, field, end);
+    this.field = [field, end];
+    this.repaint();
+  }
+
+  repaint() {
+    this.#skin.color.copy(themed('you'));
+    this.#cone.color.copy(themed('you'));
+  }
+
+  /** @param {readonly number[]} p @param {readonly number[]} q x along the line of sight */
+  look(p, q) {
+    this.position.set(p[0], p[1], p[2]);
+    this.quaternion.set(q[0], q[1], q[2], q[3]);
+  }
+}
