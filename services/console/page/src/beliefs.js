@@ -116,8 +116,8 @@ export class Beliefs {
     solid.place(belief.p, belief.q);
     solid.look(mark === 'unknown' ? 'empty' : mark === 'unplaced' ? 'faded' : remembered ? 'ghost' : 'solid');
     const chosen = twin !== null && twin === this.selected;
-    solid.rim(chosen ? 'focus' : mark === 'different' || mark === 'imagined' ? 'false' : null);
-    solid.outline(mark === 'unknown' ? 'false' : remembered || mark === 'unplaced' ? 'faint' : null, mark === 'unknown');
+    solid.rim(chosen ? 'focus' : mark === null || mark === 'unplaced' ? null : 'false');
+    solid.outline(mark === 'unknown' ? 'false' : remembered || mark === 'unplaced' ? 'faint' : null);
   }
 
   /** From where it is believed to where Leo believes it. @param {number[]} points */

@@ -4,11 +4,12 @@ import { looksAt } from './pose.js';
 
 /** @typedef {import('three').PerspectiveCamera} Camera */
 /** @typedef {import('./seat.js').Seat} Seat */
+/** @typedef {{centre: [number, number], half: [number, number]}} Extent a region of the table */
 /** @typedef {'seat' | 'leo' | 'above' | 'free'} Name */
 
 /** What is seen above and below the line of sight, as tangents: Leo's face, and the table's near edge. */
-const ABOVE = 0.6;
-const BELOW = 0.36;
+const ABOVE = 0.86;
+const BELOW = 0.37;
 const DEGREES = 180 / Math.PI;
 
 export const VIEWS = /** @type {{name: Name, label: string}[]} */ ([
@@ -62,11 +63,11 @@ export function throughLeo(camera, eye, aspect) {
  */
 export function fromAbove(camera, aspect, near) {
   centred(camera, aspect, 40);
-  const height = (Math.max(0.92, 1.05 / aspect) / Math.tan(20 / DEGREES)) * near;
-  camera.position.set(0, 0.72, height);
+  const height = (Math.max(0.86, 1.05 / aspect) / Math.tan(20 / DEGREES)) * near;
+  camera.position.set(0, 0.79, height);
   camera.up.set(0, -1, 0);
   camera.near = 0.1;
-  camera.lookAt(0, 0.72, 0);
+  camera.lookAt(0, 0.79, 0);
 }
 
 /** @param {Camera} camera @param {Seat} seat @param {number} aspect */
@@ -79,15 +80,17 @@ export function freely(camera, seat, aspect) {
 }
 
 /**
- * What is believed: from the teacher's side, steeply from above, so that all of the table is in the picture.
+ * What is believed: from the teacher's side, steeply from above, so that all that lies there is in the picture.
  * @param {Camera} camera
+ * @param {Extent} extent
  * @param {number} aspect
  */
-export function overTable(camera, aspect) {
+export function overTable(camera, { centre, half }, aspect) {
   centred(camera, aspect, 34);
-  const far = Math.max(1, 1.72 / aspect) * 1.62;
-  const at = new Vector3(0, 0.7, 0.02);
-  const direction = new Vector3(0, 0.62, 1).normalize();
+  const deep = 0.66 * half[1] + 0.09;
+  const far = Math.max(deep, (half[0] + 0.06) / aspect) / Math.tan(17 / DEGREES) + 0.35 * half[1];
+  const at = new Vector3(centre[0], centre[1], 0.05);
+  const direction = new Vector3(0, 0.7, 1).normalize();
   camera.position.copy(at).addScaledVector(direction, far);
   camera.up.set(0, 0, 1);
   camera.near = 0.1;

@@ -6,6 +6,7 @@ import { Connection, liveAddress } from './connection.js';
 import { Dialogue } from './dialogue.js';
 import { listDivides } from './divides.js';
 import { find, make, write } from './element.js';
+import { extent } from './extent.js';
 import { Hand } from './hand.js';
 import { Health } from './health.js';
 import { Keys } from './keys.js';
@@ -62,8 +63,11 @@ const minds = [0, 1].map((perspective) => {
   beliefs.perspective = perspective;
   const element = find(`mind-${perspective}`);
   const eye = camera();
-  return { beliefs, view: { element, scene: beliefs.scene, camera: eye, aim: (/** @type {number} */ aspect) => overTable(eye, aspect) } };
+  return { beliefs, view: { element, scene: beliefs.scene, camera: eye, aim: (/** @type {number} */ aspect) => overTable(eye, region, aspect) } };
 });
+
+/** What is drawn of the table where beliefs are. */
+let region = extent([]);
 
 /** @type {import('./lens.js').Name} */
 let view = 'seat';
@@ -232,9 +236,13 @@ function thought() {
   queueMicrotask(() => {
     thinking = false;
     for (const mind of minds) mind.beliefs.update();
+    region = extent([...cells.under('thing/').map(([, thing]) => thing).filter(({ kind }) => kind !== 'person'),
+      ...minds.flatMap(({ beliefs }) => cells.under(`belief/${beliefs.perspective}/`).map(([, belief]) => belief))]);
     stage.request(...minds.map((mind) => mind.view));
     listDivides(find('divides'), cells, partner, follow);
-    find('divides-empty').hidden = cells.under(`divide/${partner}/`).length > 0;
+    const differs = cells.under(`divide/${partner}/`).length > 0;
+    find('divides-empty').hidden = differs;
+    find('divides').hidden = !differs;
     count();
   });
 }

@@ -43,6 +43,14 @@ export function rim(name) {
 }
 
 /**
+ * The material of what is not there: a flat fill inside a rim.
+ * @param {string} name of a colour of the theme
+ */
+export function hollow(name) {
+  return kept(`hollow ${name}`, () => new MeshBasicMaterial({ color: themed(name) }), name);
+}
+
+/**
  * The material of lines.
  * @param {string} name of a colour of the theme
  * @param {{width?: number, dashed?: boolean}} [how] width in metres
@@ -53,8 +61,8 @@ export function line(name, { width = 0.004, dashed = false } = {}) {
     linewidth: width,
     worldUnits: true,
     dashed,
-    dashSize: 0.014,
-    gapSize: 0.01,
+    dashSize: 0.02,
+    gapSize: 0.009,
   });
   return /** @type {LineMaterial} */ (kept(`line ${name} ${width} ${dashed}`, make, name));
 }

@@ -1,6 +1,5 @@
 // A person in the scene: a head that looks somewhere, and what it can see as a cone.
 import {
-  CircleGeometry,
   Group,
   Mesh,
   MeshBasicMaterial,
@@ -11,13 +10,13 @@ import {
 } from 'three';
 import { themed } from './paint.js';
 
-const HEAD_M = 0.085;
+const HEAD_M = 0.075;
 const CONE_M = 0.34;
 const ball = new SphereGeometry(1, 24, 16);
 
 export class Person extends Group {
   #skin = new MeshLambertMaterial();
-  #cone = new MeshBasicMaterial({ transparent: true, opacity: 0.13, side: DoubleSide, depthWrite: false });
+  #cone = new MeshBasicMaterial({ transparent: true, opacity: 0.09, side: DoubleSide, depthWrite: false });
 
   /** @param {number} cone half the angle of what he sees, radians */
   constructor(cone) {
@@ -41,9 +40,8 @@ export class Person extends Group {
     const radius = CONE_M * Math.sin(cone);
     const mantle = new ConeGeometry(radius, depth, 40, 1, true).rotateZ(Math.PI / 2).translate(depth / 2, 0, 0);
     const field = new Mesh(mantle, this.#cone);
-    const end = new Mesh(new CircleGeometry(radius, 40).rotateY(Math.PI / 2).translate(depth, 0, 0), this.#cone);
-    this.add(head, field, end);
-    this.field = [field, end];
+    this.add(head, field);
+    this.field = [field];
     this.repaint();
   }
 

@@ -2,7 +2,7 @@
 import { Group, Mesh } from 'three';
 import { LineSegments2 } from 'three/examples/jsm/lines/LineSegments2.js';
 import { LineSegmentsGeometry } from 'three/examples/jsm/lines/LineSegmentsGeometry.js';
-import { line, paint, rim } from './paint.js';
+import { hollow, line, paint, rim } from './paint.js';
 import { edgesOf, form } from './shapes.js';
 
 /** @typedef {import('./pose.js').Point} Point */
@@ -30,10 +30,9 @@ export class Solid extends Group {
     this.add(this.#body);
   }
 
-  /** @param {import('./paint.js').Look | 'empty'} look */
+  /** @param {import('./paint.js').Look | 'empty'} look `empty`: nothing but its rim */
   look(look) {
-    this.#body.visible = look !== 'empty';
-    if (look !== 'empty') this.#body.material = paint(this.rgb, look);
+    this.#body.material = look === 'empty' ? hollow('table') : paint(this.rgb, look);
     this.#body.castShadow = look === 'solid';
   }
 
@@ -68,7 +67,7 @@ export class Solid extends Group {
       this.#outline.computeLineDistances();
       this.add(this.#outline);
     }
-    this.#outline.material = line(colour, { dashed });
+    this.#outline.material = line(colour, { dashed, width: dashed ? 0.006 : 0.0035 });
     this.#outline.visible = true;
   }
 

@@ -22,7 +22,7 @@ export function isSoftware() {
 
 export class Stage {
   /** @type {View[]} */
-  #views = [];
+  views = [];
   /** @type {Set<View>} */
   #stale = new Set();
   #waiting = false;
@@ -51,7 +51,7 @@ export class Stage {
 
   /** @param {View} view */
   add(view) {
-    this.#views.push(view);
+    this.views.push(view);
     new ResizeObserver(() => this.resize()).observe(view.element);
     this.request(view);
   }
@@ -59,12 +59,14 @@ export class Stage {
   resize() {
     const { clientWidth, clientHeight } = this.#canvas;
     this.renderer.setSize(clientWidth, clientHeight, false);
-    this.request();
+    // A canvas of another size is empty: what is seen of it next must be drawn already.
+    for (const view of this.views) this.#stale.add(view);
+    this.#draw();
   }
 
   /** Has views drawn before the next frame of the page. @param {...View} views all without */
   request(...views) {
-    for (const view of views.length === 0 ? this.#views : views) this.#stale.add(view);
+    for (const view of views.length === 0 ? this.views : views) this.#stale.add(view);
     if (this.#waiting) return;
     this.#waiting = true;
     requestAnimationFrame(() => {

@@ -2,7 +2,7 @@
 import { draw, find, make } from './element.js';
 import { believes } from './words.js';
 
-const ROW = 26;
+const ROW = 23;
 const BAR = 14;
 const LABEL = 8;
 
@@ -86,15 +86,16 @@ export class Timeline {
 
   /** @param {{label: string, track: any}[]} rows @param {number} from @param {number} to */
   #draw(rows, from, to) {
-    const width = Math.max(200, this.#picture.clientWidth);
+    const width = Math.max(200, this.#picture.clientWidth - 20);
     const left = Math.min(160, 0.3 * width);
     const x = (/** @type {number} */ t) => left + ((width - left - LABEL) * (t - from)) / Math.max(1e-6, to - from);
-    const svg = draw('svg', { width, height: rows.length * ROW + 20, 'aria-hidden': 'true' });
+    const svg = draw('svg', { width, height: rows.length * ROW + 14, 'aria-hidden': 'true' });
     rows.forEach(({ label, track }, at) => {
       const y = at * ROW + (ROW - BAR) / 2;
       const kind = track.perspective === 0 ? 'robot' : 'partner';
       svg.append(text(0, y + BAR - 3, label, 'row'));
-      svg.append(draw('line', { x1: x(from), x2: x(to), y1: y + BAR / 2, y2: y + BAR / 2, class: 'nothing' }));
+      const line = draw('line', { x1: x(from), x2: x(to), y1: y + BAR / 2, y2: y + BAR / 2, class: 'nothing' });
+      svg.append(line);
       for (const segment of segments(track.points, to)) {
         if (!segment.known) continue;
         const [a, b] = [x(Math.max(from, segment.from)), x(segment.to)];
@@ -104,7 +105,7 @@ export class Timeline {
         if (state !== '' && b - a > 7 * state.length + 8) svg.append(text(a + 5, y + BAR - 3.5, state, 'state'));
       }
     });
-    const below = rows.length * ROW + 14;
+    const below = rows.length * ROW + 10;
     svg.append(text(x(from), below, `${from.toFixed(1)} s`, 'time'), text(x(to), below, `${to.toFixed(1)} s`, 'time end'));
     this.#picture.replaceChildren(svg);
   }
