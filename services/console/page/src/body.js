@@ -1,10 +1,31 @@
 // Leo's body: loaded from its URDF, moved by its joints.
-import { Group, MeshLambertMaterial } from 'three';
+import { CylinderGeometry, Group, SphereGeometry } from 'three';
 import URDFLoader from 'urdf-loader';
+import { surface } from './surface.js';
 
 /** Links of the head are left out where one looks through its eyes. */
 const HEAD = 'head_pitch_link';
 const NECK = ['neck_yaw_link', 'neck_pitch_link', 'neck_roll_link'];
+
+/** @type {Map<number, ReturnType<typeof surface>>} */
+const materials = new Map();
+
+/** One material for all of one colour. @param {import('three').Color} color */
+function furs(color) {
+  const key = color.getHex();
+  const material = materials.get(key) ?? surface({ color });
+  materials.set(key, material);
+  return material;
+}
+
+const BALL = new SphereGeometry(1, 18, 12);
+const ROUND = new CylinderGeometry(1, 1, 1, 18);
+
+/** The loader's balls have 1,800 corners each, which is more than anybody sees. @param {any} geometry */
+function coarse(geometry) {
+  if (geometry.type === 'SphereGeometry') return BALL;
+  return geometry.type === 'CylinderGeometry' ? ROUND : geometry;
+}
 
 export class Body extends Group {
   /** @type {import('urdf-loader').URDFRobot | null} */
@@ -26,7 +47,8 @@ export class Body extends Group {
       const mesh = /** @type {any} */ (part);
       if (mesh.isURDFCollider) mesh.visible = false;
       if (mesh.isMesh) {
-        mesh.material = new MeshLambertMaterial({ color: mesh.material.color });
+        mesh.material = furs(mesh.material.color);
+        mesh.geometry = coarse(mesh.geometry);
         mesh.castShadow = true;
       }
     });

@@ -20,6 +20,7 @@ import { Pointer } from './pointer.js';
 import { apart } from './pose.js';
 import { probe } from './probe.js';
 import { Stage, camera, isSoftware } from './stage.js';
+import { lightFor } from './surface.js';
 import { Tasks } from './tasks.js';
 import { Timeline } from './timeline.js';
 import { Toasts } from './toasts.js';
@@ -27,6 +28,7 @@ import { believes } from './words.js';
 import { World } from './world.js';
 
 const software = isSoftware();
+lightFor(software);
 const cells = new Cells();
 const toasts = new Toasts(find('toasts'));
 const connection = new Connection(liveAddress(location), (message) => cells.apply(message), connectionChanged);

@@ -1,12 +1,13 @@
 // The materials of things, one for all of one colour and look, and the colours of the page's theme.
-import { BackSide, Color, MeshBasicMaterial, MeshLambertMaterial } from 'three';
+import { BackSide, Color, MeshBasicMaterial } from 'three';
 import { LineMaterial } from 'three/examples/jsm/lines/LineMaterial.js';
+import { surface } from './surface.js';
 
 /** @typedef {'solid' | 'faded' | 'ghost'} Look */
 
 const OPACITY = { solid: 1, faded: 0.28, ghost: 0.5 };
 
-/** @type {Map<string, MeshLambertMaterial>} */
+/** @type {Map<string, ReturnType<typeof surface>>} */
 const paints = new Map();
 /** @type {Map<string, import('three').Material>} */
 const lines = new Map();
@@ -21,14 +22,8 @@ export function paint(rgb, look = 'solid') {
   const key = `${colour.map((value) => value.toFixed(3)).join()} ${look}`;
   let material = paints.get(key);
   if (material === undefined) {
-    const opacity = OPACITY[look];
-    material = new MeshLambertMaterial({
-      color: new Color().setRGB(colour[0], colour[1], colour[2]),
-      vertexColors: true,
-      transparent: opacity < 1,
-      opacity,
-      depthWrite: opacity === 1,
-    });
+    const color = new Color().setRGB(colour[0], colour[1], colour[2]);
+    material = surface({ color, shaded: true, opacity: OPACITY[look] });
     paints.set(key, material);
   }
   return material;

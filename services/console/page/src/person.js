@@ -3,19 +3,19 @@ import {
   Group,
   Mesh,
   MeshBasicMaterial,
-  MeshLambertMaterial,
   SphereGeometry,
   DoubleSide,
   ConeGeometry,
 } from 'three';
 import { themed } from './paint.js';
+import { surface } from './surface.js';
 
 const HEAD_M = 0.075;
 const CONE_M = 0.34;
 const ball = new SphereGeometry(1, 24, 16);
 
 export class Person extends Group {
-  #skin = new MeshLambertMaterial();
+  #skin = surface();
   #cone = new MeshBasicMaterial({ transparent: true, opacity: 0.09, side: DoubleSide, depthWrite: false });
 
   /** @param {number} cone half the angle of what he sees, radians */
@@ -25,8 +25,8 @@ export class Person extends Group {
     head.scale.set(0.9 * HEAD_M, 0.8 * HEAD_M, HEAD_M);
     head.position.x = -0.6 * HEAD_M;
     head.castShadow = true;
-    const white = new MeshLambertMaterial({ color: 0xffffff });
-    const dark = new MeshLambertMaterial({ color: 0x222222 });
+    const white = surface();
+    const dark = surface({ color: 0x222222 });
     for (const side of [-1, 1]) {
       const eye = new Mesh(ball, white);
       eye.scale.setScalar(0.021);
@@ -46,7 +46,7 @@ export class Person extends Group {
   }
 
   repaint() {
-    this.#skin.color.copy(themed('you'));
+    this.#skin.tint.copy(themed('you'));
     this.#cone.color.copy(themed('you'));
   }
 

@@ -9,10 +9,10 @@ import {
   BufferGeometry,
   Float32BufferAttribute,
   Mesh,
-  MeshLambertMaterial,
   Scene,
 } from 'three';
 import { themed } from './paint.js';
+import { surface } from './surface.js';
 
 /** The table's borders and thickness, metres. */
 export const TABLE = { x: [-0.95, 0.95], y: [0.1, 1.4], thick: 0.03 };
@@ -30,7 +30,7 @@ export class Room extends Scene {
     this.backdrop = background;
     this.#top = new Mesh(
       new BoxGeometry(TABLE.x[1] - TABLE.x[0], TABLE.y[1] - TABLE.y[0], TABLE.thick),
-      new MeshLambertMaterial(),
+      surface(),
     );
     this.#top.position.set(0, (TABLE.y[0] + TABLE.y[1]) / 2, -TABLE.thick / 2 - 0.0005);
     this.#top.receiveShadow = shadows;
@@ -48,7 +48,7 @@ export class Room extends Scene {
 
   repaint() {
     this.background = themed(this.backdrop);
-    this.#top.material.color.copy(themed('table'));
+    this.#top.material.tint.copy(themed('table'));
     /** @type {LineBasicMaterial} */ (this.#grid.material).color.copy(themed('table-line'));
   }
 

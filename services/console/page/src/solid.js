@@ -24,7 +24,7 @@ export class Solid extends Group {
     this.half = half;
     this.rgb = rgb;
     this.#form = form(half, shape, hole);
-    this.#body = new Mesh(this.#form, paint(rgb));
+    this.#body = new Mesh(this.#form, /** @type {import('three').Material} */ (paint(rgb)));
     this.#body.castShadow = true;
     this.#body.receiveShadow = true;
     this.add(this.#body);

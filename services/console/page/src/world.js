@@ -1,11 +1,12 @@
 // The scene of what is: things, screens, people and Leo's body, as the cells say.
-import { Mesh, MeshLambertMaterial, DoubleSide } from 'three';
+import { Mesh } from 'three';
 import { Body } from './body.js';
 import { themed } from './paint.js';
 import { Person } from './person.js';
 import { Room } from './room.js';
 import { UNIT_BOX } from './shapes.js';
 import { Solid } from './solid.js';
+import { setOpacity, surface } from './surface.js';
 import { Veil } from './veil.js';
 
 /** @typedef {import('./cells.js').Cells} Cells */
@@ -19,7 +20,7 @@ export class World {
   /** Poses of what this page moves itself, before Leo's world has followed. @type {Map<string, Pose>} */
   #echoes = new Map();
   #cells;
-  #glass = new MeshLambertMaterial({ transparent: true, side: DoubleSide });
+  #glass = surface({ both: true });
   /** @type {Solid | null} */
   #landing = null;
   body = new Body();
@@ -59,7 +60,7 @@ export class World {
   repaint() {
     this.scene.repaint();
     this.veil.repaint();
-    this.#glass.color.copy(themed('screen'));
+    this.#glass.tint.copy(themed('screen'));
     for (const { object } of this.#shown.values()) if (object instanceof Person) object.repaint();
   }
 
@@ -69,10 +70,7 @@ export class World {
    */
   present(view) {
     const solid = view === 'seat';
-    this.#glass.opacity = solid ? 1 : 0.34;
-    this.#glass.transparent = !solid;
-    this.#glass.depthWrite = solid;
-    this.#glass.needsUpdate = true;
+    setOpacity(this.#glass, solid ? 1 : 0.34);
     this.body.showHead(view !== 'leo');
     this.veil.visible = view !== 'seat' && !this.veil.empty;
     for (const [key, { object }] of this.#shown) {
