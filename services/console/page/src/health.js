@@ -1,5 +1,5 @@
 // Leo's processes, buses and joints in trouble, for who looks after it.
-import { find, make } from './element.js';
+import { find, make, write } from './element.js';
 
 export class Health {
   #cells;
@@ -8,26 +8,28 @@ export class Health {
   /** @param {import('./cells.js').Cells} cells */
   constructor(cells) {
     this.#cells = cells;
-    cells.on(['process/', 'bus/', 'joint-trouble'], () => this.#update());
+    cells.on(['process/', 'joint-trouble'], () => this.#update());
     this.#details.addEventListener('toggle', () => this.#update());
   }
 
   #update() {
-    const processes = this.#cells.under('process/');
-    const buses = this.#cells.under('bus/');
+    const processes = this.#cells.under('process/').map(([, process]) => process);
+    const buses = processes.flatMap((process) => process.buses ?? []);
     const trouble = this.#cells.get('joint-trouble') ?? [];
-    const bad = processes.filter(([, process]) => !['running', 'ready', 'up', 'ok'].includes(process.state)).length;
-    const parts = [`${processes.length} processes${bad === 0 ? '' : `, ${bad} not running`}`, `${buses.length} buses`];
+    const bad = processes.filter((process) => process.state !== 'running').length;
+    const parts = [`${processes.length} processes${bad === 0 ? '' : `, ${bad} not running`}`];
+    if (buses.length > 0) parts.push(`${buses.length} ${buses.length === 1 ? 'bus' : 'buses'}`);
     if (trouble.length > 0) parts.push(`${trouble.length} joints in trouble`);
-    find('health-summary').textContent = parts.join(' · ');
+    write(find('health-summary'), parts.join(' · '));
     this.#details.classList.toggle('bad', bad + trouble.length > 0);
     if (!this.#details.open) return;
     find('health-body').replaceChildren(
-      table(['process', 'state', 'Hz', 'p50 µs', 'p99 µs', 'overruns', 'drops'], processes.map(([key, process]) => [
-        key.slice('process/'.length), state(process), number(process.rate_hz), number(process.execution_us?.p50),
+      table(['process', 'state', 'Hz', 'p50', 'p99', 'overruns', 'drops'], processes.map((process) => [
+        process.process, state(process), number(process.rate_hz), number(process.execution_us?.p50),
         number(process.execution_us?.p99), number(process.overruns), number(process.drops)])),
-      table(['bus', 'cycles', 'errors', 'quarantined'], buses.map(([key, bus]) => [
-        key.slice('bus/'.length), number(bus.cycles), number(bus.errors), number(bus.quarantined)])),
+      make('p', { class: 'quiet', text: 'p50 and p99: how long a cycle took, µs' }),
+      table(['bus', 'cycles', 'errors', 'quarantined'], buses.map((bus, at) => [
+        bus.name ?? String(bus.bus ?? at), number(bus.cycles), number(bus.errors), number(bus.quarantined)])),
       make('ul', {}, ...trouble.map((/** @type {any} */ each) => make('li', { text: `${each.joint}: ${each.mode}, ${each.cause}` }))),
     );
   }
@@ -35,7 +37,7 @@ export class Health {
 
 /** @param {any} process */
 function state(process) {
-  return process.life > 1 ? `${process.state} (life ${process.life})` : process.state;
+  return process.restarts > 0 ? `${process.state} (restarted ${process.restarts} ×)` : process.state;
 }
 
 /** @param {any} value */

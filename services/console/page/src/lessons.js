@@ -90,15 +90,14 @@ export class Lessons {
   /** @param {any[]} lessons @param {any} workspace */
   #pick(lessons, workspace) {
     const lesson = /** @type {HTMLSelectElement} */ (find('lesson'));
-    const all = lessons.some(({ id }) => id === workspace.lesson)
-      ? lessons
-      : [{ id: workspace.lesson, title: workspace.title }, ...lessons];
+    const known = lessons.find(({ id }) => id === workspace.lesson) ?? lessons.find(({ title }) => title === workspace.title);
+    const all = known === undefined ? [{ id: workspace.lesson, title: workspace.title }, ...lessons] : lessons;
     const said = all.map(({ id, title }) => `${id}=${title}`).join();
     if (lesson.dataset.said !== said) {
       lesson.dataset.said = said;
       lesson.replaceChildren(...all.map(({ id, title }) => make('option', { value: id, text: title })));
     }
-    if (document.activeElement !== lesson) lesson.value = workspace.lesson;
+    if (document.activeElement !== lesson) lesson.value = known?.id ?? workspace.lesson;
     const lay = /** @type {HTMLSelectElement} */ (find('lay'));
     if (lay.dataset.said === String(workspace.tables)) return;
     lay.dataset.said = String(workspace.tables);

@@ -2,6 +2,7 @@
 import { draw, find, make } from './element.js';
 
 const DRAG_PX = 5;
+const ROLES = ['block', 'peg', 'marker'];
 /** A screen as it is put up: metres to each side of its centre. */
 const SCREEN_HALF = /** @type {[number, number, number]} */ ([0.16, 0.01, 0.125]);
 
@@ -51,7 +52,8 @@ export class Palette {
     const said = JSON.stringify([kinds, colours]);
     if (said === this.#said) return;
     this.#said = said;
-    const rows = kinds.map((kind) => {
+    const sorted = [...kinds].sort((a, b) => ROLES.indexOf(a.role) - ROLES.indexOf(b.role));
+    const rows = sorted.map((kind) => {
       const chips = colours.map((colour) => this.#chip({ kind, colour }, `${colour.name} ${words(kind.name)}`, icon(kind, colour)));
       return make('div', { class: 'row', role: 'group', 'aria-label': words(kind.name) }, make('span', { text: words(kind.name) }), ...chips);
     });

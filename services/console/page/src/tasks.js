@@ -19,6 +19,17 @@ export function ranking(hypotheses) {
   };
 }
 
+/**
+ * Whose perspective a key of hypotheses is: "robot" Leo's own, "human" the first teacher's, "partner 2" another's. Pure.
+ * @param {string} key
+ * @returns {number[]} the agents, from the outermost in
+ */
+export function pathOf(key) {
+  if (key === 'robot' || key === '0') return [];
+  if (key === 'human') return [1];
+  return [Number(key.replace(/\D+/g, '')) || 1];
+}
+
 /** @param {number} posterior */
 export function percent(posterior) {
   if (posterior >= 0.9995) return '100 %';
@@ -66,9 +77,8 @@ export class Tasks {
       make('header', {}, make('h3', { text: task.name }), make('span', { class: 'count', text: `${task.examples} ${plural}` })));
     if (task.rule !== null && task.rule !== undefined) section.append(this.#rule(task));
     const views = make('div', { class: 'perspectives' });
-    for (const perspective of Object.keys(task.hypotheses ?? {}).sort((a, b) => Number(a) - Number(b))) {
-      views.append(this.#perspective(task, Number(perspective)));
-    }
+    const keys = Object.keys(task.hypotheses ?? {}).sort((a, b) => pathOf(a).length - pathOf(b).length || a.localeCompare(b));
+    for (const key of keys) views.append(this.#perspective(task, key));
     section.append(views);
     for (const performance of task.performances ?? []) section.append(performed(performance));
     return section;
@@ -78,29 +88,28 @@ export class Tasks {
   #rule(task) {
     const rule = make('p', { class: 'rule', data: { rule: task.rule.name, perspective: task.rule.perspective } },
       make('span', { class: 'key', text: 'Leo goes by' }), ' ', make('strong', { text: task.rule.name }),
-      make('span', { class: 'whose', text: ` ${this.#whose(task.rule.perspective)}` }));
+      make('span', { class: 'whose', text: ` ${this.#whose(String(task.rule.perspective))}` }));
     if (!task.why) return rule;
     return make('div', {}, rule, make('p', { class: 'why', text: `“${task.why}”` }));
   }
 
-  /** @param {number} number */
-  #whose(number) {
+  /** @param {string} key of a perspective */
+  #whose(key) {
     const robot = this.#cells.get('robot');
-    const perspective = robot?.perspectives?.find((/** @type {any} */ each) => each.number === number);
-    return asSeenBy(perspective ?? { number, agents: number === 0 ? [] : [number] }, robot?.agents ?? {});
+    return asSeenBy(pathOf(key), robot?.agents ?? {});
   }
 
-  /** @param {any} task @param {number} number */
-  #perspective(task, number) {
-    const { sorted, tied } = ranking(task.hypotheses[number]);
+  /** @param {any} task @param {string} key */
+  #perspective(task, key) {
+    const { sorted, tied } = ranking(task.hypotheses[key]);
     const list = make('ol', { class: 'hypotheses' });
     const rest = make('ol', { class: 'hypotheses' });
     sorted.forEach((each, at) => {
-      const chosen = task.rule?.perspective === number && task.rule?.name === each.name;
+      const chosen = String(task.rule?.perspective) === key && task.rule?.name === each.name;
       (at < SHOWN ? list : rest).append(bar(each, task.examples, chosen, tied.includes(each.name)));
     });
-    const box = make('div', { class: `perspective ${number === 0 ? 'robot' : 'partner'}`, data: { perspective: number } },
-      make('h4', { text: this.#whose(number) }), list);
+    const box = make('div', { class: `perspective ${pathOf(key).length === 0 ? 'robot' : 'partner'}`, data: { perspective: key } },
+      make('h4', { text: this.#whose(key) }), list);
     if (sorted.length === 0) box.append(make('p', { class: 'quiet', text: 'nothing yet' }));
     if (rest.children.length > 0) {
       box.append(make('details', {}, make('summary', { text: `${rest.children.length} less likely` }), rest));

@@ -52,11 +52,10 @@ export function believes(perspective, names) {
 
 /**
  * How an example or hypothesis was seen: "as Leo saw it", "as you could see it".
- * @param {{number: number, agents: number[]} | undefined} perspective
+ * @param {number[]} path whose perspective, within whose
  * @param {Record<string, string>} names
  */
-export function asSeenBy(perspective, names) {
-  const path = (perspective?.agents ?? []).filter((agent, at) => !(at === 0 && agent === 0));
+export function asSeenBy(path, names) {
   const last = path.at(-1);
   if (last === undefined) return `as ${names[0] ?? 'Leo'} saw it`;
   return `as ${whom(last, names)} could see it`;

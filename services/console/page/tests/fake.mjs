@@ -161,17 +161,17 @@ export class Fake {
     for (const { name: colour } of COLOURS.slice(0, 4)) {
       named.push({ name: `all but ${colour}`, fits: (c) => c !== colour }, { name: colour, fits: (c) => c === colour });
     }
-    for (const perspective of [0, 1]) {
+    for (const [perspective, key] of ['robot', 'human'].entries()) {
       const examples = task.shown.map((example) => example.filter((block) => perspective === 0 || block.seen));
       const tallies = named.map(({ fits }) => examples.filter((example) => example.every(({ colour, done }) => fits(colour) === done)).length);
       const weights = tallies.map((tally, at) => Math.exp(4 * (tally - task.shown.length) - (at === 0 ? 0 : 3.5)));
       const sum = weights.reduce((a, b) => a + b, 0);
-      task.hypotheses[perspective] = named.map((each, at) => ({ name: each.name, posterior: weights[at] / sum, tally: tallies[at], rank: 0, high: false }))
+      task.hypotheses[key] = named.map((each, at) => ({ name: each.name, posterior: weights[at] / sum, tally: tallies[at], rank: 0, high: false }))
         .filter(({ tally }) => tally > 0).sort((a, b) => b.posterior - a.posterior).map((each, at) => ({ ...each, rank: at + 1, high: at === 0 }));
     }
-    const best = task.hypotheses[1][0];
-    task.rule = best === undefined ? null : { perspective: 1, name: best.name };
-    const mine = task.hypotheses[0][0]?.name;
+    const best = task.hypotheses.human[0];
+    task.rule = best === undefined ? null : { perspective: 'human', name: best.name };
+    const mine = task.hypotheses.robot[0]?.name;
     task.why = mine === best?.name ? null : `to me it looked like "${mine}", but you could not see the blue square`;
     task.fits = named.find((each) => each.name === best?.name)?.fits;
     this.tasks.set(name, task);
@@ -271,10 +271,9 @@ export class Fake {
       joints: (this.joints ?? []).map((name) => this.angle(name)),
       'joint-trouble': [],
       recording: this.recording,
-      'bus/0': { cycles: Math.round(this.t * 250), errors: 0, quarantined: 0 },
     };
     ['sensor', 'belief', 'learner', 'motor', 'simulator', 'mock-bus'].forEach((name, at) => {
-      cells[`process/${name}`] = { state: 'running', life: 1, rate_hz: [200, 200, 1, 250, 200, 250][at], latency_us: { p50: 90, p99: 400, max: 900 }, execution_us: { p50: 40 + at, p99: 120, max: 300 }, overruns: 0, drops: 0 };
+      cells[`process/${name}`] = { process: name, state: 'running', restarts: 0, rate_hz: [200, null, null, 250, 200, 250][at], wakeup_us: { p50: 90, p99: 400 }, execution_us: { p50: 40 + at, p99: 120 }, overruns: 0, drops: 0, buses: name === 'motor' ? [{ name: 'torso', cycles: Math.round(this.t * 250), errors: 0, quarantined: [] }] : [] };
     });
     let n = 0;
     for (const object of this.objects) {

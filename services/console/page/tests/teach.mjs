@@ -149,7 +149,7 @@ const account = () => page.evaluate((name) => {
   const task = [...document.querySelectorAll('.task')].find((each) => each.dataset.task === name);
   const rule = task.querySelector('.rule');
   const perspectives = [...task.querySelectorAll('.perspective')].map((box) => ({
-    perspective: Number(box.dataset.perspective),
+    perspective: box.dataset.perspective,
     heading: box.querySelector('h4').textContent,
     hypotheses: [...box.querySelectorAll('[data-hypothesis]')].map(({ dataset, textContent }) => ({
       name: dataset.hypothesis, posterior: Number(dataset.posterior), tally: Number(dataset.tally), tied: textContent.includes('tied'),
@@ -163,7 +163,7 @@ const account = () => page.evaluate((name) => {
   return {
     task: name,
     examples: window.leo.cells.get(`task/${name}`).examples,
-    rule: { name: rule.dataset.rule, perspective: Number(rule.dataset.perspective) },
+    rule: { name: rule.dataset.rule, perspective: rule.dataset.perspective },
     why: task.querySelector('.why')?.textContent ?? null,
     perspectives,
     performances,
