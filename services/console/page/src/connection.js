@@ -71,6 +71,14 @@ export class Connection {
     };
   }
 
+  /** Ends it for good. */
+  close() {
+    clearTimeout(this.#retry);
+    const socket = this.#socket;
+    this.#socket = null;
+    socket?.close();
+  }
+
   /**
    * Asks Leo to do something.
    * @param {string} what the word under `do`

@@ -1,7 +1,7 @@
 // What is said and done, and what can be said.
 import { find, make } from './element.js';
 import { listening } from './speech.js';
-import { capital } from './words.js';
+import { capital, toYou } from './words.js';
 
 /** The usual sentences, `…` for the task's name. */
 const SENTENCES = [
@@ -122,7 +122,7 @@ export class Dialogue {
     const side = !said ? 'event' : line.who === names[0] ? 'leo' : line.who === names[1] ? 'you' : 'other';
     const item = make('li', { class: `line ${side} ${line.kind}`, data: { serial: key.slice(5), kind: line.kind } });
     if (said) item.append(make('span', { class: 'who', text: who }), make('p', { text: spoken(line) }));
-    else item.append(make('span', { class: 'what', text: LABELS[line.kind] ?? line.kind }), make('p', { text: line.text }));
+    else item.append(make('span', { class: 'what', text: LABELS[line.kind] ?? line.kind }), make('p', { text: line.kind === 'knows' ? toYou(line.text, names[1] ?? '') : line.text }));
     item.title = `${Number(line.t).toFixed(2)} s`;
     return item;
   }

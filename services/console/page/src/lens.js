@@ -87,9 +87,9 @@ export function freely(camera, seat, aspect) {
  */
 export function overTable(camera, { centre, half }, aspect) {
   centred(camera, aspect, 34);
-  const deep = 0.66 * half[1] + 0.09;
+  const deep = 0.66 * half[1] + 0.1;
   const far = Math.max(deep, (half[0] + 0.06) / aspect) / Math.tan(17 / DEGREES) + 0.35 * half[1];
-  const at = new Vector3(centre[0], centre[1], 0.05);
+  const at = new Vector3(centre[0], centre[1] + 0.04, 0.05);
   const direction = new Vector3(0, 0.7, 1).normalize();
   camera.position.copy(at).addScaledVector(direction, far);
   camera.up.set(0, 0, 1);

@@ -227,15 +227,18 @@ new Palette(cells, {
 
 // What is believed.
 
+/** So often at most are beliefs drawn: where software draws, the main view goes first. */
+const BELIEFS_EVERY_MS = { card: 33, software: 200 };
+
 /** Which perspective is shown beside the robot's own. */
 let partner = 1;
 let thinking = false;
 
-/** Draws the beliefs anew, once for all changes of a message. */
+/** Draws the beliefs anew, once for all changes of some messages: they waver with every observation. */
 function thought() {
   if (thinking) return;
   thinking = true;
-  queueMicrotask(() => {
+  setTimeout(() => {
     thinking = false;
     for (const mind of minds) mind.beliefs.update();
     region = extent([...cells.under('thing/').map(([, thing]) => thing).filter(({ kind }) => kind !== 'person'),
@@ -246,7 +249,7 @@ function thought() {
     find('divides-empty').hidden = differs;
     find('divides').hidden = !differs;
     count();
-  });
+  }, software ? BELIEFS_EVERY_MS.software : BELIEFS_EVERY_MS.card);
 }
 
 function count() {

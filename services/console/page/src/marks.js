@@ -12,6 +12,8 @@ export class Marks {
   #camera;
   /** @type {Map<string, HTMLButtonElement>} */
   #buttons = new Map();
+  /** @type {WeakMap<HTMLElement, string>} */
+  #places = new WeakMap();
   #caption = make('div', { class: 'caption', 'aria-hidden': 'true' });
 
   /**
@@ -53,7 +55,11 @@ export class Marks {
       const spot = pose === null ? null : this.project(pose.p);
       button.hidden = spot === null;
       if (spot === null) continue;
-      button.style.transform = `translate(${spot.x.toFixed(1)}px, ${spot.y.toFixed(1)}px) translate(-50%, -50%)`;
+      const place = `translate(${spot.x.toFixed(1)}px, ${spot.y.toFixed(1)}px) translate(-50%, -50%)`;
+      if (this.#places.get(button) !== place) {
+        this.#places.set(button, place);
+        button.style.transform = place;
+      }
       if (key !== marked || pose === null) continue;
       const thing = this.#cells.get(key);
       const top = this.project([pose.p[0], pose.p[1], pose.p[2] + (thing.half?.[2] ?? 0.1) + 0.015]) ?? spot;

@@ -18,9 +18,13 @@ export class Person extends Group {
   #skin = surface();
   #cone = new MeshBasicMaterial({ transparent: true, opacity: 0.09, side: DoubleSide, depthWrite: false });
 
-  /** @param {number} cone half the angle of what he sees, radians */
-  constructor(cone) {
+  /**
+   * @param {number} cone half the angle of what he sees, radians
+   * @param {string} colour of the theme
+   */
+  constructor(cone, colour) {
     super();
+    this.colour = colour;
     const head = new Mesh(ball, this.#skin);
     head.scale.set(0.9 * HEAD_M, 0.8 * HEAD_M, HEAD_M);
     head.position.x = -0.6 * HEAD_M;
@@ -46,8 +50,8 @@ export class Person extends Group {
   }
 
   repaint() {
-    this.#skin.tint.copy(themed('you'));
-    this.#cone.color.copy(themed('you'));
+    this.#skin.tint.copy(themed(this.colour));
+    this.#cone.color.copy(themed(this.colour));
   }
 
   /** @param {readonly number[]} p @param {readonly number[]} q x along the line of sight */

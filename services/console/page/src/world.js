@@ -154,7 +154,7 @@ export class World {
   /** @param {any} thing */
   #create(thing) {
     if (thing.kind === 'person') {
-      const person = new Person(this.#cells.get('robot')?.cone_rad ?? 1);
+      const person = new Person(this.#cells.get('robot')?.cone_rad ?? 1, thing.agent === 1 ? 'you' : 'other');
       person.visible = thing.agent !== 1;
       return person;
     }
