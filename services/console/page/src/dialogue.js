@@ -33,6 +33,7 @@ export class Dialogue {
   #cells;
   #say;
   #log = find('log');
+  #box = find('log-box');
   #field = /** @type {HTMLInputElement} */ (find('say'));
   #task = /** @type {HTMLInputElement} */ (find('task-name'));
   /** @type {Map<string, HTMLElement>} */
@@ -93,7 +94,8 @@ export class Dialogue {
   /** @param {import('./cells.js').Changes} changes */
   #update(changes) {
     const log = this.#log;
-    const atEnd = log.scrollHeight - log.scrollTop - log.clientHeight < 40;
+    const box = this.#box;
+    const atEnd = box.scrollHeight - box.scrollTop - box.clientHeight < 40;
     for (const [key, line] of changes) {
       this.#lines.get(key)?.remove();
       this.#lines.delete(key);
@@ -103,7 +105,7 @@ export class Dialogue {
       log.append(item);
     }
     if ([...changes.values()].some((line) => line !== undefined)) this.#sort();
-    if (atEnd) log.scrollTop = log.scrollHeight;
+    if (atEnd) box.scrollTop = box.scrollHeight;
   }
 
   /** Lines may come in any order within one message. */

@@ -62,12 +62,13 @@ export function throughLeo(camera, eye, aspect) {
  * @param {number} near 1: all of the table
  */
 export function fromAbove(camera, aspect, near) {
-  centred(camera, aspect, 40);
-  const height = (Math.max(0.86, 1.05 / aspect) / Math.tan(20 / DEGREES)) * near;
-  camera.position.set(0, 0.79, height);
+  // From far away: what is higher then hardly leaves its place.
+  centred(camera, aspect, 16);
+  const height = (Math.max(0.86, 1.02 / aspect) / Math.tan(8 / DEGREES)) * near;
+  camera.position.set(0, 0.8, height);
   camera.up.set(0, -1, 0);
   camera.near = 0.1;
-  camera.lookAt(0, 0.79, 0);
+  camera.lookAt(0, 0.8, 0);
 }
 
 /** @param {Camera} camera @param {Seat} seat @param {number} aspect */

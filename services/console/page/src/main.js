@@ -125,6 +125,7 @@ function beliefOf(key) {
 function select(key) {
   world.selected = key;
   world.mark();
+  removable();
   follow(beliefOf(key));
   stage.request(main);
 }
@@ -163,6 +164,25 @@ async function remove(key) {
   if (thing === undefined || cells.get('workspace')?.mode !== 'set-up') return;
   select(null);
   await ask('remove', { thing: thing.name });
+}
+
+find('remove').addEventListener('click', () => {
+  if (world.selected !== null) remove(world.selected);
+});
+find('leave').addEventListener('click', () => ask(cells.get('mind/1')?.present === false ? 'return' : 'leave'));
+cells.on('mind/1', () => {
+  const away = cells.get('mind/1')?.present === false;
+  find('leave').setAttribute('aria-pressed', String(away));
+  write(find('leave'), away ? 'Come back' : 'Leave');
+});
+cells.on('workspace', removable);
+
+/** What is selected can be taken off the table while it is set. */
+function removable() {
+  const thing = world.selected === null ? undefined : cells.get(world.selected);
+  const can = cells.get('workspace')?.mode === 'set-up' && thing !== undefined && thing.kind !== 'person';
+  find('remove').hidden = !can;
+  if (can) write(find('remove'), `Remove ${thing.name}`);
 }
 
 const desk = {

@@ -38,6 +38,7 @@ export class Pointer {
   /** @type {Drag | null} */
   #drag = null;
   #pinch = 0;
+  #twist = 0;
   #told = 0;
   #unseen = 0;
 
@@ -95,6 +96,10 @@ export class Pointer {
     if (event.button === 1) return;
     element.setPointerCapture(event.pointerId);
     this.#down.set(event.pointerId, new Vector2(event.clientX, event.clientY));
+    if (this.#down.size === 2 && hand.held !== null) {
+      this.#twist = this.#angle();
+      return;
+    }
     if (this.#down.size === 2) return this.#begin2();
     if (this.#down.size > 2) return;
     if (hand.held !== null) hand.cancel();
@@ -129,6 +134,7 @@ export class Pointer {
     const now = new Vector2(event.clientX, event.clientY);
     if (this.#down.size === 2) {
       this.#down.set(event.pointerId, now);
+      if (this.#desk.hand.held !== null) return this.#turn();
       return this.#move2(last, now);
     }
     const drag = this.#drag;
@@ -232,6 +238,20 @@ export class Pointer {
     this.#down.delete(event.pointerId);
     if (this.#drag?.kind === 'thing') this.#desk.hand.cancel();
     this.#drag = null;
+  }
+
+  /** The angle of two fingers to each other, clockwise on the page. */
+  #angle() {
+    const [a, b] = [...this.#down.values()];
+    return Math.atan2(b.y - a.y, b.x - a.x);
+  }
+
+  /** A second finger turns what the first one holds. */
+  #turn() {
+    const angle = this.#angle();
+    const step = Math.atan2(Math.sin(angle - this.#twist), Math.cos(angle - this.#twist));
+    this.#twist = angle;
+    this.#desk.hand.turn(-step);
   }
 
   #begin2() {
