@@ -7,6 +7,9 @@ const TELL_EVERY_MS = 50;
 /** So long after the last move of his own, the page believes itself before the cells. */
 const LEADS_MS = 600;
 
+/** Opposite Leo. @type {Seat} */
+export const FIRST_SEAT = { eyes: [0, 1.5, 0.55], looks_at: [0, 0.75, 0] };
+
 export class Chair {
   #leo;
   #changed;
@@ -15,7 +18,7 @@ export class Chair {
   /** @type {ReturnType<typeof setTimeout> | undefined} */
   #later;
   /** @type {Seat} */
-  seat = { eyes: [0, 1.5, 0.55], looks_at: [0, 0.75, 0] };
+  seat = FIRST_SEAT;
 
   /**
    * @param {{ask: (what: string, content?: any) => Promise<any>}} leo

@@ -122,7 +122,8 @@ export class Dialogue {
     const said = line.kind === 'said';
     const who = line.who === names[1] ? 'You' : line.who === null ? '' : capital(line.who ?? '');
     const side = !said ? 'event' : line.who === names[0] ? 'leo' : line.who === names[1] ? 'you' : 'other';
-    const item = make('li', { class: `line ${side} ${line.kind}`, data: { serial: key.slice(5), kind: line.kind } });
+    const apart = line.kind === 'knows' && !/ agree | no longer /.test(line.text) ? 'apart' : '';
+    const item = make('li', { class: `line ${side} ${line.kind} ${apart}`, data: { serial: key.slice(5), kind: line.kind } });
     if (said) item.append(make('span', { class: 'who', text: who }), make('p', { text: spoken(line) }));
     else item.append(make('span', { class: 'what', text: LABELS[line.kind] ?? line.kind }), make('p', { text: line.kind === 'knows' ? toYou(line.text, names[1] ?? '') : line.text }));
     item.title = `${Number(line.t).toFixed(2)} s`;

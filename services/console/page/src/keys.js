@@ -12,7 +12,7 @@ const ARROWS = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, 1], ArrowD
 /** @type {Record<string, [number, number]>} */
 const AROUND = { ...ARROWS, a: [-1, 0], d: [1, 0] };
 
-/** @typedef {import('./pointer.js').Desk & {undo: () => void, remove: (key: string) => void}} Desk */
+/** @typedef {import('./pointer.js').Desk & {undo: () => void, remove: (key: string) => void, settle: () => void}} Desk */
 
 export class Keys {
   #desk;
@@ -24,6 +24,9 @@ export class Keys {
     this.#desk = desk;
     desk.element.addEventListener('keydown', (event) => this.#press(event));
     document.addEventListener('keydown', (event) => {
+      // While the mouse carries something, the focus may be anywhere.
+      const beside = !desk.element.contains(/** @type {Node} */ (event.target));
+      if (beside && desk.hand.held !== null && ['Escape', 'q', 'e', 'Q', 'E'].includes(event.key)) this.#carry(event);
       const typing = event.target instanceof HTMLInputElement && event.target.type === 'text';
       if (event.key !== 'z' || !(event.ctrlKey || event.metaKey) || event.shiftKey || typing) return;
       event.preventDefault();
@@ -99,6 +102,10 @@ export class Keys {
   #seat(event, target) {
     const { seat, sit, view, zoom } = this.#desk;
     if (target.closest('.tools') !== null) return false;
+    if (event.key === 'Home') {
+      this.#desk.settle();
+      return true;
+    }
     const near = { w: 1 / STEP_NEAR, '+': 1 / STEP_NEAR, '=': 1 / STEP_NEAR, s: STEP_NEAR, '-': STEP_NEAR }[event.key];
     if (near !== undefined) {
       if (view() === 'above') zoom(near);

@@ -1,7 +1,7 @@
 // The page: puts its parts together.
 import { Beliefs, idOf } from './beliefs.js';
 import { Cells } from './cells.js';
-import { Chair } from './chair.js';
+import { Chair, FIRST_SEAT } from './chair.js';
 import { Connection, liveAddress } from './connection.js';
 import { Dialogue } from './dialogue.js';
 import { listDivides } from './divides.js';
@@ -93,6 +93,14 @@ const main = {
 const marks = new Marks(find('marks'), cells, world, eye);
 for (const each of [main, ...minds.map((mind) => mind.view)]) stage.add(each);
 
+/** Back to where one looks from at first. */
+function settle() {
+  free = freeSeat();
+  near = 1;
+  if (view === 'seat' && desk.movable()) chair.move(FIRST_SEAT);
+  stage.request(main);
+}
+
 /** @param {import('./lens.js').Name} name */
 function look(name) {
   view = name;
@@ -103,7 +111,7 @@ function look(name) {
   stage.request(main);
 }
 for (const { name, label } of VIEWS) {
-  find('views').append(make('button', { type: 'button', role: 'radio', data: { view: name }, text: label, onclick: () => look(name) }));
+  find('views').append(make('button', { type: 'button', role: 'radio', data: { view: name }, text: label, onclick: () => (name === view && name !== 'leo' ? settle() : look(name)) }));
 }
 look('seat');
 
@@ -198,6 +206,7 @@ const desk = {
   select,
   hover,
   remove,
+  settle,
   movable: () => cells.get('workspace')?.simulated === true && connection.state === 'connected',
   zoom: (/** @type {number} */ factor) => {
     near = Math.min(1.3, Math.max(0.35, near * factor));
@@ -277,7 +286,7 @@ function count() {
     const mind = cells.get(`mind/${perspective}`);
     const element = /** @type {Element} */ (find(`mind-${at}`).parentElement?.querySelector('.count'));
     const n = cells.under(`belief/${perspective}/`).length;
-    write(element, mind?.present === false ? 'is away' : `${n} ${n === 1 ? 'thing' : 'things'}`);
+    write(element, mind?.present === false ? `${perspective === 1 ? 'you are' : 'is'} away` : `${n} ${n === 1 ? 'thing' : 'things'}`);
   }
 }
 
@@ -305,6 +314,12 @@ function perspectives() {
 }
 
 cells.on(['belief/', 'divide/', 'thing/', 'mind/'], thought);
+let version = '';
+cells.on('robot', () => {
+  const now = cells.get('robot')?.version ?? '';
+  if (version !== '' && now !== '' && now !== version) toasts.show(`Leo is ${now} now: load the page again`);
+  version = now || version;
+});
 cells.on('robot', perspectives);
 cells.on('mind/0', () => {
   if (view === 'leo') stage.request(main);

@@ -81,7 +81,8 @@ export class Tasks {
     const keys = Object.keys(task.hypotheses ?? {}).sort((a, b) => pathOf(a).length - pathOf(b).length || a.localeCompare(b));
     for (const key of keys) views.append(this.#perspective(task, key));
     section.append(views);
-    for (const performance of task.performances ?? []) section.append(performed(performance));
+    const performances = task.performances ?? [];
+    performances.forEach((/** @type {any} */ each, /** @type {number} */ at) => section.append(performed(each, at === performances.length - 1)));
     return section;
   }
 
@@ -138,11 +139,11 @@ function bar({ name, posterior, tally }, examples, chosen, tied) {
     make('span', { class: 'bar', 'aria-hidden': 'true' }, fill));
 }
 
-/** @param {any} performance */
-function performed({ done, failed, result }) {
+/** @param {any} performance @param {boolean} open */
+function performed({ done, failed, result }, open) {
   const list = make('ul', {});
   for (const text of done ?? []) list.append(make('li', { class: 'done', text }));
   for (const text of failed ?? []) list.append(make('li', { class: 'failed', text: `failed: ${text}` }));
-  return make('details', { class: 'performance', open: true, data: { result: result ?? '' } },
+  return make('details', { class: 'performance', open, data: { result: result ?? '' } },
     make('summary', {}, 'Performed', result ? make('strong', { text: ` ${result}` }) : ' …'), list);
 }

@@ -12,6 +12,7 @@ export function toYou(text, name) {
     [`${name} believes `, 'you believe '],
     [`${name} no longer believes `, 'you no longer believe '],
     [`${name} has `, 'you have '],
+    [`${name} and Leo `, 'you and Leo '],
     [`${name} thinks `, 'you think '],
     [`${name}'s `, 'your '],
   ];
