@@ -117,7 +117,21 @@ look('seat');
 
 // The hand, the pointer and the keyboard.
 
-const hand = new Hand({ ask }, cells, world, () => stage.request(main));
+/** Who of the people here speaks and acts on this page: the first teacher, if nothing else is chosen. */
+const who = /** @type {HTMLSelectElement} */ (find('who'));
+const acting = () => (who.hidden ? {} : { teacher: Number(who.value) });
+/** @param {string} what @param {Record<string, any>} [content] */
+const act = (what, content) => ask(what, what === 'take' ? { ...content, ...acting() } : content);
+cells.on(['thing/', 'robot'], () => {
+  const people = cells.under('thing/').filter(([, thing]) => thing.kind === 'person').map(([, thing]) => thing.agent).sort();
+  if (who.dataset.people === people.join()) return;
+  who.dataset.people = people.join();
+  const names = cells.get('robot')?.agents ?? {};
+  who.replaceChildren(...people.map((agent) => make('option', { value: agent, text: agent === 1 ? 'You' : names[agent] ?? `partner ${agent}` })));
+  who.hidden = people.length < 2;
+});
+
+const hand = new Hand({ ask: act }, cells, world, () => stage.request(main));
 
 /** The robot's own belief in a thing. @param {string | null} key @returns {number | null} */
 function beliefOf(key) {
@@ -230,7 +244,7 @@ find('hint-close').addEventListener('click', () => (find('hint').hidden = true))
 // The panels.
 
 const timeline = new Timeline(cells);
-new Dialogue(cells, (text) => ask('say', { text }));
+new Dialogue(cells, (text) => ask('say', { text, ...acting() }));
 new Tasks(cells);
 new Lessons(cells, ask, toasts);
 new Health(cells);

@@ -76,7 +76,7 @@ export class Tasks {
     const section = make('section', { class: 'task', data: { task: task.name } },
       make('header', {}, make('h3', { text: task.name }), make('span', { class: 'count', text: `${task.examples} ${plural}` })));
     if (task.rule !== null && task.rule !== undefined) section.append(this.#rule(task));
-    if (task.examples === 0) section.append(make('p', { class: 'quiet', text: 'Leo watches. What you mean it weighs when you say that it is done.' }));
+    if (task.examples === 0) section.append(make('p', { class: 'quiet', text: 'Leo watches. When you say that it is done, it weighs what you could have meant.' }));
     const views = make('div', { class: 'perspectives' });
     const keys = Object.keys(task.hypotheses ?? {}).sort((a, b) => pathOf(a).length - pathOf(b).length || a.localeCompare(b));
     for (const key of keys) views.append(this.#perspective(task, key));
