@@ -10,6 +10,9 @@ import { PerspectiveCamera, WebGLRenderer } from 'three';
  * @property {() => void} [drawn] after a picture
  */
 
+/** Where software draws, it may be on Leo's own computer: it leaves some time to others. */
+const SOFTWARE_EVERY_MS = 45;
+
 /** Whether pictures are computed without a graphics card here. */
 export function isSoftware() {
   const gl = document.createElement('canvas').getContext('webgl2');
@@ -26,6 +29,7 @@ export class Stage {
   /** @type {Set<View>} */
   #stale = new Set();
   #waiting = false;
+  #drawn = 0;
   #canvas;
   pictures = 0;
 
@@ -69,13 +73,17 @@ export class Stage {
     for (const view of views.length === 0 ? this.views : views) this.#stale.add(view);
     if (this.#waiting) return;
     this.#waiting = true;
-    requestAnimationFrame(() => {
+    const draw = () => requestAnimationFrame(() => {
       this.#waiting = false;
       this.#draw();
     });
+    const rest = this.software ? this.#drawn + SOFTWARE_EVERY_MS - performance.now() : 0;
+    if (rest > 0) setTimeout(draw, rest);
+    else draw();
   }
 
   #draw() {
+    this.#drawn = performance.now();
     const stale = [...this.#stale];
     this.#stale.clear();
     const place = this.#canvas.getBoundingClientRect();
