@@ -1,0 +1,124 @@
+// The WebSocket to Leo: connects again by itself, numbers what is asked, and hands out the answers.
+
+const FIRST_WAIT_MS = 250;
+const LONGEST_WAIT_MS = 5000;
+const ANSWER_WITHIN_MS = 10000;
+
+/** @typedef {'connecting' | 'connected' | 'lost'} State */
+/** @typedef {{answer: number, ok?: boolean, error?: string, thing?: string, [key: string]: any}} Answer */
+
+/**
+ * Where to connect to for a page at `location`, with the token of its address, if there is one.
+ * @param {{protocol: string, host: string, search: string}} location
+ */
+export function liveAddress(location) {
+  const scheme = location.protocol === 'https:' ? 'wss:' : 'ws:';
+  const token = new URLSearchParams(location.search).get('token');
+  const query = token === null ? '' : `?token=${encodeURIComponent(token)}`;
+  return `${scheme}//${location.host}/live${query}`;
+}
+
+/**
+ * How long to wait before the `n`-th attempt: doubling, up to a bound.
+ * @param {number} n from 0
+ */
+export function waitBefore(n) {
+  return Math.min(LONGEST_WAIT_MS, FIRST_WAIT_MS * 2 ** n);
+}
+
+export class Connection {
+  #address;
+  #hear;
+  #tell;
+  /** @type {WebSocket | null} */
+  #socket = null;
+  #attempts = 0;
+  #next = 1;
+  /** @type {Map<number, {done: (answer: Answer) => void, timer: ReturnType<typeof setTimeout>}>} */
+  #asked = new Map();
+  /** @type {ReturnType<typeof setTimeout> | undefined} */
+  #retry;
+  /** @type {State} */
+  state = 'connecting';
+
+  /**
+   * @param {string} address of the WebSocket
+   * @param {(message: any) => void} hear a message of cells
+   * @param {(state: State) => void} tell when the state changes
+   */
+  constructor(address, hear, tell) {
+    this.#address = address;
+    this.#hear = hear;
+    this.#tell = tell;
+  }
+
+  open() {
+    clearTimeout(this.#retry);
+    const socket = new WebSocket(this.#address);
+    this.#socket = socket;
+    socket.onmessage = (event) => this.#take(event.data);
+    socket.onopen = () => {
+      this.#attempts = 0;
+      this.#become('connected');
+    };
+    socket.onclose = () => {
+      if (this.#socket !== socket) return;
+      this.#socket = null;
+      for (const id of [...this.#asked.keys()]) this.#answer({ answer: id, error: 'Leo is not answering' });
+      this.#become('lost');
+      this.#retry = setTimeout(() => this.open(), waitBefore(this.#attempts));
+      this.#attempts += 1;
+    };
+  }
+
+  /** Ends it for good. */
+  close() {
+    clearTimeout(this.#retry);
+    const socket = this.#socket;
+    this.#socket = null;
+    socket?.close();
+  }
+
+  /**
+   * Asks Leo to do something.
+   * @param {string} what the word under `do`
+   * @param {Record<string, any>} [content]
+   * @returns {Promise<Answer>} never rejected: an error is in it
+   */
+  ask(what, content = {}) {
+    const id = this.#next;
+    this.#next += 1;
+    const socket = this.#socket;
+    if (socket === null || socket.readyState !== WebSocket.OPEN) {
+      return Promise.resolve({ answer: id, error: 'Leo is not connected' });
+    }
+    return new Promise((done) => {
+      const late = () => this.#answer({ answer: id, error: 'Leo has not answered for ten seconds' });
+      this.#asked.set(id, { done, timer: setTimeout(late, ANSWER_WITHIN_MS) });
+      socket.send(JSON.stringify({ id, do: what, ...content }));
+    });
+  }
+
+  /** @param {string} text */
+  #take(text) {
+    const message = JSON.parse(text);
+    if ('answer' in message) this.#answer(message);
+    else if ('cells' in message) this.#hear(message);
+  }
+
+  /** @param {Answer} answer */
+  #answer(answer) {
+    const asked = this.#asked.get(answer.answer);
+    if (asked === undefined) return;
+    this.#asked.delete(answer.answer);
+    clearTimeout(asked.timer);
+    asked.done(answer);
+  }
+
+  /** @param {State} state */
+  #become(state) {
+    if (this.state === state) return;
+    this.state = state;
+    this.#tell(state);
+  }
+}

@@ -1,0 +1,132 @@
+// What is said and done, and what can be said.
+import { find, make } from './element.js';
+import { listening } from './speech.js';
+import { capital, toYou } from './words.js';
+
+/** The usual sentences, `…` for the task's name. */
+const SENTENCES = [
+  { text: 'Leo, I can teach you to do …', group: 'teach' },
+  { text: '… is done', group: 'teach' },
+  { text: 'Leo, do …', group: 'teach' },
+  { text: 'Like this', group: 'mend' },
+  { text: 'No', group: 'mend' },
+  { text: 'Not that one', group: 'mend' },
+  { text: 'What did you learn?', group: 'ask' },
+  { text: 'Why?', group: 'ask' },
+  { text: 'What do you think I see?', group: 'ask' },
+];
+
+const LABELS = /** @type {Record<string, string>} */ ({
+  sees: 'sees', saw: 'saw', thinks: 'thinks', rule: 'rule', why: 'because', does: 'does',
+  done: 'done', failed: 'failed', result: 'result', note: 'note', knows: 'knows',
+});
+
+/**
+ * A line's text without the quotes in which speech is told.
+ * @param {{kind: string, text: string}} line
+ */
+export function spoken({ kind, text }) {
+  return kind === 'said' ? text.replace(/^"(.*)"$/s, '$1') : text;
+}
+
+export class Dialogue {
+  #cells;
+  #say;
+  #log = find('log');
+  #box = find('log-box');
+  #field = /** @type {HTMLInputElement} */ (find('say'));
+  #task = /** @type {HTMLInputElement} */ (find('task-name'));
+  /** @type {Map<string, HTMLElement>} */
+  #lines = new Map();
+
+  /**
+   * @param {import('./cells.js').Cells} cells
+   * @param {(text: string) => Promise<any>} say
+   */
+  constructor(cells, say) {
+    this.#cells = cells;
+    this.#say = say;
+    cells.on('line/', (changes) => this.#update(changes));
+    find('say-form').addEventListener('submit', (event) => {
+      event.preventDefault();
+      this.#speak(this.#field.value);
+    });
+    const buttons = find('sentences');
+    for (const { text, group } of SENTENCES) {
+      const button = make('button', { type: 'button', class: `sentence ${group}`, data: { sentence: text } });
+      button.addEventListener('click', () => this.#speak(this.#filled(text)));
+      buttons.append(button);
+    }
+    this.#task.addEventListener('input', () => this.#label());
+    this.#label();
+    const microphone = /** @type {HTMLButtonElement} */ (find('listen'));
+    listening(microphone, (text) => {
+      this.#field.value = text;
+      this.#field.focus();
+    });
+  }
+
+  /** @param {string} text */
+  #filled(text) {
+    const task = this.#task.value.trim() || 'task 1';
+    return capital(text.replace('…', task));
+  }
+
+  #label() {
+    for (const button of find('sentences').children) {
+      button.textContent = this.#filled(/** @type {HTMLElement} */ (button).dataset.sentence ?? '');
+    }
+  }
+
+  /** @param {string} text */
+  async #speak(text) {
+    if (text.trim() === '') return;
+    const answer = await this.#say(text.trim());
+    if (answer.error !== undefined) return;
+    if (this.#field.value.trim() === text.trim()) this.#field.value = '';
+    const task = /teach you to do (.+?)[.!]?$/i.exec(text)?.[1];
+    if (task !== undefined) {
+      this.#task.value = task;
+      this.#label();
+    }
+  }
+
+  /** @param {import('./cells.js').Changes} changes */
+  #update(changes) {
+    const log = this.#log;
+    const box = this.#box;
+    const atEnd = box.scrollHeight - box.scrollTop - box.clientHeight < 40;
+    for (const [key, line] of changes) {
+      this.#lines.get(key)?.remove();
+      this.#lines.delete(key);
+      if (line === undefined) continue;
+      const item = this.#item(key, line);
+      this.#lines.set(key, item);
+      log.append(item);
+    }
+    if ([...changes.values()].some((line) => line !== undefined)) this.#sort();
+    if (atEnd) box.scrollTop = box.scrollHeight;
+  }
+
+  /** Lines may come in any order within one message. */
+  #sort() {
+    const serial = (/** @type {Element} */ item) => Number(/** @type {HTMLElement} */ (item).dataset.serial);
+    const items = [...this.#log.children];
+    if (items.every((item, at) => at === 0 || serial(items[at - 1]) < serial(item))) return;
+    this.#log.append(...items.sort((a, b) => serial(a) - serial(b)));
+  }
+
+  /** @param {string} key @param {any} line */
+  #item(key, line) {
+    const names = this.#cells.get('robot')?.agents ?? {};
+    const said = line.kind === 'said';
+    const who = line.who === names[1] ? 'You' : line.who === null ? '' : capital(line.who ?? '');
+    const side = !said ? 'event' : line.who === names[0] ? 'leo' : line.who === names[1] ? 'you' : 'other';
+    const apart = line.kind === 'knows' && !/ agree | no longer /.test(line.text) ? 'apart' : '';
+    const item = make('li', { class: `line ${side} ${line.kind} ${apart}`, data: { serial: key.slice(5), kind: line.kind } });
+    if (said) item.append(make('span', { class: 'who', text: who }), make('p', { text: spoken(line) }));
+    else item.append(make('span', { class: 'what', text: LABELS[line.kind] ?? line.kind }), make('p', { text: line.kind === 'knows' ? toYou(line.text, names[1] ?? '') : line.text }));
+    item.title = `${Number(line.t).toFixed(2)} s`;
+    return item;
+  }
+}

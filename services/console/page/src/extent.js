@@ -1,0 +1,20 @@
+// The region of the table on which things lie, in steps, so that pictures of it do not jitter. Pure.
+
+const STEP_M = 0.05;
+const LEAST = /** @type {[number, number]} */ ([0.3, 0.22]);
+
+/**
+ * @param {{p: number[] | null, half?: number[] | null}[]} things
+ * @returns {import('./lens.js').Extent}
+ */
+export function extent(things) {
+  const placed = things.filter((thing) => thing.p);
+  if (placed.length === 0) return { centre: [0, 0.7], half: [0.5, 0.4] };
+  const bounds = [0, 1].map((axis) => {
+    const least = Math.min(...placed.map(({ p, half }) => (p?.[axis] ?? 0) - (half?.[axis] ?? 0.03)));
+    const most = Math.max(...placed.map(({ p, half }) => (p?.[axis] ?? 0) + (half?.[axis] ?? 0.03)));
+    const [from, to] = [Math.floor(least / STEP_M) * STEP_M, Math.ceil(most / STEP_M) * STEP_M];
+    return { centre: (from + to) / 2, half: Math.max(LEAST[axis], (to - from) / 2) };
+  });
+  return { centre: [bounds[0].centre, bounds[1].centre], half: [bounds[0].half, bounds[1].half] };
+}

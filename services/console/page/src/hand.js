@@ -1,0 +1,148 @@
+// The teacher's hand: takes a thing, carries it, puts it down. What is in it is drawn at once, without waiting for Leo.
+import { landing, headingOf } from './landing.js';
+import { upright } from './pose.js';
+
+/** @typedef {import('./pose.js').Point} Point */
+/** @typedef {{ask: (what: string, content?: any) => Promise<any>}} Leo */
+
+const LIFT_M = 0.05;
+/** So often at most a way is told. */
+const TELL_EVERY_MS = 50;
+export const STEP_TURN = Math.PI / 12;
+
+/**
+ * @typedef {object} Held
+ * @property {string} key of the cell
+ * @property {any} thing as it was taken
+ * @property {[number, number]} at where it is carried
+ * @property {number} angle its heading
+ * @property {Promise<any>} taken
+ */
+
+export class Hand {
+  #leo;
+  #cells;
+  #world;
+  #changed;
+  /** @type {Held | null} */
+  held = null;
+  #told = 0;
+  /** @type {ReturnType<typeof setTimeout> | undefined} */
+  #later;
+
+  /**
+   * @param {Leo} leo
+   * @param {import('./cells.js').Cells} cells
+   * @param {import('./world.js').World} world
+   * @param {() => void} changed
+   */
+  constructor(leo, cells, world, changed) {
+    this.#leo = leo;
+    this.#cells = cells;
+    this.#world = world;
+    this.#changed = changed;
+  }
+
+  /** @param {string} key of an object's cell @returns {boolean} */
+  take(key) {
+    const thing = this.#cells.get(key);
+    const pose = this.#world.pose(key);
+    if (this.held !== null || thing?.kind !== 'object' || pose === null) return false;
+    const held = {
+      key,
+      thing: { ...thing, p: pose.p, q: pose.q },
+      at: /** @type {[number, number]} */ ([pose.p[0], pose.p[1]]),
+      angle: headingOf({ q: pose.q }),
+      taken: this.#leo.ask('take', { thing: thing.name }),
+    };
+    this.held = held;
+    held.taken.then((answer) => {
+      if (answer.error !== undefined && this.held === held) this.#drop();
+    });
+    this.#show(false);
+    return true;
+  }
+
+  /** @param {number} x @param {number} y */
+  carry(x, y) {
+    if (this.held === null) return;
+    this.held.at = [x, y];
+    this.#show(true);
+  }
+
+  /** @param {number} angle anticlockwise from above */
+  turn(angle) {
+    if (this.held === null) return;
+    this.held.angle += angle;
+    this.#show(true);
+  }
+
+  /** Lets go: it goes where the preview shows it. */
+  async put() {
+    const held = this.held;
+    if (held === null) return;
+    const where = this.landing();
+    clearTimeout(this.#later);
+    this.held = null;
+    this.#world.land(null);
+    if (where !== null) this.#world.echo(held.key, { p: where.p, q: where.q });
+    const at = where === null ? this.#height([...held.at, 0]) : where.p;
+    const answer = await this.#leo.ask('put', { at, heading: held.angle });
+    if (answer.error !== undefined) await this.#leo.ask('cancel');
+    this.#world.echo(held.key, null);
+    this.#changed();
+  }
+
+  cancel() {
+    if (this.held === null) return;
+    this.#leo.ask('cancel');
+    this.#drop();
+  }
+
+  /** Where it would come to lie now. */
+  landing() {
+    if (this.held === null) return null;
+    const { key, thing, at, angle } = this.held;
+    const others = this.#cells.under('thing/').filter(([other]) => other !== key).map(([, other]) => other);
+    return landing(thing, at, angle, others);
+  }
+
+  #drop() {
+    const held = this.held;
+    clearTimeout(this.#later);
+    this.held = null;
+    this.#world.land(null);
+    if (held !== null) this.#world.echo(held.key, null);
+    this.#changed();
+  }
+
+  /** @param {boolean} tell */
+  #show(tell) {
+    const where = this.landing();
+    if (this.held === null || where === null) return;
+    const [x, y, z] = this.#height(where.p);
+    this.#world.echo(this.held.key, { p: [x, y, z], q: upright(this.held.angle) });
+    this.#world.land(this.held.thing, where);
+    this.#changed();
+    if (tell) this.#tell();
+  }
+
+  /** @param {Point} p @returns {Point} */
+  #height([x, y, z]) {
+    return [x, y, z + LIFT_M];
+  }
+
+  /** Tells the way, not more often than is needed, and the last place for certain. */
+  #tell() {
+    const wait = this.#told + TELL_EVERY_MS - performance.now();
+    clearTimeout(this.#later);
+    if (wait > 0) {
+      this.#later = setTimeout(() => this.#tell(), wait);
+      return;
+    }
+    const pose = this.held === null ? null : this.#world.pose(this.held.key);
+    if (this.held === null || pose === null) return;
+    this.#told = performance.now();
+    this.#leo.ask('carry', { at: pose.p, heading: this.held.angle });
+  }
+}

@@ -1,0 +1,119 @@
+// The lesson that is on: which one, in which phase, and what can be done with it.
+import { find, make, write } from './element.js';
+
+const MODES = /** @type {Record<string, string>} */ ({
+  script: 'The lesson plays',
+  'set-up': 'You set the table',
+  teaching: 'You teach',
+});
+
+/**
+ * What to call a table of a lesson: the last one is the novel set.
+ * @param {number} table from 0
+ * @param {number} tables how many
+ */
+export function tableName(table, tables) {
+  return tables > 1 && table === tables - 1 ? 'the new things' : `table ${table + 1}`;
+}
+
+export class Lessons {
+  #cells;
+  #ask;
+  #toasts;
+  #noted = -1;
+  #saved = '';
+
+  /**
+   * @param {import('./cells.js').Cells} cells
+   * @param {(what: string, content?: any) => Promise<any>} ask
+   * @param {import('./toasts.js').Toasts} toasts
+   */
+  constructor(cells, ask, toasts) {
+    this.#cells = cells;
+    this.#ask = ask;
+    this.#toasts = toasts;
+    cells.on(['workspace', 'lessons'], () => this.#update());
+    cells.on('recording', () => this.#recording());
+    const lesson = /** @type {HTMLSelectElement} */ (find('lesson'));
+    lesson.addEventListener('change', () => ask('open', { lesson: lesson.value }));
+    find('play').addEventListener('click', () => ask('play'));
+    find('clear').addEventListener('click', () => ask('clear'));
+    find('undo').addEventListener('click', () => ask('undo'));
+    const lay = /** @type {HTMLSelectElement} */ (find('lay'));
+    lay.addEventListener('change', () => {
+      ask('lay', { table: Number(lay.value) });
+      lay.value = '';
+    });
+    find('record').addEventListener('click', () => ask('record', { on: cells.get('recording')?.on !== true }));
+    this.#saving();
+  }
+
+  #saving() {
+    const dialog = /** @type {HTMLDialogElement} */ (find('save-dialog'));
+    const title = /** @type {HTMLInputElement} */ (find('save-title'));
+    find('save').addEventListener('click', () => {
+      title.value = this.#cells.get('workspace')?.title ?? '';
+      dialog.showModal();
+      title.select();
+    });
+    find('save-form').addEventListener('submit', async (event) => {
+      event.preventDefault();
+      if (title.value.trim() === '') return;
+      dialog.close();
+      await this.#ask('save', { title: title.value.trim() });
+    });
+    find('save-cancel').addEventListener('click', () => dialog.close());
+  }
+
+  #update() {
+    const workspace = this.#cells.get('workspace');
+    const lessons = this.#cells.get('lessons') ?? [];
+    if (workspace === undefined) return;
+    this.#pick(lessons, workspace);
+    const about = lessons.find((/** @type {any} */ each) => each.id === workspace.lesson);
+    write(find('watch'), workspace.watch || about?.watch || '');
+    const table = workspace.table === null ? '' : `, ${tableName(workspace.table, workspace.tables)}`;
+    write(find('mode'), workspace.simulated ? `${MODES[workspace.mode] ?? workspace.mode}${table}` : 'Leo watches the real table');
+    document.body.dataset.mode = workspace.mode;
+    document.body.dataset.simulated = String(workspace.simulated);
+    for (const id of ['play', 'clear', 'lay', 'undo', 'save', 'lesson']) {
+      /** @type {HTMLButtonElement} */ (find(id)).disabled = !workspace.simulated;
+    }
+    if (workspace.note && workspace.note.serial !== this.#noted) {
+      this.#noted = workspace.note.serial;
+      this.#toasts.show(workspace.note.text);
+    }
+    if (workspace.saved && workspace.saved !== this.#saved) this.#toasts.show(`Saved as ${workspace.saved}`);
+    this.#saved = workspace.saved ?? '';
+  }
+
+  /** @param {any[]} lessons @param {any} workspace */
+  #pick(lessons, workspace) {
+    const lesson = /** @type {HTMLSelectElement} */ (find('lesson'));
+    const known = lessons.find(({ id }) => id === workspace.lesson) ?? lessons.find(({ title }) => title === workspace.title);
+    const all = known === undefined ? [{ id: workspace.lesson, title: workspace.title }, ...lessons] : lessons;
+    const said = all.map(({ id, title }) => `${id}=${title}`).join();
+    if (lesson.dataset.said !== said) {
+      lesson.dataset.said = said;
+      lesson.replaceChildren(...all.map(({ id, title }) => make('option', { value: id, text: title })));
+    }
+    if (document.activeElement !== lesson) lesson.value = known?.id ?? workspace.lesson;
+    const lay = /** @type {HTMLSelectElement} */ (find('lay'));
+    if (lay.dataset.said === String(workspace.tables)) return;
+    lay.dataset.said = String(workspace.tables);
+    const tables = Array.from({ length: workspace.tables }, (_, n) => make('option', { value: n, text: `Lay ${tableName(n, workspace.tables)}` }));
+    lay.replaceChildren(make('option', { value: '', text: 'Lay…' }), ...tables);
+  }
+
+  #recording() {
+    const recording = this.#cells.get('recording');
+    const button = find('record');
+    const on = recording?.on === true;
+    button.setAttribute('aria-pressed', String(on));
+    const size = on ? ` ${Math.round(recording.seconds)} s, ${(recording.bytes / 1e6).toFixed(1)} MB` : '';
+    write(/** @type {Element} */ (button.querySelector('.label')), on ? `Recording${size}` : 'Record');
+    button.title = recording?.file ?? 'Write what happens into a file';
+    if (recording?.error && button.dataset.error !== recording.error) this.#toasts.show(recording.error, 'error');
+    button.dataset.error = recording?.error ?? '';
+  }
+}

@@ -1,0 +1,363 @@
+// The page: puts its parts together.
+import { Beliefs, idOf } from './beliefs.js';
+import { Cells } from './cells.js';
+import { Chair, FIRST_SEAT } from './chair.js';
+import { Connection, liveAddress } from './connection.js';
+import { Dialogue } from './dialogue.js';
+import { listDivides } from './divides.js';
+import { find, make, write } from './element.js';
+import { extent } from './extent.js';
+import { Hand } from './hand.js';
+import { Health } from './health.js';
+import { Keys } from './keys.js';
+import { landing } from './landing.js';
+import { VIEWS, freeSeat, freely, fromAbove, overTable, throughEyes, throughLeo } from './lens.js';
+import { Lessons } from './lessons.js';
+import { Marks } from './marks.js';
+import { repaint } from './paint.js';
+import { Palette } from './palette.js';
+import { Pointer } from './pointer.js';
+import { apart } from './pose.js';
+import { probe } from './probe.js';
+import { Stage, camera, isSoftware } from './stage.js';
+import { lightFor } from './surface.js';
+import { Tasks } from './tasks.js';
+import { Timeline } from './timeline.js';
+import { Toasts } from './toasts.js';
+import { believes } from './words.js';
+import { World } from './world.js';
+
+const software = isSoftware();
+lightFor(software);
+const cells = new Cells();
+const toasts = new Toasts(find('toasts'));
+const connection = new Connection(liveAddress(location), (message) => cells.apply(message), connectionChanged);
+
+/**
+ * Asks Leo, and shows what it answers when it cannot.
+ * @param {string} what
+ * @param {Record<string, any>} [content]
+ */
+async function ask(what, content) {
+  const answer = await connection.ask(what, content);
+  if (answer.error !== undefined && connection.state === 'connected') toasts.show(answer.error, 'error');
+  return answer;
+}
+
+/** @param {import('./connection.js').State} state */
+function connectionChanged(state) {
+  document.body.dataset.connection = state;
+  const words = { connecting: 'Connecting…', connected: 'Connected', lost: 'Leo is away. Trying again…' };
+  write(/** @type {Element} */ (find('connection').querySelector('.label')), words[state]);
+  if (state === 'lost') hand.cancel();
+}
+
+// The scenes and the views on them.
+
+const stage = new Stage(/** @type {HTMLCanvasElement} */ (find('canvas')), { software });
+const shadows = !software;
+const world = new World(cells, { shadows }, () => stage.request(main));
+const chair = new Chair({ ask }, cells, () => {
+  if (view === 'seat') stage.request(main);
+});
+const minds = [0, 1].map((perspective) => {
+  const beliefs = new Beliefs(cells, { shadows: false });
+  beliefs.perspective = perspective;
+  const element = find(`mind-${perspective}`);
+  const eye = camera();
+  return { beliefs, view: { element, scene: beliefs.scene, camera: eye, aim: (/** @type {number} */ aspect) => overTable(eye, region, aspect) } };
+});
+
+/** What is drawn of the table where beliefs are. */
+let region = extent([]);
+
+/** @type {import('./lens.js').Name} */
+let view = 'seat';
+let free = freeSeat();
+let near = 1;
+
+const eye = camera();
+const main = {
+  element: find('main-view'),
+  scene: world.scene,
+  camera: eye,
+  aim: (/** @type {number} */ aspect) => {
+    if (view === 'seat') throughEyes(eye, chair.seat, aspect);
+    else if (view === 'leo') throughLeo(eye, cells.get('mind/0')?.eye, aspect);
+    else if (view === 'above') fromAbove(eye, aspect, near);
+    else freely(eye, free, aspect);
+    world.present(view);
+  },
+  drawn: () => marks.place(),
+};
+const marks = new Marks(find('marks'), cells, world, eye);
+for (const each of [main, ...minds.map((mind) => mind.view)]) stage.add(each);
+
+/** Back to where one looks from at first. */
+function settle() {
+  free = freeSeat();
+  near = 1;
+  if (view === 'seat' && desk.movable()) chair.move(FIRST_SEAT);
+  stage.request(main);
+}
+
+/** @param {import('./lens.js').Name} name */
+function look(name) {
+  view = name;
+  document.body.dataset.view = name;
+  for (const button of find('views').children) {
+    button.setAttribute('aria-checked', String(/** @type {HTMLElement} */ (button).dataset.view === name));
+  }
+  stage.request(main);
+}
+for (const { name, label } of VIEWS) {
+  find('views').append(make('button', { type: 'button', role: 'radio', data: { view: name }, text: label, onclick: () => (name === view && name !== 'leo' ? settle() : look(name)) }));
+}
+look('seat');
+
+// The hand, the pointer and the keyboard.
+
+/** Who of the people here speaks and acts on this page: the first teacher, if nothing else is chosen. */
+const who = /** @type {HTMLSelectElement} */ (find('who'));
+const acting = () => (who.hidden ? {} : { teacher: Number(who.value) });
+/** @param {string} what @param {Record<string, any>} [content] */
+const act = (what, content) => ask(what, what === 'take' ? { ...content, ...acting() } : content);
+cells.on(['thing/', 'robot'], () => {
+  const people = cells.under('thing/').filter(([, thing]) => thing.kind === 'person').map(([, thing]) => thing.agent).sort();
+  if (who.dataset.people === people.join()) return;
+  who.dataset.people = people.join();
+  const names = cells.get('robot')?.agents ?? {};
+  who.replaceChildren(...people.map((agent) => make('option', { value: agent, text: agent === 1 ? 'You' : names[agent] ?? `partner ${agent}` })));
+  who.hidden = people.length < 2;
+});
+
+const hand = new Hand({ ask: act }, cells, world, () => stage.request(main));
+
+/** The robot's own belief in a thing. @param {string | null} key @returns {number | null} */
+function beliefOf(key) {
+  const thing = key === null ? undefined : cells.get(key);
+  if (thing === undefined || thing.kind !== 'object') return null;
+  if (thing.belief !== undefined) return thing.belief;
+  const nearest = cells.under('belief/0/').filter(([, belief]) => belief.p !== null)
+    .map(([id, belief]) => ({ id: idOf(id), far: apart(belief.p, thing.p) })).sort((a, b) => a.far - b.far)[0];
+  return nearest !== undefined && nearest.far < 0.06 ? nearest.id : null;
+}
+
+/** @param {string | null} key */
+function select(key) {
+  world.selected = key;
+  world.mark();
+  removable();
+  follow(beliefOf(key));
+  stage.request(main);
+}
+
+/** Shows one of the robot's own beliefs everywhere. @param {number | null} id */
+function follow(id) {
+  timeline.id = id;
+  timeline.update();
+  for (const mind of minds) mind.beliefs.selected = id;
+  thought();
+}
+
+/** @param {string | null} key */
+function hover(key) {
+  if (world.hovered === key) return;
+  world.hovered = key;
+  world.mark();
+  main.element.classList.toggle('over', key !== null);
+  stage.request(main);
+}
+
+/** @param {import('./seat.js').Seat} seat */
+function sit(seat) {
+  if (view === 'free') {
+    free = seat;
+    stage.request(main);
+    return;
+  }
+  find('hint').hidden = true;
+  chair.move(seat);
+}
+
+/** @param {string} key */
+async function remove(key) {
+  const thing = cells.get(key);
+  if (thing === undefined || cells.get('workspace')?.mode !== 'set-up') return;
+  select(null);
+  await ask('remove', { thing: thing.name });
+}
+
+find('remove').addEventListener('click', () => {
+  if (world.selected !== null) remove(world.selected);
+});
+find('leave').addEventListener('click', () => ask(cells.get('mind/1')?.present === false ? 'return' : 'leave'));
+cells.on('mind/1', () => {
+  const away = cells.get('mind/1')?.present === false;
+  find('leave').setAttribute('aria-pressed', String(away));
+  write(find('leave'), away ? 'Come back' : 'Leave');
+});
+cells.on('workspace', removable);
+
+/** What is selected can be taken off the table while it is set. */
+function removable() {
+  const thing = world.selected === null ? undefined : cells.get(world.selected);
+  const can = cells.get('workspace')?.mode === 'set-up' && thing !== undefined && thing.kind !== 'person';
+  find('remove').hidden = !can;
+  if (can) write(find('remove'), `Remove ${thing.name}`);
+}
+
+const desk = {
+  element: main.element,
+  camera: eye,
+  cells,
+  world,
+  hand,
+  view: () => view,
+  seat: () => (view === 'free' ? free : chair.seat),
+  sit,
+  ask,
+  select,
+  hover,
+  remove,
+  settle,
+  movable: () => cells.get('workspace')?.simulated === true && connection.state === 'connected',
+  zoom: (/** @type {number} */ factor) => {
+    near = Math.min(1.3, Math.max(0.35, near * factor));
+    stage.request(main);
+  },
+  undo: () => ask('undo'),
+};
+const pointer = new Pointer(desk);
+new Keys(desk);
+find('marks').addEventListener('focusin', (event) => {
+  const key = /** @type {HTMLElement} */ (event.target).dataset.key ?? null;
+  if (/** @type {HTMLElement} */ (event.target).matches(':focus-visible')) hover(key);
+});
+find('marks').addEventListener('focusout', () => hover(null));
+for (const id of ['palette', 'hint']) find(id).addEventListener('pointerdown', (event) => event.stopPropagation());
+for (const tools of document.querySelectorAll('.tools')) {
+  for (const kind of ['pointerdown', 'wheel']) tools.addEventListener(kind, (event) => event.stopPropagation());
+}
+find('hint-close').addEventListener('click', () => (find('hint').hidden = true));
+
+// The panels.
+
+const timeline = new Timeline(cells);
+new Dialogue(cells, (text) => ask('say', { text, ...acting() }));
+new Tasks(cells);
+new Lessons(cells, ask, toasts);
+new Health(cells);
+new Palette(cells, {
+  aim: (event) => {
+    const rect = main.element.getBoundingClientRect();
+    const tools = find('palette').getBoundingClientRect();
+    const on = (/** @type {DOMRect} */ r) => event.clientX > r.left && event.clientX < r.right && event.clientY > r.top && event.clientY < r.bottom;
+    return on(rect) && !on(tools) ? pointer.ground(event, 0) : null;
+  },
+  preview: (item, at) => {
+    if (item === null || at === undefined || !('kind' in item)) world.land(null);
+    else {
+      const thing = { ...item.kind, rgb: item.colour.rgb };
+      const others = cells.under('thing/').map(([, other]) => other);
+      world.land(thing, landing(thing, at, 0, others));
+    }
+    stage.request(main);
+  },
+  lying: () => cells.under('thing/').map(([, thing]) => thing).filter((thing) => thing.kind !== 'person' && thing.p),
+  ask,
+});
+
+// What is believed.
+
+/** So often at most are beliefs drawn: where software draws, the main view goes first. */
+const BELIEFS_EVERY_MS = { card: 33, software: 200 };
+
+/** Which perspective is shown beside the robot's own. */
+let partner = 1;
+let thinking = false;
+
+/** Draws the beliefs anew, once for all changes of some messages: they waver with every observation. */
+function thought() {
+  if (thinking) return;
+  thinking = true;
+  setTimeout(() => {
+    thinking = false;
+    for (const mind of minds) mind.beliefs.update();
+    region = extent([...cells.under('thing/').map(([, thing]) => thing).filter(({ kind }) => kind !== 'person'),
+      ...minds.flatMap(({ beliefs }) => cells.under(`belief/${beliefs.perspective}/`).map(([, belief]) => belief))]);
+    stage.request(...minds.map((mind) => mind.view));
+    listDivides(find('divides'), cells, partner, follow);
+    const differs = cells.under(`divide/${partner}/`).length > 0;
+    find('divides-empty').hidden = differs;
+    find('divides').hidden = !differs;
+    count();
+  }, software ? BELIEFS_EVERY_MS.software : BELIEFS_EVERY_MS.card);
+}
+
+function count() {
+  for (const [at, perspective] of [0, partner].entries()) {
+    const mind = cells.get(`mind/${perspective}`);
+    const element = /** @type {Element} */ (find(`mind-${at}`).parentElement?.querySelector('.count'));
+    const n = cells.under(`belief/${perspective}/`).length;
+    write(element, mind?.present === false ? `${perspective === 1 ? 'you are' : 'is'} away` : `${n} ${n === 1 ? 'thing' : 'things'}`);
+  }
+}
+
+function perspectives() {
+  const robot = cells.get('robot');
+  const all = (robot?.perspectives ?? []).filter((/** @type {any} */ each) => each.number !== 0);
+  if (all.length > 0 && !all.some((/** @type {any} */ each) => each.number === partner)) partner = all[0].number;
+  const tabs = find('perspectives');
+  tabs.hidden = all.length < 2;
+  tabs.replaceChildren(...all.map((/** @type {any} */ each) => make('button', {
+    type: 'button',
+    role: 'tab',
+    'aria-selected': String(each.number === partner),
+    title: believes(each, robot.agents ?? {}),
+    text: each.name,
+    onclick: () => {
+      partner = each.number;
+      perspectives();
+    },
+  })));
+  const shown = all.find((/** @type {any} */ each) => each.number === partner);
+  if (shown !== undefined) write(find('mind-1-title'), believes(shown, robot.agents ?? {}));
+  minds[1].beliefs.perspective = partner;
+  thought();
+}
+
+cells.on(['belief/', 'divide/', 'thing/', 'mind/'], thought);
+let version = '';
+cells.on('robot', () => {
+  const now = cells.get('robot')?.version ?? '';
+  if (version !== '' && now !== '' && now !== version) toasts.show(`Leo is ${now} now: load the page again`);
+  version = now || version;
+});
+cells.on('robot', perspectives);
+cells.on('mind/0', () => {
+  if (view === 'leo') stage.request(main);
+});
+cells.on('thing/', () => {
+  if (world.selected !== null && cells.get(world.selected) === undefined) select(null);
+  else if (world.selected !== null && timeline.id === null) follow(beliefOf(world.selected));
+});
+
+// The theme.
+
+function themeChanged() {
+  repaint();
+  world.repaint();
+  for (const mind of minds) mind.beliefs.repaint();
+  stage.request();
+}
+matchMedia('(prefers-color-scheme: dark)').addEventListener('change', themeChanged);
+
+// Leo's body, and Leo.
+
+world.body.load(`/leo.urdf${location.search}`)
+  .then(() => stage.request())
+  .catch((error) => toasts.show(`Leo's body cannot be shown: ${error.message}`, 'error'));
+connection.open();
+
+probe({ cells, connection, stage, marks, main: main.element, world, chair, hand, look });

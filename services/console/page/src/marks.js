@@ -1,0 +1,97 @@
+// A button over each thing of the main view: for the keyboard and for who does not see the picture.
+import { Vector3 } from 'three';
+import { make, write } from './element.js';
+import { describe } from './words.js';
+
+const at = new Vector3();
+
+export class Marks {
+  #list;
+  #cells;
+  #world;
+  #camera;
+  /** @type {Map<string, HTMLButtonElement>} */
+  #buttons = new Map();
+  /** @type {WeakMap<HTMLElement, string>} */
+  #places = new WeakMap();
+  #caption = make('div', { class: 'caption', 'aria-hidden': 'true' });
+
+  /**
+   * @param {HTMLElement} list
+   * @param {import('./cells.js').Cells} cells
+   * @param {import('./world.js').World} world
+   * @param {import('three').PerspectiveCamera} camera
+   */
+  constructor(list, cells, world, camera) {
+    this.#list = list;
+    this.#cells = cells;
+    this.#world = world;
+    this.#camera = camera;
+    list.append(this.#caption);
+    cells.on('thing/', (changes) => {
+      for (const key of changes.keys()) this.#update(key);
+    });
+  }
+
+  /**
+   * Where a point of the world is in the picture, in pixels of it; `null` behind the camera.
+   * @param {readonly number[]} p
+   * @returns {{x: number, y: number} | null}
+   */
+  project(p) {
+    at.set(p[0], p[1], p[2]).project(this.#camera);
+    if (at.z > 1 || at.z < -1) return null;
+    const { clientWidth, clientHeight } = this.#list;
+    return { x: ((at.x + 1) / 2) * clientWidth, y: ((1 - at.y) / 2) * clientHeight };
+  }
+
+  /** Puts the buttons where the things are, after a picture. */
+  place() {
+    const names = this.#cells.get('robot')?.agents ?? {};
+    const marked = this.#world.hovered ?? this.#world.selected;
+    let captioned = false;
+    for (const [key, button] of this.#buttons) {
+      const pose = this.#world.pose(key);
+      const spot = pose === null ? null : this.project(pose.p);
+      button.hidden = spot === null;
+      if (spot === null) continue;
+      const place = `translate(${spot.x.toFixed(1)}px, ${spot.y.toFixed(1)}px) translate(-50%, -50%)`;
+      if (this.#places.get(button) !== place) {
+        this.#places.set(button, place);
+        button.style.transform = place;
+      }
+      if (key !== marked || pose === null) continue;
+      const thing = this.#cells.get(key);
+      const top = this.project([pose.p[0], pose.p[1], pose.p[2] + (thing.half?.[2] ?? 0.1) + 0.015]) ?? spot;
+      write(this.#caption, describe(thing, names));
+      this.#caption.style.transform = `translate(${top.x.toFixed(1)}px, ${top.y.toFixed(1)}px) translate(-50%, -100%)`;
+      captioned = true;
+    }
+    this.#caption.hidden = !captioned;
+  }
+
+  /** @param {string} key */
+  button(key) {
+    return this.#buttons.get(key) ?? null;
+  }
+
+  /** @param {string} key */
+  #update(key) {
+    const thing = this.#cells.get(key);
+    const old = this.#buttons.get(key);
+    if (thing === undefined || (thing.kind === 'person' && thing.agent === 1)) {
+      old?.remove();
+      this.#buttons.delete(key);
+      return;
+    }
+    const names = this.#cells.get('robot')?.agents ?? {};
+    const button = old ?? make('button', { type: 'button', class: 'mark', data: { key } });
+    const words = describe(thing, names);
+    if (button.ariaLabel !== words) button.ariaLabel = words;
+    button.dataset.thing = thing.name;
+    if (old === undefined) {
+      this.#buttons.set(key, button);
+      this.#list.append(button);
+    }
+  }
+}

@@ -1,0 +1,303 @@
+// The mouse, the pen and fingers over the main view: picking, dragging, turning, and moving the seat.
+import { Plane, Raycaster, Vector2, Vector3 } from 'three';
+import { STEP_TURN } from './hand.js';
+import { takes } from './landing.js';
+import { apart } from './pose.js';
+import { approached, orbited, turned } from './seat.js';
+
+const DRAG_PX = 5;
+const TURN_PER_PX = 0.006;
+const SCREEN_EVERY_MS = 50;
+
+/**
+ * What the pointer needs to know of the page.
+ * @typedef {object} Desk
+ * @property {HTMLElement} element
+ * @property {import('three').PerspectiveCamera} camera
+ * @property {import('./cells.js').Cells} cells
+ * @property {import('./world.js').World} world
+ * @property {import('./hand.js').Hand} hand
+ * @property {() => import('./lens.js').Name} view
+ * @property {() => import('./seat.js').Seat} seat the seat that dragging moves
+ * @property {(seat: import('./seat.js').Seat) => void} sit
+ * @property {(what: string, content?: any) => Promise<any>} ask
+ * @property {(key: string | null) => void} select
+ * @property {(key: string | null) => void} hover
+ * @property {() => boolean} movable whether anything can be moved by hand
+ * @property {(factor: number) => void} zoom from above
+ */
+
+/** @typedef {{kind: 'thing' | 'screen' | 'person' | 'seat' | 'gaze', key: string | null, begun: boolean, start: Vector2,
+ *   offset: [number, number], height: number}} Drag */
+
+export class Pointer {
+  #desk;
+  #ray = new Raycaster();
+  /** @type {Map<number, Vector2>} */
+  #down = new Map();
+  /** @type {Drag | null} */
+  #drag = null;
+  #pinch = 0;
+  #twist = 0;
+  #told = 0;
+  #unseen = 0;
+
+  /** @param {Desk} desk */
+  constructor(desk) {
+    this.#desk = desk;
+    const { element } = desk;
+    element.addEventListener('pointerdown', (event) => this.#press(event));
+    element.addEventListener('pointermove', (event) => this.#move(event));
+    element.addEventListener('pointerup', (event) => this.#release(event));
+    element.addEventListener('pointercancel', (event) => this.#lose(event));
+    element.addEventListener('pointerleave', () => this.#desk.hover(null));
+    element.addEventListener('wheel', (event) => this.#wheel(event), { passive: false });
+    element.addEventListener('contextmenu', (event) => event.preventDefault());
+  }
+
+  /**
+   * The point at a height under a place of the page.
+   * @param {{clientX: number, clientY: number}} event
+   * @param {number} height
+   * @returns {[number, number] | null}
+   */
+  ground(event, height) {
+    this.#aim(event);
+    const hit = this.#ray.ray.intersectPlane(new Plane(new Vector3(0, 0, 1), -height), new Vector3());
+    return hit === null || hit.length() > 6 ? null : [hit.x, hit.y];
+  }
+
+  /** @param {{clientX: number, clientY: number}} event */
+  #aim(event) {
+    const rect = this.#desk.element.getBoundingClientRect();
+    const x = ((event.clientX - rect.left) / rect.width) * 2 - 1;
+    const y = 1 - ((event.clientY - rect.top) / rect.height) * 2;
+    this.#ray.setFromCamera(new Vector2(x, y), this.#desk.camera);
+  }
+
+  /**
+   * The key of what is under a place of the page.
+   * @param {{clientX: number, clientY: number}} event
+   * @param {string | null} without
+   */
+  pick(event, without = null) {
+    this.#aim(event);
+    const targets = this.#desk.world.pickable().filter((object) => object.userData.key !== without);
+    const keys = this.#ray.intersectObjects(targets, true).map((hit) => keyOf(hit.object));
+    const things = keys.filter((key) => key !== null);
+    if (this.#desk.view() === 'seat') return things[0] ?? null;
+    // A screen that one can see through can be reached through as well.
+    return things.find((key) => this.#desk.cells.get(key)?.kind !== 'occluder') ?? things[0] ?? null;
+  }
+
+  /** @param {PointerEvent} event */
+  #press(event) {
+    const { element, hand, world, cells, view, movable } = this.#desk;
+    if (event.button === 1) return;
+    element.setPointerCapture(event.pointerId);
+    this.#down.set(event.pointerId, new Vector2(event.clientX, event.clientY));
+    if (this.#down.size === 2 && hand.held !== null) {
+      this.#twist = this.#angle();
+      return;
+    }
+    if (this.#down.size === 2) return this.#begin2();
+    if (this.#down.size > 2) return;
+    if (hand.held !== null) hand.cancel();
+    const start = new Vector2(event.clientX, event.clientY);
+    const key = event.button === 2 || event.shiftKey ? null : this.pick(event);
+    const thing = key === null ? undefined : cells.get(key);
+    const pose = key === null ? null : world.pose(key);
+    const base = { key: null, begun: false, start, offset: /** @type {[number, number]} */ ([0, 0]), height: 0 };
+    if (thing === undefined || pose === null || !movable()) {
+      const gaze = event.button === 2 || event.shiftKey;
+      this.#drag = { ...base, key, kind: gaze ? 'gaze' : 'seat' };
+      return;
+    }
+    const kind = thing.kind === 'object' ? 'thing' : thing.kind === 'occluder' ? 'screen' : 'person';
+    if (kind === 'person' && view() === 'seat') {
+      this.#drag = { ...base, kind: 'seat', key };
+      return;
+    }
+    const height = kind === 'screen' ? 0 : pose.p[2];
+    const ground = this.ground(event, height) ?? [pose.p[0], pose.p[1]];
+    const offset = /** @type {[number, number]} */ ([pose.p[0] - ground[0], pose.p[1] - ground[1]]);
+    this.#drag = { ...base, kind, key, offset, height };
+  }
+
+  /** @param {PointerEvent} event */
+  #move(event) {
+    const last = this.#down.get(event.pointerId);
+    if (last === undefined) {
+      if (event.pointerType === 'mouse') this.#desk.hover(this.pick(event));
+      return;
+    }
+    const now = new Vector2(event.clientX, event.clientY);
+    if (this.#down.size === 2) {
+      this.#down.set(event.pointerId, now);
+      if (this.#desk.hand.held !== null) return this.#turn();
+      return this.#move2(last, now);
+    }
+    const drag = this.#drag;
+    if (drag === null) return;
+    if (!drag.begun) {
+      if (now.distanceTo(drag.start) < DRAG_PX) return;
+      drag.begun = true;
+      if (drag.key !== null && drag.kind !== 'seat') this.#desk.select(drag.key);
+      if (drag.kind === 'thing' && drag.key !== null && !this.#desk.hand.take(drag.key)) {
+        this.#drag = null;
+        return;
+      }
+    }
+    this.#down.set(event.pointerId, now);
+    this.#follow(drag, event, now.clone().sub(last));
+  }
+
+  /** @param {Drag} drag @param {PointerEvent} event @param {Vector2} step in pixels */
+  #follow(drag, event, step) {
+    const { hand, view, seat, sit } = this.#desk;
+    if (drag.kind === 'thing') {
+      const target = this.#target(event, drag);
+      if (target !== null) hand.carry(...target);
+    } else if (drag.kind === 'screen' || drag.kind === 'person') {
+      const ground = this.ground(event, drag.height);
+      if (ground !== null && drag.key !== null) {
+        this.#slide(drag.key, ground[0] + drag.offset[0], ground[1] + drag.offset[1], false);
+      }
+    } else if (view() === 'seat' || view() === 'free') {
+      const [around, above] = [-step.x * TURN_PER_PX, step.y * TURN_PER_PX];
+      sit(drag.kind === 'gaze' ? turned(seat(), around / 2, above / 2) : orbited(seat(), around, above));
+    }
+  }
+
+  /**
+   * Where a pointer carries a thing to: onto the middle of what takes it, or the place it points at.
+   * @param {PointerEvent} event
+   * @param {Drag} drag
+   * @returns {[number, number] | null}
+   */
+  #target(event, drag) {
+    const { cells, hand } = this.#desk;
+    if (!event.altKey && hand.held !== null) {
+      const over = this.pick(event, drag.key);
+      const thing = over === null ? undefined : cells.get(over);
+      if (thing?.kind === 'object' && takes(thing, hand.held.thing)) return [thing.p[0], thing.p[1]];
+    }
+    const ground = this.ground(event, drag.height);
+    return ground === null ? null : [ground[0] + drag.offset[0], ground[1] + drag.offset[1]];
+  }
+
+  /**
+   * Moves a screen or another's head.
+   * @param {string} key
+   * @param {number} x
+   * @param {number} y
+   * @param {boolean} last
+   */
+  #slide(key, x, y, last) {
+    const { cells, world, ask, hover } = this.#desk;
+    const thing = cells.get(key);
+    const pose = world.pose(key);
+    if (thing === undefined || pose === null) return;
+    world.echo(key, { p: [x, y, pose.p[2]], q: pose.q });
+    hover(key);
+    if (!last && performance.now() - this.#told < SCREEN_EVERY_MS) return;
+    this.#told = performance.now();
+    const at = [x, y, pose.p[2]];
+    const looks = () => this.#lookOf(key, at);
+    const done = thing.kind === 'occluder'
+      ? ask('screen', { name: thing.name, at })
+      : ask('seat', { teacher: thing.agent, eyes: at, looks_at: looks() });
+    if (last) done.then(() => world.echo(key, null));
+  }
+
+  /** A head that is moved goes on looking at where it looked. @param {string} key @param {number[]} at */
+  #lookOf(key, at) {
+    const thing = this.#desk.cells.get(key);
+    const seat = this.#desk.seat();
+    if (thing.agent === 1 && this.#desk.view() !== 'free') return seat.looks_at;
+    return apart(at, [0, 0.7, 0]) < 0.1 ? [0, 0.5, 0] : [0, 0.7, 0];
+  }
+
+  /** @param {PointerEvent} event */
+  #release(event) {
+    const drag = this.#drag;
+    const was = this.#down.size;
+    this.#down.delete(event.pointerId);
+    if (was !== 1 || drag === null) return;
+    this.#drag = null;
+    if (!drag.begun) return this.#desk.select(drag.key);
+    if (drag.kind === 'thing') this.#desk.hand.put();
+    if ((drag.kind === 'screen' || drag.kind === 'person') && drag.key !== null) {
+      const pose = this.#desk.world.pose(drag.key);
+      if (pose !== null) this.#slide(drag.key, pose.p[0], pose.p[1], true);
+    }
+  }
+
+  /** @param {PointerEvent} event */
+  #lose(event) {
+    this.#down.delete(event.pointerId);
+    if (this.#drag?.kind === 'thing') this.#desk.hand.cancel();
+    this.#drag = null;
+  }
+
+  /** The angle of two fingers to each other, clockwise on the page. */
+  #angle() {
+    const [a, b] = [...this.#down.values()];
+    return Math.atan2(b.y - a.y, b.x - a.x);
+  }
+
+  /** A second finger turns what the first one holds. */
+  #turn() {
+    const angle = this.#angle();
+    const step = Math.atan2(Math.sin(angle - this.#twist), Math.cos(angle - this.#twist));
+    this.#twist = angle;
+    this.#desk.hand.turn(-step);
+  }
+
+  #begin2() {
+    if (this.#drag?.kind === 'thing') this.#desk.hand.cancel();
+    this.#drag = null;
+    const [a, b] = [...this.#down.values()];
+    this.#pinch = a.distanceTo(b);
+  }
+
+  /** Two fingers: apart is nearer, together is farther, both the same way turns the head. @param {Vector2} last @param {Vector2} now */
+  #move2(last, now) {
+    const [a, b] = [...this.#down.values()];
+    const wide = a.distanceTo(b);
+    if (wide > 10 && this.#pinch > 10) this.#nearer(this.#pinch / wide);
+    this.#pinch = wide;
+    const step = now.clone().sub(last).multiplyScalar(TURN_PER_PX / 4);
+    const { view, seat, sit } = this.#desk;
+    if (view() === 'seat' || view() === 'free') sit(turned(seat(), -step.x, step.y));
+  }
+
+  /** @param {WheelEvent} event */
+  #wheel(event) {
+    event.preventDefault();
+    const { hand } = this.#desk;
+    if (hand.held !== null) {
+      this.#unseen += event.deltaY;
+      if (Math.abs(this.#unseen) < 40) return;
+      hand.turn(Math.sign(this.#unseen) * STEP_TURN);
+      this.#unseen = 0;
+      return;
+    }
+    this.#nearer(Math.exp(Math.max(-120, Math.min(120, event.deltaY)) * 0.0012));
+  }
+
+  /** @param {number} factor */
+  #nearer(factor) {
+    const { view, seat, sit, zoom } = this.#desk;
+    if (view() === 'above') zoom(factor);
+    else if (view() !== 'leo') sit(approached(seat(), factor));
+  }
+}
+
+/** @param {any} object @returns {string | null} */
+function keyOf(object) {
+  for (let part = object; part !== null; part = part.parent) {
+    if (part.userData.key !== undefined) return part.userData.key;
+  }
+  return null;
+}

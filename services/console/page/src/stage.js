@@ -1,0 +1,109 @@
+// One WebGL context for all views: each is a part of the canvas, and drawn only when it changed.
+import { PerspectiveCamera, WebGLRenderer } from 'three';
+
+/**
+ * @typedef {object} View
+ * @property {HTMLElement} element whose place on the page is the picture's
+ * @property {import('three').Scene} scene
+ * @property {PerspectiveCamera} camera
+ * @property {(aspect: number) => void} aim sets the camera up
+ * @property {() => void} [drawn] after a picture
+ */
+
+/** Where software draws, it may be on Leo's own computer: it leaves some time to others. */
+const SOFTWARE_EVERY_MS = 45;
+
+/** Whether pictures are computed without a graphics card here. */
+export function isSoftware() {
+  const gl = document.createElement('canvas').getContext('webgl2');
+  if (gl === null) return true;
+  const info = gl.getExtension('WEBGL_debug_renderer_info');
+  const name = info === null ? '' : String(gl.getParameter(info.UNMASKED_RENDERER_WEBGL));
+  gl.getExtension('WEBGL_lose_context')?.loseContext();
+  return /swiftshader|llvmpipe|software|basic render/i.test(name);
+}
+
+export class Stage {
+  /** @type {View[]} */
+  views = [];
+  /** @type {Set<View>} */
+  #stale = new Set();
+  #waiting = false;
+  #drawn = 0;
+  #canvas;
+  pictures = 0;
+
+  /**
+   * @param {HTMLCanvasElement} canvas
+   * @param {{software: boolean}} how
+   */
+  constructor(canvas, { software }) {
+    this.#canvas = canvas;
+    this.software = software;
+    this.renderer = new WebGLRenderer({
+      canvas,
+      antialias: !software,
+      preserveDrawingBuffer: true,
+      powerPreference: 'low-power',
+    });
+    this.renderer.setPixelRatio(software ? 1 : Math.min(2, devicePixelRatio));
+    this.renderer.shadowMap.enabled = !software;
+    this.renderer.setScissorTest(true);
+    new ResizeObserver(() => this.resize()).observe(canvas);
+    canvas.addEventListener('webglcontextrestored', () => this.request());
+  }
+
+  /** @param {View} view */
+  add(view) {
+    this.views.push(view);
+    new ResizeObserver(() => this.resize()).observe(view.element);
+    this.request(view);
+  }
+
+  resize() {
+    const { clientWidth, clientHeight } = this.#canvas;
+    this.renderer.setSize(clientWidth, clientHeight, false);
+    // A canvas of another size is empty: what is seen of it next must be drawn already.
+    for (const view of this.views) this.#stale.add(view);
+    this.#draw();
+  }
+
+  /** Has views drawn before the next frame of the page. @param {...View} views all without */
+  request(...views) {
+    for (const view of views.length === 0 ? this.views : views) this.#stale.add(view);
+    if (this.#waiting) return;
+    this.#waiting = true;
+    const draw = () => requestAnimationFrame(() => {
+      this.#waiting = false;
+      this.#draw();
+    });
+    const rest = this.software ? this.#drawn + SOFTWARE_EVERY_MS - performance.now() : 0;
+    if (rest > 0) setTimeout(draw, rest);
+    else draw();
+  }
+
+  #draw() {
+    this.#drawn = performance.now();
+    const stale = [...this.#stale];
+    this.#stale.clear();
+    const place = this.#canvas.getBoundingClientRect();
+    for (const view of stale) {
+      const rect = view.element.getBoundingClientRect();
+      if (rect.width < 2 || rect.height < 2) continue;
+      const [x, y] = [rect.left - place.left, place.bottom - rect.bottom];
+      this.renderer.setViewport(x, y, rect.width, rect.height);
+      this.renderer.setScissor(x, y, rect.width, rect.height);
+      view.aim(rect.width / rect.height);
+      this.renderer.render(view.scene, view.camera);
+      view.drawn?.();
+    }
+    this.pictures += 1;
+  }
+}
+
+/** A camera for a world with z up. */
+export function camera() {
+  const made = new PerspectiveCamera(45, 1, 0.02, 20);
+  made.up.set(0, 0, 1);
+  return made;
+}

@@ -1,0 +1,91 @@
+// Sentences for the person before the page, who is the first teacher.
+
+/**
+ * A sentence about the teacher as a sentence to him: "the teacher does not know …" is "you do not know …".
+ * @param {string} text
+ * @param {string} name what he is called
+ */
+export function toYou(text, name) {
+  const verbs = [
+    [`${name} does not `, 'you do not '],
+    [`${name} is `, 'you are '],
+    [`${name} believes `, 'you believe '],
+    [`${name} no longer believes `, 'you no longer believe '],
+    [`${name} has `, 'you have '],
+    [`${name} and Leo `, 'you and Leo '],
+    [`${name} thinks `, 'you think '],
+    [`${name}'s `, 'your '],
+  ];
+  for (const [theirs, yours] of verbs) {
+    if (text.startsWith(theirs)) return capital(yours + text.slice(theirs.length));
+  }
+  return capital(text);
+}
+
+/** @param {string} text */
+export function capital(text) {
+  return text.charAt(0).toUpperCase() + text.slice(1);
+}
+
+/**
+ * Whose belief: "Leo", "you", another's name.
+ * @param {number} agent
+ * @param {Record<string, string>} names
+ */
+export function whom(agent, names) {
+  return agent === 1 ? 'you' : names[agent] ?? `partner ${agent}`;
+}
+
+/**
+ * The heading over what a perspective believes: "Leo believes", "Leo thinks you believe", and nested ones.
+ * @param {{number: number, agents: number[]}} perspective
+ * @param {Record<string, string>} names
+ */
+export function believes(perspective, names) {
+  const path = perspective.agents.filter((agent, at) => !(at === 0 && agent === 0));
+  let text = `${names[0] ?? 'Leo'} believes`;
+  for (const agent of path) {
+    text = text.replace(/believes?$/, (verb) => (verb === 'believe' ? 'think' : 'thinks'));
+    text += agent === 1 ? ' you believe' : ` ${whom(agent, names)} believes`;
+  }
+  return text;
+}
+
+/**
+ * How an example or hypothesis was seen: "as Leo saw it", "as you could see it".
+ * @param {number[]} path whose perspective, within whose
+ * @param {Record<string, string>} names
+ */
+export function asSeenBy(path, names) {
+  const last = path.at(-1);
+  if (last === undefined) return `as ${names[0] ?? 'Leo'} saw it`;
+  return `as ${whom(last, names)} could see it`;
+}
+
+/**
+ * Seconds for people: "0.4 s", "12 s", "3 min".
+ * @param {number} seconds
+ */
+export function duration(seconds) {
+  if (seconds < 10) return `${seconds.toFixed(1)} s`;
+  if (seconds < 120) return `${seconds.toFixed(0)} s`;
+  return `${(seconds / 60).toFixed(0)} min`;
+}
+
+/**
+ * What a thing is, for a label: its name, and what is to be said of it.
+ * @param {any} thing a cell `thing/<n>`
+ * @param {Record<string, string>} names of agents
+ */
+export function describe(thing, names) {
+  const parts = [thing.name];
+  if (thing.kind === 'occluder') parts.push('screen');
+  if (thing.filled === true) parts.push('hole filled');
+  if (thing.filled === false && thing.hole) parts.push('hole empty');
+  if (thing.marked === true) parts.push('marked');
+  if (thing.inserted === true) parts.push('in a hole');
+  if (thing.held !== null && thing.held !== undefined) {
+    parts.push(thing.held === 1 ? 'in your hand' : `held by ${whom(thing.held, names)}`);
+  }
+  return parts.join(', ');
+}

@@ -1,0 +1,191 @@
+// The scene of what is: things, screens, people and Leo's body, as the cells say.
+import { Mesh } from 'three';
+import { Body } from './body.js';
+import { themed } from './paint.js';
+import { Person } from './person.js';
+import { Room } from './room.js';
+import { UNIT_BOX } from './shapes.js';
+import { Solid } from './solid.js';
+import { setOpacity, surface } from './surface.js';
+import { Veil } from './veil.js';
+
+/** @typedef {import('./cells.js').Cells} Cells */
+/** @typedef {import('./pose.js').Point} Point */
+/** @typedef {import('./pose.js').Turn} Turn */
+/** @typedef {{p: Point, q: Turn}} Pose */
+
+export class World {
+  /** @type {Map<string, {object: any, form: string}>} */
+  #shown = new Map();
+  /** Poses of what this page moves itself, before Leo's world has followed. @type {Map<string, Pose>} */
+  #echoes = new Map();
+  #cells;
+  #glass = surface({ both: true });
+  /** @type {Solid | null} */
+  #landing = null;
+  body = new Body();
+  veil = new Veil();
+  /** @type {string | null} */
+  selected = null;
+  /** @type {string | null} */
+  hovered = null;
+
+  /**
+   * @param {Cells} cells
+   * @param {{shadows: boolean}} how
+   * @param {() => void} changed
+   */
+  constructor(cells, { shadows }, changed) {
+    this.#cells = cells;
+    this.scene = new Room({ shadows, background: 'stage' });
+    this.scene.add(this.body, this.veil);
+    this.repaint();
+    cells.on('thing/', (changes) => {
+      for (const key of changes.keys()) this.#update(key);
+      this.#cast();
+      changed();
+    });
+    cells.on('robot', () => {
+      const robot = cells.get('robot');
+      if (robot !== undefined) this.body.stand(robot.joints, robot.base);
+      for (const [key, thing] of cells.under('thing/')) if (thing.kind === 'person') this.#update(key);
+      changed();
+    });
+    cells.on('joints', () => {
+      this.body.move(cells.get('joints') ?? []);
+      changed();
+    });
+  }
+
+  repaint() {
+    this.scene.repaint();
+    this.veil.repaint();
+    this.#glass.tint.copy(themed('screen'));
+    for (const { object } of this.#shown.values()) if (object instanceof Person) object.repaint();
+  }
+
+  /**
+   * How the world is drawn for a way to look at it.
+   * @param {'seat' | 'leo' | 'above' | 'free'} view
+   */
+  present(view) {
+    const solid = view === 'seat';
+    setOpacity(this.#glass, solid ? 1 : 0.34);
+    this.body.showHead(view !== 'leo');
+    this.veil.visible = view !== 'seat' && !this.veil.empty;
+    for (const [key, { object }] of this.#shown) {
+      if (!(object instanceof Person)) continue;
+      object.visible = view !== 'seat' || this.#cells.get(key)?.agent !== 1;
+      for (const part of object.field) part.visible = view !== 'seat';
+    }
+  }
+
+  /** The pose in which a thing is drawn. @param {string} key @returns {Pose | null} */
+  pose(key) {
+    const echo = this.#echoes.get(key);
+    if (echo !== undefined) return echo;
+    const thing = this.#cells.get(key);
+    return thing?.p ? { p: thing.p, q: thing.q ?? [0, 0, 0, 1] } : null;
+  }
+
+  /** @param {string} key @param {Pose | null} pose `null`: as the cells say again */
+  echo(key, pose) {
+    if (pose === null) this.#echoes.delete(key);
+    else this.#echoes.set(key, pose);
+    this.#update(key);
+    this.#cast();
+  }
+
+  /** What can be picked with a ray, nearest first on a ray. @returns {any[]} */
+  pickable() {
+    return [...this.#shown.values()].map(({ object }) => object).filter((object) => object.visible);
+  }
+
+  /** Draws again what is selected and pointed at. */
+  mark() {
+    for (const [key, { object }] of this.#shown) {
+      if (!(object instanceof Solid)) continue;
+      object.rim(key === this.selected ? 'focus' : key === this.hovered ? 'hover' : null);
+    }
+  }
+
+  /**
+   * Shows where what is in the hand would come to lie.
+   * @param {{half: Point, shape: number[], rgb: number[], hole: boolean} | null} form
+   * @param {Pose} [pose]
+   */
+  land(form, pose) {
+    if (this.#landing !== null) {
+      this.scene.remove(this.#landing);
+      this.#landing.dispose();
+      this.#landing = null;
+    }
+    if (form === null || pose === undefined) return;
+    this.#landing = new Solid(form);
+    this.#landing.look('ghost');
+    this.#landing.outline('focus');
+    this.#landing.place(pose.p, pose.q);
+    this.scene.add(this.#landing);
+  }
+
+  /** @param {string} key */
+  #update(key) {
+    const thing = this.#cells.get(key);
+    const pose = this.pose(key);
+    if (thing === undefined || pose === null) return this.#drop(key);
+    const form = JSON.stringify([thing.kind, thing.half, thing.shape, thing.rgb, thing.hole, thing.agent]);
+    let shown = this.#shown.get(key);
+    if (shown === undefined || shown.form !== form) {
+      this.#drop(key);
+      shown = { object: this.#create(thing), form };
+      shown.object.userData.key = key;
+      this.#shown.set(key, shown);
+      this.scene.add(shown.object);
+      this.mark();
+    }
+    const { object } = shown;
+    if (object instanceof Person) object.look(pose.p, pose.q);
+    else {
+      object.position.set(...pose.p);
+      object.quaternion.set(...pose.q);
+    }
+  }
+
+  /** @param {any} thing */
+  #create(thing) {
+    if (thing.kind === 'person') {
+      const person = new Person(this.#cells.get('robot')?.cone_rad ?? 1, thing.agent === 1 ? 'you' : 'other');
+      person.visible = thing.agent !== 1;
+      return person;
+    }
+    if (thing.kind === 'occluder') {
+      const screen = new Mesh(UNIT_BOX, this.#glass);
+      screen.scale.set(2 * thing.half[0], 2 * thing.half[1], 2 * thing.half[2]);
+      screen.castShadow = true;
+      screen.renderOrder = 2;
+      return screen;
+    }
+    return new Solid({ half: thing.half, shape: thing.shape, rgb: thing.rgb, hole: thing.hole === true });
+  }
+
+  /** @param {string} key */
+  #drop(key) {
+    const shown = this.#shown.get(key);
+    if (shown === undefined) return;
+    this.scene.remove(shown.object);
+    if (shown.object instanceof Solid) shown.object.dispose();
+    this.#shown.delete(key);
+  }
+
+  #cast() {
+    let eye = null;
+    const occluders = [];
+    for (const [key, thing] of this.#cells.under('thing/')) {
+      const pose = this.pose(key);
+      if (pose === null) continue;
+      if (thing.kind === 'person' && thing.agent === 1) eye = pose.p;
+      if (thing.kind === 'occluder') occluders.push({ ...pose, half: thing.half });
+    }
+    this.veil.cast(eye, occluders);
+  }
+}

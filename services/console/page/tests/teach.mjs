@@ -1,0 +1,192 @@
+// Teaches Leo Task 1 on its own page with mouse, finger, keyboard and typed sentences, from an empty table, and prints
+// what the page showed of it as one JSON document:
+//
+//   node tests/teach.mjs BASE_URL     the page of a robot that runs
+//   node tests/teach.mjs              a fake of Leo
+//
+// It waits for states of the page and never for a time; a state that does not come within PATIENCE_S (default 120)
+// fails it, with a picture of the page in PICTURE, if that is set.
+import { launch, ready } from './browser.mjs';
+import { serve } from './fake.mjs';
+
+const PATIENCE_MS = 1000 * Number(process.env.PATIENCE_S ?? 120);
+const TASK = 'task 1';
+
+/** The two demonstrations: blocks by colour and place, the screen before the blue one, and the pegs' row. */
+const TABLES = [
+  { blocks: [['red', -0.3, 0.75], ['green', -0.1, 0.85], ['yellow', 0.12, 0.72], ['blue', 0.05, 0.4]], screen: [0.05, 0.51], pegs: [-0.3, -0.15, 0] },
+  { blocks: [['yellow', -0.32, 0.85], ['red', -0.12, 0.75], ['green', 0.12, 0.85], ['blue', -0.05, 0.42]], screen: [-0.05, 0.53], pegs: [-0.3, -0.15, 0] },
+];
+const PEGS_Y = 1.08;
+/** The novel set, within Leo's reach. */
+const NOVEL = { blocks: [['blue', -0.26, 0.46], ['red', -0.09, 0.46], ['green', 0.08, 0.46], ['blue', 0.25, 0.46]], pegs: [-0.27, -0.09, 0.09, 0.27] };
+const NOVEL_PEGS_Y = 0.3;
+
+const base = process.argv[2];
+const own = base === undefined ? await serve(0) : null;
+const browser = await launch();
+const context = await browser.newContext({ viewport: { width: 1440, height: 900 }, hasTouch: true });
+const page = await context.newPage();
+const troubles = [];
+page.on('pageerror', (error) => troubles.push(error.message));
+
+/** Waits until a function of the page's state is true. */
+const until = (what, isTrue, argument) => page.waitForFunction(isTrue, argument, { timeout: PATIENCE_MS })
+  .catch(() => { throw new Error(`the page never showed that ${what}`); });
+
+const objects = () => page.evaluate(() => Object.values(window.leo.under('thing/')).filter((thing) => thing.kind !== 'person').length);
+const saw = () => page.evaluate(() => Object.values(window.leo.under('line/')).filter((line) => line.kind === 'saw').length);
+const examples = () => page.evaluate((name) => window.leo.cells.get(`task/${name}`)?.examples ?? 0, TASK);
+
+async function drag(from, to) {
+  await page.mouse.move(from.x, from.y);
+  await page.mouse.down();
+  await page.mouse.move((from.x + to.x) / 2, (from.y + to.y) / 2, { steps: 4 });
+  await page.mouse.move(to.x, to.y, { steps: 4 });
+  await page.mouse.up();
+}
+
+async function middle(selector) {
+  await page.locator(selector).scrollIntoViewIfNeeded();
+  const box = await page.locator(selector).boundingBox();
+  return { x: box.x + box.width / 2, y: box.y + box.height / 2 };
+}
+
+/** Drags something from the palette onto the table. Returns the name it is given. */
+async function add(item, x, y) {
+  const before = await page.evaluate(() => Object.values(window.leo.under('thing/')).map((thing) => thing.name));
+  const chip = await middle(`[data-add="${item}"]`);
+  await drag(chip, await page.evaluate(([px, py]) => window.leo.at(px, py, 0), [x, y]));
+  await until(`a ${item} lies on the table`, (n) => Object.keys(window.leo.under('thing/')).length > n, before.length);
+  return page.evaluate((names) => Object.values(window.leo.under('thing/')).map((thing) => thing.name).find((name) => !names.includes(name)), before);
+}
+
+async function clear() {
+  await page.click('#clear');
+  await until('the table is empty', () => window.leo.cells.get('workspace').mode === 'set-up'
+    && Object.values(window.leo.under('thing/')).every((thing) => thing.kind === 'person'));
+}
+
+async function say(text) {
+  const before = await page.evaluate(() => Object.values(window.leo.under('line/')).filter((line) => line.kind === 'said').length);
+  await page.fill('#say', text);
+  await page.press('#say', 'Enter');
+  await until(`"${text}" was said`, (n) => Object.values(window.leo.under('line/')).filter((line) => line.kind === 'said').length > n, before);
+}
+
+/** Into the block's hole by mouse, by finger or by the keyboard. */
+const ways = {
+  async mouse(peg, block) {
+    const [from, to] = await page.evaluate((names) => names.map((name) => window.leo.screen(name)), [peg, block]);
+    await drag(from, to);
+  },
+  async finger(peg, block) {
+    const [from, to] = await page.evaluate((names) => names.map((name) => window.leo.screen(name)), [peg, block]);
+    const touch = await context.newCDPSession(page);
+    const send = (type, points) => touch.send('Input.dispatchTouchEvent', { type, touchPoints: points.map(({ x, y }) => ({ x, y })) });
+    await send('touchStart', [from]);
+    for (const k of [0.25, 0.5, 0.75, 1]) await send('touchMove', [{ x: from.x + k * (to.x - from.x), y: from.y + k * (to.y - from.y) }]);
+    await send('touchEnd', []);
+    await touch.detach();
+  },
+  async keyboard(peg, block) {
+    await page.locator(`.mark[data-thing="${peg}"]`).focus();
+    await page.keyboard.press('Enter');
+    await until(`${peg} is in the hand`, (name) => window.leo.held() === name, peg);
+    const [a, b] = await page.evaluate((names) => names.map((name) => window.leo.thing(name).p), [peg, block]);
+    // Seen from the teacher's side, right is -x and away is -y; a stride is 5 cm.
+    const right = Math.round((a[0] - b[0]) / 0.05);
+    const away = Math.round((a[1] - b[1]) / 0.05);
+    for (let n = 0; n < Math.abs(right); n += 1) await page.keyboard.press(right > 0 ? 'Shift+ArrowRight' : 'Shift+ArrowLeft');
+    for (let n = 0; n < Math.abs(away); n += 1) await page.keyboard.press(away > 0 ? 'Shift+ArrowUp' : 'Shift+ArrowDown');
+    await page.keyboard.press('Enter');
+  },
+};
+
+async function fill(peg, block, way) {
+  const before = await saw();
+  await ways[way](peg, block);
+  await until(`${peg} is in ${block}`, (name) => window.leo.thing(name)?.filled === true && window.leo.held() === null, block);
+  await until(`Leo saw that ${block} was filled`, (n) => Object.values(window.leo.under('line/')).filter((line) => line.kind === 'saw').length > n, before);
+}
+
+async function demonstrate({ blocks, screen, pegs }) {
+  await clear();
+  const names = {};
+  await add('screen', ...screen);
+  for (const [colour, x, y] of blocks) names[colour] = await add(`${colour} square`, x, y);
+  const holes = [];
+  for (const x of pegs) holes.push(await add('wood peg', x, PEGS_Y));
+  const lying = await objects();
+  await add('wood peg', 0.2, 1.0);
+  await page.keyboard.press('Control+z');
+  await until('the last peg is taken back', (n) => Object.values(window.leo.under('thing/')).filter((thing) => thing.kind !== 'person').length === n, lying);
+  await until('Leo knows of all things', (n) => Object.keys(window.leo.under('belief/0/')).length >= n, blocks.length + pegs.length);
+  await until('the teacher does not know of the blue square', () => [...document.querySelectorAll('#divides li[data-kind="unknown"]')].some((item) => item.textContent.includes('blue')));
+  const shown = await page.$eval('#divides', (list) => list.textContent);
+  await say(`Leo, I can teach you to do ${TASK}`);
+  const fills = blocks.filter(([colour]) => colour !== 'blue').map(([colour]) => names[colour]);
+  const hands = ['mouse', 'finger', 'keyboard'];
+  for (const [at, block] of fills.entries()) await fill(holes[at], block, hands[at % hands.length]);
+  const before = await examples();
+  await say(`${TASK} is done`);
+  await until('Leo has an example more', ([name, n]) => (window.leo.cells.get(`task/${name}`)?.examples ?? 0) > n, [TASK, before]);
+  return shown;
+}
+
+async function perform() {
+  await clear();
+  for (const [colour, x, y] of NOVEL.blocks) await add(`${colour} square`, x, y);
+  for (const x of NOVEL.pegs) await add('wood peg', x, NOVEL_PEGS_Y);
+  await until('Leo knows of all things', (n) => Object.keys(window.leo.under('belief/0/')).length >= n, NOVEL.blocks.length + NOVEL.pegs.length);
+  const before = await page.evaluate((name) => window.leo.cells.get(`task/${name}`).performances.filter((each) => each.result).length, TASK);
+  await say(`Leo, do ${TASK}`);
+  await until('Leo has performed', ([name, n]) => window.leo.cells.get(`task/${name}`).performances.filter((each) => each.result).length > n, [TASK, before]);
+}
+
+/** What the page shows of the task, read from its document. */
+const account = () => page.evaluate((name) => {
+  const task = [...document.querySelectorAll('.task')].find((each) => each.dataset.task === name);
+  const rule = task.querySelector('.rule');
+  const perspectives = [...task.querySelectorAll('.perspective')].map((box) => ({
+    perspective: box.dataset.perspective,
+    heading: box.querySelector('h4').textContent,
+    hypotheses: [...box.querySelectorAll('[data-hypothesis]')].map(({ dataset, textContent }) => ({
+      name: dataset.hypothesis, posterior: Number(dataset.posterior), tally: Number(dataset.tally), tied: textContent.includes('tied'),
+    })),
+  }));
+  const performances = [...task.querySelectorAll('.performance')].map((box) => ({
+    result: box.dataset.result,
+    done: [...box.querySelectorAll('li.done')].map((item) => item.textContent),
+    failed: [...box.querySelectorAll('li.failed')].map((item) => item.textContent),
+  }));
+  return {
+    task: name,
+    examples: window.leo.cells.get(`task/${name}`).examples,
+    rule: { name: rule.dataset.rule, perspective: rule.dataset.perspective },
+    why: task.querySelector('.why')?.textContent ?? null,
+    perspectives,
+    performances,
+    filled: Object.values(window.leo.under('thing/')).filter((thing) => thing.hole).map((thing) => ({ name: thing.name, filled: thing.filled })),
+  };
+}, TASK);
+
+try {
+  await page.goto(base ?? own.address);
+  await ready(page);
+  const divides = [];
+  for (const table of TABLES) divides.push(await demonstrate(table));
+  await perform();
+  const shown = await account();
+  if (troubles.length > 0) throw new Error(`the page failed: ${troubles.join('; ')}`);
+  console.log(JSON.stringify({ ...shown, divides }, null, 2));
+} catch (error) {
+  if (process.env.PICTURE) await page.screenshot({ path: process.env.PICTURE });
+  const toasts = await page.$$eval('.toast span', (all) => all.map((each) => each.textContent)).catch(() => []);
+  const lines = await page.evaluate(() => Object.values(window.leo?.under('line/') ?? {}).slice(-8).map((line) => `${line.kind}: ${line.text}`)).catch(() => []);
+  console.error([error.message, ...troubles, ...toasts.map((text) => `a note said: ${text}`), ...lines].join('\n'));
+  process.exitCode = 1;
+} finally {
+  await browser.close();
+  await own?.close();
+}
