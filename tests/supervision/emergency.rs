@@ -8,7 +8,7 @@ use message::{JointCause, JointMode, JointState, JointStates};
 use rustix::process::Signal;
 use transport::{Delivery, Domain, Inlet, Node, Queues};
 
-use super::robot::{Robot, leo, signal, wait_until};
+use super::robot::{Robot, is_alive, leo, signal, wait_until};
 
 const JOINTS: usize = 65;
 
@@ -113,8 +113,11 @@ fn killed_in_motion(robot: &Robot, joints: &mut Joints) {
     joints.until(robot, "moving", |states| {
         states.iter().any(moves) && states.iter().all(|joint| joint.mode() == Some(JointMode::Following))
     });
+    let motor = motor_of(robot);
+    signal(motor, Signal::KILL);
+    // What its last cycle still read is not the next life's.
+    assert!(wait_until(|| !is_alive(motor)));
     let killed_at = clock::now();
-    signal(motor_of(robot), Signal::KILL);
     // Where each was read a while ago, and since when it follows again.
     let mut last: BTreeMap<u32, (u64, f64)> = BTreeMap::new();
     let mut since: BTreeMap<u32, u64> = BTreeMap::new();
