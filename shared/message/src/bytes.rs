@@ -173,7 +173,7 @@ pub fn put_frame<T>(head: &T::Head, entries: &[T::Entry], out: &mut Vec<u8>)
 where
     T: Topic<Head: Bytes, Entry: Bytes>,
 {
-    out.reserve(size_of::<T::Head>() + std::mem::size_of_val(entries));
+    out.reserve(size_of::<T::Head>() + size_of_val(entries));
     head.put(out);
     T::Entry::put_all(entries, out);
 }

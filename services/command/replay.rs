@@ -1,0 +1,137 @@
+//! `leo replay`: a recording through the real belief and learner processes once more.
+
+use std::fmt::Write as _;
+use std::fs;
+use std::path::PathBuf;
+use std::process::ExitCode;
+use std::time::Duration;
+
+use clap::Args;
+use config::Robot;
+use console_process::Narrator;
+use message::{Events, Utterances};
+use recording::{Buffer, Frame, Reader};
+use supervisor_process::{ReplayError, Replaying};
+
+use super::failure::Failed;
+use super::{domain, output, seconds};
+
+/// The files of a robot's configuration.
+const FILES: [&str; 5] = ["leo.toml", "percepts.toml", "perspective.toml", "motor.toml", "leo.urdf"];
+
+/// Play a recording into the real belief and learner processes.
+#[derive(Args, Clone, Debug)]
+#[command(
+    after_help = "Example:\n  leo teach config/lessons/task1.toml --record task1.mcap\n  leo replay task1.mcap\n\n\
+                  What was recorded in lockstep time is compared bit by bit, and the first difference is named: \
+                  exit status 1. With --speed it is told as it goes."
+)]
+pub(crate) struct Replay {
+    /// The recording
+    #[arg(value_name = "FILE")]
+    file: PathBuf,
+    /// Keep to this multiple of real time, and tell what happens [default: as fast as it goes]
+    #[arg(long, value_name = "TIMES", value_parser = speed, allow_hyphen_values = true)]
+    speed: Option<f64>,
+    /// Compare and tell only what comes after so many seconds; what comes before is played all the same
+    #[arg(long, value_name = "SECONDS", value_parser = seconds::parse, allow_hyphen_values = true)]
+    from: Option<Duration>,
+    /// End after so many seconds of the recording
+    #[arg(long, value_name = "SECONDS", value_parser = seconds::parse, allow_hyphen_values = true)]
+    to: Option<Duration>,
+}
+
+/// Reads a multiple of real time: a thousandth to a thousandfold.
+fn speed(text: &str) -> Result<f64, String> {
+    let speed = text.parse().ok().filter(|speed| (0.001..=1000.0).contains(speed));
+    speed.ok_or_else(|| "give a number from 0.001 to 1000, for example 1 or 0.5".to_owned())
+}
+
+impl Replay {
+    pub(crate) fn run(&self) -> Result<ExitCode, Failed> {
+        let name = self.file.display();
+        if let (Some(from), Some(to)) = (self.from, self.to)
+            && to <= from
+        {
+            return Err(Failed::usage("--to must be after --from: nothing lies between them"));
+        }
+        let mut reader = Reader::open(&self.file).map_err(Failed::usage)?;
+        let folder = tempfile::tempdir().map_err(|error| {
+            Failed::because(format!("cannot make a folder for the recorded configuration: {error}"))
+        })?;
+        // Names that are not known are not made files of.
+        for file in FILES {
+            let text = reader.files().get(file).ok_or_else(|| {
+                Failed::usage(format!("{name} is no recording of Leo: its configuration lacks {file}"))
+            })?;
+            fs::write(folder.path().join(file), text).map_err(|error| {
+                Failed::because(format!("cannot write the recorded configuration: {error}"))
+            })?;
+        }
+        let config = folder.path().join("leo.toml");
+        let robot = Robot::load(Some(&config)).map_err(Failed::usage)?;
+        let narrator = self.speed.map(|_| Narrator::new(&robot.leo.belief.names));
+        let mut narration = Narration { narrator };
+        let replaying = Replaying {
+            domain: domain::own(None)?,
+            settings: robot.leo.clone(),
+            config,
+            joints: robot.motor.joints.len(),
+            speed: self.speed,
+            from: self.from.unwrap_or_default(),
+            to: self.to,
+        };
+        let played = supervisor_process::replay(&replaying, &mut reader, |frame| narration.tell(frame));
+        let played = played.map_err(|error| {
+            if matches!(error, ReplayError::Read(_)) { Failed::usage(error) } else { Failed::because(error) }
+        })?;
+        let mut text = String::new();
+        // Writing to a string cannot fail.
+        let _ = writeln!(text, "{name}: {:.3} s were played", played.lasted.as_secs_f64());
+        if reader.is_cut() {
+            let _ = writeln!(
+                text,
+                "the file ends in the middle, after {} bytes: what stands before was played",
+                reader.bytes()
+            );
+        }
+        for (buffer, paired) in &played.paired {
+            let _ = write!(text, "{:<22} {:>9} frames equal", buffer.to_string(), paired.equal);
+            if paired.uncompared > 0 {
+                let _ = write!(text, ", {} not compared", paired.uncompared);
+            }
+            text.push('\n');
+        }
+        if let Some(why) = played.incomparable {
+            let _ = writeln!(text, "nothing was compared: {why}");
+        }
+        output::print(&text)?;
+        match played.wrong {
+            None => Ok(ExitCode::SUCCESS),
+            Some(wrong) => Err(Failed::because(format!("{name}: the first difference is in {wrong}"))),
+        }
+    }
+}
+
+/// Tells what is said and learned, where anybody wants to hear it.
+struct Narration {
+    narrator: Option<Narrator>,
+}
+
+impl Narration {
+    fn tell(&mut self, frame: &Frame) {
+        let Some(narrator) = &mut self.narrator else { return };
+        let mut lines = String::new();
+        if frame.buffer == Buffer::Utterances
+            && let Some((_, said)) = frame.read::<Utterances>()
+        {
+            said.iter().for_each(|said| narrator.utterance(frame.at_ns, said, &mut lines));
+        } else if let Some((_, events)) = frame.read::<Events>() {
+            events.iter().for_each(|event| narrator.event(frame.at_ns, event, &mut lines));
+        }
+        if output::print(&lines).is_err() {
+            // Where nobody reads any more, the replay goes on.
+            self.narrator = None;
+        }
+    }
+}

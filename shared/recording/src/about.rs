@@ -1,0 +1,105 @@
+use std::collections::BTreeMap;
+use std::path::Path;
+
+use config::{ConfigError, Robot};
+use geometry::{Base, Pose, World};
+
+/// What time it was for the robot that was recorded.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Time {
+    /// Simulated: every frame is there, in the order of the turns.
+    Lockstep,
+    /// The machine's.
+    Wall,
+}
+
+impl Time {
+    const ALL: [Self; 2] = [Self::Lockstep, Self::Wall];
+
+    /// As it stands in the file.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Lockstep => "lockstep",
+            Self::Wall => "wall",
+        }
+    }
+}
+
+/// What is known of the robot that is recorded.
+#[derive(Clone, Debug)]
+pub struct Subject {
+    /// Its configuration.
+    pub robot: Robot,
+    /// The files of its configuration by their names, which the recording holds.
+    pub files: Vec<(&'static str, String)>,
+    /// What time it is for it.
+    pub time: Time,
+    /// Partners whose perspective it takes.
+    pub partners: u32,
+    /// Where it stands in the room.
+    pub x_world_base: Pose<World, Base>,
+    /// The program that records, with its version.
+    pub program: String,
+}
+
+impl Subject {
+    /// The robot that a `leo.toml` describes, or the built-in one.
+    ///
+    /// # Errors
+    ///
+    /// The configuration cannot be read, or something in it is wrong.
+    pub fn load(
+        leo: Option<&Path>,
+        time: Time,
+        partners: Option<u32>,
+        x_world_base: Pose<World, Base>,
+        program: &str,
+    ) -> Result<Self, ConfigError> {
+        let robot = Robot::load(leo)?;
+        let partners = partners.unwrap_or(robot.leo.belief.partners);
+        let files = Robot::files(leo)?;
+        Ok(Self { robot, files, time, partners, x_world_base, program: program.to_owned() })
+    }
+}
+
+/// The name of the record that says what a recording is of.
+pub(crate) const ABOUT: &str = "leo";
+
+/// What a recording says of itself.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct About {
+    /// What time it was for the robot.
+    pub time: Time,
+    /// Partners whose perspective it took.
+    pub partners: u32,
+    /// The program that recorded, with its version.
+    pub program: String,
+}
+
+impl About {
+    pub(crate) fn of(subject: &Subject) -> Self {
+        Self { time: subject.time, partners: subject.partners, program: subject.program.clone() }
+    }
+
+    pub(crate) fn written(&self) -> BTreeMap<String, String> {
+        let entries = [
+            ("time", self.time.name().to_owned()),
+            ("partners", self.partners.to_string()),
+            ("program", self.program.clone()),
+        ];
+        entries.into_iter().map(|(key, value)| (key.to_owned(), value)).collect()
+    }
+
+    /// What such a record says; the reason where it says nothing that is understood.
+    pub(crate) fn read(written: &BTreeMap<String, String>) -> Result<Self, String> {
+        let get =
+            |key: &str| written.get(key).ok_or_else(|| format!("`{key}` is not in its record `{ABOUT}`"));
+        let time = get("time")?;
+        let time = Time::ALL.into_iter().find(|known| known.name() == time);
+        let time = time.ok_or("its `time` is neither `lockstep` nor `wall`")?;
+        let partners =
+            get("partners")?.parse().map_err(|_no_number| "its `partners` are no number".to_owned())?;
+        Ok(Self { time, partners, program: get("program")?.clone() })
+    }
+}
