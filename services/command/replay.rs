@@ -11,7 +11,7 @@ use config::Robot;
 use console_process::Narrator;
 use message::{Events, Utterances};
 use recording::{Buffer, Frame, Reader};
-use supervisor_process::{ReplayError, Replaying};
+use supervisor_process::{Paired, ReplayError, Replaying};
 
 use super::failure::Failed;
 use super::{domain, output, seconds};
@@ -96,11 +96,13 @@ impl Replay {
             );
         }
         for (buffer, paired) in &played.paired {
-            let _ = write!(text, "{:<22} {:>9} frames equal", buffer.to_string(), paired.equal);
-            if paired.uncompared > 0 {
-                let _ = write!(text, ", {} not compared", paired.uncompared);
-            }
-            text.push('\n');
+            let Paired { equal, uncompared } = *paired;
+            let said = match (equal, uncompared) {
+                (equal, 0) => format!("{equal:>9} frames equal"),
+                (0, uncompared) => format!("{uncompared:>9} frames, not compared"),
+                (equal, uncompared) => format!("{equal:>9} frames equal, {uncompared} not compared"),
+            };
+            let _ = writeln!(text, "{:<22} {said}", buffer.to_string());
         }
         if let Some(why) = played.incomparable {
             let _ = writeln!(text, "nothing was compared: {why}");

@@ -26,7 +26,7 @@ pub struct Reader<R> {
     records: LinearReader,
     /// Names and texts of the schemas.
     schemas: BTreeMap<u16, (String, Vec<u8>)>,
-    channels: BTreeMap<u16, Buffer>,
+    channels: BTreeMap<u16, Channel>,
     about: Option<About>,
     files: BTreeMap<String, String>,
     frames: u64,
@@ -35,6 +35,14 @@ pub struct Reader<R> {
     ended: bool,
     /// Read ahead, to have all that stands before it.
     first: Option<Frame>,
+}
+
+/// A channel of frames, with the sizes of a head and of an entry.
+#[derive(Clone, Copy)]
+struct Channel {
+    buffer: Buffer,
+    head: usize,
+    entry: usize,
 }
 
 /// What a record was.
@@ -174,10 +182,10 @@ impl<R: Read> Reader<R> {
 
     fn take(&mut self, record: Record<'_>) -> Result<Found, ReadError> {
         if let Record::Message { header, data } = record {
-            let Some(buffer) = self.channels.get(&header.channel_id).copied() else {
+            let Some(channel) = self.channels.get(&header.channel_id).copied() else {
                 return Ok(Found::Nothing);
             };
-            return self.frame(buffer, data.into_owned()).map(Found::Frame);
+            return self.frame(channel, data.into_owned()).map(Found::Frame);
         }
         if let Record::Schema { header, data } = record {
             self.schemas.insert(header.id, (header.name, data.into_owned()));
@@ -186,7 +194,8 @@ impl<R: Read> Reader<R> {
                 && let Some(buffer) = Buffer::of_topic(&channel.topic)
             {
                 self.is_ours(buffer, channel.schema_id)?;
-                self.channels.insert(channel.id, buffer);
+                let [head, entry] = buffer.kinds().map(|kind| kind.size());
+                self.channels.insert(channel.id, Channel { buffer, head, entry });
             }
         } else if let Record::Metadata(metadata) = record {
             if metadata.name == ABOUT && self.about.is_none() {
@@ -216,10 +225,10 @@ impl<R: Read> Reader<R> {
         Err(ReadError::Version { name: self.name.clone(), buffer, found, known })
     }
 
-    fn frame(&mut self, buffer: Buffer, bytes: Vec<u8>) -> Result<Frame, ReadError> {
-        let [head, entry] = buffer.kinds();
-        let entries = bytes.len().checked_sub(head.size());
-        if entries.is_none_or(|entries| entries % entry.size() != 0) {
+    fn frame(&mut self, channel: Channel, bytes: Vec<u8>) -> Result<Frame, ReadError> {
+        let Channel { buffer, head, entry } = channel;
+        let entries = bytes.len().checked_sub(head);
+        if entries.is_none_or(|entries| entries % entry != 0) {
             let reason = format!("{} bytes are no frame of `{buffer}`", bytes.len());
             return Err(ReadError::Damaged { name: self.name.clone(), after: self.frames, reason });
         }
