@@ -25,7 +25,7 @@ use clap::{Args, Parser, Subcommand};
 use config::Robot;
 use config::campaign::Campaign;
 use config::lesson::Lesson;
-use recording::{Subject, Time};
+use recording::{Subject, Time, stands};
 use supervisor_process::{CheckError, ORDER, Orders, ProcessFaults, Record, Teaching};
 
 use failure::Failed;
@@ -297,7 +297,7 @@ impl Teach {
     /// What is recorded of a lesson, if anything.
     fn recorded(&self, lesson: &Lesson, partners: Option<u32>) -> Result<Option<Record>, Failure> {
         let Some(file) = self.record.clone() else { return Ok(None) };
-        let x_world_base = record::stands(lesson);
+        let x_world_base = stands(lesson);
         let subject =
             Subject::load(self.config.as_deref(), Time::Lockstep, partners, x_world_base, &program());
         Ok(Some(Record { file, subject: subject.map_err(Failed::usage)? }))

@@ -7,8 +7,7 @@ use std::time::Duration;
 
 use clap::Args;
 use config::lesson::Lesson;
-use geometry::{Base, Pose, World};
-use recording::{Recorder, Subject, Time};
+use recording::{Recorder, Subject, Time, stands};
 
 use super::failure::Failed;
 use super::{domain, output, seconds};
@@ -67,10 +66,4 @@ impl Record {
         output::print(&format!("{}\n{counts}{lost}\n", self.file.display()))?;
         Ok(ExitCode::SUCCESS)
     }
-}
-
-/// Where a robot stands in the room of a lesson.
-pub(crate) fn stands(lesson: &Lesson) -> Pose<World, Base> {
-    let [x, y, z] = lesson.robot.position_m;
-    Pose::upright(x, y, z, lesson.robot.heading_rad)
 }

@@ -379,6 +379,9 @@ fn a_process_records_and_goes_on() {
     let folder = tempfile::tempdir().expect("a folder");
     let Robot(robot, domain) = robot();
     let domain = transport::Domain::at(&domain).expect("a domain");
+    // It has a place of its own in the domain, too.
+    let queues = transport::Queues { frames: 1, delivery: transport::Delivery::Newest };
+    let node = transport::Node::join(&domain, "test", 1, queues).expect("joins");
     for name in ["1.mcap", "2.mcap"] {
         let to = file(&folder, name);
         let subject = Subject::load(None, Time::Wall, None, Pose::identity(), "a test").expect("built in");
@@ -394,6 +397,7 @@ fn a_process_records_and_goes_on() {
     let subject = Subject::load(None, Time::Wall, None, Pose::identity(), "a test").expect("built in");
     let full = recording::Recorder::start(&domain, subject, Path::new("/dev/full")).expect_err("is refused");
     assert!(full.to_string().contains("/dev/full"), "{full}");
+    drop(node);
     robot.interrupt();
     assert_eq!(robot.end().status, Some(0));
 }

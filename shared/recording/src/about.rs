@@ -1,6 +1,7 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
+use config::lesson::Lesson;
 use config::{ConfigError, Robot};
 use geometry::{Base, Pose, World};
 
@@ -61,6 +62,13 @@ impl Subject {
         let files = Robot::files(leo)?;
         Ok(Self { robot, files, time, partners, x_world_base, program: program.to_owned() })
     }
+}
+
+/// Where a robot stands in the room of a lesson.
+#[must_use]
+pub fn stands(lesson: &Lesson) -> Pose<World, Base> {
+    let [x, y, z] = lesson.robot.position_m;
+    Pose::upright(x, y, z, lesson.robot.heading_rad)
 }
 
 /// The name of the record that says what a recording is of.

@@ -19,7 +19,7 @@ mod recorder;
 mod views;
 mod writer;
 
-pub use about::{About, Subject, Time};
+pub use about::{About, Subject, Time, stands};
 pub use buffer::Buffer;
 pub use counts::{Count, Counts};
 pub use difference::Difference;

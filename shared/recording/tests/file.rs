@@ -1,5 +1,5 @@
 //! What was written is read, whatever happens to the file.
-#![expect(clippy::expect_used, clippy::indexing_slicing, reason = "helpers of tests may fail them")]
+#![expect(clippy::expect_used, reason = "helpers of tests may fail them")]
 
 use geometry::Pose;
 use mcap::records::MessageHeader;
