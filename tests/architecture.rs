@@ -73,7 +73,7 @@ const MAY_BE_UNSAFE: [&str; 2] = ["shared/realtime", "shared/testkit"];
 const SHELL_FILES: [&str; 3] = ["lib.rs", "run.rs", "shell.rs"];
 
 /// Further files of a shell, where it has more than one noun.
-const MORE_SHELL_FILES: [&str; 21] = [
+const MORE_SHELL_FILES: [&str; 22] = [
     "console/src/divides.rs",
     "console/src/top.rs",
     "learner/src/keeper.rs",
@@ -90,6 +90,7 @@ const MORE_SHELL_FILES: [&str; 21] = [
     "supervisor/src/bench/report.rs",
     "supervisor/src/class.rs",
     "supervisor/src/replay.rs",
+    "supervisor/src/tape.rs",
     "supervisor/src/teach.rs",
     "supervisor/src/caretaker.rs",
     "supervisor/src/check.rs",

@@ -2,6 +2,7 @@
 
 use std::fmt::Write as _;
 use std::fs;
+use std::io::Read;
 use std::path::PathBuf;
 use std::process::ExitCode;
 use std::time::Duration;
@@ -10,8 +11,8 @@ use clap::Args;
 use config::Robot;
 use console_process::Narrator;
 use message::{Events, Utterances};
-use recording::{Buffer, Frame, Reader};
-use supervisor_process::{Paired, ReplayError, Replaying};
+use recording::{Buffer, Frame, Reader, Subject, Time};
+use supervisor_process::{Paired, Record, ReplayError, Replaying};
 
 use super::failure::Failed;
 use super::{domain, output, seconds};
@@ -39,6 +40,9 @@ pub(crate) struct Replay {
     /// End after so many seconds of the recording
     #[arg(long, value_name = "SECONDS", value_parser = seconds::parse, allow_hyphen_values = true)]
     to: Option<Duration>,
+    /// Record what is played, and what the processes make of it now
+    #[arg(long, value_name = "FILE")]
+    record: Option<PathBuf>,
 }
 
 /// Reads a multiple of real time: a thousandth to a thousandfold.
@@ -50,6 +54,12 @@ fn speed(text: &str) -> Result<f64, String> {
 impl Replay {
     pub(crate) fn run(&self) -> Result<ExitCode, Failed> {
         let name = self.file.display();
+        let canonical = |file: &PathBuf| fs::canonicalize(file).ok();
+        if let Some(to) = self.record.as_ref().and_then(canonical)
+            && Some(to) == canonical(&self.file)
+        {
+            return Err(Failed::usage("--record would write over what is played: name another file"));
+        }
         if let (Some(from), Some(to)) = (self.from, self.to)
             && to <= from
         {
@@ -80,6 +90,7 @@ impl Replay {
             speed: self.speed,
             from: self.from.unwrap_or_default(),
             to: self.to,
+            record: self.recorded(&reader, &robot)?,
         };
         let played = supervisor_process::replay(&replaying, &mut reader, |frame| narration.tell(frame));
         let played = played.map_err(|error| {
@@ -112,6 +123,24 @@ impl Replay {
             None => Ok(ExitCode::SUCCESS),
             Some(wrong) => Err(Failed::because(format!("{name}: the first difference is in {wrong}"))),
         }
+    }
+}
+
+impl Replay {
+    /// What is recorded of the replay, if anything: it is in lockstep time whatever it is a replay of.
+    fn recorded<R: Read>(&self, reader: &Reader<R>, robot: &Robot) -> Result<Option<Record>, Failed> {
+        let Some(file) = self.record.clone() else { return Ok(None) };
+        let about = reader.about().ok_or_else(|| Failed::usage("nothing is known of the recording"))?;
+        let text = |name: &'static str| Some((name, reader.files().get(name)?.clone()));
+        let subject = Subject {
+            robot: robot.clone(),
+            files: FILES.into_iter().filter_map(text).collect(),
+            time: Time::Lockstep,
+            partners: about.partners,
+            x_world_base: about.x_world_base(),
+            program: super::program(),
+        };
+        Ok(Some(Record { file, subject }))
     }
 }
 

@@ -94,6 +94,12 @@ fn a_recording_is_the_same_bytes_every_time_and_every_difference_of_a_replay_is_
     assert_eq!(told.out, tell(&["teach", &lesson]).out, "recording changes nothing of the lesson");
     assert!(fs::read(&one).expect("reads") == fs::read(&other).expect("reads"), "the bytes differ");
 
+    // Of a replay it is the same file once more.
+    let told = tell(&["replay", &one, "--record", &other]);
+    assert_eq!((told.status, told.err.as_str()), (Some(0), ""), "{told:?}");
+    assert!(fs::read(&one).expect("reads") == fs::read(&other).expect("reads"), "the bytes differ");
+    assert_refused(&tell(&["replay", &one, "--record", &one]), 2, &["write over what is played"]);
+
     // One bit of what the teacher was taken to believe: the confidence in the second percept of the
     // first belief.
     let right = frames(&one);
@@ -242,6 +248,14 @@ fn a_running_robot_is_recorded_and_notices_nothing() {
     let told = tell(&["replay", &whole]);
     assert_eq!((told.status, told.err.as_str()), (Some(0), ""), "{told:?}");
     assert!(told.out.contains("nothing was compared: "), "{told:?}");
+    // What the processes make of it is the same every time.
+    let again = file(&folder, "again.mcap");
+    let told = tell(&["replay", &whole, "--record", &again]);
+    assert_eq!((told.status, told.err.as_str()), (Some(0), ""), "{told:?}");
+    let told = tell(&["replay", &again]);
+    assert_eq!((told.status, told.err.as_str()), (Some(0), ""), "{told:?}");
+    assert!(equal(&told, "leo/beliefs/1").is_some_and(|frames| frames > 50), "{told:?}");
+    assert!(!told.out.contains("not compared"), "{told:?}");
 
     // With the robot, the recording ends.
     let third = record(&to_the_end);

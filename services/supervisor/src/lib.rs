@@ -11,6 +11,7 @@ pub mod policy;
 pub mod readiness;
 mod replay;
 mod run;
+mod tape;
 mod teach;
 
 pub use check::{CheckError, check};
@@ -19,4 +20,5 @@ pub use class::ClassError;
 pub use faults::{ProcessFaults, UnknownProcess};
 pub use replay::{Paired, Played, ReplayError, Replaying, Wrong, replay};
 pub use run::{ORDER, Orders, RunError, run};
-pub use teach::{Record, TeachError, Teaching, teach};
+pub use tape::Record;
+pub use teach::{TeachError, Teaching, teach};

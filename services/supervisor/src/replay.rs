@@ -11,7 +11,7 @@ use clock::Instant;
 use config::leo::Leo;
 use message::{Bytes, Head as _, Hop, JointStates, Percepts, Process, Topic, Utterances};
 use process::Launch;
-use recording::{Buffer, Difference, Frame, Inlets, ReadError, Reader, Time};
+use recording::{Buffer, Difference, Frame, Inlets, ReadError, Reader, RecordError, Time};
 use transport::janitor::{Janitor, claim, sweep_stale};
 use transport::{Domain, Node, Outlet, PortError, ReceiveError, SendError};
 
@@ -19,6 +19,7 @@ use crate::check::room;
 use crate::class::{Class, ClassError};
 use crate::conductor::{Conductor, TurnError, Watch as _};
 use crate::run::RunError;
+use crate::tape::{Record, Tape};
 
 /// Who makes anything of what is replayed, readers before their writers.
 const PROCESSES: [Process; 2] = [Process::Learner, Process::Belief];
@@ -42,6 +43,8 @@ pub struct Replaying {
     pub from: Duration,
     /// What comes after is not played.
     pub to: Option<Duration>,
+    /// Where all that is played, and what the processes make of it, is recorded, if it is.
+    pub record: Option<Record>,
 }
 
 /// What came of it.
@@ -98,6 +101,9 @@ pub enum ReplayError {
     /// The recording cannot be read on.
     #[error(transparent)]
     Read(#[from] ReadError),
+    /// What is played cannot be recorded.
+    #[error(transparent)]
+    Record(#[from] RecordError),
     /// A frame could not be sent to the processes.
     #[error(transparent)]
     Send(#[from] SendError),
@@ -166,6 +172,7 @@ fn play<R: Read>(
     let turn_within = settings.supervisor.turn_within_ms.duration();
     let mut conductor = Conductor::open(&node, &PROCESSES, turn_within)?;
     let stage = Stage::open(&node, replaying, settings.belief.perspectives(partners))?;
+    let tape = replaying.record.as_ref().map(Tape::begin).transpose()?;
     let launch = Launch {
         domain: replaying.domain.root().to_owned(),
         incarnation: 1,
@@ -189,12 +196,17 @@ fn play<R: Read>(
         played: Played { incomparable: incomparable(reader), ..Played::default() },
         began_ns: None,
         paced_from: None,
+        tape,
     };
     let outcome = performance.play(reader);
-    let played = std::mem::take(&mut performance.played);
+    let Performance { played, tape, .. } = performance;
     conductor.dismiss();
     class.see_off(settings.supervisor.stop_within_ms.duration());
-    outcome.map(|()| played)
+    outcome?;
+    if let Some(tape) = tape {
+        tape.finish()?;
+    }
+    Ok(played)
 }
 
 /// Why what comes of a replay need not be what came of it then.
@@ -258,6 +270,7 @@ struct Performance<'a, F> {
     began_ns: Option<u64>,
     /// The instant of the clock, and the simulated one, from which on time is kept.
     paced_from: Option<(Instant, Instant)>,
+    tape: Option<Tape>,
 }
 
 impl<F: FnMut(&Frame)> Performance<'_, F> {
@@ -269,6 +282,9 @@ impl<F: FnMut(&Frame)> Performance<'_, F> {
                 break;
             }
             self.played.lasted = self.played.lasted.max(at);
+            if !frame.buffer.is_made_of_others() {
+                self.keep(&frame)?;
+            }
             match frame.buffer {
                 Buffer::Scene => {}
                 Buffer::Utterances => {
@@ -297,6 +313,10 @@ impl<F: FnMut(&Frame)> Performance<'_, F> {
         self.since_begin(frame) >= self.replaying.from
     }
 
+    fn keep(&mut self, frame: &Frame) -> Result<(), RecordError> {
+        self.tape.as_mut().map_or(Ok(()), |tape| tape.write(frame))
+    }
+
     fn say(&mut self, frame: &Frame) {
         if self.counts(frame) {
             (self.tell)(frame);
@@ -321,6 +341,7 @@ impl<F: FnMut(&Frame)> Performance<'_, F> {
             let mut made = Vec::new();
             self.stage.inlets.take(|frame| made.push(frame))?;
             for frame in made {
+                self.keep(&frame)?;
                 if frame.buffer == Buffer::Events {
                     self.say(&frame);
                 }

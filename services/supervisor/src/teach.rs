@@ -1,6 +1,5 @@
 //! `leo teach`: a lesson through the real processes in lockstep time.
 
-use std::fs::File;
 use std::path::PathBuf;
 use std::time::Duration;
 
@@ -9,7 +8,7 @@ use clock::Instant;
 use config::leo::Leo;
 use message::{Events, Process};
 use process::Launch;
-use recording::{Buffer, Inlets, RecordError, Subject, Writer};
+use recording::{Buffer, Inlets, RecordError};
 use transport::janitor::{Janitor, claim, sweep_stale};
 use transport::{Domain, Inlet, Node, PortError, ReceiveError};
 
@@ -17,6 +16,7 @@ use crate::check::room;
 use crate::class::{Class, ClassError};
 use crate::conductor::{Conductor, Timetable, TurnError};
 use crate::run::{ORDER, RunError};
+use crate::tape::{Record, Tape};
 
 /// A robot that has not finished performing this long after the lesson's script is over, in
 /// simulated time, never will.
@@ -43,15 +43,6 @@ pub struct Teaching {
     pub state: Option<PathBuf>,
     /// Where the lesson is recorded, if it is.
     pub record: Option<Record>,
-}
-
-/// What is recorded, and where.
-#[derive(Clone, Debug)]
-pub struct Record {
-    /// The file, which is made anew.
-    pub file: PathBuf,
-    /// The robot that is recorded.
-    pub subject: Subject,
 }
 
 /// Why a lesson came to nothing.
@@ -113,7 +104,7 @@ fn play(teaching: &Teaching) -> Result<Account, TeachError> {
     let processes: Vec<Process> = ORDER.into_iter().filter(|process| *process != Process::Console).collect();
     let mut conductor = Conductor::open(&node, &processes, settings.supervisor.turn_within_ms.duration())?;
     let mut events = node.inlet::<Events>(None)?;
-    let mut tape = teaching.record.as_ref().map(|record| Tape::open(&node, record)).transpose()?;
+    let mut witness = teaching.record.as_ref().map(|record| Witness::open(&node, record)).transpose()?;
     let launch = Launch {
         domain: teaching.domain.root().to_owned(),
         incarnation: 1,
@@ -128,12 +119,12 @@ fn play(teaching: &Teaching) -> Result<Account, TeachError> {
         campaign: None,
     };
     class.gather(&node, &processes, &launch, settings.supervisor.ready_within_ms.duration())?;
-    let account = conduct(&mut conductor, &mut class, &mut events, tape.as_mut(), teaching);
+    let account = conduct(&mut conductor, &mut class, &mut events, witness.as_mut(), teaching);
     conductor.dismiss();
     class.see_off(settings.supervisor.stop_within_ms.duration());
     let account = account?;
-    if let Some(tape) = tape {
-        tape.finish()?;
+    if let Some(witness) = witness {
+        witness.finish()?;
     }
     Ok(account)
 }
@@ -142,7 +133,7 @@ fn conduct(
     conductor: &mut Conductor,
     class: &mut Class,
     events: &mut Inlet<Events>,
-    mut tape: Option<&mut Tape>,
+    mut witness: Option<&mut Witness>,
     teaching: &Teaching,
 ) -> Result<Account, TeachError> {
     let settings = &teaching.settings;
@@ -160,8 +151,8 @@ fn conduct(
     let mut script_over: Option<Instant> = None;
     while let Some((process, at)) = timetable.next_turn() {
         let finished = conductor.step(process, at, class)?;
-        if let Some(tape) = &mut tape {
-            tape.take()?;
+        if let Some(witness) = &mut witness {
+            witness.take()?;
         }
         if process == Process::Simulator && finished {
             script_over.get_or_insert(at);
@@ -185,37 +176,30 @@ fn conduct(
 
 /// The recording of a lesson: after every turn what it brought, so that the file holds the frames in
 /// the order of the turns.
-struct Tape {
-    file: PathBuf,
+struct Witness {
     inlets: Inlets,
-    writer: Writer<File>,
+    tape: Tape,
 }
 
-impl Tape {
+impl Witness {
     fn open(node: &Node, record: &Record) -> Result<Self, RecordError> {
-        let Record { file, subject } = record;
-        let made = File::create(file);
-        let out = made.map_err(|source| RecordError::Create { file: file.clone(), source })?;
-        let writer = Writer::new(out, subject).map_err(|error| error.of(file))?;
-        let perspectives = subject.robot.leo.belief.perspectives(subject.partners);
-        let inlets = Inlets::make(node, Buffer::all(perspectives))?;
-        Ok(Self { file: file.clone(), inlets, writer })
+        let perspectives = record.subject.robot.leo.belief.perspectives(record.subject.partners);
+        let tape = Tape::begin(record)?;
+        Ok(Self { inlets: Inlets::make(node, Buffer::all(perspectives))?, tape })
     }
 
     fn take(&mut self) -> Result<(), RecordError> {
-        let Self { file, inlets, writer } = self;
         let mut written = Ok(());
-        inlets.take(|frame| {
+        self.inlets.take(|frame| {
             if written.is_ok() {
-                written = writer.write(&frame);
+                written = self.tape.write(&frame);
             }
         })?;
-        written.map_err(|source| RecordError::Write { file: file.clone(), source })
+        written
     }
 
     fn finish(mut self) -> Result<(), RecordError> {
         self.take()?;
-        let Self { file, writer, .. } = self;
-        writer.finish().map(drop).map_err(|source| RecordError::Write { file, source })
+        self.tape.finish()
     }
 }

@@ -75,7 +75,7 @@ pub fn stands(lesson: &Lesson) -> Pose<World, Base> {
 pub(crate) const ABOUT: &str = "leo";
 
 /// What a recording says of itself.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct About {
     /// What time it was for the robot.
     pub time: Time,
@@ -83,18 +83,32 @@ pub struct About {
     pub partners: u32,
     /// The program that recorded, with its version.
     pub program: String,
+    /// Where the robot stood in the room: position in metres, then a quaternion `[x, y, z, w]`.
+    stood: [f64; 7],
 }
 
 impl About {
     pub(crate) fn of(subject: &Subject) -> Self {
-        Self { time: subject.time, partners: subject.partners, program: subject.program.clone() }
+        let [x, y, z] = subject.x_world_base.position_m();
+        let [i, j, k, w] = subject.x_world_base.orientation_xyzw();
+        let Subject { time, partners, .. } = *subject;
+        Self { time, partners, program: subject.program.clone(), stood: [x, y, z, i, j, k, w] }
+    }
+
+    /// Where the robot stood in the room; the origin where the numbers are no pose.
+    #[must_use]
+    pub fn x_world_base(&self) -> Pose<World, Base> {
+        let [x, y, z, i, j, k, w] = self.stood;
+        Pose::from_parts([x, y, z], [i, j, k, w]).unwrap_or_else(Pose::identity)
     }
 
     pub(crate) fn written(&self) -> BTreeMap<String, String> {
+        let stood: Vec<String> = self.stood.iter().map(ToString::to_string).collect();
         let entries = [
             ("time", self.time.name().to_owned()),
             ("partners", self.partners.to_string()),
             ("program", self.program.clone()),
+            ("base_in_world", stood.join(" ")),
         ];
         entries.into_iter().map(|(key, value)| (key.to_owned(), value)).collect()
     }
@@ -106,8 +120,10 @@ impl About {
         let time = get("time")?;
         let time = Time::ALL.into_iter().find(|known| known.name() == time);
         let time = time.ok_or("its `time` is neither `lockstep` nor `wall`")?;
-        let partners =
-            get("partners")?.parse().map_err(|_no_number| "its `partners` are no number".to_owned())?;
-        Ok(Self { time, partners, program: get("program")?.clone() })
+        let partners = get("partners")?.parse().map_err(|_no_number| "its `partners` are no number")?;
+        let stood: Vec<f64> =
+            get("base_in_world")?.split(' ').filter_map(|number| number.parse().ok()).collect();
+        let stood = stood.try_into().map_err(|_other| "its `base_in_world` are not seven numbers")?;
+        Ok(Self { time, partners, program: get("program")?.clone(), stood })
     }
 }
