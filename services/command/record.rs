@@ -30,6 +30,9 @@ pub(crate) struct Record {
     /// End after so long; otherwise with the robot
     #[arg(long = "for", value_name = "SECONDS", value_parser = seconds::parse, allow_hyphen_values = true)]
     record_for: Option<Duration>,
+    /// Keep only the last so many seconds, in memory, and write them at the end
+    #[arg(long, value_name = "SECONDS", value_parser = seconds::parse, allow_hyphen_values = true)]
+    last: Option<Duration>,
     /// The leo.toml that the robot runs with, for what viewers show [default: built in]
     #[arg(long, value_name = "FILE")]
     config: Option<PathBuf>,
@@ -49,7 +52,11 @@ impl Record {
                 .map_err(Failed::usage)?;
         let domain = domain::running(self.domain.as_deref())?;
         let stop = process::stop_flag().map_err(Failed::because)?;
-        let recorder = Recorder::start(&domain, subject, &self.file).map_err(Failed::because)?;
+        let recorder = match self.last {
+            None => Recorder::start(&domain, subject, &self.file),
+            Some(last) => Recorder::keep(&domain, subject, last),
+        };
+        let recorder = recorder.map_err(Failed::because)?;
         let until = self.record_for.map(|time| clock::now() + time);
         while !stop.load(Ordering::Relaxed)
             && !recorder.has_ended()
@@ -57,13 +64,18 @@ impl Record {
         {
             clock::sleep_until(clock::now() + LOOK_EVERY);
         }
+        let mut said = String::new();
+        if self.last.is_some() {
+            let frames = recorder.save(&self.file).map_err(Failed::because)?;
+            said = format!("of these, the last {frames} were written\n");
+        }
         let counts = recorder.stop().map_err(Failed::because)?;
         let dropped = counts.total().dropped;
         let lost = match dropped {
             0 => "nothing was dropped".to_owned(),
             _ => format!("{dropped} frames were dropped: the machine or the disk was too slow"),
         };
-        output::print(&format!("{}\n{counts}{lost}\n", self.file.display()))?;
+        output::print(&format!("{}\n{counts}{said}{lost}\n", self.file.display()))?;
         Ok(ExitCode::SUCCESS)
     }
 }

@@ -258,12 +258,29 @@ fn a_running_robot_is_recorded_and_notices_nothing() {
     assert!(!told.out.contains("not compared"), "{told:?}");
 
     // With the robot, the recording ends.
+    // and so does one that keeps the last while in memory: it is written down then.
+    let last = file(&folder, "last.mcap");
+    let (command, files) = leo(&["record", &last, "--domain", &domain, "--last", "1"]);
     let third = record(&to_the_end);
-    assert!(holds(&to_the_end, 500), "{}", third.said("err"));
+    let fourth = Leo::start(command, files);
+    assert!(holds(&to_the_end, 8000), "{}", third.said("err"));
+    assert!(!Path::new(&last).exists());
     robot.interrupt();
-    let told = third.end();
-    assert_eq!((told.status, told.err.as_str()), (Some(0), ""), "{told:?}");
-    assert!(!frames(&to_the_end).is_empty());
+    for recorder in [third, fourth] {
+        let told = recorder.end();
+        assert_eq!((told.status, told.err.as_str()), (Some(0), ""), "{told:?}");
+    }
+    let lasts = |file: &str| {
+        let instants: Vec<u64> = frames(file)
+            .iter()
+            .filter(|frame| frame.buffer == Buffer::Percepts)
+            .map(|frame| frame.at_ns)
+            .collect();
+        (instants.len(), instants.iter().max().copied().expect("some"))
+    };
+    let ((all, until), (some, until_then)) = (lasts(&to_the_end), lasts(&last));
+    assert!(some < all && some > 100, "{some} of {all}");
+    assert!(until.abs_diff(until_then) < 1_000_000_000, "{until} {until_then}");
     let ended = robot.end();
     assert_eq!((ended.status, ended.err.as_str()), (Some(0), ""), "{ended:?}");
 }
@@ -411,6 +428,19 @@ fn a_process_records_and_goes_on() {
     let subject = Subject::load(None, Time::Wall, None, Pose::identity(), "a test").expect("built in");
     let full = recording::Recorder::start(&domain, subject, Path::new("/dev/full")).expect_err("is refused");
     assert!(full.to_string().contains("/dev/full"), "{full}");
+    // What was last is written down whenever it is asked for.
+    let subject = Subject::load(None, Time::Wall, None, Pose::identity(), "a test").expect("built in");
+    let recorder = recording::Recorder::keep(&domain, subject, std::time::Duration::from_secs(60));
+    let recorder = recorder.expect("starts");
+    for name in ["3.mcap", "4.mcap"] {
+        let seen = recorder.counts().of(Buffer::Beliefs(1)).written;
+        assert!(wait_until(|| recorder.counts().of(Buffer::Beliefs(1)).written > seen + 100));
+        let to = file(&folder, name);
+        let saved = recorder.save(Path::new(&to)).expect("is written");
+        assert_eq!(saved, u64::try_from(frames(&to).len()).expect("fits"));
+    }
+    assert!(recorder.save(Path::new("/dev/full")).is_err());
+    recorder.stop().expect("ends");
     drop(node);
     robot.interrupt();
     assert_eq!(robot.end().status, Some(0));

@@ -16,6 +16,7 @@ mod inlets;
 mod marker;
 mod reader;
 mod recorder;
+mod ring;
 mod views;
 mod writer;
 
@@ -28,4 +29,5 @@ pub use frame::Frame;
 pub use inlets::Inlets;
 pub use reader::Reader;
 pub use recorder::Recorder;
+pub use ring::{Last, NotSaved, Ring};
 pub use writer::{NotBegun, Writer};

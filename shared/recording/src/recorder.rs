@@ -1,6 +1,6 @@
 use std::fs::File;
 use std::io;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::thread::JoinHandle;
@@ -10,7 +10,7 @@ use crossbeam::channel::{Receiver, RecvTimeoutError, Sender, TrySendError, bound
 use transport::janitor::is_claimed;
 use transport::{Delivery, Domain, Node, Queues};
 
-use crate::{Buffer, Counts, Frame, Inlets, RecordError, Subject, Writer};
+use crate::{Buffer, Counts, Frame, Inlets, Last, NotSaved, RecordError, Ring, Subject, Writer};
 
 /// Buffers are looked at this often: more often than a queue of four frames fills at 1 kHz.
 const LOOK_EVERY: Duration = Duration::from_millis(2);
@@ -21,9 +21,9 @@ const FLUSH_EVERY: Duration = Duration::from_millis(500);
 /// Frames that wait for the file: two seconds of a robot with one partner.
 const WAITING: usize = 4096;
 
-/// Records a running robot until it is stopped: a thread takes the frames out of shared memory, and
-/// another one writes the file. Between them is room for some seconds; where the disk is slower, frames
-/// are dropped and counted. The robot notices nothing of it.
+/// Records a running robot until it is stopped, into a file, or into memory what was last: a thread takes
+/// the frames out of shared memory, and another one keeps them. Between them is room for some seconds;
+/// where the disk is slower, frames are dropped and counted. The robot notices nothing of it.
 ///
 /// Dropping it stops it.
 ///
@@ -43,8 +43,10 @@ const WAITING: usize = 4096;
 #[derive(Debug)]
 pub struct Recorder {
     shared: Arc<Shared>,
-    taker: Option<JoinHandle<Result<(), RecordError>>>,
-    keeper: Option<JoinHandle<Result<(), RecordError>>>,
+    taker: Option<Joined>,
+    keeper: Option<Joined>,
+    /// Asks for what is kept in memory, where it is.
+    asks: Option<Sender<Sender<io::Result<Last>>>>,
 }
 
 #[derive(Debug, Default)]
@@ -54,7 +56,17 @@ struct Shared {
     counts: Mutex<Counts>,
 }
 
+/// A thread and what came of it.
+type Joined = JoinHandle<Result<(), RecordError>>;
+
 impl Shared {
+    /// Runs a thread to its end, which is then known.
+    fn ending(&self, run: impl FnOnce() -> Result<(), RecordError>) -> Result<(), RecordError> {
+        let outcome = run();
+        self.ended.store(true, Ordering::Release);
+        outcome
+    }
+
     fn count(&self, change: impl FnOnce(&mut Counts)) {
         change(&mut self.counts.lock().unwrap_or_else(PoisonError::into_inner));
     }
@@ -69,24 +81,81 @@ impl Recorder {
     pub fn start(domain: &Domain, subject: Subject, file: &Path) -> Result<Self, RecordError> {
         let out =
             File::create(file).map_err(|source| RecordError::Create { file: file.to_owned(), source })?;
+        let file = file.to_owned();
+        Self::begin(domain, |shared, from, ready| {
+            thread("recorder-file", move || {
+                shared.ending(|| keep_in_file(&shared, &from, out, &file, &subject, &ready))
+            })
+        })
+    }
+
+    /// Begins to keep the last `span` of the robot of a domain in memory, for [`Self::save`].
+    ///
+    /// # Errors
+    ///
+    /// The robot cannot be looked at.
+    pub fn keep(domain: &Domain, subject: Subject, span: Duration) -> Result<Self, RecordError> {
+        let (asks, asked) = bounded(1);
+        let mut recorder = Self::begin(domain, |shared, from, ready| {
+            thread("recorder-ring", move || {
+                shared.ending(|| keep_in_memory(&shared, &from, Ring::new(subject, span), &asked, &ready))
+            })
+        })?;
+        recorder.asks = Some(asks);
+        Ok(recorder)
+    }
+
+    fn begin(
+        domain: &Domain,
+        keep: impl FnOnce(Arc<Shared>, Receiver<Frame>, Sender<()>) -> Result<Joined, RecordError>,
+    ) -> Result<Self, RecordError> {
         let shared = Arc::new(Shared::default());
         let (to, from) = bounded(WAITING);
         let (ready, began) = bounded(1);
-        let writing = Keeping { shared: Arc::clone(&shared), file: file.to_owned(), from };
-        let keeper = thread("recorder-file", move || writing.run(out, &subject, &ready))?;
-        let mut recorder = Self { shared: Arc::clone(&shared), taker: None, keeper: Some(keeper) };
-        if began.recv().is_err() {
-            // It ended before it began, and says why.
-            return Err(recorder.end().err().unwrap_or_else(|| RecordError::Thread("it ended".to_owned())));
-        }
+        let keeper = keep(Arc::clone(&shared), from, ready)?;
+        let mut recorder =
+            Self { shared: Arc::clone(&shared), taker: None, keeper: Some(keeper), asks: None };
+        recorder.await_begin(&began)?;
         let (ready, began) = bounded(1);
         let domain = domain.clone();
         let taking = Taking { shared, to };
         recorder.taker = Some(thread("recorder", move || taking.run(&domain, &ready))?);
-        if began.recv().is_err() {
-            return Err(recorder.end().err().unwrap_or_else(|| RecordError::Thread("it ended".to_owned())));
-        }
+        recorder.await_begin(&began)?;
         Ok(recorder)
+    }
+
+    /// Waits until a thread has begun. One that ended before says why.
+    fn await_begin(&mut self, began: &Receiver<()>) -> Result<(), RecordError> {
+        match began.recv() {
+            Ok(()) => Ok(()),
+            Err(_ended) => {
+                Err(self.end().err().unwrap_or_else(|| RecordError::Thread("it ended".to_owned())))
+            }
+        }
+    }
+
+    /// Writes what is kept in memory into a file, which is made anew, and goes on keeping; how many
+    /// frames that were. Done by the thread that asks, and takes about a second for a minute. Nothing
+    /// where [`Self::start`] began it: that has a file.
+    ///
+    /// # Errors
+    ///
+    /// The file cannot be written, or the recorder has ended.
+    pub fn save(&self, file: &Path) -> Result<u64, RecordError> {
+        let Some(asks) = &self.asks else { return Ok(0) };
+        let gone = || RecordError::Thread("it has ended".to_owned());
+        let failed = |source| RecordError::Write { file: file.to_owned(), source };
+        let (to, answer) = bounded(1);
+        asks.send(to).map_err(|_gone| gone())?;
+        let last = answer.recv().map_err(|_gone| gone())?.map_err(failed)?;
+        let out =
+            File::create(file).map_err(|source| RecordError::Create { file: file.to_owned(), source })?;
+        match last.save(out) {
+            Ok((_, frames)) => Ok(frames),
+            Err(NotSaved::Begin(error)) => Err(error.of(file)),
+            Err(NotSaved::Write(source)) => Err(failed(source)),
+            Err(NotSaved::Read(error)) => Err(failed(io::Error::other(error))),
+        }
     }
 
     /// What was recorded and dropped up to now.
@@ -114,8 +183,8 @@ impl Recorder {
 
     fn end(&mut self) -> Result<(), RecordError> {
         self.shared.stop.store(true, Ordering::Release);
-        let joined = |thread: Option<JoinHandle<Result<(), RecordError>>>| match thread.map(JoinHandle::join)
-        {
+        self.asks = None;
+        let joined = |thread: Option<Joined>| match thread.map(JoinHandle::join) {
             Some(Ok(outcome)) => outcome,
             Some(Err(_panicked)) => Err(RecordError::Thread("it panicked".to_owned())),
             None => Ok(()),
@@ -149,9 +218,7 @@ struct Taking {
 
 impl Taking {
     fn run(self, domain: &Domain, ready: &Sender<()>) -> Result<(), RecordError> {
-        let outcome = self.take(domain, ready);
-        self.shared.ended.store(true, Ordering::Release);
-        outcome
+        self.shared.ending(|| self.take(domain, ready))
     }
 
     fn take(&self, domain: &Domain, ready: &Sender<()>) -> Result<(), RecordError> {
@@ -196,43 +263,68 @@ impl Taking {
     }
 }
 
-/// Writes the file.
-struct Keeping {
-    shared: Arc<Shared>,
-    file: PathBuf,
-    from: Receiver<Frame>,
+/// Writes a file until nobody sends any more.
+fn keep_in_file(
+    shared: &Shared,
+    from: &Receiver<Frame>,
+    out: File,
+    file: &Path,
+    subject: &Subject,
+    ready: &Sender<()>,
+) -> Result<(), RecordError> {
+    let failed = |source: io::Error| RecordError::Write { file: file.to_owned(), source };
+    let mut writer = Writer::new(out, subject).map_err(|error| error.of(file))?;
+    let _waits = ready.send(());
+    let mut flush_at = clock::now() + FLUSH_EVERY;
+    loop {
+        match from.recv_timeout(FLUSH_EVERY) {
+            Ok(frame) => {
+                writer.write(&frame).map_err(failed)?;
+                shared.count(|counts| counts.written(frame.buffer));
+            }
+            Err(RecvTimeoutError::Timeout) => {}
+            Err(RecvTimeoutError::Disconnected) => break,
+        }
+        let now = clock::now();
+        if now >= flush_at {
+            writer.flush().map_err(failed)?;
+            flush_at = now + FLUSH_EVERY;
+        }
+    }
+    shared.count(|counts| {
+        counts.iter().for_each(|(buffer, count)| writer.set_dropped(buffer, count.dropped));
+    });
+    writer.finish().map_err(failed).map(drop)
 }
 
-impl Keeping {
-    fn run(self, out: File, subject: &Subject, ready: &Sender<()>) -> Result<(), RecordError> {
-        let outcome = self.keep(out, subject, ready);
-        self.shared.ended.store(true, Ordering::Release);
-        outcome
-    }
-
-    fn keep(&self, out: File, subject: &Subject, ready: &Sender<()>) -> Result<(), RecordError> {
-        let failed = |source: io::Error| RecordError::Write { file: self.file.clone(), source };
-        let mut writer = Writer::new(out, subject).map_err(|error| error.of(&self.file))?;
-        let _waits = ready.send(());
-        let mut flush_at = clock::now() + FLUSH_EVERY;
-        loop {
-            match self.from.recv_timeout(FLUSH_EVERY) {
+/// Keeps frames in memory until nobody can ask for them any more, longer than anybody sends: what was
+/// before the end of a robot is what is asked for.
+fn keep_in_memory(
+    shared: &Shared,
+    from: &Receiver<Frame>,
+    mut ring: Ring,
+    asked: &Receiver<Sender<io::Result<Last>>>,
+    ready: &Sender<()>,
+) -> Result<(), RecordError> {
+    let failed = |source| RecordError::Write { file: "memory".into(), source };
+    let _waits = ready.send(());
+    let mut frames = Some(from);
+    loop {
+        let never = crossbeam::channel::never();
+        crossbeam::channel::select! {
+            recv(frames.unwrap_or(&never)) -> frame => match frame {
                 Ok(frame) => {
-                    writer.write(&frame).map_err(failed)?;
-                    self.shared.count(|counts| counts.written(frame.buffer));
+                    ring.push(&frame).map_err(failed)?;
+                    shared.count(|counts| counts.written(frame.buffer));
                 }
-                Err(RecvTimeoutError::Timeout) => {}
-                Err(RecvTimeoutError::Disconnected) => break,
-            }
-            let now = clock::now();
-            if now >= flush_at {
-                writer.flush().map_err(failed)?;
-                flush_at = now + FLUSH_EVERY;
-            }
+                Err(_ended) => frames = None,
+            },
+            recv(asked) -> asker => match asker {
+                Ok(asker) => {
+                    let _gone = asker.send(ring.last());
+                }
+                Err(_gone) => return Ok(()),
+            },
         }
-        self.shared.count(|counts| {
-            counts.iter().for_each(|(buffer, count)| writer.set_dropped(buffer, count.dropped));
-        });
-        writer.finish().map_err(failed).map(drop)
     }
 }

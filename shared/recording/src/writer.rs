@@ -26,7 +26,8 @@ const CHUNK_BYTES: u64 = 4 << 20;
 /// Writes a recording frame by frame: the same frames are the same bytes.
 pub struct Writer<W: Write> {
     out: mcap::Writer<NoSeek<W>>,
-    views: Views,
+    /// None of a part of a recording, which nobody looks at.
+    views: Option<Views>,
     raw: BTreeMap<Buffer, u16>,
     shown: BTreeMap<String, u16>,
     counts: Counts,
@@ -41,6 +42,19 @@ impl<W: Write> Writer<W> {
     /// It cannot be written.
     pub fn new(out: W, subject: &Subject) -> Result<Self, NotBegun> {
         let views = Views::new(&subject.robot, &subject.x_world_base)?;
+        let mut writer = Self::over(out, Some(views))?;
+        writer.begin(subject).map_err(failed)?;
+        Ok(writer)
+    }
+
+    /// Begins a recording of the raw frames alone, without the robot's configuration.
+    pub(crate) fn raw(out: W, subject: &Subject) -> io::Result<Self> {
+        let mut writer = Self::over(out, None)?;
+        writer.begin_as(subject).map_err(failed)?;
+        Ok(writer)
+    }
+
+    fn over(out: W, views: Option<Views>) -> io::Result<Self> {
         // A chunk is written whole or not at all, by this thread.
         let options = WriteOptions::new()
             .profile(PROFILE)
@@ -49,21 +63,23 @@ impl<W: Write> Writer<W> {
             .compression_threads(0)
             .chunk_size(Some(CHUNK_BYTES))
             .disable_seeking(true);
-        let mut writer = Self {
+        Ok(Self {
             out: options.create(NoSeek::new(out)).map_err(failed)?,
             views,
             raw: BTreeMap::new(),
             shown: BTreeMap::new(),
             counts: Counts::default(),
             chunk_began_ns: None,
-        };
-        writer.begin(subject).map_err(failed)?;
-        Ok(writer)
+        })
+    }
+
+    fn begin_as(&mut self, subject: &Subject) -> McapResult<()> {
+        let metadata = About::of(subject).written();
+        self.out.write_metadata(&Metadata { name: ABOUT.to_owned(), metadata })
     }
 
     fn begin(&mut self, subject: &Subject) -> McapResult<()> {
-        let metadata = About::of(subject).written();
-        self.out.write_metadata(&Metadata { name: ABOUT.to_owned(), metadata })?;
+        self.begin_as(subject)?;
         for (name, text) in &subject.files {
             let media_type = if name.ends_with(".toml") { "application/toml" } else { "application/xml" };
             self.out.attach(&Attachment {
@@ -107,7 +123,8 @@ impl<W: Write> Writer<W> {
             }
         };
         self.message(channel, frame, &frame.bytes)?;
-        for view in self.views.of(frame) {
+        let views = self.views.as_mut().map(|views| views.of(frame));
+        for view in views.unwrap_or_default() {
             let channel = match self.shown.get(&view.topic) {
                 Some(channel) => *channel,
                 None => {

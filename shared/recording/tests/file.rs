@@ -1,6 +1,7 @@
 //! What was written is read, whatever happens to the file.
 #![expect(clippy::expect_used, reason = "helpers of tests may fail them")]
 
+use clock::Duration;
 use geometry::Pose;
 use mcap::records::MessageHeader;
 use message::{
@@ -8,7 +9,7 @@ use message::{
     JointState, JointStates, Remembered, SceneObject, Text, Utterance, Utterances,
 };
 use proptest::prelude::*;
-use recording::{Buffer, Count, Frame, ReadError, Reader, Subject, Time, Writer};
+use recording::{Buffer, Count, Frame, ReadError, Reader, Ring, Subject, Time, Writer};
 
 fn subject(time: Time) -> Subject {
     let mut subject = Subject::load(None, time, Some(1), Pose::upright(1.0, -2.0, 0.5, 0.3), "a test")
@@ -190,5 +191,34 @@ proptest! {
         let (found, _, _) = read(&bytes);
         prop_assert!(found.len() <= frames.len());
         prop_assert!(found == frames[..found.len()]);
+    }
+}
+
+#[test]
+fn a_ring_holds_the_last_while_and_no_more() {
+    let mut ring = Ring::new(subject(Time::Wall), Duration::from_secs(3));
+    let said = |sequence: u64| {
+        let header = Header { sequence, ..Header::at(sequence * 100_000_000) };
+        let event = Event::new(EventKind::Said, "", &format!("{sequence}"));
+        Frame::of::<Events>(Buffer::Events, &header, &[event])
+    };
+    // A quarter of an hour, ten times a second.
+    for sequence in 1..=9000 {
+        ring.push(&said(sequence)).expect("has room");
+        assert!(ring.bytes() < 100_000, "{ring:?}");
+    }
+    for round in 0..2 {
+        // Asking for it takes nothing away.
+        let (bytes, count) = ring.last().expect("is kept").save(Vec::new()).expect("is written");
+        let (found, is_cut, wrong) = read(&bytes);
+        assert!(!is_cut && wrong.is_none(), "{wrong:?}");
+        assert_eq!(u64::try_from(found.len()).expect("fits"), count);
+        let newest = 9000 + round;
+        let oldest = newest + 1 - count;
+        let should: Vec<Frame> = (oldest..=newest).map(said).collect();
+        assert!(found == should);
+        // Three seconds, and up to two more.
+        assert!((30..=52).contains(&count), "{count}");
+        ring.push(&said(newest + 1)).expect("has room");
     }
 }
