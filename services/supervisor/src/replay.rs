@@ -26,6 +26,9 @@ const PROCESSES: [Process; 2] = [Process::Learner, Process::Belief];
 /// Sentences that one frame holds at most.
 const SENTENCES: usize = 16;
 
+/// Where time is kept, it is looked this often whether the user wants to stop.
+const SLICE: Duration = Duration::from_millis(50);
+
 /// What to replay, and how.
 #[derive(Clone, Debug)]
 pub struct Replaying {
@@ -394,17 +397,23 @@ impl<F: FnMut(&Frame)> Performance<'_, F> {
 
     /// Waits until it is time for a turn, where time is kept.
     fn keep_time(&mut self, frame: &Frame, now: Instant) -> Result<(), ReplayError> {
-        if self.class.interrupted() {
-            return Err(TurnError::Interrupted.into());
-        }
+        let mut until = Instant::EPOCH;
         if let Some(speed) = self.replaying.speed
             && self.counts(frame)
         {
             let (began, simulated) = *self.paced_from.get_or_insert_with(|| (clock::now(), now));
-            // The command line lets no other speeds pass than those by which seconds can be divided.
+            // What is too long to be told is no time to wait for.
             let after = Duration::try_from_secs_f64(now.since(simulated).as_secs_f64() / speed);
-            clock::sleep_until(began + after.unwrap_or_default());
+            until = began + after.unwrap_or_default();
         }
-        Ok(())
+        loop {
+            if self.class.interrupted() {
+                return Err(TurnError::Interrupted.into());
+            }
+            if clock::now() >= until {
+                return Ok(());
+            }
+            clock::sleep_until(until.min(clock::now() + SLICE));
+        }
     }
 }

@@ -46,7 +46,7 @@ pub struct Recorder {
     taker: Option<Joined>,
     keeper: Option<Joined>,
     /// Asks for what is kept in memory, where it is.
-    asks: Option<Sender<Sender<io::Result<Last>>>>,
+    asks: Option<Sender<Asker>>,
 }
 
 #[derive(Debug, Default)]
@@ -55,6 +55,9 @@ struct Shared {
     ended: AtomicBool,
     counts: Mutex<Counts>,
 }
+
+/// Who asks for what is kept in memory.
+type Asker = Sender<io::Result<Last>>;
 
 /// A thread and what came of it.
 type Joined = JoinHandle<Result<(), RecordError>>;
@@ -82,7 +85,7 @@ impl Recorder {
         let out =
             File::create(file).map_err(|source| RecordError::Create { file: file.to_owned(), source })?;
         let file = file.to_owned();
-        Self::begin(domain, |shared, from, ready| {
+        Self::begin(domain, None, |shared, from, ready| {
             thread("recorder-file", move || {
                 shared.ending(|| keep_in_file(&shared, &from, out, &file, &subject, &ready))
             })
@@ -96,25 +99,23 @@ impl Recorder {
     /// The robot cannot be looked at.
     pub fn keep(domain: &Domain, subject: Subject, span: Duration) -> Result<Self, RecordError> {
         let (asks, asked) = bounded(1);
-        let mut recorder = Self::begin(domain, |shared, from, ready| {
+        Self::begin(domain, Some(asks), |shared, from, ready| {
             thread("recorder-ring", move || {
                 shared.ending(|| keep_in_memory(&shared, &from, Ring::new(subject, span), &asked, &ready))
             })
-        })?;
-        recorder.asks = Some(asks);
-        Ok(recorder)
+        })
     }
 
     fn begin(
         domain: &Domain,
+        asks: Option<Sender<Asker>>,
         keep: impl FnOnce(Arc<Shared>, Receiver<Frame>, Sender<()>) -> Result<Joined, RecordError>,
     ) -> Result<Self, RecordError> {
         let shared = Arc::new(Shared::default());
         let (to, from) = bounded(WAITING);
         let (ready, began) = bounded(1);
         let keeper = keep(Arc::clone(&shared), from, ready)?;
-        let mut recorder =
-            Self { shared: Arc::clone(&shared), taker: None, keeper: Some(keeper), asks: None };
+        let mut recorder = Self { shared: Arc::clone(&shared), taker: None, keeper: Some(keeper), asks };
         recorder.await_begin(&began)?;
         let (ready, began) = bounded(1);
         let domain = domain.clone();
@@ -303,7 +304,7 @@ fn keep_in_memory(
     shared: &Shared,
     from: &Receiver<Frame>,
     mut ring: Ring,
-    asked: &Receiver<Sender<io::Result<Last>>>,
+    asked: &Receiver<Asker>,
     ready: &Sender<()>,
 ) -> Result<(), RecordError> {
     let failed = |source| RecordError::Write { file: "memory".into(), source };
