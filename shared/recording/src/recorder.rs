@@ -1,3 +1,4 @@
+use std::collections::BTreeMap;
 use std::fs::File;
 use std::io;
 use std::path::Path;
@@ -229,10 +230,10 @@ impl Taking {
         let mut inlets = Inlets::none();
         inlets.find(&node)?;
         let _waits = ready.send(());
-        let mut next = clock::now();
-        let mut find_at = next + FIND_EVERY;
+        let mut find_at = clock::now() + FIND_EVERY;
+        let mut is_refused = false;
         // Dropped for want of room before the file, by buffer.
-        let mut lost = std::collections::BTreeMap::<Buffer, u64>::new();
+        let mut lost = BTreeMap::<Buffer, u64>::new();
         loop {
             let is_last = self.shared.stop.load(Ordering::Acquire);
             let mut is_gone = false;
@@ -255,11 +256,14 @@ impl Taking {
                 if !is_claimed(domain) {
                     return Ok(());
                 }
-                inlets.find(&node)?;
+                // A robot that is just ending takes its buffers away one by one.
+                match inlets.find(&node) {
+                    Err(error) if is_refused => return Err(error.into()),
+                    found => is_refused = found.is_err(),
+                }
             }
             // A grid is of no use here: what is there is taken.
-            next = now + LOOK_EVERY;
-            clock::sleep_until(next);
+            clock::sleep_until(now + LOOK_EVERY);
         }
     }
 }

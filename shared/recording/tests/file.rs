@@ -222,3 +222,24 @@ fn a_ring_holds_the_last_while_and_no_more() {
         ring.push(&said(newest + 1)).expect("has room");
     }
 }
+
+proptest! {
+    /// Whatever comes after the magic: an error, or an end.
+    #[test]
+    fn any_bytes_are_refused_or_read_to_their_end(
+        bytes in prop::collection::vec(any::<u8>(), 0..400),
+        records in prop::collection::vec((1..=15_u8, prop::collection::vec(any::<u8>(), 0..60)), 0..8),
+    ) {
+        let mut framed = mcap::MAGIC.to_vec();
+        for (opcode, data) in &records {
+            framed.push(*opcode);
+            framed.extend_from_slice(&u64::try_from(data.len()).expect("fits").to_le_bytes());
+            framed.extend_from_slice(data);
+        }
+        let raw = [mcap::MAGIC, &bytes].concat();
+        for file in [raw, framed] {
+            let (frames, is_cut, wrong) = read(&file);
+            prop_assert!(frames.is_empty() && (is_cut || wrong.is_some()));
+        }
+    }
+}
