@@ -9,7 +9,9 @@ mod learn;
 mod mock_bus;
 mod output;
 mod process;
+mod record;
 mod rehearsal;
+mod replay;
 mod seconds;
 mod study;
 mod tasks;
@@ -23,7 +25,8 @@ use clap::{Args, Parser, Subcommand};
 use config::Robot;
 use config::campaign::Campaign;
 use config::lesson::Lesson;
-use supervisor_process::{CheckError, ORDER, Orders, ProcessFaults, Teaching};
+use recording::{Subject, Time, stands};
+use supervisor_process::{CheckError, ORDER, Orders, ProcessFaults, Record, Teaching};
 
 use failure::Failed;
 pub(crate) use failure::Failed as Failure;
@@ -60,6 +63,10 @@ enum Command {
     Believe(believe::Believe),
     /// Learn from before-and-after examples in a file: task learning alone, no processes
     Learn(learn::Learn),
+    /// Record a running robot: every buffer's bytes, and what common viewers show
+    Record(record::Record),
+    /// Play a recording into the belief and learner processes, and compare what they make of it
+    Replay(replay::Replay),
     /// Show a live table of the processes: rates, latencies, overruns, drops, restarts
     Top(Top),
     /// Switch every torque off now, and keep it off until it is released
@@ -119,6 +126,9 @@ struct Teach {
     /// Print one JSON document
     #[arg(long)]
     json: bool,
+    /// Record the lesson, of which there may be one, for `leo replay` and for viewers
+    #[arg(long, value_name = "FILE")]
+    record: Option<PathBuf>,
     /// The robot's leo.toml [default: built in]
     #[arg(long, value_name = "FILE")]
     config: Option<PathBuf>,
@@ -184,6 +194,8 @@ impl Command {
             Self::Tasks(tasks) => tasks.run(),
             Self::Believe(believe) => believe.run(),
             Self::Learn(learn) => learn.run(),
+            Self::Record(record) => record.run(),
+            Self::Replay(replay) => replay.run(),
             Self::Top(top) => top.run(),
             Self::EmergencyStop(stop) => stop.run(),
             Self::Bus(bus) => bus.run(),
@@ -252,6 +264,11 @@ impl Teach {
             }
             whose => Some(u32::from(whose.contains(&Whose::Human))),
         };
+        if self.record.is_some() && self.lessons.len() > 1 {
+            return Err(Failed::usage(
+                "--record holds one lesson: teach them one by one, each with its file",
+            ));
+        }
         let mut lessons = Vec::new();
         for file in &self.lessons {
             lessons.push((file, Lesson::load(file).map_err(Failed::usage)?));
@@ -266,6 +283,7 @@ impl Teach {
                 performances: lesson.performances(),
                 partners,
                 state: None,
+                record: self.recorded(&lesson, partners)?,
             };
             let account = supervisor_process::teach(&teaching).map_err(Failed::because)?;
             accounts.push((file.display().to_string(), lesson.title, account));
@@ -273,6 +291,22 @@ impl Teach {
         output::print_accounts(&accounts, &robot.leo.belief.names, self.json)?;
         Ok(ExitCode::SUCCESS)
     }
+}
+
+impl Teach {
+    /// What is recorded of a lesson, if anything.
+    fn recorded(&self, lesson: &Lesson, partners: Option<u32>) -> Result<Option<Record>, Failure> {
+        let Some(file) = self.record.clone() else { return Ok(None) };
+        let x_world_base = stands(lesson);
+        let subject =
+            Subject::load(self.config.as_deref(), Time::Lockstep, partners, x_world_base, &program());
+        Ok(Some(Record { file, subject: subject.map_err(Failed::usage)? }))
+    }
+}
+
+/// This program with its version, as recordings name it.
+fn program() -> String {
+    format!("leo {}", env!("CARGO_PKG_VERSION"))
 }
 
 impl Top {

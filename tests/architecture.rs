@@ -20,7 +20,7 @@ const LAYERS: [&[&str]; 6] = [
         "simulator-process",
         "supervisor-process",
     ],
-    &["process", "realtime", "serial", "store", "trace", "transport"],
+    &["process", "realtime", "recording", "serial", "store", "trace", "transport"],
     &[
         "account",
         "belief",
@@ -40,8 +40,9 @@ const LAYERS: [&[&str]; 6] = [
 ];
 
 /// Arrows within a layer, from the crate to those of its own layer that it may know.
-const PEERS: [(&str, &[&str]); 7] = [
+const PEERS: [(&str, &[&str]); 8] = [
     ("process", &["realtime", "transport"]),
+    ("recording", &["transport"]),
     ("belief", &["perception"]),
     ("chronicle", &["perspective"]),
     ("perspective", &["belief", "perception", "scene"]),
@@ -57,7 +58,7 @@ const WRAPPED: [(&str, &[&str]); 11] = [
     ("iceoryx2-bb-elementary-traits", &["message"]),
     ("parry3d", &["scene"]),
     ("redb", &["store"]),
-    ("mcap", &["trace"]),
+    ("mcap", &["recording", "trace"]),
     ("libc", &["realtime"]),
     ("signal-hook", &["process", "supervisor-process"]),
     ("rustix", &["clock", "realtime", "serial", "supervisor-process", "transport"]),
@@ -72,7 +73,7 @@ const MAY_BE_UNSAFE: [&str; 2] = ["shared/realtime", "shared/testkit"];
 const SHELL_FILES: [&str; 3] = ["lib.rs", "run.rs", "shell.rs"];
 
 /// Further files of a shell, where it has more than one noun.
-const MORE_SHELL_FILES: [&str; 27] = [
+const MORE_SHELL_FILES: [&str; 30] = [
     "console/src/hand.rs",
     "console/src/lessons.rs",
     "console/src/look.rs",
@@ -95,6 +96,9 @@ const MORE_SHELL_FILES: [&str; 27] = [
     "supervisor/src/bench/bare.rs",
     "supervisor/src/bench/leo.rs",
     "supervisor/src/bench/report.rs",
+    "supervisor/src/class.rs",
+    "supervisor/src/replay.rs",
+    "supervisor/src/tape.rs",
     "supervisor/src/teach.rs",
     "supervisor/src/caretaker.rs",
     "supervisor/src/check.rs",

@@ -3,9 +3,11 @@
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
+use console_process::top::TopError;
 use supervisor_process::RunError;
 use supervisor_process::policy::Outcome;
 use transport::Domain;
+use transport::janitor::is_claimed;
 
 use super::failure::Failed;
 
@@ -29,6 +31,23 @@ pub(crate) fn own(root: Option<&Path>) -> Result<Domain, Failed> {
         }
     };
     Domain::named(&name).map_err(Failed::usage)
+}
+
+/// The robot asked for, or the only one that runs on this machine.
+pub(crate) fn running(root: Option<&Path>) -> Result<Domain, Failed> {
+    if let Some(root) = root {
+        return Domain::at(root).map_err(Failed::usage);
+    }
+    let mut robots: Vec<Domain> = Domain::all().into_iter().filter(is_claimed).collect();
+    match (robots.pop(), robots.is_empty()) {
+        (None, _) => Err(Failed::because(TopError::NoRobot)),
+        (Some(robot), true) => Ok(robot),
+        (Some(last), false) => {
+            robots.push(last);
+            let names = robots.iter().map(|robot| robot.root().display().to_string()).collect();
+            Err(Failed::because(TopError::SeveralRobots(names)))
+        }
+    }
 }
 
 /// `$XDG_STATE_HOME/leo`, or `~/.local/state/leo`.

@@ -90,6 +90,7 @@ impl Study {
             performances: lesson.performances(),
             partners: Some(u32::from(perspective_taking)),
             state: None,
+            record: None,
         };
         supervisor_process::teach(&teaching).map_err(Failed::because)
     }

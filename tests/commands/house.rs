@@ -101,6 +101,16 @@ impl Leo {
         told
     }
 
+    /// The folder of the domain of its own that the supervisor made.
+    pub(crate) fn domain(&self) -> PathBuf {
+        format!("/dev/shm/leo-{}", self.child.id()).into()
+    }
+
+    /// Kills it; what it has written is there.
+    pub(crate) fn kill(mut self) {
+        self.child.kill().and_then(|()| self.child.wait()).expect("is ours");
+    }
+
     /// Ctrl-C.
     pub(crate) fn interrupt(&self) {
         kill_process_group(self.pid(), Signal::INT).expect("lives");

@@ -5,6 +5,7 @@ mod acts;
 mod believe;
 mod house;
 mod learn;
+mod recordings;
 mod sources;
 mod study;
 mod tasks;
@@ -182,7 +183,7 @@ fn a_memory_that_cannot_be_had_is_refused_before_anything_starts() {
 
 #[test]
 fn every_command_has_help_with_an_example() {
-    for command in ["", "run", "teach", "believe", "top", "check", "bench"] {
+    for command in ["", "run", "teach", "record", "replay", "believe", "top", "check", "bench"] {
         let arguments: Vec<&str> = [command, "--help"].into_iter().filter(|word| !word.is_empty()).collect();
         let told = tell(&arguments);
         assert_eq!((told.status, told.err.as_str()), (Some(0), ""), "{command}");

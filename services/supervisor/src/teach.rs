@@ -1,33 +1,28 @@
 //! `leo teach`: a lesson through the real processes in lockstep time.
 
-use std::collections::BTreeMap;
-use std::io::Read as _;
-use std::os::fd::AsFd as _;
-use std::os::unix::net::UnixStream;
 use std::path::PathBuf;
-use std::process::ExitStatus;
 use std::time::Duration;
 
 use account::Account;
 use clock::Instant;
 use config::leo::Leo;
-use message::{Events, Process, ProcessState};
+use message::{Events, Process};
 use process::Launch;
+use recording::{Buffer, Inlets, RecordError};
 use transport::janitor::{Janitor, claim, sweep_stale};
-use transport::{Domain, HealthReader, Inlet, Node, PortError, ReceiveError};
+use transport::{Domain, Inlet, Node, PortError, ReceiveError};
 
-use crate::Children;
 use crate::check::room;
-use crate::conductor::{Conductor, Timetable, TurnError, Watch};
-use crate::run::{ORDER, RunError, watch_signals};
+use crate::class::{Class, ClassError};
+use crate::conductor::{Conductor, Timetable, TurnError};
+use crate::run::{ORDER, RunError};
+use crate::tape::{Record, Tape};
 
 /// A robot that has not finished performing this long after the lesson's script is over, in
 /// simulated time, never will.
 const PATIENCE: Duration = Duration::from_secs(300);
 /// What was said last is heard, thought about and answered within this time.
 const ANSWER: Duration = Duration::from_secs(1);
-/// How often a starting process is looked at.
-const LOOK: Duration = Duration::from_millis(2);
 
 /// What to teach, and how.
 #[derive(Clone, Debug)]
@@ -46,6 +41,8 @@ pub struct Teaching {
     pub partners: Option<u32>,
     /// Where Leo remembers what it learned; it begins knowing nothing, and forgets, without.
     pub state: Option<PathBuf>,
+    /// Where the lesson is recorded, if it is.
+    pub record: Option<Record>,
 }
 
 /// Why a lesson came to nothing.
@@ -54,31 +51,24 @@ pub enum TeachError {
     /// The robot could not run at all.
     #[error(transparent)]
     Run(#[from] RunError),
-    /// A process could not be started.
-    #[error("cannot start the process `{process}`: {source}")]
-    Start {
-        /// The process.
-        process: Process,
-        /// What the system said.
-        source: std::io::Error,
-    },
-    /// A process ended, or was not ready in time.
-    #[error("the process `{process}` did not get ready: {how}")]
-    NotReady {
-        /// The process.
-        process: Process,
-        /// What became of it.
-        how: String,
-    },
-    /// A process died or hangs.
+    /// The processes are not all there, or one died or hangs.
     #[error(transparent)]
-    Turn(#[from] TurnError),
+    Class(#[from] ClassError),
     /// Nothing could be heard from the learner.
     #[error(transparent)]
     Receive(#[from] ReceiveError),
+    /// The lesson cannot be recorded.
+    #[error(transparent)]
+    Record(#[from] RecordError),
     /// Leo did not do what it was told to.
     #[error("Leo has not finished performing {} s after the lesson's script was over", PATIENCE.as_secs())]
     Unfinished,
+}
+
+impl From<TurnError> for TeachError {
+    fn from(error: TurnError) -> Self {
+        Self::Class(error.into())
+    }
 }
 
 impl From<PortError> for TeachError {
@@ -108,30 +98,42 @@ pub fn teach(teaching: &Teaching) -> Result<Account, TeachError> {
 
 fn play(teaching: &Teaching) -> Result<Account, TeachError> {
     let settings = &teaching.settings;
-    let signals = watch_signals().map_err(RunError::Signals)?;
+    let mut class = Class::new()?;
     let queues = process::queues(&settings.buffers, true);
     let node = Node::join(&teaching.domain, Process::Supervisor.name(), 1, queues).map_err(RunError::from)?;
     let processes: Vec<Process> = ORDER.into_iter().filter(|process| *process != Process::Console).collect();
     let mut conductor = Conductor::open(&node, &processes, settings.supervisor.turn_within_ms.duration())?;
     let mut events = node.inlet::<Events>(None)?;
-    let children = Children::new().map_err(RunError::Executable)?;
-    let mut class = Class { children, signals, ended: BTreeMap::new(), interrupted: false };
-    for &process in &processes {
-        class.start(process, teaching)?;
-    }
-    for &process in &processes {
-        class.await_ready(&node, process, settings.supervisor.ready_within_ms.duration())?;
-    }
-    let account = conduct(&mut conductor, &mut class, &mut events, teaching);
+    let mut witness = teaching.record.as_ref().map(|record| Witness::open(&node, record)).transpose()?;
+    let launch = Launch {
+        domain: teaching.domain.root().to_owned(),
+        incarnation: 1,
+        parent: i32::try_from(std::process::id()).ok(),
+        config: teaching.config.clone(),
+        lesson: teaching.lesson.clone(),
+        synthetic: None,
+        partners: teaching.partners,
+        stay: false,
+        lockstep: true,
+        state: teaching.state.clone(),
+        campaign: None,
+    };
+    class.gather(&node, &processes, &launch, settings.supervisor.ready_within_ms.duration())?;
+    let account = conduct(&mut conductor, &mut class, &mut events, witness.as_mut(), teaching);
     conductor.dismiss();
     class.see_off(settings.supervisor.stop_within_ms.duration());
-    account
+    let account = account?;
+    if let Some(witness) = witness {
+        witness.finish()?;
+    }
+    Ok(account)
 }
 
 fn conduct(
     conductor: &mut Conductor,
     class: &mut Class,
     events: &mut Inlet<Events>,
+    mut witness: Option<&mut Witness>,
     teaching: &Teaching,
 ) -> Result<Account, TeachError> {
     let settings = &teaching.settings;
@@ -149,6 +151,9 @@ fn conduct(
     let mut script_over: Option<Instant> = None;
     while let Some((process, at)) = timetable.next_turn() {
         let finished = conductor.step(process, at, class)?;
+        if let Some(witness) = &mut witness {
+            witness.take()?;
+        }
         if process == Process::Simulator && finished {
             script_over.get_or_insert(at);
         }
@@ -169,76 +174,32 @@ fn conduct(
     Ok(account)
 }
 
-/// The processes of one lesson.
-struct Class {
-    children: Children,
-    signals: UnixStream,
-    ended: BTreeMap<Process, ExitStatus>,
-    interrupted: bool,
+/// The recording of a lesson: after every turn what it brought, so that the file holds the frames in
+/// the order of the turns.
+struct Witness {
+    inlets: Inlets,
+    tape: Tape,
 }
 
-impl Class {
-    fn start(&mut self, process: Process, teaching: &Teaching) -> Result<(), TeachError> {
-        let launch = Launch {
-            domain: teaching.domain.root().to_owned(),
-            incarnation: 1,
-            parent: i32::try_from(std::process::id()).ok(),
-            config: teaching.config.clone(),
-            lesson: teaching.lesson.clone(),
-            synthetic: None,
-            partners: teaching.partners,
-            stay: false,
-            lockstep: true,
-            state: teaching.state.clone(),
-            campaign: None,
-        };
-        self.children.start(process, &launch).map_err(|source| TeachError::Start { process, source })
+impl Witness {
+    fn open(node: &Node, record: &Record) -> Result<Self, RecordError> {
+        let perspectives = record.subject.robot.leo.belief.perspectives(record.subject.partners);
+        let tape = Tape::begin(record)?;
+        Ok(Self { inlets: Inlets::make(node, Buffer::all(perspectives))?, tape })
     }
 
-    fn await_ready(&mut self, node: &Node, process: Process, within: Duration) -> Result<(), TeachError> {
-        let give_up = clock::now() + within;
-        let mut board = None;
-        loop {
-            if board.is_none() {
-                board = HealthReader::open(node, process, 1).ok();
+    fn take(&mut self) -> Result<(), RecordError> {
+        let mut written = Ok(());
+        self.inlets.take(|frame| {
+            if written.is_ok() {
+                written = self.tape.write(&frame);
             }
-            let state = board.as_ref().and_then(|board: &HealthReader| board.read().state());
-            if state == Some(ProcessState::Running) {
-                return Ok(());
-            }
-            if let Some(how) = self.ended(process) {
-                return Err(TeachError::NotReady { process, how });
-            }
-            if self.interrupted() {
-                return Err(TurnError::Interrupted.into());
-            }
-            if clock::now() >= give_up {
-                let how = format!("nothing heard of it for {} s", within.as_secs());
-                return Err(TeachError::NotReady { process, how });
-            }
-            self.children.wait(self.signals.as_fd(), LOOK);
-        }
+        })?;
+        written
     }
 
-    /// Waits until all have ended; those that do not in time are killed as the class is dropped.
-    fn see_off(&mut self, within: Duration) {
-        let give_up = clock::now() + within;
-        while !self.children.is_empty() && clock::now() < give_up {
-            self.ended.extend(self.children.bury());
-            self.children.wait(self.signals.as_fd(), LOOK);
-        }
-    }
-}
-
-impl Watch for Class {
-    fn ended(&mut self, process: Process) -> Option<String> {
-        self.ended.extend(self.children.bury());
-        self.ended.get(&process).map(ToString::to_string)
-    }
-
-    fn interrupted(&mut self) -> bool {
-        let mut bytes = [0; 16];
-        self.interrupted |= self.signals.read(&mut bytes).is_ok_and(|count| count > 0);
-        self.interrupted
+    fn finish(mut self) -> Result<(), RecordError> {
+        self.take()?;
+        self.tape.finish()
     }
 }

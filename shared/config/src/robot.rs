@@ -69,6 +69,34 @@ impl Robot {
 }
 
 impl Robot {
+    /// The files that [`Self::load`] reads, by their names in the folder: in a folder of their own they
+    /// are the same robot.
+    ///
+    /// # Errors
+    ///
+    /// One cannot be read.
+    pub fn files(leo: Option<&Path>) -> Result<Vec<(&'static str, String)>, ConfigError> {
+        let folder = leo.and_then(Path::parent);
+        let mut files = vec![(
+            "leo.toml",
+            match leo {
+                Some(file) => read(file)?,
+                None => builtin::LEO.to_owned(),
+            },
+        )];
+        for (name, builtin) in [
+            ("percepts.toml", builtin::PERCEPTS),
+            ("perspective.toml", builtin::PERSPECTIVE),
+            ("motor.toml", builtin::MOTOR),
+            ("leo.urdf", builtin::URDF),
+        ] {
+            files.push((name, text(folder, name, builtin)?.0));
+        }
+        Ok(files)
+    }
+}
+
+impl Robot {
     /// The built-in `leo.toml` with some of its numbers replaced, each named by its table and key:
     /// `sensor.rate_hz`. Comments are lost. Names that the file does not have change nothing.
     #[must_use]

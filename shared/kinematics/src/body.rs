@@ -225,6 +225,17 @@ impl Body {
         Pose::from_isometry(self.tree.pose(link, positions_rad))
     }
 
+    /// Every link but the root: the names of its parent and its own, and its frame in its parent's.
+    pub fn links(&self, positions_rad: &[f64]) -> impl Iterator<Item = (&str, &str, Isometry3<f64>)> {
+        self.tree.joined(positions_rad)
+    }
+
+    /// The name of the root link: the base.
+    #[must_use]
+    pub fn root(&self) -> &str {
+        self.tree.root()
+    }
+
     /// The pose of a hand: origin between the fingertips, x along the fingers.
     ///
     /// ```

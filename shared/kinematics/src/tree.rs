@@ -110,6 +110,21 @@ impl Tree {
         self.nodes.iter().position(|node| node.name == name).map(Link)
     }
 
+    /// Every link but the root with its parent, in the order of the URDF: names, and its frame in its
+    /// parent's.
+    pub(crate) fn joined(&self, positions_rad: &[f64]) -> impl Iterator<Item = (&str, &str, Isometry3<f64>)> {
+        self.nodes.iter().filter_map(move |node| {
+            let parent = self.nodes.get(node.parent?)?;
+            let step = Step { origin: node.origin, turn: node.turn };
+            Some((parent.name.as_str(), node.name.as_str(), step.pose(positions_rad)))
+        })
+    }
+
+    /// The name of the link that all others hang on.
+    pub(crate) fn root(&self) -> &str {
+        self.nodes.iter().find(|node| node.parent.is_none()).map_or("", |node| node.name.as_str())
+    }
+
     /// The link's frame in the root's.
     pub(crate) fn pose(&self, link: Link, positions_rad: &[f64]) -> Isometry3<f64> {
         self.towards_root(link).fold(Isometry3::identity(), |outer, step| step.pose(positions_rad) * outer)

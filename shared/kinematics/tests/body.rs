@@ -192,3 +192,23 @@ fn what_is_wrong_with_a_urdf_is_named() {
     let handless = URDF.replace("left_grasp", "left_paw");
     assert!(refusal(&handless, &all).contains("no link `left_grasp`"));
 }
+
+#[test]
+fn links_one_upon_the_other_are_where_the_body_has_them() {
+    let body = leo();
+    let positions = seed(body);
+    let links: Vec<_> = body.links(&positions).collect();
+    for side in Side::BOTH {
+        let mut pose = nalgebra::Isometry3::identity();
+        let mut name = format!("{}_grasp", side.name());
+        while name != body.root() {
+            let (parent, _, in_parent) =
+                links.iter().find(|(_, child, _)| *child == name).expect("hangs on something");
+            pose = in_parent * pose;
+            name = (*parent).to_owned();
+        }
+        let hand = body.hand(side, &positions);
+        assert!((pose.to_homogeneous() - hand.isometry().to_homogeneous()).amax() < 1e-12, "{side:?}");
+    }
+    assert!(links.len() > body.joints().len());
+}

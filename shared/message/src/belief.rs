@@ -1,6 +1,7 @@
 use iceoryx2_bb_derive_macros::ZeroCopySend;
 use iceoryx2_bb_elementary_traits::zero_copy_send::ZeroCopySend;
 
+use crate::bytes::laid_out;
 use crate::{Feature, Head, Header, MAX_PERCEPTS, NOBODY, Path};
 
 /// The head of a belief buffer: whose beliefs, and the frame they are in.
@@ -189,3 +190,14 @@ impl Belief {
         self.percepts().iter().find(|remembered| remembered.percept == percept)
     }
 }
+
+laid_out!(BeliefHead = "leo/BeliefHead/2" {
+    header, perspective, present, frame_position_m, frame_orientation_xyzw, eye_position_m,
+    eye_orientation_xyzw, perceivable, hidden, refused, created, merged, culled, overflowed, path
+});
+laid_out!(Remembered = "leo/Remembered/1" {
+    sampled_at_ns, percept, feature_kind, matching, confidence, feature
+});
+laid_out!(Belief = "leo/Belief/2" {
+    id, born_at_ns, perceived_at_ns, observations, held_by, owner, count, percepts
+});

@@ -1,6 +1,7 @@
 use iceoryx2_bb_derive_macros::ZeroCopySend;
 use iceoryx2_bb_elementary_traits::zero_copy_send::ZeroCopySend;
 
+use crate::bytes::laid_out;
 use crate::{Feature, Head, Header, MAX_PERCEPTS, Path};
 
 /// The head of a divergence buffer: which two perspectives are compared. Of the same instant and
@@ -140,6 +141,16 @@ impl Difference {
         self.aspects.get(..count).unwrap_or(&[])
     }
 }
+
+laid_out!(DivergenceHead = "leo/DivergenceHead/1" {
+    header, perspective, within, agreed, compared, path
+});
+laid_out!(Aspect = "leo/Aspect/1" {
+    apart, percept, one_kind, other_kind, reserved, one, other
+});
+laid_out!(Difference = "leo/Difference/1" {
+    one, other, count, reserved, aspects
+});
 
 #[cfg(test)]
 mod tests {

@@ -1,6 +1,7 @@
 use iceoryx2_bb_derive_macros::ZeroCopySend;
 use iceoryx2_bb_elementary_traits::zero_copy_send::ZeroCopySend;
 
+use crate::bytes::laid_out;
 use crate::{Text, numbered};
 
 numbered! {
@@ -91,3 +92,7 @@ impl Event {
         EventKind::from_raw(self.kind)
     }
 }
+
+laid_out!(Event = "leo/Event/1" {
+    posterior, kind, perspective, rank, tally, examples, high_likelihood, succeeded, task, text
+});

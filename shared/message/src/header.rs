@@ -1,6 +1,7 @@
 use iceoryx2_bb_derive_macros::ZeroCopySend;
 use iceoryx2_bb_elementary_traits::zero_copy_send::ZeroCopySend;
 
+use crate::bytes::laid_out;
 use crate::numbered;
 
 numbered! {
@@ -91,3 +92,7 @@ impl Head for Header {
         self
     }
 }
+
+laid_out!(Header = "leo/Header/1" {
+    valid_at_ns, sequence, incarnation, hops_ns, left_out
+});

@@ -13,6 +13,7 @@
 
 mod belief;
 mod buses;
+mod bytes;
 mod divergence;
 mod event;
 mod header;
@@ -33,6 +34,7 @@ mod turn;
 
 pub use belief::{Belief, BeliefHead, Remembered};
 pub use buses::{BusHealth, Buses, MAX_BUSES};
+pub use bytes::{Bytes, Field, Kind, Layout, Number, get_frame, put_frame};
 pub use divergence::{Aspect, Difference, DivergenceHead};
 pub use event::{Event, EventKind};
 pub use header::{Head, Header, Hop};

@@ -1,6 +1,7 @@
 use iceoryx2_bb_derive_macros::ZeroCopySend;
 use iceoryx2_bb_elementary_traits::zero_copy_send::ZeroCopySend;
 
+use crate::bytes::laid_out;
 use crate::{Loss, numbered};
 
 /// Discrete states that an observation can report.
@@ -219,6 +220,11 @@ fn is_unit(quaternion: [f32; 4]) -> bool {
     let norm_squared: f32 = quaternion.iter().map(|part| part * part).sum();
     (norm_squared - 1.0).abs() < 0.0198
 }
+
+laid_out!(Observation = "leo/Observation/1" {
+    observed_at_ns, source, modality, kind, partner, held_by, reserved, confidence, position_m,
+    orientation_xyzw, half_extents_m, colour_rgb, shape, states
+});
 
 #[cfg(test)]
 mod tests {

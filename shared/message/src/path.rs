@@ -1,6 +1,8 @@
 use iceoryx2_bb_derive_macros::ZeroCopySend;
 use iceoryx2_bb_elementary_traits::zero_copy_send::ZeroCopySend;
 
+use crate::bytes::laid_out;
+
 /// How deep perspectives can be nested.
 pub const DEPTH_MOST: usize = 6;
 
@@ -74,6 +76,10 @@ pub fn perspectives(partners: u32, depth: u32) -> u32 {
     let layers = (0..=depth).map(|layer| partners.saturating_pow(layer));
     layers.fold(0, u32::saturating_add)
 }
+
+laid_out!(Path = "leo/Path/1" {
+    depth, agents
+});
 
 #[cfg(test)]
 mod tests {

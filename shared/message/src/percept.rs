@@ -2,6 +2,7 @@ use iceoryx2_bb_derive_macros::ZeroCopySend;
 use iceoryx2_bb_elementary_traits::zero_copy_send::ZeroCopySend;
 
 use crate::Observation;
+use crate::bytes::laid_out;
 
 /// Percepts that one snapshot holds at most: the size of the percept set P.
 pub const MAX_PERCEPTS: usize = 12;
@@ -173,6 +174,16 @@ pub struct Perceived {
     /// The robot's own percept snapshot of it.
     pub snapshot: Snapshot,
 }
+
+laid_out!(PerceptValue = "leo/PerceptValue/1" {
+    percept, feature_kind, matching, confidence, feature
+});
+laid_out!(Snapshot = "leo/Snapshot/1" {
+    count, values
+});
+laid_out!(Perceived = "leo/Perceived/1" {
+    observation, snapshot
+});
 
 #[cfg(test)]
 mod tests {

@@ -1,6 +1,7 @@
 use iceoryx2_bb_derive_macros::ZeroCopySend;
 use iceoryx2_bb_elementary_traits::zero_copy_send::ZeroCopySend;
 
+use crate::bytes::laid_out;
 use crate::{Head, Header, NOBODY, STATES, Text, numbered};
 
 numbered! {
@@ -145,3 +146,10 @@ impl SceneObject {
         ThingRole::from_raw(self.role)
     }
 }
+
+laid_out!(SceneHead = "leo/SceneHead/1" {
+    header, base_position_m, base_orientation_xyzw, began_at_ns, mode, table, tables, steps, lesson
+});
+laid_out!(SceneObject = "leo/SceneObject/2" {
+    position_m, orientation_xyzw, half_extents_m, colour_rgb, shape, states, kind, held_by, partner, role, name
+});

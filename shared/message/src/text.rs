@@ -3,6 +3,8 @@ use std::fmt;
 use iceoryx2_bb_derive_macros::ZeroCopySend;
 use iceoryx2_bb_elementary_traits::zero_copy_send::ZeroCopySend;
 
+use crate::bytes::laid_out;
+
 /// Bytes that a [`Text`] holds.
 pub const TEXT_CAPACITY: usize = 252;
 
@@ -53,6 +55,10 @@ impl fmt::Debug for Text {
         self.as_str().fmt(out)
     }
 }
+
+laid_out!(Text = "leo/Text/1" {
+    length, bytes
+});
 
 #[cfg(test)]
 mod tests {

@@ -1,6 +1,7 @@
 use iceoryx2_bb_derive_macros::ZeroCopySend;
 use iceoryx2_bb_elementary_traits::zero_copy_send::ZeroCopySend;
 
+use crate::bytes::laid_out;
 use crate::{
     ActAnswer, Belief, BeliefHead, Difference, DivergenceHead, Event, Head, Header, JointGoal, JointState,
     Observation, Perceived, SceneHead, SceneObject, TeacherAct, Text,
@@ -88,3 +89,7 @@ pub struct Utterance {
     /// What was said.
     pub text: Text,
 }
+
+laid_out!(Utterance = "leo/Utterance/1" {
+    speaker, text
+});

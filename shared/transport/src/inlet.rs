@@ -6,9 +6,10 @@ use iceoryx2::port::listener::Listener;
 use iceoryx2::port::subscriber::Subscriber;
 use iceoryx2::sample::Sample;
 use iceoryx2::service::ipc::Service;
+use iceoryx2::service::port_factory::PortFactory as _;
 use message::{Head as _, Topic};
 
-use crate::service::{bell_service, frame_service};
+use crate::service::{bell_service, frame_service, made_frame_service};
 use crate::{PortError, Queues, ReceiveError};
 
 /// A reading end of a topic.
@@ -67,6 +68,16 @@ impl<T: Topic> Inlet<T> {
             None
         };
         Ok(Self { subscriber, bell, topic, last: None, drops: 0 })
+    }
+
+    /// A reading end of a topic that somebody else has made, with the queue that it was made with;
+    /// `None` where nobody has.
+    pub(crate) fn open_made(node: &RawNode<Service>, topic: String) -> Result<Option<Self>, PortError> {
+        let Some(service) = made_frame_service::<T>(node, &topic)? else { return Ok(None) };
+        let frames = service.static_config().subscriber_max_buffer_size();
+        let subscriber = service.subscriber_builder().buffer_size(frames).create();
+        let subscriber = subscriber.map_err(|error| PortError::new(&topic, "reading", error))?;
+        Ok(Some(Self { subscriber, bell: None, topic, last: None, drops: 0 }))
     }
 
     /// The oldest frame that waits, if any.

@@ -89,6 +89,17 @@ impl Node {
         Inlet::open(&self.node, topic_name::<T>(number), self.queues, true)
     }
 
+    /// Opens a reading end of a topic of a robot that runs already, for somebody who looks on: with the
+    /// queue that its processes made it with. `None` where nobody has made it (yet). It costs the
+    /// writer no system call, and nothing that waits for this reader keeps anything from others.
+    ///
+    /// # Errors
+    ///
+    /// The topic has too many readers already, or other frames than asked for.
+    pub fn made_inlet<T: Topic>(&self, number: Option<u32>) -> Result<Option<Inlet<T>>, PortError> {
+        Inlet::open_made(&self.node, topic_name::<T>(number))
+    }
+
     /// Cleans up after dead processes of the domain. Scans and allocates: never in a real-time
     /// thread, and only while no process of the domain is starting.
     pub fn clean_up_dead(&self) {

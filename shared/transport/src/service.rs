@@ -2,6 +2,7 @@
 
 use iceoryx2::node::Node as RawNode;
 use iceoryx2::prelude::ServiceName;
+use iceoryx2::service::builder::publish_subscribe::PublishSubscribeOpenError;
 use iceoryx2::service::ipc::Service;
 use iceoryx2::service::port_factory::{event, publish_subscribe};
 use message::Topic;
@@ -37,6 +38,29 @@ pub(crate) fn frame_service<T: Topic>(
         .enable_safe_overflow(queues.delivery == Delivery::Newest)
         .open_or_create()
         .map_err(|error| PortError::new(topic, purpose, error))
+}
+
+/// The same where it has been made already, with whatever queues; `None` where it has not.
+pub(crate) fn made_frame_service<T: Topic>(
+    node: &RawNode<Service>,
+    topic: &str,
+) -> Result<Option<Frames<T>>, PortError> {
+    let purpose = "reading";
+    let service = node
+        .service_builder(&service_name(topic, purpose)?)
+        .publish_subscribe::<[T::Entry]>()
+        .user_header::<T::Head>()
+        .open();
+    match service {
+        Ok(service) => Ok(Some(service)),
+        // Not there, or just being made: whoever looks looks again.
+        Err(
+            PublishSubscribeOpenError::DoesNotExist
+            | PublishSubscribeOpenError::IsMarkedForDestruction
+            | PublishSubscribeOpenError::HangsInCreation,
+        ) => Ok(None),
+        Err(error) => Err(PortError::new(topic, purpose, error)),
+    }
 }
 
 /// The event service that wakes the readers of a topic.

@@ -11,6 +11,10 @@ mod declared;
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
 
+use message::{
+    Beliefs, Bytes, Divergences, Events, JointGoals, JointStates, Kind, Percepts, Scene, Topic, Utterances,
+};
+
 use declared::{Compiled, Declared, compare, compiled, declared, laid_out};
 
 /// Padding is written down too: it is memory that no writer sets.
@@ -76,6 +80,40 @@ fn every_type_name_is_the_types_own_and_carries_a_version() {
         assert!(version.is_some_and(|version| version > 0), "{} names {name}", declared.type_name);
     }
     assert_eq!(declared.len(), 32);
+}
+
+/// Head and entry of a topic.
+fn kinds<T: Topic<Head: Bytes, Entry: Bytes>>() -> [Kind; 2] {
+    [T::Head::kind(), T::Entry::kind()]
+}
+
+#[test]
+fn what_recordings_say_of_a_layout_is_what_it_is() {
+    let (declared, compiled) = (declared(), compiled());
+    let recorded = [
+        kinds::<Percepts>(),
+        kinds::<Beliefs>(),
+        kinds::<Divergences>(),
+        kinds::<JointGoals>(),
+        kinds::<JointStates>(),
+        kinds::<Scene>(),
+        kinds::<Utterances>(),
+        kinds::<Events>(),
+    ];
+    let mut compared = std::collections::BTreeSet::new();
+    for layout in recorded.iter().flatten().flat_map(Kind::layouts) {
+        let declared = declared.values().find(|declared| declared.type_name == layout.name);
+        let declared = declared.unwrap_or_else(|| panic!("{} is declared", layout.name));
+        let (places, size, _) = laid_out(declared, &compiled);
+        let fields = declared.fields.iter().zip(places);
+        let written: Vec<_> =
+            fields.map(|(field, (offset, extent))| (field.name.as_str(), offset, extent)).collect();
+        let said: Vec<_> =
+            layout.fields.iter().map(|field| (field.name, field.offset, field.kind.size())).collect();
+        assert_eq!((layout.size, said), (size, written), "{}", layout.name);
+        compared.insert(layout.name);
+    }
+    assert_eq!(compared.len(), 18);
 }
 
 #[test]

@@ -1,0 +1,169 @@
+//! `leo replay`: a recording through the real belief and learner processes once more.
+
+use std::fmt::Write as _;
+use std::fs;
+use std::io::Read;
+use std::path::PathBuf;
+use std::process::ExitCode;
+use std::time::Duration;
+
+use clap::Args;
+use config::Robot;
+use console_process::{Line, Narrator, Transcript};
+use message::{Events, Utterances};
+use recording::{Buffer, Frame, Reader, Subject, Time};
+use supervisor_process::{Paired, Record, ReplayError, Replaying};
+
+use super::failure::Failed;
+use super::{domain, output, seconds};
+
+/// The files of a robot's configuration.
+const FILES: [&str; 5] = ["leo.toml", "percepts.toml", "perspective.toml", "motor.toml", "leo.urdf"];
+
+/// Play a recording into the real belief and learner processes.
+#[derive(Args, Clone, Debug)]
+#[command(
+    after_help = "Example:\n  leo teach config/lessons/task1.toml --record task1.mcap\n  leo replay task1.mcap\n\n\
+                  What was recorded in lockstep time is compared bit by bit, and the first difference is named: \
+                  exit status 1. With --speed it is told as it goes."
+)]
+pub(crate) struct Replay {
+    /// The recording
+    #[arg(value_name = "FILE")]
+    file: PathBuf,
+    /// Keep to this multiple of real time, and tell what happens [default: as fast as it goes]
+    #[arg(long, value_name = "TIMES", value_parser = speed, allow_hyphen_values = true)]
+    speed: Option<f64>,
+    /// Compare and tell only what comes after so many seconds; what comes before is played all the same
+    #[arg(long, value_name = "SECONDS", value_parser = seconds::parse, allow_hyphen_values = true)]
+    from: Option<Duration>,
+    /// End after so many seconds of the recording
+    #[arg(long, value_name = "SECONDS", value_parser = seconds::parse, allow_hyphen_values = true)]
+    to: Option<Duration>,
+    /// Record what is played, and what the processes make of it now
+    #[arg(long, value_name = "FILE")]
+    record: Option<PathBuf>,
+}
+
+/// Reads a multiple of real time: a thousandth to a thousandfold.
+fn speed(text: &str) -> Result<f64, String> {
+    let speed = text.parse().ok().filter(|speed| (0.001..=1000.0).contains(speed));
+    speed.ok_or_else(|| "give a number from 0.001 to 1000, for example 1 or 0.5".to_owned())
+}
+
+impl Replay {
+    pub(crate) fn run(&self) -> Result<ExitCode, Failed> {
+        let name = self.file.display();
+        let canonical = |file: &PathBuf| fs::canonicalize(file).ok();
+        if let Some(to) = self.record.as_ref().and_then(canonical)
+            && Some(to) == canonical(&self.file)
+        {
+            return Err(Failed::usage("--record would write over what is played: name another file"));
+        }
+        if let (Some(from), Some(to)) = (self.from, self.to)
+            && to <= from
+        {
+            return Err(Failed::usage("--to must be after --from: nothing lies between them"));
+        }
+        let mut reader = Reader::open(&self.file).map_err(Failed::usage)?;
+        let folder = tempfile::tempdir().map_err(|error| {
+            Failed::because(format!("cannot make a folder for the recorded configuration: {error}"))
+        })?;
+        // Names that are not known are not made files of.
+        for file in FILES {
+            let text = reader.files().get(file).ok_or_else(|| {
+                Failed::usage(format!("{name} is no recording of Leo: its configuration lacks {file}"))
+            })?;
+            fs::write(folder.path().join(file), text).map_err(|error| {
+                Failed::because(format!("cannot write the recorded configuration: {error}"))
+            })?;
+        }
+        let config = folder.path().join("leo.toml");
+        let robot = Robot::load(Some(&config)).map_err(Failed::usage)?;
+        let narrator = self.speed.map(|_| (Narrator::new(&robot.leo.belief.names), Transcript::default()));
+        let mut narration = Narration { narrator };
+        let replaying = Replaying {
+            domain: domain::own(None)?,
+            settings: robot.leo.clone(),
+            config,
+            joints: robot.motor.joints.len(),
+            speed: self.speed,
+            from: self.from.unwrap_or_default(),
+            to: self.to,
+            record: self.recorded(&reader, &robot)?,
+        };
+        let played = supervisor_process::replay(&replaying, &mut reader, |frame| narration.tell(frame));
+        let played = played.map_err(|error| {
+            if matches!(error, ReplayError::Read(_)) { Failed::usage(error) } else { Failed::because(error) }
+        })?;
+        let mut text = String::new();
+        // Writing to a string cannot fail.
+        let _ = writeln!(text, "{name}: {:.3} s were played", played.lasted.as_secs_f64());
+        if reader.is_cut() {
+            let _ = writeln!(
+                text,
+                "the file ends in the middle, after {} bytes: what stands before was played",
+                reader.bytes()
+            );
+        }
+        for (buffer, paired) in &played.paired {
+            let Paired { equal, uncompared } = *paired;
+            let said = match (equal, uncompared) {
+                (equal, 0) => format!("{equal:>9} frames equal"),
+                (0, uncompared) => format!("{uncompared:>9} frames, not compared"),
+                (equal, uncompared) => format!("{equal:>9} frames equal, {uncompared} not compared"),
+            };
+            let _ = writeln!(text, "{:<22} {said}", buffer.to_string());
+        }
+        if let Some(why) = played.incomparable {
+            let _ = writeln!(text, "nothing was compared: {why}");
+        }
+        output::print(&text)?;
+        match played.wrong {
+            None => Ok(ExitCode::SUCCESS),
+            Some(wrong) => Err(Failed::because(format!("{name}: the first difference is in {wrong}"))),
+        }
+    }
+}
+
+impl Replay {
+    /// What is recorded of the replay, if anything: it is in lockstep time whatever it is a replay of.
+    fn recorded<R: Read>(&self, reader: &Reader<R>, robot: &Robot) -> Result<Option<Record>, Failed> {
+        let Some(file) = self.record.clone() else { return Ok(None) };
+        let about = reader.about().ok_or_else(|| Failed::usage("nothing is known of the recording"))?;
+        let text = |name: &'static str| Some((name, reader.files().get(name)?.clone()));
+        let subject = Subject {
+            robot: robot.clone(),
+            files: FILES.into_iter().filter_map(text).collect(),
+            time: Time::Lockstep,
+            partners: about.partners,
+            x_world_base: about.x_world_base(),
+            program: super::program(),
+        };
+        Ok(Some(Record { file, subject }))
+    }
+}
+
+/// Tells what is said and learned, where anybody wants to hear it.
+struct Narration {
+    narrator: Option<(Narrator, Transcript)>,
+}
+
+impl Narration {
+    fn tell(&mut self, frame: &Frame) {
+        let Some((narrator, transcript)) = &mut self.narrator else { return };
+        let mut lines: Vec<Line> = Vec::new();
+        if frame.buffer == Buffer::Utterances
+            && let Some((_, said)) = frame.read::<Utterances>()
+        {
+            lines.extend(said.iter().map(|said| narrator.utterance(frame.at_ns, said)));
+        } else if let Some((_, events)) = frame.read::<Events>() {
+            lines.extend(events.iter().filter_map(|event| narrator.event(frame.at_ns, event)));
+        }
+        let text: String = lines.iter().map(|line| transcript.text(line)).collect();
+        if output::print(&text).is_err() {
+            // Where nobody reads any more, the replay goes on.
+            self.narrator = None;
+        }
+    }
+}

@@ -1,0 +1,125 @@
+//! The processes of a robot in lockstep time.
+
+use std::collections::BTreeMap;
+use std::io::Read as _;
+use std::os::fd::AsFd as _;
+use std::os::unix::net::UnixStream;
+use std::process::ExitStatus;
+use std::time::Duration;
+
+use message::{Process, ProcessState};
+use process::Launch;
+use transport::{HealthReader, Node};
+
+use crate::Children;
+use crate::conductor::{TurnError, Watch};
+use crate::run::{RunError, watch_signals};
+
+/// How often a starting process is looked at.
+const LOOK: Duration = Duration::from_millis(2);
+
+/// Why the processes are not all there.
+#[derive(Debug, thiserror::Error)]
+pub enum ClassError {
+    /// A process could not be started.
+    #[error("cannot start the process `{process}`: {source}")]
+    Start {
+        /// The process.
+        process: Process,
+        /// What the system said.
+        source: std::io::Error,
+    },
+    /// A process ended, or was not ready in time.
+    #[error("the process `{process}` did not get ready: {how}")]
+    NotReady {
+        /// The process.
+        process: Process,
+        /// What became of it.
+        how: String,
+    },
+    /// A process died or hangs.
+    #[error(transparent)]
+    Turn(#[from] TurnError),
+}
+
+/// The processes that are given turns. Dropping it kills those that live.
+pub(crate) struct Class {
+    children: Children,
+    signals: UnixStream,
+    ended: BTreeMap<Process, ExitStatus>,
+    interrupted: bool,
+}
+
+impl Class {
+    /// Nobody yet.
+    pub(crate) fn new() -> Result<Self, RunError> {
+        Ok(Self {
+            signals: watch_signals().map_err(RunError::Signals)?,
+            children: Children::new().map_err(RunError::Executable)?,
+            ended: BTreeMap::new(),
+            interrupted: false,
+        })
+    }
+
+    /// Starts processes in this order, and waits until all are ready.
+    pub(crate) fn gather(
+        &mut self,
+        node: &Node,
+        processes: &[Process],
+        launch: &Launch,
+        ready_within: Duration,
+    ) -> Result<(), ClassError> {
+        for &process in processes {
+            let started = self.children.start(process, launch);
+            started.map_err(|source| ClassError::Start { process, source })?;
+        }
+        processes.iter().try_for_each(|process| self.await_ready(node, *process, ready_within))
+    }
+
+    fn await_ready(&mut self, node: &Node, process: Process, within: Duration) -> Result<(), ClassError> {
+        let give_up = clock::now() + within;
+        let mut board = None;
+        loop {
+            if board.is_none() {
+                board = HealthReader::open(node, process, 1).ok();
+            }
+            let state = board.as_ref().and_then(|board: &HealthReader| board.read().state());
+            if state == Some(ProcessState::Running) {
+                return Ok(());
+            }
+            if let Some(how) = self.ended(process) {
+                return Err(ClassError::NotReady { process, how });
+            }
+            if self.interrupted() {
+                return Err(TurnError::Interrupted.into());
+            }
+            if clock::now() >= give_up {
+                let how = format!("nothing heard of it for {} s", within.as_secs());
+                return Err(ClassError::NotReady { process, how });
+            }
+            self.children.wait(self.signals.as_fd(), LOOK);
+        }
+    }
+
+    /// Waits until all have ended; those that do not in time are killed as the class is dropped.
+    pub(crate) fn see_off(&mut self, within: Duration) {
+        let give_up = clock::now() + within;
+        while !self.children.is_empty() && clock::now() < give_up {
+            self.ended.extend(self.children.bury());
+            self.children.wait(self.signals.as_fd(), LOOK);
+        }
+    }
+}
+
+impl Watch for Class {
+    fn ended(&mut self, process: Process) -> Option<String> {
+        self.ended.extend(self.children.bury());
+        self.ended.get(&process).map(ToString::to_string)
+    }
+
+    fn interrupted(&mut self) -> bool {
+        let mut bytes = [0; 16];
+        self.interrupted |= self.signals.read(&mut bytes).is_ok_and(|count| count > 0);
+        self.interrupted
+    }
+}

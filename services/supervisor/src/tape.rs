@@ -1,0 +1,41 @@
+//! A file that a robot in lockstep time is recorded into.
+
+use std::fs::File;
+use std::path::PathBuf;
+
+use recording::{Frame, RecordError, Subject, Writer};
+
+/// What is recorded, and where.
+#[derive(Clone, Debug)]
+pub struct Record {
+    /// The file, which is made anew.
+    pub file: PathBuf,
+    /// The robot that is recorded.
+    pub subject: Subject,
+}
+
+/// A recording being made.
+pub(crate) struct Tape {
+    file: PathBuf,
+    writer: Writer<File>,
+}
+
+impl Tape {
+    pub(crate) fn begin(record: &Record) -> Result<Self, RecordError> {
+        let Record { file, subject } = record;
+        let made = File::create(file);
+        let out = made.map_err(|source| RecordError::Create { file: file.clone(), source })?;
+        let writer = Writer::new(out, subject).map_err(|error| error.of(file))?;
+        Ok(Self { file: file.clone(), writer })
+    }
+
+    pub(crate) fn write(&mut self, frame: &Frame) -> Result<(), RecordError> {
+        self.writer.write(frame).map_err(|source| RecordError::Write { file: self.file.clone(), source })
+    }
+
+    /// Writes the rest, and the index.
+    pub(crate) fn finish(self) -> Result<(), RecordError> {
+        let Self { file, writer } = self;
+        writer.finish().map(drop).map_err(|source| RecordError::Write { file, source })
+    }
+}

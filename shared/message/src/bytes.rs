@@ -1,0 +1,346 @@
+//! Values byte by byte, as they stand in shared memory: what a recording holds.
+//!
+//! Written and read field by field, in the order of little-endian machines. What lies between two
+//! fields, or behind the last, no writer sets: it is written as zero, and not read.
+
+use std::fmt;
+use std::mem::size_of;
+
+use crate::Topic;
+
+/// A value whose bytes can be written down, and read again.
+///
+/// The size is that of the type. Any bytes of that size are a value: what they claim is an
+/// allegation, as in shared memory.
+///
+/// ```
+/// use message::{Bytes, JointGoal};
+///
+/// let goal = JointGoal { joint: 3, reserved: 0, goal_position_rad: 0.5, arrive_at_ns: 7 };
+/// let mut bytes = Vec::new();
+/// goal.put(&mut bytes);
+/// assert_eq!(bytes.len(), size_of::<JointGoal>());
+/// assert_eq!(JointGoal::get(&bytes), goal);
+/// ```
+pub trait Bytes: Copy {
+    /// How the bytes are laid out.
+    fn kind() -> Kind;
+
+    /// Adds the value's bytes.
+    fn put(&self, out: &mut Vec<u8>);
+
+    /// The value that begins the bytes; bytes that are not there count as zero.
+    #[must_use]
+    fn get(bytes: &[u8]) -> Self;
+
+    /// Adds the bytes of several values.
+    fn put_all(values: &[Self], out: &mut Vec<u8>) {
+        values.iter().for_each(|value| value.put(out));
+    }
+}
+
+/// What some bytes are.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Kind {
+    /// A number.
+    Number(Number),
+    /// So many of a kind, one behind the other.
+    Array(Box<Self>, usize),
+    /// Fields.
+    Struct(Layout),
+}
+
+/// A number in bytes, by its name in Rust.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Number {
+    /// One byte.
+    U8,
+    /// Two bytes.
+    U16,
+    /// Four bytes.
+    U32,
+    /// Eight bytes.
+    U64,
+    /// Four bytes, IEEE 754.
+    F32,
+    /// Eight bytes, IEEE 754.
+    F64,
+}
+
+/// The layout of a shared type.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Layout {
+    /// Its name with its version: `leo/Belief/2`.
+    pub name: &'static str,
+    /// Its size in bytes.
+    pub size: usize,
+    /// Its fields, in the order of their places.
+    pub fields: Vec<Field>,
+}
+
+/// A field of a shared type.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Field {
+    /// Its name.
+    pub name: &'static str,
+    /// Where it begins, in bytes.
+    pub offset: usize,
+    /// What it is.
+    pub kind: Kind,
+}
+
+impl Kind {
+    /// How many bytes it is.
+    #[must_use]
+    pub fn size(&self) -> usize {
+        match self {
+            Self::Number(number) => number.size(),
+            Self::Array(entry, length) => entry.size() * length,
+            Self::Struct(layout) => layout.size,
+        }
+    }
+
+    /// Its layout, and those of all types in it, each after those that it holds.
+    #[must_use]
+    pub fn layouts(&self) -> Vec<&Layout> {
+        let mut found: Vec<&Layout> = Vec::new();
+        self.gather(&mut found);
+        found
+    }
+
+    fn gather<'a>(&'a self, found: &mut Vec<&'a Layout>) {
+        match self {
+            Self::Number(_) => {}
+            Self::Array(entry, _) => entry.gather(found),
+            Self::Struct(layout) => {
+                layout.fields.iter().for_each(|field| field.kind.gather(found));
+                if found.iter().all(|known| known.name != layout.name) {
+                    found.push(layout);
+                }
+            }
+        }
+    }
+}
+
+impl Number {
+    /// How many bytes it is.
+    #[must_use]
+    pub const fn size(self) -> usize {
+        match self {
+            Self::U8 => 1,
+            Self::U16 => 2,
+            Self::U32 | Self::F32 => 4,
+            Self::U64 | Self::F64 => 8,
+        }
+    }
+}
+
+impl fmt::Display for Number {
+    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
+        out.write_str(match self {
+            Self::U8 => "u8",
+            Self::U16 => "u16",
+            Self::U32 => "u32",
+            Self::U64 => "u64",
+            Self::F32 => "f32",
+            Self::F64 => "f64",
+        })
+    }
+}
+
+/// As it stands in a schema: `[f32; 3]`, `leo/Text/1`.
+impl fmt::Display for Kind {
+    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Number(number) => number.fmt(out),
+            Self::Array(entry, length) => write!(out, "[{entry}; {length}]"),
+            Self::Struct(layout) => out.write_str(layout.name),
+        }
+    }
+}
+
+/// As it stands in a schema: name and size, then a line for each field with its place.
+impl fmt::Display for Layout {
+    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
+        writeln!(out, "{}: {} bytes", self.name, self.size)?;
+        let line = |field: &Field| format!("{:>8} {}: {}\n", field.offset, field.name, field.kind);
+        self.fields.iter().try_for_each(|field| out.write_str(&line(field)))
+    }
+}
+
+/// The bytes of a frame: its head, then its entries.
+pub fn put_frame<T>(head: &T::Head, entries: &[T::Entry], out: &mut Vec<u8>)
+where
+    T: Topic<Head: Bytes, Entry: Bytes>,
+{
+    out.reserve(size_of::<T::Head>() + size_of_val(entries));
+    head.put(out);
+    T::Entry::put_all(entries, out);
+}
+
+/// The frame of these bytes; `None` where they are not a head and whole entries.
+#[must_use]
+pub fn get_frame<T>(bytes: &[u8]) -> Option<(T::Head, Vec<T::Entry>)>
+where
+    T: Topic<Head: Bytes, Entry: Bytes>,
+{
+    let (head, entries) = bytes.split_at_checked(size_of::<T::Head>())?;
+    let entries = entries.chunks(size_of::<T::Entry>());
+    if entries.clone().last().is_some_and(|last| last.len() != size_of::<T::Entry>()) {
+        return None;
+    }
+    Some((T::Head::get(head), entries.map(T::Entry::get).collect()))
+}
+
+macro_rules! number {
+    ($($number:ident is $kind:ident),+) => {$(
+        impl Bytes for $number {
+            fn kind() -> Kind {
+                Kind::Number(Number::$kind)
+            }
+
+            #[inline]
+            fn put(&self, out: &mut Vec<u8>) {
+                out.extend_from_slice(&self.to_le_bytes());
+            }
+
+            #[inline]
+            fn get(bytes: &[u8]) -> Self {
+                let mut own = [0; size_of::<Self>()];
+                own.iter_mut().zip(bytes).for_each(|(own, byte)| *own = *byte);
+                Self::from_le_bytes(own)
+            }
+        }
+    )+};
+}
+
+number!(u16 is U16, u32 is U32, u64 is U64, f32 is F32, f64 is F64);
+
+impl Bytes for u8 {
+    fn kind() -> Kind {
+        Kind::Number(Number::U8)
+    }
+
+    #[inline]
+    fn put(&self, out: &mut Vec<u8>) {
+        out.push(*self);
+    }
+
+    #[inline]
+    fn get(bytes: &[u8]) -> Self {
+        bytes.first().copied().unwrap_or(0)
+    }
+
+    #[inline]
+    fn put_all(values: &[Self], out: &mut Vec<u8>) {
+        out.extend_from_slice(values);
+    }
+}
+
+impl<T: Bytes, const LENGTH: usize> Bytes for [T; LENGTH] {
+    fn kind() -> Kind {
+        Kind::Array(Box::new(T::kind()), LENGTH)
+    }
+
+    #[inline]
+    fn put(&self, out: &mut Vec<u8>) {
+        T::put_all(self, out);
+    }
+
+    #[inline]
+    fn get(bytes: &[u8]) -> Self {
+        std::array::from_fn(|index| T::get(bytes.get(index * size_of::<T>()..).unwrap_or(&[])))
+    }
+}
+
+/// What a field of a struct is.
+pub(crate) fn kind_of<T, F: Bytes>(_field: impl Fn(&T) -> &F) -> Kind {
+    F::kind()
+}
+
+/// Implements [`Bytes`] for a struct with `repr(C)`; a field that is left out does not compile.
+macro_rules! laid_out {
+    ($type:ident = $name:literal { $($field:ident),+ $(,)? }) => {
+        impl $crate::bytes::Bytes for $type {
+            fn kind() -> $crate::bytes::Kind {
+                $crate::bytes::Kind::Struct($crate::bytes::Layout {
+                    name: $name,
+                    size: size_of::<Self>(),
+                    fields: vec![$($crate::bytes::Field {
+                        name: stringify!($field),
+                        offset: std::mem::offset_of!(Self, $field),
+                        kind: $crate::bytes::kind_of(|value: &Self| &value.$field),
+                    }),+],
+                })
+            }
+
+            #[inline]
+            fn put(&self, out: &mut Vec<u8>) {
+                let start = out.len();
+                let Self { $($field),+ } = self;
+                $(
+                    out.resize(start + std::mem::offset_of!(Self, $field), 0);
+                    $crate::bytes::Bytes::put($field, out);
+                )+
+                out.resize(start + size_of::<Self>(), 0);
+            }
+
+            #[inline]
+            fn get(bytes: &[u8]) -> Self {
+                Self {$(
+                    $field: $crate::bytes::Bytes::get(
+                        bytes.get(std::mem::offset_of!(Self, $field)..).unwrap_or(&[])
+                    ),
+                )+}
+            }
+        }
+    };
+}
+pub(crate) use laid_out;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{Beliefs, Event, EventKind, Events, Header, Observation, Perceived, Percepts, Snapshot};
+
+    #[test]
+    fn what_was_written_is_read() {
+        let head = Header { sequence: 4, hops_ns: [1, 2, 3, 4, 5, 6, 7, 8], ..Header::at(9) };
+        let events = [Event::new(EventKind::Said, "task 1", "äh"), Event::new(EventKind::Seen, "", "")];
+        let mut bytes = Vec::new();
+        put_frame::<Events>(&head, &events, &mut bytes);
+        assert_eq!(bytes.len(), 96 + 2 * 544);
+        assert_eq!(get_frame::<Events>(&bytes), Some((head, events.to_vec())));
+    }
+
+    #[test]
+    fn a_number_that_is_none_keeps_its_bits() {
+        let nan = f32::from_bits(0xffc0_1234);
+        let observation = Observation { position_m: [nan; 3], ..Observation::object(0, 1) };
+        let mut bytes = Vec::new();
+        observation.put(&mut bytes);
+        assert_eq!(Observation::get(&bytes).position_m.map(f32::to_bits), [0xffc0_1234; 3]);
+    }
+
+    #[test]
+    fn what_no_writer_sets_is_zero() {
+        let perceived =
+            Perceived { observation: Observation::object(0, u64::MAX), snapshot: Snapshot::default() };
+        let mut bytes = vec![7];
+        perceived.put(&mut bytes);
+        assert_eq!(
+            (bytes.len(), &bytes[1 + 124..1 + 128], &bytes[1 + 468..]),
+            (473, &[0; 4][..], &[0; 4][..])
+        );
+    }
+
+    #[test]
+    fn half_an_entry_is_no_frame() {
+        let mut bytes = Vec::new();
+        put_frame::<Percepts>(&Header::at(1), &[], &mut bytes);
+        assert!(get_frame::<Percepts>(&bytes).is_some());
+        assert!(get_frame::<Beliefs>(&bytes).is_none());
+        bytes.push(0);
+        assert!(get_frame::<Percepts>(&bytes).is_none());
+    }
+}

@@ -1,0 +1,151 @@
+use std::fmt;
+use std::fmt::Write as _;
+
+use message::{
+    Beliefs, Bytes, Divergences, Events, JointGoals, JointStates, Kind, Percepts, Scene, Topic, Utterances,
+};
+
+/// How the topics of raw channels begin; the name of the buffer follows.
+const PREFIX: &str = "leo/";
+
+/// A buffer of the robot, as far as recordings hold them.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum Buffer {
+    /// What is true in the simulated workspace.
+    Scene,
+    /// What the teachers say.
+    Utterances,
+    /// The percept buffer.
+    Percepts,
+    /// The belief buffer of a perspective.
+    Beliefs(u32),
+    /// How a perspective differs from the one that it is nested in.
+    Divergences(u32),
+    /// What the learner reports.
+    Events,
+    /// Where the joints shall be.
+    JointGoals,
+    /// Where the joints are.
+    JointStates,
+}
+
+impl Buffer {
+    /// Those of a robot with so many perspectives, in the order in which data flow.
+    pub fn all(perspectives: u32) -> impl Iterator<Item = Self> {
+        let first = [Self::Scene, Self::Utterances, Self::Percepts];
+        let last = [Self::Events, Self::JointGoals, Self::JointStates];
+        let beliefs = (0..perspectives).map(Self::Beliefs);
+        let divergences = (1..perspectives).map(Self::Divergences);
+        first.into_iter().chain(beliefs).chain(divergences).chain(last)
+    }
+
+    /// Whether it is what the belief process or the learner makes of the others.
+    #[must_use]
+    pub const fn is_made_of_others(self) -> bool {
+        match self {
+            Self::Beliefs(_) | Self::Divergences(_) | Self::Events | Self::JointGoals => true,
+            Self::Scene | Self::Utterances | Self::Percepts | Self::JointStates => false,
+        }
+    }
+
+    /// The name and the number of its topic in shared memory.
+    #[must_use]
+    pub const fn name(self) -> (&'static str, Option<u32>) {
+        match self {
+            Self::Scene => (Scene::NAME, None),
+            Self::Utterances => (Utterances::NAME, None),
+            Self::Percepts => (Percepts::NAME, None),
+            Self::Beliefs(perspective) => (Beliefs::NAME, Some(perspective)),
+            Self::Divergences(perspective) => (Divergences::NAME, Some(perspective)),
+            Self::Events => (Events::NAME, None),
+            Self::JointGoals => (JointGoals::NAME, None),
+            Self::JointStates => (JointStates::NAME, None),
+        }
+    }
+
+    /// The buffer of a channel's topic, such as `leo/beliefs/0`; `None` where it is another's.
+    ///
+    /// ```
+    /// use recording::Buffer;
+    ///
+    /// assert_eq!(Buffer::of_topic("leo/beliefs/1"), Some(Buffer::Beliefs(1)));
+    /// assert_eq!(Buffer::Beliefs(1).to_string(), "leo/beliefs/1");
+    /// assert_eq!(Buffer::of_topic("/joint_states"), None);
+    /// ```
+    #[must_use]
+    pub fn of_topic(topic: &str) -> Option<Self> {
+        let name = topic.strip_prefix(PREFIX)?;
+        let (name, number) = match name.split_once('/') {
+            Some((name, number)) => (name, Some(number.parse().ok()?)),
+            None => (name, None),
+        };
+        let number_or_none = number.unwrap_or(0);
+        let all = [
+            Self::Scene,
+            Self::Utterances,
+            Self::Percepts,
+            Self::Beliefs(number_or_none),
+            Self::Divergences(number_or_none),
+            Self::Events,
+            Self::JointGoals,
+            Self::JointStates,
+        ];
+        all.into_iter().find(|buffer| buffer.name() == (name, number))
+    }
+
+    /// How the bytes of a frame are laid out: its head, and one entry.
+    #[must_use]
+    pub fn kinds(self) -> [Kind; 2] {
+        fn of<T: Topic<Head: Bytes, Entry: Bytes>>() -> [Kind; 2] {
+            [T::Head::kind(), T::Entry::kind()]
+        }
+        match self {
+            Self::Scene => of::<Scene>(),
+            Self::Utterances => of::<Utterances>(),
+            Self::Percepts => of::<Percepts>(),
+            Self::Beliefs(_) => of::<Beliefs>(),
+            Self::Divergences(_) => of::<Divergences>(),
+            Self::Events => of::<Events>(),
+            Self::JointGoals => of::<JointGoals>(),
+            Self::JointStates => of::<JointStates>(),
+        }
+    }
+
+    /// The name of its schema: that of the head and that of the entry, each with its version.
+    #[must_use]
+    pub fn schema_name(self) -> String {
+        let [head, entry] = self.kinds();
+        format!("{head}+{entry}")
+    }
+
+    /// Its schema: what the bytes of a frame are, for whoever has no other word about them.
+    #[must_use]
+    pub fn schema(self) -> String {
+        let [head, entry] = self.kinds();
+        let mut text = String::from(
+            "# A frame: the head, then entries up to the end of the message. Numbers are little-endian; a line\n\
+             # of a type gives the place of a field from the beginning of the type in bytes, name and kind.\n\
+             # Bytes that no field names are zero.\n",
+        );
+        // Writing to a string cannot fail.
+        let _ = writeln!(text, "head: {head}\nentry: {entry}");
+        let mut said = Vec::new();
+        for layout in head.layouts().into_iter().chain(entry.layouts()) {
+            if !said.contains(&layout.name) {
+                said.push(layout.name);
+                let _ = write!(text, "\n{layout}");
+            }
+        }
+        text
+    }
+}
+
+/// The topic of its channel.
+impl fmt::Display for Buffer {
+    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self.name() {
+            (name, None) => write!(out, "{PREFIX}{name}"),
+            (name, Some(number)) => write!(out, "{PREFIX}{name}/{number}"),
+        }
+    }
+}

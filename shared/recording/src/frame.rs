@@ -1,0 +1,45 @@
+use message::{Bytes as _, Head as _, Header, Topic, get_frame, put_frame};
+
+use crate::Buffer;
+
+/// A frame of a buffer, byte by byte as in shared memory.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Frame {
+    /// The buffer.
+    pub buffer: Buffer,
+    /// The instant that it speaks about, in nanoseconds of the clock, or of simulated time.
+    pub at_ns: u64,
+    /// Its number.
+    pub sequence: u64,
+    /// Its head, then its entries.
+    pub bytes: Vec<u8>,
+}
+
+impl Frame {
+    /// The frame of a head and entries. `buffer` must be one of the topic.
+    #[must_use]
+    pub fn of<T>(buffer: Buffer, head: &T::Head, entries: &[T::Entry]) -> Self
+    where
+        T: Topic<Head: message::Bytes, Entry: message::Bytes>,
+    {
+        let Header { valid_at_ns, sequence, .. } = *head.header();
+        let mut bytes = Vec::new();
+        put_frame::<T>(head, entries, &mut bytes);
+        Self { buffer, at_ns: valid_at_ns, sequence, bytes }
+    }
+
+    /// Head and entries; `None` where the bytes are none of this topic.
+    #[must_use]
+    pub fn read<T>(&self) -> Option<(T::Head, Vec<T::Entry>)>
+    where
+        T: Topic<Head: message::Bytes, Entry: message::Bytes>,
+    {
+        get_frame::<T>(&self.bytes)
+    }
+
+    /// Its header: every head begins with one.
+    #[must_use]
+    pub fn header(&self) -> Header {
+        Header::get(&self.bytes)
+    }
+}

@@ -1,0 +1,140 @@
+use message::{
+    Beliefs, Bytes, Divergences, Events, JointGoals, JointStates, Percepts, Scene, Topic, Utterances,
+};
+use transport::{Inlet, Node, PortError, ReceiveError};
+
+use crate::{Buffer, Frame};
+
+/// Reading ends of the buffers that a recording holds.
+pub struct Inlets(Vec<Box<dyn Source>>);
+
+/// A buffer whose frames are taken.
+trait Source {
+    fn buffer(&self) -> Buffer;
+    /// Takes what waits, in order.
+    fn take(&mut self, to: &mut dyn FnMut(Frame)) -> Result<(), ReceiveError>;
+    /// Frames lost because they were not taken in time.
+    fn drops(&self) -> u64;
+}
+
+struct Tap<T: Topic> {
+    buffer: Buffer,
+    inlet: Inlet<T>,
+}
+
+impl<T: Topic<Head: Bytes, Entry: Bytes>> Source for Tap<T> {
+    fn buffer(&self) -> Buffer {
+        self.buffer
+    }
+
+    fn take(&mut self, to: &mut dyn FnMut(Frame)) -> Result<(), ReceiveError> {
+        while let Some(frame) = self.inlet.receive()? {
+            to(Frame::of::<T>(self.buffer, frame.head(), frame.entries()));
+        }
+        Ok(())
+    }
+
+    fn drops(&self) -> u64 {
+        self.inlet.drops()
+    }
+}
+
+/// How an inlet comes to be.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Opening {
+    /// Before its writer is there, with the queues of the node.
+    Make,
+    /// Of a robot that runs, where the buffer is there.
+    Find,
+}
+
+impl Inlets {
+    /// Opens buffers of a robot before its processes do.
+    ///
+    /// # Errors
+    ///
+    /// Shared memory is full.
+    pub fn make(node: &Node, buffers: impl IntoIterator<Item = Buffer>) -> Result<Self, PortError> {
+        let mut inlets = Self(Vec::new());
+        for buffer in buffers {
+            inlets.open(node, buffer, Opening::Make)?;
+        }
+        Ok(inlets)
+    }
+
+    /// None yet, of a robot that runs: see [`Self::find`].
+    #[must_use]
+    pub fn none() -> Self {
+        Self(Vec::new())
+    }
+
+    /// Opens what buffers of a running robot are there and not open yet.
+    ///
+    /// # Errors
+    ///
+    /// A buffer has too many readers already, or other frames than this program's.
+    pub fn find(&mut self, node: &Node) -> Result<(), PortError> {
+        for buffer in Buffer::all(0) {
+            self.open(node, buffer, Opening::Find)?;
+        }
+        let mut perspective = 0;
+        while self.open(node, Buffer::Beliefs(perspective), Opening::Find)? {
+            perspective += 1;
+            self.open(node, Buffer::Divergences(perspective), Opening::Find)?;
+        }
+        Ok(())
+    }
+
+    /// Whether the buffer is open.
+    fn open(&mut self, node: &Node, buffer: Buffer, how: Opening) -> Result<bool, PortError> {
+        if self.0.iter().any(|source| source.buffer() == buffer) {
+            return Ok(true);
+        }
+        let tap = match buffer {
+            Buffer::Scene => tap::<Scene>(node, buffer, how),
+            Buffer::Utterances => tap::<Utterances>(node, buffer, how),
+            Buffer::Percepts => tap::<Percepts>(node, buffer, how),
+            Buffer::Beliefs(_) => tap::<Beliefs>(node, buffer, how),
+            Buffer::Divergences(_) => tap::<Divergences>(node, buffer, how),
+            Buffer::Events => tap::<Events>(node, buffer, how),
+            Buffer::JointGoals => tap::<JointGoals>(node, buffer, how),
+            Buffer::JointStates => tap::<JointStates>(node, buffer, how),
+        }?;
+        let is_open = tap.is_some();
+        self.0.extend(tap);
+        Ok(is_open)
+    }
+
+    /// Takes every frame that waits: buffer by buffer, in the order in which they were opened.
+    ///
+    /// # Errors
+    ///
+    /// The middleware failed.
+    pub fn take(&mut self, mut to: impl FnMut(Frame)) -> Result<(), ReceiveError> {
+        self.0.iter_mut().try_for_each(|source| source.take(&mut to))
+    }
+
+    /// Frames of each buffer that were lost because they were not taken in time.
+    pub fn drops(&self) -> impl Iterator<Item = (Buffer, u64)> + '_ {
+        self.0.iter().map(|source| (source.buffer(), source.drops()))
+    }
+}
+
+impl std::fmt::Debug for Inlets {
+    fn fmt(&self, out: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        out.debug_list().entries(self.0.iter().map(|source| source.buffer())).finish()
+    }
+}
+
+fn tap<T: Topic<Head: Bytes, Entry: Bytes> + 'static>(
+    node: &Node,
+    buffer: Buffer,
+    how: Opening,
+) -> Result<Option<Box<dyn Source>>, PortError> {
+    let (_, number) = buffer.name();
+    let inlet = match how {
+        Opening::Make => Some(node.inlet::<T>(number)?),
+        Opening::Find => node.made_inlet::<T>(number)?,
+    };
+    Ok(inlet.map(|inlet| Box::new(Tap { buffer, inlet }) as Box<dyn Source>))
+}

@@ -1,0 +1,140 @@
+use std::collections::VecDeque;
+use std::io::{self, Write};
+use std::sync::Arc;
+
+use clock::Duration;
+
+use crate::{Frame, NotBegun, ReadError, Reader, Subject, Writer};
+
+/// So much time goes into one part: what is forgotten at once.
+const PART_NS: u64 = 2_000_000_000;
+
+/// The last while of a robot in memory, compressed: about half a megabyte for each second of one
+/// with one partner.
+///
+/// Pure: the instants of the frames are all the time there is.
+pub struct Ring {
+    subject: Subject,
+    span_ns: u64,
+    parts: VecDeque<Part>,
+    present: Option<Present>,
+}
+
+/// A part that is whole: a small recording of its own, of raw frames.
+struct Part {
+    newest_ns: u64,
+    bytes: Arc<[u8]>,
+}
+
+/// The part that is being written.
+struct Present {
+    began_ns: u64,
+    newest_ns: u64,
+    writer: Writer<Vec<u8>>,
+}
+
+/// What a ring held at one moment.
+#[derive(Clone, Debug)]
+pub struct Last {
+    subject: Subject,
+    parts: Vec<Arc<[u8]>>,
+}
+
+impl Ring {
+    /// An empty ring that keeps `span` of frames, and up to two seconds more.
+    #[must_use]
+    pub fn new(subject: Subject, span: Duration) -> Self {
+        Self { subject, span_ns: clock::nanos(span), parts: VecDeque::new(), present: None }
+    }
+
+    /// Keeps a frame, and forgets what is too old beside it.
+    ///
+    /// # Errors
+    ///
+    /// It cannot be compressed.
+    pub fn push(&mut self, frame: &Frame) -> io::Result<()> {
+        let is_over = |present: &Present| frame.at_ns.abs_diff(present.began_ns) >= PART_NS;
+        if self.present.as_ref().is_some_and(is_over) {
+            self.close()?;
+        }
+        let present = match &mut self.present {
+            Some(present) => present,
+            empty => empty.insert(Present {
+                began_ns: frame.at_ns,
+                newest_ns: frame.at_ns,
+                writer: Writer::raw(Vec::new(), &self.subject)?,
+            }),
+        };
+        present.newest_ns = present.newest_ns.max(frame.at_ns);
+        present.writer.write(frame)?;
+        let (newest_ns, span_ns) = (present.newest_ns, self.span_ns);
+        while self.parts.front().is_some_and(|part| newest_ns.saturating_sub(part.newest_ns) > span_ns) {
+            self.parts.pop_front();
+        }
+        Ok(())
+    }
+
+    fn close(&mut self) -> io::Result<()> {
+        if let Some(Present { newest_ns, writer, .. }) = self.present.take() {
+            let bytes = writer.finish()?.into();
+            self.parts.push_back(Part { newest_ns, bytes });
+        }
+        Ok(())
+    }
+
+    /// What is kept now. It costs no copy of it.
+    ///
+    /// # Errors
+    ///
+    /// It cannot be compressed.
+    pub fn last(&mut self) -> io::Result<Last> {
+        self.close()?;
+        let parts = self.parts.iter().map(|part| Arc::clone(&part.bytes)).collect();
+        Ok(Last { subject: self.subject.clone(), parts })
+    }
+
+    /// Bytes that are kept, those of the newest two seconds aside.
+    #[must_use]
+    pub fn bytes(&self) -> usize {
+        self.parts.iter().map(|part| part.bytes.len()).sum()
+    }
+}
+
+impl std::fmt::Debug for Ring {
+    fn fmt(&self, out: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(out, "Ring({} parts, {} bytes)", self.parts.len(), self.bytes())
+    }
+}
+
+/// Why what was kept was not written.
+#[derive(Debug, thiserror::Error)]
+pub enum NotSaved {
+    /// The recording was not begun.
+    #[error(transparent)]
+    Begin(#[from] NotBegun),
+    /// It cannot be written.
+    #[error(transparent)]
+    Write(#[from] io::Error),
+    /// What was kept cannot be read.
+    #[error(transparent)]
+    Read(#[from] ReadError),
+}
+
+impl Last {
+    /// Writes a whole recording of it, viewers' messages included; gives back what it was written to,
+    /// and how many frames there were. Takes about a second for a minute.
+    ///
+    /// # Errors
+    ///
+    /// It cannot be written.
+    pub fn save<W: Write>(&self, out: W) -> Result<(W, u64), NotSaved> {
+        let mut writer = Writer::new(out, &self.subject)?;
+        for part in &self.parts {
+            for frame in Reader::new(&**part, "what was kept")? {
+                writer.write(&frame?)?;
+            }
+        }
+        let frames = writer.counts().total().written;
+        Ok((writer.finish()?, frames))
+    }
+}

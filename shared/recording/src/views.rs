@@ -1,0 +1,368 @@
+//! What common viewers show: the frames once more, as messages of ROS 2.
+
+use config::Robot;
+use config::percepts::{Kernel, Percepts, Space};
+use geometry::{Base, Pose, World};
+use kinematics::{Body, BodyError};
+use message::{
+    Belief, BeliefHead, Beliefs, Event, EventKind, Events, Feature, JointStates, Path, Scene, SceneObject,
+    Utterances,
+};
+use nalgebra::Isometry3;
+use quantity::number::single;
+
+use crate::cdr::Cdr;
+use crate::marker::{Form, Marker, markers, pose};
+use crate::{Buffer, Frame};
+
+/// Pictures are no more often than this, in nanoseconds; the raw channels have every frame.
+const PICTURE_EVERY_NS: u64 = 20_000_000;
+/// The frame of the room.
+const WORLD: &str = "world";
+/// The severity of everything that is told.
+const INFO: u8 = 20;
+/// Half the extents of what is believed in and whose extents are not known, in metres.
+const UNKNOWN_M: [f32; 3] = [0.02; 3];
+/// The colour of what has no known one.
+const GREY: [f32; 3] = [0.5; 3];
+
+/// A type of message that viewers know.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(crate) enum Schema {
+    JointState,
+    Log,
+    MarkerArray,
+    Text,
+    Transforms,
+}
+
+impl Schema {
+    pub(crate) const fn name(self) -> &'static str {
+        match self {
+            Self::JointState => "sensor_msgs/msg/JointState",
+            Self::Log => "rcl_interfaces/msg/Log",
+            Self::MarkerArray => "visualization_msgs/msg/MarkerArray",
+            Self::Text => "std_msgs/msg/String",
+            Self::Transforms => "tf2_msgs/msg/TFMessage",
+        }
+    }
+
+    pub(crate) const fn text(self) -> &'static str {
+        match self {
+            Self::JointState => include_str!("ros2msg/JointState.msg"),
+            Self::Log => include_str!("ros2msg/Log.msg"),
+            Self::MarkerArray => include_str!("ros2msg/MarkerArray.msg"),
+            Self::Text => include_str!("ros2msg/String.msg"),
+            Self::Transforms => include_str!("ros2msg/TFMessage.msg"),
+        }
+    }
+}
+
+/// A message for viewers.
+#[derive(Clone, Debug)]
+pub(crate) struct View {
+    pub(crate) topic: String,
+    pub(crate) schema: Schema,
+    pub(crate) bytes: Vec<u8>,
+}
+
+/// Makes the messages for viewers.
+#[derive(Clone, Debug)]
+pub(crate) struct Views {
+    robot: Robot,
+    body: Body,
+    x_world_base: Isometry3<f64>,
+    shown: Shown,
+    positions_rad: Vec<f64>,
+    has_described: bool,
+    pictured_ns: Vec<(Buffer, u64)>,
+}
+
+/// The percepts that are drawn, by their numbers.
+#[derive(Clone, Copy, Debug, Default)]
+struct Shown {
+    position: Option<u16>,
+    orientation: Option<u16>,
+    extents: Option<u16>,
+    colour: Option<u16>,
+}
+
+impl Views {
+    pub(crate) fn new(robot: &Robot, x_world_base: &Pose<World, Base>) -> Result<Self, BodyError> {
+        let names: Vec<&str> = robot.motor.joints.iter().map(|joint| joint.name.as_str()).collect();
+        let body = Body::from_urdf(&robot.urdf, &names)?;
+        Ok(Self {
+            positions_rad: vec![0.0; names.len()],
+            body,
+            x_world_base: *x_world_base.isometry(),
+            shown: Shown::among(&robot.percepts),
+            robot: robot.clone(),
+            has_described: false,
+            pictured_ns: Vec::new(),
+        })
+    }
+
+    /// What viewers are shown of a frame. Nothing of one that is nonsense.
+    pub(crate) fn of(&mut self, frame: &Frame) -> Vec<View> {
+        let mut views = Vec::new();
+        if !self.has_described {
+            self.has_described = true;
+            let mut cdr = Cdr::new();
+            cdr.string(&self.robot.urdf);
+            views.push(view("/robot_description", Schema::Text, cdr.finish()));
+        }
+        match frame.buffer {
+            Buffer::JointStates => self.joints(frame, &mut views),
+            Buffer::Scene if self.is_due(frame) => scene(frame, &mut views),
+            Buffer::Beliefs(_) if self.is_due(frame) => self.beliefs(frame, &mut views),
+            Buffer::Utterances => self.utterances(frame, &mut views),
+            Buffer::Events => self.events(frame, &mut views),
+            Buffer::Scene
+            | Buffer::Beliefs(_)
+            | Buffer::Percepts
+            | Buffer::Divergences(_)
+            | Buffer::JointGoals => {}
+        }
+        views
+    }
+
+    /// Whether it is time for another picture of a buffer.
+    fn is_due(&mut self, frame: &Frame) -> bool {
+        let known = self.pictured_ns.iter_mut().find(|(buffer, _)| *buffer == frame.buffer);
+        match known {
+            Some((_, last)) if frame.at_ns.abs_diff(*last) < PICTURE_EVERY_NS => false,
+            Some((_, last)) => {
+                *last = frame.at_ns;
+                true
+            }
+            None => {
+                self.pictured_ns.push((frame.buffer, frame.at_ns));
+                true
+            }
+        }
+    }
+
+    fn joints(&mut self, frame: &Frame, views: &mut Vec<View>) {
+        let Some((_, states)) = frame.read::<JointStates>() else { return };
+        let joints: Vec<_> = states
+            .iter()
+            .filter_map(|state| {
+                let index = usize::try_from(state.joint).ok()?;
+                Some((index, self.robot.motor.joints.get(index)?, state))
+            })
+            .collect();
+        let mut cdr = Cdr::new();
+        cdr.header(frame.at_ns, "");
+        cdr.length(joints.len());
+        joints.iter().for_each(|(_, joint, _)| cdr.string(&joint.name));
+        let numbers = |of: fn(&message::JointState) -> Option<f64>| {
+            joints.iter().map(|(_, _, state)| of(state).unwrap_or(f64::NAN)).collect::<Vec<_>>()
+        };
+        let positions = numbers(message::JointState::present_position_rad);
+        cdr.f64_sequence(&positions);
+        cdr.f64_sequence(&numbers(message::JointState::present_velocity_rad_s));
+        // A current is no torque.
+        cdr.f64_sequence(&[]);
+        for ((index, ..), position) in joints.iter().zip(&positions) {
+            if let Some(slot) = self.positions_rad.get_mut(*index).filter(|_| position.is_finite()) {
+                *slot = *position;
+            }
+        }
+        views.push(view("/joint_states", Schema::JointState, cdr.finish()));
+        if self.is_due(frame) {
+            let root = (WORLD, self.body.root(), self.x_world_base);
+            let links: Vec<_> = [root].into_iter().chain(self.body.links(&self.positions_rad)).collect();
+            views.push(view("/tf", Schema::Transforms, transforms(frame.at_ns, &links)));
+        }
+    }
+
+    fn beliefs(&self, frame: &Frame, views: &mut Vec<View>) {
+        let Some((head, beliefs)) = frame.read::<Beliefs>() else { return };
+        let Some(x_base_frame) = head.frame() else { return };
+        let mut drawn = Vec::new();
+        if let Some(eye) = head.eye().filter(|_| head.present != 0) {
+            drawn.push(Marker {
+                kind: "eye",
+                id: 0,
+                form: Form::Arrow,
+                pose: *eye.isometry(),
+                scale_m: [0.3, 0.02, 0.02],
+                colour_rgba: [1.0, 1.0, 1.0, 0.8],
+                text: "",
+            });
+        }
+        drawn.extend(beliefs.iter().filter_map(|belief| self.belief(x_base_frame.isometry(), belief)));
+        let topic = format!("/beliefs/{}", self.whose(&head));
+        let bytes = markers(frame.at_ns, self.body.root(), &drawn);
+        views.push(view(&topic, Schema::MarkerArray, bytes));
+    }
+
+    fn belief(&self, x_base_frame: &Isometry3<f64>, belief: &Belief) -> Option<Marker<'static>> {
+        let percept = |number: Option<u16>| belief.percept(number?);
+        let position = percept(self.shown.position)?;
+        let Some(Feature::Vector(place_m)) = position.feature() else { return None };
+        let orientation = percept(self.shown.orientation).and_then(message::Remembered::feature);
+        let xyzw = match orientation {
+            Some(Feature::Orientation(xyzw)) => xyzw.map(f64::from),
+            _ => [0.0, 0.0, 0.0, 1.0],
+        };
+        let x_frame_thing = Pose::<Base, geometry::Thing>::from_parts(place_m.map(f64::from), xyzw)?;
+        let half_m = match percept(self.shown.extents).and_then(message::Remembered::feature) {
+            Some(Feature::Vector(half_m)) => half_m,
+            _ => UNKNOWN_M,
+        };
+        let colour = percept(self.shown.colour).and_then(message::Remembered::feature);
+        let [red, green, blue] = self.colour(colour).unwrap_or(GREY);
+        Some(Marker {
+            kind: "beliefs",
+            id: i32::try_from(belief.id).unwrap_or(i32::MAX),
+            form: Form::Cube,
+            pose: x_base_frame * x_frame_thing.isometry(),
+            scale_m: half_m.map(|half| 2.0 * f64::from(half)),
+            // What is hardly believed any more is hardly seen.
+            colour_rgba: [red, green, blue, position.confidence.clamp(0.1, 1.0)],
+            text: "",
+        })
+    }
+
+    /// The colour of a prototype.
+    fn colour(&self, feature: Option<Feature>) -> Option<[f32; 3]> {
+        let Some(Feature::Symbol(index)) = feature else { return None };
+        let percept = self.robot.percepts.percepts.get(usize::from(self.shown.colour?))?;
+        let Kernel::Nearest(nearest) = &percept.kernel else { return None };
+        let at = &nearest.prototypes.get(usize::from(index))?.at;
+        let numbers: [f64; 3] = at.as_slice().try_into().ok()?;
+        Some(numbers.map(single))
+    }
+
+    /// Whose beliefs: `leo`, `the_teacher`, or of nested ones `the_teacher/leo`.
+    fn whose(&self, head: &BeliefHead) -> String {
+        let names = &self.robot.leo.belief.names;
+        let plain = |name: String| {
+            let plain = |letter: char| if letter.is_alphanumeric() { letter } else { '_' };
+            name.to_lowercase().chars().map(plain).collect::<String>()
+        };
+        match head.path.agents() {
+            Some([]) | None if head.path == Path::ROBOT => plain(names.of(0)),
+            Some(agents) => agents.iter().map(|agent| plain(names.of(*agent))).collect::<Vec<_>>().join("/"),
+            None => head.perspective.to_string(),
+        }
+    }
+
+    fn utterances(&self, frame: &Frame, views: &mut Vec<View>) {
+        let Some((_, utterances)) = frame.read::<Utterances>() else { return };
+        for utterance in utterances {
+            let speaker = u16::try_from(utterance.speaker).unwrap_or(message::NOBODY);
+            let name = self.robot.leo.belief.names.of(speaker);
+            views.push(log(frame.at_ns, &name, utterance.text.as_str()));
+        }
+    }
+
+    fn events(&self, frame: &Frame, views: &mut Vec<View>) {
+        let Some((_, events)) = frame.read::<Events>() else { return };
+        let names = &self.robot.leo.belief.names;
+        for event in &events {
+            if let Some(words) = words(event, &names.of(event.perspective)) {
+                views.push(log(frame.at_ns, &names.of(0), &words));
+            }
+        }
+    }
+}
+
+impl Shown {
+    fn among(percepts: &Percepts) -> Self {
+        let find = |is: fn(&Kernel) -> bool| {
+            let index = percepts.percepts.iter().position(|percept| is(&percept.kernel))?;
+            u16::try_from(index).ok()
+        };
+        Self {
+            position: find(|kernel| matches!(kernel, Kernel::Position)),
+            orientation: find(|kernel| matches!(kernel, Kernel::Orientation)),
+            extents: find(|kernel| matches!(kernel, Kernel::Extents)),
+            colour: find(|kernel| matches!(kernel, Kernel::Nearest(nearest) if nearest.of == Space::Colour)),
+        }
+    }
+}
+
+fn view(topic: &str, schema: Schema, bytes: Vec<u8>) -> View {
+    View { topic: topic.to_owned(), schema, bytes }
+}
+
+fn transforms(at_ns: u64, links: &[(&str, &str, Isometry3<f64>)]) -> Vec<u8> {
+    let mut cdr = Cdr::new();
+    cdr.length(links.len());
+    for (parent, child, x_parent_child) in links {
+        cdr.header(at_ns, parent);
+        cdr.string(child);
+        pose(&mut cdr, x_parent_child);
+    }
+    cdr.finish()
+}
+
+fn scene(frame: &Frame, views: &mut Vec<View>) {
+    let Some((_, objects)) = frame.read::<Scene>() else { return };
+    let posed = |object: &SceneObject| {
+        Pose::<World, geometry::Thing>::from_parts(object.position_m, object.orientation_xyzw)
+            .map(|pose| *pose.isometry())
+    };
+    let drawn: Vec<Marker<'_>> = (0..)
+        .zip(&objects)
+        .filter_map(|(id, object)| {
+            let [red, green, blue] = object.colour_rgb;
+            Some(Marker {
+                kind: "scene",
+                id,
+                form: Form::Cube,
+                pose: posed(object)?,
+                scale_m: object.half_extents_m.map(|half| 2.0 * half),
+                colour_rgba: [red, green, blue, 1.0],
+                text: object.name.as_str(),
+            })
+        })
+        .collect();
+    views.push(view("/scene", Schema::MarkerArray, markers(frame.at_ns, WORLD, &drawn)));
+    let names: Vec<String> = objects.iter().map(|object| format!("scene/{}", object.name.as_str())).collect();
+    let links: Vec<_> = names
+        .iter()
+        .zip(&objects)
+        .filter_map(|(name, object)| Some((WORLD, name.as_str(), posed(object)?)))
+        .collect();
+    views.push(view("/tf", Schema::Transforms, transforms(frame.at_ns, &links)));
+}
+
+fn log(at_ns: u64, who: &str, words: &str) -> View {
+    let mut cdr = Cdr::new();
+    cdr.time(at_ns);
+    cdr.u8(INFO);
+    cdr.string(who);
+    cdr.string(words);
+    cdr.string("");
+    cdr.string("");
+    cdr.u32(0);
+    view("/log", Schema::Log, cdr.finish())
+}
+
+/// An event in words; none of what is nonsense.
+fn words(event: &Event, whose: &str) -> Option<String> {
+    let (text, task) = (event.text.as_str(), event.task.as_str());
+    Some(match event.kind()? {
+        EventKind::Said => format!("says \"{text}\""),
+        EventKind::TeachingStarted => format!("watches how to do {task}"),
+        EventKind::Seen => format!("sees {text} (as {whose} does)"),
+        EventKind::ActionSeen => format!("saw {text}"),
+        EventKind::DemonstrationEnded => format!("{} examples of {task} so far", event.examples),
+        EventKind::Hypothesis => format!(
+            "hypothesis {text} as {whose} saw it: posterior {:.4}, tally {}/{}, rank {}",
+            event.posterior, event.tally, event.examples, event.rank
+        ),
+        EventKind::RuleChosen => format!("rule {text} (as {whose} saw it)"),
+        EventKind::Explained => format!("why: {text}"),
+        EventKind::PerformanceStarted => format!("performs {task}"),
+        EventKind::StepStarted => format!("does {text}"),
+        EventKind::StepDone => format!("done: {text}"),
+        EventKind::StepFailed => format!("failed: {text}"),
+        EventKind::PerformanceEnded => format!("result: {text}"),
+        EventKind::ContinuityBroken => format!("note: {text}"),
+        EventKind::Declined => format!("declines: {text}"),
+    })
+}

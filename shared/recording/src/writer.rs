@@ -1,0 +1,220 @@
+use std::collections::BTreeMap;
+use std::io::{self, Write};
+use std::path::Path;
+
+use kinematics::BodyError;
+use mcap::records::{MessageHeader, Metadata};
+use mcap::write::NoSeek;
+use mcap::{Attachment, Compression, McapResult, WriteOptions};
+
+use crate::about::{ABOUT, About};
+use crate::views::Views;
+use crate::{Buffer, Counts, Frame, RecordError, Subject};
+
+/// What viewers take the file for.
+pub(crate) const PROFILE: &str = "ros2";
+/// How the raw frames are encoded, and the language of their schemas.
+pub(crate) const ENCODING: &str = "leo";
+/// The name of the record with the counts.
+pub(crate) const COUNTS: &str = "leo.counts";
+/// A chunk is written when it spans this much time, in nanoseconds: what is lost at most when the
+/// recorder is killed.
+const CHUNK_NS: u64 = 500_000_000;
+/// Or when it holds this many bytes.
+const CHUNK_BYTES: u64 = 4 << 20;
+
+/// Writes a recording frame by frame: the same frames are the same bytes.
+pub struct Writer<W: Write> {
+    out: mcap::Writer<NoSeek<W>>,
+    /// None of a part of a recording, which nobody looks at.
+    views: Option<Views>,
+    raw: BTreeMap<Buffer, u16>,
+    shown: BTreeMap<String, u16>,
+    counts: Counts,
+    chunk_began_ns: Option<u64>,
+}
+
+impl<W: Write> Writer<W> {
+    /// Begins a recording with the robot's configuration.
+    ///
+    /// # Errors
+    ///
+    /// It cannot be written.
+    pub fn new(out: W, subject: &Subject) -> Result<Self, NotBegun> {
+        let views = Views::new(&subject.robot, &subject.x_world_base)?;
+        let mut writer = Self::over(out, Some(views))?;
+        writer.begin(subject).map_err(failed)?;
+        Ok(writer)
+    }
+
+    /// Begins a recording of the raw frames alone, without the robot's configuration.
+    pub(crate) fn raw(out: W, subject: &Subject) -> io::Result<Self> {
+        let mut writer = Self::over(out, None)?;
+        writer.begin_as(subject).map_err(failed)?;
+        Ok(writer)
+    }
+
+    fn over(out: W, views: Option<Views>) -> io::Result<Self> {
+        // A chunk is written whole or not at all, by this thread.
+        let options = WriteOptions::new()
+            .profile(PROFILE)
+            .library("leo")
+            .compression(Some(Compression::Lz4))
+            .compression_threads(0)
+            .chunk_size(Some(CHUNK_BYTES))
+            .disable_seeking(true);
+        Ok(Self {
+            out: options.create(NoSeek::new(out)).map_err(failed)?,
+            views,
+            raw: BTreeMap::new(),
+            shown: BTreeMap::new(),
+            counts: Counts::default(),
+            chunk_began_ns: None,
+        })
+    }
+
+    fn begin_as(&mut self, subject: &Subject) -> McapResult<()> {
+        let metadata = About::of(subject).written();
+        self.out.write_metadata(&Metadata { name: ABOUT.to_owned(), metadata })
+    }
+
+    fn begin(&mut self, subject: &Subject) -> McapResult<()> {
+        self.begin_as(subject)?;
+        for (name, text) in &subject.files {
+            let media_type = if name.ends_with(".toml") { "application/toml" } else { "application/xml" };
+            self.out.attach(&Attachment {
+                log_time: 0,
+                create_time: 0,
+                name: (*name).to_owned(),
+                media_type: media_type.to_owned(),
+                data: text.as_bytes().into(),
+            })?;
+        }
+        self.out.flush()
+    }
+
+    /// Writes a frame, and what viewers are shown of it.
+    ///
+    /// # Errors
+    ///
+    /// It cannot be written.
+    pub fn write(&mut self, frame: &Frame) -> io::Result<()> {
+        let began_ns = *self.chunk_began_ns.get_or_insert(frame.at_ns);
+        if frame.at_ns.abs_diff(began_ns) >= CHUNK_NS {
+            self.flush()?;
+            self.chunk_began_ns = Some(frame.at_ns);
+        }
+        self.put(frame).map_err(failed)?;
+        self.counts.written(frame.buffer);
+        Ok(())
+    }
+
+    fn put(&mut self, frame: &Frame) -> McapResult<()> {
+        let channel = match self.raw.get(&frame.buffer) {
+            Some(channel) => *channel,
+            None => {
+                let buffer = frame.buffer;
+                let schema =
+                    self.out.add_schema(&buffer.schema_name(), ENCODING, buffer.schema().as_bytes())?;
+                let channel =
+                    self.out.add_channel(schema, &buffer.to_string(), ENCODING, &BTreeMap::new())?;
+                self.raw.insert(buffer, channel);
+                channel
+            }
+        };
+        self.message(channel, frame, &frame.bytes)?;
+        let views = self.views.as_mut().map(|views| views.of(frame));
+        for view in views.unwrap_or_default() {
+            let channel = match self.shown.get(&view.topic) {
+                Some(channel) => *channel,
+                None => {
+                    let schema = view.schema;
+                    let schema = self.out.add_schema(schema.name(), "ros2msg", schema.text().as_bytes())?;
+                    let qos = BTreeMap::from([("offered_qos_profiles".to_owned(), String::new())]);
+                    let channel = self.out.add_channel(schema, &view.topic, "cdr", &qos)?;
+                    self.shown.insert(view.topic.clone(), channel);
+                    channel
+                }
+            };
+            self.message(channel, frame, &view.bytes)?;
+        }
+        Ok(())
+    }
+
+    fn message(&mut self, channel_id: u16, frame: &Frame, bytes: &[u8]) -> McapResult<()> {
+        // The number in the file has half the bits: they are its last ones.
+        let sequence = u32::try_from(frame.sequence & u64::from(u32::MAX)).unwrap_or(0);
+        let header = MessageHeader { channel_id, sequence, log_time: frame.at_ns, publish_time: frame.at_ns };
+        self.out.write_to_known_channel(&header, bytes)
+    }
+
+    /// Writes what is not in the file yet: it can be read up to here whatever happens.
+    ///
+    /// # Errors
+    ///
+    /// It cannot be written.
+    pub fn flush(&mut self) -> io::Result<()> {
+        self.chunk_began_ns = None;
+        self.out.flush().map_err(failed)
+    }
+
+    /// What was written up to now.
+    #[must_use]
+    pub fn counts(&self) -> &Counts {
+        &self.counts
+    }
+
+    /// Notes that so many frames of a buffer were lost before they came here.
+    pub fn set_dropped(&mut self, buffer: Buffer, frames: u64) {
+        self.counts.set_dropped(buffer, frames);
+    }
+
+    /// Ends the recording with its counts and its index, and gives back what it was written to.
+    ///
+    /// # Errors
+    ///
+    /// The rest cannot be written.
+    pub fn finish(mut self) -> io::Result<W> {
+        let mut end = || {
+            let metadata = self.counts.written_down();
+            self.out.write_metadata(&Metadata { name: COUNTS.to_owned(), metadata })?;
+            self.out.finish()
+        };
+        end().map_err(failed)?;
+        let mut out = self.out.into_inner().into_inner();
+        out.flush()?;
+        Ok(out)
+    }
+}
+
+impl<W: Write> std::fmt::Debug for Writer<W> {
+    fn fmt(&self, out: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(out, "Writer({:?})", self.counts)
+    }
+}
+
+/// Why a recording was not begun.
+#[derive(Debug, thiserror::Error)]
+pub enum NotBegun {
+    /// The body that viewers are shown cannot be made.
+    #[error(transparent)]
+    Body(#[from] BodyError),
+    /// Nothing can be written.
+    #[error(transparent)]
+    Write(#[from] io::Error),
+}
+
+impl NotBegun {
+    /// The same of a file.
+    #[must_use]
+    pub fn of(self, file: &Path) -> RecordError {
+        match self {
+            Self::Body(error) => RecordError::Body(error),
+            Self::Write(source) => RecordError::Write { file: file.to_owned(), source },
+        }
+    }
+}
+
+fn failed(error: mcap::McapError) -> io::Error {
+    if let mcap::McapError::Io(error) = error { error } else { io::Error::other(error) }
+}

@@ -1,0 +1,245 @@
+//! What was written is read, whatever happens to the file.
+#![expect(clippy::expect_used, reason = "helpers of tests may fail them")]
+
+use clock::Duration;
+use geometry::Pose;
+use mcap::records::MessageHeader;
+use message::{
+    Belief, BeliefHead, Beliefs, Event, EventKind, Events, Feature, Header, JointCause, JointMode,
+    JointState, JointStates, Remembered, SceneObject, Text, Utterance, Utterances,
+};
+use proptest::prelude::*;
+use recording::{Buffer, Count, Frame, ReadError, Reader, Ring, Subject, Time, Writer};
+
+fn subject(time: Time) -> Subject {
+    let mut subject = Subject::load(None, time, Some(1), Pose::upright(1.0, -2.0, 0.5, 0.3), "a test")
+        .expect("the built-in robot");
+    // The texts of the configuration are long, and their bytes are all alike to a reader.
+    subject.files.retain(|(name, _)| *name == "perspective.toml");
+    subject
+}
+
+/// Frames of a second and a half: several chunks.
+fn frames() -> Vec<Frame> {
+    let mut frames = Vec::new();
+    for sequence in 1..=30 {
+        let header = Header { sequence, incarnation: 1, ..Header::at(sequence * 50_000_000) };
+        let mut belief = Belief::new(7, 1, 2, 3, message::NOBODY);
+        belief.push(Remembered::new(0, 2, 1.0, 0.5, Feature::Vector([0.5, f32::NAN, 0.0])));
+        for perspective in 0..2 {
+            let head = BeliefHead::of(perspective, header);
+            frames.push(Frame::of::<Beliefs>(Buffer::Beliefs(perspective), &head, &[belief; 3]));
+        }
+        let state = JointState::unread(3, JointMode::Starting, JointCause::NotStarted);
+        frames.push(Frame::of::<JointStates>(Buffer::JointStates, &header, &[state]));
+        if sequence % 10 == 0 {
+            let said = Utterance { speaker: 1, text: Text::new("Leo, wie heißt das?") };
+            frames.push(Frame::of::<Utterances>(Buffer::Utterances, &header, &[said]));
+            let event = Event::new(EventKind::Said, "task 1", "Ähm");
+            frames.push(Frame::of::<Events>(Buffer::Events, &header, &[event, event]));
+        }
+    }
+    frames
+}
+
+fn written(frames: &[Frame], time: Time) -> Vec<u8> {
+    let mut writer = Writer::new(Vec::new(), &subject(time)).expect("begins");
+    frames.iter().for_each(|frame| writer.write(frame).expect("writes"));
+    writer.set_dropped(Buffer::JointStates, 4);
+    assert_eq!(writer.counts().of(Buffer::JointStates), Count { written: 30, dropped: 4 });
+    writer.finish().expect("ends")
+}
+
+/// The frames that are read, whether the file was cut, and what was wrong with it in the end.
+fn read(bytes: &[u8]) -> (Vec<Frame>, bool, Option<ReadError>) {
+    let mut reader = match Reader::new(bytes, "x.mcap") {
+        Ok(reader) => reader,
+        Err(error) => return (Vec::new(), false, Some(error)),
+    };
+    let mut frames = Vec::new();
+    let mut wrong = None;
+    for frame in reader.by_ref() {
+        match frame {
+            Ok(frame) => frames.push(frame),
+            Err(error) => wrong = Some(error),
+        }
+    }
+    (frames, reader.is_cut(), wrong)
+}
+
+#[test]
+fn what_was_written_is_read_and_the_same_frames_are_the_same_bytes() {
+    let frames = frames();
+    let bytes = written(&frames, Time::Lockstep);
+    assert!(bytes == written(&frames, Time::Lockstep));
+    let (found, is_cut, wrong) = read(&bytes);
+    assert!(found == frames && !is_cut && wrong.is_none(), "{wrong:?}");
+    let reader = Reader::new(bytes.as_slice(), "x.mcap").expect("is one");
+    let about = reader.about().expect("says what it is");
+    assert_eq!((about.time, about.partners, about.program.as_str()), (Time::Lockstep, 1, "a test"));
+    let (apart_m, apart_rad) = about.x_world_base().difference(&subject(Time::Lockstep).x_world_base);
+    assert!(apart_m < 1e-12 && apart_rad < 1e-6, "{apart_m} {apart_rad}");
+    assert_eq!(reader.files().keys().collect::<Vec<_>>(), ["perspective.toml"]);
+}
+
+#[test]
+fn a_file_cut_at_any_byte_is_an_error_or_a_prefix() {
+    let frames = frames();
+    let bytes = written(&frames, Time::Lockstep);
+    let (mut prefixes, mut lengths) = (0, std::collections::BTreeSet::new());
+    // Every byte of the beginning and of the end, and every seventh of the frames between them.
+    let all = (0..bytes.len()).filter(|at| *at < 4096 || bytes.len() - at < 4096 || at % 7 == 0);
+    let count = all.clone().count();
+    for length in all {
+        let (found, is_cut, wrong) = read(&bytes[..length]);
+        match wrong {
+            None => {
+                assert!(found.len() <= frames.len() && found == frames[..found.len()], "{length}");
+                assert!(is_cut, "{length}");
+                prefixes += 1;
+                lengths.insert(found.len());
+            }
+            Some(ReadError::Foreign { found: said, .. }) => {
+                assert!(found.is_empty() && said.contains("before it has begun"), "{length}: {said}");
+            }
+            Some(other) => panic!("{length}: {other}"),
+        }
+    }
+    assert!(prefixes > count / 2, "{prefixes} of {count}");
+    assert!(lengths.len() >= 3, "{lengths:?}");
+}
+
+#[test]
+fn what_is_no_recording_is_one_error() {
+    let said = |bytes: &[u8]| read(bytes).2.expect("is refused").to_string();
+    assert!(said(b"").starts_with("x.mcap is no recording of Leo: it ends after 0 bytes"));
+    assert!(said(b"[leo]\nrate = 5\nand more of this").contains("is no recording of Leo"));
+
+    // Somebody else's MCAP file.
+    let mut others = mcap::Writer::new(std::io::Cursor::new(Vec::new())).expect("begins");
+    let channel =
+        others.add_channel(0, "/chatter", "json", &std::collections::BTreeMap::new()).expect("adds");
+    let header = MessageHeader { channel_id: channel, sequence: 1, log_time: 1, publish_time: 1 };
+    others.write_to_known_channel(&header, b"{}").expect("writes");
+    others.finish().expect("ends");
+    assert!(said(&others.into_inner().into_inner()).contains("an MCAP file without a record `leo`"));
+}
+
+#[test]
+fn frames_of_another_layout_are_refused_with_both_versions() {
+    // What an older program would have written: the same channel with another schema.
+    let recorded = |name: &str, text: &str, frame: &[u8]| {
+        let mut out = mcap::Writer::new(std::io::Cursor::new(Vec::new())).expect("begins");
+        let about = [
+            ("time", "lockstep"),
+            ("partners", "1"),
+            ("program", "leo 0.0.1"),
+            ("base_in_world", "0 0 0 0 0 0 1"),
+        ];
+        let metadata = about.map(|(key, value)| (key.to_owned(), value.to_owned())).into();
+        out.write_metadata(&mcap::records::Metadata { name: "leo".to_owned(), metadata }).expect("writes");
+        let schema = out.add_schema(name, "leo", text.as_bytes()).expect("adds");
+        let channel = out.add_channel(schema, "leo/scene", "leo", &std::collections::BTreeMap::new());
+        let header =
+            MessageHeader { channel_id: channel.expect("adds"), sequence: 1, log_time: 1, publish_time: 1 };
+        out.write_to_known_channel(&header, frame).expect("writes");
+        out.finish().expect("ends");
+        out.into_inner().into_inner()
+    };
+    let (name, text) = (Buffer::Scene.schema_name(), Buffer::Scene.schema());
+    let older = read(&recorded("leo/Header/1+leo/SceneObject/0", &text, &[0; 96])).2.expect("is refused");
+    let older = older.to_string();
+    assert!(older.contains("`leo/scene` was recorded as leo/Header/1+leo/SceneObject/0"), "{older}");
+    assert!(older.contains(&format!("this Leo reads {name}")), "{older}");
+    let other = read(&recorded(&name, "something else", &[0; 96])).2.expect("is refused");
+    assert!(other.to_string().contains("another leo/Header"), "{other}");
+    // Half an entry.
+    let half = read(&recorded(&name, &text, &[0; 97])).2.expect("is refused");
+    assert!(matches!(half, ReadError::Damaged { after: 0, .. }), "{half}");
+    assert_eq!(read(&recorded(&name, &text, &[0; 96])).0.len(), 1);
+    assert!(size_of::<SceneObject>() > 1);
+}
+
+#[test]
+fn a_schema_says_every_field_with_its_place() {
+    let schema = Buffer::Beliefs(0).schema();
+    for line in [
+        "head: leo/BeliefHead/2",
+        "entry: leo/Belief/2",
+        "leo/Remembered/1: 40 bytes",
+        "       0 header: leo/Header/1",
+        "      40 percepts: [leo/Remembered/1; 12]",
+        "      20 feature: [f32; 4]",
+    ] {
+        assert!(schema.lines().any(|said| said == line), "{line}\n{schema}");
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(200))]
+
+    /// No byte that changes is believed: either a check sum notices, or it is one that nothing of the
+    /// robot's stands in.
+    #[test]
+    fn a_changed_byte_is_noticed_or_means_nothing(place in 0.0..1.0_f64, flip in 1..=255_u8) {
+        let frames = frames();
+        let mut bytes = written(&frames, Time::Wall);
+        let length = f64::from(u32::try_from(bytes.len()).expect("a short file"));
+        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "within the file")]
+        let place = (place * length) as usize;
+        bytes[place] ^= flip;
+        let (found, _, _) = read(&bytes);
+        prop_assert!(found.len() <= frames.len());
+        prop_assert!(found == frames[..found.len()]);
+    }
+}
+
+#[test]
+fn a_ring_holds_the_last_while_and_no_more() {
+    let mut ring = Ring::new(subject(Time::Wall), Duration::from_secs(3));
+    let said = |sequence: u64| {
+        let header = Header { sequence, ..Header::at(sequence * 100_000_000) };
+        let event = Event::new(EventKind::Said, "", &format!("{sequence}"));
+        Frame::of::<Events>(Buffer::Events, &header, &[event])
+    };
+    // A quarter of an hour, ten times a second.
+    for sequence in 1..=9000 {
+        ring.push(&said(sequence)).expect("has room");
+        assert!(ring.bytes() < 100_000, "{ring:?}");
+    }
+    for round in 0..2 {
+        // Asking for it takes nothing away.
+        let (bytes, count) = ring.last().expect("is kept").save(Vec::new()).expect("is written");
+        let (found, is_cut, wrong) = read(&bytes);
+        assert!(!is_cut && wrong.is_none(), "{wrong:?}");
+        assert_eq!(u64::try_from(found.len()).expect("fits"), count);
+        let newest = 9000 + round;
+        let oldest = newest + 1 - count;
+        let should: Vec<Frame> = (oldest..=newest).map(said).collect();
+        assert!(found == should);
+        // Three seconds, and up to two more.
+        assert!((30..=52).contains(&count), "{count}");
+        ring.push(&said(newest + 1)).expect("has room");
+    }
+}
+
+proptest! {
+    /// Whatever comes after the magic: an error, or an end.
+    #[test]
+    fn any_bytes_are_refused_or_read_to_their_end(
+        bytes in prop::collection::vec(any::<u8>(), 0..400),
+        records in prop::collection::vec((1..=15_u8, prop::collection::vec(any::<u8>(), 0..60)), 0..8),
+    ) {
+        let mut framed = mcap::MAGIC.to_vec();
+        for (opcode, data) in &records {
+            framed.push(*opcode);
+            framed.extend_from_slice(&u64::try_from(data.len()).expect("fits").to_le_bytes());
+            framed.extend_from_slice(data);
+        }
+        let raw = [mcap::MAGIC, &bytes].concat();
+        for file in [raw, framed] {
+            let (frames, is_cut, wrong) = read(&file);
+            prop_assert!(frames.is_empty() && (is_cut || wrong.is_some()));
+        }
+    }
+}

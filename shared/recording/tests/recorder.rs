@@ -1,0 +1,24 @@
+//! A robot that cannot be looked at.
+
+use std::fs;
+
+use clock::Duration;
+use geometry::Pose;
+use recording::{RecordError, Recorder, Subject, Time};
+use transport::Domain;
+
+#[test]
+fn a_domain_that_cannot_be_joined_is_an_error_and_no_wait() {
+    let domain = Domain::named(&format!("recorder-{}", std::process::id())).unwrap();
+    domain.make().unwrap();
+    fs::write(domain.root().join("iceoryx2.toml"), "this is no configuration").unwrap();
+    let subject = || Subject::load(None, Time::Wall, None, Pose::identity(), "a test").unwrap();
+    let file = domain.root().join("x.mcap");
+    let kept = Recorder::keep(&domain, subject(), Duration::from_secs(1)).map(drop);
+    let started = Recorder::start(&domain, subject(), &file).map(drop);
+    let nowhere = Recorder::start(&domain, subject(), &file.join("y")).map(drop);
+    fs::remove_dir_all(domain.root()).unwrap();
+    assert!(matches!(kept, Err(RecordError::Join(_))), "{kept:?}");
+    assert!(matches!(started, Err(RecordError::Join(_))), "{started:?}");
+    assert!(matches!(nowhere, Err(RecordError::Create { .. })), "{nowhere:?}");
+}
