@@ -2,6 +2,7 @@
 
 mod believe;
 mod bus;
+mod check;
 mod domain;
 mod emergency_stop;
 mod failure;
@@ -23,7 +24,7 @@ use clap::{Args, Parser, Subcommand};
 use config::Robot;
 use config::campaign::Campaign;
 use config::lesson::Lesson;
-use supervisor_process::{CheckError, ORDER, Orders, ProcessFaults, Teaching};
+use supervisor_process::{ORDER, Orders, ProcessFaults, Teaching};
 
 use failure::Failed;
 pub(crate) use failure::Failed as Failure;
@@ -67,7 +68,7 @@ enum Command {
     /// Talk to servos by hand: scan, read, write, torque, reboot, monitor
     Bus(bus::Bus),
     /// Check the whole configuration and what this machine can hold
-    Check(Check),
+    Check(check::Check),
     /// Measure latencies beside the bare middleware and a bare thread, in one run
     Bench(Bench),
     /// The other process of `leo bench`
@@ -139,17 +140,6 @@ struct Top {
     /// The robot to look at, where several run
     #[arg(long, value_name = "DIRECTORY")]
     domain: Option<PathBuf>,
-}
-
-#[derive(Args, Clone, Debug)]
-#[command(after_help = "Example:\n  leo check --config config/leo.toml")]
-struct Check {
-    /// The robot's leo.toml [default: built in]
-    #[arg(long, value_name = "FILE")]
-    config: Option<PathBuf>,
-    /// Print one JSON document
-    #[arg(long)]
-    json: bool,
 }
 
 #[derive(Args, Clone, Debug)]
@@ -285,22 +275,6 @@ impl Top {
         let is_terminal = out.is_terminal();
         console_process::top::show(domain, self.json, is_terminal, &mut out).map_err(Failed::because)?;
         Ok(ExitCode::SUCCESS)
-    }
-}
-
-impl Check {
-    fn run(&self) -> Result<ExitCode, Failure> {
-        let robot = Robot::load(self.config.as_deref()).map_err(Failed::usage)?;
-        startable(&robot)?;
-        let mut out = std::io::stdout().lock();
-        let holds =
-            supervisor_process::check(self.config.as_deref(), self.json, &mut out).map_err(|error| {
-                match error {
-                    CheckError::Config(_) => Failed::usage(error),
-                    CheckError::Write(_) => Failed::because(error),
-                }
-            })?;
-        Ok(ExitCode::from(u8::from(!holds)))
     }
 }
 

@@ -11,7 +11,7 @@ pub mod readiness;
 mod run;
 mod teach;
 
-pub use check::{CheckError, check};
+pub use check::{ApplyError, CheckError, Deed, Inquiry, check};
 pub use children::Children;
 pub use faults::{ProcessFaults, UnknownProcess};
 pub use run::{ORDER, Orders, RunError, run};
