@@ -100,6 +100,9 @@ struct Run {
     /// Stay up for so long; otherwise the robot stops when the lesson is over
     #[arg(long = "for", value_name = "SECONDS", value_parser = seconds::parse, allow_hyphen_values = true)]
     run_for: Option<Duration>,
+    /// Stay up until somebody stops the robot, as a service does
+    #[arg(long, conflicts_with = "run_for")]
+    stay: bool,
     /// A campaign of faults on the servo buses, with the percepts and with the processes
     #[arg(long, value_name = "FILE")]
     faults: Option<PathBuf>,
@@ -215,6 +218,7 @@ impl Run {
             partners: None,
             state: Some(state),
             faults,
+            stay: self.stay,
             run_for: self.run_for,
         };
         domain::outcome(supervisor_process::run(&orders))

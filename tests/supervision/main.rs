@@ -4,6 +4,7 @@
 mod campaign;
 mod emergency;
 mod robot;
+mod service_manager;
 
 use std::fs;
 use std::process::Output;

@@ -9,6 +9,7 @@ mod faults;
 pub mod policy;
 pub mod readiness;
 mod run;
+mod service_manager;
 mod teach;
 
 pub use check::{ApplyError, CheckError, Deed, Inquiry, check};
