@@ -7,6 +7,7 @@ mod domain;
 mod emergency_stop;
 mod failure;
 mod learn;
+mod manual;
 mod mock_bus;
 mod output;
 mod process;
@@ -71,6 +72,9 @@ enum Command {
     Check(check::Check),
     /// Measure latencies beside the bare middleware and a bare thread, in one run
     Bench(Bench),
+    /// Write manual pages and completions for shells, as the package has them
+    #[command(hide = true)]
+    Manual(manual::Manual),
     /// The other process of `leo bench`
     #[command(hide = true)]
     BenchEcho(BenchEcho),
@@ -182,6 +186,7 @@ impl Command {
             Self::Bus(bus) => bus.run(),
             Self::Check(check) => check.run(),
             Self::Bench(bench) => bench.run(),
+            Self::Manual(manual) => manual.run(),
             Self::BenchEcho(echo) => {
                 supervisor_process::bench::echo(&echo.domain, &echo.name, echo.bytes)
                     .map_err(Failed::because)?;
