@@ -15,6 +15,7 @@ mod rehearsal;
 mod seconds;
 mod study;
 mod tasks;
+mod top;
 
 use std::io::IsTerminal as _;
 use std::path::{Path, PathBuf};
@@ -63,7 +64,7 @@ enum Command {
     /// Learn from before-and-after examples in a file: task learning alone, no processes
     Learn(learn::Learn),
     /// Show a live table of the processes: rates, latencies, overruns, drops, restarts
-    Top(Top),
+    Top(top::Top),
     /// Switch every torque off now, and keep it off until it is released
     EmergencyStop(emergency_stop::EmergencyStop),
     /// Talk to servos by hand: scan, read, write, torque, reboot, monitor
@@ -136,17 +137,6 @@ struct Teach {
 enum Whose {
     Human,
     Robot,
-}
-
-#[derive(Args, Clone, Debug)]
-#[command(after_help = "Example:\n  leo top --json")]
-struct Top {
-    /// Print the table once, as JSON
-    #[arg(long)]
-    json: bool,
-    /// The robot to look at, where several run
-    #[arg(long, value_name = "DIRECTORY")]
-    domain: Option<PathBuf>,
 }
 
 #[derive(Args, Clone, Debug)]
@@ -270,19 +260,6 @@ impl Teach {
             accounts.push((file.display().to_string(), lesson.title, account));
         }
         output::print_accounts(&accounts, &robot.leo.belief.names, self.json)?;
-        Ok(ExitCode::SUCCESS)
-    }
-}
-
-impl Top {
-    fn run(&self) -> Result<ExitCode, Failure> {
-        let domain = match &self.domain {
-            Some(root) => Some(transport::Domain::at(root).map_err(Failed::usage)?),
-            None => None,
-        };
-        let mut out = std::io::stdout().lock();
-        let is_terminal = out.is_terminal();
-        console_process::top::show(domain, self.json, is_terminal, &mut out).map_err(Failed::because)?;
         Ok(ExitCode::SUCCESS)
     }
 }

@@ -20,8 +20,9 @@ pub(crate) struct Manual {
 
 impl Manual {
     pub(crate) fn run(&self) -> Result<ExitCode, Failed> {
-        write(&self.directory)
-            .map_err(|error| Failed::because(format!("cannot write to {}: {error}", self.directory.display())))?;
+        write(&self.directory).map_err(|error| {
+            Failed::because(format!("cannot write to {}: {error}", self.directory.display()))
+        })?;
         Ok(ExitCode::SUCCESS)
     }
 }
