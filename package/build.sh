@@ -11,7 +11,7 @@ cargo deb --version >/dev/null 2>&1 || cargo install cargo-deb --locked
 cargo build --locked --profile "$profile" --bin leo >&2
 
 target="$(cargo metadata --format-version 1 --no-deps | sed 's/.*"target_directory":"\([^"]*\)".*/\1/')"
-program="$target/$([ "$profile" = dev ] && echo debug || echo release)/leo"
-rm -rf "$target/manual"
-"$program" manual "$target/manual"
+built="$target/$([ "$profile" = dev ] && echo debug || echo release)"
+rm -rf "$built/manual"
+"$built/leo" manual "$built/manual"
 cargo deb --no-build --locked --profile "$profile" ${PACKAGE_VERSION:+--deb-version "$PACKAGE_VERSION"}
