@@ -14,4 +14,5 @@ target="$(cargo metadata --format-version 1 --no-deps | sed 's/.*"target_directo
 built="$target/$([ "$profile" = dev ] && echo debug || echo release)"
 rm -rf "$built/manual"
 "$built/leo" manual "$built/manual"
+gzip --best --no-name "$built"/manual/man/*.1
 cargo deb --no-build --locked --profile "$profile" ${PACKAGE_VERSION:+--deb-version "$PACKAGE_VERSION"}
