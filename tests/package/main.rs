@@ -1,5 +1,9 @@
 //! What the package brings beside the program: that it is in order, and speaks of what there is.
-#![expect(clippy::expect_used, reason = "a test fails by panicking")]
+#![expect(
+    clippy::expect_used,
+    clippy::print_stderr,
+    reason = "a test fails by panicking, and says why it is skipped"
+)]
 
 use std::fs;
 use std::path::{Path, PathBuf};

@@ -35,7 +35,6 @@ fn readings() -> Readings {
             hypotheses: [("robot".into(), 2)].into(),
         }],
         store_bytes: Some(4096),
-        ..Readings::default()
     }
 }
 
