@@ -1,5 +1,7 @@
 //! `leo check`: whether the configuration is right and what this machine can promise.
 
+mod migrate;
+
 use std::path::PathBuf;
 use std::process::ExitCode;
 use std::time::Duration;
@@ -27,6 +29,9 @@ pub(crate) struct Check {
     /// Take back what --apply changed; as root
     #[arg(long, conflicts_with_all = ["json", "apply"])]
     revert: bool,
+    /// Bring --config and what was learned to this version first, and keep a copy of each as it was
+    #[arg(long, conflicts_with = "json")]
+    migrate: bool,
     /// The folder that stands for the root of the machine
     #[arg(long, hide = true, default_value = "/")]
     root: PathBuf,
@@ -37,6 +42,9 @@ pub(crate) struct Check {
 
 impl Check {
     pub(crate) fn run(self) -> Result<ExitCode, Failed> {
+        if self.migrate {
+            migrate::migrate(self.config.as_deref())?;
+        }
         startable(&Robot::load(self.config.as_deref()).map_err(Failed::usage)?)?;
         let deed = match (self.apply, self.revert) {
             (true, _) => Deed::Apply,

@@ -3,6 +3,7 @@
 
 mod acts;
 mod believe;
+mod check;
 mod house;
 mod learn;
 mod sources;
