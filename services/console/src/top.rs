@@ -7,6 +7,7 @@ mod live;
 mod rows;
 mod screen;
 mod table;
+mod tasks;
 
 use std::collections::BTreeMap;
 use std::path::PathBuf;
@@ -19,6 +20,7 @@ use transport::{Delivery, Domain, JoinError, Node, PortError, Queues};
 pub use boards::Boards;
 pub use rows::{BusRow, PerspectiveRow, Quantiles, Row, SourceRow, rows};
 pub use table::table;
+pub use tasks::tasks;
 
 /// Why there is nothing to look at.
 #[derive(Debug, thiserror::Error)]
@@ -122,7 +124,7 @@ fn only(mut domains: Vec<Domain>) -> Result<Domain, TopError> {
     }
 }
 
-/// Shows what the processes count: once, or live until somebody quits or the robot ends.
+/// Shows what the processes count: once, or live until somebody quits.
 ///
 /// # Errors
 ///
