@@ -84,16 +84,20 @@ fn processes(frame: &mut Frame<'_>, area: Rect, screen: &Screen) {
         let words = [row.process.clone(), row.state.to_owned()].map(Cell::from);
         Row::new(words.into_iter().chain(numbers.map(right)))
     });
-    let head = head
-        .into_iter()
-        .enumerate()
-        .map(|(place, word)| if place < 2 { Cell::from(word) } else { right(word.to_owned()) });
     let table = Table::new(rows, widths)
         .column_spacing(1)
-        .header(Row::new(head).style(Style::new().add_modifier(Modifier::BOLD)))
+        .header(headed(&head))
         .row_highlight_style(Style::new().add_modifier(Modifier::REVERSED));
     let mut state = TableState::default().with_selected(Some(screen.selected()));
     frame.render_stateful_widget(table, area, &mut state);
+}
+
+/// The head of a table: two columns of words, then numbers.
+fn headed(words: &[&'static str]) -> Row<'static> {
+    let cell = |(place, word): (usize, &&'static str)| {
+        if place < 2 { Cell::from(*word) } else { right((*word).to_owned()) }
+    };
+    Row::new(words.iter().enumerate().map(cell)).style(Style::new().add_modifier(Modifier::BOLD))
 }
 
 fn right(text: String) -> Cell<'static> {
@@ -141,12 +145,7 @@ fn buses(frame: &mut Frame<'_>, area: Rect, screen: &Screen) {
         let words = [bus.name.clone(), if bus.lost { "LOST" } else { "well" }.to_owned()].map(Cell::from);
         Row::new(words.into_iter().chain(numbers.map(right)))
     });
-    let head = head
-        .into_iter()
-        .enumerate()
-        .map(|(place, word)| if place < 2 { Cell::from(word) } else { right(word.to_owned()) });
-    let bold = Style::new().add_modifier(Modifier::BOLD);
-    frame.render_widget(Table::new(rows, widths).column_spacing(1).header(Row::new(head).style(bold)), area);
+    frame.render_widget(Table::new(rows, widths).column_spacing(1).header(headed(&head)), area);
 }
 
 fn joints(frame: &mut Frame<'_>, area: Rect, screen: &Screen) {
