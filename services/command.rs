@@ -2,10 +2,12 @@
 
 mod believe;
 mod bus;
+mod check;
 mod domain;
 mod emergency_stop;
 mod failure;
 mod learn;
+mod manual;
 mod mock_bus;
 mod output;
 mod process;
@@ -15,6 +17,7 @@ mod replay;
 mod seconds;
 mod study;
 mod tasks;
+mod top;
 
 use std::io::IsTerminal as _;
 use std::path::{Path, PathBuf};
@@ -26,7 +29,7 @@ use config::Robot;
 use config::campaign::Campaign;
 use config::lesson::Lesson;
 use recording::{Subject, Time, stands};
-use supervisor_process::{CheckError, ORDER, Orders, ProcessFaults, Record, Teaching};
+use supervisor_process::{ORDER, Orders, ProcessFaults, Record, Teaching};
 
 use failure::Failed;
 pub(crate) use failure::Failed as Failure;
@@ -68,15 +71,18 @@ enum Command {
     /// Play a recording into the belief and learner processes, and compare what they make of it
     Replay(replay::Replay),
     /// Show a live table of the processes: rates, latencies, overruns, drops, restarts
-    Top(Top),
+    Top(top::Top),
     /// Switch every torque off now, and keep it off until it is released
     EmergencyStop(emergency_stop::EmergencyStop),
     /// Talk to servos by hand: scan, read, write, torque, reboot, monitor
     Bus(bus::Bus),
     /// Check the whole configuration and what this machine can hold
-    Check(Check),
+    Check(check::Check),
     /// Measure latencies beside the bare middleware and a bare thread, in one run
     Bench(Bench),
+    /// Write manual pages and completions for shells, as the package has them
+    #[command(hide = true)]
+    Manual(manual::Manual),
     /// The other process of `leo bench`
     #[command(hide = true)]
     BenchEcho(BenchEcho),
@@ -106,6 +112,9 @@ struct Run {
     /// Stay up for so long; otherwise the robot stops when the lesson is over
     #[arg(long = "for", value_name = "SECONDS", value_parser = seconds::parse, allow_hyphen_values = true)]
     run_for: Option<Duration>,
+    /// Stay up until somebody stops the robot, as a service does
+    #[arg(long, conflicts_with = "run_for")]
+    stay: bool,
     /// A campaign of faults on the servo buses, with the percepts and with the processes
     #[arg(long, value_name = "FILE")]
     faults: Option<PathBuf>,
@@ -138,28 +147,6 @@ struct Teach {
 enum Whose {
     Human,
     Robot,
-}
-
-#[derive(Args, Clone, Debug)]
-#[command(after_help = "Example:\n  leo top --json")]
-struct Top {
-    /// Print the table once, as JSON
-    #[arg(long)]
-    json: bool,
-    /// The robot to look at, where several run
-    #[arg(long, value_name = "DIRECTORY")]
-    domain: Option<PathBuf>,
-}
-
-#[derive(Args, Clone, Debug)]
-#[command(after_help = "Example:\n  leo check --config config/leo.toml")]
-struct Check {
-    /// The robot's leo.toml [default: built in]
-    #[arg(long, value_name = "FILE")]
-    config: Option<PathBuf>,
-    /// Print one JSON document
-    #[arg(long)]
-    json: bool,
 }
 
 #[derive(Args, Clone, Debug)]
@@ -201,6 +188,7 @@ impl Command {
             Self::Bus(bus) => bus.run(),
             Self::Check(check) => check.run(),
             Self::Bench(bench) => bench.run(),
+            Self::Manual(manual) => manual.run(),
             Self::BenchEcho(echo) => {
                 supervisor_process::bench::echo(&echo.domain, &echo.name, echo.bytes)
                     .map_err(Failed::because)?;
@@ -237,6 +225,7 @@ impl Run {
             partners: None,
             state: Some(state),
             faults,
+            stay: self.stay,
             run_for: self.run_for,
         };
         domain::outcome(supervisor_process::run(&orders))
@@ -308,36 +297,6 @@ impl Teach {
 fn program() -> String {
     format!("leo {}", env!("CARGO_PKG_VERSION"))
 }
-
-impl Top {
-    fn run(&self) -> Result<ExitCode, Failure> {
-        let domain = match &self.domain {
-            Some(root) => Some(transport::Domain::at(root).map_err(Failed::usage)?),
-            None => None,
-        };
-        let mut out = std::io::stdout().lock();
-        let is_terminal = out.is_terminal();
-        console_process::top::show(domain, self.json, is_terminal, &mut out).map_err(Failed::because)?;
-        Ok(ExitCode::SUCCESS)
-    }
-}
-
-impl Check {
-    fn run(&self) -> Result<ExitCode, Failure> {
-        let robot = Robot::load(self.config.as_deref()).map_err(Failed::usage)?;
-        startable(&robot)?;
-        let mut out = std::io::stdout().lock();
-        let holds =
-            supervisor_process::check(self.config.as_deref(), self.json, &mut out).map_err(|error| {
-                match error {
-                    CheckError::Config(_) => Failed::usage(error),
-                    CheckError::Write(_) => Failed::because(error),
-                }
-            })?;
-        Ok(ExitCode::from(u8::from(!holds)))
-    }
-}
-
 impl Bench {
     fn run(&self) -> Result<ExitCode, Failure> {
         let mut out = std::io::stdout().lock();

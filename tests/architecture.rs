@@ -27,6 +27,7 @@ const LAYERS: [&[&str]; 6] = [
         "chronicle",
         "cycle",
         "kinematics",
+        "metrics",
         "motion",
         "perception",
         "perspective",
@@ -52,14 +53,18 @@ const PEERS: [(&str, &[&str]); 8] = [
 ];
 
 /// What others made that only some of our crates may know.
-const WRAPPED: [(&str, &[&str]); 11] = [
+const WRAPPED: [(&str, &[&str]); 15] = [
     ("iceoryx2", &["transport"]),
     ("iceoryx2-bb-derive-macros", &["message"]),
     ("iceoryx2-bb-elementary-traits", &["message"]),
+    ("clap_complete", &["leo"]),
+    ("clap_mangen", &["leo"]),
     ("parry3d", &["scene"]),
+    ("ratatui", &["console-process"]),
     ("redb", &["store"]),
     ("mcap", &["recording", "trace"]),
     ("libc", &["realtime"]),
+    ("sd-notify", &["supervisor-process"]),
     ("signal-hook", &["process", "supervisor-process"]),
     ("rustix", &["clock", "realtime", "serial", "supervisor-process", "transport"]),
     ("urdf-rs", &["kinematics"]),
@@ -73,11 +78,15 @@ const MAY_BE_UNSAFE: [&str; 2] = ["shared/realtime", "shared/testkit"];
 const SHELL_FILES: [&str; 3] = ["lib.rs", "run.rs", "shell.rs"];
 
 /// Further files of a shell, where it has more than one noun.
-const MORE_SHELL_FILES: [&str; 30] = [
+const MORE_SHELL_FILES: [&str; 38] = [
+    "console/src/fares.rs",
     "console/src/hand.rs",
     "console/src/lessons.rs",
     "console/src/look.rs",
+    "console/src/tape.rs",
     "console/src/top.rs",
+    "console/src/top/boards.rs",
+    "console/src/top/live.rs",
     "console/src/web.rs",
     "console/src/web/door.rs",
     "console/src/web/guard.rs",
@@ -102,8 +111,12 @@ const MORE_SHELL_FILES: [&str; 30] = [
     "supervisor/src/teach.rs",
     "supervisor/src/caretaker.rs",
     "supervisor/src/check.rs",
+    "supervisor/src/check/apply.rs",
+    "supervisor/src/check/measure.rs",
     "supervisor/src/children.rs",
     "supervisor/src/conductor.rs",
+    "supervisor/src/readiness/system.rs",
+    "supervisor/src/service_manager.rs",
 ];
 
 /// What a core may not say: it is told the time, and opens nothing.

@@ -12,6 +12,11 @@ pub(crate) fn parse(text: &str) -> Result<Duration, String> {
         .ok_or_else(|| "give the seconds as a number above 0, for example 60 or 2.5".to_owned())
 }
 
+/// Reads seconds: 0, or as [`parse`].
+pub(crate) fn parse_or_none(text: &str) -> Result<Duration, String> {
+    if text == "0" { Ok(Duration::ZERO) } else { parse(text) }
+}
+
 /// Reads milliseconds: a number above 0 and up to a year.
 pub(crate) fn parse_millis(text: &str) -> Result<Duration, String> {
     text.parse::<f64>()

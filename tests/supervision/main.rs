@@ -3,7 +3,12 @@
 
 mod campaign;
 mod emergency;
+mod live_top;
+mod metrics;
 mod robot;
+mod service_manager;
+#[path = "../sources/venv.rs"]
+mod venv;
 
 use std::fs;
 use std::process::Output;

@@ -80,11 +80,17 @@ impl Robot {
 
     /// The same with more said on the command line.
     pub(crate) fn with(name: &str, changes: &[(&str, &str)], more: &[&str]) -> Self {
+        Self::by(leo(&[]), name, changes, more)
+    }
+
+    /// The same by a command that is to be told all of that yet.
+    pub(crate) fn by(mut leo: Command, name: &str, changes: &[(&str, &str)], more: &[&str]) -> Self {
         let files = tempfile::tempdir().expect("a folder");
         let config = files.path().join("leo.toml");
         fs::write(&config, changed(changes)).expect("writes");
         let domain = domain(name);
-        let mut supervisor = leo(&["-v", "run", "--for", "3600"])
+        let mut supervisor = leo
+            .args(["-v", "run", "--for", "3600"])
             .arg("--config")
             .arg(&config)
             .arg("--domain")

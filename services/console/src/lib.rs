@@ -2,6 +2,7 @@
 //! they see it and teach by hand.
 
 mod cells;
+mod fares;
 mod hand;
 mod lessons;
 mod look;
@@ -9,6 +10,7 @@ mod narrator;
 mod requests;
 mod sheet;
 mod shell;
+mod tape;
 pub mod top;
 mod web;
 

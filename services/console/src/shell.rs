@@ -1,33 +1,34 @@
 use std::collections::BTreeMap;
 use std::io::Write as _;
-use std::sync::atomic::Ordering;
 
 use account::Account;
-use clock::Duration;
+use clock::{Duration, Instant};
 use config::Robot;
 use config::lesson::Lesson;
 use message::{Events, Process, Utterances};
 use process::{Aside, Failure, Launch, Member, Progress};
 use serde_json::json;
-use transport::Domain;
+use transport::{Domain, Inlet};
 
 use crate::cells::{Lines, tasks};
+use crate::fares::Fares;
 use crate::hand::{Hands, reply};
 use crate::lessons::Shelf;
 use crate::look::Look;
 use crate::narrator::{Line, Narrator, Transcript};
+use crate::requests::Wish;
 use crate::sheet::Sheet;
-use crate::top::Top;
+use crate::tape::Tape;
 use crate::web::{Door, Web};
 
 /// The lesson is over when it has been so for this long: what was said last is answered meanwhile.
 const ANSWER: Duration = Duration::from_secs(1);
-/// How the processes fare is shown this often.
-const FARES_EVERY: Duration = Duration::from_secs(1);
+/// A page that is shut may only have been opened anew.
+const REOPENED: Duration = Duration::from_secs(5);
 
 /// Runs the process until it is told to stop, or until all that is said in the lesson was said and Leo
-/// has performed, or declined to, as often as it was asked to, and nobody has the page open. The last
-/// it tells is the account of what Leo learned.
+/// has performed, or declined to, as often as it was asked to, and nobody has the page open or has
+/// taught by hand. The last it tells is the account of what Leo learned.
 ///
 /// # Errors
 ///
@@ -35,133 +36,222 @@ const FARES_EVERY: Duration = Duration::from_secs(1);
 pub fn run(launch: &Launch, robot: &Robot, lesson: &Lesson) -> Result<(), Failure> {
     let leo = &robot.leo;
     let mut member = Member::join(launch, Process::Console, &leo.buffers, &leo.console.realtime)?;
-    let mut utterances = member.inlet::<Utterances>(None)?;
-    let mut events = member.inlet::<Events>(None)?;
+    let mut ear = Ear::open(&member, robot)?;
     let mut look = Look::open(&member, robot, launch.partners.unwrap_or(leo.belief.partners))?;
-    let mut hands = Hands::open(&member)?;
-    let mut shelf = Shelf::new(launch.state.as_deref(), lesson);
-    let first = lesson.teachers.first().map_or(1, |teacher| teacher.number);
-    let web = leo.console.address.get().map(|address| {
-        let failed = |error| Failure::own(format!("cannot serve the page at {address}: {error}"));
-        Web::serve(address, Door::read(&launch.domain), &robot.urdf, first).map_err(failed)
-    });
-    let web = web.transpose()?;
-    if let Some(web) = &web
-        && let Err(error) = web.door.leave(&launch.domain)
-    {
-        tracing::warn!(%error, "pages may not find this robot again after a restart of the console process");
-    }
-    let domain = Domain::at(&launch.domain)?;
-    let mut top: Option<Top> = None;
-    let narrator = Narrator::new(&leo.belief.names);
+    let mut stage = Stage::open(&member, launch, robot, lesson)?;
+    let mut end = End::of(launch, lesson);
     let mut transcript = Transcript::default();
-    let mut account = Account::default();
-    let mut lines = Lines::default();
-    let performances = usize::try_from(lesson.performances()).unwrap_or(usize::MAX);
-    // A console that begins anew does not know what was said before.
-    let mut unsaid = if launch.incarnation == 1 { lesson.sentences() } else { 0 };
-    let mut over_since = None;
-    let mut fared_at = None;
     let mut out = Aside::over(std::io::stdout());
     // Nobody looks where no page is served.
     let mut unseen = Sheet::default();
-    let joints: Vec<&str> = robot.motor.joints.iter().map(|joint| joint.name.as_str()).collect();
-    let agents: BTreeMap<u16, String> = (0..=u16::try_from(lesson.teachers.len()).unwrap_or(0).max(1))
-        .map(|agent| (agent, leo.belief.names.of(agent)))
-        .collect();
-    let mut shown_tasks = false;
     member.begin(Some(leo.console.rate_hz.period()))?;
-    if let Some(web) = &web {
-        web.shared.sheet().put("lessons", &shelf.list());
+    if let Some(web) = &stage.web {
         // Never waits and never fails: what nobody reads is left out.
         let _taken = writeln!(out, "the page is at {}", web.url);
     }
     while let Some(now) = member.next_cycle()? {
-        let mut told: Vec<Line> = Vec::new();
-        while let Some(frame) = utterances.receive()? {
-            for utterance in frame.entries() {
-                unsaid = unsaid.saturating_sub(1);
-                told.push(narrator.utterance(frame.head().valid_at_ns, utterance));
-            }
-        }
-        while let Some(frame) = events.receive()? {
-            for event in frame.entries() {
-                told.extend(narrator.event(frame.head().valid_at_ns, event));
-                account.note(event);
-                shown_tasks = false;
-            }
-        }
-        let fares = fared_at.is_none_or(|then| now.since(then) >= FARES_EVERY);
-        let rows = if fares && web.is_some() {
-            fared_at = Some(now);
-            if top.is_none() {
-                top = Top::open(Some(domain.clone())).ok();
-            }
-            top.as_mut().map(Top::rows)
-        } else {
-            None
-        };
+        let mut told = ear.hear()?;
         {
-            let mut shared = web.as_ref().map(|web| web.shared.sheet());
+            let mut shared = stage.web.as_ref().map(|web| web.shared.sheet());
             let sheet = shared.as_deref_mut().unwrap_or(&mut unseen);
-            look.look(sheet, |at_ns, words| told.push(narrator.divide(at_ns, words)))?;
+            look.look(sheet, |at_ns, words| told.push(ear.narrator.divide(at_ns, words)))?;
             for line in &told {
                 let t = look.seconds(line.at_ns);
-                lines.add(sheet, t, line);
+                ear.lines.add(sheet, t, line);
             }
-            if !shown_tasks {
-                tasks(sheet, &account);
-                shown_tasks = true;
-            }
-            sheet.put("workspace", &shelf.workspace(look.workspace.as_ref(), hands.saved.as_deref()));
-            if fares {
-                sheet.put("robot", &json!({
-                    "version": env!("CARGO_PKG_VERSION"), "joints": joints, "agents": agents, "base": look.base(),
-                    "cone_rad": robot.perspective.sight.cone_half_angle_deg.radians(),
-                    "perspectives": look.perspective_names(),
-                }));
-            }
-            for row in rows.iter().flatten() {
-                sheet.put(&format!("process/{}", row.process), row);
+            if std::mem::take(&mut ear.has_news) {
+                tasks(sheet, &ear.account);
             }
         }
         let text: String = told.iter().map(|line| transcript.text(line)).collect();
         if !text.is_empty() {
             let _taken = out.write_all(text.as_bytes());
         }
-        if let Some(web) = &web {
-            let asked = std::iter::from_fn(|| web.wishes.try_recv().ok());
-            let others = hands.carry(now, look.workspace.is_some(), asked)?;
-            for asked in others {
-                reply(&asked.answer, asked.id, Err("recordings are made with `leo record FILE`"));
-            }
-            let saved = hands.saved.clone();
-            hands.answer(now)?;
-            if hands.saved != saved {
-                web.shared.sheet().put("lessons", &shelf.list());
-            }
-        }
-        let refused = web.as_ref().map_or(0, |web| {
-            let counts = &web.shared.counts;
-            counts.malformed.load(Ordering::Relaxed) + counts.refused.load(Ordering::Relaxed)
-        });
+        stage.show(now, &member, &look, &ear.account);
+        stage.answer(now, &look)?;
         let health = member.health();
-        health.drops = utterances.drops() + events.drops() + hands.drops();
-        health.undelivered = hands.undelivered();
-        health.refused = refused;
+        health.drops = ear.utterances.drops() + ear.events.drops() + stage.hands.drops();
+        health.undelivered = stage.hands.undelivered();
+        health.refused = stage.web.as_ref().map_or(0, Web::refused);
         member.end_cycle(Progress::More)?;
-        let is_watched = web.as_ref().is_some_and(|web| web.open() > 0) || look.is_by_hand();
-        let is_over = unsaid == 0 && performances > 0 && account.performances_ended() >= performances;
-        if is_watched {
-            over_since = None;
-        } else if !launch.stay && is_over && now.since(*over_since.get_or_insert(now)) >= ANSWER {
+        let is_watched = stage.web.as_ref().is_some_and(|web| web.open() > 0) || look.is_by_hand();
+        if end.has_come(now, &ear, is_watched) {
             break;
         }
     }
-    if !account.tasks.is_empty() {
-        let summary = format!("\nWhat Leo learned\n\n{}", account.to_text(&leo.belief.names));
+    stage.tape.end().map_err(Failure::own)?;
+    if !ear.account.tasks.is_empty() {
+        let summary = format!("\nWhat Leo learned\n\n{}", ear.account.to_text(&leo.belief.names));
         let _taken = out.write_all(summary.as_bytes());
     }
     out.finish();
     Ok(())
+}
+
+/// Hears what is said and learned.
+struct Ear {
+    utterances: Inlet<Utterances>,
+    events: Inlet<Events>,
+    narrator: Narrator,
+    account: Account,
+    lines: Lines,
+    /// Sentences heard.
+    said: u32,
+    /// Whether the account has anything that was not shown yet.
+    has_news: bool,
+}
+
+impl Ear {
+    fn open(member: &Member, robot: &Robot) -> Result<Self, Failure> {
+        Ok(Self {
+            utterances: member.inlet(None)?,
+            events: member.inlet(None)?,
+            narrator: Narrator::new(&robot.leo.belief.names),
+            account: Account::default(),
+            lines: Lines::default(),
+            said: 0,
+            has_news: true,
+        })
+    }
+
+    fn hear(&mut self) -> Result<Vec<Line>, Failure> {
+        let mut told = Vec::new();
+        while let Some(frame) = self.utterances.receive()? {
+            for utterance in frame.entries() {
+                self.said += 1;
+                told.push(self.narrator.utterance(frame.head().valid_at_ns, utterance));
+            }
+        }
+        while let Some(frame) = self.events.receive()? {
+            for event in frame.entries() {
+                told.extend(self.narrator.event(frame.head().valid_at_ns, event));
+                self.account.note(event);
+                self.has_news = true;
+            }
+        }
+        Ok(told)
+    }
+}
+
+/// Who is shown things, and who does things by hand.
+struct Stage {
+    web: Option<Web>,
+    hands: Hands,
+    shelf: Shelf,
+    tape: Tape,
+    fares: Fares,
+    joints: Vec<String>,
+    agents: BTreeMap<u16, String>,
+    cone_rad: f64,
+}
+
+impl Stage {
+    fn open(member: &Member, launch: &Launch, robot: &Robot, lesson: &Lesson) -> Result<Self, Failure> {
+        let first = lesson.teachers.first().map_or(1, |teacher| teacher.number);
+        let web = robot.leo.console.address.get().map(|address| {
+            let failed = |error| Failure::own(format!("cannot serve the page at {address}: {error}"));
+            Web::serve(address, Door::read(&launch.domain), &robot.urdf, first).map_err(failed)
+        });
+        let web = web.transpose()?;
+        let shelf = Shelf::new(launch.state.as_deref(), lesson);
+        if let Some(web) = &web {
+            if let Err(error) = web.door.leave(&launch.domain) {
+                tracing::warn!(%error, "pages may not find this robot again after a restart of the console process");
+            }
+            web.shared.sheet().put("lessons", &shelf.list());
+        }
+        let joints: Vec<String> = robot.motor.joints.iter().map(|joint| joint.name.clone()).collect();
+        let names = &robot.leo.belief.names;
+        let people = lesson.teachers.iter().map(|teacher| teacher.number);
+        Ok(Self {
+            hands: Hands::open(member)?,
+            tape: Tape::new(launch, lesson, Domain::at(&launch.domain)?),
+            fares: Fares::new(&joints, launch.state.clone()),
+            agents: [0, 1].into_iter().chain(people).map(|agent| (agent, names.of(agent))).collect(),
+            cone_rad: robot.perspective.sight.cone_half_angle_deg.radians(),
+            web,
+            shelf,
+            joints,
+        })
+    }
+
+    /// Shows what changes seldom.
+    fn show(&mut self, now: Instant, member: &Member, look: &Look, account: &Account) {
+        let Some(web) = &self.web else { return };
+        let mut sheet = web.shared.sheet();
+        sheet.put("workspace", &self.shelf.workspace(look.workspace.as_ref(), self.hands.saved.as_deref()));
+        if !self.fares.is_due(now) {
+            return;
+        }
+        self.tape.show(now, &mut sheet);
+        sheet.put(
+            "robot",
+            &json!({
+                "version": env!("CARGO_PKG_VERSION"), "joints": self.joints, "agents": self.agents,
+                "base": look.base(), "cone_rad": self.cone_rad, "perspectives": look.perspective_names(),
+            }),
+        );
+        let metrics = self.fares.look(now, member, account, &mut sheet);
+        drop(sheet);
+        if let Some(metrics) = metrics {
+            web.shared.set_metrics(metrics);
+        }
+    }
+
+    /// Does what the pages want, and answers them.
+    fn answer(&mut self, now: Instant, look: &Look) -> Result<(), Failure> {
+        let Some(web) = &self.web else { return Ok(()) };
+        let asked = std::iter::from_fn(|| web.wishes.try_recv().ok());
+        for asked in self.hands.carry(now, look.workspace.is_some(), asked)? {
+            let done = match asked.wish {
+                Wish::Record(true) => self.tape.begin(now).map(Some),
+                Wish::Record(false) => self.tape.end(),
+                Wish::Act(_) => continue,
+            };
+            self.tape.show(now, &mut web.shared.sheet());
+            let said = done.as_ref().map(|file| file.as_deref().map(|file| ("file", file)));
+            reply(&asked.answer, asked.id, said.map_err(String::as_str));
+        }
+        let saved = self.hands.saved.clone();
+        self.hands.answer(now)?;
+        if self.hands.saved != saved {
+            web.shared.sheet().put("lessons", &self.shelf.list());
+        }
+        Ok(())
+    }
+}
+
+/// When the robot has nothing left to do.
+struct End {
+    sentences: u32,
+    performances: usize,
+    stays: bool,
+    was_watched: bool,
+    over_since: Option<Instant>,
+}
+
+impl End {
+    fn of(launch: &Launch, lesson: &Lesson) -> Self {
+        Self {
+            // A console that begins anew does not know what was said before.
+            sentences: if launch.incarnation == 1 { lesson.sentences() } else { 0 },
+            performances: usize::try_from(lesson.performances()).unwrap_or(usize::MAX),
+            stays: launch.stay,
+            was_watched: false,
+            over_since: None,
+        }
+    }
+
+    fn has_come(&mut self, now: Instant, ear: &Ear, is_watched: bool) -> bool {
+        self.was_watched |= is_watched;
+        let is_over = ear.said >= self.sentences
+            && self.performances > 0
+            && ear.account.performances_ended() >= self.performances;
+        if is_watched || self.stays || !is_over {
+            self.over_since = None;
+            return false;
+        }
+        let patience = if self.was_watched { REOPENED } else { ANSWER };
+        now.since(*self.over_since.get_or_insert(now)) >= patience
+    }
 }

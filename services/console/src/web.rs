@@ -77,6 +77,11 @@ impl Shared {
     pub(crate) fn sheet(&self) -> MutexGuard<'_, Sheet> {
         self.sheet.lock().unwrap_or_else(PoisonError::into_inner)
     }
+
+    /// What is scraped from now on.
+    pub(crate) fn set_metrics(&self, metrics: String) {
+        *self.metrics.lock().unwrap_or_else(PoisonError::into_inner) = metrics;
+    }
 }
 
 /// The server, while it is held.
@@ -145,6 +150,12 @@ impl Web {
         Ok(Self { shared, wishes: asked, url: format!("http://{at}/{query}"), door, _stop: stop })
     }
 
+    /// What was refused, or malformed.
+    pub(crate) fn refused(&self) -> u64 {
+        let counts = &self.shared.counts;
+        counts.malformed.load(Ordering::Relaxed) + counts.refused.load(Ordering::Relaxed)
+    }
+
     /// Pages that are open.
     pub(crate) fn open(&self) -> u64 {
         self.shared.counts.open.load(Ordering::Relaxed)
@@ -158,7 +169,7 @@ async fn served(listener: TcpListener, state: Arc<Shared>) -> io::Result<()> {
         .route("/page.js", get(|| async { file(SCRIPT, "text/javascript; charset=utf-8") }))
         .route("/page.css", get(|| async { file(STYLE, "text/css; charset=utf-8") }))
         .route("/leo.urdf", get(urdf))
-        .route("/metrics", get(metrics))
+        .route("/metrics", get(scraped))
         .route("/live", get(live::live))
         .layer(axum::middleware::from_fn_with_state(Arc::clone(&state), guard::guard))
         .with_state(state);
@@ -181,8 +192,7 @@ async fn urdf(State(shared): State<Arc<Shared>>) -> Response {
     ([(header::CONTENT_TYPE, "application/xml")], shared.urdf.clone()).into_response()
 }
 
-async fn metrics(State(shared): State<Arc<Shared>>) -> Response {
-    let kind = "application/openmetrics-text; version=1.0.0; charset=utf-8";
+async fn scraped(State(shared): State<Arc<Shared>>) -> Response {
     let text = shared.metrics.lock().unwrap_or_else(PoisonError::into_inner).clone();
-    ([(header::CONTENT_TYPE, kind)], text).into_response()
+    ([(header::CONTENT_TYPE, metrics::CONTENT_TYPE)], text).into_response()
 }

@@ -1,15 +1,48 @@
-use std::fs;
+//! `leo check`: reads the configuration and the machine, and changes what it is told to.
+
+mod apply;
+mod measure;
+
 use std::io::Write;
-use std::path::Path;
-use std::str::FromStr;
+use std::path::{Path, PathBuf};
 use std::thread;
+use std::time::Duration;
 
 use config::leo::{Leo, Rights};
 use config::{ConfigError, Robot};
 use rustix::process::{Resource, getrlimit};
 use rustix::thread::{CpuSet, sched_getaffinity};
 
-use crate::readiness::{Finding, Machine, Verdict, judge, shared_memory, shared_memory_needed};
+use crate::readiness::{
+    Finding, Hot, Machine, System, Verdict, judge, judge_wakeup, shared_memory, shared_memory_needed,
+};
+pub use apply::ApplyError;
+
+/// What is asked of a check.
+#[derive(Clone, Debug)]
+pub struct Inquiry {
+    /// The robot's `leo.toml`; the built-in one without.
+    pub config: Option<PathBuf>,
+    /// One JSON document instead of lines.
+    pub json: bool,
+    /// How long to measure how late threads wake; not at all with zero.
+    pub measure: Duration,
+    /// What is changed before anything is looked at.
+    pub deed: Deed,
+    /// The folder that stands for the root of the machine: `/`.
+    pub root: PathBuf,
+}
+
+/// What is changed on the machine.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Deed {
+    /// Nothing.
+    Look,
+    /// Whatever can be mended by writing to `/proc` and `/sys`.
+    Apply,
+    /// What was applied before.
+    Revert,
+}
 
 /// Why nothing could be checked.
 #[derive(Debug, thiserror::Error)]
@@ -17,48 +50,98 @@ pub enum CheckError {
     /// A file of the configuration is wrong.
     #[error(transparent)]
     Config(#[from] ConfigError),
+    /// The machine cannot be changed.
+    #[error(transparent)]
+    Apply(#[from] ApplyError),
     /// The findings cannot be written.
     #[error("cannot write what was found: {0}")]
     Write(#[from] std::io::Error),
 }
 
-/// Checks a whole configuration (the built-in one without `config`) and whether this machine can
-/// keep what it promises; writes what was found to `out`, one line each or one JSON document.
-/// Whether the robot can run here.
+/// Checks a whole configuration and whether this machine can keep what it promises; writes what was
+/// found to `out`, each finding as soon as it is known, or one JSON document. Whether the robot can
+/// run here.
 ///
 /// # Errors
 ///
-/// A file of the configuration is wrong, or `out` cannot be written.
-pub fn check(config: Option<&Path>, json: bool, out: &mut impl Write) -> Result<bool, CheckError> {
-    let findings = inspect(config)?;
-    if json {
+/// A file of the configuration is wrong, the machine cannot be changed as was asked for, or `out`
+/// cannot be written.
+pub fn check(inquiry: &Inquiry, out: &mut impl Write) -> Result<bool, CheckError> {
+    let robot = Robot::load(inquiry.config.as_deref())?;
+    let system = System::below(&inquiry.root);
+    let look = || inspect(&robot, inquiry.config.as_deref(), &system);
+    match inquiry.deed {
+        Deed::Look => {}
+        Deed::Apply => {
+            let changes: Vec<_> = look().into_iter().flat_map(|finding| finding.changes).collect();
+            apply::apply(&system, &changes, out)?;
+        }
+        Deed::Revert => apply::revert(&system, out)?,
+    }
+    let mut findings = look();
+    if !inquiry.json {
+        findings.iter().try_for_each(|finding| tell(finding, out))?;
+        out.flush()?;
+    }
+    let measured = measure::wakeups(&Hot::all(&robot.leo), inquiry.measure)?;
+    let measured: Vec<Finding> = measured.iter().map(judge_wakeup).collect();
+    if inquiry.json {
+        findings.extend(measured);
         serde_json::to_writer_pretty(&mut *out, &findings).map_err(std::io::Error::from)?;
         writeln!(out)?;
     } else {
-        for finding in &findings {
-            writeln!(out, "{:<8} {:<20} {}", finding.verdict.name(), finding.about, finding.text)?;
-        }
+        measured.iter().try_for_each(|finding| tell(finding, out))?;
     }
     Ok(findings.iter().all(|finding| finding.verdict != Verdict::Broken))
 }
 
+/// A line for what was found, and one for what mends it.
+fn tell(finding: &Finding, out: &mut impl Write) -> std::io::Result<()> {
+    let Finding { verdict, about, text, mend, changes } = finding;
+    writeln!(out, "{:<8} {about:<20} {text}", verdict.name())?;
+    if let Some(mend) = mend {
+        let mark = if changes.is_empty() { "mend:" } else { "mend, or --apply:" };
+        writeln!(out, "{:<8} {:<20} {mark} {mend}", "", "")?;
+    }
+    Ok(())
+}
+
 /// Looks at the configuration and the machine. Nothing stays changed: rights are asked for in
 /// threads of their own, which end.
-fn inspect(config: Option<&Path>) -> Result<Vec<Finding>, ConfigError> {
-    let robot = Robot::load(config)?;
+fn inspect(robot: &Robot, config: Option<&Path>, system: &System) -> Vec<Finding> {
     let what = config.map_or_else(|| "the built-in one".to_owned(), |file| file.display().to_string());
     let joints = robot.motor.joints.len();
     let configuration = format!("{what} and its neighbours are right: {joints} joints");
     let mut findings = vec![Finding::new(Verdict::Good, "configuration", configuration)];
-    let missing_rights = missing_rights(&robot.leo);
-    let belief = &robot.leo.belief;
-    let shared_memory_needed = shared_memory_needed(&robot.leo.buffers, belief.perspectives(belief.partners));
-    findings.extend(judge(&Machine { missing_rights, shared_memory_needed, ..machine() }));
-    Ok(findings)
+    findings.extend(judge(system, &machine(&robot.leo)));
+    findings
 }
 
-/// Asks for what the processes will ask for; what to change when it is not granted.
-fn missing_rights(leo: &Leo) -> Option<String> {
+fn machine(leo: &Leo) -> Machine {
+    let mask = sched_getaffinity(None).ok();
+    let cores = mask.map_or_else(Vec::new, |mask| {
+        (0..CpuSet::MAX_CPU)
+            .filter(|&core| mask.is_set(core))
+            .filter_map(|core| u16::try_from(core).ok())
+            .collect()
+    });
+    Machine {
+        cores,
+        shared_memory_free: shared_memory_free(),
+        shared_memory_needed: shared_memory_needed(
+            &leo.buffers,
+            leo.belief.perspectives(leo.belief.partners),
+        ),
+        descriptors: getrlimit(Resource::Nofile).current,
+        memory_limit: getrlimit(Resource::Memlock).current,
+        missing_rights: missing_rights(leo),
+        is_wall_clock_kept: realtime::is_wall_clock_kept(),
+        hot: Hot::all(leo),
+    }
+}
+
+/// Asks for what the processes will ask for; the bits of what is not granted.
+fn missing_rights(leo: &Leo) -> u64 {
     let wanted = [
         &leo.sensor.realtime,
         &leo.belief.realtime,
@@ -68,34 +151,11 @@ fn missing_rights(leo: &Leo) -> Option<String> {
         &leo.mock_bus.realtime,
         &leo.console.realtime,
     ];
-    let missing = wanted.into_iter().fold(0, |bits, rights| bits | missing_bits(rights.clone()));
-    (missing != 0).then(|| realtime::advice(missing))
+    wanted.into_iter().fold(0, |bits, rights| bits | missing_bits(rights.clone()))
 }
 
 fn missing_bits(rights: Rights) -> u64 {
     thread::spawn(move || realtime::apply(&rights).missing_bits()).join().unwrap_or(0)
-}
-
-fn machine() -> Machine {
-    let mask = sched_getaffinity(None).ok();
-    let cores = mask.map_or(1, |mask| (0..CpuSet::MAX_CPU).filter(|&core| mask.is_set(core)).count());
-    let share = read::<i64>("/proc/sys/kernel/sched_rt_runtime_us")
-        .zip(read::<i64>("/proc/sys/kernel/sched_rt_period_us"));
-    let governor = |core: usize| {
-        let file = format!("/sys/devices/system/cpu/cpu{core}/cpufreq/scaling_governor");
-        read::<String>(&file).filter(|governor| governor != "performance").map(|governor| (core, governor))
-    };
-    Machine {
-        cores,
-        shared_memory_free: shared_memory_free(),
-        shared_memory_needed: 0,
-        descriptors: getrlimit(Resource::Nofile).current,
-        kernel_is_realtime: read("/sys/kernel/realtime") == Some(1),
-        governors: (0..CpuSet::MAX_CPU).filter_map(governor).collect(),
-        realtime_share: share,
-        swap_total: swap_total(),
-        missing_rights: None,
-    }
 }
 
 /// Bytes free in shared memory; nothing where this user may not write there.
@@ -109,45 +169,17 @@ fn shared_memory_free() -> Option<u64> {
 pub(crate) fn room(leo: &Leo, partners: u32) -> Result<(), String> {
     let needed = shared_memory_needed(&leo.buffers, leo.belief.perspectives(partners));
     let finding = shared_memory(shared_memory_free(), needed);
-    if finding.verdict == Verdict::Broken { Err(finding.text) } else { Ok(()) }
+    if finding.verdict == Verdict::Broken {
+        let mend = finding.mend.map_or_else(String::new, |mend| format!(": `{mend}`"));
+        Err(finding.text + &mend)
+    } else {
+        Ok(())
+    }
 }
 
 fn is_writable(folder: &str) -> bool {
     rustix::fs::access(folder, rustix::fs::Access::WRITE_OK).is_ok()
 }
 
-fn read<T: FromStr>(file: &str) -> Option<T> {
-    fs::read_to_string(file).ok()?.trim().parse().ok()
-}
-
-fn swap_total() -> Option<u64> {
-    let memory = fs::read_to_string("/proc/meminfo").ok()?;
-    let line = memory.lines().find_map(|line| line.strip_prefix("SwapTotal:"))?;
-    line.trim().strip_suffix(" kB")?.trim().parse::<u64>().ok().map(|kib| kib * 1024)
-}
-
 #[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn this_machine_has_cores_and_shared_memory() {
-        let machine = machine();
-        assert!(machine.cores > 0 && machine.shared_memory_free > Some(0), "{machine:?}");
-    }
-
-    #[test]
-    fn a_wrong_file_is_named() {
-        let refused = check(Some(Path::new("/nowhere/leo.toml")), false, &mut Vec::new()).unwrap_err();
-        assert!(refused.to_string().contains("/nowhere/leo.toml"), "{refused}");
-    }
-
-    #[test]
-    fn what_is_found_is_one_json_document() {
-        let mut out = Vec::new();
-        check(None, true, &mut out).unwrap();
-        let findings: serde_json::Value = serde_json::from_slice(&out).unwrap();
-        assert_eq!(findings.as_array().unwrap().len(), 9);
-        assert_eq!(findings[0]["verdict"], "good");
-    }
-}
+mod tests;

@@ -50,6 +50,9 @@ impl Children {
         let mut child = Command::new(&self.executable)
             .arg(process.name())
             .args(arguments(launch))
+            // The service manager is the supervisor's to talk to.
+            .env_remove("NOTIFY_SOCKET")
+            .env_remove("WATCHDOG_USEC")
             .stdin(Stdio::null())
             .process_group(0)
             .spawn()?;

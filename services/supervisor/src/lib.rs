@@ -11,10 +11,11 @@ pub mod policy;
 pub mod readiness;
 mod replay;
 mod run;
+mod service_manager;
 mod tape;
 mod teach;
 
-pub use check::{CheckError, check};
+pub use check::{ApplyError, CheckError, Deed, Inquiry, check};
 pub use children::Children;
 pub use class::ClassError;
 pub use faults::{ProcessFaults, UnknownProcess};

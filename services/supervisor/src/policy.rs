@@ -6,6 +6,8 @@
 
 mod life;
 
+use std::fmt;
+
 use clock::{Duration, Instant};
 use config::leo::Supervisor;
 use message::{Process, ProcessState};
@@ -123,6 +125,39 @@ pub enum Action {
     End(Outcome),
 }
 
+/// How the robot stands as a whole.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Standing {
+    /// Processes that there should be.
+    pub of: usize,
+    /// Those that run, and whose hearts did not stand still for too long.
+    pub run: usize,
+    /// Whether all ran at once before.
+    pub were_ready: bool,
+    /// Whether the run is over, and the processes are being stopped.
+    pub is_ending: bool,
+}
+
+impl Standing {
+    /// Whether the robot is as it should be: what a watchdog over it wants to know.
+    #[must_use]
+    pub const fn is_well(&self) -> bool {
+        self.run == self.of && !self.is_ending
+    }
+}
+
+impl fmt::Display for Standing {
+    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { of, run, were_ready, is_ending } = self;
+        match (is_ending, were_ready, run == of) {
+            (true, ..) => write!(out, "stopping: {run} of {of} processes still run"),
+            (false, false, _) => write!(out, "starting: {run} of {of} processes run"),
+            (false, true, true) => write!(out, "all {of} processes run"),
+            (false, true, false) => write!(out, "{run} of {of} processes run, the others are being replaced"),
+        }
+    }
+}
+
 /// The supervisor's judgement.
 #[derive(Clone, Debug)]
 pub struct Policy {
@@ -175,6 +210,18 @@ impl Policy {
         self.ending.is_some()
             || self.unclean != Unclean::No
             || !self.lives.iter().all(|life| matches!(life.stage, Stage::Running { .. }))
+    }
+
+    /// How many processes there are, and how many of them run with a beating heart.
+    #[must_use]
+    pub fn standing(&self) -> Standing {
+        let runs = |life: &&Life| matches!(life.stage, Stage::Running { .. });
+        Standing {
+            of: self.lives.len(),
+            run: self.lives.iter().filter(runs).count(),
+            were_ready: self.all_were_ready,
+            is_ending: self.ending.is_some(),
+        }
     }
 
     fn take_in(&mut self, now: Instant, event: Event, actions: &mut Vec<Action>) {

@@ -20,6 +20,7 @@ use crate::caretaker::Caretaker;
 use crate::check::room;
 use crate::faults::{Deed, ProcessFaults};
 use crate::policy::{Action, Ended, Event, Outcome, Policy, Terms, Why};
+use crate::service_manager::ServiceManager;
 
 /// How soon to look again while a process is on its way up or down.
 const BUSY: Duration = Duration::from_millis(5);
@@ -60,7 +61,10 @@ pub struct Orders {
     pub state: Option<PathBuf>,
     /// What goes wrong on purpose: the file, and of it what is done to the processes.
     pub faults: Option<(PathBuf, ProcessFaults)>,
-    /// How long to run once all processes are ready; until somebody stops it, without.
+    /// Whether the robot stays up when the lesson is over.
+    pub stay: bool,
+    /// How long to run once all processes are ready, whether or not there is anything left to do; until
+    /// somebody stops it, or as `stay` says, without.
     pub run_for: Option<Duration>,
 }
 
@@ -126,6 +130,7 @@ fn supervise(orders: &Orders) -> Result<Outcome, RunError> {
         events: Vec::new(),
         end_at: None,
         faults: orders.faults.as_ref().map(|(_, faults)| faults.clone()).unwrap_or_default(),
+        service_manager: ServiceManager::default(),
     };
     let outcome = house.live(signals);
     house.caretaker.dismiss();
@@ -157,6 +162,7 @@ struct House<'orders> {
     end_at: Option<Instant>,
     /// What is done to the processes on purpose.
     faults: ProcessFaults,
+    service_manager: ServiceManager,
 }
 
 struct Heart {
@@ -177,6 +183,7 @@ impl House<'_> {
                     return outcome;
                 }
             }
+            self.service_manager.stands(policy.standing());
             for (process, deed) in self.faults.due(now) {
                 match deed {
                     Deed::Kill => self.children.kill(process),
@@ -231,6 +238,7 @@ impl House<'_> {
             Action::AllReady => {
                 self.end_at = self.orders.run_for.map(|run_for| now + run_for);
                 self.faults.begin(now);
+                self.service_manager.ready();
                 self.welcome();
             }
             Action::End(outcome) => return Some(outcome),
@@ -252,7 +260,7 @@ impl House<'_> {
             lesson: self.orders.lesson.clone(),
             synthetic: self.orders.synthetic,
             partners: self.orders.partners,
-            stay: self.orders.run_for.is_some(),
+            stay: self.orders.stay || self.orders.run_for.is_some(),
             lockstep: false,
             state: self.orders.state.clone(),
             campaign: self.orders.faults.as_ref().map(|(file, _)| file.clone()),

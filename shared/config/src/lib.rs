@@ -8,6 +8,7 @@
 pub mod campaign;
 mod error;
 pub mod faults;
+mod forward;
 pub mod leo;
 pub mod lesson;
 mod load;
@@ -19,6 +20,7 @@ pub mod perspective;
 mod robot;
 
 pub use error::ConfigError;
+pub use forward::Forward;
 pub use load::{load, parse, suggest};
 pub use names::Names;
 pub use robot::Robot;

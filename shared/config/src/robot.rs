@@ -3,6 +3,7 @@ use std::path::{Path, PathBuf};
 
 use message::PERSPECTIVES_MOST;
 
+use crate::forward::{Forward, forward};
 use crate::leo::{Leo, fault_of_sources};
 use crate::load::invalid;
 use crate::motor::Motor;
@@ -93,6 +94,23 @@ impl Robot {
             files.push((name, text(folder, name, builtin)?.0));
         }
         Ok(files)
+    }
+
+    /// Brings `leo` (a `leo.toml`) and the `perspective.toml` beside it, where there is one, to this version.
+    /// Nothing is written.
+    ///
+    /// # Errors
+    ///
+    /// A file cannot be read, or what is wrong with it is not its age.
+    pub fn forward(leo: &Path) -> Result<Vec<Forward>, ConfigError> {
+        let parse_leo = |text: &str| parse::<Leo>(text, leo).map(drop);
+        let mut all = vec![forward(read(leo)?, leo, builtin::LEO, parse_leo)?];
+        let beside = leo.with_file_name("perspective.toml");
+        if beside.exists() {
+            let parse_perspective = |text: &str| parse::<Perspective>(text, &beside).map(drop);
+            all.push(forward(read(&beside)?, &beside, builtin::PERSPECTIVE, parse_perspective)?);
+        }
+        Ok(all)
     }
 }
 

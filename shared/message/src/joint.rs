@@ -60,6 +60,46 @@ numbered! {
     }
 }
 
+impl JointMode {
+    /// Its word, as people and metrics say it.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Limp => "limp",
+            Self::Starting => "starting",
+            Self::Following => "following",
+            Self::Decelerating => "decelerating",
+            Self::Holding => "holding",
+            Self::Quarantined => "quarantined",
+            Self::Releasing => "releasing",
+        }
+    }
+}
+
+impl JointCause {
+    /// Its word, as people and metrics say it.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::None => "none",
+            Self::NotStarted => "not-started",
+            Self::CommandTimeout => "command-timeout",
+            Self::Silent => "silent",
+            Self::Alert => "alert",
+            Self::Watchdog => "watchdog",
+            Self::BusLost => "bus-lost",
+            Self::Stopped => "stopped",
+            Self::Refused => "refused",
+            Self::GroupStopped => "group-stopped",
+            Self::BodyStopped => "body-stopped",
+            Self::Emergency => "emergency",
+            Self::Restarted => "restarted",
+            Self::DuplicateId => "duplicate-id",
+            Self::Derated => "derated",
+        }
+    }
+}
+
 /// Where one joint shall be, and when.
 #[derive(Clone, Copy, Debug, PartialEq, ZeroCopySend)]
 #[repr(C)]

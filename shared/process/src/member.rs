@@ -91,6 +91,12 @@ impl Member {
         })
     }
 
+    /// Its place in the domain, for boards of others to be read from.
+    #[must_use]
+    pub const fn node(&self) -> &Node {
+        &self.node
+    }
+
     /// Opens the writing end of a topic.
     ///
     /// # Errors

@@ -3,14 +3,19 @@
 //!
 //! Nothing here is a condition: without rights everything goes on, more slowly, and the
 //! [`Report`] says what is missing and how to grant it.
-#![expect(unsafe_code, reason = "the scheduling policy and resource usage, which rustix does not offer")]
+#![expect(
+    unsafe_code,
+    reason = "the scheduling policy, resource usage and the state of the clock, which rustix does not offer"
+)]
 
 mod faults;
 mod parent;
 mod report;
 mod rights;
+mod wall_clock;
 
 pub use faults::page_faults;
 pub use parent::{ParentError, die_with_parent};
-pub use report::{Refusal, Report, advice};
+pub use report::{MEMORY, Refusal, Report, advice, grants};
 pub use rights::apply;
+pub use wall_clock::is_wall_clock_kept;

@@ -4,7 +4,8 @@ use rustix::io::Errno;
 
 const SCHEDULING: u64 = 1;
 const AFFINITY: u64 = 2;
-const MEMORY: u64 = 4;
+/// The bit of locked memory among missing rights.
+pub const MEMORY: u64 = 4;
 
 /// A right that was asked for and not granted.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -61,12 +62,19 @@ const GRANTS: [(u64, &str, &str); 3] = [
     ),
 ];
 
+/// The rights whose bits are set, each with how to grant it.
+#[must_use]
+pub fn grants(missing_bits: u64) -> Vec<(&'static str, &'static str)> {
+    let missing = GRANTS.iter().filter(|(bit, ..)| missing_bits & bit != 0);
+    missing.map(|(_, right, how)| (*right, *how)).collect()
+}
+
 /// One warning about the rights of some processes whose bits are set: what is missing, and how to
 /// grant it.
 #[must_use]
 pub fn advice(missing_bits: u64) -> String {
-    let missing = GRANTS.iter().filter(|(bit, ..)| missing_bits & bit != 0);
-    let how: Vec<String> = missing.map(|(_, right, how)| format!("{right}: {how}")).collect();
+    let how: Vec<String> =
+        grants(missing_bits).iter().map(|(right, how)| format!("{right}: {how}")).collect();
     if how.is_empty() {
         "all real-time rights are granted".to_owned()
     } else {

@@ -194,6 +194,30 @@ fn whoever_asks_twice_is_obeyed_at_once() {
     assert_eq!(killed, ORDER.map(|process| Action::Kill(process, Why::DoesNotStop)));
 }
 
+#[test]
+fn the_robot_is_well_while_every_heart_beats_and_not_while_one_is_replaced() {
+    let mut policy = Policy::new(TERMS, &ORDER, at(0));
+    assert_eq!(policy.standing().to_string(), "starting: 0 of 3 processes run");
+    assert!(!policy.standing().is_well());
+    policy = running();
+    assert!(policy.standing().is_well());
+    assert_eq!(policy.standing().to_string(), "all 3 processes run");
+    let mut beats = all_beat(2);
+    beats[1] = pulse(Process::Belief, 1);
+    policy.step(at(101), &beats);
+    assert!(!policy.standing().is_well(), "it hangs, and its killed process was not buried yet");
+    assert_eq!(policy.standing().to_string(), "2 of 3 processes run, the others are being replaced");
+    policy.step(at(110), &[Event::Died(Process::Belief, Ended::Failed)]);
+    assert!(!policy.standing().is_well(), "it waits");
+    policy.step(at(140), &[Event::CleanedUp]);
+    assert!(!policy.standing().is_well(), "it starts");
+    policy.step(at(150), &[pulse(Process::Belief, 1)]);
+    assert!(policy.standing().is_well());
+    policy.step(at(151), &[Event::Stop]);
+    assert!(!policy.standing().is_well());
+    assert_eq!(policy.standing().to_string(), "stopping: 2 of 3 processes still run");
+}
+
 /// The world as the policy sees it: processes that die, hang and stop as chance has it.
 #[derive(Clone, Copy, Debug)]
 enum Chance {

@@ -1,0 +1,86 @@
+#!/usr/bin/env bash
+# Runs the package's service under a systemd of its own, in namespaces over a copy of this machine's root that is
+# thrown away: package/boot.sh PACKAGE.deb. It starts it, starves its watchdog by a process that hangs and
+# cannot be replaced, sees it started anew, and stops it: about a minute. Needs root, overlayfs and systemd.
+set -euo pipefail
+
+if [ "${1:-}" != --inside ]; then
+  package="$(realpath "${1:?the package}")"
+  out="$(mktemp -d)"
+  trap 'rm -rf "$out"' EXIT
+  unshare --mount --pid --fork --uts --ipc --cgroup --propagation private "$0" --inside "$package" "$out" >"$out/boot" 2>&1 || true
+  cat "$out/told" 2>/dev/null || cat "$out/boot"
+  grep -qx 'all is well' "$out/told"
+  exit
+fi
+package="$2"
+out="$3"
+
+# Everything mounted from here on goes with the namespace.
+copy="$out/copy"
+mkdir "$copy"
+mount -t tmpfs tmpfs "$copy"
+mkdir "$copy"/{upper,work,root}
+mount -t overlay overlay -o "lowerdir=/,upperdir=$copy/upper,workdir=$copy/work" "$copy/root"
+root="$copy/root"
+mount -t proc proc "$root/proc"
+mount --rbind /sys "$root/sys"
+mount -t cgroup2 cgroup2 "$root/sys/fs/cgroup"
+mount -t tmpfs tmpfs "$root/dev"
+for device in null zero full random urandom tty; do
+  touch "$root/dev/$device"
+  mount --bind "/dev/$device" "$root/dev/$device"
+done
+mkdir "$root/dev/pts" "$root/dev/shm" "$root/probe"
+mount -t devpts -o newinstance,ptmxmode=0666,mode=620,gid=5 devpts "$root/dev/pts"
+ln -s pts/ptmx "$root/dev/ptmx"
+mount -t tmpfs -o mode=1777 tmpfs "$root/dev/shm"
+for place in run tmp; do mount -t tmpfs tmpfs "$root/$place"; done
+cp "$package" "$out/leo.deb"
+mount --bind "$out" "$root/probe"
+chroot "$root" dpkg -i /probe/leo.deb
+
+cat >"$root/etc/systemd/system/probe.service" <<'UNIT'
+[Service]
+Type=oneshot
+StandardOutput=file:/probe/told
+StandardError=inherit
+ExecStart=/bin/bash /probe/probe.sh
+ExecStopPost=/bin/systemctl exit
+UNIT
+cat >"$root/probe/probe.sh" <<'PROBE'
+set -euo pipefail
+show() { systemctl show leo --value -p "$1"; }
+expect() { if [[ "$2" != $3 ]]; then echo "$1 is \`$2\`, not \`$3\`"; journalctl -u leo --no-pager | tail -40; exit 1; fi; }
+until_is() { for _ in $(seq 60); do if [ "$(show "$1")" = "$2" ]; then return; fi; sleep 1; done; expect "$1" "$(show "$1")" "$2"; }
+
+# A supervisor that never gives up by itself: what is left is the watchdog.
+sed -i 's/^deaths_most = .*/deaths_most = 1000000/' /etc/leo/leo.toml
+systemctl start leo
+expect state "$(show ActiveState)" active
+expect status "$(show StatusText)" "all 7 processes run"
+expect user "$(show User)" leo
+supervisor="$(show MainPID)"
+expect seccomp "$(grep Seccomp: "/proc/$supervisor/status")" "*2"
+echo "started: $(show StatusText)"
+
+mv /usr/bin/leo /usr/bin/leo.away
+kill -STOP "$(pgrep -P "$supervisor" -f "leo belief")"
+until_is StatusText "6 of 7 processes run, the others are being replaced"
+until_is Result watchdog
+echo "starved: $(show Result)"
+mv /usr/bin/leo.away /usr/bin/leo
+until_is StatusText "all 7 processes run"
+expect restarts "$(show NRestarts)" "[1-5]"
+[ "$(show MainPID)" != "$supervisor" ]
+echo "started anew: $(show StatusText)"
+
+systemctl stop leo
+expect result "$(show Result)" success
+expect "exit status" "$(show ExecMainStatus)" 0
+expect "shared memory" "$(ls /dev/shm)" ""
+test -s /var/lib/leo/learned.redb
+echo "all is well"
+PROBE
+exec env -i container=lxc PATH=/usr/sbin:/usr/bin:/sbin:/bin \
+  chroot "$root" /lib/systemd/systemd --system --unit=probe.service --show-status=no

@@ -1,0 +1,63 @@
+//! `leo check`: whether the configuration is right and what this machine can promise.
+
+mod migrate;
+
+use std::path::PathBuf;
+use std::process::ExitCode;
+use std::time::Duration;
+
+use clap::Args;
+use config::Robot;
+use supervisor_process::{CheckError, Deed, Inquiry};
+
+use super::failure::Failed;
+use super::{seconds, startable};
+
+#[derive(Args, Clone, Debug)]
+#[command(after_help = "Example:\n  leo check --config config/leo.toml --seconds 60")]
+pub(crate) struct Check {
+    /// The robot's leo.toml [default: built in]
+    #[arg(long, value_name = "FILE")]
+    config: Option<PathBuf>,
+    /// How long to measure how late threads wake; 0 to leave it out
+    #[arg(long, value_name = "SECONDS", default_value = "10", value_parser = seconds::parse_or_none,
+        allow_hyphen_values = true)]
+    seconds: Duration,
+    /// Change what can be changed until the next start of the machine, and say how to take it back; as root
+    #[arg(long, conflicts_with = "json")]
+    apply: bool,
+    /// Take back what --apply changed; as root
+    #[arg(long, conflicts_with_all = ["json", "apply"])]
+    revert: bool,
+    /// Bring --config and what was learned to this version first, and keep a copy of each as it was
+    #[arg(long, conflicts_with = "json")]
+    migrate: bool,
+    /// The folder that stands for the root of the machine
+    #[arg(long, hide = true, default_value = "/")]
+    root: PathBuf,
+    /// Print one JSON document
+    #[arg(long)]
+    json: bool,
+}
+
+impl Check {
+    pub(crate) fn run(self) -> Result<ExitCode, Failed> {
+        if self.migrate {
+            migrate::migrate(self.config.as_deref())?;
+        }
+        startable(&Robot::load(self.config.as_deref()).map_err(Failed::usage)?)?;
+        let deed = match (self.apply, self.revert) {
+            (true, _) => Deed::Apply,
+            (false, true) => Deed::Revert,
+            (false, false) => Deed::Look,
+        };
+        let inquiry =
+            Inquiry { config: self.config, json: self.json, measure: self.seconds, deed, root: self.root };
+        let mut out = std::io::stdout().lock();
+        let holds = supervisor_process::check(&inquiry, &mut out).map_err(|error| match error {
+            CheckError::Config(_) => Failed::usage(error),
+            CheckError::Apply(_) | CheckError::Write(_) => Failed::because(error),
+        })?;
+        Ok(ExitCode::from(u8::from(!holds)))
+    }
+}

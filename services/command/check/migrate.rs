@@ -1,0 +1,86 @@
+//! `leo check --migrate`: files of an older version become files of this one, and are kept as they were.
+
+use std::collections::BTreeSet;
+use std::ffi::OsString;
+use std::fs;
+use std::io;
+use std::path::{Path, PathBuf};
+
+use config::{Forward, Robot};
+
+use super::super::domain::state_directory;
+use super::super::failure::Failed;
+use super::super::output::print;
+
+/// Brings a configuration and what was learned forward, and says what was done. Nothing is written before
+/// it is known that every file can be.
+pub(super) fn migrate(config: Option<&Path>) -> Result<(), Failed> {
+    if let Some(leo) = config {
+        let files = Robot::forward(leo).map_err(Failed::usage)?;
+        for file in files.iter().filter(|file| !file.steps.is_empty()) {
+            if kept(&file.file).exists() {
+                return Err(Failed::usage(format!(
+                    "{} is there already, and nothing is changed: move it away",
+                    kept(&file.file).display()
+                )));
+            }
+        }
+        for file in &files {
+            write(file).map_err(|error| {
+                Failed::because(format!("cannot migrate {}: {error}", file.file.display()))
+            })?;
+            print(&said(file))?;
+        }
+    }
+    let state = state_directory()?;
+    let before = copies(&state);
+    // A store of an older version is taken over when it is opened.
+    learner_process::check_memory(&state).map_err(Failed::usage)?;
+    let made = copies(&state);
+    let new: Vec<String> = made.difference(&before).map(|file| file.display().to_string()).collect();
+    print(&if new.is_empty() {
+        format!("what was learned, in {}, is of this version\n\n", state.display())
+    } else {
+        format!("what was learned, in {}, was migrated; as it was: {}\n\n", state.display(), new.join(", "))
+    })
+}
+
+fn said(file: &Forward) -> String {
+    if file.steps.is_empty() {
+        return format!("{} is of this version\n", file.file.display());
+    }
+    let steps: String = file.steps.iter().map(|step| format!("    {step}\n")).collect();
+    format!("{} was migrated; as it was: {}\n{steps}", file.file.display(), kept(&file.file).display())
+}
+
+/// Where a file is kept as it was.
+fn kept(file: &Path) -> PathBuf {
+    with(file, ".old")
+}
+
+fn with(file: &Path, ending: &str) -> PathBuf {
+    let mut name = OsString::from(file);
+    name.push(ending);
+    name.into()
+}
+
+/// Copies the file, and replaces it whole.
+fn write(file: &Forward) -> io::Result<()> {
+    if file.steps.is_empty() {
+        return Ok(());
+    }
+    let new = with(&file.file, ".new");
+    fs::copy(&file.file, kept(&file.file))?;
+    fs::write(&new, &file.text)?;
+    fs::set_permissions(&new, fs::metadata(&file.file)?.permissions())?;
+    fs::rename(new, &file.file)
+}
+
+/// The copies of stores of older versions: `learned.v1.redb`, ...
+fn copies(state: &Path) -> BTreeSet<PathBuf> {
+    let entries = fs::read_dir(state).into_iter().flatten().flatten().map(|entry| entry.path());
+    let is_copy = |path: &PathBuf| {
+        path.file_name().and_then(|name| name.to_str()).is_some_and(|name| name.starts_with("learned.v"))
+    };
+    entries.filter(is_copy).collect()
+}

@@ -1,0 +1,41 @@
+//! `leo manual`: manual pages and completions for shells, made from the definitions of the commands.
+
+use std::fs;
+use std::io;
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+
+use clap::{Args, CommandFactory as _};
+use clap_complete::Shell;
+
+use super::failure::Failed;
+
+#[derive(Args, Clone, Debug)]
+#[command(after_help = "Example:\n  leo manual target/manual")]
+pub(crate) struct Manual {
+    /// Where to write them; made where it is missing
+    #[arg(value_name = "DIRECTORY")]
+    directory: PathBuf,
+}
+
+impl Manual {
+    pub(crate) fn run(&self) -> Result<ExitCode, Failed> {
+        write(&self.directory).map_err(|error| {
+            Failed::because(format!("cannot write to {}: {error}", self.directory.display()))
+        })?;
+        Ok(ExitCode::SUCCESS)
+    }
+}
+
+/// Writes `man/leo.1` and a page for each command, and `completions/` for bash, zsh and fish.
+fn write(directory: &Path) -> io::Result<()> {
+    let pages = directory.join("man");
+    fs::create_dir_all(&pages)?;
+    clap_mangen::generate_to(super::Leo::command(), pages)?;
+    let completions = directory.join("completions");
+    fs::create_dir_all(&completions)?;
+    for shell in [Shell::Bash, Shell::Zsh, Shell::Fish] {
+        clap_complete::generate_to(shell, &mut super::Leo::command(), "leo", &completions)?;
+    }
+    Ok(())
+}

@@ -1,0 +1,51 @@
+//! `leo top`: what the processes count, beside a running robot.
+
+use std::io::IsTerminal as _;
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+use clap::Args;
+use config::Robot;
+use console_process::top::{About, Form, show};
+use transport::Domain;
+
+use super::domain::state_directory;
+use super::failure::Failed;
+
+#[derive(Args, Clone, Debug)]
+#[command(after_help = "Example:\n  leo top --json")]
+pub(crate) struct Top {
+    /// Print the table once, as JSON
+    #[arg(long)]
+    json: bool,
+    /// Print everything that is counted once, as OpenMetrics text
+    #[arg(long, conflicts_with = "json")]
+    openmetrics: bool,
+    /// The robot's leo.toml, for the names of its joints [default: built in]
+    #[arg(long, value_name = "FILE")]
+    config: Option<PathBuf>,
+    /// The robot to look at, where several run
+    #[arg(long, value_name = "DIRECTORY")]
+    domain: Option<PathBuf>,
+}
+
+impl Top {
+    pub(crate) fn run(&self) -> Result<ExitCode, Failed> {
+        let robot = Robot::load(self.config.as_deref()).map_err(Failed::usage)?;
+        let domain = self.domain.as_deref().map(Domain::at).transpose().map_err(Failed::usage)?;
+        let about = About {
+            joint_names: robot.motor.joints.into_iter().map(|joint| joint.name).collect(),
+            // Whose state folder cannot be told has no store that could.
+            store: state_directory().ok().map(|state| state.join("learned.redb")),
+        };
+        let mut out = std::io::stdout().lock();
+        let form = match (self.json, self.openmetrics) {
+            (true, _) => Form::Json,
+            (false, true) => Form::OpenMetrics,
+            (false, false) if out.is_terminal() => Form::Live,
+            (false, false) => Form::Table,
+        };
+        show(domain, about, form, &mut out).map_err(Failed::because)?;
+        Ok(ExitCode::SUCCESS)
+    }
+}

@@ -1,0 +1,104 @@
+//! The boards of a robot's processes, read without touching who wrote them.
+
+use std::collections::BTreeMap;
+
+use message::{Health, JointStates, Process, ProcessState};
+use metrics::Readings;
+use transport::{
+    BusesReader, HealthReader, Inlet, Node, PerspectivesReader, PortError, RosterReader, SourcesReader,
+};
+
+/// Reads the boards of one domain. What is not there yet, or not any more, is looked for anew each
+/// time.
+pub struct Boards {
+    roster: RosterReader,
+    health: BTreeMap<Process, (u64, HealthReader)>,
+    sources: Option<(u64, SourcesReader)>,
+    buses: Option<(u64, BusesReader)>,
+    perspectives: Option<(u64, PerspectivesReader)>,
+    joints: Option<Inlet<JointStates>>,
+    /// As they were read last: frames of them may be rarer than looks.
+    latest: Vec<message::JointState>,
+}
+
+impl Boards {
+    /// Finds the supervisor's board.
+    ///
+    /// # Errors
+    ///
+    /// It is not there: the robot starts, stops, or is dead.
+    pub fn open(node: &Node) -> Result<Self, PortError> {
+        Ok(Self {
+            roster: RosterReader::open(node, Process::Supervisor, 1)?,
+            health: BTreeMap::new(),
+            sources: None,
+            buses: None,
+            perspectives: None,
+            joints: None,
+            latest: Vec::new(),
+        })
+    }
+
+    /// What stands on the boards now. Tasks, the store and the names of joints are not on any board.
+    pub fn read(&mut self, node: &Node) -> Readings {
+        let roster = self.roster.read();
+        let mut readings = Readings::default();
+        for &process in Process::ALL {
+            let Some(life) = roster.incarnation(process) else { continue };
+            let Some(health) = self.health(node, process, life) else { continue };
+            readings.processes.insert(process, health);
+        }
+        let life = |process| readings.processes.get(&process).map(|health| health.incarnation);
+        if let Some(life) = life(Process::Sensor) {
+            let sources =
+                current(&mut self.sources, life, || SourcesReader::open(node, Process::Sensor, life));
+            readings.sources = sources.map(|board| board.read().all().to_vec()).unwrap_or_default();
+        }
+        if let Some(life) = life(Process::Belief) {
+            let open = || PerspectivesReader::open(node, Process::Belief, life);
+            let perspectives = current(&mut self.perspectives, life, open);
+            readings.perspectives = perspectives.map(|board| board.read().all().to_vec()).unwrap_or_default();
+        }
+        if let Some(life) = life(Process::Motor) {
+            let buses = current(&mut self.buses, life, || BusesReader::open(node, Process::Motor, life));
+            readings.buses = buses.map(|board| board.read().all().to_vec()).unwrap_or_default();
+        }
+        // Whoever opens a topic that is not there makes it: only once its writer has.
+        let motor = readings.processes.get(&Process::Motor).and_then(Health::state);
+        if motor == Some(ProcessState::Running) {
+            self.hear_joints(node);
+        }
+        readings.joints.clone_from(&self.latest);
+        readings
+    }
+
+    fn health(&mut self, node: &Node, process: Process, life: u64) -> Option<Health> {
+        if self.health.get(&process).is_none_or(|(known, _)| *known != life) {
+            // A life that has not put up its board yet is looked for again next time.
+            let reader = HealthReader::open(node, process, life).ok()?;
+            self.health.insert(process, (life, reader));
+        }
+        self.health.get(&process).map(|(_, reader)| reader.read())
+    }
+
+    fn hear_joints(&mut self, node: &Node) {
+        if self.joints.is_none() {
+            self.joints = node.inlet(None).ok();
+        }
+        if let Some(frame) = self.joints.as_mut().and_then(|inlet| inlet.newest().ok().flatten()) {
+            self.latest = frame.entries().to_vec();
+        }
+    }
+}
+
+/// The board of a life, opened anew where that kept is of another one.
+fn current<B>(
+    kept: &mut Option<(u64, B)>,
+    life: u64,
+    open: impl FnOnce() -> Result<B, PortError>,
+) -> Option<&B> {
+    if kept.as_ref().is_none_or(|(known, _)| *known != life) {
+        *kept = open().ok().map(|board| (life, board));
+    }
+    kept.as_ref().map(|(_, board)| board)
+}

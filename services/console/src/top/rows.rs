@@ -1,0 +1,240 @@
+//! What was read of a robot, as rows: the document of `leo top --json`.
+
+use std::collections::BTreeMap;
+use std::time::Duration;
+
+use message::{BusHealth, Health, Histogram, Loss, PerspectiveHealth, Process, ProcessState, SourceHealth};
+use metrics::Readings;
+use serde::Serialize;
+
+/// One row: a process over the last interval.
+#[derive(Clone, Debug, Serialize)]
+pub struct Row {
+    /// The process.
+    pub process: String,
+    /// The operating system's number.
+    pub pid: u32,
+    /// Starting, running or stopping.
+    pub state: &'static str,
+    /// Lives begun after the first.
+    pub restarts: u64,
+    /// Configured rate; none for a process that is woken.
+    pub rate_hz: Option<f64>,
+    /// Cycles since this life began.
+    pub cycles: u64,
+    /// Cycles that ended after their deadline.
+    pub overruns: u64,
+    /// Releases skipped.
+    pub skipped: u64,
+    /// Frames lost at its inlets.
+    pub drops: u64,
+    /// Frames or entries refused as nonsense.
+    pub refused: u64,
+    /// Of the sensor process: its sensory sources.
+    pub sources: Vec<SourceRow>,
+    /// Of the motor process: its servo buses.
+    pub buses: Vec<BusRow>,
+    /// Of the belief process: the perspectives of which anything is computed.
+    pub perspectives: Vec<PerspectiveRow>,
+    /// Page faults since its loop began.
+    pub page_faults: u64,
+    /// Release to start.
+    pub wakeup_us: Quantiles,
+    /// Start to end.
+    pub execution_us: Quantiles,
+    /// Age of the input.
+    pub age_us: Quantiles,
+}
+
+/// A sensory source, since the sensor process's life began.
+#[derive(Clone, Debug, Serialize)]
+pub struct SourceRow {
+    /// What the configuration calls it.
+    pub name: String,
+    /// Whether frames are expected of it, and none come.
+    pub silent: bool,
+    /// Frames that were taken.
+    pub frames: u64,
+    /// Observations that entered the percept buffer.
+    pub observations: u64,
+    /// What was lost, by the name of the reason; without those that did not happen.
+    pub losses: BTreeMap<&'static str, u64>,
+}
+
+/// A servo bus, since the motor process's life began.
+#[derive(Clone, Debug, Serialize)]
+pub struct BusRow {
+    /// What the configuration calls it.
+    pub name: String,
+    /// Whether its line is lost now.
+    pub lost: bool,
+    /// Joints on it.
+    pub joints: u64,
+    /// Joints of it that are quarantined now.
+    pub quarantined: u64,
+    /// Requests carried out.
+    pub exchanges: u64,
+    /// Cycles in which it was still busy with the request before.
+    pub skipped: u64,
+    /// Answers that did not come.
+    pub missed: u64,
+    /// Answers that arrived broken.
+    pub broken: u64,
+    /// Answers dropped because they were not of this cycle.
+    pub stale: u64,
+    /// Bytes that came after their time.
+    pub late_bytes: u64,
+    /// How long the requests took.
+    pub exchange_us: Quantiles,
+}
+
+/// A perspective, since the belief process's life began.
+#[derive(Clone, Debug, Serialize)]
+pub struct PerspectiveRow {
+    /// Whose, and within whose: empty for the robot's own, `[1]` for partner 1's.
+    pub path: Vec<u16>,
+    /// How often its beliefs were brought to an instant.
+    pub steps: u64,
+    /// Beliefs that it held after each of these steps, all together.
+    pub beliefs: u64,
+}
+
+/// A distribution in microseconds.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct Quantiles {
+    /// How many.
+    pub count: u64,
+    /// Half are not above.
+    pub p50: f64,
+    /// 99 % are not above.
+    pub p99: f64,
+    /// 99.9 % are not above.
+    pub p999: f64,
+    /// None is above.
+    pub max: f64,
+}
+
+impl Quantiles {
+    /// The quantiles of a histogram.
+    #[must_use]
+    pub fn of(histogram: &Histogram) -> Self {
+        let micros = |nanos: u64| Duration::from_nanos(nanos).as_secs_f64() * 1e6;
+        Self {
+            count: histogram.count(),
+            p50: micros(histogram.quantile_ns(0.5)),
+            p99: micros(histogram.quantile_ns(0.99)),
+            p999: micros(histogram.quantile_ns(0.999)),
+            max: micros(histogram.max_ns()),
+        }
+    }
+}
+
+/// A row for every process, over the time since an earlier look; over its whole life where that saw
+/// another life of it, or none.
+#[must_use]
+pub fn rows(readings: &Readings, earlier: &BTreeMap<Process, Health>) -> Vec<Row> {
+    let each = readings.processes.iter();
+    each.map(|(&process, health)| {
+        let earlier = earlier.get(&process).filter(|then| then.pid == health.pid);
+        let mut row = row(process, health, earlier);
+        match process {
+            Process::Sensor => row.sources = readings.sources.iter().map(source_row).collect(),
+            Process::Motor => row.buses = readings.buses.iter().map(bus_row).collect(),
+            Process::Belief => {
+                row.perspectives = readings.perspectives.iter().map(perspective_row).collect();
+            }
+            Process::Simulator
+            | Process::Learner
+            | Process::MockBus
+            | Process::Console
+            | Process::Supervisor => {}
+        }
+        row
+    })
+    .collect()
+}
+
+fn bus_row(bus: &BusHealth) -> BusRow {
+    BusRow {
+        name: bus.name.as_str().to_owned(),
+        lost: bus.lost != 0,
+        joints: bus.joints,
+        quarantined: bus.quarantined,
+        exchanges: bus.exchanges,
+        skipped: bus.skipped,
+        missed: bus.missed,
+        broken: bus.broken,
+        stale: bus.stale,
+        late_bytes: bus.late_bytes,
+        exchange_us: Quantiles::of(&bus.exchange),
+    }
+}
+
+fn source_row(source: &SourceHealth) -> SourceRow {
+    let losses = Loss::ALL.iter().map(|loss| (loss.name(), source.lost(*loss)));
+    SourceRow {
+        name: source.name.as_str().to_owned(),
+        silent: source.silent != 0,
+        frames: source.frames,
+        observations: source.observations,
+        losses: losses.filter(|(_, count)| *count > 0).collect(),
+    }
+}
+
+fn perspective_row(perspective: &PerspectiveHealth) -> PerspectiveRow {
+    PerspectiveRow {
+        path: perspective.path.agents().unwrap_or_default().to_vec(),
+        steps: perspective.steps,
+        beliefs: perspective.beliefs,
+    }
+}
+
+fn row(process: Process, health: &Health, earlier: Option<&Health>) -> Row {
+    let earlier = earlier.copied().unwrap_or_default();
+    let rate_hz = (health.period_ns > 0).then(|| 1.0 / Duration::from_nanos(health.period_ns).as_secs_f64());
+    Row {
+        process: process.to_string(),
+        pid: health.pid,
+        state: match health.state() {
+            Some(ProcessState::Starting) => "starting",
+            Some(ProcessState::Running) => "running",
+            Some(ProcessState::Stopping) => "stopping",
+            Some(ProcessState::Absent) | None => "unknown",
+        },
+        restarts: health.incarnation.saturating_sub(1),
+        rate_hz,
+        cycles: health.cycles,
+        overruns: health.overruns,
+        skipped: health.skipped,
+        drops: health.drops,
+        refused: health.refused,
+        sources: Vec::new(),
+        buses: Vec::new(),
+        perspectives: Vec::new(),
+        page_faults: health.page_faults,
+        wakeup_us: Quantiles::of(&health.wakeup.since(&earlier.wakeup)),
+        execution_us: Quantiles::of(&health.execution.since(&earlier.execution)),
+        age_us: Quantiles::of(&health.latency.since(&earlier.latency)),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_row_counts_what_came_since_the_last_look() {
+        let mut then = Health::default();
+        then.pid = 7;
+        then.execution.record(1_000_000);
+        let mut now = then;
+        now.execution.record(2_000);
+        let readings = Readings { processes: [(Process::Belief, now)].into(), ..Readings::default() };
+        let row = rows(&readings, &[(Process::Belief, then)].into()).remove(0);
+        assert_eq!(row.execution_us.count, 1);
+        assert!(row.execution_us.p99 < 3.0);
+        then.pid = 8;
+        let row = rows(&readings, &[(Process::Belief, then)].into()).remove(0);
+        assert_eq!(row.execution_us.count, 2, "an earlier life was another process");
+    }
+}

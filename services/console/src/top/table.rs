@@ -1,0 +1,139 @@
+//! The rows as text, for who is no terminal.
+
+use std::fmt::Write as _;
+
+use super::rows::{BusRow, PerspectiveRow, Row};
+
+/// The rows as a table of 100 columns, with a line for each sensory source, each perspective and each
+/// servo bus below it.
+#[must_use]
+pub fn table(rows: &[Row]) -> String {
+    let mut out = String::from(
+        "                              rate            wake-up us      execution us         over  skip        re-\n\
+         process        pid state        Hz   cycles    p50    p99    p50    p99     max  runs   ped drops start\n",
+    );
+    for row in rows {
+        let rate = row.rate_hz.map_or_else(|| "woken".to_owned(), |rate| format!("{rate:.0}"));
+        // Writing to a string cannot fail.
+        let _ = writeln!(
+            out,
+            "{:<10} {:>7} {:<9} {:>5} {:>8} {:>6.0} {:>6.0} {:>6.0} {:>6.0} {:>7.0} {:>5} {:>5} {:>5} {:>5}",
+            row.process,
+            row.pid,
+            row.state,
+            rate,
+            row.cycles,
+            row.wakeup_us.p50,
+            row.wakeup_us.p99,
+            row.execution_us.p50,
+            row.execution_us.p99,
+            row.execution_us.max,
+            row.overruns,
+            row.skipped,
+            row.drops,
+            row.restarts,
+        );
+    }
+    for (number, source) in rows.iter().flat_map(|row| row.sources.iter().enumerate()) {
+        let lost: Vec<String> =
+            source.losses.iter().map(|(reason, count)| format!("{count} {reason}")).collect();
+        let _ = writeln!(
+            out,
+            "source {number} {:<14} {:>8} frames {:>9} observations{}{}{}",
+            source.name,
+            source.frames,
+            source.observations,
+            if source.silent { "   SILENT" } else { "" },
+            if lost.is_empty() { "" } else { "   lost: " },
+            lost.join(", "),
+        );
+    }
+    for bus in rows.iter().flat_map(|row| &row.buses) {
+        let _ = writeln!(
+            out,
+            "bus {:<12} {:>8} requests, us p50 {:.0} p99 {:.0}{}{}{}",
+            bus.name,
+            bus.exchanges,
+            bus.exchange_us.p50,
+            bus.exchange_us.p99,
+            if bus.lost { "   LOST" } else { "" },
+            if bus.quarantined > 0 {
+                format!("   {} of {} joints quarantined", bus.quarantined, bus.joints)
+            } else {
+                String::new()
+            },
+            in_trouble(bus),
+        );
+    }
+    for (number, perspective) in rows.iter().flat_map(|row| row.perspectives.iter().enumerate()) {
+        let PerspectiveRow { path, steps, beliefs } = perspective;
+        let path = format!("{path:?}");
+        let _ = writeln!(out, "perspective {number} {path:<12} {steps:>8} steps {beliefs:>13} beliefs");
+    }
+    out
+}
+
+/// What went wrong on a bus, as far as anything did.
+fn in_trouble(bus: &BusRow) -> String {
+    let counts = [
+        (bus.skipped, "skipped"),
+        (bus.missed, "missed"),
+        (bus.broken, "broken"),
+        (bus.stale, "stale"),
+        (bus.late_bytes, "late bytes"),
+    ];
+    let said: Vec<_> = counts
+        .iter()
+        .filter(|(count, _)| *count > 0)
+        .map(|(count, what)| format!("{count} {what}"))
+        .collect();
+    if said.is_empty() { String::new() } else { format!("   {}", said.join(", ")) }
+}
+
+#[cfg(test)]
+mod tests {
+    use message::{Health, Loss, Path, PerspectiveHealth, Process, SourceHealth, Text};
+    use metrics::Readings;
+
+    use super::*;
+    use crate::top::rows::rows;
+
+    fn words(line: &str) -> String {
+        line.split_whitespace().collect::<Vec<_>>().join(" ")
+    }
+
+    fn told(process: Process, readings: Readings) -> (Vec<Row>, String) {
+        let processes = [(process, Health::default())].into();
+        let rows = rows(&Readings { processes, ..readings }, &[].into());
+        let table = table(&rows);
+        (rows, table)
+    }
+
+    #[test]
+    fn each_source_has_a_line_below_the_table() {
+        let mut camera = SourceHealth { frames: 12, observations: 34, silent: 1, ..SourceHealth::default() };
+        camera.name = Text::new("camera");
+        camera.losses[usize::from(Loss::Place.raw())] = 7;
+        camera.losses[usize::from(Loss::Overtaken.raw())] = 2;
+        let sources = vec![SourceHealth::default(), camera];
+        let (rows, table) = told(Process::Sensor, Readings { sources, ..Readings::default() });
+        let sources = &rows[0].sources;
+        assert_eq!((sources[1].losses.len(), sources[1].losses["place"]), (2, 7));
+        let should = "source 1 camera 12 frames 34 observations SILENT lost: 2 overtaken, 7 place";
+        assert_eq!(words(table.lines().last().unwrap()), should);
+    }
+
+    #[test]
+    fn each_perspective_has_a_line_below_the_table() {
+        let within = |path: Path, agent| path.within(agent).unwrap();
+        let partner = within(Path::ROBOT, 1);
+        let perspectives = [Path::ROBOT, partner, within(partner, 0)]
+            .map(|path| PerspectiveHealth { path, steps: 7, beliefs: 21 })
+            .to_vec();
+        let (_, table) = told(Process::Belief, Readings { perspectives, ..Readings::default() });
+        let lines: Vec<String> = table.lines().skip(3).map(words).collect();
+        let should = ["perspective 0 [] 7 steps 21 beliefs", "perspective 1 [1] 7 steps 21 beliefs"];
+        assert_eq!(lines[..2], should);
+        assert_eq!(lines[2], "perspective 2 [1, 0] 7 steps 21 beliefs");
+    }
+}

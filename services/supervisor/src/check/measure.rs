@@ -1,0 +1,60 @@
+//! How late threads wake that do nothing but sleep to absolute instants.
+
+use std::io;
+use std::thread::{Builder, JoinHandle};
+use std::time::Duration;
+
+use config::leo::{Priority, Rights};
+use message::Histogram;
+
+use crate::readiness::{Hot, Wakeup};
+
+/// Measures for so long, all processes with a rate at once, as in the running robot; nothing where the
+/// time is zero.
+///
+/// # Errors
+///
+/// The system has no room for another thread.
+pub(super) fn wakeups(hot: &[Hot], lasting: Duration) -> io::Result<Vec<Wakeup>> {
+    if lasting.is_zero() {
+        return Ok(Vec::new());
+    }
+    let mut threads = Vec::new();
+    for process in hot {
+        if let Some(period) = process.period {
+            threads.push((process.name, period, sleeper(process, period, lasting)?));
+        }
+    }
+    let end = |(process, period, thread): (_, _, JoinHandle<Histogram>)| Wakeup {
+        process,
+        period,
+        late: thread.join().unwrap_or_default(),
+    };
+    Ok(threads.into_iter().map(end).collect())
+}
+
+/// A thread with the rights of a process that sleeps until its releases.
+fn sleeper(process: &Hot, period: Duration, lasting: Duration) -> io::Result<JoinHandle<Histogram>> {
+    let rights = Rights {
+        fifo_priority: Priority::try_from(process.priority).map_err(io::Error::other)?,
+        cores: process.cores.clone(),
+        lock_memory: true,
+    };
+    Builder::new().name(format!("wake-{}", process.name)).spawn(move || {
+        // What is not granted is a finding of its own.
+        let _missing = realtime::apply(&rights);
+        let mut late = Histogram::default();
+        let mut release = clock::now() + period;
+        let end = release + lasting;
+        while release < end {
+            clock::sleep_until(release);
+            let now = clock::now();
+            late.record(clock::nanos(now.since(release)));
+            // A release that has passed is skipped, never made up.
+            while release <= now {
+                release += period;
+            }
+        }
+        late
+    })
+}

@@ -1,0 +1,96 @@
+use std::fs;
+
+use super::*;
+
+/// A machine in a folder: one core that saves power, one adapter that waits.
+fn folder() -> tempfile::TempDir {
+    let root = tempfile::tempdir().unwrap();
+    for (file, text) in [
+        ("sys/devices/system/cpu/cpu0/cpufreq/scaling_governor", "powersave\n"),
+        ("sys/bus/usb-serial/devices/ttyUSB0/latency_timer", "16\n"),
+        ("run/other", ""),
+    ] {
+        let file = root.path().join(file);
+        fs::create_dir_all(file.parent().unwrap()).unwrap();
+        fs::write(file, text).unwrap();
+    }
+    root
+}
+
+fn inquiry(root: &Path, deed: Deed) -> Inquiry {
+    Inquiry { config: None, json: false, measure: Duration::ZERO, deed, root: root.to_owned() }
+}
+
+fn governor(root: &Path) -> String {
+    fs::read_to_string(root.join("sys/devices/system/cpu/cpu0/cpufreq/scaling_governor")).unwrap()
+}
+
+#[test]
+fn this_machine_has_cores_and_shared_memory() {
+    let machine = machine(&Robot::load(None).unwrap().leo);
+    assert!(!machine.cores.is_empty() && machine.shared_memory_free > Some(0), "{machine:?}");
+}
+
+#[test]
+fn a_wrong_file_is_named() {
+    let wrong = Inquiry { config: Some("/nowhere/leo.toml".into()), ..inquiry(Path::new("/"), Deed::Look) };
+    let refused = check(&wrong, &mut Vec::new()).unwrap_err();
+    assert!(refused.to_string().contains("/nowhere/leo.toml"), "{refused}");
+}
+
+#[test]
+fn what_is_found_is_one_json_document() {
+    let mut out = Vec::new();
+    let measured =
+        Inquiry { json: true, measure: Duration::from_millis(50), ..inquiry(Path::new("/"), Deed::Look) };
+    check(&measured, &mut out).unwrap();
+    let findings: serde_json::Value = serde_json::from_slice(&out).unwrap();
+    let abouts: Vec<&str> =
+        findings.as_array().unwrap().iter().map(|finding| finding["about"].as_str().unwrap()).collect();
+    assert_eq!(abouts.len(), 19, "{abouts:?}");
+    assert_eq!(abouts[17..], ["wake-up of sensor", "wake-up of motor"]);
+    assert_eq!(findings[0]["verdict"], "good");
+}
+
+#[test]
+fn a_look_changes_nothing() {
+    let root = folder();
+    let mut out = Vec::new();
+    check(&inquiry(root.path(), Deed::Look), &mut out).unwrap();
+    let said = String::from_utf8(out).unwrap();
+    assert!(said.contains("mend, or --apply: cpupower"), "{said}");
+    assert_eq!(governor(root.path()), "powersave\n");
+    assert!(!root.path().join("run/leo-check.json").exists());
+}
+
+#[test]
+fn what_is_applied_is_said_noted_and_taken_back() {
+    let root = folder();
+    let mut out = Vec::new();
+    check(&inquiry(root.path(), Deed::Apply), &mut out).unwrap();
+    let said = String::from_utf8(out).unwrap();
+    let file = "/sys/devices/system/cpu/cpu0/cpufreq/scaling_governor";
+    assert!(
+        said.contains(&format!("changed  echo performance > {file}   (back: echo powersave > {file})")),
+        "{said}"
+    );
+    assert!(said.contains("no core is slowed down"), "{said}");
+    assert_eq!(governor(root.path()), "performance");
+    // Applied again, nothing is changed and nothing of the notes is lost.
+    check(&inquiry(root.path(), Deed::Apply), &mut Vec::new()).unwrap();
+    check(&inquiry(root.path(), Deed::Revert), &mut Vec::new()).unwrap();
+    assert_eq!(governor(root.path()), "powersave");
+    let timer = root.path().join("sys/bus/usb-serial/devices/ttyUSB0/latency_timer");
+    assert_eq!(fs::read_to_string(timer).unwrap(), "16");
+    let nothing = check(&inquiry(root.path(), Deed::Revert), &mut Vec::new()).unwrap_err();
+    assert!(nothing.to_string().contains("nothing to take back"), "{nothing}");
+}
+
+#[test]
+fn what_cannot_be_noted_is_not_changed() {
+    let root = folder();
+    fs::remove_dir_all(root.path().join("run")).unwrap();
+    let refused = check(&inquiry(root.path(), Deed::Apply), &mut Vec::new()).unwrap_err();
+    assert!(refused.to_string().contains("as root"), "{refused}");
+    assert_eq!(governor(root.path()), "powersave\n");
+}

@@ -1,0 +1,166 @@
+//! The cores: how many, who runs on which, and what puts them to sleep.
+
+use super::{Change, Finding, Hot, System};
+
+const CPU: &str = "/sys/devices/system/cpu";
+/// An idle state that takes this long to leave, in microseconds, is felt.
+const IDLE_LATENCY: u64 = 50;
+
+/// The numbers in a list such as `0-3,7`, as the kernel writes them.
+pub(super) fn parse_list(list: &str) -> Vec<u16> {
+    let ranges = list.split(',').filter_map(|range| {
+        let (first, last) = range.trim().split_once('-').unwrap_or((range.trim(), range.trim()));
+        Some(first.parse::<u16>().ok()?..=last.parse::<u16>().ok()?)
+    });
+    ranges.flatten().collect()
+}
+
+/// The numbers as the kernel reads them.
+pub(super) fn to_list(cores: &[u16]) -> String {
+    cores.iter().map(u16::to_string).collect::<Vec<_>>().join(",")
+}
+
+/// Every core that a hot process is told to run on, each once.
+pub(super) fn chosen(hot: &[Hot]) -> Vec<u16> {
+    let mut cores: Vec<u16> = hot.iter().flat_map(|process| process.cores.iter().copied()).collect();
+    cores.sort_unstable();
+    cores.dedup();
+    cores
+}
+
+pub(super) fn count(cores: &[u16]) -> Finding {
+    if cores.len() >= 2 {
+        Finding::good("cores", format!("{} may be used", cores.len()))
+    } else {
+        Finding::slower(
+            "cores",
+            "one core may be used: the hot path needs two or more",
+            "`taskset -pc 0-$(($(nproc --all) - 1)) $$`, or a machine with more",
+        )
+    }
+}
+
+/// Whether each hot process that is told to stay on cores can have one of its own, as far as there are
+/// any.
+pub(super) fn plan(hot: &[Hot], machine: &[u16]) -> Finding {
+    let about = "core plan";
+    let pinned: Vec<&Hot> = hot.iter().filter(|process| !process.cores.is_empty()).collect();
+    let used = chosen(hot);
+    if pinned.is_empty() {
+        return Finding::good(about, "no hot process is told to stay on a core");
+    }
+    if let Some((process, core)) =
+        pinned.iter().find_map(|hot| Some((hot, hot.cores.iter().find(|core| !machine.contains(core))?)))
+    {
+        return Finding::slower(
+            about,
+            format!(
+                "{} shall run on core {core}, which this process may not use or which is not there",
+                process.name
+            ),
+            format!("cores among {machine:?} in [{}.realtime] of leo.toml", process.name),
+        );
+    }
+    if each_has_one(&pinned, &mut Vec::new()) {
+        return Finding::good(about, format!("a core for each of {}", names(&pinned)));
+    }
+    let free: Vec<u16> = machine.iter().copied().filter(|core| !used.contains(core)).collect();
+    match free.first() {
+        Some(core) => Finding::slower(
+            about,
+            format!("{} share cores {used:?} while {free:?} are free", names(&pinned)),
+            format!("cores = [{core}] in the [*.realtime] of one of them in leo.toml"),
+        ),
+        None => Finding::good(about, format!("{} share all cores there are", names(&pinned))),
+    }
+}
+
+/// Whether the first of `pinned` and all behind it can each have a core that is not `taken`.
+fn each_has_one(pinned: &[&Hot], taken: &mut Vec<u16>) -> bool {
+    let Some((first, others)) = pinned.split_first() else { return true };
+    first.cores.iter().any(|core| {
+        if taken.contains(core) {
+            return false;
+        }
+        taken.push(*core);
+        let fits = each_has_one(others, taken);
+        taken.pop();
+        fits
+    })
+}
+
+fn names(hot: &[&Hot]) -> String {
+    hot.iter().map(|process| process.name).collect::<Vec<_>>().join(", ")
+}
+
+pub(super) fn isolation(system: &System, hot: &[Hot]) -> Finding {
+    let about = "isolated cores";
+    let isolated = parse_list(&system.read(&format!("{CPU}/isolated")).unwrap_or_default());
+    let chosen = chosen(hot);
+    let open: Vec<u16> = chosen.iter().copied().filter(|core| !isolated.contains(core)).collect();
+    match (chosen.is_empty(), open.is_empty(), isolated.is_empty()) {
+        (true, _, true) => Finding::good(about, "none, and no hot process is told to stay on a core"),
+        (true, _, false) => Finding::slower(
+            about,
+            format!("{isolated:?} are kept free of other work, and no hot process runs there"),
+            "name them as `cores` in [sensor.realtime], [belief.realtime] and [motor.realtime] of leo.toml",
+        ),
+        (false, true, _) => Finding::good(about, format!("the hot path has {chosen:?} for itself")),
+        (false, false, _) => {
+            let list = to_list(&chosen);
+            Finding::slower(
+                about,
+                format!("the hot path shares {open:?} with whatever else runs"),
+                format!("`isolcpus={list} nohz_full={list} rcu_nocbs={list}` on the kernel's command line"),
+            )
+        }
+    }
+}
+
+pub(super) fn governors(system: &System, cores: &[u16]) -> Finding {
+    let about = "frequency governor";
+    let changes: Vec<Change> = cores
+        .iter()
+        .filter_map(|core| {
+            let file = format!("{CPU}/cpu{core}/cpufreq/scaling_governor");
+            let governor = system.read(&file).filter(|governor| governor != "performance")?;
+            Some(Change::new(file, governor, "performance"))
+        })
+        .collect();
+    match changes.first() {
+        None => Finding::good(about, "no core is slowed down to save power"),
+        Some(first) => {
+            let text = format!(
+                "`{}` on {} of {} cores: waking takes longer",
+                first.from,
+                changes.len(),
+                cores.len()
+            );
+            Finding::slower(about, text, "cpupower frequency-set -g performance").with_changes(changes)
+        }
+    }
+}
+
+/// Idle states that take long to leave.
+pub(super) fn idle_states(system: &System, cores: &[u16]) -> Finding {
+    let about = "idle states";
+    let mut worst = 0;
+    let mut changes = Vec::new();
+    for core in cores {
+        let folder = format!("{CPU}/cpu{core}/cpuidle");
+        for state in system.names(&folder) {
+            let disable = format!("{folder}/{state}/disable");
+            let latency = system.number(&format!("{folder}/{state}/latency")).unwrap_or(0);
+            if latency >= IDLE_LATENCY && system.number(&disable) == Some(0) {
+                worst = latency.max(worst);
+                changes.push(Change::new(disable, "0", "1"));
+            }
+        }
+    }
+    if changes.is_empty() {
+        Finding::good(about, format!("none takes {IDLE_LATENCY} µs or more to leave"))
+    } else {
+        let text = format!("an idle core takes up to {worst} µs to wake");
+        Finding::slower(about, text, format!("cpupower idle-set -D {IDLE_LATENCY}")).with_changes(changes)
+    }
+}

@@ -1,0 +1,55 @@
+use clock::Duration;
+use config::leo::{Leo, Rights};
+
+/// A process of the hot path, as it is configured.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Hot {
+    /// Its name, which is that of its table in `leo.toml`.
+    pub name: &'static str,
+    /// Time between two of its releases; nothing for one that is woken.
+    pub period: Option<Duration>,
+    /// Priority of `SCHED_FIFO`; 0 for the ordinary scheduler.
+    pub priority: u8,
+    /// Cores that it may run on; none means all.
+    pub cores: Vec<u16>,
+}
+
+impl Hot {
+    /// Those that a configuration makes: sensor, belief and motor.
+    #[must_use]
+    pub fn all(leo: &Leo) -> Vec<Self> {
+        let hot = |name, period, rights: &Rights| Self {
+            name,
+            period,
+            priority: rights.fifo_priority.get(),
+            cores: rights.cores.clone(),
+        };
+        vec![
+            hot("sensor", Some(leo.sensor.rate_hz.period()), &leo.sensor.realtime),
+            hot("belief", None, &leo.belief.realtime),
+            hot("motor", Some(leo.motor.rate_hz.period()), &leo.motor.realtime),
+        ]
+    }
+}
+
+/// What a machine grants to whoever asks, beside what stands in its files; `None` where it could not
+/// be found out.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Machine {
+    /// Cores that this process may use.
+    pub cores: Vec<u16>,
+    /// Free bytes of the file system under shared memory.
+    pub shared_memory_free: Option<u64>,
+    /// Bytes of it that the robot as configured needs.
+    pub shared_memory_needed: u64,
+    /// Descriptors that a process may have; none when unlimited.
+    pub descriptors: Option<u64>,
+    /// Bytes that a process may lock; none when unlimited.
+    pub memory_limit: Option<u64>,
+    /// Real-time rights that were asked for as configured and not granted, one bit each.
+    pub missing_rights: u64,
+    /// Whether somebody keeps the wall clock.
+    pub is_wall_clock_kept: Option<bool>,
+    /// The hot path as configured.
+    pub hot: Vec<Hot>,
+}

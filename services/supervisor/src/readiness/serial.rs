@@ -1,0 +1,36 @@
+//! Serial adapters: how long they keep what they received.
+
+use super::{Change, Finding, System};
+
+const ADAPTERS: &str = "/sys/bus/usb-serial/devices";
+/// Milliseconds after which an adapter hands over what it has. Answers of a servo are shorter than what
+/// fills its buffer, so each waits for this.
+const TIMER: u64 = 1;
+
+pub(super) fn latency_timers(system: &System) -> Finding {
+    let about = "adapter latency";
+    let mut known = 0;
+    let mut worst = 0;
+    let mut changes = Vec::new();
+    for adapter in system.names(ADAPTERS) {
+        let file = format!("{ADAPTERS}/{adapter}/latency_timer");
+        let Some(millis) = system.number::<u64>(&file) else { continue };
+        known += 1;
+        if millis > TIMER {
+            worst = millis.max(worst);
+            changes.push(Change::new(file, millis.to_string(), TIMER.to_string()));
+        }
+    }
+    match changes.first() {
+        None if known == 0 => Finding::good(about, "no serial adapter with a timer is plugged in"),
+        None => Finding::good(about, format!("{known} serial adapters hand over at once")),
+        Some(first) => {
+            let text = format!(
+                "{} of {known} serial adapters keep what they received for up to {worst} ms",
+                changes.len()
+            );
+            let mend = format!("{first}; for good with the udev rule of the package");
+            Finding::slower(about, text, mend).with_changes(changes)
+        }
+    }
+}

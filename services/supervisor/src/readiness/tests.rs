@@ -1,0 +1,188 @@
+use std::fs;
+use std::os::unix::fs::symlink;
+use std::path::Path;
+
+use clock::Duration;
+use config::leo::Buffers;
+use message::Histogram;
+use tempfile::TempDir;
+
+use super::*;
+
+/// A machine as it should be: four cores, two of them set apart for the hot path, one adapter.
+const FILES: [(&str, &str); 15] = [
+    ("proc/version", "Linux version 6.12.9-rt #1 SMP PREEMPT_RT"),
+    ("proc/cmdline", "quiet isolcpus=2,3"),
+    ("proc/meminfo", "MemTotal: 1 kB\nSwapTotal:       0 kB\n"),
+    ("proc/sys/kernel/sched_rt_runtime_us", "950000"),
+    ("proc/sys/kernel/sched_rt_period_us", "1000000"),
+    ("sys/devices/system/clocksource/clocksource0/current_clocksource", "tsc"),
+    ("sys/devices/system/clocksource/clocksource0/available_clocksource", "tsc hpet acpi_pm"),
+    ("sys/devices/system/cpu/isolated", "1-3"),
+    ("sys/devices/system/cpu/cpu2/cpufreq/scaling_governor", "performance"),
+    ("sys/devices/system/cpu/cpu2/cpuidle/state1/latency", "2"),
+    ("sys/devices/system/cpu/cpu2/cpuidle/state1/disable", "0"),
+    ("sys/bus/usb-serial/devices/ttyUSB0/latency_timer", "1"),
+    ("sys/devices/pci0/0000:14/msi_irqs/33", "msi"),
+    ("sys/devices/pci0/0000:14/usb1/tty/ttyUSB0/dev", "188:0"),
+    ("proc/irq/33/smp_affinity_list", "0"),
+];
+
+fn good() -> (TempDir, Machine) {
+    let root = tempfile::tempdir().unwrap();
+    for (file, text) in FILES {
+        put(&root, file, text);
+    }
+    fs::create_dir_all(root.path().join("sys/class/tty/ttyUSB0")).unwrap();
+    symlink("../../../devices/pci0/0000:14/usb1", root.path().join("sys/class/tty/ttyUSB0/device")).unwrap();
+    let hot = |name, cores: &[u16]| Hot { name, period: None, priority: 70, cores: cores.to_vec() };
+    let machine = Machine {
+        cores: vec![0, 1, 2, 3],
+        shared_memory_free: Some(1 << 30),
+        shared_memory_needed: 12 << 20,
+        descriptors: Some(4096),
+        memory_limit: None,
+        missing_rights: 0,
+        is_wall_clock_kept: Some(true),
+        hot: vec![hot("sensor", &[1]), hot("belief", &[2]), hot("motor", &[2, 3])],
+    };
+    (root, machine)
+}
+
+fn put(root: &TempDir, file: &str, text: &str) {
+    let file = root.path().join(file);
+    fs::create_dir_all(file.parent().unwrap()).unwrap();
+    fs::write(file, text).unwrap();
+}
+
+fn bad(root: &TempDir, machine: &Machine) -> Vec<Finding> {
+    let findings = judge(&System::below(root.path()), machine);
+    assert_eq!(findings.len(), 16);
+    findings.into_iter().filter(|finding| finding.verdict != Verdict::Good).collect()
+}
+
+#[test]
+fn a_machine_as_it_should_be_has_nothing_to_mend() {
+    let (root, machine) = good();
+    assert_eq!(bad(&root, &machine), []);
+}
+
+#[test]
+fn a_machine_that_says_nothing_of_itself_is_judged_without_a_panic() {
+    let root = tempfile::tempdir().unwrap();
+    let findings = judge(&System::below(root.path()), &Machine::default());
+    assert_eq!(findings.len(), 16);
+    assert!(findings.iter().all(|finding| finding.changes.is_empty()), "{findings:?}");
+    assert_eq!(judge(&System::below(Path::new("/nowhere")), &Machine::default()), findings);
+}
+
+#[test]
+fn larger_buffers_need_more_shared_memory() {
+    let buffers = |objects: i64, frames: i64| {
+        let text = format!("objects = {objects}\nframes = {frames}\n");
+        config::parse::<Buffers>(&text, Path::new("leo.toml")).unwrap()
+    };
+    // Measured of running robots with one partner, in KiB.
+    for (objects, measured) in [(64, 6232), (1024, 88_772), (4096, 352_892)] {
+        let needed = shared_memory_needed(&buffers(objects, 4), 2) >> 10;
+        assert!(measured < needed && needed < 2 * measured + 8192, "{objects}: {needed} KiB");
+    }
+    assert!(shared_memory_needed(&buffers(64, 8), 2) > shared_memory_needed(&buffers(64, 4), 2));
+    assert!(shared_memory_needed(&buffers(64, 4), 3) > shared_memory_needed(&buffers(64, 4), 2));
+}
+
+#[test]
+fn every_shortcoming_of_what_is_granted_is_found_alone_and_says_what_mends_it() {
+    let (root, good) = good();
+    let cases = [
+        (Machine { shared_memory_free: Some(1 << 20), ..good.clone() }, Verdict::Broken, "remount"),
+        (Machine { shared_memory_free: None, ..good.clone() }, Verdict::Broken, "mount -t tmpfs"),
+        (Machine { descriptors: Some(256), ..good.clone() }, Verdict::Broken, "LimitNOFILE"),
+        (Machine { missing_rights: 1, ..good.clone() }, Verdict::Slower, "LimitRTPRIO"),
+        (
+            Machine { missing_rights: 4, memory_limit: Some(8 << 20), ..good.clone() },
+            Verdict::Slower,
+            "LimitMEMLOCK",
+        ),
+        (Machine { is_wall_clock_kept: Some(false), ..good.clone() }, Verdict::Slower, "set-ntp"),
+        (
+            Machine { cores: vec![1, 2, 3, 4, 5], hot: pinned([&[2], &[2], &[3]]), ..good.clone() },
+            Verdict::Slower,
+            "cores = [1]",
+        ),
+        (Machine { hot: pinned([&[1], &[2], &[7]]), ..good.clone() }, Verdict::Slower, "[motor.realtime]"),
+        (Machine { hot: pinned([&[], &[], &[]]), ..good.clone() }, Verdict::Slower, "name them as `cores`"),
+    ];
+    for (machine, verdict, word) in cases {
+        let bad: Vec<Finding> = bad(&root, &machine)
+            .into_iter()
+            .filter(|finding| finding.about != "isolated cores" || word.contains("name them"))
+            .collect();
+        assert_eq!(bad.len(), 1, "{word}: {bad:?}");
+        assert_eq!(bad[0].verdict, verdict);
+        assert!(bad[0].mend.as_ref().unwrap().contains(word), "{bad:?}");
+    }
+}
+
+fn pinned(cores: [&[u16]; 3]) -> Vec<Hot> {
+    let hot = |(name, cores): (_, &[u16])| Hot { name, period: None, priority: 70, cores: cores.to_vec() };
+    ["sensor", "belief", "motor"].into_iter().zip(cores).map(hot).collect()
+}
+
+#[test]
+fn every_shortcoming_in_a_file_is_found_alone_says_what_mends_it_and_what_would_be_written() {
+    let cpu = "sys/devices/system/cpu";
+    let clock = "sys/devices/system/clocksource/clocksource0/current_clocksource";
+    for (file, text, word, change) in [
+        ("proc/meminfo", "SwapTotal: 2048 kB", "swapoff", None),
+        ("proc/sys/kernel/sched_rt_runtime_us", "1000", "sysctl", Some(("1000", "950000"))),
+        (clock, "hpet", "echo tsc", None),
+        (&format!("{cpu}/isolated"), "", "isolcpus=1,2,3", None),
+        (
+            &format!("{cpu}/cpu3/cpufreq/scaling_governor"),
+            "powersave",
+            "cpupower",
+            Some(("powersave", "performance")),
+        ),
+        (&format!("{cpu}/cpu2/cpuidle/state1/latency"), "400", "idle-set", Some(("0", "1"))),
+        ("sys/bus/usb-serial/devices/ttyUSB0/latency_timer", "16", "udev", Some(("16", "1"))),
+        ("proc/irq/33/smp_affinity_list", "0-3", "irqbalance", Some(("0-3", "0"))),
+        ("proc/version", "Linux version 6.1 SMP PREEMPT_DYNAMIC", "PREEMPT_RT", None),
+        ("proc/version", "Linux version 6.1 SMP", "PREEMPT_RT", None),
+    ] {
+        let (root, machine) = good();
+        put(&root, file, text);
+        let bad = bad(&root, &machine);
+        assert_eq!(bad.len(), 1, "{file}: {bad:?}");
+        assert_eq!(bad[0].verdict, Verdict::Slower);
+        assert!(bad[0].mend.as_ref().unwrap().contains(word), "{bad:?}");
+        let would: Vec<_> =
+            bad[0].changes.iter().map(|change| (change.from.as_str(), change.to.as_str())).collect();
+        assert_eq!(would, Vec::from_iter(change), "{file}");
+    }
+}
+
+#[test]
+fn a_kernel_that_can_preempt_more_is_told_to() {
+    let (root, machine) = good();
+    put(&root, "proc/version", "Linux version 6.12 SMP PREEMPT_DYNAMIC");
+    put(&root, "sys/kernel/debug/sched/preempt", "none (voluntary) full lazy");
+    let bad = bad(&root, &machine);
+    assert_eq!(bad[0].changes, [Change::new("/sys/kernel/debug/sched/preempt", "voluntary", "full")]);
+}
+
+#[test]
+fn a_process_that_wakes_too_late_for_its_rate_is_told() {
+    let mut late = Histogram::default();
+    for _ in 0..10_000 {
+        late.record(40_000);
+    }
+    let wakeup = |late, hz: u32| Wakeup { process: "motor", period: Duration::from_secs(1) / hz, late };
+    assert_eq!(judge_wakeup(&wakeup(late, 250)).verdict, Verdict::Good);
+    assert_eq!(judge_wakeup(&wakeup(late, 5000)).verdict, Verdict::Slower, "p99.9 of a fifth of the period");
+    late.record(3_000_000);
+    let told = judge_wakeup(&wakeup(late, 250));
+    assert_eq!(told.verdict, Verdict::Slower, "one of more than half a period");
+    assert!(told.text.contains("250 Hz") && told.text.contains("max 3000 µs"), "{}", told.text);
+    assert_eq!(judge_wakeup(&wakeup(Histogram::default(), 250)).verdict, Verdict::Slower);
+}

@@ -1,0 +1,56 @@
+//! How late a thread wakes, beside how often it must.
+
+use std::time::Duration;
+
+use message::Histogram;
+
+use super::Finding;
+
+/// One wake-up in a thousand may be later than this share of the period, and none later than half of
+/// it: past that, what a cycle computes no longer fits behind it.
+const USUAL_SHARE: u32 = 10;
+const MOST_SHARE: u32 = 2;
+
+/// How late a thread woke that does nothing but sleep until the releases of a process.
+#[derive(Clone, Debug)]
+pub struct Wakeup {
+    /// Of which process.
+    pub process: &'static str,
+    /// Time between two releases.
+    pub period: Duration,
+    /// From release to running.
+    pub late: Histogram,
+}
+
+/// Whether the process can keep its rate.
+#[must_use]
+pub fn judge(wakeup: &Wakeup) -> Finding {
+    let Wakeup { process, period, late } = wakeup;
+    let about = format!("wake-up of {process}");
+    let at = |quantile| Duration::from_nanos(late.quantile_ns(quantile));
+    let micros = |time: Duration| time.as_micros();
+    let most = Duration::from_nanos(late.max_ns());
+    let text = format!(
+        "{:.0} Hz: p50 {}, p99 {}, p99.9 {}, max {} µs of a period of {}, in {} releases",
+        1.0 / period.as_secs_f64(),
+        micros(at(0.5)),
+        micros(at(0.99)),
+        micros(at(0.999)),
+        micros(most),
+        micros(*period),
+        late.count(),
+    );
+    if late.count() == 0 {
+        return Finding::slower(
+            &about,
+            "no release was seen: the time was too short",
+            "leo check --seconds 10",
+        );
+    }
+    if at(0.999) <= *period / USUAL_SHARE && most <= *period / MOST_SHARE {
+        Finding::good(&about, text)
+    } else {
+        let mend = "what is not good above; then look for what else runs: `ps -eLo rtprio,psr,pcpu,comm --sort -rtprio`";
+        Finding::slower(&about, format!("{text}: too late for it"), mend)
+    }
+}

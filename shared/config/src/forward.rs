@@ -1,0 +1,267 @@
+//! Brings files of older versions forward: what this version requires and they lack is put in as it comes
+//! built in. Nothing else of them is touched, comments included.
+
+use std::path::{Path, PathBuf};
+
+use crate::ConfigError;
+
+/// More keys than any file has: whoever needs more steps is going round in circles.
+const STEPS_MOST: usize = 200;
+
+/// A file that was brought forward; nothing is written yet.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Forward {
+    /// The file.
+    pub file: PathBuf,
+    /// Its new text.
+    pub text: String,
+    /// What was done to it, in order; empty where it was of this version.
+    pub steps: Vec<String>,
+}
+
+/// Brings a text forward until `parse` takes it. `builtin` is the file as it comes with this version.
+///
+/// # Errors
+///
+/// What is wrong with the text is not its age.
+pub(crate) fn forward(
+    text: String,
+    file: &Path,
+    builtin: &str,
+    parse: impl Fn(&str) -> Result<(), ConfigError>,
+) -> Result<Forward, ConfigError> {
+    let mut forward = Forward { file: file.to_owned(), text, steps: Vec::new() };
+    for _step in 0..STEPS_MOST {
+        let Err(error) = parse(&forward.text) else { return Ok(forward) };
+        if !forward.mend(&error, builtin) {
+            return Err(error);
+        }
+    }
+    parse(&forward.text).map(|()| forward)
+}
+
+impl Forward {
+    /// Mends what the error is about; whether it could.
+    fn mend(&mut self, error: &ConfigError, builtin: &str) -> bool {
+        let ConfigError::Invalid { line, reason, .. } = error else { return false };
+        if self.list_sources() {
+            return true;
+        }
+        let Some(key) = reason.strip_prefix("missing field `").and_then(|rest| rest.split('`').next()) else {
+            return false;
+        };
+        let table = self.table_at(*line);
+        // A table that has no head of its own is named by the first one in it.
+        for table in [table.as_str(), table.rsplit_once('.').map_or("", |(parent, _)| parent)] {
+            let within = lines_of(builtin, table);
+            if let Some(place) = within.iter().position(|line| key_of(line) == Some(key)) {
+                self.add_key(table, key, &within, place);
+                return true;
+            }
+        }
+        let path = if table.is_empty() { key.to_owned() } else { format!("{table}.{key}") };
+        self.add_tables(&path, builtin)
+    }
+
+    /// `sources = N` in the table `sensor` was, before each source had a table of its own, their number:
+    /// the simulator first, and then others.
+    fn list_sources(&mut self) -> bool {
+        let sensor = lines_of(&self.text, "sensor");
+        let Some(old) = sensor.iter().find(|line| key_of(line) == Some("sources")) else { return false };
+        let number = old.split(['=', '#']).nth(1).and_then(|number| number.trim().parse::<u32>().ok());
+        let old = (*old).to_owned();
+        let mut list = String::new();
+        for source in 0..number.unwrap_or(1) {
+            let (name, kind) = match source {
+                0 => ("simulator".to_owned(), "simulator"),
+                other => (format!("source {other}"), "external"),
+            };
+            list += &format!("\n[[sensor.source]]\nname = \"{name}\"\nkind = \"{kind}\"\n");
+        }
+        self.text = self.text.replacen(&format!("{old}\n"), "", 1) + &list;
+        self.steps.push(format!("`{}` of [sensor] became a [[sensor.source]] each", old.trim()));
+        true
+    }
+
+    /// The table that a line, counted from one, belongs to.
+    fn table_at(&self, line: usize) -> String {
+        let before: Vec<&str> = self.text.lines().take(line).collect();
+        before.iter().rev().find_map(|line| table_of(line)).unwrap_or_default().to_owned()
+    }
+
+    /// Puts in a line of the built-in file, with what is said of it in the lines below.
+    fn add_key(&mut self, table: &str, key: &str, within: &[&str], place: usize) {
+        let said = |line: &&&str| line.starts_with(' ') && line.trim_start().starts_with('#');
+        let below = within.iter().skip(place + 1).take_while(said);
+        let new: Vec<&str> = within.get(place).into_iter().chain(below).copied().collect();
+        if !table.is_empty() && !self.text.lines().any(|line| table_of(line) == Some(table)) {
+            self.text += &format!("\n[{table}]\n");
+        }
+        let mut lines: Vec<&str> = self.text.lines().collect();
+        let mut inside = table.is_empty();
+        let mut last = None;
+        for (number, line) in lines.iter().enumerate() {
+            if line.starts_with('[') {
+                inside = table_of(line) == Some(table);
+                if inside {
+                    last = Some(number);
+                }
+            } else if inside && !line.trim().is_empty() && !line.starts_with('#') {
+                last = Some(number);
+            }
+        }
+        let at = last.map_or(0, |last| last + 1);
+        lines.splice(at..at, new);
+        self.text = lines.join("\n") + "\n";
+        let value = within.get(place).map_or("", |line| line.split(" #").next().unwrap_or(line).trim());
+        debug_assert!(value.starts_with(key), "{value}");
+        self.steps.push(format!("[{table}] has the key `{value}`"));
+    }
+
+    /// Puts in a table of the built-in file with those in it; whether there is one.
+    fn add_tables(&mut self, path: &str, builtin: &str) -> bool {
+        let mut new = String::new();
+        let mut inside = false;
+        for line in builtin.lines() {
+            if line.starts_with('[') {
+                let name = line.trim_matches(['[', ']']);
+                inside = name == path || name.strip_prefix(path).is_some_and(|rest| rest.starts_with('.'));
+                if inside {
+                    new += "\n";
+                }
+            }
+            // What stands before the next table is said of that one.
+            if inside && !line.is_empty() && !line.starts_with('#') {
+                new += line;
+                new += "\n";
+            }
+        }
+        self.text += &new;
+        self.steps.push(format!("the table [{path}]"));
+        !new.is_empty()
+    }
+}
+
+/// The lines of a table, without its head; those before the first head where it has no name.
+fn lines_of<'a>(text: &'a str, table: &str) -> Vec<&'a str> {
+    let mut inside = table.is_empty();
+    let mut lines = Vec::new();
+    for line in text.lines() {
+        if line.starts_with('[') {
+            inside = table_of(line) == Some(table);
+        } else if inside {
+            lines.push(line);
+        }
+    }
+    lines
+}
+
+/// The table that a line begins; none of a list.
+fn table_of(line: &str) -> Option<&str> {
+    line.strip_prefix('[')?.split(']').next().filter(|name| !name.starts_with('['))
+}
+
+fn key_of(line: &str) -> Option<&str> {
+    line.split_once('=').map(|(key, _)| key.trim()).filter(|key| !key.starts_with('#'))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::leo::Leo;
+
+    const BUILTIN: &str = include_str!("../../../config/leo.toml");
+
+    fn leo(text: &str) -> Result<Forward, ConfigError> {
+        let file = Path::new("leo.toml");
+        forward(text.to_owned(), file, BUILTIN, |text| crate::parse::<Leo>(text, file).map(drop))
+    }
+
+    /// The built-in file without lines that begin so, and something else in place of the sources.
+    fn without(starts: &[&str]) -> String {
+        let kept = BUILTIN.lines().filter(|line| !starts.iter().any(|start| line.starts_with(start)));
+        kept.map(|line| format!("{line}\n")).collect()
+    }
+
+    #[test]
+    fn a_file_of_this_version_is_left_as_it_is() {
+        let forward = leo(BUILTIN).unwrap();
+        assert_eq!((forward.text.as_str(), forward.steps.len()), (BUILTIN, 0));
+    }
+
+    #[test]
+    fn whatever_key_is_missing_is_put_in_where_it_belongs_with_what_is_said_of_it() {
+        let old = without(&["language", "                        #", "noise", "on_alert"])
+            .replace("rate_hz = 250.0 ", "rate_hz = 125.0 ");
+        let forward = leo(&old).unwrap();
+        assert_eq!(forward.steps.len(), 3, "{:?}", forward.steps);
+        assert!(forward.steps.contains(&"[learner] has the key `language = \"paper\"`".to_owned()));
+        assert!(
+            forward.text.contains("                        # \"extended\": also negations"),
+            "{}",
+            forward.text
+        );
+        assert!(forward.text.contains("rate_hz = 125.0 "), "what was set stays");
+        let learner = lines_of(&forward.text, "learner");
+        assert!(learner.iter().any(|line| line.starts_with("noise = 0.0")), "{learner:?}");
+        for line in old.lines() {
+            assert!(forward.text.contains(line), "{line} is lost");
+        }
+    }
+
+    #[test]
+    fn every_single_key_and_table_can_be_missing() {
+        let mut removed = 0;
+        for (number, line) in BUILTIN.lines().enumerate() {
+            let is_optional = ["name ", "kind "].iter().any(|key| line.starts_with(key));
+            if key_of(line).is_none() || line.starts_with([' ', '#']) || is_optional {
+                continue;
+            }
+            let lines = BUILTIN.lines().enumerate().filter(|(other, _)| *other != number);
+            let old: String = lines.map(|(_, line)| format!("{line}\n")).collect();
+            let forward = leo(&old).unwrap_or_else(|error| panic!("{line}: {error}"));
+            assert_eq!(forward.steps.len(), 1, "{line}: {:?}", forward.steps);
+            removed += 1;
+        }
+        assert!(removed > 50, "only {removed} keys were removed");
+        let start = BUILTIN.find("[mock_bus]").unwrap();
+        let end = BUILTIN.find("# Tells people what happens.").unwrap();
+        let forward = leo(&(BUILTIN[..start].to_owned() + &BUILTIN[end..])).unwrap();
+        assert_eq!(forward.steps, ["the table [mock_bus]"]);
+        assert!(forward.text.contains("[mock_bus.realtime]"), "{}", forward.text);
+    }
+
+    #[test]
+    fn a_table_without_a_head_of_its_own_gets_one() {
+        let old = without(&["[mock_bus]", "seed", "faults", "followers_go_on"]);
+        let forward = leo(&old).unwrap();
+        assert_eq!(forward.steps.len(), 3, "{:?}", forward.steps);
+        assert_eq!(forward.text.matches("\n[mock_bus]\n").count(), 1, "{}", forward.text);
+    }
+
+    #[test]
+    fn a_number_of_sources_becomes_a_list_of_them() {
+        let old = without(&["[[sensor.source]]", "name = ", "kind = "]).replacen(
+            "[sensor]\n",
+            "[sensor]\nsources = 2 # how many\n",
+            1,
+        );
+        let forward = leo(&old).unwrap();
+        assert_eq!(forward.steps, ["`sources = 2 # how many` of [sensor] became a [[sensor.source]] each"]);
+        let leo: Leo = crate::parse(&forward.text, Path::new("leo.toml")).unwrap();
+        assert_eq!(leo.sensor.source.len(), 2);
+        assert_eq!(leo.sensor.simulator(), Some(0));
+    }
+
+    #[test]
+    fn what_is_wrong_and_not_old_is_an_error_as_ever() {
+        for (from, to) in [
+            ("rate_hz = 200.0", "rate_hz = \"often\""),
+            ("frames = 4", "fraems = 4"),
+            ("[belief]", "[belief"),
+        ] {
+            let error = leo(&BUILTIN.replacen(from, to, 1)).unwrap_err().to_string();
+            assert!(error.starts_with("leo.toml:"), "{error}");
+        }
+    }
+}

@@ -1,0 +1,108 @@
+//! The servo buses and the joints on them.
+
+use message::{BusHealth, JointCause, JointMode};
+use quantity::number::{float, float_of_count};
+
+use crate::page::{Kind, Page};
+use crate::processes::distribution;
+use crate::readings::Readings;
+
+/// What of a bus is a count: the name of the family, what it counts, where it stands.
+type Count = (&'static str, &'static str, fn(&BusHealth) -> u64);
+
+const COUNTS: [Count; 3] = [
+    ("leo_bus_exchanges", "Requests carried out.", |bus| bus.exchanges),
+    ("leo_bus_skipped_cycles", "Cycles in which the bus was still busy with the one before.", |bus| {
+        bus.skipped
+    }),
+    ("leo_bus_late_bytes", "Bytes that came after their time.", |bus| bus.late_bytes),
+];
+
+/// What goes wrong with an answer.
+type Fault = (&'static str, fn(&BusHealth) -> u64);
+
+const FAULTS: [Fault; 3] =
+    [("missed", |bus| bus.missed), ("broken", |bus| bus.broken), ("stale", |bus| bus.stale)];
+
+pub(crate) fn write(readings: &Readings, page: &mut Page) {
+    buses(&readings.buses, page);
+    joints(readings, page);
+}
+
+fn buses(buses: &[BusHealth], page: &mut Page) {
+    type Gauge = (&'static str, &'static str, fn(&BusHealth) -> u64);
+    let gauges: [Gauge; 3] = [
+        ("leo_bus_lost", "1 while the line is lost.", |bus| u64::from(bus.lost != 0)),
+        ("leo_bus_joints", "Joints on the bus.", |bus| bus.joints),
+        ("leo_bus_quarantined_joints", "Joints whose servo does not answer.", |bus| bus.quarantined),
+    ];
+    for (name, help, of) in gauges {
+        page.family(name, Kind::Gauge, None, help);
+        for bus in buses {
+            page.gauge(&[("bus", bus.name.as_str())], float(of(bus)));
+        }
+    }
+    for (name, help, of) in COUNTS {
+        page.family(name, Kind::Counter, None, help);
+        for bus in buses {
+            page.count(&[("bus", bus.name.as_str())], of(bus));
+        }
+    }
+    page.family(
+        "leo_bus_errors",
+        Kind::Counter,
+        None,
+        "Answers that did not come, came broken, or were of another cycle.",
+    );
+    for bus in buses {
+        for (error, of) in FAULTS {
+            page.count(&[("bus", bus.name.as_str()), ("error", error)], of(bus));
+        }
+    }
+    let told: Vec<_> = buses.iter().map(|bus| (bus.name.as_str(), &bus.exchange)).collect();
+    distribution(page, "leo_bus_exchange", "How long a request took", "bus", &told);
+}
+
+fn joints(readings: &Readings, page: &mut Page) {
+    if readings.joints.is_empty() {
+        return;
+    }
+    page.family("leo_joints", Kind::Gauge, None, "Joints by what the motor process does with them.");
+    for mode in JointMode::ALL {
+        let count = readings.joints.iter().filter(|joint| joint.mode() == Some(*mode)).count();
+        page.gauge(&[("mode", mode.name())], float_of_count(count));
+    }
+    page.family(
+        "leo_joints_in_trouble",
+        Kind::Gauge,
+        None,
+        "Joints that are not as they should be, by the cause.",
+    );
+    for cause in JointCause::ALL.iter().filter(|cause| **cause != JointCause::None) {
+        let count = readings.joints.iter().filter(|joint| joint.cause() == Some(*cause)).count();
+        page.gauge(&[("cause", cause.name())], float_of_count(count));
+    }
+    page.family(
+        "leo_joint_temperature_celsius",
+        Kind::Gauge,
+        Some("celsius"),
+        "Temperature inside the servo.",
+    );
+    for joint in &readings.joints {
+        if let Some(celsius) = joint.present_temperature_c() {
+            page.gauge(&[("joint", &readings.joint_name(joint.joint))], f64::from(celsius));
+        }
+    }
+    page.family("leo_joint_input_volts", Kind::Gauge, Some("volts"), "Voltage at the servo.");
+    for joint in &readings.joints {
+        if let Some(volts) = joint.present_input_v() {
+            page.gauge(&[("joint", &readings.joint_name(joint.joint))], f64::from(volts));
+        }
+    }
+    page.family("leo_joint_current_amperes", Kind::Gauge, Some("amperes"), "Current through the servo.");
+    for joint in &readings.joints {
+        if let Some(amperes) = joint.present_current_a() {
+            page.gauge(&[("joint", &readings.joint_name(joint.joint))], amperes);
+        }
+    }
+}

@@ -1,0 +1,39 @@
+//! The robot's health in the text format of OpenMetrics 1.0
+//! (<https://prometheus.io/docs/specs/om/open_metrics_spec/>), which Prometheus and others read.
+//!
+//! Pure: whoever serves the text gathers the [`Readings`] from the boards.
+//!
+//! ```
+//! let readings = metrics::Readings { store_bytes: Some(4096), ..metrics::Readings::default() };
+//! assert!(metrics::openmetrics(&readings).contains("leo_store_bytes 4096\n"));
+//! ```
+
+mod body;
+mod mind;
+mod page;
+mod processes;
+mod readings;
+
+use page::{Kind, Page};
+pub use readings::{Readings, TaskReading};
+
+/// The media type of the text, for whoever serves it.
+pub const CONTENT_TYPE: &str = "application/openmetrics-text; version=1.0.0; charset=utf-8";
+
+/// The readings as OpenMetrics text. What was not read is left out; nothing is ever NaN.
+///
+/// Units are those of the names: seconds, bytes, degrees Celsius, volts, hertz. What counts begins anew
+/// with each life of the process that counts it.
+#[must_use]
+pub fn openmetrics(readings: &Readings) -> String {
+    let mut page = Page::default();
+    page.family("leo_build", Kind::Info, None, "The program that was read.");
+    page.sample("_info", &[("version", env!("CARGO_PKG_VERSION"))], 1.0);
+    processes::write(readings, &mut page);
+    body::write(readings, &mut page);
+    mind::write(readings, &mut page);
+    page.end()
+}
+
+#[cfg(test)]
+mod tests;

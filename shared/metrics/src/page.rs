@@ -1,0 +1,124 @@
+//! The text format: families of samples, each with its type, unit and help.
+
+use std::fmt::Write as _;
+
+use message::Histogram;
+use quantity::number::float;
+
+/// Bounds of the buckets that are told: powers of two of a nanosecond, from 16 µs to 268 ms. The
+/// histograms in shared memory are cut there too, so each count is exact.
+const FIRST_BOUND: u32 = 14;
+const LAST_BOUND: u32 = 28;
+/// Quantiles that are told of a whole life.
+const QUANTILES: [(&str, f64); 3] = [("0.5", 0.5), ("0.99", 0.99), ("0.999", 0.999)];
+
+/// The type of a family.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Kind {
+    Counter,
+    Gauge,
+    Histogram,
+    Summary,
+    Info,
+}
+
+impl Kind {
+    const fn name(self) -> &'static str {
+        match self {
+            Self::Counter => "counter",
+            Self::Gauge => "gauge",
+            Self::Histogram => "histogram",
+            Self::Summary => "summary",
+            Self::Info => "info",
+        }
+    }
+}
+
+/// The text as it grows. A family is announced with its first sample, so that none stands empty.
+#[derive(Debug, Default)]
+pub(crate) struct Page {
+    text: String,
+    family: String,
+    announcement: String,
+}
+
+/// The labels of a sample.
+pub(crate) type Labels<'a> = &'a [(&'a str, &'a str)];
+
+impl Page {
+    /// Begins a family. A unit must be the last word of the name.
+    pub(crate) fn family(&mut self, name: &str, kind: Kind, unit: Option<&str>, help: &str) {
+        name.clone_into(&mut self.family);
+        self.announcement = format!("# TYPE {name} {}\n", kind.name());
+        if let Some(unit) = unit {
+            // Writing to a string cannot fail.
+            let _ = writeln!(self.announcement, "# UNIT {name} {unit}");
+        }
+        let _ = writeln!(self.announcement, "# HELP {name} {}", escaped(help));
+    }
+
+    /// A sample of the family: its name with `suffix`, its labels, its value.
+    pub(crate) fn sample(&mut self, suffix: &str, labels: Labels<'_>, value: f64) {
+        if !value.is_finite() {
+            return;
+        }
+        self.text += &std::mem::take(&mut self.announcement);
+        self.text += &self.family;
+        self.text += suffix;
+        for (place, (name, text)) in labels.iter().enumerate() {
+            let before = if place == 0 { '{' } else { ',' };
+            let _ = write!(self.text, "{before}{name}=\"{}\"", escaped(text));
+        }
+        if !labels.is_empty() {
+            self.text.push('}');
+        }
+        let _ = writeln!(self.text, " {value}");
+    }
+
+    pub(crate) fn gauge(&mut self, labels: Labels<'_>, value: f64) {
+        self.sample("", labels, value);
+    }
+
+    pub(crate) fn count(&mut self, labels: Labels<'_>, value: u64) {
+        self.sample("_total", labels, float(value));
+    }
+
+    /// The samples of a distribution over the family's buckets.
+    pub(crate) fn buckets(&mut self, labels: Labels<'_>, histogram: &Histogram) {
+        let mut buckets = histogram.buckets().peekable();
+        let mut count = 0;
+        for exponent in FIRST_BOUND..=LAST_BOUND {
+            let bound = 1_u64 << exponent;
+            while let Some((_, more)) = buckets.next_if(|(most, _)| *most < bound) {
+                count += u64::from(more);
+            }
+            let le = (float(bound) / 1e9).to_string();
+            self.sample("_bucket", &[labels, &[("le", &le)]].concat(), float(count));
+        }
+        count += buckets.map(|(_, more)| u64::from(more)).sum::<u64>();
+        self.sample("_bucket", &[labels, &[("le", "+Inf")]].concat(), float(count));
+    }
+
+    /// The quantiles of a distribution, in seconds.
+    pub(crate) fn quantiles(&mut self, labels: Labels<'_>, histogram: &Histogram) {
+        for (name, quantile) in QUANTILES {
+            let seconds = seconds(histogram.quantile_ns(quantile));
+            self.sample("", &[labels, &[("quantile", name)]].concat(), seconds);
+        }
+        self.sample("_count", labels, float(histogram.count()));
+    }
+
+    /// The whole text.
+    pub(crate) fn end(mut self) -> String {
+        self.text += "# EOF\n";
+        self.text
+    }
+}
+
+pub(crate) fn seconds(nanos: u64) -> f64 {
+    float(nanos) / 1e9
+}
+
+fn escaped(text: &str) -> String {
+    text.replace('\\', "\\\\").replace('"', "\\\"").replace('\n', "\\n")
+}

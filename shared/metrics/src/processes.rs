@@ -1,0 +1,100 @@
+//! What the loop of every process counted, and how late and how long it was.
+
+use message::{Health, Histogram, ProcessState};
+use quantity::number::float;
+
+use crate::page::{Kind, Page, seconds};
+use crate::readings::Readings;
+
+/// What of a process's board is a count: the name of the family, what it counts, where it stands.
+type Count = (&'static str, &'static str, fn(&Health) -> u64);
+
+const COUNTS: [Count; 9] = [
+    ("leo_process_restarts", "Lives begun after the first.", |health| health.incarnation.saturating_sub(1)),
+    ("leo_process_heartbeats", "Turns of the loop: what stands still hangs.", |health| health.beat),
+    ("leo_process_cycles", "Cycles begun.", |health| health.cycles),
+    ("leo_process_overruns", "Cycles that ended after their deadline.", |health| health.overruns),
+    ("leo_process_skipped_releases", "Releases that an overrun ran past.", |health| health.skipped),
+    ("leo_process_dropped_frames", "Frames lost because the process was slow to read them.", |health| {
+        health.drops
+    }),
+    ("leo_process_undelivered_frames", "Frames that some reader could not be given.", |health| {
+        health.undelivered
+    }),
+    ("leo_process_refused", "Frames or entries refused as nonsense.", |health| health.refused),
+    ("leo_process_page_faults", "Page faults since the loop began.", |health| health.page_faults),
+];
+
+/// The distributions on a board: the stem of the families' names, what it is, where it stands.
+type Distribution = (&'static str, &'static str, fn(&Health) -> &Histogram);
+
+const DISTRIBUTIONS: [Distribution; 3] = [
+    ("leo_wakeup", "From the release, or the bell, to the start of the cycle", |health| &health.wakeup),
+    ("leo_execution", "From start to end of the cycle", |health| &health.execution),
+    ("leo_input_age", "Age of the input when the step on it began", |health| &health.latency),
+];
+
+/// Rights that may be missing, by their bit.
+const RIGHTS: [(u64, &str); 3] = [(1, "priority"), (2, "cores"), (4, "memory")];
+
+pub(crate) fn write(readings: &Readings, page: &mut Page) {
+    let each = || readings.processes.iter().map(|(process, health)| (process.name(), health));
+
+    page.family("leo_process_running", Kind::Gauge, None, "1 while the process is in its loop.");
+    for (process, health) in each() {
+        let runs = health.state() == Some(ProcessState::Running);
+        page.gauge(&[("process", process)], f64::from(u8::from(runs)));
+    }
+    page.family(
+        "leo_process_rate_hertz",
+        Kind::Gauge,
+        Some("hertz"),
+        "Configured rate; none for those that are woken.",
+    );
+    for (process, health) in each().filter(|(_, health)| health.period_ns > 0) {
+        page.gauge(&[("process", process)], 1e9 / float(health.period_ns));
+    }
+    page.family("leo_process_missing_right", Kind::Gauge, None, "1 where a configured right is not granted.");
+    for (process, health) in each() {
+        for (bit, right) in RIGHTS {
+            let is_missing = health.missing_rights & bit != 0;
+            page.gauge(&[("process", process), ("right", right)], f64::from(u8::from(is_missing)));
+        }
+    }
+    for (name, help, count) in COUNTS {
+        page.family(name, Kind::Counter, None, help);
+        for (process, health) in each() {
+            page.count(&[("process", process)], count(health));
+        }
+    }
+    for (stem, help, of) in DISTRIBUTIONS {
+        let told: Vec<_> = each().map(|(process, health)| (process, of(health))).collect();
+        distribution(page, stem, help, "process", &told);
+    }
+}
+
+/// A distribution three times: in buckets, from which whoever collects them computes the quantiles of any
+/// time; its quantiles over the whole life; and its largest value, exactly.
+pub(crate) fn distribution(
+    page: &mut Page,
+    stem: &str,
+    help: &str,
+    label: &str,
+    told: &[(&str, &Histogram)],
+) {
+    let told = || told.iter().filter(|(_, histogram)| histogram.count() > 0);
+    page.family(&format!("{stem}_seconds"), Kind::Histogram, Some("seconds"), &format!("{help}."));
+    for (name, histogram) in told() {
+        page.buckets(&[(label, name)], histogram);
+    }
+    let life = format!("{help}, over the whole life of the process.");
+    page.family(&format!("{stem}_life_seconds"), Kind::Summary, Some("seconds"), &life);
+    for (name, histogram) in told() {
+        page.quantiles(&[(label, name)], histogram);
+    }
+    let most = format!("{help}: the most in the life of the process.");
+    page.family(&format!("{stem}_max_seconds"), Kind::Gauge, Some("seconds"), &most);
+    for (name, histogram) in told() {
+        page.gauge(&[(label, name)], seconds(histogram.max_ns()));
+    }
+}

@@ -1,0 +1,141 @@
+use std::collections::BTreeSet;
+
+use message::{
+    BusHealth, Health, JointCause, JointMode, JointState, PerspectiveHealth, Process, ProcessState,
+    SourceHealth, Text,
+};
+
+use super::*;
+
+/// A robot of which everything was read.
+fn readings() -> Readings {
+    let mut health = Health::default();
+    health.set_state(ProcessState::Running);
+    (health.incarnation, health.period_ns, health.overruns, health.missing_rights) = (3, 5_000_000, 7, 4);
+    for nanos in [20_000, 20_000, 70_000, 3_000_000_000] {
+        health.wakeup.record(nanos);
+    }
+    health.execution.record(1);
+    health.latency.record(1);
+    let mut source = SourceHealth { frames: 12, silent: 1, ..SourceHealth::default() };
+    source.name = Text::new("a \"camera\"\\\n");
+    let mut bus = BusHealth { name: Text::new("torso"), missed: 5, quarantined: 1, ..BusHealth::default() };
+    bus.exchange.record(1);
+    let joint = |index| JointState::unread(index, JointMode::Quarantined, JointCause::Silent);
+    Readings {
+        processes: [(Process::Sensor, health)].into(),
+        sources: vec![source],
+        buses: vec![bus],
+        perspectives: vec![PerspectiveHealth { steps: 2, beliefs: 20, ..PerspectiveHealth::default() }],
+        joints: vec![joint(0), joint(1).with_condition(41.5, 11.9).with_reading(1, 0.0, 0.0, 0.25)],
+        joint_names: vec!["torso_yaw_joint".to_owned()],
+        tasks: vec![TaskReading {
+            name: "task 1".into(),
+            examples: 2,
+            hypotheses: [("robot".into(), 2)].into(),
+        }],
+        store_bytes: Some(4096),
+    }
+}
+
+#[test]
+fn what_was_read_is_told_with_its_labels() {
+    let text = openmetrics(&readings());
+    for line in [
+        "leo_process_running{process=\"sensor\"} 1",
+        "leo_process_rate_hertz{process=\"sensor\"} 200",
+        "leo_process_restarts_total{process=\"sensor\"} 2",
+        "leo_process_overruns_total{process=\"sensor\"} 7",
+        "leo_process_missing_right{process=\"sensor\",right=\"memory\"} 1",
+        "leo_process_missing_right{process=\"sensor\",right=\"priority\"} 0",
+        "leo_wakeup_max_seconds{process=\"sensor\"} 3",
+        "leo_wakeup_life_seconds_count{process=\"sensor\"} 4",
+        "leo_source_silent{source=\"a \\\"camera\\\"\\\\\\n\"} 1",
+        "leo_bus_errors_total{bus=\"torso\",error=\"missed\"} 5",
+        "leo_bus_quarantined_joints{bus=\"torso\"} 1",
+        "leo_joints{mode=\"quarantined\"} 2",
+        "leo_joints_in_trouble{cause=\"silent\"} 2",
+        "leo_joint_temperature_celsius{joint=\"1\"} 41.5",
+        "leo_task_hypotheses{task=\"task 1\",perspective=\"robot\"} 2",
+        "leo_store_bytes 4096",
+    ] {
+        assert!(text.lines().any(|found| found == line), "{line}\n{text}");
+    }
+    assert!(
+        !text.contains("NaN") && !text.contains("torso_yaw_joint"),
+        "a joint that was not read has no reading"
+    );
+}
+
+#[test]
+fn buckets_count_whatever_lies_below_their_bound_exactly() {
+    let text = openmetrics(&readings());
+    let bucket = |le: &str| {
+        let start = format!("leo_wakeup_seconds_bucket{{process=\"sensor\",le=\"{le}\"}} ");
+        text.lines().find_map(|line| line.strip_prefix(&start)).map(str::to_owned)
+    };
+    let told =
+        ["0.000016384", "0.000032768", "0.000065536", "0.000131072", "0.268435456", "+Inf"].map(bucket);
+    let should = ["0", "2", "2", "3", "3", "4"].map(|count| Some(count.to_owned()));
+    assert_eq!(told, should, "{text}");
+}
+
+#[test]
+fn a_robot_of_which_nothing_could_be_read_is_still_a_page() {
+    let text = openmetrics(&Readings::default());
+    assert!(text.starts_with("# TYPE leo_build info\n") && text.ends_with("# EOF\n"));
+    assert_eq!(text.lines().filter(|line| line.starts_with("# TYPE")).count(), 1, "{text}");
+}
+
+#[test]
+fn every_family_is_announced_once_and_before_its_samples() {
+    let text = openmetrics(&readings());
+    let mut seen = Vec::new();
+    for line in text.lines() {
+        if let Some(name) = line.strip_prefix("# TYPE ").and_then(|rest| rest.split(' ').next()) {
+            assert!(!seen.contains(&name), "{name} comes twice");
+            seen.push(name);
+        } else if !line.starts_with('#') {
+            let last = seen.last().expect("announced");
+            assert!(line.starts_with(last), "{line} within {last}");
+        }
+    }
+    assert!(seen.len() > 30, "{seen:?}");
+}
+
+/// The names of samples in a text.
+fn names(text: &str) -> BTreeSet<&str> {
+    let words = text.split(|letter: char| !letter.is_ascii_alphanumeric() && letter != '_');
+    words.filter(|word| word.starts_with("leo_")).collect()
+}
+
+#[test]
+fn whatever_the_dashboard_asks_for_is_told_and_whatever_is_told_is_explained() {
+    let text = openmetrics(&readings());
+    let samples: String =
+        text.lines().filter(|line| !line.starts_with('#')).map(|line| format!("{line}\n")).collect();
+    let told = names(&samples);
+    let dashboard: serde_json::Value =
+        serde_json::from_str(include_str!("../../../package/grafana.json")).expect("JSON");
+    let panels = dashboard["panels"].as_array().expect("panels");
+    let targets = panels.iter().filter_map(|panel| panel["targets"].as_array()).flatten();
+    let mut queries = 0;
+    for query in targets.map(|target| target["expr"].as_str().expect("a query")) {
+        let asked = names(query);
+        assert!(!asked.is_empty() && asked.is_subset(&told), "`{query}` asks for what is not told");
+        queries += 1;
+    }
+    assert!(queries > 20, "only {queries} queries were seen");
+
+    let manual = names(include_str!("../../../docs/operations.md"));
+    let families: BTreeSet<&str> =
+        text.lines().filter_map(|line| line.strip_prefix("# TYPE ")?.split(' ').next()).collect();
+    let unknown: Vec<_> =
+        manual.iter().filter(|name| !told.contains(*name) && !families.contains(*name)).collect();
+    assert!(unknown.is_empty(), "docs/operations.md speaks of {unknown:?}");
+    let stems = families.iter().filter(|name| !name.contains("_life_") && !name.contains("_max_"));
+    let silent: Vec<_> = stems
+        .filter(|name| !manual.iter().any(|word| word.strip_suffix("_total").unwrap_or(word) == **name))
+        .collect();
+    assert!(silent.is_empty(), "docs/operations.md does not speak of {silent:?}");
+}

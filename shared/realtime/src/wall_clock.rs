@@ -1,0 +1,23 @@
+use std::mem::MaybeUninit;
+
+/// Whether somebody keeps the wall clock in time, as the kernel was told by whoever does (adjtimex(2));
+/// `None` where it cannot be asked.
+#[must_use]
+pub fn is_wall_clock_kept() -> Option<bool> {
+    let mut state = MaybeUninit::<libc::timex>::zeroed();
+    // SAFETY: `state` is valid for reads and writes of one `timex`, and its mode of zero changes nothing.
+    if unsafe { libc::adjtimex(state.as_mut_ptr()) } < 0 {
+        return None;
+    }
+    // SAFETY: we zeroed it, and zero is a value of each of its fields, which are all integers.
+    let state = unsafe { state.assume_init() };
+    Some(state.status & libc::STA_UNSYNC == 0)
+}
+
+#[cfg(test)]
+mod tests {
+    #[test]
+    fn the_kernel_knows_whether_the_clock_is_kept() {
+        assert!(super::is_wall_clock_kept().is_some());
+    }
+}

@@ -1,0 +1,139 @@
+//! What the package brings beside the program: that it is in order, and speaks of what there is.
+#![expect(
+    clippy::expect_used,
+    clippy::print_stderr,
+    reason = "a test fails by panicking, and says why it is skipped"
+)]
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+
+fn repository(file: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join(file)
+}
+
+fn read(file: &str) -> String {
+    fs::read_to_string(repository(file)).expect("reads")
+}
+
+/// What a program says, where this machine has it.
+fn ask(command: &mut Command) -> Option<Output> {
+    match command.output() {
+        Ok(output) => Some(output),
+        Err(error) => {
+            eprintln!("skipped: {:?} is not here ({error})", command.get_program());
+            None
+        }
+    }
+}
+
+#[test]
+fn systemd_takes_the_unit_and_calls_it_safe() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let unit = folder.path().join("leo.service");
+    // The program is not where the package would put it.
+    let text = read("package/leo.service");
+    let installed = "/usr/bin/leo ";
+    assert_eq!(text.matches(installed).count(), 1, "{text}");
+    let program = format!("{} ", env!("CARGO_BIN_EXE_leo"));
+    fs::write(&unit, text.replace(installed, &program)).expect("writes");
+    let analyze = || Command::new("systemd-analyze");
+    let Some(verified) = ask(analyze().args(["verify", "--man=no"]).arg(&unit)) else { return };
+    let said = String::from_utf8_lossy(&verified.stderr).into_owned();
+    assert!(verified.status.success() && said.is_empty(), "{said}");
+    let security =
+        ask(analyze().args(["security", "--offline=yes", "--no-pager", "--threshold=25"]).arg(&unit));
+    let said = security.expect("was here");
+    assert!(said.status.success(), "{}", String::from_utf8_lossy(&said.stdout));
+}
+
+#[test]
+fn the_command_line_of_the_unit_is_understood() {
+    let text = read("package/leo.service");
+    let line = text.lines().find_map(|line| line.strip_prefix("ExecStart=/usr/bin/leo ")).expect("a program");
+    let told = line.replace("/etc/leo/leo.toml", "/nowhere/leo.toml");
+    let refused = Command::new(env!("CARGO_BIN_EXE_leo")).args(told.split(' ')).output().expect("runs");
+    let said = String::from_utf8_lossy(&refused.stderr).into_owned();
+    // The file alone is what it does not find.
+    assert!(refused.status.code() == Some(2) && said.contains("/nowhere/leo.toml"), "{said}");
+}
+
+#[test]
+fn every_command_that_people_see_has_a_page_and_shells_complete_it() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let written =
+        Command::new(env!("CARGO_BIN_EXE_leo")).arg("manual").arg(folder.path()).output().expect("runs");
+    assert!(written.status.success(), "{written:?}");
+    let help = Command::new(env!("CARGO_BIN_EXE_leo")).arg("--help").output().expect("runs");
+    let help = String::from_utf8(help.stdout).expect("text");
+    let commands: Vec<&str> = help
+        .lines()
+        .skip_while(|line| *line != "Commands:")
+        .skip(1)
+        .take_while(|line| !line.is_empty())
+        .filter(|line| line.starts_with("  ") && !line.starts_with("   "))
+        .filter_map(|line| line.split_whitespace().next())
+        .filter(|name| *name != "help")
+        .collect();
+    assert!(commands.len() > 10, "{help}");
+    let completions = ["leo.bash", "_leo", "leo.fish"]
+        .map(|file| fs::read_to_string(folder.path().join("completions").join(file)).expect("is there"));
+    for name in commands {
+        let page = fs::read_to_string(folder.path().join(format!("man/leo-{name}.1")))
+            .unwrap_or_else(|error| panic!("no page for {name}: {error}"));
+        assert!(page.contains("Example"), "{page}");
+        assert!(completions.iter().all(|shell| shell.contains(name)), "{name}");
+    }
+    assert!(!folder.path().join("man/leo-sensor.1").exists(), "processes are for the supervisor");
+    let refused =
+        Command::new(env!("CARGO_BIN_EXE_leo")).args(["manual", "/proc/nowhere"]).output().expect("runs");
+    assert_eq!(refused.status.code(), Some(1));
+}
+
+#[test]
+fn the_rules_for_adapters_and_the_user_are_in_order() {
+    if let Some(verified) = ask(Command::new("udevadm").arg("verify").arg(repository("package/60-leo.rules")))
+    {
+        let said = String::from_utf8_lossy(&verified.stderr).into_owned();
+        // Older versions cannot verify.
+        assert!(verified.status.success() || said.contains("Unknown command"), "{said}");
+    }
+    let folder = tempfile::tempdir().expect("a folder");
+    fs::create_dir(folder.path().join("etc")).expect("makes");
+    fs::write(folder.path().join("etc/group"), "dialout:x:20:\n").expect("writes");
+    let root = format!("--root={}", folder.path().display());
+    let Some(made) = ask(Command::new("systemd-sysusers").arg(root).arg(repository("package/leo.sysusers")))
+    else {
+        return;
+    };
+    assert!(made.status.success(), "{}", String::from_utf8_lossy(&made.stderr));
+    let file = |name: &str| fs::read_to_string(folder.path().join("etc").join(name)).expect("is there");
+    let user = file("passwd");
+    assert!(user.contains("leo:x:") && user.contains(":/var/lib/leo:/usr/sbin/nologin"), "{user}");
+    assert!(file("group").contains("dialout:x:20:leo"), "{}", file("group"));
+}
+
+#[test]
+fn whatever_the_package_brings_is_there() {
+    let manifest: String = read("Cargo.toml");
+    let assets =
+        manifest.split("assets = [").nth(1).and_then(|rest| rest.split("\n]").next()).expect("assets");
+    let mut seen = 0;
+    for source in assets.lines().filter_map(|line| line.trim().strip_prefix("[\"")?.split('"').next()) {
+        if source.starts_with("target/") {
+            continue;
+        }
+        let folder = repository(source).parent().expect("a folder").to_owned();
+        let name = Path::new(source).file_name().expect("a name").to_string_lossy().into_owned();
+        let suffix = name.strip_prefix('*');
+        let mut entries = fs::read_dir(&folder).expect("a folder").flatten();
+        let found = entries.any(|entry| {
+            let entry = entry.file_name().to_string_lossy().into_owned();
+            suffix.map_or(entry == name, |suffix| entry.ends_with(suffix))
+        });
+        assert!(found, "{source} is not there");
+        seen += 1;
+    }
+    assert!(seen >= 8, "only {seen} files were seen");
+}

@@ -1,0 +1,100 @@
+//! What the supervisor tells the service manager that started it: the protocol of sd_notify(3), over a
+//! socket of this test's own.
+
+use std::fs;
+use std::os::unix::net::UnixDatagram;
+use std::path::PathBuf;
+use std::process::{Command, Stdio};
+use std::sync::{Arc, Mutex};
+use std::thread;
+
+use rustix::process::Signal;
+use tempfile::TempDir;
+
+use crate::robot::{PROCESSES, Robot, signal, wait_until};
+
+/// Listens like a service manager.
+struct Manager {
+    folder: TempDir,
+    heard: Arc<Mutex<Vec<String>>>,
+}
+
+impl Manager {
+    fn listens() -> Self {
+        let folder = tempfile::tempdir().expect("a folder");
+        let socket = UnixDatagram::bind(folder.path().join("notify")).expect("binds");
+        let heard = Arc::new(Mutex::new(Vec::new()));
+        let writer = Arc::clone(&heard);
+        thread::spawn(move || {
+            let mut bytes = [0; 4096];
+            while let Ok(count) = socket.recv(&mut bytes) {
+                let words = String::from_utf8_lossy(bytes.get(..count).unwrap_or(&[])).into_owned();
+                writer.lock().expect("nobody panics with it").extend(words.lines().map(str::to_owned));
+            }
+        });
+        Self { folder, heard }
+    }
+
+    fn heard(&self) -> Vec<String> {
+        self.heard.lock().expect("nobody panics with it").clone()
+    }
+
+    fn count(&self, word: &str) -> usize {
+        self.heard().iter().filter(|heard| *heard == word).count()
+    }
+
+    /// Starts a robot from a file of its own, which is told to report here.
+    fn starts(&self, name: &str, changes: &[(&str, &str)]) -> (Robot, PathBuf) {
+        let file = self.folder.path().join("leo");
+        fs::copy(env!("CARGO_BIN_EXE_leo"), &file).expect("copies");
+        let mut command = Command::new(&file);
+        command.env_remove("RUST_LOG").env("NOTIFY_SOCKET", self.folder.path().join("notify"));
+        command.stdin(Stdio::null());
+        (Robot::by(command, name, changes, &[]), file)
+    }
+}
+
+fn running(robot: &Robot) -> usize {
+    robot.rows().iter().filter(|row| row["state"] == "running").count()
+}
+
+#[test]
+fn the_service_manager_hears_when_all_are_ready_that_they_live_and_that_they_stop() {
+    let manager = Manager::listens();
+    let (robot, _file) = manager.starts("notify", &[]);
+    assert!(wait_until(|| manager.count("READY=1") > 0), "{:?}\n{}", manager.heard(), robot.said());
+    assert_eq!(running(&robot), PROCESSES.len(), "ready before all are\n{}", robot.said());
+    let heard = manager.heard();
+    let ready = heard.iter().position(|word| word == "READY=1").expect("heard");
+    let before: Vec<&String> = heard.iter().take(ready).collect();
+    assert!(before.iter().all(|word| word.starts_with("STATUS=starting: ")), "{heard:?}");
+    assert_eq!(before.last().map(|word| word.as_str()), Some("STATUS=starting: 6 of 7 processes run"));
+    assert!(wait_until(|| manager.count("WATCHDOG=1") > 3), "{:?}", manager.heard());
+    assert_eq!(manager.count("STATUS=all 7 processes run"), 1);
+    let (status, said) = robot.stop(Signal::TERM);
+    assert!(status.success(), "{said}");
+    let heard = manager.heard();
+    let stopping = heard.iter().position(|word| word == "STOPPING=1").expect("heard");
+    assert!(heard.iter().skip(stopping).all(|word| word != "WATCHDOG=1"), "{heard:?}");
+    assert_eq!(manager.count("READY=1"), 1);
+}
+
+#[test]
+fn a_process_that_hangs_and_cannot_be_replaced_starves_the_watchdog() {
+    let manager = Manager::listens();
+    let never_tired = [("deaths_most", "1000000"), ("backoff_most_ms", "40.0")];
+    let (robot, file) = manager.starts("starved", &never_tired);
+    assert!(wait_until(|| manager.count("WATCHDOG=1") > 0), "{:?}\n{}", manager.heard(), robot.said());
+    fs::remove_file(file).expect("was there");
+    signal(robot.processes()["belief"], Signal::STOP);
+    let failed = || robot.said().matches("cannot be started").count();
+    assert!(wait_until(|| failed() > 0), "{}", robot.said());
+    let fed = manager.count("WATCHDOG=1");
+    // A beat of the watchdog is due every 250 ms: many are due in the time of these.
+    let seen = failed();
+    assert!(wait_until(|| failed() > seen + 50), "{}", robot.said());
+    assert_eq!(manager.count("WATCHDOG=1"), fed, "{:?}", manager.heard());
+    let last = manager.heard().into_iter().rfind(|word| word.starts_with("STATUS="));
+    assert_eq!(last.as_deref(), Some("STATUS=6 of 7 processes run, the others are being replaced"));
+    robot.stop(Signal::TERM);
+}
