@@ -4,9 +4,11 @@
     clippy::expect_used,
     clippy::indexing_slicing,
     clippy::panic,
+    clippy::print_stderr,
     reason = "a test that meets what it does not expect has failed"
 )]
 
+mod browser;
 mod page;
 mod robot;
 mod strangers;

@@ -1,0 +1,95 @@
+//! A real browser over a real robot.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
+use std::sync::Mutex;
+
+use serde_json::Value;
+
+use crate::robot::{Robot, leo};
+
+/// Where this is set, what is missing is a failure and nothing is skipped.
+const REQUIRED: &str = "LEO_BROWSER_REQUIRED";
+/// One preparation at a time.
+static PREPARING: Mutex<()> = Mutex::new(());
+
+/// The page's folder with what its tools need, below the target folder; made there where it is not
+/// yet. `None`, and a line of why, where that does not work.
+fn prepared() -> Option<PathBuf> {
+    let _one = PREPARING.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
+    let from = Path::new(env!("CARGO_MANIFEST_DIR")).join("services/console/page");
+    let to = Path::new(env!("CARGO_TARGET_TMPDIR")).join("page");
+    copied(&from, &to);
+    let is_there = to.join("node_modules/playwright-core").exists();
+    if is_there || succeeds(Command::new("npm").args(["ci", "--no-audit", "--no-fund"]).current_dir(&to)) {
+        return Some(to);
+    }
+    skipped("Node.js 20 with npm, and the npm registry, are needed: apt-get install nodejs npm")
+}
+
+fn skipped<T>(why: &str) -> Option<T> {
+    assert!(std::env::var_os(REQUIRED).is_none(), "{why}");
+    // What a test prints is seen with `--nocapture`, and always where it fails.
+    eprintln!("skipped: {why}");
+    None
+}
+
+fn succeeds(command: &mut Command) -> bool {
+    command.stdout(Stdio::null()).stderr(Stdio::null()).status().is_ok_and(|status| status.success())
+}
+
+fn copied(from: &Path, to: &Path) {
+    fs::create_dir_all(to).expect("a folder");
+    for entry in fs::read_dir(from).expect("the page's folder") {
+        let entry = entry.expect("readable");
+        let (name, path) = (entry.file_name(), entry.path());
+        if name == "node_modules" || name == "shots" {
+            continue;
+        }
+        if path.is_dir() {
+            copied(&path, &to.join(name));
+        } else {
+            fs::copy(&path, to.join(name)).expect("copied");
+        }
+    }
+}
+
+#[test]
+fn the_page_is_what_its_sources_build_and_its_parts_hold() {
+    let Some(page) = prepared() else { return };
+    for script in ["check", "types", "test"] {
+        let ran = Command::new("npm").args(["run", script]).current_dir(&page).output().expect("npm runs");
+        let said = String::from_utf8_lossy(&ran.stdout).into_owned() + &String::from_utf8_lossy(&ran.stderr);
+        assert!(ran.status.success(), "npm run {script}: {said}");
+    }
+}
+
+#[test]
+fn a_browser_teaches_task_1_by_mouse_finger_keyboard_and_typed_sentences() {
+    let Some(page) = prepared() else { return };
+    let chromium = std::env::var("CHROMIUM").unwrap_or_else(|_| "/usr/bin/chromium".to_owned());
+    if !succeeds(Command::new(&chromium).arg("--version")) {
+        let _: Option<()> = skipped("Chromium is needed: apt-get install chromium, or its path in CHROMIUM");
+        return;
+    }
+    let mut robot = Robot::start("browser");
+    let taught = Command::new("node")
+        .args(["tests/teach.mjs", &format!("http://{}/", robot.host)])
+        .env("CHROMIUM", &chromium)
+        .env("PATIENCE_S", "180")
+        .current_dir(&page)
+        .output()
+        .expect("node runs");
+    assert!(taught.status.success(), "{}", String::from_utf8_lossy(&taught.stderr));
+    let shown: Value = serde_json::from_slice(&taught.stdout).expect("JSON");
+    robot.stop();
+    let known = leo(&["tasks", "show", "task 1", "--json"]).env("XDG_STATE_HOME", robot.state()).output();
+    let known: Value = serde_json::from_slice(&known.expect("runs").stdout).expect("JSON");
+    let task = &known["account"]["tasks"][0];
+    assert_eq!(shown["rule"]["name"], task["rule"]["name"], "{shown:#}\n{known:#}");
+    assert_eq!(shown["rule"]["perspective"], task["rule"]["perspective"], "{shown:#}");
+    assert_eq!(shown["examples"], task["examples"], "{shown:#}");
+    let last = shown["performances"].as_array().and_then(|performances| performances.last());
+    assert!(last.is_some_and(|last| last["result"] == "filled 4 of 4"), "{shown:#}");
+}
