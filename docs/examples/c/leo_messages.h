@@ -235,6 +235,8 @@ enum leo_scene_mode {
     LEO_SCENE_MODE_SET_UP = 2,
     /* A teacher teaches by hand: things move, and what he does is written down. */
     LEO_SCENE_MODE_TEACHING = 3,
+    /* The lesson's script was played to its end; Leo may still be at work. */
+    LEO_SCENE_MODE_OVER = 4,
 };
 
 /* A discrete state of a thing, observed as a degree in [0, 1]. */
@@ -1049,6 +1051,7 @@ struct leo_teacher_act {
     uint16_t teacher;
     /* Whose hand on the console: several people may teach at once, each with one hand. */
     uint16_t hand;
+    /* Zero. */
     uint16_t reserved;
     /* Which table, of laying. */
     uint64_t table;

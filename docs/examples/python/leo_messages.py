@@ -226,6 +226,8 @@ class SceneMode(enum.IntEnum):
     SET_UP = 2
     # A teacher teaches by hand: things move, and what he does is written down.
     TEACHING = 3
+    # The lesson's script was played to its end; Leo may still be at work.
+    OVER = 4
 
 
 # A discrete state of a thing, observed as a degree in [0, 1].
@@ -949,6 +951,7 @@ class TeacherAct(ctypes.Structure):
         ("teacher", ctypes.c_uint16),
         # Whose hand on the console: several people may teach at once, each with one hand.
         ("hand", ctypes.c_uint16),
+        # Zero.
         ("reserved", ctypes.c_uint16),
         # Which table, of laying.
         ("table", ctypes.c_uint64),

@@ -80,7 +80,7 @@ impl Shelf {
         let colours: Vec<Value> =
             lesson.colours.iter().map(|(name, rgb)| json!({ "name": name, "rgb": numbers(*rgb) })).collect();
         let mode = head.map(|head| match head.mode() {
-            Some(SceneMode::Script) | None => "script",
+            Some(SceneMode::Script | SceneMode::Over) | None => "script",
             Some(SceneMode::SetUp) => "set-up",
             Some(SceneMode::Teaching) => "teaching",
         });

@@ -190,7 +190,13 @@ impl Look {
 
     /// Whether somebody does by hand what a script did.
     pub(crate) fn is_by_hand(&self) -> bool {
-        self.workspace.is_some_and(|head| head.mode() != Some(SceneMode::Script))
+        let mode = self.workspace.and_then(|head| head.mode());
+        matches!(mode, Some(SceneMode::SetUp | SceneMode::Teaching))
+    }
+
+    /// Whether the lesson's script was played to its end.
+    pub(crate) fn is_played(&self) -> bool {
+        self.workspace.is_some_and(|head| head.mode() == Some(SceneMode::Over))
     }
 }
 

@@ -75,7 +75,7 @@ pub fn run(launch: &Launch, robot: &Robot, lesson: &Lesson) -> Result<(), Failur
         health.refused = stage.web.as_ref().map_or(0, Web::refused);
         member.end_cycle(Progress::More)?;
         let is_watched = stage.web.as_ref().is_some_and(|web| web.open() > 0) || look.is_by_hand();
-        if end.has_come(now, &ear, is_watched) {
+        if end.has_come(now, &ear, look.is_played(), is_watched) {
             break;
         }
     }
@@ -242,11 +242,14 @@ impl End {
         }
     }
 
-    fn has_come(&mut self, now: Instant, ear: &Ear, is_watched: bool) -> bool {
+    fn has_come(&mut self, now: Instant, ear: &Ear, is_played: bool, is_watched: bool) -> bool {
         self.was_watched |= is_watched;
-        let is_over = ear.said >= self.sentences
-            && self.performances > 0
-            && ear.account.performances_ended() >= self.performances;
+        let has_performed = if self.performances > 0 {
+            ear.account.performances_ended() >= self.performances
+        } else {
+            is_played
+        };
+        let is_over = ear.said >= self.sentences && has_performed;
         if is_watched || self.stays || !is_over {
             self.over_since = None;
             return false;

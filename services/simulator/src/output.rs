@@ -3,8 +3,8 @@
 use config::lesson::{Act, Object, Occluder, Role};
 use geometry::{Pose, Thing as Frame};
 use message::{
-    Modality, NO_TABLE, NOBODY, Observation, ObservationKind, STATES, SceneHead, SceneObject, State, Text,
-    ThingRole, Utterance,
+    Modality, NO_TABLE, NOBODY, Observation, ObservationKind, STATES, SceneHead, SceneMode, SceneObject,
+    State, Text, ThingRole, Utterance,
 };
 use quantity::number::single;
 
@@ -82,7 +82,7 @@ impl World {
             base_position_m: base.position_m(),
             base_orientation_xyzw: base.orientation_xyzw(),
             began_at_ns: self.state.began.map_or(0, clock::Instant::as_nanos),
-            mode: self.state.mode.raw(),
+            mode: if self.is_finished() { SceneMode::Over.raw() } else { self.state.mode.raw() },
             table,
             tables: count(self.lesson.tables().count()),
             steps: count(self.state.diary.steps()),

@@ -16,8 +16,7 @@ const SENTENCES: usize = 8;
 /// Answers that one frame holds.
 const ANSWERS: usize = 64;
 
-/// Plays a lesson until the process is told to stop, or until its script is over where Leo has
-/// nothing to perform in it.
+/// Plays a lesson, and does what people do by hand, until the process is told to stop.
 ///
 /// # Errors
 ///
@@ -42,7 +41,6 @@ pub fn run(launch: &Launch, robot: &Robot, lesson: &Lesson) -> Result<(), Failur
     let body = Body::from_urdf(&robot.urdf, &joints).map_err(Failure::own)?;
     let mut limbs = Limbs::new(body).map_err(Failure::own)?;
     let mut world = World::new(lesson, lesson.seed);
-    let ends_by_itself = lesson.performances() == 0 && launch.synthetic.is_none() && !launch.stay;
     member.begin(Some(leo.simulator.rate_hz.period()))?;
     while let Some(now) = member.next_cycle()? {
         if let Some(frame) = joint_states.newest()? {
@@ -87,9 +85,6 @@ pub fn run(launch: &Launch, robot: &Robot, lesson: &Lesson) -> Result<(), Failur
             observations.undelivered() + scene.undelivered() + utterances.undelivered();
         let is_finished = world.is_finished();
         member.end_cycle(if is_finished { Progress::Finished } else { Progress::More })?;
-        if is_finished && ends_by_itself && !member.is_lockstep() {
-            break;
-        }
     }
     Ok(())
 }

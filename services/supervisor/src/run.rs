@@ -287,10 +287,10 @@ impl House<'_> {
     }
 }
 
-/// Only the source of a lesson and who tells people about it may have nothing left to do; for
-/// everybody else ending unasked is failing.
+/// Only who tells people about the lesson may have nothing left to do; for everybody else ending
+/// unasked is failing.
 fn ended(process: Process, status: ExitStatus) -> Ended {
-    let may_finish = matches!(process, Process::Simulator | Process::Console);
+    let may_finish = process == Process::Console;
     match status.code() {
         Some(0) if may_finish => Ended::Done,
         Some(REFUSED) => Ended::Refused,

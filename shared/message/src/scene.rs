@@ -13,6 +13,8 @@ numbered! {
         SetUp = 2,
         /// A teacher teaches by hand: things move, and what he does is written down.
         Teaching = 3,
+        /// The lesson's script was played to its end; Leo may still be at work.
+        Over = 4,
     }
 }
 

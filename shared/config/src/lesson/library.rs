@@ -10,6 +10,7 @@ macro_rules! library {
 
 library!(
     "task1" "task2" "task3" "task4" "behind_his_back" "from_the_side" "two_teachers" "a_slip"
+    "the_button" "you_do_not_know_that_i_saw"
     "a_task_in_a_task" "three_of_them" "the_far_ones" "stacking" "giving" "misunderstandings"
 );
 
