@@ -40,7 +40,9 @@ fn pages_of_elsewhere_are_refused() {
     };
     assert_eq!(get(host, "/"), "HTTP/1.1 200 OK");
     assert_eq!(get(host, "/leo.urdf"), "HTTP/1.1 200 OK");
+    assert_eq!(get(host, "/metrics"), "HTTP/1.1 200 OK");
     assert_eq!(get("evil.example", "/"), "HTTP/1.1 403 Forbidden");
+    assert_eq!(get("evil.example", "/metrics"), "HTTP/1.1 403 Forbidden");
     assert_eq!(get(host, "/../etc/passwd"), "HTTP/1.1 404 Not Found");
 }
 

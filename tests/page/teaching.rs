@@ -122,6 +122,28 @@ fn find_tasks(account: &Value) -> Option<&Value> {
 }
 
 #[test]
+fn the_record_button_writes_a_recording_that_can_be_replayed() {
+    let mut robot = Robot::start("record");
+    let mut page = Page::open(&robot.host);
+    page.wait("a robot at work", |cells| beliefs(cells, 0) > 0 && beliefs(cells, 1) > 0);
+    let file = page.must("record", json!({ "on": true }))["file"].clone();
+    page.wait("the recording under way", |cells| {
+        let recording = &cells["recording"];
+        recording["on"] == true && recording["file"] == file && recording["bytes"].as_u64() > Some(0)
+    });
+    // Pressed by two people, it is one recording.
+    assert_eq!(page.must("record", json!({ "on": true }))["file"], file);
+    page.wait("some of it", |cells| cells["recording"]["seconds"].as_u64() >= Some(3));
+    page.must("record", json!({ "on": false }));
+    page.wait("its end", |cells| cells["recording"]["on"] == false && cells["recording"]["error"].is_null());
+    page.must("record", json!({ "on": false }));
+    robot.stop();
+    let file = file.as_str().expect("a path");
+    let replayed = leo(&["replay", file]).output().expect("runs");
+    assert!(replayed.status.success(), "{}", String::from_utf8_lossy(&replayed.stderr));
+}
+
+#[test]
 fn what_a_page_holds_goes_back_when_it_is_closed_and_a_new_page_sees_everything() {
     let robot = Robot::start("closed");
     let mut page = Page::open(&robot.host);
