@@ -14,8 +14,11 @@ use crate::sheet::Sheet;
 const SAME_M: f64 = 0.06;
 /// Degrees of states and confidences are shown to twentieths: that they fade is no news in itself.
 const DEGREE: f64 = 20.0;
-/// Places that are believed are shown to two millimetres: noise is no news.
-const PLACE: f64 = 500.0;
+/// What is believed to be nearer than this to where it is shown is shown there, in metres: noise is no
+/// news.
+const STIRS_M: f64 = 0.005;
+/// Extents are shown to two millimetres.
+const EXTENTS: f64 = 500.0;
 
 /// What was perceived so recently is perceived now, in nanoseconds.
 const SEEN_NS: u64 = 300_000_000;
@@ -28,8 +31,10 @@ pub(crate) struct Minds {
     shape: Option<(u16, BTreeMap<u16, [f64; 4]>)>,
     orientation: Option<u16>,
     extents: Option<u16>,
-    /// From the world to the robot's base: its inverse places beliefs in the world.
+    /// The robot's base in the world, which places beliefs there.
     pub(crate) x_world_base: Pose<World, Base>,
+    /// Where each belief of each perspective is shown, in metres.
+    shown_m: BTreeMap<(u32, u64), [f64; 3]>,
 }
 
 /// What one perspective believes of one thing, as it is shown.
@@ -71,13 +76,21 @@ impl Minds {
             }
         }
         let words = Words::of(percepts);
-        Self { words, colour, shape, orientation, extents, x_world_base: Pose::identity() }
+        Self {
+            words,
+            colour,
+            shape,
+            orientation,
+            extents,
+            x_world_base: Pose::identity(),
+            shown_m: BTreeMap::new(),
+        }
     }
 
     /// Shows one perspective, and gives back what it believes. `robots` is what the robot itself
     /// believes, and `differing` how this one differs from that.
     pub(crate) fn show(
-        &self,
+        &mut self,
         sheet: &mut Sheet,
         head: &BeliefHead,
         beliefs: &[Belief],
@@ -105,6 +118,7 @@ impl Minds {
             let twin = robots.and_then(|robots| twin(&seen, robots, differing));
             let orientation = self.orientation(frame.as_ref(), belief);
             let extents = self.extents.and_then(|percept| vector(belief, percept));
+            let shown_m = seen.position_m.map(|position_m| self.place(number, belief.id, position_m));
             let agent = |agent: u16| (agent != NOBODY).then_some(agent);
             let unseen_ns = head.header.valid_at_ns.saturating_sub(belief.perceived_at_ns);
             let symbol = |percept: Option<u16>| {
@@ -117,9 +131,9 @@ impl Minds {
                 &key,
                 &json!({
                     "words": seen.words,
-                    "p": seen.position_m.map(|position_m| position_m.map(|part| rounded(part, PLACE))),
+                    "p": shown_m.map(numbers),
                     "q": orientation.map(|q| q.map(|part| rounded(part, 50.0))),
-                    "half": extents.map(|half_m| half_m.map(|part| rounded(part, PLACE))),
+                    "half": extents.map(|half_m| half_m.map(|part| rounded(part, EXTENTS))),
                     "rgb": seen.colour_rgb,
                     "shape": seen.shape,
                     "colour": symbol(self.colour.as_ref().map(|(percept, _)| *percept)),
@@ -137,7 +151,18 @@ impl Minds {
             all.push(seen);
         }
         sheet.keep_only(&prefix, &stay);
+        let ids: BTreeSet<u64> = all.iter().map(|seen| seen.id).collect();
+        self.shown_m.retain(|(perspective, id), _| *perspective != number || ids.contains(id));
         all
+    }
+
+    /// Where a belief is shown that is about a place: where it was shown, unless it has stirred.
+    fn place(&mut self, perspective: u32, id: u64, position_m: [f64; 3]) -> [f64; 3] {
+        let shown_m = self.shown_m.entry((perspective, id)).or_insert(position_m);
+        if far(*shown_m, position_m) > STIRS_M {
+            *shown_m = position_m;
+        }
+        *shown_m
     }
 
     /// Shows how a partner differs from the robot, in words.

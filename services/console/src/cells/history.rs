@@ -110,3 +110,62 @@ impl Point {
         json!({ "t": rounded(self.t, 100.0), "known": self.known.is_some(), "seen": self.is_seen, "p": p, "states": states })
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn seen(id: u64, x: f64, filled: f64, is_seen: bool) -> Seen {
+        Seen {
+            id,
+            words: "red square".to_owned(),
+            position_m: Some([x, 0.5, 0.03]),
+            colour_rgb: None,
+            shape: None,
+            states: BTreeMap::from([("filled".to_owned(), filled)]),
+            is_seen,
+        }
+    }
+
+    /// The instants of the points of a track.
+    fn instants(sheet: &Sheet, perspective: usize) -> Vec<f64> {
+        let message: Value = serde_json::from_str(&sheet.since(0).unwrap()).unwrap();
+        let points =
+            message["cells"]["history/7"]["tracks"][perspective]["points"].as_array().unwrap().clone();
+        points.iter().map(|point| point["t"].as_f64().unwrap()).collect()
+    }
+
+    /// Fig. 4: the button is pressed behind his back, and he sees it later.
+    #[test]
+    fn each_perspective_has_its_own_time_line_of_changes() {
+        let mut histories = Histories::default();
+        let mut sheet = Sheet::default();
+        for tenths in 0..100_u32 {
+            let t = f64::from(tenths) / 10.0;
+            let is_pressed = if t >= 3.0 { 0.97 } else { 0.02 };
+            let robots = [seen(7, 0.001 * t, is_pressed, true)];
+            let his = seen(2, 0.0, if t >= 8.0 { 0.95 } else { 0.02 }, !(2.0..8.0).contains(&t));
+            histories.note(t, 0, &robots, |id| robots.iter().find(|seen| seen.id == id));
+            histories.note(t, 1, &robots, |_| (t >= 1.0).then_some(&his));
+            histories.show(&mut sheet, &robots);
+        }
+        assert_eq!(instants(&sheet, 0), [0.0, 3.0]);
+        // He knows nothing of it, sees it, looks away, and looks again.
+        assert_eq!(instants(&sheet, 1), [0.0, 1.0, 2.0, 8.0]);
+        histories.show(&mut sheet, &[]);
+        assert!(!sheet.since(0).unwrap().contains("history/"));
+    }
+
+    #[test]
+    fn a_track_forgets_its_oldest_change() {
+        let mut histories = Histories::default();
+        let mut sheet = Sheet::default();
+        for step in 0..200_u32 {
+            let robots = [seen(7, f64::from(step), 0.0, true)];
+            histories.note(f64::from(step), 0, &robots, |_| robots.first());
+            histories.show(&mut sheet, &robots);
+        }
+        let instants = instants(&sheet, 0);
+        assert_eq!((instants.len(), instants.last()), (POINTS_MOST, Some(&199.0)));
+    }
+}
