@@ -22,6 +22,7 @@
 #define LEO_STATES 8
 #define LEO_MAX_PERCEPTS 12
 #define LEO_MAX_BUSES 16
+#define LEO_MAX_JOINTS 256
 #define LEO_MAX_PERSPECTIVES 256
 #define LEO_MAX_SOURCES 16
 #define LEO_LOSSES 24
@@ -777,6 +778,21 @@ LEO_ASSERT(offsetof(struct leo_joint_state, present_current_a) == 32, "place of 
 LEO_ASSERT(offsetof(struct leo_joint_state, command_position_rad) == 40, "place of command_position_rad");
 LEO_ASSERT(offsetof(struct leo_joint_state, present_temperature_c) == 48, "place of present_temperature_c");
 LEO_ASSERT(offsetof(struct leo_joint_state, present_input_v) == 52, "place of present_input_v");
+
+/* The newest joint states, for whoever looks now and then: the motor process writes them to a board of
+ * its own. Who reads a topic is known to its writer, and costs it a page now and then; who reads a board
+ * is not. */
+#define LEO_JOINTS_TYPE "leo/Joints/1"
+struct leo_joints {
+    LEO_NAMED(LEO_JOINTS_TYPE)
+    /* How many joints there are. */
+    uint64_t count;
+    /* What each of them does. */
+    struct leo_joint_state states[256];
+};
+LEO_ASSERT(sizeof(struct leo_joints) == 14344, "size of leo/Joints/1");
+LEO_ASSERT(offsetof(struct leo_joints, count) == 0, "place of count");
+LEO_ASSERT(offsetof(struct leo_joints, states) == 8, "place of states");
 
 /* What one sensory process reported of one thing at one instant, in the robot's base frame.
  * 

@@ -12,6 +12,7 @@ NOBODY = 65535
 STATES = 8
 MAX_PERCEPTS = 12
 MAX_BUSES = 16
+MAX_JOINTS = 256
 MAX_PERSPECTIVES = 256
 MAX_SOURCES = 16
 LOSSES = 24
@@ -703,6 +704,22 @@ class JointState(ctypes.Structure):
         return "leo/JointState/2"
 
 
+# The newest joint states, for whoever looks now and then: the motor process writes them to a board of
+# its own. Who reads a topic is known to its writer, and costs it a page now and then; who reads a board
+# is not.
+class Joints(ctypes.Structure):
+    _fields_ = [
+        # How many joints there are.
+        ("count", ctypes.c_uint64),
+        # What each of them does.
+        ("states", JointState * 256),
+    ]
+
+    @staticmethod
+    def type_name():
+        return "leo/Joints/1"
+
+
 # What one sensory process reported of one thing at one instant, in the robot's base frame.
 #
 # An observation carries no identity of the thing: finding out which thing it was is the Belief
@@ -1016,6 +1033,7 @@ _LAYOUT = [
     (Health, 5368, [0, 4, 8, 16, 24, 32, 40, 48, 56, 64, 72, 80, 88, 96, 104, 112, 1864, 3616]),
     (JointGoal, 24, [0, 4, 8, 16]),
     (JointState, 56, [0, 4, 6, 8, 16, 24, 32, 40, 48, 52]),
+    (Joints, 14344, [0, 8]),
     (Observation, 128, [0, 8, 10, 12, 14, 16, 18, 20, 24, 36, 52, 64, 76, 92]),
     (PerceptValue, 28, [0, 2, 4, 8, 12]),
     (Snapshot, 340, [0, 4]),

@@ -1,7 +1,7 @@
 use clock::{Duration, Instant};
 use config::Robot;
-use message::{Buses, Text};
-use transport::BusesWriter;
+use message::{Buses, Joints, Text};
+use transport::{BusesWriter, JointsWriter};
 
 use crate::Motor;
 use crate::threads::Threads;
@@ -12,12 +12,14 @@ const EVERY: Duration = Duration::from_millis(100);
 /// Keeps the board that says how each bus fares.
 pub(crate) struct Ledger {
     board: BusesWriter,
+    joints_board: JointsWriter,
+    joints: Joints,
     buses: Buses,
     write_at: Instant,
 }
 
 impl Ledger {
-    pub(crate) fn new(board: BusesWriter, robot: &Robot) -> Self {
+    pub(crate) fn new(board: BusesWriter, joints_board: JointsWriter, robot: &Robot) -> Self {
         let mut buses = Buses::default();
         for (index, (place, bus)) in buses.buses.iter_mut().zip(&robot.motor.buses).enumerate() {
             place.name = Text::new(&bus.name);
@@ -25,7 +27,7 @@ impl Ledger {
             place.joints = u64::try_from(joints.count()).unwrap_or(0);
             buses.count += 1;
         }
-        Self { board, buses, write_at: Instant::EPOCH }
+        Self { board, joints_board, joints: Joints::default(), buses, write_at: Instant::EPOCH }
     }
 
     pub(crate) fn keep(&mut self, motor: &Motor, threads: &Threads, now: Instant) {
@@ -46,5 +48,7 @@ impl Ledger {
             bus.exchange = *took;
         }
         self.board.write(&self.buses);
+        self.joints.set(motor.states());
+        self.joints_board.write(&self.joints);
     }
 }

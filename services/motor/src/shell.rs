@@ -41,7 +41,7 @@ pub fn run(launch: &Launch, robot: &Robot) -> Result<(), Failure> {
     let buses = &robot.motor.buses;
     let mut threads = Threads::start(buses, &launch.domain, patience, until, !launch.lockstep, &lookout)
         .map_err(Failure::own)?;
-    let mut ledger = Ledger::new(member.buses_board()?, robot);
+    let mut ledger = Ledger::new(member.buses_board()?, member.joints_board()?, robot);
     member.begin(Some(period))?;
     while let Some(now) = member.next_cycle()? {
         if !member.is_lockstep() {

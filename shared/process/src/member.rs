@@ -7,8 +7,8 @@ use config::leo::{Buffers, Rights};
 use cycle::{Account, Schedule};
 use message::{Health, Process, ProcessState, Topic};
 use transport::{
-    BusesWriter, Delivery, Domain, HealthWriter, Inlet, Node, Outlet, PerspectivesWriter, Queues,
-    SourcesWriter,
+    BusesWriter, Delivery, Domain, HealthWriter, Inlet, JointsWriter, Node, Outlet, PerspectivesWriter,
+    Queues, SourcesWriter,
 };
 
 use crate::pace::{Lockstep, Pace, Wait, wait_for_call};
@@ -144,6 +144,15 @@ impl Member {
     /// As [`BusesWriter::create`].
     pub fn buses_board(&self) -> Result<BusesWriter, Failure> {
         Ok(BusesWriter::create(&self.node, self.process, self.health.incarnation)?)
+    }
+
+    /// Puts up the board on which the motor process says what the joints do.
+    ///
+    /// # Errors
+    ///
+    /// As [`JointsWriter::create`].
+    pub fn joints_board(&self) -> Result<JointsWriter, Failure> {
+        Ok(JointsWriter::create(&self.node, self.process, self.health.incarnation)?)
     }
 
     /// Puts up the board on which the belief process says what it computed of each perspective.

@@ -10,7 +10,7 @@ use iceoryx2::port::reader::{EntryHandle, Reader};
 use iceoryx2::port::writer::{EntryHandleMut, Writer};
 use iceoryx2::service::ipc::Service;
 use iceoryx2::service::port_factory::blackboard::PortFactory;
-use message::{Buses, Health, Perspectives, Process, Roster, Sources};
+use message::{Buses, Health, Joints, Perspectives, Process, Roster, Sources};
 
 use crate::service::service_name;
 use crate::{Node, PortError};
@@ -131,6 +131,13 @@ board!(
     BusesWriter,
     /// Reads how the servo buses fare.
     BusesReader: Buses as "buses"
+);
+
+board!(
+    /// Writes what the joints do: the motor process.
+    JointsWriter,
+    /// Reads what the joints do.
+    JointsReader: Joints as "joints"
 );
 
 board!(

@@ -2,10 +2,10 @@
 
 use std::collections::BTreeMap;
 
-use message::{Health, JointStates, Process, ProcessState};
+use message::{Health, Process};
 use metrics::Readings;
 use transport::{
-    BusesReader, HealthReader, Inlet, Node, PerspectivesReader, PortError, RosterReader, SourcesReader,
+    BusesReader, HealthReader, JointsReader, Node, PerspectivesReader, PortError, RosterReader, SourcesReader,
 };
 
 /// Reads the boards of one domain. What is not there yet, or not any more, is looked for anew each
@@ -16,9 +16,7 @@ pub struct Boards {
     sources: Option<(u64, SourcesReader)>,
     buses: Option<(u64, BusesReader)>,
     perspectives: Option<(u64, PerspectivesReader)>,
-    joints: Option<Inlet<JointStates>>,
-    /// As they were read last: frames of them may be rarer than looks.
-    latest: Vec<message::JointState>,
+    joints: Option<(u64, JointsReader)>,
 }
 
 impl Boards {
@@ -35,7 +33,6 @@ impl Boards {
             buses: None,
             perspectives: None,
             joints: None,
-            latest: Vec::new(),
         })
     }
 
@@ -62,13 +59,9 @@ impl Boards {
         if let Some(life) = life(Process::Motor) {
             let buses = current(&mut self.buses, life, || BusesReader::open(node, Process::Motor, life));
             readings.buses = buses.map(|board| board.read().all().to_vec()).unwrap_or_default();
+            let joints = current(&mut self.joints, life, || JointsReader::open(node, Process::Motor, life));
+            readings.joints = joints.map(|board| board.read().all().to_vec()).unwrap_or_default();
         }
-        // Whoever opens a topic that is not there makes it: only once its writer has.
-        let motor = readings.processes.get(&Process::Motor).and_then(Health::state);
-        if motor == Some(ProcessState::Running) {
-            self.hear_joints(node);
-        }
-        readings.joints.clone_from(&self.latest);
         readings
     }
 
@@ -79,15 +72,6 @@ impl Boards {
             self.health.insert(process, (life, reader));
         }
         self.health.get(&process).map(|(_, reader)| reader.read())
-    }
-
-    fn hear_joints(&mut self, node: &Node) {
-        if self.joints.is_none() {
-            self.joints = node.inlet(None).ok();
-        }
-        if let Some(frame) = self.joints.as_mut().and_then(|inlet| inlet.newest().ok().flatten()) {
-            self.latest = frame.entries().to_vec();
-        }
     }
 }
 

@@ -8,10 +8,10 @@ use std::path;
 
 use message::{
     ActAnswer, Aspect, Belief, BeliefHead, BusHealth, Buses, DEPTH_MOST, Difference, DivergenceHead, Done,
-    Event, Header, Health, Histogram, JointGoal, JointState, LOSSES, MAX_BUSES, MAX_PERCEPTS,
-    MAX_PERSPECTIVES, MAX_SOURCES, Observation, Path, Perceived, PerceptValue, PerspectiveHealth,
-    Perspectives, Remembered, Roster, STATES, SceneHead, SceneObject, Snapshot, SourceHealth, Sources,
-    TEXT_CAPACITY, TeacherAct, Text, Turn, Utterance,
+    Event, Header, Health, Histogram, JointGoal, JointState, Joints, LOSSES, MAX_BUSES, MAX_JOINTS,
+    MAX_PERCEPTS, MAX_PERSPECTIVES, MAX_SOURCES, Observation, Path, Perceived, PerceptValue,
+    PerspectiveHealth, Perspectives, Remembered, Roster, STATES, SceneHead, SceneObject, Snapshot,
+    SourceHealth, Sources, TEXT_CAPACITY, TeacherAct, Text, Turn, Utterance,
 };
 
 /// What the compiler says of a type: size, alignment, and the offsets of its public fields.
@@ -61,6 +61,7 @@ pub(crate) fn compiled() -> Vec<Compiled> {
         Histogram {}
         JointGoal { joint, reserved, goal_position_rad, arrive_at_ns }
         JointState { joint, sampled_at_ns }
+        Joints { count, states }
         Observation {
             observed_at_ns, source, modality, kind, partner, held_by, reserved, confidence, position_m,
             orientation_xyzw, half_extents_m, colour_rgb, shape, states
@@ -163,6 +164,7 @@ pub(crate) fn length(count: &str) -> usize {
         "MAX_PERCEPTS" => MAX_PERCEPTS,
         "LOSSES" => LOSSES,
         "MAX_BUSES" => MAX_BUSES,
+        "MAX_JOINTS" => MAX_JOINTS,
         "MAX_PERSPECTIVES" => MAX_PERSPECTIVES,
         "MAX_SOURCES" => MAX_SOURCES,
         "STATES" => STATES,

@@ -1,7 +1,8 @@
 use std::fmt::Write as _;
 
 use message::{
-    DEPTH_MOST, LOSSES, MAX_BUSES, MAX_PERCEPTS, MAX_PERSPECTIVES, MAX_SOURCES, NOBODY, STATES, TEXT_CAPACITY,
+    DEPTH_MOST, LOSSES, MAX_BUSES, MAX_JOINTS, MAX_PERCEPTS, MAX_PERSPECTIVES, MAX_SOURCES, NOBODY, STATES,
+    TEXT_CAPACITY,
 };
 
 use super::numbers::Numbered;
@@ -77,6 +78,7 @@ pub(crate) fn header(types: &[(&str, &Declared)], numbers: &[Numbered], compiled
         ("LEO_STATES", STATES),
         ("LEO_MAX_PERCEPTS", MAX_PERCEPTS),
         ("LEO_MAX_BUSES", MAX_BUSES),
+        ("LEO_MAX_JOINTS", MAX_JOINTS),
         ("LEO_MAX_PERSPECTIVES", MAX_PERSPECTIVES),
         ("LEO_MAX_SOURCES", MAX_SOURCES),
         ("LEO_LOSSES", LOSSES),

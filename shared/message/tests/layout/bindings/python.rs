@@ -1,7 +1,8 @@
 use std::fmt::Write as _;
 
 use message::{
-    DEPTH_MOST, LOSSES, MAX_BUSES, MAX_PERCEPTS, MAX_PERSPECTIVES, MAX_SOURCES, NOBODY, STATES, TEXT_CAPACITY,
+    DEPTH_MOST, LOSSES, MAX_BUSES, MAX_JOINTS, MAX_PERCEPTS, MAX_PERSPECTIVES, MAX_SOURCES, NOBODY, STATES,
+    TEXT_CAPACITY,
 };
 
 use super::numbers::Numbered;
@@ -63,6 +64,7 @@ pub(crate) fn module(types: &[(&str, &Declared)], numbers: &[Numbered], compiled
         ("STATES", STATES),
         ("MAX_PERCEPTS", MAX_PERCEPTS),
         ("MAX_BUSES", MAX_BUSES),
+        ("MAX_JOINTS", MAX_JOINTS),
         ("MAX_PERSPECTIVES", MAX_PERSPECTIVES),
         ("MAX_SOURCES", MAX_SOURCES),
         ("LOSSES", LOSSES),
