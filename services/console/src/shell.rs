@@ -32,7 +32,7 @@ const REOPENED: Duration = Duration::from_secs(5);
 ///
 /// # Errors
 ///
-/// The domain cannot be joined, the page cannot be served at its address, or the middleware failed.
+/// The domain cannot be joined, or the middleware failed.
 pub fn run(launch: &Launch, robot: &Robot, lesson: &Lesson) -> Result<(), Failure> {
     let leo = &robot.leo;
     let mut member = Member::join(launch, Process::Console, &leo.buffers, &leo.console.realtime)?;
@@ -148,11 +148,14 @@ struct Stage {
 impl Stage {
     fn open(member: &Member, launch: &Launch, robot: &Robot, lesson: &Lesson) -> Result<Self, Failure> {
         let first = lesson.teachers.first().map_or(1, |teacher| teacher.number);
-        let web = robot.leo.console.address.get().map(|address| {
-            let failed = |error| Failure::own(format!("cannot serve the page at {address}: {error}"));
-            Web::serve(address, Door::read(&launch.domain), &robot.urdf, first).map_err(failed)
+        let web = robot.leo.console.address.get().and_then(|address| {
+            let served = Web::serve(address, Door::read(&launch.domain), &robot.urdf, first);
+            // A robot does not stand still for want of a page.
+            let failed = |error| {
+                tracing::error!("cannot serve the page at {address}: {error}; the robot runs without")
+            };
+            served.map_err(failed).ok()
         });
-        let web = web.transpose()?;
         let shelf = Shelf::new(launch.state.as_deref(), lesson);
         if let Some(web) = &web {
             if let Err(error) = web.door.leave(&launch.domain) {
