@@ -79,7 +79,9 @@ pub fn run(launch: &Launch, robot: &Robot, lesson: &Lesson) -> Result<(), Failur
             break;
         }
     }
-    stage.tape.end().map_err(Failure::own)?;
+    if let Err(error) = stage.tape.end() {
+        tracing::error!("the recording is not whole: {error}");
+    }
     if !ear.account.tasks.is_empty() {
         let summary = format!("\nWhat Leo learned\n\n{}", ear.account.to_text(&leo.belief.names));
         let _taken = out.write_all(summary.as_bytes());
@@ -152,7 +154,7 @@ impl Stage {
             let served = Web::serve(address, Door::read(&launch.domain), &robot.urdf, first);
             // A robot does not stand still for want of a page.
             let failed = |error| {
-                tracing::error!("cannot serve the page at {address}: {error}; the robot runs without")
+                tracing::error!("cannot serve the page at {address}: {error}; the robot runs without");
             };
             served.map_err(failed).ok()
         });
