@@ -127,6 +127,7 @@ fn what_is_no_recording_is_one_error() {
 
 #[test]
 fn frames_of_another_layout_are_refused_with_both_versions() {
+    const HEAD: usize = size_of::<message::SceneHead>();
     // What an older program would have written: the same channel with another schema.
     let recorded = |name: &str, text: &str, frame: &[u8]| {
         let mut out = mcap::Writer::new(std::io::Cursor::new(Vec::new())).expect("begins");
@@ -147,16 +148,16 @@ fn frames_of_another_layout_are_refused_with_both_versions() {
         out.into_inner().into_inner()
     };
     let (name, text) = (Buffer::Scene.schema_name(), Buffer::Scene.schema());
-    let older = read(&recorded("leo/Header/1+leo/SceneObject/0", &text, &[0; 96])).2.expect("is refused");
+    let older = read(&recorded("leo/Header/1+leo/SceneObject/0", &text, &[0; HEAD])).2.expect("is refused");
     let older = older.to_string();
     assert!(older.contains("`leo/scene` was recorded as leo/Header/1+leo/SceneObject/0"), "{older}");
     assert!(older.contains(&format!("this Leo reads {name}")), "{older}");
-    let other = read(&recorded(&name, "something else", &[0; 96])).2.expect("is refused");
-    assert!(other.to_string().contains("another leo/Header"), "{other}");
+    let other = read(&recorded(&name, "something else", &[0; HEAD])).2.expect("is refused");
+    assert!(other.to_string().contains("another leo/SceneHead"), "{other}");
     // Half an entry.
-    let half = read(&recorded(&name, &text, &[0; 97])).2.expect("is refused");
+    let half = read(&recorded(&name, &text, &[0; HEAD + 1])).2.expect("is refused");
     assert!(matches!(half, ReadError::Damaged { after: 0, .. }), "{half}");
-    assert_eq!(read(&recorded(&name, &text, &[0; 96])).0.len(), 1);
+    assert_eq!(read(&recorded(&name, &text, &[0; HEAD])).0.len(), 1);
     assert!(size_of::<SceneObject>() > 1);
 }
 
