@@ -7,7 +7,7 @@ use ::tasks::{Settings, Task, key, listed};
 use account::Account;
 use clap::{Args, Subcommand};
 use config::Robot;
-use learner_process::{Memory, Vocabulary, learning, memory_file, open_question, retell};
+use learner_process::{Memory, Vocabulary, learning, open_question, retell};
 use serde::{Deserialize, Serialize};
 
 use super::failure::Failed;
@@ -182,7 +182,7 @@ struct Remembered {
 
 impl Remembered {
     fn open(state: &Path) -> Result<Self, Failed> {
-        let memory = Memory::open(&memory_file(state)).map_err(Failed::because)?;
+        let memory = Memory::open(&process::state::learned(state)).map_err(Failed::because)?;
         let tasks = memory.tasks().map_err(Failed::because)?;
         Ok(Self { memory, tasks })
     }

@@ -36,7 +36,7 @@ impl Top {
         let about = About {
             joint_names: robot.motor.joints.into_iter().map(|joint| joint.name).collect(),
             // Whose state folder cannot be told has no store that could.
-            store: state_directory().ok().map(|state| state.join("learned.redb")),
+            store: state_directory().ok().map(|state| process::state::learned(&state)),
         };
         let mut out = std::io::stdout().lock();
         let form = match (self.json, self.openmetrics) {

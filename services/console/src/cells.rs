@@ -23,6 +23,11 @@ pub(crate) fn rounded(value: f64, parts: f64) -> Option<f64> {
     value.is_finite().then(|| (value * parts).round() / parts + 0.0)
 }
 
+/// How far two points are apart.
+fn far<const N: usize>(one: [f64; N], other: [f64; N]) -> f64 {
+    one.iter().zip(other).map(|(one, other)| (one - other).powi(2)).sum::<f64>().sqrt()
+}
+
 /// Numbers to a tenth of a thousandth.
 pub(crate) fn numbers<const N: usize>(values: [f64; N]) -> [Option<f64>; N] {
     values.map(|value| rounded(value, PLACE))

@@ -13,8 +13,6 @@ use crate::top::{Boards, rows, tasks};
 
 /// They are looked at this often.
 const EVERY: Duration = Duration::from_secs(1);
-/// The file, in the state directory, of what was learned.
-const STORE: &str = "learned.redb";
 
 /// Reads the boards of all processes now and then.
 pub(crate) struct Fares {
@@ -27,7 +25,7 @@ pub(crate) struct Fares {
 
 impl Fares {
     pub(crate) fn new(joint_names: &[String], state: Option<PathBuf>) -> Self {
-        let store = state.map(|state| state.join(STORE));
+        let store = state.map(|state| process::state::learned(&state));
         Self { boards: None, earlier: BTreeMap::new(), joint_names: joint_names.to_vec(), store, at: None }
     }
 

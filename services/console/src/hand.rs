@@ -35,8 +35,11 @@ struct Waiting {
 
 impl Hands {
     pub(crate) fn open(member: &Member) -> Result<Self, Failure> {
+        let mut acts = member.outlet::<TeacherActs>(None, ACTS)?;
+        // A new life: what the hands of an earlier one held goes back.
+        acts.send_all(Header::at(member.now().as_nanos()), &[], |_| {})?;
         Ok(Self {
-            acts: member.outlet::<TeacherActs>(None, ACTS)?,
+            acts,
             answered: member.inlet::<ActsAnswered>(None)?,
             serial: 0,
             waiting: Vec::new(),

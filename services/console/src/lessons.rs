@@ -3,7 +3,7 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use config::lesson::{LIBRARY, Lesson, Role};
+use config::lesson::{LIBRARY, Lesson};
 use message::{NO_TABLE, SceneHead, SceneMode};
 use serde_json::{Value, json};
 
@@ -22,7 +22,7 @@ pub(crate) struct Shelf {
 
 impl Shelf {
     pub(crate) fn new(state: Option<&Path>, launched: &Lesson) -> Self {
-        let folder = state.map(|state| state.join("lessons"));
+        let folder = state.map(process::state::lessons);
         Self { folder, launched: launched.clone(), open: (String::new(), launched.clone()) }
     }
 
@@ -66,13 +66,8 @@ impl Shelf {
             .kinds
             .iter()
             .map(|(name, kind)| {
-                let role = match kind.role {
-                    Role::Block => "block",
-                    Role::Peg => "peg",
-                    Role::Marker => "marker",
-                };
                 json!({
-                    "name": name, "role": role, "half": numbers(kind.half_extents_m),
+                    "name": name, "role": kind.role.word(), "half": numbers(kind.half_extents_m),
                     "shape": numbers(kind.shape), "hole": kind.hole, "markable": kind.markable,
                 })
             })

@@ -129,13 +129,12 @@ impl Look {
     }
 
     fn show(&mut self, sheet: &mut Sheet) {
-        let Some((robot, others)) = self.perspectives.split_first() else { return };
-        let at_ns = robot.head.header.valid_at_ns;
+        let at_ns = self.perspectives.first().map_or(0, |robot| robot.head.header.valid_at_ns);
         if at_ns == 0 {
             return;
         }
-        let first = *self.first_ns.get_or_insert(at_ns);
-        let t = clock::Instant::from_nanos(at_ns).since(clock::Instant::from_nanos(first)).as_secs_f64();
+        let t = self.seconds(at_ns);
+        let Some((robot, others)) = self.perspectives.split_first() else { return };
         let robots = self.minds.show(sheet, &robot.head, &robot.believed, None, &[]);
         self.histories.note(t, 0, &robots, |id| robots.iter().find(|seen| seen.id == id));
         for other in others {
@@ -207,10 +206,11 @@ impl Perspective {
             self.believed.clear();
             self.believed.extend_from_slice(frame.entries());
             let life = frame.head().header.incarnation;
-            if std::mem::replace(&mut self.life, life) != life
-                && let Some(divide) = &mut self.divide
-            {
-                divide.forget();
+            if std::mem::replace(&mut self.life, life) != life {
+                self.differing.clear();
+                if let Some(divide) = &mut self.divide {
+                    divide.forget();
+                }
             }
         }
         if let Some(divergences) = &mut self.divergences

@@ -46,7 +46,7 @@ impl Tape {
         let Some(state) = &self.launch.state else {
             return Err("this robot remembers nothing: it has no state directory".to_owned());
         };
-        let folder = state.join("recordings");
+        let folder = process::state::recordings(state);
         std::fs::create_dir_all(&folder)
             .map_err(|error| format!("cannot make the folder {}: {error}", folder.display()))?;
         let free = (1..10_000).map(|number| folder.join(format!("recording_{number}.mcap")));

@@ -24,7 +24,7 @@ pub use leo_body::{LeoBody, LeoBodyError};
 pub use memory::Memory;
 pub use question::open_question;
 pub use report::retell;
-pub use shell::{check_memory, memory_file, run};
+pub use shell::{check_memory, run};
 pub use vocabulary::{Vocabulary, VocabularyError};
 
 #[cfg(test)]

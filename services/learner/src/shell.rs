@@ -1,11 +1,11 @@
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use config::Robot;
 use message::{
     Beliefs, Event, EventKind, Events, Header, Hop, JointGoal, JointGoals, JointStates, Process, Utterance,
     Utterances,
 };
-use process::{Failure, Launch, Member, Progress};
+use process::{Failure, Launch, Member, Progress, state};
 use store::{OpenError, WriteError};
 use tasks::Task;
 use transport::{Frame, Inlet, Outlet};
@@ -16,8 +16,6 @@ use crate::{Input, Kept, Learner, LeoBody, Memory, Output, Settings, Vocabulary}
 
 /// Events that one frame holds; more go into further frames.
 const EVENTS: usize = 64;
-/// The file, in the state directory, of what was learned.
-const FILE: &str = "learned.redb";
 
 /// Learns and performs until the process is told to stop.
 ///
@@ -205,12 +203,6 @@ impl BeliefInlets {
     }
 }
 
-/// The file in a state directory that holds what Leo has learned.
-#[must_use]
-pub fn memory_file(state: &Path) -> PathBuf {
-    state.join(FILE)
-}
-
 /// Whether what is remembered in a state directory can be read, and more be remembered there; the
 /// directory is made where there is none. Another robot that has it open is no obstacle.
 ///
@@ -218,7 +210,7 @@ pub fn memory_file(state: &Path) -> PathBuf {
 ///
 /// It cannot be read or written; nothing of it was changed.
 pub fn check_memory(state: &Path) -> Result<(), Failure> {
-    match Memory::open(&memory_file(state)) {
+    match Memory::open(&state::learned(state)) {
         Ok(memory) => memory.tasks().map(drop).map_err(Failure::own),
         Err(OpenError::InUse { .. }) => Ok(()),
         Err(error) => Err(Failure::own(error)),
@@ -228,7 +220,7 @@ pub fn check_memory(state: &Path) -> Result<(), Failure> {
 /// What is remembered in a state directory, and where to remember more, if anywhere.
 fn remembered(folder: Option<&Path>) -> Result<(Option<Memory>, Vec<Task>), Failure> {
     let Some(folder) = folder else { return Ok((None, Vec::new())) };
-    match Memory::open(&memory_file(folder)) {
+    match Memory::open(&state::learned(folder)) {
         Ok(memory) => {
             let known = memory.tasks().map_err(Failure::own)?;
             Ok((Some(memory), known))

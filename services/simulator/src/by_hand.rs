@@ -26,6 +26,8 @@ pub(crate) use undo::Undo;
 const FOLLOWS: Duration = Duration::from_millis(60);
 /// How long what is let go takes to come to rest.
 const SETTLES: Duration = Duration::from_millis(300);
+/// What is nearer to his eyes than this nobody can look at, in metres: a lesson says the same.
+const SIGHT_LEAST_M: f64 = 0.01;
 /// No place is farther away than this, in metres.
 const FARTHEST_M: f64 = 100.0;
 
@@ -214,7 +216,9 @@ impl World {
 
     fn seat(&mut self, now: Instant, act: &TeacherAct) -> Result<Done, Refusal> {
         let (eyes_m, looks_at_m) = (place(act.position_m)?, place(act.also_m)?);
-        if !has_moved(eyes_m, looks_at_m) {
+        let sight_m =
+            eyes_m.iter().zip(looks_at_m).map(|(eye, point)| (eye - point).powi(2)).sum::<f64>().sqrt();
+        if sight_m < SIGHT_LEAST_M {
             return refuse("nobody can look at his own eyes: name a point before them");
         }
         self.is_here(act.teacher)?;

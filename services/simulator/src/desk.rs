@@ -28,7 +28,7 @@ pub(crate) struct Desk {
 impl Desk {
     pub(crate) fn new(lesson: &Lesson, state: Option<PathBuf>, room: usize) -> Self {
         Self {
-            folder: state.map(|state| state.join("lessons")),
+            folder: state.map(|state| process::state::lessons(&state)),
             lesson: lesson.clone(),
             name: Text::default(),
             saving: Saving::default(),

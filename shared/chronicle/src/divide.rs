@@ -61,7 +61,7 @@ impl Divide {
             .filter_map(|difference| {
                 let (thing, belief) = thing(difference, robots, his)?;
                 let name = self.words.thing(belief);
-                let sentence = self.sentence(&who, &name, difference);
+                let sentence = self.words.divide(&who, &name, difference);
                 Some((thing, (name, sentence)))
             })
             .collect();
@@ -87,24 +87,6 @@ impl Divide {
     /// Forgets what was told: the identities that follow are those of another life.
     pub fn forget(&mut self) {
         self.things.clear();
-    }
-
-    fn sentence(&self, who: &str, name: &str, difference: &Difference) -> String {
-        let names: Vec<&str> = match (difference.one(), difference.other()) {
-            (Some(_), None) => return format!("{who} does not know of the {name}"),
-            (None, _) => return format!("{who} believes in a {name} in which Leo does not"),
-            (Some(_), Some(_)) => {
-                let percepts = difference.aspects().iter().map(|aspect| aspect.percept);
-                percepts.map(|percept| self.words.name(percept)).collect()
-            }
-        };
-        if names.len() == 1
-            && difference.aspects().first().map(|aspect| aspect.percept) == self.words.position
-        {
-            format!("{who} does not know that the {name} moved")
-        } else {
-            format!("{who} is mistaken about the {name}: {}", names.join(", "))
-        }
     }
 }
 

@@ -1,4 +1,4 @@
-use message::{Belief, BeliefHead, Difference, Feature};
+use message::{Belief, BeliefHead, Difference};
 
 use geometry::Position;
 
@@ -32,12 +32,7 @@ impl Mind<'_> {
 
     /// A remembered place in the robot's base frame, in metres.
     pub(crate) fn place_m(&self, belief: &Belief, position: Option<u16>) -> Option<[f64; 3]> {
-        match belief.percept(position?)?.feature()? {
-            Feature::Vector(place_m) => {
-                let [x, y, z] = place_m.map(f64::from);
-                Some((self.head.frame()? * Position::new(x, y, z)).to_array())
-            }
-            Feature::None | Feature::Symbol(_) | Feature::Number(_) | Feature::Orientation(_) => None,
-        }
+        let [x, y, z] = belief.vector(position?)?;
+        Some((self.head.frame()? * Position::new(x, y, z)).to_array())
     }
 }

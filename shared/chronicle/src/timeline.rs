@@ -5,7 +5,7 @@ use clock::{Duration, Instant};
 use config::percepts::Percepts;
 use message::{Belief, BeliefHead, NOBODY};
 
-use crate::words::{Words, agent, number, place, symbol, whose};
+use crate::words::{Words, agent, place, whose};
 use crate::{Mind, Summary, table};
 
 /// A thing has moved when it is further than this from where it was last said to be.
@@ -167,8 +167,8 @@ impl Account {
             thing: words.thing(belief),
             place_m,
             stays: place_m.map(|place| (place, at)),
-            states: words.states().iter().map(|percept| number(belief, *percept)).collect(),
-            class: words.class().iter().map(|percept| symbol(belief, *percept)).collect(),
+            states: words.states().iter().map(|percept| belief.number(*percept)).collect(),
+            class: words.class().iter().map(|percept| belief.symbol(*percept)).collect(),
             held_by: belief.held_by,
         }
     }
@@ -182,7 +182,7 @@ impl Account {
         belief: &Belief,
         mut tell: impl FnMut(&str),
     ) {
-        let class: Vec<_> = words.class().iter().map(|percept| symbol(belief, *percept)).collect();
+        let class: Vec<_> = words.class().iter().map(|percept| belief.symbol(*percept)).collect();
         if class != self.class {
             self.class = class;
             let thing = words.thing(belief);
@@ -193,7 +193,7 @@ impl Account {
             tell(&format!("moved to {}", place(place_m)));
         }
         for (told, percept) in self.states.iter_mut().zip(words.states()) {
-            let now = number(belief, *percept);
+            let now = belief.number(*percept);
             let changed = match (*told, now) {
                 (Some(told), Some(now)) => (told - now).abs() > CHANGED,
                 (None, Some(_)) => true,

@@ -1,5 +1,5 @@
 use config::percepts::{Kernel, Percepts, Space};
-use message::{Belief, BeliefHead, Feature};
+use message::{Belief, BeliefHead, Difference, Feature};
 
 /// What the percepts are called, and what to say of them.
 #[derive(Clone, Debug)]
@@ -60,18 +60,15 @@ impl Words {
     /// What a thing is: "red square".
     #[must_use]
     pub fn thing(&self, belief: &Belief) -> String {
-        let words: Vec<&str> = self
-            .class
-            .iter()
-            .filter_map(|percept| self.symbol(*percept, symbol(belief, *percept)?))
-            .collect();
+        let words: Vec<&str> =
+            self.class.iter().filter_map(|percept| self.symbol(*percept, belief.symbol(*percept)?)).collect();
         if words.is_empty() { "thing".to_owned() } else { words.join(" ") }
     }
 
     /// In which state it is as to a percept: "filled", "not filled"; `None` where it has none.
     #[must_use]
     pub fn state(&self, percept: u16, belief: &Belief) -> Option<String> {
-        Some(degree(self.name(percept), number(belief, percept)?))
+        Some(degree(self.name(percept), belief.number(percept)?))
     }
 
     /// The percepts that say in which states a thing is.
@@ -84,6 +81,24 @@ impl Words {
     #[must_use]
     pub fn class(&self) -> &[u16] {
         &self.class
+    }
+
+    /// How somebody of a name differs from the robot about a thing.
+    #[must_use]
+    pub fn divide(&self, who: &str, thing: &str, difference: &Difference) -> String {
+        let names: Vec<&str> = match (difference.one(), difference.other()) {
+            (Some(_), None) => return format!("{who} does not know of the {thing}"),
+            (None, _) => return format!("{who} believes in a {thing} in which Leo does not"),
+            (Some(_), Some(_)) => {
+                let percepts = difference.aspects().iter().map(|aspect| aspect.percept);
+                percepts.map(|percept| self.name(percept)).collect()
+            }
+        };
+        if names.len() == 1 && difference.aspects().first().map(|aspect| aspect.percept) == self.position {
+            format!("{who} does not know that the {thing} moved")
+        } else {
+            format!("{who} is mistaken about the {thing}: {}", names.join(", "))
+        }
     }
 
     /// A feature in words.
@@ -122,20 +137,6 @@ pub(crate) fn place([x, y, z]: [f64; 3]) -> String {
     // What rounds to zero is zero, and never "-0.00".
     let [x, y, z] = [x, y, z].map(|part| if part.abs() < 0.005 { 0.0 } else { part });
     format!("({x:.2}, {y:.2}, {z:.2})")
-}
-
-pub(crate) fn symbol(belief: &Belief, percept: u16) -> Option<u16> {
-    match belief.percept(percept)?.feature()? {
-        Feature::Symbol(symbol) => Some(symbol),
-        Feature::None | Feature::Number(_) | Feature::Vector(_) | Feature::Orientation(_) => None,
-    }
-}
-
-pub(crate) fn number(belief: &Belief, percept: u16) -> Option<f32> {
-    match belief.percept(percept)?.feature()? {
-        Feature::Number(number) => Some(number),
-        Feature::None | Feature::Symbol(_) | Feature::Vector(_) | Feature::Orientation(_) => None,
-    }
 }
 
 fn degree(name: &str, value: f32) -> String {

@@ -220,6 +220,18 @@ pub enum Act {
     Return,
 }
 
+impl Role {
+    /// Its word, as lessons write it.
+    #[must_use]
+    pub const fn word(self) -> &'static str {
+        match self {
+            Self::Block => "block",
+            Self::Peg => "peg",
+            Self::Marker => "marker",
+        }
+    }
+}
+
 impl Act {
     /// How long it takes.
     #[must_use]

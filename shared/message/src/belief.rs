@@ -189,6 +189,33 @@ impl Belief {
     pub fn percept(&self, percept: u16) -> Option<&Remembered> {
         self.percepts().iter().find(|remembered| remembered.percept == percept)
     }
+
+    /// The symbol remembered of a percept; `None` where it is none.
+    #[must_use]
+    pub fn symbol(&self, percept: u16) -> Option<u16> {
+        match self.percept(percept)?.feature()? {
+            Feature::Symbol(symbol) => Some(symbol),
+            Feature::None | Feature::Number(_) | Feature::Vector(_) | Feature::Orientation(_) => None,
+        }
+    }
+
+    /// The number remembered of a percept; `None` where it is none.
+    #[must_use]
+    pub fn number(&self, percept: u16) -> Option<f32> {
+        match self.percept(percept)?.feature()? {
+            Feature::Number(number) => Some(number),
+            Feature::None | Feature::Symbol(_) | Feature::Vector(_) | Feature::Orientation(_) => None,
+        }
+    }
+
+    /// The vector remembered of a percept, in the frame of its perspective; `None` where it is none.
+    #[must_use]
+    pub fn vector(&self, percept: u16) -> Option<[f64; 3]> {
+        match self.percept(percept)?.feature()? {
+            Feature::Vector(vector) => Some(vector.map(f64::from)),
+            Feature::None | Feature::Symbol(_) | Feature::Number(_) | Feature::Orientation(_) => None,
+        }
+    }
 }
 
 laid_out!(BeliefHead = "leo/BeliefHead/2" {

@@ -20,6 +20,7 @@ mod failure;
 mod launch;
 mod member;
 mod pace;
+pub mod state;
 mod stop;
 
 pub use aside::Aside;

@@ -157,7 +157,7 @@ fn object(
         features,
         states,
         position_m: position(language, belief).map(|place| (*frame * place).to_array()),
-        half_extents_m: language.extents.and_then(|percept| vector(belief, percept)),
+        half_extents_m: language.extents.and_then(|percept| belief.vector(percept)),
         heading_rad: language.orientation.and_then(|percept| heading_rad(frame, belief, percept)),
         owner: Some(belief.owner).filter(|owner| *owner != NOBODY),
         held_by: Some(belief.held_by).filter(|holder| *holder != NOBODY),
@@ -184,14 +184,7 @@ pub(crate) fn is_on(degree: f32, before: Option<bool>) -> bool {
 
 /// Where a belief remembers its object to be, in the frame of its perspective.
 pub(crate) fn position(language: &Language, belief: &Belief) -> Option<Position<Person>> {
-    vector(belief, language.position).map(|[x, y, z]| Position::new(x, y, z))
-}
-
-fn vector(belief: &Belief, percept: u16) -> Option<[f64; 3]> {
-    match belief.percept(percept).and_then(Remembered::feature)? {
-        Feature::Vector(parts) => Some(parts.map(f64::from)),
-        Feature::None | Feature::Symbol(_) | Feature::Number(_) | Feature::Orientation(_) => None,
-    }
+    belief.vector(language.position).map(|[x, y, z]| Position::new(x, y, z))
 }
 
 #[cfg(test)]

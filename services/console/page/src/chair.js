@@ -1,9 +1,9 @@
 // The first teacher's seat on this page: it follows the cells, and leads them while he moves it himself.
 import { looksAt } from './pose.js';
+import { Teller } from './teller.js';
 
 /** @typedef {import('./seat.js').Seat} Seat */
 
-const TELL_EVERY_MS = 50;
 /** So long after the last move of his own, the page believes itself before the cells. */
 const LEADS_MS = 600;
 
@@ -11,12 +11,9 @@ const LEADS_MS = 600;
 export const FIRST_SEAT = { eyes: [0, 1.5, 0.55], looks_at: [0, 0.75, 0] };
 
 export class Chair {
-  #leo;
   #changed;
   #led = -Infinity;
-  #told = 0;
-  /** @type {ReturnType<typeof setTimeout> | undefined} */
-  #later;
+  #teller;
   /** @type {Seat} */
   seat = FIRST_SEAT;
 
@@ -26,8 +23,8 @@ export class Chair {
    * @param {() => void} changed
    */
   constructor(leo, cells, changed) {
-    this.#leo = leo;
     this.#changed = changed;
+    this.#teller = new Teller(() => leo.ask('seat', { eyes: this.seat.eyes, looks_at: this.seat.looks_at }));
     cells.on('thing/', (changes) => {
       for (const thing of changes.values()) {
         if (thing?.kind !== 'person' || thing.agent !== 1 || !thing.p || !thing.q) continue;
@@ -43,17 +40,6 @@ export class Chair {
     this.seat = seat;
     this.#led = performance.now();
     this.#changed();
-    this.#tell();
-  }
-
-  #tell() {
-    const wait = this.#told + TELL_EVERY_MS - performance.now();
-    clearTimeout(this.#later);
-    if (wait > 0) {
-      this.#later = setTimeout(() => this.#tell(), wait);
-      return;
-    }
-    this.#told = performance.now();
-    this.#leo.ask('seat', { eyes: this.seat.eyes, looks_at: this.seat.looks_at });
+    this.#teller.tell();
   }
 }

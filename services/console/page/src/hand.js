@@ -1,13 +1,12 @@
 // The teacher's hand: takes a thing, carries it, puts it down. What is in it is drawn at once, without waiting for Leo.
 import { landing, headingOf } from './landing.js';
 import { upright } from './pose.js';
+import { Teller } from './teller.js';
 
 /** @typedef {import('./pose.js').Point} Point */
 /** @typedef {{ask: (what: string, content?: any) => Promise<any>}} Leo */
 
 const LIFT_M = 0.05;
-/** So often at most a way is told. */
-const TELL_EVERY_MS = 50;
 export const STEP_TURN = Math.PI / 12;
 
 /**
@@ -26,9 +25,7 @@ export class Hand {
   #changed;
   /** @type {Held | null} */
   held = null;
-  #told = 0;
-  /** @type {ReturnType<typeof setTimeout> | undefined} */
-  #later;
+  #teller = new Teller(() => this.#tell());
 
   /**
    * @param {Leo} leo
@@ -82,7 +79,7 @@ export class Hand {
     const held = this.held;
     if (held === null) return;
     const where = this.landing();
-    clearTimeout(this.#later);
+    this.#teller.hush();
     this.held = null;
     this.#world.land(null);
     if (where !== null) this.#world.echo(held.key, { p: where.p, q: where.q });
@@ -109,7 +106,7 @@ export class Hand {
 
   #drop() {
     const held = this.held;
-    clearTimeout(this.#later);
+    this.#teller.hush();
     this.held = null;
     this.#world.land(null);
     if (held !== null) this.#world.echo(held.key, null);
@@ -124,7 +121,7 @@ export class Hand {
     this.#world.echo(this.held.key, { p: [x, y, z], q: upright(this.held.angle) });
     this.#world.land(this.held.thing, where);
     this.#changed();
-    if (tell) this.#tell();
+    if (tell) this.#teller.tell();
   }
 
   /** @param {Point} p @returns {Point} */
@@ -132,17 +129,10 @@ export class Hand {
     return [x, y, z + LIFT_M];
   }
 
-  /** Tells the way, not more often than is needed, and the last place for certain. */
+  /** Tells where it is carried. */
   #tell() {
-    const wait = this.#told + TELL_EVERY_MS - performance.now();
-    clearTimeout(this.#later);
-    if (wait > 0) {
-      this.#later = setTimeout(() => this.#tell(), wait);
-      return;
-    }
     const pose = this.held === null ? null : this.#world.pose(this.held.key);
     if (this.held === null || pose === null) return;
-    this.#told = performance.now();
     this.#leo.ask('carry', { at: pose.p, heading: this.held.angle });
   }
 }

@@ -91,8 +91,8 @@ export class Tasks {
     const rule = make('p', { class: 'rule', data: { rule: task.rule.name, perspective: task.rule.perspective } },
       make('span', { class: 'key', text: 'Leo goes by' }), ' ', make('strong', { text: task.rule.name }),
       make('span', { class: 'whose', text: ` ${this.#whose(String(task.rule.perspective))}` }));
-    if (!task.why) return rule;
-    return make('div', {}, rule, make('p', { class: 'why', text: `“${task.why}”` }));
+    if (!task.explanation) return rule;
+    return make('div', {}, rule, make('p', { class: 'why', text: `“${task.explanation}”` }));
   }
 
   /** @param {string} key of a perspective */

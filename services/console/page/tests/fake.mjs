@@ -146,7 +146,7 @@ export class Fake {
     } else if (end) this.learn(end[1].toLowerCase());
     else if (perform) this.perform(perform[1].toLowerCase());
     else if (/what do you think i see/i.test(text)) this.line('Leo', 'said', `you see ${this.memories[1].size} things`);
-    else if (/why/i.test(text)) this.line('Leo', 'said', [...this.tasks.values()].at(-1)?.why ?? 'I have learned nothing yet');
+    else if (/why/i.test(text)) this.line('Leo', 'said', [...this.tasks.values()].at(-1)?.explanation ?? 'I have learned nothing yet');
     else this.line('Leo', 'said', 'I did not understand that');
   }
 
@@ -166,17 +166,17 @@ export class Fake {
       const tallies = named.map(({ fits }) => examples.filter((example) => example.every(({ colour, done }) => fits(colour) === done)).length);
       const weights = tallies.map((tally, at) => Math.exp(4 * (tally - task.shown.length) - (at === 0 ? 0 : 3.5)));
       const sum = weights.reduce((a, b) => a + b, 0);
-      task.hypotheses[key] = named.map((each, at) => ({ name: each.name, posterior: weights[at] / sum, tally: tallies[at], rank: 0, high: false }))
-        .filter(({ tally }) => tally > 0).sort((a, b) => b.posterior - a.posterior).map((each, at) => ({ ...each, rank: at + 1, high: at === 0 }));
+      task.hypotheses[key] = named.map((each, at) => ({ name: each.name, posterior: weights[at] / sum, tally: tallies[at], rank: 0, high_likelihood: false }))
+        .filter(({ tally }) => tally > 0).sort((a, b) => b.posterior - a.posterior).map((each, at) => ({ ...each, rank: at + 1, high_likelihood: at === 0 }));
     }
     const best = task.hypotheses.human[0];
     task.rule = best === undefined ? null : { perspective: 'human', name: best.name };
     const mine = task.hypotheses.robot[0]?.name;
-    task.why = mine === best?.name ? null : `to me it looked like "${mine}", but you could not see the blue square`;
+    task.explanation = mine === best?.name ? null : `to me it looked like "${mine}", but you could not see the blue square`;
     task.fits = named.find((each) => each.name === best?.name)?.fits;
     this.tasks.set(name, task);
     this.line(null, 'rule', `${best?.name.toUpperCase()} (the teacher's view)`);
-    if (task.why !== null) this.line(null, 'why', task.why);
+    if (task.explanation !== null) this.line(null, 'why', task.explanation);
     this.line('Leo', 'said', `I learned ${name}: ${best?.name}`);
   }
 

@@ -7,7 +7,7 @@ use geometry::{Base, Person, Pose, Position, World};
 use message::{Belief, BeliefHead, Difference, Feature, NOBODY};
 use serde_json::json;
 
-use super::{Thing, numbers, rounded};
+use super::{Thing, far, numbers, rounded};
 use crate::sheet::Sheet;
 
 /// A robot's belief is in an object that is no farther from where it believes it to be, in metres.
@@ -117,12 +117,12 @@ impl Minds {
             let seen = self.seen(head, frame.as_ref(), belief);
             let twin = robots.and_then(|robots| twin(&seen, robots, differing));
             let orientation = self.orientation(frame.as_ref(), belief);
-            let extents = self.extents.and_then(|percept| vector(belief, percept));
+            let extents = self.extents.and_then(|percept| belief.vector(percept));
             let shown_m = seen.position_m.map(|position_m| self.place(number, belief.id, position_m));
             let agent = |agent: u16| (agent != NOBODY).then_some(agent);
             let unseen_ns = head.header.valid_at_ns.saturating_sub(belief.perceived_at_ns);
             let symbol = |percept: Option<u16>| {
-                percept.and_then(|percept| self.words.symbol(percept, symbol(belief, percept)?))
+                percept.and_then(|percept| self.words.symbol(percept, belief.symbol(percept)?))
             };
             let states: BTreeMap<&str, Option<f64>> =
                 seen.states.iter().map(|(name, degree)| (name.as_str(), rounded(*degree, DEGREE))).collect();
@@ -193,15 +193,12 @@ impl Minds {
                     })
                 })
                 .collect();
-            let (kind, words) = match (one, other) {
-                (Some(_), None) => ("unknown", format!("{name} does not know of the {thing}")),
-                (None, _) => ("imagined", format!("{name} believes in a {thing} that is not there")),
-                (Some(_), Some(_)) => {
-                    let wrong: Vec<&str> =
-                        difference.aspects().iter().map(|aspect| self.words.name(aspect.percept)).collect();
-                    ("different", format!("{name} is wrong about the {thing}: {}", wrong.join(", ")))
-                }
+            let kind = match (one, other) {
+                (Some(_), None) => "unknown",
+                (None, _) => "imagined",
+                (Some(_), Some(_)) => "different",
             };
+            let words = self.words.divide(name, &thing, difference);
             let id = |belief: Option<&Belief>| belief.map_or(0, |belief| belief.id);
             let key = format!("{prefix}{}-{}", id(one), id(other));
             let (robot, other) = (difference.one(), difference.other());
@@ -215,10 +212,9 @@ impl Minds {
     }
 
     fn seen(&self, head: &BeliefHead, frame: Option<&Pose<World, Person>>, belief: &Belief) -> Seen {
-        let position_m = self.words.position.and_then(|percept| vector(belief, percept));
+        let position_m = self.words.position.and_then(|percept| belief.vector(percept));
         let states = self.words.states().iter().filter_map(|percept| {
-            let degree = number(belief, *percept)?;
-            Some((self.words.name(*percept).to_owned(), degree))
+            Some((self.words.name(*percept).to_owned(), f64::from(belief.number(*percept)?)))
         });
         let colour = self.colour.as_ref();
         let shape = self.shape.as_ref();
@@ -227,8 +223,8 @@ impl Minds {
             words: self.words.thing(belief),
             position_m: position_m
                 .and_then(|[x, y, z]| Some((*frame? * Position::<Person>::new(x, y, z)).to_array())),
-            colour_rgb: colour.and_then(|(percept, of)| of.get(&symbol(belief, *percept)?).copied()),
-            shape: shape.and_then(|(percept, of)| of.get(&symbol(belief, *percept)?).copied()),
+            colour_rgb: colour.and_then(|(percept, of)| of.get(&belief.symbol(*percept)?).copied()),
+            shape: shape.and_then(|(percept, of)| of.get(&belief.symbol(*percept)?).copied()),
             states: states.collect(),
             is_seen: head.header.valid_at_ns.saturating_sub(belief.perceived_at_ns) < SEEN_NS,
         }
@@ -258,7 +254,7 @@ pub(crate) fn twin(seen: &Seen, robots: &[Seen], differing: &[Difference]) -> Op
     }
     let here = seen.position_m?;
     let near = robots.iter().filter(|robots| robots.words == seen.words).filter_map(|robots| {
-        let apart_m = apart_m(here, robots.position_m?);
+        let apart_m = far(here, robots.position_m?);
         (apart_m <= SAME_M).then_some((apart_m, robots.id))
     });
     near.min_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, id)| id)
@@ -267,7 +263,7 @@ pub(crate) fn twin(seen: &Seen, robots: &[Seen], differing: &[Difference]) -> Op
 /// The robot's belief in an object of the workspace.
 pub(crate) fn belief_in(thing: &Thing, robots: &[Seen]) -> Option<u64> {
     let near = robots.iter().filter_map(|seen| {
-        let apart_m = apart_m(thing.position_m, seen.position_m?);
+        let apart_m = far(thing.position_m, seen.position_m?);
         let is_like = |one: Option<f64>| one.is_some_and(|far| far < 0.3);
         let colour = seen.colour_rgb.map(|rgb| far(rgb, thing.colour_rgb));
         let shape = seen.shape.map(|shape| far(shape, thing.shape));
@@ -276,35 +272,6 @@ pub(crate) fn belief_in(thing: &Thing, robots: &[Seen]) -> Option<u64> {
     near.min_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, id)| id)
 }
 
-fn apart_m(one: [f64; 3], other: [f64; 3]) -> f64 {
-    far(one, other)
-}
-
-fn far<const N: usize>(one: [f64; N], other: [f64; N]) -> f64 {
-    one.iter().zip(other).map(|(one, other)| (one - other).powi(2)).sum::<f64>().sqrt()
-}
-
 fn exactly<const N: usize>(values: &[f64]) -> Option<[f64; N]> {
     values.try_into().ok()
-}
-
-fn vector(belief: &Belief, percept: u16) -> Option<[f64; 3]> {
-    match belief.percept(percept)?.feature()? {
-        Feature::Vector(vector) => Some(vector.map(f64::from)),
-        Feature::None | Feature::Symbol(_) | Feature::Number(_) | Feature::Orientation(_) => None,
-    }
-}
-
-fn number(belief: &Belief, percept: u16) -> Option<f64> {
-    match belief.percept(percept)?.feature()? {
-        Feature::Number(number) => Some(f64::from(number)),
-        Feature::None | Feature::Symbol(_) | Feature::Vector(_) | Feature::Orientation(_) => None,
-    }
-}
-
-fn symbol(belief: &Belief, percept: u16) -> Option<u16> {
-    match belief.percept(percept)?.feature()? {
-        Feature::Symbol(symbol) => Some(symbol),
-        Feature::None | Feature::Number(_) | Feature::Vector(_) | Feature::Orientation(_) => None,
-    }
 }

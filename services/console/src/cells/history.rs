@@ -5,7 +5,7 @@ use std::collections::{BTreeMap, BTreeSet, VecDeque};
 
 use serde_json::{Value, json};
 
-use super::{Seen, numbers, rounded};
+use super::{Seen, far, numbers, rounded};
 use crate::sheet::Sheet;
 
 /// Changes that are remembered of each track.
@@ -91,12 +91,9 @@ impl Histories {
 
 impl Point {
     fn differs_from(&self, other: &Self) -> bool {
-        let stirs = |one: &[f64; 3], other: &[f64; 3]| {
-            one.iter().zip(other).map(|(one, other)| (one - other).powi(2)).sum::<f64>().sqrt() > STIRS_M
-        };
         self.is_seen != other.is_seen
             || match (&self.known, &other.known) {
-                (Some((here, is)), Some((there, was))) => is != was || stirs(here, there),
+                (Some((here, is)), Some((there, was))) => is != was || far(*here, *there) > STIRS_M,
                 (None, None) => false,
                 (Some(_), None) | (None, Some(_)) => true,
             }

@@ -14,11 +14,10 @@ pub(crate) fn joints(sheet: &mut Sheet, names: &[String], states: &[JointState])
         *slot = state.present_position_rad().and_then(|position_rad| rounded(position_rad, 1e3));
         let (mode, cause) = (state.mode(), state.cause());
         if mode != Some(JointMode::Following) || cause != Some(JointCause::None) {
-            let said = |known: Option<String>| known.unwrap_or_else(|| "unknown".to_owned());
             trouble.push(json!({
                 "joint": name,
-                "mode": said(mode.map(|mode| format!("{mode:?}").to_lowercase())),
-                "cause": said(cause.map(|cause| format!("{cause:?}").to_lowercase())),
+                "mode": mode.map(JointMode::name),
+                "cause": cause.map(JointCause::name),
             }));
         }
     }

@@ -3,7 +3,7 @@
 use std::fmt::{self, Write as _};
 use std::time::Duration;
 
-use super::{Act, Destination, Kind, Lesson, Object, Occluder, Role, Step, Table};
+use super::{Act, Destination, Kind, Lesson, Object, Occluder, Step, Table};
 
 /// Numbers are written to so many places: micrometres of a metre, far below any noise.
 const PLACES: usize = 6;
@@ -94,11 +94,7 @@ impl Writer<'_> {
             writeln!(self.out, "{} = {}", text(name), numbers(rgb))?;
         }
         for (name, kind) in &self.catalogue.kinds {
-            let role = match kind.role {
-                Role::Block => "block",
-                Role::Peg => "peg",
-                Role::Marker => "marker",
-            };
+            let role = kind.role.word();
             writeln!(self.out, "\n[kind.{}]\nrole = \"{role}\"", text(name))?;
             writeln!(self.out, "shape = {}", numbers(&kind.shape))?;
             writeln!(self.out, "half_extents_m = {}", numbers(&kind.half_extents_m))?;

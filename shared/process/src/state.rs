@@ -1,0 +1,21 @@
+//! What a robot keeps in its state directory, and where.
+
+use std::path::{Path, PathBuf};
+
+/// The store of what was learned. The learner process writes it.
+#[must_use]
+pub fn learned(state: &Path) -> PathBuf {
+    state.join("learned.redb")
+}
+
+/// The folder of the lessons that were taught by hand. The simulator process writes them.
+#[must_use]
+pub fn lessons(state: &Path) -> PathBuf {
+    state.join("lessons")
+}
+
+/// The folder of what was recorded by the page's button. The console process writes there.
+#[must_use]
+pub fn recordings(state: &Path) -> PathBuf {
+    state.join("recordings")
+}
