@@ -1,17 +1,22 @@
 //! The hypotheses of the paper where teachers slip: every simple disjunction of the classes seen.
 
-use std::cmp::Ordering;
-use std::collections::BinaryHeap;
+mod scale;
 
-use quantity::number::{float, float_of_count};
+use std::cmp::Ordering;
+use std::collections::{BTreeMap, BinaryHeap};
+
 use rustc_hash::FxHashMap;
+use scale::{ROUNDING, Scale, Total, net, softplus};
 
 use crate::Selection;
 use crate::case::{Case, Verdict};
 use crate::hypothesis::{Hypothesis, Prior, Scored};
 use crate::lexicon::{Key, Mask, key_mask, present};
 use crate::log_sum::LogSum;
+use crate::partition::{Classes, Count, Member, each_template};
 
+/// Features of the templates asked first.
+const FIRST: u32 = 2;
 /// Hypotheses given at most.
 const MOST: usize = 1024;
 /// Tallies remembered at most.
@@ -26,10 +31,16 @@ const TALLIES: usize = 4096;
 ///
 /// and the sum of P(D|h) P(h) over all C ≠ ∅ of a template is a constant times
 /// Π (1 + g(c)) - 1. Nothing is enumerated but the best.
+///
+/// A template with more features divides its classes further. As many of them as there are with
+/// something changed, so many there will be at least, and each can be worth no more than what was changed
+/// of it explains, less κ = ln((1 - ε) / ε) - ln(1 + g) of a class of one. So there is a bound on all the
+/// templates that have all the features of one, and those are left alone that would be lost in the
+/// rounding of the sum.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Factored {
     /// By kind, how many were changed and left out.
-    counts: FxHashMap<Key, (u64, u64)>,
+    counts: BTreeMap<Key, (u64, u64)>,
     taken: usize,
     tallies: FxHashMap<(Mask, Vec<Key>), (usize, usize)>,
 }
@@ -39,34 +50,11 @@ struct Table {
     mask: Mask,
     /// In ascending order of |ln g|: what it costs to change one's mind about a class.
     classes: Vec<(Key, f64)>,
-    /// The logarithm of the weight of the empty disjunction, which is none.
-    log_empty: f64,
-    /// Σ ln(1 + g).
-    softplus: f64,
+    /// The log weight of its best disjunction, the empty one counted.
+    log_root: f64,
 }
 
 impl Table {
-    /// The log weight of its best disjunction, the empty one counted.
-    fn log_root(&self) -> f64 {
-        self.log_empty + self.classes.iter().map(|(_, gain)| gain.max(0.0)).sum::<f64>()
-    }
-
-    /// The log weight of its best disjunction.
-    fn log_best(&self) -> f64 {
-        // In order of what a class costs: where none is worth it, the first is the least loss.
-        let least = self.classes.first().map_or(f64::NEG_INFINITY, |(_, gain)| *gain);
-        let is_empty = self.classes.iter().all(|(_, gain)| *gain <= 0.0);
-        if is_empty { self.log_empty + least } else { self.log_root() }
-    }
-
-    /// The logarithm of the sum over its disjunctions.
-    fn log_total(&self) -> f64 {
-        if self.classes.is_empty() {
-            return f64::NEG_INFINITY;
-        }
-        self.log_empty + self.softplus + (-(-self.softplus).exp()).ln_1p()
-    }
-
     /// The classes of the best disjunction but for those of which one changes one's mind.
     fn chosen(&self, changed: &[usize]) -> Vec<Key> {
         let chosen = self.classes.iter().enumerate();
@@ -114,33 +102,52 @@ impl Factored {
         self.taken = cases.len();
     }
 
-    fn table(&self, mask: Mask, prior: &Prior, expected: usize, slips: (f64, f64)) -> Table {
-        let (slip, right) = slips;
+    fn table(&self, mask: Mask, scale: &Scale) -> Table {
         let bits = key_mask(mask);
-        let mut classes: FxHashMap<Key, (u64, u64)> = FxHashMap::default();
-        let (mut changed, mut left_out) = (0, 0);
-        for (&key, &(p, q)) in &self.counts {
-            changed += p;
-            left_out += q;
-            if present(key) & mask == mask {
-                let count = classes.entry(key & bits).or_default();
-                count.0 += p;
-                count.1 += q;
-            }
+        let mut nets: FxHashMap<Key, i64> = FxHashMap::default();
+        for (&key, &count) in self.counts.iter().filter(|(key, _)| present(**key) & mask == mask) {
+            *nets.entry(key & bits).or_default() += net(count);
         }
-        let mut classes: Vec<(Key, f64)> = classes
-            .into_iter()
-            .map(|(class, (p, q))| (class, (float(p) - float(q)).mul_add(right - slip, -prior.lambda)))
-            .collect();
+        let mut classes: Vec<(Key, f64)> =
+            nets.into_iter().map(|(class, net)| (class, scale.gain(net).0)).collect();
         classes.sort_unstable_by(|a, b| a.1.abs().total_cmp(&b.1.abs()).then(a.0.cmp(&b.0)));
-        let features = usize::try_from(mask.count_ones()).unwrap_or(0) + expected;
-        let nothing = float(changed).mul_add(slip, float(left_out) * right);
-        Table {
-            mask,
-            softplus: classes.iter().map(|&(_, gain)| softplus(gain)).sum(),
-            classes,
-            log_empty: nothing + prior.mu.mul_add(float_of_count(features), prior.lambda),
-        }
+        let above: f64 = classes.iter().map(|(_, gain)| gain.max(0.0)).sum();
+        Table { mask, classes, log_root: scale.log_empty(mask) + above }
+    }
+
+    /// Visits the templates whose disjunctions are not all so many nats below the best, and lost in the
+    /// rounding of a sum; what the best weighs. Kinds that are asked about come after those seen.
+    fn each<'a>(
+        &self,
+        scale: &'a Scale,
+        asked: &[Key],
+        within: f64,
+        mut visit: impl FnMut(Mask, &Total<'a>, &Classes),
+    ) -> f64 {
+        let mut members: Vec<Member> = self
+            .counts
+            .iter()
+            .map(|(&key, &count)| {
+                let count = Count { net: net(count), is_changed: count.0 > 0 };
+                Member { key, count, is_seen: true }
+            })
+            .collect();
+        let mut best = f64::NEG_INFINITY;
+        let mut improve = |mask: Mask, total: &Total<'_>| {
+            best = best.max(scale.log_empty(mask) + total.log_best());
+            best
+        };
+        // Nearly always the best is among the small ones, and known before the others are asked.
+        each_template(&members, scale.features, Total::nothing(scale), |mask, total, _| {
+            improve(mask, &total);
+            mask.count_ones() < FIRST
+        });
+        members.extend(asked.iter().map(|&key| Member { key, count: Count::default(), is_seen: false }));
+        each_template(&members, scale.features, Total::nothing(scale), |mask, total, classes| {
+            visit(mask, &total, classes);
+            scale.bound(mask, &total) >= improve(mask, &total) - within.max(ROUNDING)
+        });
+        best
     }
 
     /// The best hypotheses, those within so many nats of the best.
@@ -154,21 +161,20 @@ impl Factored {
         within: f64,
     ) -> Scored {
         self.take(cases);
-        let mut total = LogSum::default();
-        let mut best = f64::NEG_INFINITY;
-        let mut tables: Vec<Table> = Vec::new();
-        for mask in masks(features) {
-            let table = self.table(mask, prior, expected, slips);
-            total.add(table.log_total());
-            let log_best = table.log_best();
-            if log_best >= best - within {
-                best = best.max(log_best);
-                tables.push(table);
-            }
-        }
+        let scale = Scale::new(&self.counts, features, prior, expected, slips);
+        let mut sum = LogSum::default();
+        let mut bests: Vec<(Mask, f64)> = Vec::new();
+        let best = self.each(&scale, &[], within, |mask, total, _| {
+            let log_empty = scale.log_empty(mask);
+            sum.add(log_empty + total.log_sum());
+            bests.push((mask, log_empty + total.log_best()));
+        });
+        bests.retain(|(_, log_best)| *log_best >= best - within);
+        bests.sort_unstable_by_key(|(mask, _)| *mask);
+        let tables: Vec<Table> = bests.iter().map(|(mask, _)| self.table(*mask, &scale)).collect();
         let mut queue: BinaryHeap<Candidate> = BinaryHeap::new();
         for (index, table) in tables.iter().enumerate() {
-            queue.push(Candidate { log_weight: table.log_root(), table: index, changed: Vec::new() });
+            queue.push(Candidate { log_weight: table.log_root, table: index, changed: Vec::new() });
         }
         let mut hypotheses = Vec::new();
         let mut best_given: Option<f64> = None;
@@ -192,7 +198,7 @@ impl Factored {
                 });
             }
         }
-        Scored { hypotheses, log_total: total.value() }
+        Scored { hypotheses, log_total: sum.value() }
     }
 
     /// The probability that the rule is about each of some kinds: the sum over all templates and
@@ -206,22 +212,24 @@ impl Factored {
         asked: &[Key],
     ) -> Vec<f64> {
         self.take(cases);
-        let mut total = LogSum::default();
+        let scale = Scale::new(&self.counts, features, prior, 0, slips);
+        let seen = self.counts.len();
+        let mut sum = LogSum::default();
         let mut about = vec![LogSum::default(); asked.len()];
-        for mask in masks(features) {
-            let table = self.table(mask, prior, 0, slips);
-            let log_total = table.log_total();
-            total.add(log_total);
-            let bits = key_mask(mask);
-            for (sum, &key) in about.iter_mut().zip(asked) {
-                let class = table.classes.iter().find(|(class, _)| *class == key & bits);
-                if let Some((_, gain)) = class.filter(|_| present(key) & mask == mask) {
-                    // The disjunctions with this class: g Π' (1 + g'), none of them empty.
-                    sum.add(table.log_empty + table.softplus - softplus(-gain));
+        self.each(&scale, asked, 0.0, |mask, total, classes| {
+            let log_empty = scale.log_empty(mask);
+            sum.add(log_empty + total.log_sum());
+            for (members, count) in classes.iter() {
+                let asked = members.iter().filter_map(|&member| (member as usize).checked_sub(seen));
+                for one in asked {
+                    if let Some(about) = about.get_mut(one) {
+                        // The disjunctions with this class: g Π' (1 + g'), none of them empty.
+                        about.add(log_empty + total.softplus - softplus(-scale.gain(count.net).0));
+                    }
                 }
             }
-        }
-        about.iter().map(|sum| (sum.value() - total.value()).exp().clamp(0.0, 1.0)).collect()
+        });
+        about.iter().map(|about| (about.value() - sum.value()).exp().clamp(0.0, 1.0)).collect()
     }
 
     fn tally(&mut self, cases: &[Case], mask: Mask, classes: &[Key]) -> usize {
@@ -262,13 +270,110 @@ impl Candidate {
     }
 }
 
-/// All templates over so many features.
-fn masks(features: usize) -> impl Iterator<Item = Mask> {
-    let count: u32 = 1 << features.min(crate::lexicon::FEATURES_MOST);
-    (0..count).filter_map(|mask| Mask::try_from(mask).ok())
-}
+#[cfg(test)]
+mod tests {
+    use std::collections::BTreeSet;
 
-/// ln(1 + e^x).
-fn softplus(x: f64) -> f64 {
-    x.max(0.0) + (-x.abs()).exp().ln_1p()
+    use proptest::prelude::*;
+
+    use super::*;
+    use crate::case::Witness;
+    use crate::lexicon::with_field;
+
+    const FEATURES: usize = 6;
+    const SLIPS: f64 = 0.05;
+
+    fn logs() -> (f64, f64) {
+        (SLIPS.ln(), (1.0 - SLIPS).ln())
+    }
+
+    /// Objects with up to three values of every feature and, rarely, without one.
+    fn case(objects: usize) -> impl Strategy<Value = Case> {
+        let value = prop_oneof![1 => 0..1_u32, 60 => 1..4_u32];
+        let object = (prop::collection::vec(value, FEATURES), 0..3_u8);
+        prop::collection::vec(object, 1..objects).prop_map(|objects| {
+            let witness = |(values, verdict): (Vec<u32>, u8)| {
+                let key =
+                    (0..).zip(&values).fold(0, |key, (feature, value)| with_field(key, feature, *value));
+                let about = values[0] == 1;
+                let verdict = match (verdict, about) {
+                    (0, _) if values[1] == 2 => Verdict::AlreadySo,
+                    (_, true) => Verdict::Changed,
+                    (_, false) => Verdict::LeftOut,
+                };
+                Witness { key, verdict, place: None }
+            };
+            Case::new(objects.into_iter().map(witness).collect())
+        })
+    }
+
+    /// ln of the sum over all disjunctions of all templates, and over those about a kind, one template
+    /// after the other and with nothing left out.
+    fn log_totals(cases: &[Case], prior: &Prior, asked: Key) -> (f64, f64) {
+        let (slip, right) = logs();
+        let witnesses: Vec<&Witness> = cases.iter().flat_map(|case| &case.witnesses).collect();
+        let (mut total, mut about) = (LogSum::default(), LogSum::default());
+        for mask in 0..1_u16 << FEATURES {
+            let class = |key: Key| (present(key) & mask == mask).then_some(key & key_mask(mask));
+            let classes: BTreeSet<Key> = witnesses.iter().filter_map(|one| class(one.key)).collect();
+            let log = |one: &&&Witness, is_about: bool| match one.verdict {
+                Verdict::AlreadySo => 0.0,
+                Verdict::Changed if is_about => right,
+                Verdict::LeftOut if !is_about => right,
+                Verdict::Changed | Verdict::LeftOut => slip,
+            };
+            let base: f64 = witnesses.iter().map(|one| log(&one, false)).sum();
+            let gain = |wanted: Key| -> f64 {
+                let of_class = witnesses.iter().filter(|one| class(one.key) == Some(wanted));
+                of_class.map(|one| log(&one, true) - log(&one, false)).sum::<f64>() - prior.lambda
+            };
+            let weight = base + prior.mu * f64::from(mask.count_ones()) + prior.lambda;
+            let sum: f64 = classes.iter().map(|class| softplus(gain(*class))).sum();
+            if !classes.is_empty() {
+                total.add(weight + sum.exp_m1().ln().min(sum));
+            }
+            if let Some(wanted) = class(asked).filter(|class| classes.contains(class)) {
+                about.add(weight + sum - softplus(-gain(wanted)));
+            }
+        }
+        (total.value(), about.value())
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(200))]
+
+        #[test]
+        fn what_is_left_alone_is_lost_in_the_rounding(cases in prop::collection::vec(case(60), 1..4), lambda in -1.0..6.0_f64) {
+            let prior = Prior { lambda, ..Prior::default() };
+            let asked = cases[0].witnesses[0].key;
+            let (log_total, log_about) = log_totals(&cases, &prior, asked);
+            let mut factored = Factored::default();
+            let scored = factored.hypotheses(&cases, FEATURES, &prior, 0, logs(), 10.0);
+            prop_assert!((scored.log_total - log_total).abs() < 1e-6, "{} {log_total}", scored.log_total);
+            let best = scored.hypotheses.first().map(|one| one.log_score);
+            prop_assert!(best.is_some_and(|best| best <= scored.log_total));
+            let about = factored.probabilities(&cases, FEATURES, &prior, logs(), &[asked])[0];
+            prop_assert!((about - (log_about - log_total).exp()).abs() < 1e-6, "{about}");
+        }
+    }
+
+    #[test]
+    fn of_many_kinds_few_templates_are_asked() {
+        let mut state = 1_u64;
+        let mut value = || {
+            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            1 + u32::try_from(state >> 62).unwrap()
+        };
+        let witnesses = (0..300).map(|_| {
+            let key = (0..12).fold(0, |key, feature| with_field(key, feature, value()));
+            let verdict = if crate::lexicon::field(key, 0) < 3 { Verdict::Changed } else { Verdict::LeftOut };
+            Witness { key, verdict, place: None }
+        });
+        let mut factored = Factored::default();
+        factored.take(&[Case::new(witnesses.collect())]);
+        let scale = Scale::new(&factored.counts, 12, &Prior::default(), 1, logs());
+        let mut asked = 0;
+        factored.each(&scale, &[], 10.0, |_, _, _| asked += 1);
+        assert!(asked < 1_000, "{asked} of 4096");
+    }
 }

@@ -42,6 +42,7 @@ mod language;
 mod learn;
 mod lexicon;
 mod log_sum;
+mod partition;
 mod rank;
 mod recording;
 mod rule;

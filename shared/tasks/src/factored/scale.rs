@@ -1,0 +1,144 @@
+use std::collections::BTreeMap;
+
+use quantity::number::{float, float_of_count, float_of_signed};
+
+use crate::hypothesis::Prior;
+use crate::lexicon::{Key, Mask, present};
+use crate::partition::{Count, Sum};
+
+/// What is the same for every template.
+pub(super) struct Scale {
+    prior: Prior,
+    /// |E|.
+    expected: usize,
+    pub(super) features: usize,
+    /// ln((1 - ε) / ε).
+    evidence: f64,
+    /// log P(D) if the rule were about nothing.
+    log_nothing: f64,
+    /// More than Π (1 + g) can be if every class with something changed were worth κ more.
+    log_most: f64,
+    /// κ; 0 where more features do not always make more classes.
+    kappa: f64,
+    /// ln g and ln(1 + g) by p - q, from -[`TABLED`] on: there are many classes, and few differences.
+    gains: Vec<(f64, f64)>,
+}
+
+/// Differences between what was changed and left out of a class for which the logarithms are at hand.
+const TABLED: i64 = 256;
+/// What is further below the best than this is lost in the rounding of a sum, in nats; so it is if all
+/// templates are.
+pub(super) const ROUNDING: f64 = 40.0 + 8.5;
+
+impl Scale {
+    pub(super) fn new(
+        counts: &BTreeMap<Key, (u64, u64)>,
+        features: usize,
+        prior: &Prior,
+        expected: usize,
+        (slip, right): (f64, f64),
+    ) -> Self {
+        let (changed, left_out) =
+            counts.values().fold((0, 0), |(changed, left_out), (p, q)| (changed + p, left_out + q));
+        let mut scale = Self {
+            prior: *prior,
+            expected,
+            features,
+            evidence: right - slip,
+            log_nothing: float(changed).mul_add(slip, float(left_out) * right),
+            log_most: 0.0,
+            kappa: 0.0,
+            gains: Vec::new(),
+        };
+        scale.gains = (-TABLED..=TABLED).map(|net| scale.compute(net)).collect();
+        let of_none_changed: f64 =
+            counts.values().filter(|(p, _)| *p == 0).map(|count| scale.gain(net(*count)).1).sum();
+        scale.log_most = float(changed).mul_add(scale.evidence, of_none_changed);
+        let is_complete = counts.keys().all(|key| present(*key).count_ones() as usize == features);
+        if is_complete && scale.evidence > 0.0 {
+            scale.kappa = (scale.evidence - scale.gain(1).1).max(0.0);
+        }
+        scale
+    }
+
+    /// A bound on what the disjunctions of a template, or of one with more features, weigh together.
+    pub(super) fn bound(&self, mask: Mask, total: &Total<'_>) -> f64 {
+        let all = (1 << self.features) - 1;
+        let log_empty = self.log_empty(mask).max(self.log_empty(all));
+        self.kappa.mul_add(-float(total.with_changed), log_empty + self.log_most)
+    }
+
+    fn compute(&self, net: i64) -> (f64, f64) {
+        let gain = float_of_signed(net).mul_add(self.evidence, -self.prior.lambda);
+        (gain, softplus(gain))
+    }
+
+    /// ln g and ln(1 + g) of a class.
+    pub(super) fn gain(&self, net: i64) -> (f64, f64) {
+        let tabled = usize::try_from(net.saturating_add(TABLED)).ok().and_then(|index| self.gains.get(index));
+        tabled.copied().unwrap_or_else(|| self.compute(net))
+    }
+
+    /// The log weight of the empty disjunction of a template, which is none.
+    pub(super) fn log_empty(&self, mask: Mask) -> f64 {
+        let features = usize::try_from(mask.count_ones()).unwrap_or(0) + self.expected;
+        self.log_nothing + self.prior.mu.mul_add(float_of_count(features), self.prior.lambda)
+    }
+}
+
+/// The classes of a template added up.
+#[derive(Clone, Copy)]
+pub(super) struct Total<'a> {
+    scale: &'a Scale,
+    /// Σ ln(1 + g).
+    pub(super) softplus: f64,
+    /// Σ ln g of the classes that are worth it.
+    above: f64,
+    /// The largest ln g.
+    most: f64,
+    /// Classes with something changed.
+    with_changed: u64,
+}
+
+impl Sum for Total<'_> {
+    #[inline]
+    fn with(self, class: Count) -> Self {
+        let (gain, softplus) = self.scale.gain(class.net);
+        Self {
+            softplus: self.softplus + softplus,
+            above: self.above + gain.max(0.0),
+            most: self.most.max(gain),
+            with_changed: self.with_changed + u64::from(class.is_changed),
+            ..self
+        }
+    }
+}
+
+impl<'a> Total<'a> {
+    pub(super) const fn nothing(scale: &'a Scale) -> Self {
+        Self { scale, softplus: 0.0, above: 0.0, most: f64::NEG_INFINITY, with_changed: 0 }
+    }
+
+    /// The log weight of the best disjunction, beside that of the empty one: where no class is worth
+    /// it, it has the one that is the least loss.
+    pub(super) fn log_best(&self) -> f64 {
+        if self.most > 0.0 { self.above } else { self.most }
+    }
+
+    /// The logarithm of the sum over the disjunctions, beside the weight of the empty one.
+    pub(super) fn log_sum(&self) -> f64 {
+        let has_classes = self.most > f64::NEG_INFINITY;
+        if has_classes { self.softplus + (-(-self.softplus).exp()).ln_1p() } else { f64::NEG_INFINITY }
+    }
+}
+
+/// How many more were changed than left out.
+pub(super) fn net((changed, left_out): (u64, u64)) -> i64 {
+    let signed = |count: u64| i64::try_from(count).unwrap_or(i64::MAX);
+    signed(changed) - signed(left_out)
+}
+
+/// ln(1 + e^x).
+pub(super) fn softplus(x: f64) -> f64 {
+    x.max(0.0) + (-x.abs()).exp().ln_1p()
+}

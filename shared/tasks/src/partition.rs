@@ -1,0 +1,296 @@
+//! The classes into which each template divides the kinds seen, one template after the other.
+
+use crate::lexicon::{FEATURES_MOST, Key, Mask, field, present};
+
+/// A kind of object among those to be divided.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Member {
+    pub(crate) key: Key,
+    pub(crate) count: Count,
+    /// Whether any example had it; a kind that is only asked about makes no class of its own.
+    pub(crate) is_seen: bool,
+}
+
+/// What the examples say of a kind, or of a class.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Count {
+    /// How many were changed, less those left out.
+    pub(crate) net: i64,
+    /// Whether any was changed.
+    pub(crate) is_changed: bool,
+}
+
+/// What the classes of one template add up to.
+pub(crate) trait Sum: Copy {
+    /// With one class more.
+    fn with(self, class: Count) -> Self;
+}
+
+/// The classes of a template that are not yet what they stay: those of a single kind that has every
+/// feature are divided by no further feature, and are only in the sum.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Classes {
+    /// Members by number, class after class.
+    members: Vec<u32>,
+    /// Of each class where it ends, and what is said of it.
+    ends: Vec<(usize, Count)>,
+}
+
+impl Classes {
+    /// The members of each class by number, and what is said of it.
+    pub(crate) fn iter(&self) -> impl Iterator<Item = (&[u32], Count)> {
+        let begins = std::iter::once(0).chain(self.ends.iter().map(|(end, _)| *end));
+        let ranges = begins.zip(&self.ends);
+        ranges.map(|(begin, &(end, count))| (self.members.get(begin..end).unwrap_or(&[]), count))
+    }
+}
+
+/// Visits every template over so many features, with the sum over its classes and with those classes that
+/// further features may still divide. What is visited says whether templates with more features, beside
+/// all of its own, are to be visited.
+///
+/// A template with one feature more divides the classes of the one without it: each costs no more than
+/// to go once through the kinds that are still together, and most kinds are soon alone.
+pub(crate) fn each_template<S: Sum>(
+    members: &[Member],
+    features: usize,
+    nothing: S,
+    mut visit: impl FnMut(Mask, S, &Classes) -> bool,
+) {
+    let features = features.min(FEATURES_MOST);
+    let all: Mask = (0..features).fold(0, |mask, feature| mask | 1 << feature);
+    let column = |feature| members.iter().map(|one| field(one.key, feature)).collect();
+    let mark = |one: &Member| Mark {
+        count: one.count,
+        is_seen: one.is_seen,
+        is_whole: present(one.key) & all == all,
+    };
+    let mut walk = Walk {
+        columns: (0..features).map(column).collect(),
+        marks: members.iter().map(mark).collect(),
+        room: Vec::new(),
+        buckets: Buckets::default(),
+        visit: &mut visit,
+    };
+    let together: Vec<u32> = (0..).take(members.len()).collect();
+    let mut classes = Classes::default();
+    let sums = walk.add(&together, Sums { settled: nothing, all: nothing }, &mut classes);
+    walk.go(0, 0, sums, classes);
+}
+
+struct Walk<V> {
+    /// By feature and member, the value.
+    columns: Vec<Vec<u32>>,
+    /// By member.
+    marks: Vec<Mark>,
+    /// Classes to be used again.
+    room: Vec<Classes>,
+    buckets: Buckets,
+    visit: V,
+}
+
+/// What is asked of a member time and again.
+#[derive(Clone, Copy)]
+struct Mark {
+    count: Count,
+    is_seen: bool,
+    /// Whether it has every feature.
+    is_whole: bool,
+}
+
+/// The sum over the classes that stay what they are, and over all.
+#[derive(Clone, Copy)]
+struct Sums<S> {
+    settled: S,
+    all: S,
+}
+
+impl<V> Walk<V> {
+    fn go<S: Sum>(&mut self, mask: Mask, begin: usize, sums: Sums<S>, classes: Classes)
+    where
+        V: FnMut(Mask, S, &Classes) -> bool,
+    {
+        let end = if (self.visit)(mask, sums.all, &classes) { self.columns.len() } else { begin };
+        for feature in begin..end {
+            let mut divided = self.room.pop().unwrap_or_default();
+            let sums = self.divide(&classes, feature, sums.settled, &mut divided);
+            self.go(mask | 1 << feature, feature + 1, sums, divided);
+        }
+        self.room.push(classes);
+    }
+
+    /// Divides every class by a feature; who lacks it is in none.
+    fn divide<S: Sum>(
+        &mut self,
+        classes: &Classes,
+        feature: usize,
+        settled: S,
+        into: &mut Classes,
+    ) -> Sums<S> {
+        into.members.clear();
+        into.ends.clear();
+        let mut sums = Sums { settled, all: settled };
+        let mut buckets = std::mem::take(&mut self.buckets);
+        let column = self.columns.get(feature).map_or(&[][..], Vec::as_slice);
+        for (members, _) in classes.iter() {
+            buckets.fill(members, column);
+            for bucket in buckets.iter() {
+                sums = self.add(bucket, sums, into);
+            }
+        }
+        self.buckets = buckets;
+        sums
+    }
+
+    /// One class more.
+    #[inline]
+    fn add<S: Sum>(&self, members: &[u32], sums: Sums<S>, into: &mut Classes) -> Sums<S> {
+        let (mut count, mut is_seen, mut is_whole) = (Count::default(), false, true);
+        for mark in members.iter().filter_map(|&number| self.marks.get(number as usize)) {
+            count.net += mark.count.net;
+            count.is_changed |= mark.count.is_changed;
+            is_seen |= mark.is_seen;
+            is_whole &= mark.is_whole;
+        }
+        if !is_seen {
+            return sums;
+        }
+        let all = sums.all.with(count);
+        if members.len() == 1 && is_whole {
+            // In every template with more features it is the same class.
+            return Sums { settled: sums.settled.with(count), all };
+        }
+        into.members.extend_from_slice(members);
+        into.ends.push((into.members.len(), count));
+        Sums { all, ..sums }
+    }
+}
+
+/// Members by their value of one feature, in the order in which the values come.
+#[derive(Debug, Default)]
+struct Buckets {
+    /// By value, how many have it, and then where the next of them goes; zero in between.
+    counts: Vec<usize>,
+    values: Vec<usize>,
+    members: Vec<u32>,
+    ends: Vec<usize>,
+}
+
+impl Buckets {
+    fn fill(&mut self, members: &[u32], column: &[u32]) {
+        let Self { counts, values, members: placed, ends } = self;
+        let with_value = || {
+            let valued = members.iter().filter_map(|&member| Some((member, *column.get(member as usize)?)));
+            valued.filter(|(_, value)| *value != 0).map(|(member, value)| (member, value as usize))
+        };
+        for (_, value) in with_value() {
+            if counts.len() <= value {
+                counts.resize(value + 1, 0);
+            }
+            if let Some(count) = counts.get_mut(value) {
+                if *count == 0 {
+                    values.push(value);
+                }
+                *count += 1;
+            }
+        }
+        let mut end = 0;
+        ends.clear();
+        for &value in values.iter() {
+            if let Some(count) = counts.get_mut(value) {
+                end += std::mem::replace(count, end);
+                ends.push(end);
+            }
+        }
+        placed.resize(end, 0);
+        for (member, value) in with_value() {
+            if let Some(next) = counts.get_mut(value)
+                && let Some(place) = placed.get_mut(*next)
+            {
+                *place = member;
+                *next += 1;
+            }
+        }
+        for value in values.drain(..) {
+            if let Some(count) = counts.get_mut(value) {
+                *count = 0;
+            }
+        }
+    }
+
+    fn iter(&self) -> impl Iterator<Item = &[u32]> {
+        let begins = std::iter::once(0).chain(self.ends.iter().copied());
+        begins.zip(&self.ends).map(|(begin, &end)| self.members.get(begin..end).unwrap_or(&[]))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::collections::{BTreeMap, BTreeSet};
+
+    use proptest::prelude::*;
+
+    use super::*;
+    use crate::lexicon::{key_mask, with_field};
+
+    /// How many classes, and what of them is more changed than left out.
+    #[derive(Clone, Copy, Debug, Default, PartialEq)]
+    struct Tally(i64, i64, i64);
+
+    impl Sum for Tally {
+        fn with(self, class: Count) -> Self {
+            Self(self.0 + 1, self.1 + class.net.pow(2), self.2 + i64::from(class.is_changed))
+        }
+    }
+
+    proptest! {
+        #[test]
+        fn a_template_divides_as_its_features_do(kinds in prop::collection::vec(
+            (prop::collection::vec(0..3_u32, 4), -2..3_i64, any::<bool>()), 1..30,
+        )) {
+            let members: Vec<Member> = kinds
+                .iter()
+                .map(|(values, net, is_seen)| Member {
+                    key: (0..).zip(values).fold(0, |key, (feature, value)| with_field(key, feature, *value)),
+                    count: Count { net: if *is_seen { *net } else { 0 }, is_changed: *is_seen && *net > 0 },
+                    is_seen: *is_seen,
+                })
+                .collect();
+            let mut visited = BTreeSet::new();
+            each_template(&members, 4, Tally::default(), |mask, tally, classes| {
+                let mut expected: BTreeMap<Key, (Count, bool, usize)> = BTreeMap::new();
+                for one in members.iter().filter(|one| present(one.key) & mask == mask) {
+                    let (count, is_seen, size) = expected.entry(one.key & key_mask(mask)).or_default();
+                    count.net += one.count.net;
+                    count.is_changed |= one.count.is_changed;
+                    *is_seen |= one.is_seen;
+                    *size += 1;
+                }
+                expected.retain(|_, (_, is_seen, _)| *is_seen);
+                let sum = expected.values().fold(Tally::default(), |sum, (count, ..)| sum.with(*count));
+                assert_eq!(tally, sum, "{mask:b}");
+                for (together, count) in classes.iter() {
+                    let key = members[together[0] as usize].key & key_mask(mask);
+                    let (of_class, _, size) = expected[&key];
+                    assert_eq!((together.len(), count.net), (size, of_class.net));
+                }
+                visited.insert(mask)
+            });
+            assert_eq!(visited.len(), 16, "each once");
+        }
+
+        #[test]
+        fn below_a_template_that_ends_it_none_is_visited(end in 0..16_u16) {
+            let member = Member { key: with_field(0, 0, 1), count: Count::default(), is_seen: true };
+            let mut visited = Vec::new();
+            each_template(&[member], 4, Tally::default(), |mask, _, _| {
+                visited.push(mask);
+                mask != end
+            });
+            // Those with a further feature behind all of its own.
+            let beyond = |mask: &u16| mask & end == end && mask != &end && (mask ^ end).trailing_zeros() >= 16 - end.leading_zeros();
+            prop_assert!(!visited.iter().any(|mask| beyond(mask) && end != 0), "{visited:?}");
+            prop_assert!(end != 0 || visited == [0]);
+        }
+    }
+}
