@@ -286,31 +286,46 @@ impl Disjunctions {
     }
 
     /// The hypotheses whose score is within so many nats of the best, or of the best one of the
-    /// highest tally.
-    pub(crate) fn hypotheses(&mut self, cases: &[Case], seen: &Seen, weight: &Weight, within: f64) -> Scored {
+    /// highest tally: those of the best `most` meanings by their tally, and no fewer by their score.
+    pub(crate) fn hypotheses(
+        &mut self,
+        cases: &[Case],
+        seen: &Seen,
+        weight: &Weight,
+        within: f64,
+        most: usize,
+    ) -> Scored {
         let (asked, best, log_total) = self.take(cases, seen, weight, within);
-        let mut hypotheses = Vec::new();
-        for node in asked.into_iter().filter_map(|index| self.templates.get(index)) {
+        let mut admitted: Vec<Admitted> = Vec::new();
+        for (template, node) in
+            asked.into_iter().filter_map(|index| Some((index, self.templates.get(index)?)))
+        {
             for (number, one) in node.all().enumerate().filter(|(_, one)| one.tally > 0) {
                 let share = log_of(&self.logs, one.tally) - log_of(&self.logs, cases.len());
                 let score = share + weight.log(one.size, node.features);
                 if score > f64::NEG_INFINITY && best.admits(score, one.tally, within) {
-                    let chosen = numbers(&node.row(number));
-                    let mut classes: Vec<Key> =
-                        chosen.into_iter().filter_map(|number| node.classes.get(number).copied()).collect();
-                    classes.sort_unstable();
-                    hypotheses.push(Hypothesis {
-                        mask: node.mask,
-                        classes,
-                        selection: Selection::All,
-                        tally: one.tally,
-                        log_score: score,
-                        description: None,
-                    });
+                    admitted.push(Admitted { template, number, tally: one.tally, score });
                 }
             }
         }
-        Scored { log_total, hypotheses }
+        // Those that say the same have the same tally, and there is one at most in each template.
+        keep_best(&mut admitted, most.saturating_mul(self.templates.len()));
+        let hypothesis = |one: Admitted| {
+            let node = self.templates.get(one.template)?;
+            let chosen = numbers(&node.row(one.number)).into_iter();
+            let mut classes: Vec<Key> =
+                chosen.filter_map(|number| node.classes.get(number).copied()).collect();
+            classes.sort_unstable();
+            Some(Hypothesis {
+                mask: node.mask,
+                classes,
+                selection: Selection::All,
+                tally: one.tally,
+                log_score: one.score,
+                description: None,
+            })
+        };
+        Scored { log_total, hypotheses: admitted.into_iter().filter_map(hypothesis).collect() }
     }
 
     /// The logarithm of the sum over all hypotheses, and by kind the share of those that are about
@@ -351,6 +366,25 @@ impl Disjunctions {
         }
         (log_total, about)
     }
+}
+
+/// A hypothesis that is near enough to the best, by the number of its template and its own in it.
+#[derive(Clone, Copy, Debug)]
+struct Admitted {
+    template: usize,
+    number: usize,
+    tally: usize,
+    score: f64,
+}
+
+/// Keeps the best `most` by either measure, and those that tie with the last of them.
+fn keep_best(admitted: &mut Vec<Admitted>, most: usize) {
+    let Some(last) = most.checked_sub(1).filter(|last| *last < admitted.len()) else { return };
+    let least_tally = admitted.select_nth_unstable_by(last, |a, b| b.tally.cmp(&a.tally)).1.tally;
+    let least_score = admitted.select_nth_unstable_by(last, |a, b| b.score.total_cmp(&a.score)).1.score;
+    admitted.retain(|one| one.tally >= least_tally || one.score >= least_score);
+    // As they stood before: what comes of them is no matter of how the least was found.
+    admitted.sort_unstable_by_key(|one| (one.template, one.number));
 }
 
 /// The logarithm of a whole number.

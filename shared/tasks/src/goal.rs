@@ -114,7 +114,9 @@ impl Goal {
         let Self { cases, seen, engine, signature, .. } = self;
         let (prior, slips, expected) = (settings.prior, settings.noise.logs(), signature.len());
         match engine {
-            Engine::Paper(all) => all.hypotheses(cases, seen, &Weight::Prior { prior, expected }, within),
+            Engine::Paper(all) => {
+                all.hypotheses(cases, seen, &Weight::Prior { prior, expected }, within, most)
+            }
             Engine::PaperWithSlips(all) => {
                 let slips = slips.unwrap_or_default();
                 all.hypotheses(cases, lexicon.features(), &prior, expected, slips, within)
@@ -125,7 +127,7 @@ impl Goal {
                 let mut scored = short.hypotheses(seen, &cost, within, most);
                 if slips.is_none() {
                     let weight = Weight::Length { beyond: short.longest() };
-                    let more = long.hypotheses(cases, seen, &weight, within);
+                    let more = long.hypotheses(cases, seen, &weight, within, most);
                     let mut total = LogSum::default();
                     total.add(scored.log_total);
                     total.add(more.log_total);
