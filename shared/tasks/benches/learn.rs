@@ -1,5 +1,6 @@
 //! What it costs to take in one example more and say what was learned, beside an enumeration of all
-//! templates and classes that begins anew with every example: `cargo bench -p tasks`.
+//! templates and classes that begins anew with every example, and how much memory what was learned from
+//! takes: `cargo bench -p tasks`.
 //!
 //! Objects of random kinds, of which those with one of two values of the first feature are marked.
 
@@ -118,24 +119,33 @@ fn timed(work: impl FnOnce()) -> u64 {
     u64::try_from(clock::now().since(begin).as_nanos()).unwrap_or(u64::MAX)
 }
 
+/// The times of each example, and the memory after the last of them in KiB.
 fn learn(language: &Language, settings: &Settings, views: &[View], rounds: usize) -> String {
-    let mut nanos = Vec::new();
+    let mut nanos = Vec::with_capacity(rounds * views.len());
+    let mut kept = 0;
     for _ in 0..rounds {
-        let mut learning = Learning::new(language, settings);
-        for view in views {
-            nanos.push(timed(|| {
-                learning.add(view);
-                black_box(learning.leading(8, 10.0));
-            }));
-        }
+        let (learning, bytes) = testkit::bytes_kept_by(|| {
+            let mut learning = Learning::new(language, settings);
+            for view in views {
+                nanos.push(timed(|| {
+                    learning.add(view);
+                    black_box(learning.leading(8, 10.0));
+                }));
+            }
+            learning
+        });
+        kept = bytes / 1024;
+        drop(learning);
     }
-    told(nanos)
+    format!("{} {kept:7}", told(nanos))
 }
 
 fn main() {
     let slips = Noise::try_from(0.05).expect("it is in range");
-    println!("one example more, and the best 8 rules; p50, p99 and max in ms");
-    println!("objects features examples          paper               paper, slips               enumeration");
+    println!("one example more, and the best 8 rules; p50, p99 and max in ms, and KiB kept");
+    println!(
+        "objects features examples                paper                       paper, slips                   enumeration"
+    );
     let sizes = [10, 30, 100, 300, 1000]
         .into_iter()
         .flat_map(|objects| [3, 6, 12].map(|features| (objects, features)));
@@ -160,7 +170,7 @@ fn main() {
         }
     }
     println!("\nthe extended language, 3 features");
-    println!("objects examples       exact                         slips");
+    println!("objects examples               exact                                slips");
     for objects in [10, 30, 100, 300] {
         let mut chance = Chance(objects);
         let views: Vec<View> = (0..20).map(|_| demonstration(&mut chance, objects, 3)).collect();

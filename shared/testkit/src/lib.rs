@@ -1,5 +1,5 @@
-//! What several crates' tests need: an allocator that counts, for the promise that a step
-//! allocates nothing.
+//! What several crates' tests and benchmarks need: an allocator that counts, for the promise that a
+//! step allocates nothing, and for what is kept.
 //!
 //! Whoever names this crate in a test has its allocator. It hands every call on to the system's
 //! and counts the calling thread's, so tests that run beside one another do not disturb it.
@@ -8,6 +8,7 @@
 //! let mut kept = Vec::new();
 //! assert_eq!(testkit::allocations_in(|| kept.push(7)), 1);
 //! assert_eq!(testkit::allocations_in(|| drop(kept.pop())), 0);
+//! assert_eq!(testkit::bytes_kept_by(|| Box::new(7_u64)).1, 8);
 //! ```
 
 #![expect(unsafe_code, reason = "an allocator that counts is a `GlobalAlloc`, whose methods are unsafe")]
@@ -19,35 +20,44 @@ struct Counting;
 
 thread_local! {
     static ALLOCATIONS: Cell<u64> = const { Cell::new(0) };
+    static TAKEN: Cell<usize> = const { Cell::new(0) };
+    static GIVEN_BACK: Cell<usize> = const { Cell::new(0) };
 }
 
-fn count() {
+fn take(bytes: usize) {
     // The thread's storage may be gone when the thread ends.
     let _gone = ALLOCATIONS.try_with(|count| count.set(count.get() + 1));
+    let _gone = TAKEN.try_with(|taken| taken.set(taken.get().wrapping_add(bytes)));
+}
+
+fn give_back(bytes: usize) {
+    let _gone = GIVEN_BACK.try_with(|given| given.set(given.get().wrapping_add(bytes)));
 }
 
 // SAFETY: every call is handed to the system's allocator as it came, which keeps the promises of
 // the trait; counting in a constant-initialised thread local allocates nothing.
 unsafe impl GlobalAlloc for Counting {
     unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
-        count();
+        take(layout.size());
         // SAFETY: the caller's promises about `layout` are those that `System` asks for.
         unsafe { System.alloc(layout) }
     }
 
     unsafe fn alloc_zeroed(&self, layout: Layout) -> *mut u8 {
-        count();
+        take(layout.size());
         // SAFETY: the caller's promises about `layout` are those that `System` asks for.
         unsafe { System.alloc_zeroed(layout) }
     }
 
     unsafe fn dealloc(&self, pointer: *mut u8, layout: Layout) {
+        give_back(layout.size());
         // SAFETY: the pointer came from `System` with this layout, since `alloc` hands on to it.
         unsafe { System.dealloc(pointer, layout) }
     }
 
     unsafe fn realloc(&self, pointer: *mut u8, layout: Layout, size: usize) -> *mut u8 {
-        count();
+        take(size);
+        give_back(layout.size());
         // SAFETY: the pointer came from `System` with this layout, since `alloc` hands on to it.
         unsafe { System.realloc(pointer, layout, size) }
     }
@@ -63,6 +73,14 @@ pub fn allocations_in(work: impl FnOnce()) -> u64 {
     ALLOCATIONS.get() - before
 }
 
+/// What `work` gives, and the bytes that the calling thread took for it and did not give back.
+pub fn bytes_kept_by<T>(work: impl FnOnce() -> T) -> (T, usize) {
+    let kept = || TAKEN.get().wrapping_sub(GIVEN_BACK.get());
+    let before = kept();
+    let made = work();
+    (made, kept().wrapping_sub(before))
+}
+
 #[cfg(test)]
 mod tests {
     use std::hint::black_box;
@@ -76,5 +94,16 @@ mod tests {
         let mut grown = Vec::with_capacity(1);
         assert_eq!(allocations_in(|| grown.extend(black_box([1_u8, 2, 3]))), 1);
         assert_eq!(allocations_in(|| drop(black_box(vec![0_u64; 100]))), 1);
+    }
+
+    #[test]
+    fn what_is_given_back_is_not_kept() {
+        let (kept, bytes) = bytes_kept_by(|| {
+            drop(black_box(vec![0_u8; 1_000]));
+            let mut grown = black_box(vec![1_u8; 16]);
+            grown.reserve_exact(48);
+            grown
+        });
+        assert_eq!((kept.len(), bytes), (16, 64));
     }
 }
