@@ -79,6 +79,8 @@ pub(crate) struct Joint {
     following_since: Instant,
     /// It started anew by itself, and does not follow again yet.
     restarted: bool,
+    /// It followed when it fell silent: has it its torque still when it is back?
+    had_torque: bool,
     reboots: u32,
 }
 
@@ -110,6 +112,7 @@ impl Joint {
             look_at: Instant::EPOCH,
             following_since: Instant::EPOCH,
             restarted: false,
+            had_torque: false,
             reboots: 0,
         }
     }
@@ -523,6 +526,7 @@ impl Joint {
         self.cause = cause;
         self.goal = None;
         self.clock.forget();
+        self.had_torque |= self.stage == Stage::Following;
         // A servo that failed stays failed also when it was away, and is told until it confirms.
         self.stage = if let Stage::Failed { cause, release_at, reboot_at } = self.stage {
             Stage::Failed { cause, release_at: release_at.map(|_| now + WAIT_FIRST), reboot_at }
