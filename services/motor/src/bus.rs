@@ -199,6 +199,7 @@ impl Bus {
     pub(crate) fn digest(&mut self, now: Instant, joints: &mut [Joint], replies: &Replies) {
         let (asked, job) = (std::mem::take(&mut self.asked), self.job.take());
         self.counts.exchanges += 1;
+        self.counts.broken += u64::from(replies.noisy);
         self.counts.late_bytes += u64::try_from(replies.late).unwrap_or(u64::MAX);
         if replies.lost.is_some() {
             self.is_lost = true;

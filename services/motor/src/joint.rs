@@ -137,6 +137,11 @@ impl Joint {
         self.is_fast
     }
 
+    #[cfg(test)]
+    pub(crate) const fn reading(&self) -> Option<(Instant, Reading)> {
+        self.reading
+    }
+
     /// Whether it was not heard when it was asked last.
     pub(crate) const fn is_suspect(&self) -> bool {
         self.misses > 0

@@ -4,6 +4,7 @@ use mock_bus_process::Ptys;
 use servo::table::{BUS_WATCHDOG, Item, MOVING, TORQUE_ENABLE};
 use servo::{Id, Instruction, Parser, Status};
 
+mod campaign;
 mod fault_table;
 mod rig;
 

@@ -37,6 +37,8 @@ pub(super) struct Rig {
     time: Time,
     /// Where every joint shall be, as a share of its highest position.
     pub(super) share: f64,
+    /// Where they shall be instead, if anywhere.
+    pub(super) goals: Option<Vec<JointGoal>>,
     /// Whether somebody commands.
     pub(super) is_commanded: bool,
     /// Readings that were compared with where the servo was.
@@ -68,6 +70,7 @@ impl Rig {
             cycles: 0,
             time,
             share: 1.0 / 3.0,
+            goals: None,
             is_commanded: true,
             compared: Cell::new(0),
         }
@@ -85,8 +88,10 @@ impl Rig {
             self.ptys.as_ref().unwrap().advance(self.now);
         }
         if self.is_commanded {
-            let joints = (0..).zip(&self.robot.motor.joints);
-            let goals: Vec<_> = joints.map(|(joint, settings)| self.goal(joint, settings)).collect();
+            let goals = self.goals.take().unwrap_or_else(|| {
+                let joints = (0..).zip(&self.robot.motor.joints);
+                joints.map(|(joint, settings)| self.goal(joint, settings)).collect()
+            });
             self.motor.goals(self.now, &goals);
         }
         self.motor.step(self.now);
