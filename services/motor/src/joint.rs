@@ -49,6 +49,8 @@ pub(crate) enum Taken {
     Read,
     /// It was sampled before it was asked for.
     Stale,
+    /// Whether it was is not known.
+    Unproven,
 }
 
 /// One joint with its servo. Positions are the joint's own unless they say otherwise.
@@ -254,7 +256,12 @@ impl Joint {
             }
             None => self.motion.stopping(stop, dt_s),
         };
-        self.motion = next.unwrap_or(Motion { velocity_rad_s: 0.0, ..self.motion });
+        let next = next.unwrap_or(Motion { velocity_rad_s: 0.0, ..self.motion });
+        // Steps of uneven length miss the goal by a hair, and the goal may be the limit.
+        self.motion = match self.clamped(next.position_rad) {
+            Some(within) if within.total_cmp(&next.position_rad).is_ne() => Motion::at(within),
+            _ => next,
+        };
     }
 
     /// The goal position that its servo is given in this cycle, in counts.
@@ -302,6 +309,7 @@ impl Joint {
             match self.clock.judge(servo.tick_ms, asked_at, now) {
                 Age::Fresh => {}
                 Age::Stale => taken = Taken::Stale,
+                Age::Unproven => taken = Taken::Unproven,
                 Age::Restarted => self.has_restarted(),
             }
             if taken == Taken::Read {

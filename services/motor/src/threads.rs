@@ -16,7 +16,7 @@ const UNLED: Duration = Duration::from_millis(20);
 /// One thread per bus, each with its line. What a thread carries goes to and fro in the same
 /// memory: nothing is allocated in a cycle.
 #[derive(Debug)]
-pub(crate) struct Threads {
+pub struct Threads {
     ends: Vec<End>,
 }
 
@@ -45,15 +45,37 @@ struct Exchange {
 
 /// Why the threads of the buses cannot go on.
 #[derive(Debug, thiserror::Error)]
-pub(crate) enum ThreadError {
+pub enum ThreadError {
+    /// A line cannot be opened.
     #[error("bus `{bus}`: {source}")]
-    Open { bus: String, source: OpenError },
+    Open {
+        /// The bus.
+        bus: String,
+        /// Why.
+        source: OpenError,
+    },
+    /// There is no thread.
     #[error("no thread for bus `{bus}`: {source}")]
-    Spawn { bus: String, source: std::io::Error },
+    Spawn {
+        /// The bus.
+        bus: String,
+        /// Why.
+        source: std::io::Error,
+    },
+    /// A thread does not come back from its line.
     #[error("bus `{bus}` has not answered within {} s: its device hangs", within.as_secs())]
-    Hangs { bus: String, within: Duration },
+    Hangs {
+        /// The bus.
+        bus: String,
+        /// For how long it was waited for.
+        within: Duration,
+    },
+    /// A thread is gone.
     #[error("the thread of bus `{bus}` ended")]
-    Ended { bus: String },
+    Ended {
+        /// The bus.
+        bus: String,
+    },
 }
 
 impl Threads {
@@ -62,7 +84,11 @@ impl Threads {
     /// at any time: it is a process of its own that may be starting anew just now. A servo may be
     /// silent for `patience` as in [`Master::new`]. Where the cycle gives a bus nothing to do and
     /// the emergency stop is raised, the bus switches every torque off by itself.
-    pub(crate) fn start(
+    ///
+    /// # Errors
+    ///
+    /// A line cannot be opened, or there is no thread.
+    pub fn start(
         buses: &[Bus],
         folder: &Path,
         patience: (Duration, Duration),
@@ -97,8 +123,22 @@ impl Threads {
         self.ends.iter().map(|end| (end.skipped, &end.took))
     }
 
+    /// When the first byte of the newest request of each bus went out, or shortly before; none where it is
+    /// busy still, or was told and asked nothing.
+    pub fn sent_at(&self) -> impl Iterator<Item = Option<Instant>> {
+        self.ends.iter().map(|end| {
+            let exchange = end.exchange.as_ref()?;
+            let (first, _) = exchange.request.parts().next()?;
+            Some(exchange.replies.asked_at(first.topic))
+        })
+    }
+
     /// Hands every idle bus its request. A bus that is still busy goes without one this time.
-    pub(crate) fn send(&mut self, motor: &mut Motor, now: Instant) -> Result<(), ThreadError> {
+    ///
+    /// # Errors
+    ///
+    /// A thread is gone.
+    pub fn send(&mut self, motor: &mut Motor, now: Instant) -> Result<(), ThreadError> {
         for (bus, end) in self.ends.iter_mut().enumerate() {
             let Some(mut exchange) = end.exchange.take() else {
                 end.skipped += 1;
@@ -112,7 +152,11 @@ impl Threads {
     }
 
     /// Takes the replies that are there.
-    pub(crate) fn collect(&mut self, motor: &mut Motor) -> Result<(), ThreadError> {
+    ///
+    /// # Errors
+    ///
+    /// A thread is gone.
+    pub fn collect(&mut self, motor: &mut Motor) -> Result<(), ThreadError> {
         for (bus, end) in self.ends.iter_mut().enumerate() {
             match end.from.try_recv() {
                 Ok(exchange) => {

@@ -95,6 +95,13 @@ fn ten_seconds_of_every_fault_at_once_for_real() {
 
 /// `cargo test --release -p motor-process ten_minutes -- --ignored --nocapture`
 #[test]
+#[ignore = "takes a minute"]
+fn a_minute_of_every_fault_at_once_for_real() {
+    campaign(6 * ROUND);
+}
+
+/// The same for ten.
+#[test]
 #[ignore = "takes ten minutes"]
 fn ten_minutes_of_every_fault_at_once_for_real() {
     campaign(Duration::from_secs(600));
