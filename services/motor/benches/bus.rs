@@ -70,9 +70,11 @@ struct Rig {
 /// The mock servo bus in threads with the rights of its process; the driver's are for whoever asks then.
 fn put_up(robot: &config::motor::Motor, folder: &std::path::Path) -> Ptys {
     let leo = Robot::load(None).expect("built in").leo;
-    realtime::apply(&leo.mock_bus.realtime);
+    for refusal in realtime::apply(&leo.mock_bus.realtime).refusals() {
+        println!("without its rights: {refusal}");
+    }
     let ptys = Ptys::open(robot, folder, false).expect("pseudo-terminals");
-    realtime::apply(&leo.motor.realtime);
+    let _the_same_are_missing = realtime::apply(&leo.motor.realtime);
     ptys
 }
 

@@ -43,8 +43,9 @@ fn check(rig: &Rig, before: &mut [Instant], seen: &mut Seen) {
             seen.readings += 1;
             assert!(
                 !is_stale(reading.tick_ms, started_at, asked_at),
-                "{}: {reading:?} was stale",
-                joint.name
+                "{} believes {reading:?}, asked for {} ms after the servo began, {state:?}",
+                joint.name,
+                asked_at.since(started_at).as_secs_f64() * 1e3
             );
         }
     }

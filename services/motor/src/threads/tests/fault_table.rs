@@ -17,10 +17,8 @@ mod servos;
 
 /// For how long of the machine's time a silent servo is waited for in simulated time.
 const PATIENCE: Duration = Duration::from_millis(60);
-/// The lengths of reading rotate over so many values.
-const ROTATION: u64 = 3;
 /// How often a row is tried with the same joints: a machine that stands still for longer than
-/// [`PATIENCE`] makes well servos look silent. The same faults strike the same bits each time.
+/// [`PATIENCE`] makes well servos look silent.
 const TRIES: u32 = 3;
 
 /// A robot in simulated time, of which all joints follow.
@@ -42,8 +40,7 @@ fn calm(rig: &mut Rig) {
     rig.inject("", &[], "");
     rig.until_so("following", |rig| {
         let all = 0..rig.robot.motor.joints.len();
-        rig.cycles % ROTATION == 0
-            && all.into_iter().all(|joint| rig.mode(joint) == JointMode::Following && rig.is_read(joint))
+        all.into_iter().all(|joint| rig.mode(joint) == JointMode::Following && rig.is_read(joint))
     });
 }
 

@@ -33,7 +33,6 @@ pub(super) struct Rig {
     pub(super) threads: Threads,
     pub(super) motor: Motor,
     pub(super) now: Instant,
-    pub(super) cycles: u64,
     time: Time,
     /// Where every joint shall be, as a share of its highest position.
     pub(super) share: f64,
@@ -67,7 +66,6 @@ impl Rig {
             ptys: Some(ptys),
             threads,
             now,
-            cycles: 0,
             time,
             share: 1.0 / 3.0,
             goals: None,
@@ -79,7 +77,6 @@ impl Rig {
     /// A cycle in which every joint shall go a share of the way to its upper limit.
     pub(super) fn cycle(&mut self) {
         self.now += PERIOD;
-        self.cycles += 1;
         if self.time == Time::Wall {
             clock::sleep_until(self.now);
             self.now = clock::now();
