@@ -127,3 +127,30 @@ fn within(rig: &mut Rig, cycles: u32, verdict: impl Fn(&Rig) -> Verdict) -> Verd
 fn cycles_in(time: Duration) -> u32 {
     u32::try_from(time.as_millis() / PERIOD.as_millis()).unwrap()
 }
+
+/// The rows of the tables of the docs whose heads begin so, by their cells.
+fn table(head: &str) -> Vec<Vec<&'static str>> {
+    let docs = include_str!("../../../../../docs/servo-bus.md");
+    let lines = docs.lines().skip_while(|line| !line.starts_with(head)).skip(2);
+    let rows = lines.take_while(|line| line.starts_with('|'));
+    rows.map(|row| row.trim_matches('|').split(" | ").map(str::trim).collect()).collect()
+}
+
+#[test]
+fn every_fault_in_the_docs_is_tested_by_tests_that_are_here() {
+    let sources = [
+        include_str!("fault_table/answers.rs"),
+        include_str!("fault_table/body.rs"),
+        include_str!("fault_table/servos.rs"),
+        include_str!("../../tests/faults.rs"),
+        include_str!("../../patience.rs"),
+    ];
+    let (faults, tested) = (table("| fault | noticed by"), table("| fault | tests |"));
+    let first = |rows: &[Vec<&'static str>]| rows.iter().map(|row| row[0]).collect::<Vec<_>>();
+    assert_eq!(first(&faults), first(&tested));
+    assert!(faults.len() > 10);
+    for name in tested.iter().flat_map(|row| row[1].split('`').skip(1).step_by(2)) {
+        let is_here = sources.iter().any(|source| source.contains(&format!("fn {name}(")));
+        assert!(is_here, "{name} is no test");
+    }
+}
