@@ -19,7 +19,7 @@ mod servos;
 const PATIENCE: Duration = Duration::from_millis(60);
 /// How often a row is tried with the same joints: a machine that stands still for longer than
 /// [`PATIENCE`] makes well servos look silent.
-const TRIES: u32 = 3;
+const TRIES: u32 = 10;
 
 /// A robot in simulated time, of which all joints follow.
 fn following() -> Rig {
@@ -78,6 +78,8 @@ fn in_turn(rig: &mut Rig, row: impl Fn(&mut Rig, &[usize]) -> Verdict) {
             if verdict.is_ok() {
                 break;
             }
+            // Whatever it has latched meanwhile.
+            rig.motor.start_anew();
         }
         let names: Vec<&str> = struck.iter().map(|joint| &*rig.robot.motor.joints[*joint].name).collect();
         assert_eq!(verdict, Ok(()), "{names:?}");
