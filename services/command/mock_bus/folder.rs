@@ -70,8 +70,8 @@ mod tests {
         let killed = Folder::within(parent.path()).unwrap();
         let path = killed.path().to_owned();
         // The system unlocks what a killed process had locked, and removes nothing.
-        let Folder { folder, _lock } = killed;
-        drop(_lock);
+        let Folder { folder, _lock: lock } = killed;
+        drop(lock);
         let _kept = folder.keep();
         let foreign = parent.path().join("leo-mock-bus-of-somebody");
         fs::create_dir(&foreign).unwrap();
