@@ -11,6 +11,9 @@ use servo::mock::Followers;
 
 use super::failure::Failed;
 use super::process::Life;
+use folder::Folder;
+
+mod folder;
 
 #[derive(Args, Clone, Debug)]
 #[command(
@@ -60,7 +63,7 @@ impl MockBus {
         for words in &self.fault {
             faults.injections.push(parse(words, &robot.motor).map_err(Failed::usage)?);
         }
-        let folder = tempfile::Builder::new().prefix("leo-mock-bus-").tempdir().map_err(|error| {
+        let folder = Folder::new().map_err(|error| {
             Failed::because(format!(
                 "cannot make a folder for the links to the buses: {error}; is TMPDIR writable?"
             ))

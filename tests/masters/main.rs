@@ -135,6 +135,19 @@ fn a_line_that_hangs_up_comes_back_at_the_same_place_and_nothing_is_left_behind(
 }
 
 #[test]
+fn what_a_killed_one_left_behind_goes_when_the_next_one_starts() {
+    let killed = MockBus::start(&[]);
+    let living = MockBus::start(&[]);
+    let folder = |mock: &MockBus| mock.path("torso").parent().expect("a folder").to_owned();
+    let (left, kept) = (folder(&killed), folder(&living));
+    killed.kill();
+    assert!(left.exists(), "nothing was left behind");
+    let next = MockBus::start(&[]);
+    assert!(!left.exists(), "{} is left behind", left.display());
+    assert!(kept.exists() && folder(&next).exists());
+}
+
+#[test]
 fn what_cannot_be_put_up_is_said_before_anything_runs() {
     let said = |arguments: &[&str]| {
         let mut leo = Command::new(env!("CARGO_BIN_EXE_leo"));

@@ -60,6 +60,12 @@ impl MockBus {
         self.press().expect("it ends")
     }
 
+    /// Kills it, and waits for its end.
+    pub(crate) fn kill(mut self) {
+        self.process.kill().expect("it runs");
+        let _killed = self.process.wait().expect("it ends");
+    }
+
     fn press(&mut self) -> std::io::Result<ExitStatus> {
         let id = i32::try_from(self.process.id()).ok().and_then(Pid::from_raw);
         // The number of one that has ended may be another's by now.

@@ -5,7 +5,7 @@ use std::thread::JoinHandle;
 
 use clock::Instant;
 use config::motor::{Device, Motor};
-use servo::mock::{Injected, Injection, Injector};
+use servo::mock::{Injected, Injection, Injector, Servo};
 
 use crate::end::{End, PlugError, Servos};
 use crate::{Faults, line};
@@ -119,6 +119,13 @@ impl Ptys {
             let now = servos.simulated.unwrap_or_else(clock::now);
             servos.line.inject(now, injections);
         }
+    }
+
+    /// Looks at the servos of a bus, or tampers with them, while it hears nothing. `None` where there
+    /// is no such bus.
+    pub fn tamper<T>(&self, bus: &str, with: impl FnOnce(&mut [Servo]) -> T) -> Option<T> {
+        let bus = self.buses.iter().find(|each| each.name == bus)?;
+        Some(with(bus.servos().line.servos_mut()))
     }
 
     /// What was put in so far, bus by bus.

@@ -3,7 +3,9 @@
 //!
 //! What one bad servo among thirteen costs, beside the crate `rustypot` on the same bus in the same
 //! run; cycles per second beside what the wire allows; the processor's time for a cycle of the whole
-//! robot; and how long after an emergency stop every servo has said that its torque is off.
+//! robot; when requests go out, beside a bare thread that sleeps until the same instants; and how long
+//! after an emergency stop every servo has said that its torque is off. Driver and mock have the
+//! real-time rights of `leo.toml`, where the system grants them.
 
 #![expect(
     clippy::print_stdout,
@@ -18,7 +20,8 @@ use clock::{Duration, Instant};
 use config::Robot;
 use message::{JointCause, JointGoal, JointMode, JointState};
 use mock_bus_process::Ptys;
-use motor_process::{Line, Master, Motor, Port, Replies, Request, Sent};
+use motor_process::{Line, Master, Motor, Port, Replies, Request, Sent, Threads};
+use process::Lookout;
 use quantity::number::float_of_count;
 use rustypot::DynamixelProtocolHandler;
 use serial::Lost;
@@ -27,6 +30,8 @@ use servo::mock::Injection;
 const SERVOS: u8 = 13;
 const BUSES: usize = 5;
 const PERIOD: Duration = Duration::from_millis(4);
+/// Twenty seconds.
+const JITTER_CYCLES: u32 = 5000;
 /// The servo that is bad.
 const BAD: u8 = 5;
 /// How patient both masters are with a silent servo.
@@ -62,11 +67,22 @@ struct Rig {
     goals: Vec<JointGoal>,
 }
 
+/// The mock servo bus in threads with the rights of its process; the driver's are for whoever asks then.
+fn put_up(robot: &config::motor::Motor, folder: &std::path::Path) -> Ptys {
+    let leo = Robot::load(None).expect("built in").leo;
+    for refusal in realtime::apply(&leo.mock_bus.realtime).refusals() {
+        println!("without its rights: {refusal}");
+    }
+    let ptys = Ptys::open(robot, folder, false).expect("pseudo-terminals");
+    let _the_same_are_missing = realtime::apply(&leo.motor.realtime);
+    ptys
+}
+
 impl Rig {
     fn new(baud: u32) -> Self {
         let robot = robot_of(baud);
         let folder = tempfile::tempdir().expect("a folder");
-        let ptys = Ptys::open(&robot, folder.path(), false).expect("pseudo-terminals");
+        let ptys = put_up(&robot, folder.path());
         let settings = Robot::load(None).expect("built in").leo.motor;
         let goal = |joint| JointGoal { joint, reserved: 0, goal_position_rad: 0.2, arrive_at_ns: 0 };
         let mut rig = Self {
@@ -195,11 +211,20 @@ fn bytes_of_a_cycle(servos: usize) -> usize {
     36 + 26 * servos
 }
 
+/// Bytes that a request and its answers have: 16, 17 and 18 bytes of data by turns, and now and then what
+/// one servo is asked besides.
+fn bytes_of(request: &Request) -> usize {
+    request.parts().map(|(part, sent)| sent.len() + part.bytes_of_answers()).sum()
+}
+
 fn rates() {
-    println!("\n{BUSES} buses of {SERVOS} servos, cycles back to back, the slowest bus");
     println!(
-        "{:>8} | {:>9} {:>9} {:>7} | {:>8} {:>8} {:>8}",
-        "baud", "cycles/s", "wire", "share", "p50 us", "p99 us", "max us"
+        "\n{BUSES} buses of {SERVOS} servos, cycles back to back, the slowest bus; busy: the share of the time in \
+         which its wire carries bytes"
+    );
+    println!(
+        "{:>8} | {:>9} {:>9} {:>7} {:>7} | {:>8} {:>8} {:>8}",
+        "baud", "cycles/s", "wire", "share", "busy", "p50 us", "p99 us", "max us"
     );
     for baud in [1_000_000, 2_000_000, 4_000_000] {
         let buses: Vec<_> = (0..BUSES)
@@ -207,26 +232,29 @@ fn rates() {
                 thread::spawn(move || {
                     let mut rig = Rig::new(baud);
                     let begun = clock::now();
-                    let mut times = Vec::new();
+                    let (mut times, mut bytes) = (Vec::new(), 0);
                     while clock::now() < begun + Duration::from_secs(3) {
                         let (read, time) = rig.cycle();
+                        bytes += bytes_of(&rig.request);
                         // A cycle in which nobody is read is none.
                         if read > 0 {
                             times.push(time);
                         }
                     }
-                    let rate = float_of_count(times.len()) / clock::now().since(begun).as_secs_f64();
+                    let lasted_s = clock::now().since(begun).as_secs_f64();
+                    let rate = float_of_count(times.len()) / lasted_s;
+                    let busy = 10.0 * float_of_count(bytes) / (f64::from(baud) * lasted_s);
                     times.sort_unstable();
-                    (rate, [0.5, 0.99, 1.0].map(|share| quantile(&times, share)))
+                    (rate, busy, [0.5, 0.99, 1.0].map(|share| quantile(&times, share)))
                 })
             })
             .collect();
         let ran = buses.into_iter().map(|bus| bus.join().expect("runs"));
-        let (rate, times) = ran.min_by(|one, other| one.0.total_cmp(&other.0)).expect("a bus");
+        let (rate, busy, times) = ran.min_by(|one, other| one.0.total_cmp(&other.0)).expect("a bus");
         let wire = f64::from(baud) / (10.0 * float_of_count(bytes_of_a_cycle(usize::from(SERVOS))));
         let [p50, p99, most] = times.map(micros);
         println!(
-            "{baud:>8} | {rate:>9.0} {wire:>9.0} {:>7.2} | {p50:>8.0} {p99:>8.0} {most:>8.0}",
+            "{baud:>8} | {rate:>9.0} {wire:>9.0} {:>7.2} {busy:>7.2} | {p50:>8.0} {p99:>8.0} {most:>8.0}",
             rate / wire
         );
     }
@@ -334,12 +362,75 @@ fn computing() {
     );
 }
 
+/// How late after each point of a grid something happened.
+fn late(since: Instant, at: Instant) -> Duration {
+    at.since(since)
+}
+
+/// When the requests of the whole robot go out after the points of the grid, beside a thread that only
+/// sleeps until them.
+fn jitter() {
+    let robot = Robot::load(None).expect("built in");
+    let folder = tempfile::tempdir().expect("a folder");
+    let _ptys = put_up(&robot.motor, folder.path());
+    let until = clock::now() + Duration::from_secs(20);
+    let buses = &robot.motor.buses;
+    let mut threads =
+        Threads::start(buses, folder.path(), (PATIENCE, 2 * PERIOD), until, false, &Lookout::default())
+            .expect("buses");
+    let mut motor = Motor::new(&robot.motor, &robot.leo.motor).expect("a robot");
+    let goals: Vec<_> = (0..)
+        .take(robot.motor.joints.len())
+        .map(|joint| JointGoal { joint, reserved: 0, goal_position_rad: 0.1, arrive_at_ns: 0 })
+        .collect();
+    let begin = clock::now() + PERIOD;
+    let bare = thread::spawn(move || {
+        let points = (0..JITTER_CYCLES).map(|cycle| begin + cycle * PERIOD);
+        points
+            .map(|point| {
+                clock::sleep_until(point);
+                late(point, clock::now())
+            })
+            .collect::<Vec<_>>()
+    });
+    let (mut woke, mut sent) = (Vec::new(), Vec::new());
+    let mut point = begin;
+    for _ in 0..JITTER_CYCLES {
+        clock::sleep_until(point);
+        let now = clock::now();
+        woke.push(late(point, now));
+        threads.collect(&mut motor).expect("threads");
+        // What went out in the cycle before.
+        let before = point - PERIOD;
+        sent.extend(threads.sent_at().flatten().filter(|at| *at >= before).map(|at| late(before, at)));
+        motor.goals(now, &goals);
+        motor.step(now);
+        threads.send(&mut motor, now).expect("threads");
+        point += PERIOD;
+    }
+    println!(
+        "\n{} joints on {} buses, 250 cycles/s: after the point of the grid, us",
+        goals.len(),
+        buses.len()
+    );
+    println!("{:<24} {:>8} {:>8} {:>8} {:>8}", "", "p50", "p99", "p99.9", "max");
+    let slept = bare.join().expect("sleeps");
+    for (what, mut times) in
+        [("a bare thread woke", slept), ("the cycle woke", woke), ("requests went out", sent)]
+    {
+        times.sort_unstable();
+        let [p50, p99, p999, most] = [0.5, 0.99, 0.999, 1.0].map(|share| micros(quantile(&times, share)));
+        println!("{what:<24} {p50:>8.1} {p99:>8.1} {p999:>8.1} {most:>8.1}");
+    }
+}
+
 fn main() {
     // `cargo test --benches` only looks whether it starts.
     if !std::env::args().any(|argument| argument == "--bench") {
         return;
     }
     computing();
+    jitter();
     emergency();
     rates();
     bad_servos();

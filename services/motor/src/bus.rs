@@ -19,6 +19,12 @@ const LATE_MOST: u32 = 6;
 /// The lengths of reading rotate over so many values: an answer that comes a cycle late has
 /// another length than the one that is awaited, and is dropped for it.
 const ROTATION: u16 = 3;
+/// The same for a while after something was missing, broken or late: who answers late may be several
+/// questions behind, and an answer to one of the same length would pass for the newest. All of it is in
+/// the control table behind the measurements.
+const ROTATION_IN_DOUBT: u16 = 12;
+/// Exchanges without anything of the kind before which a bus is in doubt.
+const CALM: u32 = 24;
 /// How often torque off is said to all at once.
 const BROADCASTS: usize = 3;
 
@@ -46,6 +52,8 @@ pub(crate) struct Bus {
     /// The place among the joints where the search for the next job begins.
     next: usize,
     cycle: u16,
+    /// Exchanges in a row in which everything came, and nothing else.
+    calm: u32,
     silent: u32,
     /// Exchanges in a row before which bytes came after their time.
     late: u32,
@@ -63,6 +71,7 @@ impl Bus {
             job: None,
             next: 0,
             cycle: 0,
+            calm: 0,
             silent: 0,
             late: 0,
             is_lost: false,
@@ -88,13 +97,13 @@ impl Bus {
         request: &mut Request,
     ) {
         request.clear();
-        self.cycle = (self.cycle + 1) % ROTATION;
+        self.cycle = (self.cycle + 1) % if self.calm < CALM { ROTATION_IN_DOUBT } else { ROTATION };
         self.asked_length = Reading::ITEM.length + self.cycle;
         self.asked.clear();
         self.job = None;
         match purpose {
             // Those who have let go are asked by turns whether they still do and where they are.
-            Purpose::LetGo if self.cycle == 0 && self.have_let_go(joints) => {
+            Purpose::LetGo if self.cycle.is_multiple_of(ROTATION) && self.have_let_go(joints) => {
                 self.plan_measurements(joints, request);
             }
             Purpose::LetGo => self.plan_release(joints, request),
@@ -172,7 +181,7 @@ impl Bus {
         // A silent servo may keep those behind it from answering: who has confirmed comes first, and
         // the others take turns.
         let has_let_go = |index: usize| joints.get(index).is_some_and(Joint::has_let_go);
-        let first = usize::from(self.cycle) * self.joints.len() / usize::from(ROTATION);
+        let first = usize::from(self.cycle % ROTATION) * self.joints.len() / usize::from(ROTATION);
         for confirmed in [true, false] {
             let turns = self.joints.iter().cycle().skip(first).take(self.joints.len());
             self.asked.extend(
@@ -199,6 +208,7 @@ impl Bus {
     pub(crate) fn digest(&mut self, now: Instant, joints: &mut [Joint], replies: &Replies) {
         let (asked, job) = (std::mem::take(&mut self.asked), self.job.take());
         self.counts.exchanges += 1;
+        self.counts.broken += u64::from(replies.noisy);
         self.counts.late_bytes += u64::try_from(replies.late).unwrap_or(u64::MAX);
         if replies.lost.is_some() {
             self.is_lost = true;
@@ -216,6 +226,7 @@ impl Bus {
             let is_late = replies.late > 0 || self.counts.stale > stale;
             self.late = if is_late { self.late.saturating_add(1) } else { 0 };
             let missing = self.blame(now, joints, replies, &asked, &heard);
+            self.note_calm(is_late || replies.noisy || missing.iter().any(Option::is_some));
             self.take_answer(now, joints, replies, job, missing);
             for status in replies.about(Topic::Alarm) {
                 if let Some(joint) = self.joint_of(joints, status.id) {
@@ -226,6 +237,15 @@ impl Bus {
         // The list's memory is used again in the next cycle.
         self.asked = asked;
         self.asked.clear();
+    }
+
+    /// Notes whether anything was missing, or came that was not awaited.
+    fn note_calm(&mut self, in_doubt: bool) {
+        if in_doubt && self.calm >= CALM {
+            // From here on first the lengths that were not asked for lately.
+            self.cycle = ROTATION - 1;
+        }
+        self.calm = if in_doubt { 0 } else { self.calm.saturating_add(1) };
     }
 
     /// Takes what all were asked: who was heard, by their place among those asked.

@@ -20,7 +20,7 @@ pub struct BusCounts {
     pub stale: u64,
     /// Answers that did not come.
     pub missed: u64,
-    /// Answers that arrived broken.
+    /// Answers that arrived broken, and requests whose answers had noise among them.
     pub broken: u64,
     /// Bytes that came after their time.
     pub late_bytes: u64,

@@ -155,9 +155,8 @@ impl Master {
             // As many as fit into a request fit into an answer.
             let _fits = self.chain.expect(who.map(|id| (id, length)));
         }
-        self.parser.clear();
         let broken = broken(&self.parser);
-        let strays = self.parser.losses().stray;
+        let before = self.parser.losses();
         let turn = part.time_to_answer(self.baud) + self.patience.get();
         let rest = part.time_to_answer(self.baud) + self.patience.least();
         let mut within = part.time_to_send(self.baud) + turn;
@@ -191,8 +190,12 @@ impl Master {
             });
             within = if awaited > 0 { turn } else { turn.min(rest) };
         }
-        let strays = self.parser.losses().stray.saturating_sub(strays);
+        // What is left belongs to nobody.
+        self.parser.clear();
+        let losses = self.parser.losses();
+        let strays = losses.stray.saturating_sub(before.stray);
         replies.late += usize::try_from(strays).unwrap_or(usize::MAX);
+        replies.noisy |= losses.noise > before.noise;
         replies.spoil(part.topic, broken_since(&self.parser, broken));
         Ok(heard)
     }

@@ -1,12 +1,11 @@
 use servo::table::{
-    BUS_WATCHDOG, HARDWARE_ERROR_STATUS, Item, MAX_POSITION_LIMIT, MIN_POSITION_LIMIT, MIN_VOLTAGE_LIMIT,
-    PRESENT_INPUT_VOLTAGE, PRESENT_TEMPERATURE, PROFILE_ACCELERATION, RETURN_DELAY, TEMPERATURE_LIMIT,
-    TORQUE_ENABLE,
+    BUS_WATCHDOG, HARDWARE_ERROR_STATUS, Item, MAX_POSITION_LIMIT, MIN_VOLTAGE_LIMIT, PRESENT_INPUT_VOLTAGE,
+    PRESENT_TEMPERATURE, PROFILE_ACCELERATION, RETURN_DELAY, TEMPERATURE_LIMIT, TORQUE_ENABLE,
 };
 use servo::{Address, HardwareErrors, Id, Instruction, Reading};
 
-/// From return delay to the position limits: what is looked at before anything is written.
-const EEPROM: Item = span(RETURN_DELAY, MIN_POSITION_LIMIT);
+/// From return delay to torque: what is looked at before anything is written.
+const EEPROM: Item = span(RETURN_DELAY, TORQUE_ENABLE);
 /// Return delay, drive mode, operating mode: none, normal with a profile of velocity, position.
 const MODE: [u8; 3] = [0, 0, 3];
 /// From torque to temperature: how the servo is.
@@ -97,6 +96,11 @@ fn words([a, b, c]: [i32; 3]) -> [u8; 12] {
 pub(crate) fn is_configured(eeprom: &[u8], min: i32, max: i32) -> bool {
     let limits = usize::from(MAX_POSITION_LIMIT.address - EEPROM.address);
     eeprom.starts_with(&MODE) && eeprom.get(limits..).is_some_and(|found| found == &words([max, min, 0])[..8])
+}
+
+/// Whether torque is on, by the answer to [`Job::Inspect`].
+pub(crate) fn has_torque(eeprom: &[u8]) -> bool {
+    eeprom.last() == Some(&1)
 }
 
 /// What a servo bears, from the answer to [`Job::Inspect`].

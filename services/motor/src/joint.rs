@@ -49,6 +49,8 @@ pub(crate) enum Taken {
     Read,
     /// It was sampled before it was asked for.
     Stale,
+    /// Whether it was is not known.
+    Unproven,
 }
 
 /// One joint with its servo. Positions are the joint's own unless they say otherwise.
@@ -79,6 +81,8 @@ pub(crate) struct Joint {
     following_since: Instant,
     /// It started anew by itself, and does not follow again yet.
     restarted: bool,
+    /// It followed when it fell silent: has it its torque still when it is back?
+    had_torque: bool,
     reboots: u32,
 }
 
@@ -110,6 +114,7 @@ impl Joint {
             look_at: Instant::EPOCH,
             following_since: Instant::EPOCH,
             restarted: false,
+            had_torque: false,
             reboots: 0,
         }
     }
@@ -132,6 +137,11 @@ impl Joint {
 
     pub(crate) const fn is_fast(&self) -> bool {
         self.is_fast
+    }
+
+    #[cfg(test)]
+    pub(crate) const fn reading(&self) -> Option<(Instant, Reading)> {
+        self.reading
     }
 
     /// Whether it was not heard when it was asked last.
@@ -246,7 +256,12 @@ impl Joint {
             }
             None => self.motion.stopping(stop, dt_s),
         };
-        self.motion = next.unwrap_or(Motion { velocity_rad_s: 0.0, ..self.motion });
+        let next = next.unwrap_or(Motion { velocity_rad_s: 0.0, ..self.motion });
+        // Steps of uneven length miss the goal by a hair, and the goal may be the limit.
+        self.motion = match self.clamped(next.position_rad) {
+            Some(within) if within.total_cmp(&next.position_rad).is_ne() => Motion::at(within),
+            _ => next,
+        };
     }
 
     /// The goal position that its servo is given in this cycle, in counts.
@@ -294,6 +309,7 @@ impl Joint {
             match self.clock.judge(servo.tick_ms, asked_at, now) {
                 Age::Fresh => {}
                 Age::Stale => taken = Taken::Stale,
+                Age::Unproven => taken = Taken::Unproven,
                 Age::Restarted => self.has_restarted(),
             }
             if taken == Taken::Read {
@@ -523,6 +539,7 @@ impl Joint {
         self.cause = cause;
         self.goal = None;
         self.clock.forget();
+        self.had_torque |= self.stage == Stage::Following;
         // A servo that failed stays failed also when it was away, and is told until it confirms.
         self.stage = if let Stage::Failed { cause, release_at, reboot_at } = self.stage {
             Stage::Failed { cause, release_at: release_at.map(|_| now + WAIT_FIRST), reboot_at }

@@ -29,6 +29,7 @@ pub use line::Line;
 pub use motor::{Motor, MotorError};
 pub use request::{Part, Replies, Request, SERVOS_MOST, Topic};
 pub use shell::run;
+pub use threads::{ThreadError, Threads};
 pub use trouble::Trouble;
 
 #[cfg(test)]

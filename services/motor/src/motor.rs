@@ -230,6 +230,12 @@ impl Motor {
         self.joints.get(joint).and_then(Joint::trouble)
     }
 
+    /// The newest reading of a joint, and when it was asked for.
+    #[cfg(test)]
+    pub(crate) fn reading(&self, joint: usize) -> Option<(Instant, servo::Reading)> {
+        self.joints.get(joint).and_then(Joint::reading)
+    }
+
     /// What was counted since [`new`](Self::new).
     #[must_use]
     pub fn counts(&self) -> Counts {

@@ -178,6 +178,8 @@ pub struct Replies {
     spoilt: [u32; Topic::COUNT],
     /// Bytes that came after their time and were thrown away.
     pub(crate) late: usize,
+    /// Whether bytes came that belong to no answer.
+    pub(crate) noisy: bool,
     /// Why there are no more: the line is gone.
     pub(crate) lost: Option<Lost>,
 }
@@ -190,6 +192,7 @@ impl Default for Replies {
             bytes: [0; Topic::COUNT],
             spoilt: [0; Topic::COUNT],
             late: 0,
+            noisy: false,
             lost: None,
         }
     }
@@ -202,6 +205,7 @@ impl Replies {
         self.bytes = [0; Topic::COUNT];
         self.spoilt = [0; Topic::COUNT];
         self.late = 0;
+        self.noisy = false;
         self.lost = None;
     }
 

@@ -21,6 +21,8 @@ pub(crate) enum Age {
     Stale,
     /// The servo's clock began anew.
     Restarted,
+    /// Nothing is known of its clock yet: it may be of any age.
+    Unproven,
 }
 
 /// A reading by whose tick later ones are judged.
@@ -38,6 +40,8 @@ struct Anchor {
 /// and a valid identifier. But between two samples the servo's clock goes on by at least the time
 /// from when the first was there until the second was asked for, and a late answer falls short of
 /// that by its age.
+///
+/// The first reading says what its clock shows, and nothing of its own age: it is not believed.
 ///
 /// A tick that is far off may be that of a servo that began anew, or of noise whose check sum is right
 /// by chance: it counts when a second one agrees with it.
@@ -65,7 +69,10 @@ impl ServoClock {
         let new = Anchor { tick_ms: f64::from(tick), asked_at, within_ms };
         match self.anchor.and_then(|anchor| anchor.judge(new)) {
             Some((Age::Fresh, sharper)) => (self.anchor, self.other) = (Some(sharper), None),
-            None if self.anchor.is_none_or(|anchor| anchor.is_old(new)) => self.anchor = Some(new),
+            None if self.anchor.is_none_or(|anchor| anchor.is_old(new)) => {
+                self.anchor = Some(new);
+                return Age::Unproven;
+            }
             Some((age, _)) => return age,
             None => {
                 let agrees = self.other.and_then(|other| other.judge(new));
@@ -104,8 +111,10 @@ impl Anchor {
         if ahead_ms < -(self.within_ms + drift_ms + RESOLUTION_MS) {
             return Some((Age::Stale, self));
         }
-        // The sharper of the two is kept: an old one grows dull with time.
-        Some((Age::Fresh, if new.within_ms <= self.within_ms + drift_ms { new } else { self }))
+        // The sharper of the two is kept, by which its clock is known to be further on: an old one grows
+        // dull with time, and one whose answer was long on its way says little.
+        let is_sharper = new.within_ms - ahead_ms <= self.within_ms + drift_ms;
+        Some((Age::Fresh, if is_sharper { new } else { self }))
     }
 }
 
@@ -134,10 +143,11 @@ mod tests {
         ) {
             let mut servo = ServoClock::default();
             let mut asked_ms = 50_000.0;
-            for (delay, carried) in delays {
+            for (index, (delay, carried)) in delays.into_iter().enumerate() {
                 let sampled = tick(asked_ms + delay, rate, start_ms);
                 let there_ms = asked_ms + delay + carried;
-                prop_assert_eq!(servo.judge(sampled, ms(asked_ms), ms(there_ms)), Age::Fresh);
+                let age = servo.judge(sampled, ms(asked_ms), ms(there_ms));
+                prop_assert_eq!(age, if index == 0 { Age::Unproven } else { Age::Fresh });
                 // The same answer, in place of the one that comes next with data of that length.
                 let next = asked_ms + 12.0;
                 prop_assert_eq!(servo.clone().judge(sampled, ms(next), ms(next + 1.0)), Age::Stale);

@@ -11,6 +11,7 @@ use servo::{Id, Model, table};
 
 use super::*;
 
+pub(crate) mod campaign;
 mod faults;
 
 const PERIOD: Duration = Duration::from_millis(4);

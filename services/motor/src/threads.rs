@@ -16,7 +16,7 @@ const UNLED: Duration = Duration::from_millis(20);
 /// One thread per bus, each with its line. What a thread carries goes to and fro in the same
 /// memory: nothing is allocated in a cycle.
 #[derive(Debug)]
-pub(crate) struct Threads {
+pub struct Threads {
     ends: Vec<End>,
 }
 
@@ -45,15 +45,37 @@ struct Exchange {
 
 /// Why the threads of the buses cannot go on.
 #[derive(Debug, thiserror::Error)]
-pub(crate) enum ThreadError {
+pub enum ThreadError {
+    /// A line cannot be opened.
     #[error("bus `{bus}`: {source}")]
-    Open { bus: String, source: OpenError },
+    Open {
+        /// The bus.
+        bus: String,
+        /// Why.
+        source: OpenError,
+    },
+    /// There is no thread.
     #[error("no thread for bus `{bus}`: {source}")]
-    Spawn { bus: String, source: std::io::Error },
+    Spawn {
+        /// The bus.
+        bus: String,
+        /// Why.
+        source: std::io::Error,
+    },
+    /// A thread does not come back from its line.
     #[error("bus `{bus}` has not answered within {} s: its device hangs", within.as_secs())]
-    Hangs { bus: String, within: Duration },
+    Hangs {
+        /// The bus.
+        bus: String,
+        /// For how long it was waited for.
+        within: Duration,
+    },
+    /// A thread is gone.
     #[error("the thread of bus `{bus}` ended")]
-    Ended { bus: String },
+    Ended {
+        /// The bus.
+        bus: String,
+    },
 }
 
 impl Threads {
@@ -62,7 +84,11 @@ impl Threads {
     /// at any time: it is a process of its own that may be starting anew just now. A servo may be
     /// silent for `patience` as in [`Master::new`]. Where the cycle gives a bus nothing to do and
     /// the emergency stop is raised, the bus switches every torque off by itself.
-    pub(crate) fn start(
+    ///
+    /// # Errors
+    ///
+    /// A line cannot be opened, or there is no thread.
+    pub fn start(
         buses: &[Bus],
         folder: &Path,
         patience: (Duration, Duration),
@@ -97,8 +123,22 @@ impl Threads {
         self.ends.iter().map(|end| (end.skipped, &end.took))
     }
 
+    /// When the first byte of the newest request of each bus went out, or shortly before; none where it is
+    /// busy still, or was told and asked nothing.
+    pub fn sent_at(&self) -> impl Iterator<Item = Option<Instant>> {
+        self.ends.iter().map(|end| {
+            let exchange = end.exchange.as_ref()?;
+            let (first, _) = exchange.request.parts().next()?;
+            Some(exchange.replies.asked_at(first.topic))
+        })
+    }
+
     /// Hands every idle bus its request. A bus that is still busy goes without one this time.
-    pub(crate) fn send(&mut self, motor: &mut Motor, now: Instant) -> Result<(), ThreadError> {
+    ///
+    /// # Errors
+    ///
+    /// A thread is gone.
+    pub fn send(&mut self, motor: &mut Motor, now: Instant) -> Result<(), ThreadError> {
         for (bus, end) in self.ends.iter_mut().enumerate() {
             let Some(mut exchange) = end.exchange.take() else {
                 end.skipped += 1;
@@ -112,7 +152,11 @@ impl Threads {
     }
 
     /// Takes the replies that are there.
-    pub(crate) fn collect(&mut self, motor: &mut Motor) -> Result<(), ThreadError> {
+    ///
+    /// # Errors
+    ///
+    /// A thread is gone.
+    pub fn collect(&mut self, motor: &mut Motor) -> Result<(), ThreadError> {
         for (bus, end) in self.ends.iter_mut().enumerate() {
             match end.from.try_recv() {
                 Ok(exchange) => {
@@ -218,206 +262,4 @@ fn open_until(path: &Path, baud: u32, until: Instant) -> Result<Tty, OpenError> 
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use config::Robot;
-    use message::{JointCause, JointGoal, JointMode, JointState};
-    use mock_bus_process::Ptys;
-    use servo::table::{BUS_WATCHDOG, Item, MOVING, TORQUE_ENABLE};
-    use servo::{Id, Instruction, Parser, Status};
-
-    const PERIOD: Duration = Duration::from_millis(4);
-    const LONG: Duration = Duration::from_secs(20);
-
-    /// The whole robot: 65 joints on five buses.
-    struct Rig {
-        robot: Robot,
-        folder: tempfile::TempDir,
-        ptys: Option<Ptys>,
-        threads: Threads,
-        motor: Motor,
-        now: Instant,
-        lockstep: bool,
-        /// Where every joint shall be, as a share of its highest position.
-        share: f64,
-    }
-
-    impl Rig {
-        fn new(lockstep: bool) -> Self {
-            let robot = Robot::load(None).unwrap();
-            let folder = tempfile::tempdir().unwrap();
-            let ptys = Ptys::open(&robot.motor, folder.path(), lockstep).unwrap();
-            let patience = if lockstep { (LONG, LONG) } else { (PERIOD / 4, 2 * PERIOD) };
-            let until = clock::now() + LONG;
-            let threads = Threads::start(
-                &robot.motor.buses,
-                folder.path(),
-                patience,
-                until,
-                false,
-                &Lookout::default(),
-            )
-            .unwrap();
-            let motor = Motor::new(&robot.motor, &robot.leo.motor).unwrap();
-            let now = if lockstep { Instant::EPOCH } else { clock::now() };
-            Self { robot, folder, ptys: Some(ptys), threads, motor, now, lockstep, share: 1.0 / 3.0 }
-        }
-
-        /// A cycle in which every joint shall go a share of the way to its upper limit.
-        fn cycle(&mut self) {
-            self.now += PERIOD;
-            if self.lockstep {
-                self.ptys.as_ref().unwrap().advance(self.now);
-            } else {
-                clock::sleep_until(self.now);
-                self.now = clock::now();
-                self.threads.collect(&mut self.motor).unwrap();
-            }
-            let goals: Vec<_> = (0..)
-                .zip(&self.robot.motor.joints)
-                .map(|(joint, settings)| JointGoal {
-                    joint,
-                    reserved: 0,
-                    goal_position_rad: settings.max_rad * self.share,
-                    arrive_at_ns: 0,
-                })
-                .collect();
-            self.motor.goals(self.now, &goals);
-            self.motor.step(self.now);
-            self.threads.send(&mut self.motor, self.now).unwrap();
-            if self.lockstep {
-                self.threads.wait(&mut self.motor, self.now, LONG).unwrap();
-            }
-        }
-
-        /// Cycles until all joints are as they should be.
-        fn until(&mut self, what: &str, is_so: impl Fn(&JointState) -> bool) {
-            let give_up = clock::now() + LONG;
-            while !self.motor.states().all(|state| is_so(&state)) {
-                self.cycle();
-                assert!(clock::now() < give_up, "not {what}: {:?}", self.motor.states().collect::<Vec<_>>());
-            }
-        }
-
-        fn is_there(&self) -> impl Fn(&JointState) -> bool + use<> {
-            let goals: Vec<_> = self.robot.motor.joints.iter().map(|joint| joint.max_rad / 3.0).collect();
-            move |state| {
-                let goal = goals[usize::try_from(state.joint).unwrap()];
-                state.present_position_rad().is_some_and(|present| (present - goal).abs() < 0.003)
-            }
-        }
-    }
-
-    fn follows(state: &JointState) -> bool {
-        state.mode() == Some(JointMode::Following)
-    }
-
-    #[test]
-    fn in_lockstep_65_joints_do_the_same_to_the_last_bit_in_every_run() {
-        let run = || {
-            let mut rig = Rig::new(true);
-            let mut trace = String::new();
-            for cycle in 0..700 {
-                rig.cycle();
-                if cycle % 100 == 99 {
-                    trace.push_str(&format!("{:?}\n", rig.motor.states().collect::<Vec<_>>()));
-                }
-            }
-            assert_eq!(rig.motor.states().filter(follows).count(), 65);
-            assert!(rig.motor.states().all(|state| rig.is_there()(&state)));
-            assert_eq!(rig.motor.counts().stale, 0);
-            trace
-        };
-        assert_eq!(run(), run());
-    }
-
-    #[test]
-    fn in_wall_time_joints_come_up_arrive_and_come_back_when_their_buses_were_lost() {
-        let mut rig = Rig::new(false);
-        rig.until("following", follows);
-        let is_there = rig.is_there();
-        rig.until("there", is_there);
-        rig.ptys = None;
-        rig.until("lost", |state| state.cause() == Some(JointCause::BusLost));
-        rig.ptys = Some(Ptys::open(&rig.robot.motor, rig.folder.path(), false).unwrap());
-        rig.until("following again", follows);
-    }
-
-    /// What an item of a servo says, asked by another master than the one that is gone.
-    fn item(tty: &Tty, id: u8, item: Item) -> i64 {
-        let question = Instruction::Read { address: item.address, length: item.length };
-        let mut bytes = [0; 64];
-        let length = question.encode(Id::new(id).unwrap().into(), &mut bytes).unwrap();
-        tty.write(&bytes[..length], clock::now() + LONG).unwrap();
-        let mut parser = Parser::new();
-        loop {
-            let count = tty.read(&mut bytes, clock::now() + LONG).unwrap();
-            parser.push(&bytes[..count]);
-            if let Some(status) = parser.next_frame().and_then(|frame| Status::parse(&frame)) {
-                let mut value = [0; 8];
-                value[..status.params.len()].copy_from_slice(status.params);
-                return i64::from_le_bytes(value);
-            }
-        }
-    }
-
-    #[test]
-    fn servos_whose_commander_died_in_motion_stop_by_themselves() {
-        let mut rig = Rig::new(false);
-        rig.until("following", follows);
-        let moves = |state: JointState| state.present_velocity_rad_s().is_some_and(|speed| speed.abs() > 0.1);
-        let is_there = rig.is_there();
-        rig.until("there", is_there);
-        rig.share = -0.5;
-        let give_up = clock::now() + LONG;
-        while rig.motor.states().filter(|state| moves(*state)).count() < 30 {
-            rig.cycle();
-            assert!(clock::now() < give_up, "they do not move");
-        }
-        // The commander is gone in the middle of it, without a word.
-        rig.threads = Threads { ends: Vec::new() };
-        let silent_since = clock::now();
-        // Any word on the bus would count as life: it is left alone for as long as the watchdog waits,
-        // and for what a servo needs to stop.
-        clock::sleep_until(silent_since + Duration::from_millis(600));
-        let mut tripped = 0;
-        for (index, bus) in rig.robot.motor.buses.iter().enumerate() {
-            let tty = Tty::open(&rig.folder.path().join(format!("bus-{}", bus.name)), bus.baud).unwrap();
-            for joint in rig.robot.motor.joints.iter().filter(|joint| joint.bus == index) {
-                assert_eq!(item(&tty, joint.id, BUS_WATCHDOG), 0xFF, "{}", joint.name);
-                assert_eq!(item(&tty, joint.id, MOVING), 0, "{}", joint.name);
-                assert_eq!(item(&tty, joint.id, TORQUE_ENABLE), 1, "{} holds", joint.name);
-                tripped += 1;
-            }
-        }
-        assert_eq!(tripped, 65);
-    }
-
-    #[test]
-    fn a_mock_servo_bus_may_come_after_the_motor() {
-        let mut rig = Rig::new(false);
-        rig.ptys = None;
-        let buses = &rig.robot.motor.buses;
-        let (patience, calm) = ((PERIOD / 4, 2 * PERIOD), Lookout::default());
-        rig.threads =
-            Threads::start(buses, rig.folder.path(), patience, Instant::EPOCH, true, &calm).unwrap();
-        rig.until("lost", |state| state.cause() == Some(JointCause::BusLost));
-        rig.ptys = Some(Ptys::open(&rig.robot.motor, rig.folder.path(), false).unwrap());
-        rig.until("following", follows);
-    }
-
-    #[test]
-    fn a_device_that_is_not_there_is_named() {
-        let robot = Robot::load(None).unwrap();
-        let started = Threads::start(
-            &robot.motor.buses,
-            Path::new("/nowhere"),
-            (PERIOD, PERIOD),
-            Instant::EPOCH,
-            false,
-            &Lookout::default(),
-        );
-        let said = started.unwrap_err().to_string();
-        assert!(said.starts_with("bus `face_left`: cannot open /nowhere/bus-face_left: "), "{said}");
-    }
-}
+mod tests;

@@ -7,7 +7,7 @@ use servo::{Motion, acceleration_count, position_count, velocity_count};
 use super::{Joint, LOOK_EVERY, WAIT_FIRST};
 use crate::Trouble;
 use crate::doubt::Came;
-use crate::job::{Bounds, Job, is_configured};
+use crate::job::{Bounds, Job, has_torque, is_configured};
 use crate::stage::{Arm, Configure, Stage};
 
 /// The servo's own bus watchdog: 200 ms.
@@ -73,6 +73,10 @@ impl Joint {
             (Stage::Inspect, Job::Inspect) => {
                 let (min, max) = self.limit_counts();
                 self.bounds = Bounds::parse(answer);
+                if std::mem::take(&mut self.had_torque) && !has_torque(answer) {
+                    // It was not only silent: its group holds until it follows again.
+                    (self.restarted, self.cause) = (true, JointCause::Restarted);
+                }
                 self.clock.forget();
                 if is_configured(answer, min, max) {
                     Stage::Ready

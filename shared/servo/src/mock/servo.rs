@@ -118,6 +118,12 @@ impl Servo {
         self.dynamics.motion().position_rad
     }
 
+    /// Since when its realtime tick counts.
+    #[must_use]
+    pub const fn started_at(&self) -> Instant {
+        self.started_at
+    }
+
     /// Whether it answers anything now.
     #[must_use]
     pub fn is_listening(&self) -> bool {

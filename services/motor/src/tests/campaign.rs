@@ -1,21 +1,16 @@
 //! Every fault of the mock servo bus at once, on every bus of the whole robot, for long: nothing
 //! stale is believed, nothing beyond a limit is commanded, and everybody is back at the end.
 
-#![expect(clippy::indexing_slicing, clippy::unwrap_used, clippy::panic, reason = "a test fails by panicking")]
-
-use clock::{Duration, Instant};
 use config::Robot;
-use message::{JointGoal, JointMode};
-use motor_process::{Master, Motor, Port, Replies, Request, Sent};
-use serial::Lost;
-use servo::mock::{Injection, Injector, Line};
+use servo::mock::{Injection, Injector};
 
-const PERIOD: Duration = Duration::from_millis(4);
+use super::*;
+
 /// One count of position.
 const COUNT_RAD: f64 = std::f64::consts::TAU / 4096.0;
 /// What may happen to any answer, each one time in a hundred.
-const ANSWERS: [&str; 8] =
-    ["drop", "flip", "truncate", "length", "noise", "late by=10ms", "duplicate", "swap"];
+const ANSWERS: [&str; 9] =
+    ["drop", "flip", "truncate", "length", "noise", "late by=10ms", "duplicate", "swap", "echo"];
 /// What happens to a servo or to a bus now and then. Times count from the beginning of a round.
 const EVENTS: [&str; 6] = [
     "reboot bus=torso id=2 at=1s",
@@ -26,17 +21,36 @@ const EVENTS: [&str; 6] = [
     "echo bus=face_right from=7s for=1s",
 ];
 /// How long a round lasts.
-const ROUND: Duration = Duration::from_secs(10);
+pub(crate) const ROUND: Duration = Duration::from_secs(10);
+
+/// All of them, for one round.
+pub(crate) fn faults() -> Vec<Injection> {
+    let chance = ANSWERS.iter().map(|fault| format!("{fault} p=0.01"));
+    chance.chain(EVENTS.map(str::to_owned)).map(|words| words.parse().unwrap()).collect()
+}
+
+/// Where everybody shall be: each goes to and fro in a rhythm of its own, beyond its limits by a tenth.
+pub(crate) fn swing(now: Instant, joints: &[config::motor::Joint]) -> Vec<JointGoal> {
+    let seconds = now.since(Instant::EPOCH).as_secs_f64();
+    let goal = |(index, joint): (u32, &config::motor::Joint)| {
+        let swing = (seconds * (0.7 + 0.01 * f64::from(index))).sin();
+        let (middle, half) =
+            (f64::midpoint(joint.min_rad, joint.max_rad), (joint.max_rad - joint.min_rad) / 2.0);
+        let goal_position_rad = middle + 1.1 * half * swing;
+        JointGoal { joint: index, reserved: 0, goal_position_rad, arrive_at_ns: 0 }
+    };
+    (0..).zip(joints).map(goal).collect()
+}
 
 /// A bus whose servos are in this process.
-struct Wire {
+struct Spoilt {
     line: Line,
     now: Instant,
     said: Vec<u8>,
     hung_up_until: Instant,
 }
 
-impl Port for Wire {
+impl Port for Spoilt {
     fn send(&mut self, bytes: &[u8], _within: Duration) -> Result<Sent, Lost> {
         let late = self.said.len();
         self.said.clear();
@@ -62,9 +76,8 @@ impl Port for Wire {
 struct Campaign {
     robot: Robot,
     motor: Motor,
-    wires: Vec<Wire>,
+    wires: Vec<Spoilt>,
     masters: Vec<Master>,
-    goals: Vec<JointGoal>,
     now: Instant,
     /// Readings that were compared with where the servo was.
     read: u64,
@@ -77,7 +90,7 @@ impl Campaign {
         let mut robot = Robot::load(None).unwrap();
         robot.leo.motor.on_alert = config::leo::OnAlert::Reboot;
         let now = Instant::from_nanos(1_000_000_000);
-        let wire = |index: usize, bus: &config::motor::Bus| Wire {
+        let wire = |index: usize, bus: &config::motor::Bus| Spoilt {
             line: mock_bus_process::line(&robot.motor, index, now)
                 .with_injector(Injector::new(&bus.name, seed)),
             now,
@@ -87,11 +100,9 @@ impl Campaign {
         let wires: Vec<_> =
             robot.motor.buses.iter().enumerate().map(|(index, bus)| wire(index, bus)).collect();
         let masters = robot.motor.buses.iter().map(|bus| Master::new(bus.baud, (PERIOD, PERIOD)));
-        let goal = |joint| JointGoal { joint, reserved: 0, goal_position_rad: 0.0, arrive_at_ns: 0 };
         Self {
             motor: Motor::new(&robot.motor, &robot.leo.motor).unwrap(),
             masters: masters.collect(),
-            goals: (0..).take(robot.motor.joints.len()).map(goal).collect(),
             wires,
             robot,
             now,
@@ -109,16 +120,7 @@ impl Campaign {
 
     fn cycle(&mut self, request: &mut Request, replies: &mut Replies) {
         self.now += PERIOD;
-        // Everybody goes to and fro, each in a rhythm of its own.
-        let seconds = self.now.since(Instant::EPOCH).as_secs_f64();
-        for (goal, joint) in self.goals.iter_mut().zip(&self.robot.motor.joints) {
-            let swing = (seconds * (0.7 + 0.01 * f64::from(goal.joint))).sin();
-            let (middle, half) =
-                (f64::midpoint(joint.min_rad, joint.max_rad), (joint.max_rad - joint.min_rad) / 2.0);
-            // Beyond the limits by a tenth.
-            goal.goal_position_rad = middle + 1.1 * half * swing;
-        }
-        self.motor.goals(self.now, &self.goals);
+        self.motor.goals(self.now, &swing(self.now, &self.robot.motor.joints));
         self.motor.step(self.now);
         for (bus, (wire, master)) in self.wires.iter_mut().zip(&mut self.masters).enumerate() {
             wire.now = self.now;
@@ -154,9 +156,7 @@ impl Campaign {
 fn campaign(seed: u64, lasts: Duration) {
     let mut campaign = Campaign::new(seed);
     let (mut request, mut replies) = (Request::default(), Replies::default());
-    let chance = ANSWERS.iter().map(|fault| format!("{fault} p=0.01"));
-    let faults: Vec<Injection> =
-        chance.chain(EVENTS.map(str::to_owned)).map(|words| words.parse().unwrap()).collect();
+    let faults = faults();
     let end = campaign.now + lasts;
     while campaign.now < end {
         campaign.inject(&faults);
@@ -187,7 +187,7 @@ fn half_a_minute_of_every_fault_at_once() {
     campaign(7, Duration::from_secs(30));
 }
 
-/// `cargo test --release -p motor-process --test campaign -- --ignored`
+/// `cargo test --release -p motor-process an_hour -- --ignored`
 #[test]
 #[ignore = "takes minutes"]
 fn an_hour_of_every_fault_at_once() {

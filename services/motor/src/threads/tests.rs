@@ -1,0 +1,123 @@
+use super::*;
+use message::{JointCause, JointMode, JointState};
+use mock_bus_process::Ptys;
+use servo::table::{BUS_WATCHDOG, Item, MOVING, TORQUE_ENABLE};
+use servo::{Id, Instruction, Parser, Status};
+
+mod campaign;
+mod fault_table;
+mod rig;
+
+use rig::{LONG, PERIOD, Rig, Time};
+
+fn follows(state: &JointState) -> bool {
+    state.mode() == Some(JointMode::Following)
+}
+
+#[test]
+fn in_lockstep_65_joints_do_the_same_to_the_last_bit_in_every_run() {
+    let run = || {
+        let mut rig = Rig::new(Time::Lockstep(LONG));
+        let mut trace = String::new();
+        for cycle in 0..700 {
+            rig.cycle();
+            if cycle % 100 == 99 {
+                trace.push_str(&format!("{:?}\n", rig.motor.states().collect::<Vec<_>>()));
+            }
+        }
+        assert_eq!(rig.motor.states().filter(follows).count(), 65);
+        assert!(rig.motor.states().all(|state| rig.is_there()(&state)));
+        assert_eq!(rig.motor.counts().stale, 0);
+        trace
+    };
+    assert_eq!(run(), run());
+}
+
+#[test]
+fn in_wall_time_joints_come_up_arrive_and_come_back_when_their_buses_were_lost() {
+    let mut rig = Rig::new(Time::Wall);
+    rig.until("following", follows);
+    let is_there = rig.is_there();
+    rig.until("there", is_there);
+    rig.ptys = None;
+    rig.until("lost", |state| state.cause() == Some(JointCause::BusLost));
+    rig.ptys = Some(Ptys::open(&rig.robot.motor, rig.folder.path(), false).unwrap());
+    rig.until("following again", follows);
+}
+
+/// What an item of a servo says, asked by another master than the one that is gone.
+fn item(tty: &Tty, id: u8, item: Item) -> i64 {
+    let question = Instruction::Read { address: item.address, length: item.length };
+    let mut bytes = [0; 64];
+    let length = question.encode(Id::new(id).unwrap().into(), &mut bytes).unwrap();
+    tty.write(&bytes[..length], clock::now() + LONG).unwrap();
+    let mut parser = Parser::new();
+    loop {
+        let count = tty.read(&mut bytes, clock::now() + LONG).unwrap();
+        parser.push(&bytes[..count]);
+        if let Some(status) = parser.next_frame().and_then(|frame| Status::parse(&frame)) {
+            let mut value = [0; 8];
+            value[..status.params.len()].copy_from_slice(status.params);
+            return i64::from_le_bytes(value);
+        }
+    }
+}
+
+#[test]
+fn servos_whose_commander_died_in_motion_stop_by_themselves() {
+    let mut rig = Rig::new(Time::Wall);
+    rig.until("following", follows);
+    let moves = |state: JointState| state.present_velocity_rad_s().is_some_and(|speed| speed.abs() > 0.1);
+    let is_there = rig.is_there();
+    rig.until("there", is_there);
+    rig.share = -0.5;
+    let give_up = clock::now() + LONG;
+    while rig.motor.states().filter(|state| moves(*state)).count() < 30 {
+        rig.cycle();
+        assert!(clock::now() < give_up, "they do not move");
+    }
+    // The commander is gone in the middle of it, without a word.
+    rig.threads = Threads { ends: Vec::new() };
+    let silent_since = clock::now();
+    // Any word on the bus would count as life: it is left alone for as long as the watchdog waits,
+    // and for what a servo needs to stop.
+    clock::sleep_until(silent_since + Duration::from_millis(600));
+    let mut tripped = 0;
+    for (index, bus) in rig.robot.motor.buses.iter().enumerate() {
+        let tty = Tty::open(&rig.folder.path().join(format!("bus-{}", bus.name)), bus.baud).unwrap();
+        for joint in rig.robot.motor.joints.iter().filter(|joint| joint.bus == index) {
+            assert_eq!(item(&tty, joint.id, BUS_WATCHDOG), 0xFF, "{}", joint.name);
+            assert_eq!(item(&tty, joint.id, MOVING), 0, "{}", joint.name);
+            assert_eq!(item(&tty, joint.id, TORQUE_ENABLE), 1, "{} holds", joint.name);
+            tripped += 1;
+        }
+    }
+    assert_eq!(tripped, 65);
+}
+
+#[test]
+fn a_mock_servo_bus_may_come_after_the_motor() {
+    let mut rig = Rig::new(Time::Wall);
+    rig.ptys = None;
+    let buses = &rig.robot.motor.buses;
+    let (patience, calm) = ((PERIOD / 4, 2 * PERIOD), Lookout::default());
+    rig.threads = Threads::start(buses, rig.folder.path(), patience, Instant::EPOCH, true, &calm).unwrap();
+    rig.until("lost", |state| state.cause() == Some(JointCause::BusLost));
+    rig.ptys = Some(Ptys::open(&rig.robot.motor, rig.folder.path(), false).unwrap());
+    rig.until("following", follows);
+}
+
+#[test]
+fn a_device_that_is_not_there_is_named() {
+    let robot = config::Robot::load(None).unwrap();
+    let started = Threads::start(
+        &robot.motor.buses,
+        Path::new("/nowhere"),
+        (PERIOD, PERIOD),
+        Instant::EPOCH,
+        false,
+        &Lookout::default(),
+    );
+    let said = started.unwrap_err().to_string();
+    assert!(said.starts_with("bus `face_left`: cannot open /nowhere/bus-face_left: "), "{said}");
+}

@@ -1,0 +1,122 @@
+//! Every fault at once over pseudo-terminals and in the machine's own time.
+
+use config::leo::OnAlert;
+
+use super::*;
+use crate::tests::campaign::{ROUND, faults, swing};
+
+/// The realtime tick counts milliseconds modulo this.
+const WRAP_MS: f64 = 32_768.0;
+/// A reading may be so much older than its question: two cycles. On a machine with far more to do than it has
+/// cores for, one in some hundred thousand is, by a few milliseconds and for a reason that is not known.
+/// Answers that a fault makes late are older when they come.
+const OLD_MS: f64 = 9.0;
+/// How long everybody may take to come back, on a machine that is loaded.
+const BACK: Duration = Duration::from_secs(60);
+
+/// What was seen in a campaign.
+#[derive(Debug, Default)]
+struct Seen {
+    cycles: u64,
+    readings: u64,
+    away: u64,
+}
+
+/// Whether a reading with this tick was sampled long before it was asked for, of a servo whose clock began at
+/// an instant.
+fn is_stale(tick_ms: u16, started_at: Instant, asked_at: Instant) -> bool {
+    let behind_ms = asked_at.since(started_at).as_secs_f64() * 1e3 - f64::from(tick_ms) - OLD_MS;
+    (behind_ms + WRAP_MS / 2.0).rem_euclid(WRAP_MS) > WRAP_MS / 2.0
+}
+
+fn check(rig: &Rig, before: &mut [Instant], seen: &mut Seen) {
+    seen.cycles += 1;
+    for (index, (state, joint)) in rig.motor.states().zip(&rig.robot.motor.joints).enumerate() {
+        seen.away += u64::from(!follows(&state));
+        if let Some(command) = state.command_position_rad() {
+            assert!((joint.min_rad..=joint.max_rad).contains(&command), "{}: {command}", joint.name);
+        }
+        let Some((asked_at, reading)) = rig.motor.reading(index).filter(|read| read.0 > before[index]) else {
+            continue;
+        };
+        before[index] = asked_at;
+        let started_at = rig.servo(index, |servo| servo.started_at());
+        // Of one that has begun anew since then the clock is another.
+        if started_at < asked_at {
+            seen.readings += 1;
+            assert!(
+                !is_stale(reading.tick_ms, started_at, asked_at),
+                "{} believes {reading:?}, asked for {} ms after the servo began, {state:?}",
+                joint.name,
+                asked_at.since(started_at).as_secs_f64() * 1e3
+            );
+        }
+    }
+}
+
+fn campaign(lasts: Duration) {
+    let mut robot = config::Robot::load(None).unwrap();
+    robot.leo.motor.on_alert = OnAlert::Reboot;
+    let mut rig = Rig::of(robot, Time::Wall, &Lookout::default());
+    rig.until("following", follows);
+    let (mut seen, mut before) = (Seen::default(), vec![Instant::EPOCH; 65]);
+    let faults = faults();
+    let end = clock::now() + lasts;
+    while clock::now() < end {
+        rig.ptys.as_ref().unwrap().inject(&[]);
+        rig.ptys.as_ref().unwrap().inject(&faults);
+        let round = clock::now() + ROUND;
+        while clock::now() < round {
+            rig.goals = Some(swing(rig.now, &rig.robot.motor.joints));
+            rig.cycle();
+            check(&rig, &mut before, &mut seen);
+        }
+    }
+    let (stale, skipped): (u64, u64) =
+        (rig.motor.counts().stale, rig.threads.fared().map(|(skipped, _)| skipped).sum());
+    println!("{seen:?}, {stale} stale answers dropped, {skipped} requests left out");
+    assert!(seen.away > 0 && stale > 0, "the faults did nothing");
+    assert!(seen.readings > 65 * seen.cycles / 4, "{seen:?}");
+    // A person comes and looks.
+    rig.ptys.as_ref().unwrap().inject(&[]);
+    rig.motor.start_anew();
+    let give_up = clock::now() + BACK;
+    while !rig.motor.states().all(|state| follows(&state)) {
+        rig.cycle();
+        check(&rig, &mut before, &mut seen);
+        assert!(
+            clock::now() < give_up,
+            "not everybody is back: {:?}",
+            rig.motor.states().collect::<Vec<_>>()
+        );
+    }
+}
+
+#[test]
+fn ten_seconds_of_every_fault_at_once_for_real() {
+    campaign(ROUND);
+}
+
+/// `cargo test --release -p motor-process ten_minutes -- --ignored --nocapture`
+#[test]
+#[ignore = "takes a minute"]
+fn a_minute_of_every_fault_at_once_for_real() {
+    campaign(6 * ROUND);
+}
+
+/// The same for ten.
+#[test]
+#[ignore = "takes ten minutes"]
+fn ten_minutes_of_every_fault_at_once_for_real() {
+    campaign(Duration::from_secs(600));
+}
+
+#[test]
+fn what_was_sampled_before_it_was_asked_for_is_stale() {
+    let ms = |ms| Instant::EPOCH + Duration::from_millis(ms);
+    assert!(!is_stale(100, ms(0), ms(100)));
+    assert!(!is_stale(103, ms(0), ms(100)));
+    assert!(is_stale(90, ms(0), ms(100)));
+    assert!(!is_stale(1, ms(0), ms(32_768)), "the tick wraps");
+    assert!(is_stale(32_758, ms(0), ms(32_768)));
+}

@@ -1,0 +1,158 @@
+//! Every fault of a servo, of a bus and of a commander, over pseudo-terminals to the mock servo bus:
+//! how soon it is noticed, what is done, what is published and counted, and how it ends; for each of
+//! the 65 joints where it is a joint's.
+//!
+//! Each row is done in simulated time, where a cycle is a cycle however slow the machine is. One joint
+//! of every bus is struck at a time. The docs of the servo bus name these tests row by row.
+
+use message::{JointCause, JointMode};
+use servo::mock::Kind;
+
+use super::rig::{PERIOD, Rig, Time};
+use clock::Duration;
+
+mod answers;
+mod body;
+mod servos;
+
+/// For how long of the machine's time a silent servo is waited for in simulated time.
+const PATIENCE: Duration = Duration::from_millis(60);
+/// How often a row is tried with the same joints: a machine that stands still for longer than
+/// [`PATIENCE`] makes well servos look silent.
+const TRIES: u32 = 10;
+
+/// A robot in simulated time, of which all joints follow.
+fn following() -> Rig {
+    following_as(|_| {})
+}
+
+/// The same with other settings.
+fn following_as(change: impl FnOnce(&mut config::Robot)) -> Rig {
+    let mut robot = config::Robot::load(None).unwrap();
+    change(&mut robot);
+    let mut rig = Rig::of(robot, Time::Lockstep(PATIENCE), &process::Lookout::default());
+    calm(&mut rig);
+    rig
+}
+
+/// Takes every fault away, and cycles until all joints follow and are read.
+fn calm(rig: &mut Rig) {
+    rig.inject("", &[], "");
+    rig.until_so("following", |rig| {
+        let all = 0..rig.robot.motor.joints.len();
+        all.into_iter().all(|joint| rig.mode(joint) == JointMode::Following && rig.is_read(joint))
+    });
+}
+
+/// The joints that are struck at a time: the first of every bus, the second of every bus ...
+fn rounds(rig: &Rig) -> Vec<Vec<usize>> {
+    let joints = &rig.robot.motor.joints;
+    let of_bus = |bus| (0..joints.len()).filter(move |&joint| joints[joint].bus == bus);
+    let rounds: Vec<Vec<usize>> = (0..)
+        .map(|round| (0..rig.robot.motor.buses.len()).filter_map(|bus| of_bus(bus).nth(round)).collect())
+        .take_while(|struck: &Vec<usize>| !struck.is_empty())
+        .collect();
+    let mut all: Vec<usize> = rounds.iter().flatten().copied().collect();
+    all.sort_unstable();
+    assert_eq!(all, everybody(), "every joint has its turn");
+    rounds
+}
+
+/// All joints.
+fn everybody() -> Vec<usize> {
+    (0..65).collect()
+}
+
+/// What is wrong with a robot in which joints were struck, if anything is.
+type Verdict = Result<(), String>;
+
+/// Has every joint struck, one of every bus at a time, on a robot that is well.
+fn in_turn(rig: &mut Rig, row: impl Fn(&mut Rig, &[usize]) -> Verdict) {
+    for struck in rounds(rig) {
+        let mut verdict = Ok(());
+        for _ in 0..TRIES {
+            calm(rig);
+            // All joints are on their way somewhere.
+            rig.share = -rig.share;
+            verdict = row(rig, &struck);
+            if verdict.is_ok() {
+                break;
+            }
+            // Whatever it has latched meanwhile.
+            rig.motor.start_anew();
+        }
+        let names: Vec<&str> = struck.iter().map(|joint| &*rig.robot.motor.joints[*joint].name).collect();
+        assert_eq!(verdict, Ok(()), "{names:?}");
+    }
+    calm(rig);
+    assert!(rig.compared.get() > 65, "nothing was read");
+}
+
+fn expect(holds: bool, what: impl FnOnce() -> String) -> Verdict {
+    if holds { Ok(()) } else { Err(what()) }
+}
+
+/// Whether everybody but those who are struck was read in this cycle, and follows.
+fn others_go_on(rig: &Rig, struck: &[usize]) -> Verdict {
+    for joint in (0..65).filter(|joint| !struck.contains(joint)) {
+        let (mode, is_read) = (rig.mode(joint), rig.is_read(joint));
+        expect(mode == JointMode::Following && is_read, || {
+            format!("{}: {mode:?}, read: {is_read}", rig.robot.motor.joints[joint].name)
+        })?;
+    }
+    Ok(())
+}
+
+/// Whether joints are in a mode for a cause.
+fn are(rig: &Rig, joints: &[usize], mode: JointMode, cause: JointCause) -> Verdict {
+    for &joint in joints {
+        let state = (rig.mode(joint), rig.cause(joint));
+        expect(state == (mode, cause), || {
+            format!("{} is {state:?}, not {:?}", rig.robot.motor.joints[joint].name, (mode, cause))
+        })?;
+    }
+    Ok(())
+}
+
+/// Cycles, at most so many, until a verdict is well.
+fn within(rig: &mut Rig, cycles: u32, verdict: impl Fn(&Rig) -> Verdict) -> Verdict {
+    for _ in 0..cycles {
+        rig.cycle();
+        if verdict(rig).is_ok() {
+            return Ok(());
+        }
+    }
+    verdict(rig).map_err(|wrong| format!("after {cycles} cycles: {wrong}"))
+}
+
+/// So many cycles of simulated time.
+fn cycles_in(time: Duration) -> u32 {
+    u32::try_from(time.as_millis() / PERIOD.as_millis()).unwrap()
+}
+
+/// The rows of the tables of the docs whose heads begin so, by their cells.
+fn table(head: &str) -> Vec<Vec<&'static str>> {
+    let docs = include_str!("../../../../../docs/servo-bus.md");
+    let lines = docs.lines().skip_while(|line| !line.starts_with(head)).skip(2);
+    let rows = lines.take_while(|line| line.starts_with('|'));
+    rows.map(|row| row.trim_matches('|').split(" | ").map(str::trim).collect()).collect()
+}
+
+#[test]
+fn every_fault_in_the_docs_is_tested_by_tests_that_are_here() {
+    let sources = [
+        include_str!("fault_table/answers.rs"),
+        include_str!("fault_table/body.rs"),
+        include_str!("fault_table/servos.rs"),
+        include_str!("../../tests/faults.rs"),
+        include_str!("../../patience.rs"),
+    ];
+    let (faults, tested) = (table("| fault | noticed by"), table("| fault | tests |"));
+    let first = |rows: &[Vec<&'static str>]| rows.iter().map(|row| row[0]).collect::<Vec<_>>();
+    assert_eq!(first(&faults), first(&tested));
+    assert!(faults.len() > 10);
+    for name in tested.iter().flat_map(|row| row[1].split('`').skip(1).step_by(2)) {
+        let is_here = sources.iter().any(|source| source.contains(&format!("fn {name}(")));
+        assert!(is_here, "{name} is no test");
+    }
+}

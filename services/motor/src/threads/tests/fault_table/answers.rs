@@ -1,0 +1,116 @@
+//! Answers that arrive broken, late or not at all.
+
+use super::*;
+
+/// Whatever was counted of the bus of a joint that is not as it should be.
+fn noticed(rig: &Rig, joint: usize) -> u64 {
+    let counts = rig.motor.bus_counts(rig.robot.motor.joints[joint].bus);
+    counts.broken + counts.missed + counts.stale + counts.late_bytes
+}
+
+/// How often something of a kind happened on the bus of a joint, and how often it was noticed.
+fn happened(rig: &Rig, joints: &[usize], kind: Kind) -> Vec<(u64, u64)> {
+    joints.iter().map(|&joint| (rig.injected(joint, kind), noticed(rig, joint))).collect()
+}
+
+#[test]
+fn an_answer_that_arrives_broken_is_noticed_in_its_cycle_and_costs_no_other_servo_a_reading() {
+    let mut rig = following();
+    for kind in [Kind::Flip, Kind::Truncate, Kind::Length, Kind::Noise, Kind::Duplicate, Kind::Swap] {
+        let seen = std::cell::Cell::new(0);
+        in_turn(&mut rig, |rig, struck| {
+            let before: Vec<u64> = struck.iter().map(|&joint| rig.state(joint).sampled_at_ns).collect();
+            let counted = happened(rig, struck, kind);
+            rig.inject(kind.name(), struck, "");
+            rig.cycle();
+            others_go_on(rig, struck)?;
+            for (&joint, sampled_at_ns) in struck.iter().zip(before) {
+                let mode = rig.mode(joint);
+                expect(mode == JointMode::Following, || format!("{mode:?} for one answer"))?;
+                let ages = rig.state(joint).sampled_at_ns == sampled_at_ns;
+                expect(rig.is_read(joint) || ages, || "neither read nor aged".to_owned())?;
+            }
+            for ((times, counts), (before, counted)) in happened(rig, struck, kind).into_iter().zip(counted) {
+                expect(times == before || counts > counted, || format!("nobody noticed {kind:?}"))?;
+                seen.set(seen.get() + times - before);
+            }
+            rig.inject("", &[], "");
+            rig.cycle();
+            others_go_on(rig, &[])
+        });
+        let least = if kind == Kind::Length { 5 } else { 60 };
+        assert!(seen.get() >= least, "{kind:?} happened {} times", seen.get());
+    }
+}
+
+#[test]
+fn a_servo_is_quarantined_after_three_silent_cycles_costs_no_other_a_reading_and_comes_back() {
+    let mut rig = following();
+    in_turn(&mut rig, |rig, struck| {
+        let missed: Vec<u64> =
+            struck.iter().map(|&joint| rig.motor.bus_counts(bus(rig, joint)).missed).collect();
+        rig.inject("drop", struck, "");
+        for _ in 0..2 {
+            rig.cycle();
+            others_go_on(rig, struck)?;
+            are(rig, struck, JointMode::Following, JointCause::None)?;
+        }
+        rig.cycle();
+        others_go_on(rig, struck)?;
+        are(rig, struck, JointMode::Quarantined, JointCause::Silent)?;
+        for (&joint, missed) in struck.iter().zip(missed) {
+            let (bus, counts) = (bus(rig, joint), rig.motor.bus_counts(bus(rig, joint)));
+            expect(rig.motor.quarantined(bus) == 1, || "not counted as quarantined".to_owned())?;
+            expect(counts.missed >= missed + 3, || "not counted as missed".to_owned())?;
+        }
+        // It is asked after 0.1 s and after 0.2 s more, and in between not at all.
+        let asked = |rig: &Rig| -> u64 { struck.iter().map(|&joint| rig.injected(joint, Kind::Drop)).sum() };
+        let (before, once) = (asked(rig), u64::try_from(struck.len()).unwrap());
+        for (time, times) in [(90, 0), (60, 1), (130, 1), (80, 2)] {
+            for _ in 0..cycles_in(Duration::from_millis(time)) {
+                rig.cycle();
+                others_go_on(rig, struck)?;
+            }
+            let pings = asked(rig) - before;
+            expect(pings == times * once, || format!("{pings} pings to {once} servos, not {times} each"))?;
+        }
+        are(rig, struck, JointMode::Quarantined, JointCause::Silent)?;
+        rig.inject("", &[], "");
+        within(rig, cycles_in(Duration::from_millis(800)), |rig| {
+            are(rig, struck, JointMode::Following, JointCause::None)
+        })
+    });
+}
+
+#[test]
+fn an_answer_to_an_earlier_question_is_counted_and_never_believed() {
+    let mut rig = following();
+    // Three cycles later an answer of the same length is awaited.
+    for late in ["by=3ms", "by=10ms", "by=12ms"] {
+        in_turn(&mut rig, |rig, struck| {
+            let counted = happened(rig, struck, Kind::Late);
+            rig.inject("late", struck, late);
+            for _ in 0..2 {
+                rig.cycle();
+                others_go_on(rig, struck)?;
+            }
+            rig.inject("", &[], "");
+            for _ in 0..6 {
+                // Whatever is believed is compared with where the servo is.
+                rig.cycle();
+                others_go_on(rig, struck)?;
+                struck.iter().for_each(|&joint| _ = rig.is_read(joint));
+            }
+            for ((times, counts), (before, counted)) in
+                happened(rig, struck, Kind::Late).into_iter().zip(counted)
+            {
+                expect(times > before && counts > counted, || "nobody noticed".to_owned())?;
+            }
+            Ok(())
+        });
+    }
+}
+
+fn bus(rig: &Rig, joint: usize) -> usize {
+    rig.robot.motor.joints[joint].bus
+}

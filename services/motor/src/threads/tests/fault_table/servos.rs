@@ -1,0 +1,226 @@
+//! Servos that are not well, not alone, or not as configured.
+
+use config::leo::OnAlert;
+use servo::table::{MIN_VOLTAGE_LIMIT, TEMPERATURE_LIMIT};
+
+use super::*;
+use crate::{Motor, Topic, Trouble};
+
+/// The joints of the groups of others, without them.
+fn companions(rig: &Rig, joints: &[usize]) -> Vec<usize> {
+    let group = |joint: usize| rig.robot.motor.joints[joint].group;
+    let groups: Vec<usize> = joints.iter().map(|&joint| group(joint)).collect();
+    (0..65).filter(|joint| groups.contains(&group(*joint)) && !joints.contains(joint)).collect()
+}
+
+/// Whether the groups of joints hold, and nobody else does.
+fn groups_hold(rig: &Rig, struck: &[usize]) -> Verdict {
+    let companions = companions(rig, struck);
+    for joint in (0..65).filter(|joint| !struck.contains(joint)) {
+        let state = (rig.mode(joint), rig.cause(joint));
+        let holds = matches!(state.0, JointMode::Decelerating | JointMode::Holding)
+            && state.1 == JointCause::GroupStopped;
+        let is_well = if companions.contains(&joint) { holds } else { state.0 == JointMode::Following };
+        expect(is_well, || format!("{} is {state:?}", rig.robot.motor.joints[joint].name))?;
+    }
+    Ok(())
+}
+
+fn all_follow(rig: &Rig) -> Verdict {
+    are(rig, &everybody(), JointMode::Following, JointCause::None)
+}
+
+#[test]
+fn an_alert_is_read_in_its_cycle_stops_its_group_takes_its_torque_and_is_rebooted_where_that_is_wanted() {
+    for (kind, bit) in [("overload", 1 << 5), ("alert", 1)] {
+        let mut rig = following_as(|robot| robot.leo.motor.on_alert = OnAlert::Reboot);
+        in_turn(&mut rig, |rig, struck| {
+            rig.inject(kind, struck, "at=0s");
+            rig.cycle();
+            are(rig, struck, JointMode::Limp, JointCause::Alert)?;
+            for &joint in struck {
+                let trouble = rig.motor.trouble(joint);
+                let read = trouble == Some(Trouble::Alert(servo::HardwareErrors(bit)));
+                expect(read, || format!("item 70 was not read: {trouble:?}"))?;
+            }
+            rig.inject("", &[], "");
+            rig.cycle();
+            groups_hold(rig, struck)?;
+            within(rig, 4, |rig| {
+                let torque = struck.iter().any(|&joint| rig.has_torque(joint));
+                expect(!torque, || "it has torque".to_owned())
+            })?;
+            // A second, half a second of a reboot, and what it takes to come up.
+            within(rig, cycles_in(Duration::from_millis(2000)), all_follow)
+        });
+    }
+}
+
+#[test]
+fn an_alert_stays_until_a_person_has_looked_where_no_reboot_is_wanted() {
+    let mut rig = following();
+    let struck: Vec<usize> = (0..65).filter(|joint| joint % 4 == 0).collect();
+    rig.inject("overload", &struck, "at=0s");
+    let holds = |rig: &Rig| are(rig, &struck, JointMode::Limp, JointCause::Alert);
+    assert_eq!(within(&mut rig, 1, holds), Ok(()));
+    rig.inject("", &[], "");
+    for _ in 0..cycles_in(Duration::from_secs(2)) {
+        rig.cycle();
+        assert_eq!(holds(&rig).and(groups_hold(&rig, &struck)), Ok(()));
+    }
+    // He reboots the servos by hand, and starts the motor process anew.
+    struck.iter().for_each(|&joint| rig.servo(joint, servo::mock::Servo::reboot));
+    rig.motor.start_anew();
+    assert_eq!(within(&mut rig, cycles_in(Duration::from_secs(3)), all_follow), Ok(()));
+}
+
+#[test]
+fn a_servo_that_lost_its_memory_in_a_moment_is_noticed_in_two_cycles_and_holds_its_group_until_it_is_up() {
+    let mut rig = following();
+    in_turn(&mut rig, |rig, struck| {
+        for &joint in struck {
+            rig.servo(joint, servo::mock::Servo::restart);
+        }
+        within(rig, 2, |rig| are(rig, struck, JointMode::Starting, JointCause::Restarted))?;
+        rig.cycle();
+        groups_hold(rig, struck)?;
+        within(rig, 60, all_follow)
+    });
+}
+
+#[test]
+fn a_servo_that_rebooted_or_lost_its_power_holds_its_group_once_it_is_back_until_it_is_up() {
+    let mut rig = following();
+    for (kind, more) in [("reboot", "at=0s"), ("brown-out", "at=0s for=150ms")] {
+        in_turn(&mut rig, |rig, struck| {
+            rig.inject(kind, struck, more);
+            for _ in 0..3 {
+                rig.cycle();
+                others_go_on(rig, struck)?;
+            }
+            are(rig, struck, JointMode::Quarantined, JointCause::Silent)?;
+            // Nobody knows more before it is back: 0.4 s later, and asked by then in doubled waits.
+            within(rig, cycles_in(Duration::from_millis(1600)), |rig| groups_hold(rig, struck))?;
+            are(rig, struck, JointMode::Starting, JointCause::Restarted)?;
+            within(rig, 60, all_follow)
+        });
+    }
+}
+
+#[test]
+fn two_servos_of_one_identifier_cost_their_bus_its_torque_and_are_named() {
+    let mut rig = following();
+    in_turn(&mut rig, |rig, struck| {
+        let verdict = duplicated(rig, struck);
+        rig.inject("", &[], "");
+        rig.motor.start_anew();
+        verdict
+    });
+}
+
+fn duplicated(rig: &mut Rig, struck: &[usize]) -> Verdict {
+    rig.inject("duplicate-id", struck, "");
+    let bus = |joint: usize| rig.robot.motor.joints[joint].bus;
+    let twin = |joint: usize| struck.iter().copied().find(|&twin| bus(twin) == bus(joint));
+    let (on_bus, others): (Vec<usize>, Vec<usize>) = (0..65).partition(|&joint| twin(joint).is_some());
+    let ids: Vec<u8> =
+        on_bus.iter().filter_map(|&joint| Some(rig.robot.motor.joints[twin(joint)?].id)).collect();
+    // Three spoilt answers, and twelve questions in cycles with nothing else to say.
+    within(rig, 40, |rig| are(rig, &on_bus, JointMode::Limp, JointCause::DuplicateId))?;
+    for (&joint, id) in on_bus.iter().zip(ids) {
+        let (name, trouble) = (&rig.robot.motor.joints[joint].name, rig.motor.trouble(joint));
+        expect(trouble == Some(Trouble::Duplicate(id)), || format!("{name}: {trouble:?}, not {id}"))?;
+    }
+    // Each is told by itself.
+    within(rig, 40, |rig| {
+        let torque = on_bus.iter().find(|joint| rig.has_torque(**joint) && !struck.contains(joint));
+        expect(torque.is_none(), || format!("{torque:?} has torque"))?;
+        are(rig, &others, JointMode::Following, JointCause::None)
+    })
+}
+
+#[test]
+fn a_servo_that_refuses_an_instruction_gets_no_torque_and_is_not_told_again() {
+    let mut rig = following();
+    in_turn(&mut rig, |rig, struck| {
+        let mut robot = rig.robot.motor.clone();
+        // No servo turns so far in position mode: a range error.
+        struck.iter().for_each(|&joint| robot.joints[joint].max_rad = 7.0);
+        rig.motor = Motor::new(&robot, &rig.robot.leo.motor).unwrap();
+        let others: Vec<usize> = (0..65).filter(|joint| !struck.contains(joint)).collect();
+        within(rig, 500, |rig| {
+            are(rig, struck, JointMode::Limp, JointCause::Refused)?;
+            are(rig, &others, JointMode::Following, JointCause::None)
+        })?;
+        for &joint in struck {
+            let trouble = rig.motor.trouble(joint);
+            expect(trouble == Some(Trouble::Refused(servo::Fault::Range)), || format!("{trouble:?}"))?;
+            expect(!rig.has_torque(joint), || "it has torque".to_owned())?;
+        }
+        for _ in 0..50 {
+            rig.cycle();
+            others_go_on(rig, struck)?;
+            for &joint in struck {
+                let settings = &rig.robot.motor.joints[joint];
+                let exchange = rig.threads.ends[settings.bus].exchange.as_ref().unwrap();
+                let mut jobs = exchange.request.parts().filter(|(part, _)| part.topic == Topic::Job);
+                let told = jobs.any(|(part, _)| part.ids().contains(&settings.id));
+                expect(!told, || "it is told again".to_owned())?;
+            }
+        }
+        rig.motor = Motor::new(&rig.robot.motor, &rig.robot.leo.motor).unwrap();
+        within(rig, 500, all_follow)
+    });
+}
+
+/// Servos get into a condition in which they are spared, half of them at a time, and out of it again.
+fn spared(worsen: impl Fn(&mut servo::mock::Servo), mend: impl Fn(&mut servo::mock::Servo)) {
+    let mut rig = following();
+    let look = cycles_in(Duration::from_millis(500)) + 20;
+    for rest in [0, 1] {
+        let (poor, well): (Vec<usize>, Vec<usize>) = (0..65).partition(|joint| joint % 2 == rest);
+        let derated = |rig: &Rig| {
+            are(rig, &poor, JointMode::Following, JointCause::Derated)?;
+            are(rig, &well, JointMode::Following, JointCause::None)
+        };
+        let mut before = vec![None; 65];
+        for cycle in 0..3 * look {
+            poor.iter().for_each(|&joint| rig.servo(joint, &worsen));
+            // They are always on their way.
+            rig.share = if cycle / 30 % 2 == 0 { 0.9 } else { -0.9 };
+            rig.cycle();
+            for &joint in &poor {
+                let command = rig.state(joint).command_position_rad();
+                let most = 0.6 * rig.robot.motor.joints[joint].velocity_rad_s * PERIOD.as_secs_f64();
+                if let (Some(command), Some(before)) = (command, before[joint])
+                    && cycle > 2 * look
+                {
+                    let step: f64 = command - before;
+                    assert!(step.abs() <= most, "{joint}: {step} of {most}");
+                }
+                before[joint] = command;
+            }
+            assert!(cycle < look || derated(&rig) == Ok(()), "cycle {cycle}: {:?}", derated(&rig));
+        }
+        (0..65).for_each(|joint| rig.servo(joint, &mend));
+        assert_eq!(within(&mut rig, look, all_follow), Ok(()));
+    }
+}
+
+#[test]
+fn a_servo_that_gets_hot_is_seen_within_half_a_second_and_spared_before_it_trips() {
+    // Seven degrees below its limit it has half of its speed.
+    let limit = |servo: &servo::mock::Servo| f64::from(servo.read(TEMPERATURE_LIMIT.address, 1).unwrap()[0]);
+    spared(|servo| servo.warm_to(limit(servo) - 7.0), |servo| servo.warm_to(30.0));
+}
+
+#[test]
+fn a_servo_that_is_short_of_voltage_is_seen_within_half_a_second_and_spared_before_it_trips() {
+    let least =
+        |servo: &servo::mock::Servo| f64::from(servo.read(MIN_VOLTAGE_LIMIT.address, 1).unwrap()[0]) / 10.0;
+    let nominal = |servo: &servo::mock::Servo| servo.model().nominal_volts();
+    spared(
+        |servo| servo.supply(least(servo) + 0.2 * (nominal(servo) - least(servo))),
+        |servo| servo.supply(nominal(servo)),
+    );
+}

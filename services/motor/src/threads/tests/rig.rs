@@ -1,0 +1,192 @@
+use std::cell::Cell;
+
+use config::Robot;
+use message::{JointCause, JointGoal, JointMode, JointState};
+use mock_bus_process::Ptys;
+use servo::mock::{Injection, Kind, Servo};
+use servo::table::TORQUE_ENABLE;
+
+use super::Threads;
+use crate::Motor;
+use clock::{Duration, Instant};
+use process::Lookout;
+
+pub(super) const PERIOD: Duration = Duration::from_millis(4);
+pub(super) const LONG: Duration = Duration::from_secs(20);
+/// One count of position.
+const COUNT_RAD: f64 = std::f64::consts::TAU / 4096.0;
+
+/// In whose time a rig lives.
+#[derive(Clone, Copy, PartialEq)]
+pub(super) enum Time {
+    /// The machine's.
+    Wall,
+    /// Simulated: a silent servo is waited for for so long of the machine's.
+    Lockstep(Duration),
+}
+
+/// The whole robot: 65 joints on five buses, over pseudo-terminals.
+pub(super) struct Rig {
+    pub(super) robot: Robot,
+    pub(super) folder: tempfile::TempDir,
+    pub(super) ptys: Option<Ptys>,
+    pub(super) threads: Threads,
+    pub(super) motor: Motor,
+    pub(super) now: Instant,
+    time: Time,
+    /// Where every joint shall be, as a share of its highest position.
+    pub(super) share: f64,
+    /// Where they shall be instead, if anywhere.
+    pub(super) goals: Option<Vec<JointGoal>>,
+    /// Whether somebody commands.
+    pub(super) is_commanded: bool,
+    /// Readings that were compared with where the servo was.
+    pub(super) compared: Cell<u64>,
+}
+
+impl Rig {
+    pub(super) fn new(time: Time) -> Self {
+        Self::of(Robot::load(None).unwrap(), time, &Lookout::default())
+    }
+
+    pub(super) fn of(robot: Robot, time: Time, lookout: &Lookout) -> Self {
+        let folder = tempfile::tempdir().unwrap();
+        let ptys = Ptys::open(&robot.motor, folder.path(), time != Time::Wall).unwrap();
+        let (patience, now) = match time {
+            Time::Wall => ((PERIOD / 4, 2 * PERIOD), clock::now()),
+            Time::Lockstep(patience) => ((patience, patience), Instant::EPOCH),
+        };
+        let until = clock::now() + LONG;
+        let threads =
+            Threads::start(&robot.motor.buses, folder.path(), patience, until, false, lookout).unwrap();
+        Self {
+            motor: Motor::new(&robot.motor, &robot.leo.motor).unwrap(),
+            robot,
+            folder,
+            ptys: Some(ptys),
+            threads,
+            now,
+            time,
+            share: 1.0 / 3.0,
+            goals: None,
+            is_commanded: true,
+            compared: Cell::new(0),
+        }
+    }
+
+    /// A cycle in which every joint shall go a share of the way to its upper limit.
+    pub(super) fn cycle(&mut self) {
+        self.now += PERIOD;
+        if self.time == Time::Wall {
+            clock::sleep_until(self.now);
+            self.now = clock::now();
+            self.threads.collect(&mut self.motor).unwrap();
+        } else {
+            self.ptys.as_ref().unwrap().advance(self.now);
+        }
+        if self.is_commanded {
+            let goals = self.goals.take().unwrap_or_else(|| {
+                let joints = (0..).zip(&self.robot.motor.joints);
+                joints.map(|(joint, settings)| self.goal(joint, settings)).collect()
+            });
+            self.motor.goals(self.now, &goals);
+        }
+        self.motor.step(self.now);
+        self.threads.send(&mut self.motor, self.now).unwrap();
+        if self.time != Time::Wall {
+            self.threads.wait(&mut self.motor, self.now, LONG).unwrap();
+        }
+    }
+
+    fn goal(&self, joint: u32, settings: &config::motor::Joint) -> JointGoal {
+        let goal_position_rad = settings.max_rad * self.share;
+        JointGoal { joint, reserved: 0, goal_position_rad, arrive_at_ns: 0 }
+    }
+
+    /// Cycles until all joints are as they should be.
+    pub(super) fn until(&mut self, what: &str, is_so: impl Fn(&JointState) -> bool) {
+        self.until_so(what, |rig| rig.motor.states().all(|state| is_so(&state)));
+    }
+
+    /// Cycles until something holds.
+    pub(super) fn until_so(&mut self, what: &str, holds: impl Fn(&Self) -> bool) {
+        let give_up = clock::now() + LONG;
+        while !holds(self) {
+            self.cycle();
+            assert!(clock::now() < give_up, "not {what}: {:?}", self.motor.states().collect::<Vec<_>>());
+        }
+    }
+
+    pub(super) fn is_there(&self) -> impl Fn(&JointState) -> bool + use<> {
+        let goals: Vec<_> = self.robot.motor.joints.iter().map(|joint| joint.max_rad / 3.0).collect();
+        move |state| {
+            let goal = goals[usize::try_from(state.joint).unwrap()];
+            state.present_position_rad().is_some_and(|present| (present - goal).abs() < 0.003)
+        }
+    }
+
+    pub(super) fn state(&self, joint: usize) -> JointState {
+        self.motor.states().nth(joint).unwrap()
+    }
+
+    pub(super) fn mode(&self, joint: usize) -> JointMode {
+        self.state(joint).mode().unwrap()
+    }
+
+    pub(super) fn cause(&self, joint: usize) -> JointCause {
+        self.state(joint).cause().unwrap()
+    }
+
+    /// Whether a joint was read in this cycle. What is believed of it then is where its servo is.
+    pub(super) fn is_read(&self, joint: usize) -> bool {
+        let state = self.state(joint);
+        let is_read = state.sampled_at_ns == self.now.as_nanos();
+        if is_read {
+            let settings = &self.robot.motor.joints[joint];
+            let is = settings.joint_rad(self.servo(joint, |servo| servo.position_rad()));
+            let said = state.present_position_rad().unwrap();
+            assert!((said - is).abs() <= COUNT_RAD, "{} is at {is}, and {said} is believed", settings.name);
+            self.compared.set(self.compared.get() + 1);
+        }
+        is_read
+    }
+
+    pub(super) fn bus_of(&self, joint: usize) -> &str {
+        &self.robot.motor.buses[self.robot.motor.joints[joint].bus].name
+    }
+
+    /// Looks at the servo of a joint, or tampers with it.
+    pub(super) fn servo<T>(&self, joint: usize, with: impl FnOnce(&mut Servo) -> T) -> T {
+        let id = self.robot.motor.joints[joint].id;
+        let ptys = self.ptys.as_ref().unwrap();
+        ptys.tamper(self.bus_of(joint), |servos| {
+            with(servos.iter_mut().find(|servo| servo.id() == id).unwrap())
+        })
+        .unwrap()
+    }
+
+    /// Whether the servo of a joint has its torque on.
+    pub(super) fn has_torque(&self, joint: usize) -> bool {
+        self.servo(joint, |servo| servo.read(TORQUE_ENABLE.address, 1).unwrap() == [1])
+    }
+
+    /// Puts a fault into the servos of joints, and takes all others out. What stands behind its name
+    /// is added to each.
+    pub(super) fn inject(&self, kind: &str, joints: &[usize], more: &str) {
+        let faults: Vec<Injection> = joints
+            .iter()
+            .map(|joint| {
+                let id = self.robot.motor.joints[*joint].id;
+                format!("{kind} bus={} id={id} {more}", self.bus_of(*joint)).parse().unwrap()
+            })
+            .collect();
+        self.ptys.as_ref().unwrap().inject(&faults);
+    }
+
+    /// How often a kind of fault happened on the bus of a joint.
+    pub(super) fn injected(&self, joint: usize, kind: Kind) -> u64 {
+        let bus = self.bus_of(joint);
+        let ptys = self.ptys.as_ref().unwrap();
+        ptys.injected().find(|(name, _)| *name == bus).unwrap().1.of(kind)
+    }
+}
