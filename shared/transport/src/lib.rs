@@ -23,7 +23,7 @@ mod outlet;
 mod service;
 
 pub use board::{
-    BusesReader, BusesWriter, HealthReader, HealthWriter, JointsReader, JointsWriter, PerspectivesReader,
+    BusesReader, BusesWriter, HealthReader, HealthWriter, JointsReader, JointsWriter, LinkReader, LinkWriter, PerspectivesReader,
     PerspectivesWriter, RosterReader, RosterWriter, SourcesReader, SourcesWriter,
 };
 pub use domain::{Domain, DomainError};

@@ -147,6 +147,7 @@ pub fn rows(readings: &Readings, earlier: &BTreeMap<Process, Health>) -> Vec<Row
             | Process::Learner
             | Process::MockBus
             | Process::Console
+            | Process::Link
             | Process::Supervisor => {}
         }
         row
