@@ -217,6 +217,7 @@ impl Run {
             processes: ORDER
                 .into_iter()
                 .filter(|process| *process != message::Process::Simulator || plays)
+                .filter(|process| robot.leo.link.runs_here(*process))
                 .collect(),
             settings: robot.leo,
             config: self.config.clone(),
@@ -312,6 +313,7 @@ fn startable(robot: &Robot) -> Result<(), Failure> {
     sensor_process::check_traces(&robot.leo.sensor.source).map_err(Failed::usage)?;
     mock_bus_process::Faults::configured(&robot.leo.mock_bus, &robot.motor)
         .map_err(|bad| Failed::usage(format!("leo.toml: `faults` of [mock_bus]: {bad}")))?;
+    linkable(&robot.leo.link)?;
     let belief = &robot.leo.belief;
     // Whether there can be any: their size does not matter.
     belief_process::Believer::new(
@@ -323,6 +325,24 @@ fn startable(robot: &Robot) -> Result<(), Failure> {
     )
     .map_err(Failed::usage)?;
     Ok(())
+}
+
+/// Refuses a link that there cannot be.
+#[cfg(feature = "link")]
+fn linkable(link: &config::leo::Link) -> Result<(), Failure> {
+    link_process::check(link).map_err(Failed::usage)
+}
+
+/// Refuses a link that there cannot be.
+#[cfg(not(feature = "link"))]
+fn linkable(link: &config::leo::Link) -> Result<(), Failure> {
+    if link.side == config::leo::Side::Off {
+        return Ok(());
+    }
+    Err(Failed::usage(
+        "leo.toml: `side` of [link]: this program was built without the link; build it with `--features link`, or \
+         say `side = \"off\"`",
+    ))
 }
 
 /// Refuses to play a lesson to a robot that does not look at the simulator; the number of that source.

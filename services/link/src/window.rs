@@ -13,8 +13,8 @@ const MOST_BYTES: usize = 8 * 1024 * 1024;
 const QUEUEING: Duration = Duration::from_millis(60);
 /// The shortest round trip of as many bundles counts: a way that became longer is believed in the end.
 const REMEMBERED: usize = 400;
-/// How much the window grows with every bundle that came in time, and what share of it stays otherwise.
-const GROWS_BYTES: usize = 8 * 1024;
+/// The window grows by this part of what came in time, and what share of it stays otherwise.
+const GROWS_PART: usize = 4;
 const STAYS: f64 = 0.7;
 /// What is not heard of for so many round trips, and for as long at least, is lost.
 const PATIENCE: u32 = 4;
@@ -63,8 +63,9 @@ impl Window {
 
     /// Hears that a bundle came. Those before it came too, or never will.
     pub(crate) fn came(&mut self, now: Instant, number: u64) {
-        let was_full = !self.has_room();
-        let mut newest = None;
+        // Room that is not used says nothing about more of it.
+        let is_used = self.bytes.saturating_mul(3) >= self.room.saturating_mul(2);
+        let (mut newest, mut came) = (None, 0);
         while let Some(&first) = self.under_way.front() {
             if first.number > number {
                 break;
@@ -72,6 +73,7 @@ impl Window {
             self.under_way.pop_front();
             self.bytes = self.bytes.saturating_sub(first.bytes);
             newest = Some(first);
+            came += first.bytes;
         }
         let Some(newest) = newest else { return };
         let round_trip = now.since(newest.sent_at);
@@ -85,14 +87,14 @@ impl Window {
                 self.shrunk_at = Some(now);
                 self.room = floor_usize(float_of_count(self.room) * STAYS).max(LEAST_BYTES);
             }
-        } else if was_full {
-            self.room = (self.room + GROWS_BYTES).min(MOST_BYTES);
+        } else if is_used {
+            self.room = (self.room + came / GROWS_PART).min(MOST_BYTES);
         }
     }
 
     /// Gives up what was not heard of for too long; whether there was any.
     pub(crate) fn give_up(&mut self, now: Instant) -> bool {
-        let longest = self.round_trips.iter().max().copied().unwrap_or(PATIENCE_LEAST);
+        let longest = self.round_trips.iter().max().copied().unwrap_or_default();
         let patience = (longest * PATIENCE).clamp(PATIENCE_LEAST, Duration::from_secs(5));
         let is_lost = self.under_way.back().is_some_and(|last| now.since(last.sent_at) > patience);
         if is_lost {
