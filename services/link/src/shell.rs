@@ -1,7 +1,6 @@
 use std::collections::BTreeMap;
 use std::fs::File;
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
 
 use clock::{Duration, Instant};
 use config::Robot;
@@ -14,7 +13,7 @@ use crate::net::{Message, Net, Sort};
 use crate::ports::{Springs, Taps};
 use crate::talk::Talk;
 use crate::wire::{Agreement, Bundle, Frame, Nonsense, Pulse};
-use crate::{Class, Stream};
+use crate::Stream;
 
 /// The board is written this often.
 const TELL_EVERY: Duration = Duration::from_millis(100);
