@@ -206,6 +206,7 @@ impl Run {
             Lesson::load(lesson).map_err(Failed::usage)?;
         }
         startable(&robot)?;
+        linkable(&robot.leo.link)?;
         let faults = self.faults.as_deref().map(|file| campaign(file, &robot)).transpose()?;
         let state = domain::state_directory()?;
         // Here it is one clear error; the learner could only die of it again and again.
@@ -313,7 +314,6 @@ fn startable(robot: &Robot) -> Result<(), Failure> {
     sensor_process::check_traces(&robot.leo.sensor.source).map_err(Failed::usage)?;
     mock_bus_process::Faults::configured(&robot.leo.mock_bus, &robot.motor)
         .map_err(|bad| Failed::usage(format!("leo.toml: `faults` of [mock_bus]: {bad}")))?;
-    linkable(&robot.leo.link)?;
     let belief = &robot.leo.belief;
     // Whether there can be any: their size does not matter.
     belief_process::Believer::new(

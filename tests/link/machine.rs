@@ -124,7 +124,8 @@ impl Machine {
     /// What was learned there, as `leo tasks list` says.
     pub(crate) fn learned(&self) -> String {
         let mut tasks = leo(None);
-        let out = tasks.args(["tasks", "list"]).env("XDG_STATE_HOME", self.files.path()).output().expect("runs");
+        let out =
+            tasks.args(["tasks", "list"]).env("XDG_STATE_HOME", self.files.path()).output().expect("runs");
         String::from_utf8_lossy(&out.stdout).into_owned()
     }
 

@@ -127,7 +127,9 @@ fn the_hot_path_does_not_notice_what_the_network_does() {
     let mut network = match Network::make() {
         Ok(network) => network,
         Err(why) => {
-            println!("skipped: two network namespaces with a network between them cannot be made here: {why}");
+            println!(
+                "skipped: two network namespaces with a network between them cannot be made here: {why}"
+            );
             return;
         }
     };

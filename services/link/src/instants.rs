@@ -24,12 +24,7 @@ impl Instants {
             gather(kind, 0, false, &mut places);
             places
         };
-        Self {
-            head_size: head.size(),
-            head: places(&head),
-            entry_size: entry.size(),
-            entry: places(&entry),
-        }
+        Self { head_size: head.size(), head: places(&head), entry_size: entry.size(), entry: places(&entry) }
     }
 
     /// Entries of a frame of so many bytes; `None` where they are not a head and whole entries.
@@ -79,15 +74,14 @@ fn shift_at(bytes: &mut [u8], place: usize, by_ns: i64) {
 
 #[cfg(test)]
 mod tests {
-    use message::{
-        Belief, BeliefHead, Beliefs, Header, JointGoal, JointGoals, get_frame, put_frame,
-    };
+    use message::{Belief, BeliefHead, Beliefs, Header, JointGoal, JointGoals, get_frame, put_frame};
 
     use super::*;
 
     #[test]
     fn every_instant_moves_and_nothing_else() {
-        let header = Header { sequence: 9, incarnation: 2, hops_ns: [5, 0, 7, 0, 0, 0, 0, 8], ..Header::at(100) };
+        let header =
+            Header { sequence: 9, incarnation: 2, hops_ns: [5, 0, 7, 0, 0, 0, 0, 8], ..Header::at(100) };
         let goal = JointGoal { joint: 3, reserved: 0, goal_position_rad: 0.5, arrive_at_ns: 1000 };
         let mut bytes = Vec::new();
         put_frame::<JointGoals>(&header, &[goal, goal], &mut bytes);

@@ -158,8 +158,7 @@ fn listen<'a>(
         .declare_subscriber(key)
         .allowed_origin(Locality::Remote)
         .callback(move |sample| {
-            let message =
-                Message { sort, at: clock::now(), bytes: sample.payload().to_bytes().into_owned() };
+            let message = Message { sort, at: clock::now(), bytes: sample.payload().to_bytes().into_owned() };
             // A loop that is behind loses messages, as a network does.
             match incoming.try_send(message) {
                 Ok(()) | Err(TrySendError::Full(_) | TrySendError::Disconnected(_)) => {}

@@ -27,7 +27,9 @@ impl Exchange {
         let here = self.heard_ns.checked_sub(self.asked_ns)?;
         let there = self.answered_there_ns.checked_sub(self.heard_there_ns)?;
         // Both clocks cut their instants to whole nanoseconds, and run at rates of their own.
-        here.checked_sub(there.min(here)).map(Duration::from_nanos).filter(|_| there <= here.saturating_add(here / 500))
+        here.checked_sub(there.min(here))
+            .map(Duration::from_nanos)
+            .filter(|_| there <= here.saturating_add(here / 500))
     }
 
     /// The other clock less this one, from and to: whatever way took how long, it is between these.
@@ -176,8 +178,7 @@ mod tests {
     #[test]
     fn nonsense_teaches_nothing() {
         let mut offset = Offset::default();
-        let nonsense =
-            Exchange { asked_ns: 5, heard_there_ns: 9, answered_there_ns: 3, heard_ns: u64::MAX };
+        let nonsense = Exchange { asked_ns: 5, heard_there_ns: 9, answered_there_ns: 3, heard_ns: u64::MAX };
         offset.learn(Instant::from_nanos(9), &nonsense);
         assert_eq!((offset.estimate_ns(), offset.error(Instant::from_nanos(9))), (None, None));
     }

@@ -5,9 +5,9 @@ use std::sync::Arc;
 
 use clock::{Duration, Instant};
 
+use crate::Stream;
 use crate::stream::Class;
 use crate::wire::Frame;
-use crate::Stream;
 
 /// Frames of which every one is wanted that wait at most; and for how long.
 const KEPT_MOST: usize = 4096;
@@ -170,7 +170,9 @@ mod tests {
 
     fn sent(outbox: &mut Outbox) -> Vec<(Stream, u8)> {
         let load = outbox.load(at(1));
-        load.map_or(Vec::new(), |load| load.frames.iter().map(|frame| (frame.stream, frame.bytes[0])).collect())
+        load.map_or(Vec::new(), |load| {
+            load.frames.iter().map(|frame| (frame.stream, frame.bytes[0])).collect()
+        })
     }
 
     #[test]

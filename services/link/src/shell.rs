@@ -8,12 +8,12 @@ use config::leo::Link;
 use message::{Header, LinkHealth, Process};
 use process::{Failure, Launch, Member, Progress};
 
+use crate::Stream;
 use crate::instants::Instants;
 use crate::net::{Message, Net, Sort};
 use crate::ports::{Springs, Taps};
 use crate::talk::Talk;
 use crate::wire::{Agreement, Bundle, Frame, Nonsense, Pulse};
-use crate::Stream;
 
 /// The board is written this often.
 const TELL_EVERY: Duration = Duration::from_millis(100);
@@ -56,9 +56,8 @@ pub fn run(launch: &Launch, robot: &Robot) -> Result<(), Failure> {
     let perspectives = leo.belief.perspectives(launch.partners.unwrap_or(leo.belief.partners));
     let (here, there): (Vec<Stream>, Vec<Stream>) =
         Stream::all(perspectives).partition(|stream| link.runs_here(stream.writer()));
-    let is_sent = |stream: &Stream| {
-        link.topics.is_empty() || link.topics.iter().any(|topic| *topic == stream.name().0)
-    };
+    let is_sent =
+        |stream: &Stream| link.topics.is_empty() || link.topics.iter().any(|topic| *topic == stream.name().0);
     let here: Vec<Stream> = here.into_iter().filter(is_sent).collect();
     let mut carrier = Carrier {
         springs: Springs::open(&member, &there, robot)?,
@@ -96,7 +95,8 @@ pub fn run(launch: &Launch, robot: &Robot) -> Result<(), Failure> {
 fn agreement(robot: &Robot, perspectives: u32) -> Agreement {
     let layouts = Stream::all(2).flat_map(|stream| {
         let [head, entry] = stream.kinds();
-        let layouts: Vec<String> = [&head, &entry].into_iter().flat_map(|kind| kind.layouts()).map(ToString::to_string).collect();
+        let layouts: Vec<String> =
+            [&head, &entry].into_iter().flat_map(|kind| kind.layouts()).map(ToString::to_string).collect();
         layouts
     });
     let joints = robot.motor.joints.iter().map(|joint| joint.name.clone());
@@ -127,7 +127,8 @@ impl Carrier {
                     self.talk.hear_pulse(at, &pulse);
                     None
                 }),
-                Sort::Bundle => Bundle::of_bytes(&bytes, self.agreement).map(|bundle| Some(self.talk.hear_bundle(at, bundle))),
+                Sort::Bundle => Bundle::of_bytes(&bytes, self.agreement)
+                    .map(|bundle| Some(self.talk.hear_bundle(at, bundle))),
             };
             let came = match understood {
                 Ok(came) => came,

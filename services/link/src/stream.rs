@@ -1,6 +1,6 @@
 use message::{
-    ActsAnswered, Beliefs, Bytes, Divergences, Events, JointGoals, JointStates, Kind, Percepts, Process, Scene,
-    TeacherActs, Topic, Utterances,
+    ActsAnswered, Beliefs, Bytes, Divergences, Events, JointGoals, JointStates, Kind, Percepts, Process,
+    Scene, TeacherActs, Topic, Utterances,
 };
 
 /// A topic of the robot, as far as links carry it; in the order in which what came at once is published.
@@ -45,8 +45,7 @@ impl Stream {
         let first = [Self::JointStates, Self::Scene, Self::Percepts];
         let beliefs = (0..perspectives).map(Self::Beliefs);
         let divergences = (1..perspectives).map(Self::Divergences);
-        let last =
-            [Self::JointGoals, Self::TeacherActs, Self::ActsAnswered, Self::Utterances, Self::Events];
+        let last = [Self::JointGoals, Self::TeacherActs, Self::ActsAnswered, Self::Utterances, Self::Events];
         first.into_iter().chain(beliefs).chain(divergences).chain(last)
     }
 

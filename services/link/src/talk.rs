@@ -4,12 +4,12 @@ use std::sync::Arc;
 
 use clock::{Duration, Instant};
 
+use crate::Stream;
 use crate::inbox::{Inbox, New};
 use crate::offset::Offset;
 use crate::outbox::{Outbox, Place};
 use crate::window::Window;
 use crate::wire::{Bundle, Pulse};
-use crate::Stream;
 
 /// A pulse is sent this often, and after every bundle that came.
 const PULSE_EVERY: Duration = Duration::from_millis(50);

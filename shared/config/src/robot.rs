@@ -165,7 +165,8 @@ fn consistent(text: &str, file: &Path) -> Result<Leo, ConfigError> {
     }
     if let Some((key, reason)) = fault_of_link(&leo.link) {
         let table = text.find("\n[link]").unwrap_or(0);
-        let at = text.get(table..).and_then(|rest| rest.find(&format!("\n{key} "))).map_or(0, |at| table + at + 1);
+        let at =
+            text.get(table..).and_then(|rest| rest.find(&format!("\n{key} "))).map_or(0, |at| table + at + 1);
         return Err(invalid(text, file, at..at, reason));
     }
     Ok(leo)

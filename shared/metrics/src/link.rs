@@ -13,14 +13,18 @@ type Count = (&'static str, Option<&'static str>, &'static str, fn(&LinkHealth) 
 const COUNTS: [Count; 10] = [
     ("leo_link_hearings", None, "How often the other machine came to be heard.", |link| link.hearings),
     ("leo_link_sent_frames", None, "Frames handed to the network.", |link| link.sent),
-    ("leo_link_overtaken_frames", None, "Frames not sent because a newer one came first.", |link| link.overtaken),
+    ("leo_link_overtaken_frames", None, "Frames not sent because a newer one came first.", |link| {
+        link.overtaken
+    }),
     ("leo_link_given_up_frames", None, "Frames that waited for the other machine for too long.", |link| {
         link.given_up
     }),
     ("leo_link_received_frames", None, "Frames of the other machine that were published here.", |link| {
         link.received
     }),
-    ("leo_link_lost_bundles", None, "Bundles of frames that were sent here and did not come.", |link| link.lost),
+    ("leo_link_lost_bundles", None, "Bundles of frames that were sent here and did not come.", |link| {
+        link.lost
+    }),
     ("leo_link_refused", None, "Messages and frames of the other machine refused as nonsense.", |link| {
         link.refused
     }),

@@ -1,8 +1,8 @@
 use std::collections::BTreeSet;
 
 use message::{
-    BusHealth, Health, JointCause, JointMode, JointState, LinkHealth, PerspectiveHealth, Process, ProcessState,
-    SourceHealth, Text,
+    BusHealth, Health, JointCause, JointMode, JointState, LinkHealth, PerspectiveHealth, Process,
+    ProcessState, SourceHealth, Text,
 };
 
 use super::*;

@@ -7,8 +7,8 @@ use config::leo::{Buffers, Rights};
 use cycle::{Account, Schedule};
 use message::{Health, Process, ProcessState, Topic};
 use transport::{
-    BusesWriter, Delivery, Domain, HealthWriter, Inlet, JointsWriter, LinkWriter, Node, Outlet, PerspectivesWriter,
-    Queues, SourcesWriter,
+    BusesWriter, Delivery, Domain, HealthWriter, Inlet, JointsWriter, LinkWriter, Node, Outlet,
+    PerspectivesWriter, Queues, SourcesWriter,
 };
 
 use crate::pace::{Lockstep, Pace, Wait, wait_for_call};

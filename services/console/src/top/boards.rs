@@ -5,7 +5,8 @@ use std::collections::BTreeMap;
 use message::{Health, Process};
 use metrics::Readings;
 use transport::{
-    BusesReader, HealthReader, JointsReader, LinkReader, Node, PerspectivesReader, PortError, RosterReader, SourcesReader,
+    BusesReader, HealthReader, JointsReader, LinkReader, Node, PerspectivesReader, PortError, RosterReader,
+    SourcesReader,
 };
 
 /// Reads the boards of one domain. What is not there yet, or not any more, is looked for anew each

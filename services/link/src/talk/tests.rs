@@ -152,8 +152,7 @@ fn a_way_is_measured_across_two_clocks() {
 fn nothing_is_taken_of_a_machine_whose_clock_is_not_known() {
     let mut away = Talk::new(1, &[], clock_of(0, 0));
     let frames = vec![Frame { stream: Stream::Events, bytes: bytes(1) }];
-    let bundle =
-        Bundle { life: 5, number: 1, sent_ns: 9, oldest: 1, first: 1, numbered: 1, frames };
+    let bundle = Bundle { life: 5, number: 1, sent_ns: 9, oldest: 1, first: 1, numbered: 1, frames };
     let came = away.hear_bundle(clock_of(1, 0), bundle);
     assert!(came.way.is_none() && came.new.said.is_empty());
     assert_eq!(away.inbox.heard(), (0, 0, 0));

@@ -194,7 +194,10 @@ pub(crate) fn fault(link: &Link) -> Option<(&'static str, String)> {
         return Some(("listen", "the link is on, and neither `listen` nor `connect` says where".to_owned()));
     }
     if let Some(unknown) = link.topics.iter().find(|name| !LINKED.contains(&name.as_str())) {
-        return Some(("topics", format!("{unknown:?} is none of the topics that can be sent: {}", LINKED.join(", "))));
+        return Some((
+            "topics",
+            format!("{unknown:?} is none of the topics that can be sent: {}", LINKED.join(", ")),
+        ));
     }
     let keys = [&link.authority, &link.certificate, &link.private_key];
     if link.is_encrypted() && keys.iter().any(|file| file.as_os_str().is_empty()) {
@@ -226,7 +229,9 @@ mod tests {
 
     #[test]
     fn what_is_no_endpoint_is_refused() {
-        for wrong in ["", "tls", "tls/leo", "tls/leo:", "tls/leo:70000", "tls/:7447", "udp/[::1]:1", "tls/a#b:1"] {
+        for wrong in
+            ["", "tls", "tls/leo", "tls/leo:", "tls/leo:70000", "tls/:7447", "udp/[::1]:1", "tls/a#b:1"]
+        {
             assert!(endpoint(wrong).is_err(), "{wrong}");
         }
     }

@@ -8,8 +8,8 @@ use std::path;
 
 use message::{
     ActAnswer, Aspect, Belief, BeliefHead, BusHealth, Buses, DEPTH_MOST, Difference, DivergenceHead, Done,
-    Event, Header, Health, Histogram, JointGoal, JointState, Joints, LOSSES, LinkHealth, MAX_BUSES, MAX_JOINTS,
-    MAX_PERCEPTS, MAX_PERSPECTIVES, MAX_SOURCES, Observation, Path, Perceived, PerceptValue,
+    Event, Header, Health, Histogram, JointGoal, JointState, Joints, LOSSES, LinkHealth, MAX_BUSES,
+    MAX_JOINTS, MAX_PERCEPTS, MAX_PERSPECTIVES, MAX_SOURCES, Observation, Path, Perceived, PerceptValue,
     PerspectiveHealth, Perspectives, Remembered, Roster, STATES, SceneHead, SceneObject, Snapshot,
     SourceHealth, Sources, TEXT_CAPACITY, TeacherAct, Text, Turn, Utterance,
 };
