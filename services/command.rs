@@ -361,7 +361,8 @@ fn teachable(robot: &Robot) -> Result<usize, Failure> {
 /// `RUST_LOG` whatever it says.
 fn listen(aside: &::process::Aside, verbose: bool, json: bool) {
     use tracing_subscriber::EnvFilter;
-    let default = if verbose { "debug" } else { "warn" };
+    // What the link's library has to say of every try to connect, the link says once.
+    let default = if verbose { "debug,zenoh=error" } else { "warn,zenoh=off" };
     let filter = EnvFilter::try_from_default_env().unwrap_or_else(|_| EnvFilter::new(default));
     let colour = std::io::stderr().is_terminal() && std::env::var_os("NO_COLOR").is_none();
     let subscriber = tracing_subscriber::fmt()

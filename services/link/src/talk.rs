@@ -42,6 +42,8 @@ struct Peer {
     heard_at: Instant,
     sent_ns: u64,
     received_ns: u64,
+    /// Whether it was told what it needs to know the difference of the clocks: before, it takes no frames.
+    is_answered: bool,
 }
 
 /// A bundle that came.
@@ -122,7 +124,7 @@ impl Talk {
         match &mut self.peer {
             Some(peer) if peer.life == life => peer.heard_at = at,
             _ => {
-                self.peer = Some(Peer { life, heard_at: at, sent_ns: 0, received_ns: 0 });
+                self.peer = Some(Peer { life, heard_at: at, sent_ns: 0, received_ns: 0, is_answered: false });
                 self.hearings += 1;
                 self.offset.forget();
                 self.part();
@@ -156,12 +158,15 @@ impl Talk {
         self.pulse_at = now + PULSE_EVERY;
         let (of_life, newest, wanted) = self.inbox.heard();
         let (asked_ns, heard_ns) = self.peer.map_or((0, 0), |peer| (peer.sent_ns, peer.received_ns));
+        if let Some(peer) = &mut self.peer {
+            peer.is_answered |= asked_ns != 0;
+        }
         Some(Pulse { life: self.life, sent_ns: now.as_nanos(), asked_ns, heard_ns, of_life, newest, wanted })
     }
 
     /// The bundle to be sent now, if there is anything to send and the network has room for it.
     pub(crate) fn bundle(&mut self, now: Instant) -> Option<Bundle> {
-        if !self.is_heard() || !self.window.has_room() {
+        if !self.peer.is_some_and(|peer| peer.is_answered) || !self.window.has_room() {
             return None;
         }
         let load = self.outbox.load(now)?;

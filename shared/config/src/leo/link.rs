@@ -187,17 +187,17 @@ impl OffBoard {
 
 /// What is wrong with the link as a whole, if anything: the key and the reason.
 pub(crate) fn fault(link: &Link) -> Option<(&'static str, String)> {
-    if link.side == Side::Off {
-        return None;
-    }
-    if link.listen.is_empty() && link.connect.is_empty() {
-        return Some(("listen", "the link is on, and neither `listen` nor `connect` says where".to_owned()));
-    }
     if let Some(unknown) = link.topics.iter().find(|name| !LINKED.contains(&name.as_str())) {
         return Some((
             "topics",
             format!("{unknown:?} is none of the topics that can be sent: {}", LINKED.join(", ")),
         ));
+    }
+    if link.side == Side::Off {
+        return None;
+    }
+    if link.listen.is_empty() && link.connect.is_empty() {
+        return Some(("listen", "the link is on, and neither `listen` nor `connect` says where".to_owned()));
     }
     let keys = [&link.authority, &link.certificate, &link.private_key];
     if link.is_encrypted() && keys.iter().any(|file| file.as_os_str().is_empty()) {
