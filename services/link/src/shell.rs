@@ -1,4 +1,4 @@
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, VecDeque};
 use std::fs::File;
 use std::path::{Path, PathBuf};
 
@@ -17,6 +17,11 @@ use crate::wire::{Agreement, Bundle, Frame, Nonsense, Pulse};
 
 /// The board is written this often.
 const TELL_EVERY: Duration = Duration::from_millis(100);
+/// After a silence much is said at once. A frame of a topic of which every one is wanted is published this often at
+/// most: who reads it, and looks every 50 ms at least, has queues of a few frames.
+const SAY_EVERY: Duration = Duration::from_millis(20);
+/// Frames that wait for that at most.
+const UNSAID_MOST: usize = 8192;
 
 /// Why the link's keys cannot be used.
 #[derive(Debug, thiserror::Error)]
@@ -65,6 +70,8 @@ pub fn run(launch: &Launch, robot: &Robot) -> Result<(), Failure> {
         agreement: agreement(robot, perspectives),
         late_after: link.late_after_ms.duration(),
         talk: Talk::new(clock::now().as_nanos(), &here, clock::now()),
+        unsaid: VecDeque::new(),
+        say_at: BTreeMap::new(),
         health: LinkHealth::default(),
         is_refusing: false,
     };
@@ -111,6 +118,10 @@ struct Carrier {
     instants: BTreeMap<Stream, Instants>,
     agreement: Agreement,
     late_after: Duration,
+    /// What is to be published yet of what was said, with what this machine's time is ahead by.
+    unsaid: VecDeque<(Frame, i64)>,
+    /// From when on the next of it may be, by stream.
+    say_at: BTreeMap<Stream, Instant>,
     health: LinkHealth,
     /// Whether the other machine means something else, and that was said.
     is_refusing: bool,
@@ -140,14 +151,30 @@ impl Carrier {
             let Some(came) = came else { continue };
             let Some((delay, ahead_ns)) = came.way else { continue };
             self.health.delay.record(clock::nanos(delay));
-            for frame in came.new.said {
-                self.publish(&frame, ahead_ns)?;
-            }
+            self.unsaid.extend(came.new.said.into_iter().map(|frame| (frame, ahead_ns)));
             for frame in came.new.newest {
                 newest.insert(frame.stream, (frame, ahead_ns));
             }
         }
+        self.say()?;
         newest.into_values().try_for_each(|(frame, ahead_ns)| self.publish(&frame, ahead_ns))
+    }
+
+    /// Publishes what was said, in order, a frame of each stream now and then.
+    fn say(&mut self) -> Result<(), Failure> {
+        let beyond = self.unsaid.len().saturating_sub(UNSAID_MOST);
+        self.health.refused += count(self.unsaid.drain(..beyond).len());
+        let now = clock::now();
+        let waiting = std::mem::take(&mut self.unsaid);
+        for (frame, ahead_ns) in waiting {
+            if self.say_at.get(&frame.stream).is_some_and(|&say_at| now < say_at) {
+                self.unsaid.push_back((frame, ahead_ns));
+            } else {
+                self.say_at.insert(frame.stream, now + SAY_EVERY);
+                self.publish(&frame, ahead_ns)?;
+            }
+        }
+        Ok(())
     }
 
     fn refuse(&mut self, nonsense: Nonsense) {
