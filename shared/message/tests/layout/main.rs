@@ -116,7 +116,7 @@ fn what_recordings_say_of_a_layout_is_what_it_is() {
         assert_eq!((layout.size, said), (size, written), "{}", layout.name);
         compared.insert(layout.name);
     }
-    assert_eq!(compared.len(), 19);
+    assert_eq!(compared.len(), 21);
 }
 
 #[test]
