@@ -206,6 +206,7 @@ impl Run {
             Lesson::load(lesson).map_err(Failed::usage)?;
         }
         startable(&robot)?;
+        linkable(&robot.leo.link)?;
         let faults = self.faults.as_deref().map(|file| campaign(file, &robot)).transpose()?;
         let state = domain::state_directory()?;
         // Here it is one clear error; the learner could only die of it again and again.
@@ -217,6 +218,7 @@ impl Run {
             processes: ORDER
                 .into_iter()
                 .filter(|process| *process != message::Process::Simulator || plays)
+                .filter(|process| robot.leo.link.runs_here(*process))
                 .collect(),
             settings: robot.leo,
             config: self.config.clone(),
@@ -325,6 +327,24 @@ fn startable(robot: &Robot) -> Result<(), Failure> {
     Ok(())
 }
 
+/// Refuses a link that there cannot be.
+#[cfg(feature = "link")]
+fn linkable(link: &config::leo::Link) -> Result<(), Failure> {
+    link_process::check(link).map_err(Failed::usage)
+}
+
+/// Refuses a link that there cannot be.
+#[cfg(not(feature = "link"))]
+fn linkable(link: &config::leo::Link) -> Result<(), Failure> {
+    if link.side == config::leo::Side::Off {
+        return Ok(());
+    }
+    Err(Failed::usage(
+        "leo.toml: `side` of [link]: this program was built without the link; build it with `--features link`, or \
+         say `side = \"off\"`",
+    ))
+}
+
 /// Refuses to play a lesson to a robot that does not look at the simulator; the number of that source.
 fn teachable(robot: &Robot) -> Result<usize, Failure> {
     startable(robot)?;
@@ -341,7 +361,8 @@ fn teachable(robot: &Robot) -> Result<usize, Failure> {
 /// `RUST_LOG` whatever it says.
 fn listen(aside: &::process::Aside, verbose: bool, json: bool) {
     use tracing_subscriber::EnvFilter;
-    let default = if verbose { "debug" } else { "warn" };
+    // What the link's library has to say of every try to connect, the link says once.
+    let default = if verbose { "debug,zenoh=error" } else { "warn,zenoh=off" };
     let filter = EnvFilter::try_from_default_env().unwrap_or_else(|_| EnvFilter::new(default));
     let colour = std::io::stderr().is_terminal() && std::env::var_os("NO_COLOR").is_none();
     let subscriber = tracing_subscriber::fmt()

@@ -14,6 +14,7 @@ const LAYERS: [&[&str]; 6] = [
         "belief-process",
         "console-process",
         "learner-process",
+        "link-process",
         "mock-bus-process",
         "motor-process",
         "sensor-process",
@@ -53,7 +54,7 @@ const PEERS: [(&str, &[&str]); 8] = [
 ];
 
 /// What others made that only some of our crates may know.
-const WRAPPED: [(&str, &[&str]); 15] = [
+const WRAPPED: [(&str, &[&str]); 16] = [
     ("iceoryx2", &["transport"]),
     ("iceoryx2-bb-derive-macros", &["message"]),
     ("iceoryx2-bb-elementary-traits", &["message"]),
@@ -69,6 +70,7 @@ const WRAPPED: [(&str, &[&str]); 15] = [
     ("rustix", &["clock", "realtime", "serial", "supervisor-process", "transport"]),
     ("urdf-rs", &["kinematics"]),
     ("toml", &["config"]),
+    ("zenoh", &["link-process"]),
 ];
 
 /// Crates that may hold unsafe code.
@@ -78,7 +80,7 @@ const MAY_BE_UNSAFE: [&str; 2] = ["shared/realtime", "shared/testkit"];
 const SHELL_FILES: [&str; 3] = ["lib.rs", "run.rs", "shell.rs"];
 
 /// Further files of a shell, where it has more than one noun.
-const MORE_SHELL_FILES: [&str; 38] = [
+const MORE_SHELL_FILES: [&str; 40] = [
     "console/src/fares.rs",
     "console/src/hand.rs",
     "console/src/lessons.rs",
@@ -93,6 +95,8 @@ const MORE_SHELL_FILES: [&str; 38] = [
     "console/src/web/live.rs",
     "learner/src/keeper.rs",
     "learner/src/memory.rs",
+    "link/src/net.rs",
+    "link/src/ports.rs",
     "mock_bus/src/alone.rs",
     "mock_bus/src/end.rs",
     "mock_bus/src/ptys.rs",

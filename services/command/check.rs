@@ -11,7 +11,7 @@ use config::Robot;
 use supervisor_process::{CheckError, Deed, Inquiry};
 
 use super::failure::Failed;
-use super::{seconds, startable};
+use super::{linkable, seconds, startable};
 
 #[derive(Args, Clone, Debug)]
 #[command(after_help = "Example:\n  leo check --config config/leo.toml --seconds 60")]
@@ -45,7 +45,9 @@ impl Check {
         if self.migrate {
             migrate::migrate(self.config.as_deref())?;
         }
-        startable(&Robot::load(self.config.as_deref()).map_err(Failed::usage)?)?;
+        let robot = Robot::load(self.config.as_deref()).map_err(Failed::usage)?;
+        startable(&robot)?;
+        linkable(&robot.leo.link)?;
         let deed = match (self.apply, self.revert) {
             (true, _) => Deed::Apply,
             (false, true) => Deed::Revert,

@@ -34,6 +34,10 @@ pub(crate) enum Process {
     /// Tells people what happens
     #[command(hide = true)]
     Console(Told),
+    /// Carries frames between this machine and another one
+    #[cfg(feature = "link")]
+    #[command(hide = true)]
+    Link(Told),
 }
 
 /// What the supervisor tells a process.
@@ -73,15 +77,19 @@ pub(super) struct Life {
 impl Process {
     /// Runs the process until it is told to stop.
     pub(crate) fn run(self) -> Result<ExitCode, Failed> {
-        let (Self::Simulator(told)
-        | Self::Sensor(told)
-        | Self::Belief(told)
-        | Self::Learner(told)
-        | Self::Motor(told)
-        | Self::Console(told)) = &self
-        else {
-            let Self::MockBus(mock_bus) = self else { return Ok(ExitCode::SUCCESS) };
-            return mock_bus.run();
+        let told = match &self {
+            Self::Simulator(told)
+            | Self::Sensor(told)
+            | Self::Belief(told)
+            | Self::Learner(told)
+            | Self::Motor(told)
+            | Self::Console(told) => told,
+            #[cfg(feature = "link")]
+            Self::Link(told) => told,
+            Self::MockBus(_) => {
+                let Self::MockBus(mock_bus) = self else { return Ok(ExitCode::SUCCESS) };
+                return mock_bus.run();
+            }
         };
         let launch = told.life.launch(told.domain.clone(), told.config.clone());
         let robot = Robot::load(launch.config.as_deref()).map_err(Failed::usage)?;
@@ -92,6 +100,8 @@ impl Process {
             Self::Learner(_) => learner_process::run(&launch, &robot),
             Self::Motor(_) => motor_process::run(&launch, &robot),
             Self::Console(_) => console_process::run(&launch, &robot, &lesson(&launch)?),
+            #[cfg(feature = "link")]
+            Self::Link(_) => link_process::run(&launch, &robot),
             Self::MockBus(_) => Ok(()),
         }
         .map_err(Failed::because)?;

@@ -118,6 +118,10 @@ fn a_wrong_configuration_is_one_error_that_names_the_place() {
         ("objects = 64 ", "objects = 5000 ", "4096"),
         ("partners = 1", "", "missing field `partners`"),
         ("objects = 64 ", "objects = ", "expected"),
+        ("listen = []", "listen = [\"tcp/0.0.0.0:7447\"]", "in the clear"),
+        ("side = \"off\"", "side = \"robot\"", "neither `listen` nor `connect` says where"),
+        ("off_board = [", "off_board = [\"motor\", ", "unknown variant `motor`"),
+        ("topics = []", "topics = [\"observations\"]", "none of the topics that can be sent"),
     ] {
         let wrong = right.replacen(from, to, 1);
         assert_ne!(wrong, right, "{from}");
@@ -126,6 +130,17 @@ fn a_wrong_configuration_is_one_error_that_names_the_place() {
             let told = tell(&[command.as_slice(), &["--config", &file]].concat());
             assert_refused(&told, 2, &["leo.toml:", word]);
         }
+    }
+    let linked = right.replacen("side = \"off\"", "side = \"robot\"", 1).replacen(
+        "listen = []",
+        "listen = [\"tls/0.0.0.0:7447\"]",
+        1,
+    );
+    let file = write(&files, "leo.toml", &linked);
+    assert_refused(&tell(&["run", "--config", &file]), 2, &["leo.toml:", "`authority`, `certificate`"]);
+    if !cfg!(feature = "link") {
+        let file = write(&files, "leo.toml", &linked.replacen("tls/0.0.0.0", "tcp/127.0.0.1", 1));
+        assert_refused(&tell(&["run", "--config", &file]), 2, &["--features link"]);
     }
     assert_refused(&tell(&["check", "--config", "/nowhere/leo.toml"]), 2, &["/nowhere/leo.toml"]);
 }

@@ -214,6 +214,8 @@ enum leo_process {
     LEO_PROCESS_CONSOLE = 6,
     /* Starts and watches the others. */
     LEO_PROCESS_SUPERVISOR = 7,
+    /* Carries frames between this machine and another one. */
+    LEO_PROCESS_LINK = 8,
 };
 
 /* Where a process is in its life. */
@@ -794,6 +796,59 @@ LEO_ASSERT(sizeof(struct leo_joints) == 14344, "size of leo/Joints/1");
 LEO_ASSERT(offsetof(struct leo_joints, count) == 0, "place of count");
 LEO_ASSERT(offsetof(struct leo_joints, states) == 8, "place of states");
 
+/* How the link to another machine fares, since the link process's life began: it writes this to a board of
+ * its own. Delays are between the two machines, in nanoseconds. */
+#define LEO_LINK_HEALTH_TYPE "leo/LinkHealth/1"
+struct leo_link_health {
+    LEO_NAMED(LEO_LINK_HEALTH_TYPE)
+    /* Whether the other machine is heard now: 1 yes, 0 no. */
+    uint64_t is_heard;
+    /* How often it came to be heard: once, and once more after each silence. */
+    uint64_t hearings;
+    /* The newest round trip to the other machine and back, without the time that it took to answer. */
+    uint64_t round_trip_ns;
+    /* By how much the instants of frames that came over the link are wrong at most: what is not known of the
+     * difference between the two machines' clocks. */
+    uint64_t clock_error_ns;
+    /* Frames that were handed to the network. */
+    uint64_t sent;
+    /* Frames that were not sent because a newer one of their topic overtook them: the network is slower than
+     * their writer. */
+    uint64_t overtaken;
+    /* Frames that waited for the other machine for too long, or were too many, and were given up. */
+    uint64_t given_up;
+    /* Frames that came and were published here. */
+    uint64_t received;
+    /* Bundles of frames that were sent to this machine and did not arrive. */
+    uint64_t lost;
+    /* Frames and messages from the other machine that were nonsense, or of another version. */
+    uint64_t refused;
+    /* Commands that came too late to be carried out. */
+    uint64_t late;
+    /* Bytes that were handed to the network. */
+    uint64_t bytes_sent;
+    /* Bytes that came. */
+    uint64_t bytes_received;
+    /* How long bundles of frames took from the other machine to this one, wrong by
+     * `Self::clock_error_ns` at most. */
+    struct leo_histogram delay;
+};
+LEO_ASSERT(sizeof(struct leo_link_health) == 1856, "size of leo/LinkHealth/1");
+LEO_ASSERT(offsetof(struct leo_link_health, is_heard) == 0, "place of is_heard");
+LEO_ASSERT(offsetof(struct leo_link_health, hearings) == 8, "place of hearings");
+LEO_ASSERT(offsetof(struct leo_link_health, round_trip_ns) == 16, "place of round_trip_ns");
+LEO_ASSERT(offsetof(struct leo_link_health, clock_error_ns) == 24, "place of clock_error_ns");
+LEO_ASSERT(offsetof(struct leo_link_health, sent) == 32, "place of sent");
+LEO_ASSERT(offsetof(struct leo_link_health, overtaken) == 40, "place of overtaken");
+LEO_ASSERT(offsetof(struct leo_link_health, given_up) == 48, "place of given_up");
+LEO_ASSERT(offsetof(struct leo_link_health, received) == 56, "place of received");
+LEO_ASSERT(offsetof(struct leo_link_health, lost) == 64, "place of lost");
+LEO_ASSERT(offsetof(struct leo_link_health, refused) == 72, "place of refused");
+LEO_ASSERT(offsetof(struct leo_link_health, late) == 80, "place of late");
+LEO_ASSERT(offsetof(struct leo_link_health, bytes_sent) == 88, "place of bytes_sent");
+LEO_ASSERT(offsetof(struct leo_link_health, bytes_received) == 96, "place of bytes_received");
+LEO_ASSERT(offsetof(struct leo_link_health, delay) == 104, "place of delay");
+
 /* What one sensory process reported of one thing at one instant, in the robot's base frame.
  * 
  * An observation carries no identity of the thing: finding out which thing it was is the Belief
@@ -925,13 +980,13 @@ LEO_ASSERT(offsetof(struct leo_perspectives, perspectives) == 8, "place of persp
 
 /* Which life of each process is the newest, as the supervisor knows it: it names the board on
  * which that life's `Health` stands. */
-#define LEO_ROSTER_TYPE "leo/Roster/1"
+#define LEO_ROSTER_TYPE "leo/Roster/2"
 struct leo_roster {
     LEO_NAMED(LEO_ROSTER_TYPE)
     /* Newest incarnation of each process by its number; zero where it was never started. */
-    uint64_t incarnations[8];
+    uint64_t incarnations[16];
 };
-LEO_ASSERT(sizeof(struct leo_roster) == 64, "size of leo/Roster/1");
+LEO_ASSERT(sizeof(struct leo_roster) == 128, "size of leo/Roster/2");
 LEO_ASSERT(offsetof(struct leo_roster, incarnations) == 0, "place of incarnations");
 
 /* The head of the simulator's scene: where the lesson is, and the robot in the world. */

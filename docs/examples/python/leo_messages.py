@@ -205,6 +205,8 @@ class Process(enum.IntEnum):
     CONSOLE = 6
     # Starts and watches the others.
     SUPERVISOR = 7
+    # Carries frames between this machine and another one.
+    LINK = 8
 
 
 # Where a process is in its life.
@@ -720,6 +722,48 @@ class Joints(ctypes.Structure):
         return "leo/Joints/1"
 
 
+# How the link to another machine fares, since the link process's life began: it writes this to a board of
+# its own. Delays are between the two machines, in nanoseconds.
+class LinkHealth(ctypes.Structure):
+    _fields_ = [
+        # Whether the other machine is heard now: 1 yes, 0 no.
+        ("is_heard", ctypes.c_uint64),
+        # How often it came to be heard: once, and once more after each silence.
+        ("hearings", ctypes.c_uint64),
+        # The newest round trip to the other machine and back, without the time that it took to answer.
+        ("round_trip_ns", ctypes.c_uint64),
+        # By how much the instants of frames that came over the link are wrong at most: what is not known of the
+        # difference between the two machines' clocks.
+        ("clock_error_ns", ctypes.c_uint64),
+        # Frames that were handed to the network.
+        ("sent", ctypes.c_uint64),
+        # Frames that were not sent because a newer one of their topic overtook them: the network is slower than
+        # their writer.
+        ("overtaken", ctypes.c_uint64),
+        # Frames that waited for the other machine for too long, or were too many, and were given up.
+        ("given_up", ctypes.c_uint64),
+        # Frames that came and were published here.
+        ("received", ctypes.c_uint64),
+        # Bundles of frames that were sent to this machine and did not arrive.
+        ("lost", ctypes.c_uint64),
+        # Frames and messages from the other machine that were nonsense, or of another version.
+        ("refused", ctypes.c_uint64),
+        # Commands that came too late to be carried out.
+        ("late", ctypes.c_uint64),
+        # Bytes that were handed to the network.
+        ("bytes_sent", ctypes.c_uint64),
+        # Bytes that came.
+        ("bytes_received", ctypes.c_uint64),
+        # How long bundles of frames took from the other machine to this one, wrong by
+        # `Self::clock_error_ns` at most.
+        ("delay", Histogram),
+    ]
+
+    @staticmethod
+    def type_name():
+        return "leo/LinkHealth/1"
+
+
 # What one sensory process reported of one thing at one instant, in the robot's base frame.
 #
 # An observation carries no identity of the thing: finding out which thing it was is the Belief
@@ -844,12 +888,12 @@ class Perspectives(ctypes.Structure):
 class Roster(ctypes.Structure):
     _fields_ = [
         # Newest incarnation of each process by its number; zero where it was never started.
-        ("incarnations", ctypes.c_uint64 * 8),
+        ("incarnations", ctypes.c_uint64 * 16),
     ]
 
     @staticmethod
     def type_name():
-        return "leo/Roster/1"
+        return "leo/Roster/2"
 
 
 # The head of the simulator's scene: where the lesson is, and the robot in the world.
@@ -1034,13 +1078,14 @@ _LAYOUT = [
     (JointGoal, 24, [0, 4, 8, 16]),
     (JointState, 56, [0, 4, 6, 8, 16, 24, 32, 40, 48, 52]),
     (Joints, 14344, [0, 8]),
+    (LinkHealth, 1856, [0, 8, 16, 24, 32, 40, 48, 56, 64, 72, 80, 88, 96, 104]),
     (Observation, 128, [0, 8, 10, 12, 14, 16, 18, 20, 24, 36, 52, 64, 76, 92]),
     (PerceptValue, 28, [0, 2, 4, 8, 12]),
     (Snapshot, 340, [0, 4]),
     (Perceived, 472, [0, 128]),
     (PerspectiveHealth, 32, [0, 16, 24]),
     (Perspectives, 8200, [0, 8]),
-    (Roster, 64, [0]),
+    (Roster, 128, [0]),
     (SceneHead, 432, [0, 96, 120, 152, 160, 164, 168, 172, 176]),
     (SceneObject, 408, [0, 24, 56, 80, 92, 108, 140, 142, 144, 146, 148]),
     (SourceHealth, 480, [0, 256, 264, 272, 280, 288]),

@@ -257,6 +257,8 @@ impl Policy {
         self.ending = match ended {
             Ended::Done => Some(Outcome::Done(process)),
             Ended::Refused => Some(Outcome::Refused(process)),
+            // Without a link the robot runs on, and is only not heard elsewhere.
+            Ended::Failed if process == Process::Link => None,
             Ended::Failed => too_often.then_some(Outcome::GaveUp(process)),
         };
     }

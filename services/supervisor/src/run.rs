@@ -30,11 +30,12 @@ const PULSES: u32 = 4;
 const REFUSED: i32 = 2;
 /// The order of starting: readers before their writers, so that no frame finds nobody there, and
 /// the servos before who moves them.
-pub const ORDER: [Process; 7] = [
+pub const ORDER: [Process; 8] = [
     Process::Console,
     Process::MockBus,
     Process::Motor,
     Process::Learner,
+    Process::Link,
     Process::Belief,
     Process::Sensor,
     Process::Simulator,

@@ -101,7 +101,8 @@ fn play(teaching: &Teaching) -> Result<Account, TeachError> {
     let mut class = Class::new()?;
     let queues = process::queues(&settings.buffers, true);
     let node = Node::join(&teaching.domain, Process::Supervisor.name(), 1, queues).map_err(RunError::from)?;
-    let processes: Vec<Process> = ORDER.into_iter().filter(|process| *process != Process::Console).collect();
+    let processes: Vec<Process> =
+        ORDER.into_iter().filter(|process| !matches!(process, Process::Console | Process::Link)).collect();
     let mut conductor = Conductor::open(&node, &processes, settings.supervisor.turn_within_ms.duration())?;
     let mut events = node.inlet::<Events>(None)?;
     let mut witness = teaching.record.as_ref().map(|record| Witness::open(&node, record)).transpose()?;

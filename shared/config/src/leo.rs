@@ -1,11 +1,14 @@
 //! `leo.toml`: the robot as a set of processes.
 
+mod link;
 mod source;
 
 use std::net::SocketAddr;
 
 use serde::Deserialize;
 
+pub(crate) use link::fault as fault_of_link;
+pub use link::{Endpoint, Link, OffBoard, RobotName, Side};
 pub(crate) use source::fault as fault_of_sources;
 pub use source::{Source, SourceFrame, SourceKind};
 
@@ -32,6 +35,8 @@ pub struct Leo {
     pub mock_bus: MockBus,
     /// The console process.
     pub console: Console,
+    /// The link to another machine.
+    pub link: Link,
     /// The supervisor.
     pub supervisor: Supervisor,
 }

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 use message::PERSPECTIVES_MOST;
 
 use crate::forward::{Forward, forward};
-use crate::leo::{Leo, fault_of_sources};
+use crate::leo::{Leo, fault_of_link, fault_of_sources};
 use crate::load::invalid;
 use crate::motor::Motor;
 use crate::percepts::Percepts;
@@ -56,6 +56,7 @@ impl Robot {
         let mut leo = consistent(&leo_text, &leo_file)?;
         if let Some(folder) = folder {
             leo.sensor.source.iter_mut().for_each(|source| source.relative_to(folder));
+            leo.link.relative_to(folder);
         }
         let percepts = Percepts::parse(&percepts.0, &percepts.1)?;
         perceivable(&leo, &percepts, &leo_text, &leo_file)?;
@@ -160,6 +161,12 @@ fn consistent(text: &str, file: &Path) -> Result<Leo, ConfigError> {
     }
     if let Some((index, reason)) = fault_of_sources(&leo.sensor.source) {
         let at = place_of_source(text, index);
+        return Err(invalid(text, file, at..at, reason));
+    }
+    if let Some((key, reason)) = fault_of_link(&leo.link) {
+        let table = text.find("\n[link]").unwrap_or(0);
+        let at =
+            text.get(table..).and_then(|rest| rest.find(&format!("\n{key} "))).map_or(0, |at| table + at + 1);
         return Err(invalid(text, file, at..at, reason));
     }
     Ok(leo)

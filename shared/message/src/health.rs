@@ -25,6 +25,8 @@ numbered! {
         Console = 6,
         /// Starts and watches the others.
         Supervisor = 7,
+        /// Carries frames between this machine and another one.
+        Link = 8,
     }
 }
 
@@ -41,6 +43,7 @@ impl Process {
             Self::Motor => "motor",
             Self::Console => "console",
             Self::Supervisor => "run",
+            Self::Link => "link",
         }
     }
 }
@@ -144,10 +147,10 @@ impl Health {
 /// which that life's [`Health`] stands.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ZeroCopySend)]
 #[repr(C)]
-#[type_name("leo/Roster/1")]
+#[type_name("leo/Roster/2")]
 pub struct Roster {
     /// Newest incarnation of each process by its number; zero where it was never started.
-    pub incarnations: [u64; 8],
+    pub incarnations: [u64; 16],
 }
 
 impl Roster {

@@ -1,6 +1,7 @@
 use iceoryx2_bb_derive_macros::ZeroCopySend;
 use iceoryx2_bb_elementary_traits::zero_copy_send::ZeroCopySend;
 
+use crate::bytes::laid_out;
 use crate::{Text, numbered};
 
 numbered! {
@@ -111,3 +112,11 @@ pub struct ActAnswer {
     /// Why it was refused; or what came of it: the new object's name, the file that was written.
     pub text: Text,
 }
+
+laid_out!(TeacherAct = "leo/TeacherAct/1" {
+    serial, position_m, also_m, heading_rad, kind, teacher, hand, reserved, table, text, colour
+});
+
+laid_out!(ActAnswer = "leo/ActAnswer/1" {
+    serial, refused, text
+});

@@ -9,6 +9,7 @@
 //! ```
 
 mod body;
+mod link;
 mod mind;
 mod page;
 mod processes;
@@ -31,6 +32,7 @@ pub fn openmetrics(readings: &Readings) -> String {
     page.sample("_info", &[("version", env!("CARGO_PKG_VERSION"))], 1.0);
     processes::write(readings, &mut page);
     body::write(readings, &mut page);
+    link::write(readings, &mut page);
     mind::write(readings, &mut page);
     page.end()
 }

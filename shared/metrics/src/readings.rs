@@ -1,6 +1,6 @@
 use std::collections::BTreeMap;
 
-use message::{BusHealth, Health, JointState, PerspectiveHealth, Process, SourceHealth};
+use message::{BusHealth, Health, JointState, LinkHealth, PerspectiveHealth, Process, SourceHealth};
 
 /// What was read of a robot, all at about the same instant; empty where it could not be.
 #[derive(Clone, Debug, Default)]
@@ -13,6 +13,8 @@ pub struct Readings {
     pub buses: Vec<BusHealth>,
     /// The perspectives, from the belief process's board.
     pub perspectives: Vec<PerspectiveHealth>,
+    /// The link to another machine, from the link process's board; none where there is no link.
+    pub link: Option<LinkHealth>,
     /// The newest joint states.
     pub joints: Vec<JointState>,
     /// The names of the joints by their index, from the configuration.

@@ -1,8 +1,8 @@
 use std::collections::BTreeSet;
 
 use message::{
-    BusHealth, Health, JointCause, JointMode, JointState, PerspectiveHealth, Process, ProcessState,
-    SourceHealth, Text,
+    BusHealth, Health, JointCause, JointMode, JointState, LinkHealth, PerspectiveHealth, Process,
+    ProcessState, SourceHealth, Text,
 };
 
 use super::*;
@@ -21,12 +21,15 @@ fn readings() -> Readings {
     source.name = Text::new("a \"camera\"\\\n");
     let mut bus = BusHealth { name: Text::new("torso"), missed: 5, quarantined: 1, ..BusHealth::default() };
     bus.exchange.record(1);
+    let mut link = LinkHealth { is_heard: 1, clock_error_ns: 150_000, overtaken: 8, ..LinkHealth::default() };
+    link.delay.record(1);
     let joint = |index| JointState::unread(index, JointMode::Quarantined, JointCause::Silent);
     Readings {
         processes: [(Process::Sensor, health)].into(),
         sources: vec![source],
         buses: vec![bus],
         perspectives: vec![PerspectiveHealth { steps: 2, beliefs: 20, ..PerspectiveHealth::default() }],
+        link: Some(link),
         joints: vec![joint(0), joint(1).with_condition(41.5, 11.9).with_reading(1, 0.0, 0.0, 0.25)],
         joint_names: vec!["torso_yaw_joint".to_owned()],
         tasks: vec![TaskReading {
@@ -53,6 +56,10 @@ fn what_was_read_is_told_with_its_labels() {
         "leo_source_silent{source=\"a \\\"camera\\\"\\\\\\n\"} 1",
         "leo_bus_errors_total{bus=\"torso\",error=\"missed\"} 5",
         "leo_bus_quarantined_joints{bus=\"torso\"} 1",
+        "leo_link_heard 1",
+        "leo_link_clock_error_seconds 0.00015",
+        "leo_link_overtaken_frames_total 8",
+        "leo_link_delay_life_seconds_count{direction=\"received\"} 1",
         "leo_joints{mode=\"quarantined\"} 2",
         "leo_joints_in_trouble{cause=\"silent\"} 2",
         "leo_joint_temperature_celsius{joint=\"1\"} 41.5",

@@ -7,8 +7,8 @@ use config::leo::{Buffers, Rights};
 use cycle::{Account, Schedule};
 use message::{Health, Process, ProcessState, Topic};
 use transport::{
-    BusesWriter, Delivery, Domain, HealthWriter, Inlet, JointsWriter, Node, Outlet, PerspectivesWriter,
-    Queues, SourcesWriter,
+    BusesWriter, Delivery, Domain, HealthWriter, Inlet, JointsWriter, LinkWriter, Node, Outlet,
+    PerspectivesWriter, Queues, SourcesWriter,
 };
 
 use crate::pace::{Lockstep, Pace, Wait, wait_for_call};
@@ -162,6 +162,15 @@ impl Member {
     /// As [`PerspectivesWriter::create`].
     pub fn perspectives_board(&self) -> Result<PerspectivesWriter, Failure> {
         Ok(PerspectivesWriter::create(&self.node, self.process, self.health.incarnation)?)
+    }
+
+    /// Puts up the board on which the link process says how the link fares.
+    ///
+    /// # Errors
+    ///
+    /// As [`LinkWriter::create`].
+    pub fn link_board(&self) -> Result<LinkWriter, Failure> {
+        Ok(LinkWriter::create(&self.node, self.process, self.health.incarnation)?)
     }
 
     /// The present instant: of the clock, or of simulated time.

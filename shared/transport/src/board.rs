@@ -10,7 +10,7 @@ use iceoryx2::port::reader::{EntryHandle, Reader};
 use iceoryx2::port::writer::{EntryHandleMut, Writer};
 use iceoryx2::service::ipc::Service;
 use iceoryx2::service::port_factory::blackboard::PortFactory;
-use message::{Buses, Health, Joints, Perspectives, Process, Roster, Sources};
+use message::{Buses, Health, Joints, LinkHealth, Perspectives, Process, Roster, Sources};
 
 use crate::service::service_name;
 use crate::{Node, PortError};
@@ -145,6 +145,13 @@ board!(
     PerspectivesWriter,
     /// Reads what was computed of each perspective.
     PerspectivesReader: Perspectives as "perspectives"
+);
+
+board!(
+    /// Writes how the link to another machine fares: the link process.
+    LinkWriter,
+    /// Reads how the link to another machine fares.
+    LinkReader: LinkHealth as "link"
 );
 
 fn board_name(name: &str, process: Process, incarnation: u64) -> String {

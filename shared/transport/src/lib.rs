@@ -23,8 +23,8 @@ mod outlet;
 mod service;
 
 pub use board::{
-    BusesReader, BusesWriter, HealthReader, HealthWriter, JointsReader, JointsWriter, PerspectivesReader,
-    PerspectivesWriter, RosterReader, RosterWriter, SourcesReader, SourcesWriter,
+    BusesReader, BusesWriter, HealthReader, HealthWriter, JointsReader, JointsWriter, LinkReader, LinkWriter,
+    PerspectivesReader, PerspectivesWriter, RosterReader, RosterWriter, SourcesReader, SourcesWriter,
 };
 pub use domain::{Domain, DomainError};
 pub use error::{JoinError, PortError, ReceiveError, SendError};

@@ -5,7 +5,8 @@ use std::collections::BTreeMap;
 use message::{Health, Process};
 use metrics::Readings;
 use transport::{
-    BusesReader, HealthReader, JointsReader, Node, PerspectivesReader, PortError, RosterReader, SourcesReader,
+    BusesReader, HealthReader, JointsReader, LinkReader, Node, PerspectivesReader, PortError, RosterReader,
+    SourcesReader,
 };
 
 /// Reads the boards of one domain. What is not there yet, or not any more, is looked for anew each
@@ -17,6 +18,7 @@ pub struct Boards {
     buses: Option<(u64, BusesReader)>,
     perspectives: Option<(u64, PerspectivesReader)>,
     joints: Option<(u64, JointsReader)>,
+    link: Option<(u64, LinkReader)>,
 }
 
 impl Boards {
@@ -33,6 +35,7 @@ impl Boards {
             buses: None,
             perspectives: None,
             joints: None,
+            link: None,
         })
     }
 
@@ -61,6 +64,10 @@ impl Boards {
             readings.buses = buses.map(|board| board.read().all().to_vec()).unwrap_or_default();
             let joints = current(&mut self.joints, life, || JointsReader::open(node, Process::Motor, life));
             readings.joints = joints.map(|board| board.read().all().to_vec()).unwrap_or_default();
+        }
+        if let Some(life) = life(Process::Link) {
+            let link = current(&mut self.link, life, || LinkReader::open(node, Process::Link, life));
+            readings.link = link.map(LinkReader::read);
         }
         readings
     }

@@ -3,7 +3,9 @@
 use std::collections::BTreeMap;
 use std::time::Duration;
 
-use message::{BusHealth, Health, Histogram, Loss, PerspectiveHealth, Process, ProcessState, SourceHealth};
+use message::{
+    BusHealth, Health, Histogram, LinkHealth, Loss, PerspectiveHealth, Process, ProcessState, SourceHealth,
+};
 use metrics::Readings;
 use serde::Serialize;
 
@@ -36,6 +38,8 @@ pub struct Row {
     pub buses: Vec<BusRow>,
     /// Of the belief process: the perspectives of which anything is computed.
     pub perspectives: Vec<PerspectiveRow>,
+    /// Of the link process: the link to the other machine.
+    pub link: Option<LinkRow>,
     /// Page faults since its loop began.
     pub page_faults: u64,
     /// Release to start.
@@ -44,6 +48,29 @@ pub struct Row {
     pub execution_us: Quantiles,
     /// Age of the input.
     pub age_us: Quantiles,
+}
+
+/// The link to the other machine, since the link process's life began.
+#[derive(Clone, Debug, Serialize)]
+pub struct LinkRow {
+    /// Whether the other machine is heard now.
+    pub heard: bool,
+    /// To it and back, in microseconds, the newest.
+    pub round_trip_us: f64,
+    /// By how much instants from there are wrong at most, in microseconds.
+    pub clock_error_us: f64,
+    /// Frames that were handed to the network.
+    pub sent: u64,
+    /// Frames that were not, because a newer one came first.
+    pub overtaken: u64,
+    /// Frames that came.
+    pub received: u64,
+    /// Bundles of frames that did not come.
+    pub lost: u64,
+    /// Commands that came too late.
+    pub late: u64,
+    /// From there to here.
+    pub delay_us: Quantiles,
 }
 
 /// A sensory source, since the sensor process's life began.
@@ -143,6 +170,7 @@ pub fn rows(readings: &Readings, earlier: &BTreeMap<Process, Health>) -> Vec<Row
             Process::Belief => {
                 row.perspectives = readings.perspectives.iter().map(perspective_row).collect();
             }
+            Process::Link => row.link = readings.link.as_ref().map(link_row),
             Process::Simulator
             | Process::Learner
             | Process::MockBus
@@ -152,6 +180,21 @@ pub fn rows(readings: &Readings, earlier: &BTreeMap<Process, Health>) -> Vec<Row
         row
     })
     .collect()
+}
+
+fn link_row(link: &LinkHealth) -> LinkRow {
+    let micros = |nanos| Duration::from_nanos(nanos).as_secs_f64() * 1e6;
+    LinkRow {
+        heard: link.is_heard != 0,
+        round_trip_us: micros(link.round_trip_ns),
+        clock_error_us: micros(link.clock_error_ns),
+        sent: link.sent,
+        overtaken: link.overtaken,
+        received: link.received,
+        lost: link.lost,
+        late: link.late,
+        delay_us: Quantiles::of(&link.delay),
+    }
 }
 
 fn bus_row(bus: &BusHealth) -> BusRow {
@@ -211,6 +254,7 @@ fn row(process: Process, health: &Health, earlier: Option<&Health>) -> Row {
         sources: Vec::new(),
         buses: Vec::new(),
         perspectives: Vec::new(),
+        link: None,
         page_faults: health.page_faults,
         wakeup_us: Quantiles::of(&health.wakeup.since(&earlier.wakeup)),
         execution_us: Quantiles::of(&health.execution.since(&earlier.execution)),

@@ -311,3 +311,24 @@ proptest! {
         prop_assert!(ended);
     }
 }
+
+#[test]
+fn a_robot_runs_on_without_a_link_however_often_it_dies() {
+    let mut policy = Policy::new(TERMS, &[Process::Motor, Process::Link], at(0));
+    let beats = |beat| [pulse(Process::Motor, beat), pulse(Process::Link, beat)];
+    policy.step(at(0), &[]);
+    let mut now = 1;
+    for life in 1..50 {
+        policy.step(at(now), &beats(now));
+        policy.step(at(now + 1), &beats(now + 1));
+        let died = Event::Died(Process::Link, Ended::Failed);
+        assert_eq!(policy.step(at(now + 2), &[died]), [Action::CleanUp], "life {life}");
+        policy.step(at(now + 3), &[Event::CleanedUp]);
+        now += 3;
+        let mut started = false;
+        while !started {
+            now += 1;
+            started = policy.step(at(now), &[pulse(Process::Motor, now)]) == [start(Process::Link, life + 1)];
+        }
+    }
+}

@@ -8,8 +8,8 @@ use std::path;
 
 use message::{
     ActAnswer, Aspect, Belief, BeliefHead, BusHealth, Buses, DEPTH_MOST, Difference, DivergenceHead, Done,
-    Event, Header, Health, Histogram, JointGoal, JointState, Joints, LOSSES, MAX_BUSES, MAX_JOINTS,
-    MAX_PERCEPTS, MAX_PERSPECTIVES, MAX_SOURCES, Observation, Path, Perceived, PerceptValue,
+    Event, Header, Health, Histogram, JointGoal, JointState, Joints, LOSSES, LinkHealth, MAX_BUSES,
+    MAX_JOINTS, MAX_PERCEPTS, MAX_PERSPECTIVES, MAX_SOURCES, Observation, Path, Perceived, PerceptValue,
     PerspectiveHealth, Perspectives, Remembered, Roster, STATES, SceneHead, SceneObject, Snapshot,
     SourceHealth, Sources, TEXT_CAPACITY, TeacherAct, Text, Turn, Utterance,
 };
@@ -62,6 +62,10 @@ pub(crate) fn compiled() -> Vec<Compiled> {
         JointGoal { joint, reserved, goal_position_rad, arrive_at_ns }
         JointState { joint, sampled_at_ns }
         Joints { count, states }
+        LinkHealth {
+            is_heard, hearings, round_trip_ns, clock_error_ns, sent, overtaken, given_up, received, lost,
+            refused, late, bytes_sent, bytes_received, delay
+        }
         Observation {
             observed_at_ns, source, modality, kind, partner, held_by, reserved, confidence, position_m,
             orientation_xyzw, half_extents_m, colour_rgb, shape, states

@@ -12,7 +12,8 @@ use std::collections::BTreeMap;
 use std::fmt::Write as _;
 
 use message::{
-    Beliefs, Bytes, Divergences, Events, JointGoals, JointStates, Kind, Percepts, Scene, Topic, Utterances,
+    ActsAnswered, Beliefs, Bytes, Divergences, Events, JointGoals, JointStates, Kind, Percepts, Scene,
+    TeacherActs, Topic, Utterances,
 };
 
 use declared::{Compiled, Declared, compare, compiled, declared, laid_out};
@@ -44,7 +45,7 @@ fn written(declared: &BTreeMap<String, Declared>, compiled: &[Compiled]) -> Stri
 fn every_layout_is_the_one_written_down_for_its_version() {
     let written = written(&declared(), &compiled());
     compare("tests/layout.txt", &written);
-    assert_eq!(written.lines().filter(|line| line.starts_with("leo/")).count(), 33);
+    assert_eq!(written.lines().filter(|line| line.starts_with("leo/")).count(), 34);
 }
 
 #[test]
@@ -68,7 +69,7 @@ fn the_compiler_lays_the_types_out_as_written_down() {
         assert_eq!(public, compiled_type.offsets, "{}", compiled_type.name);
         compared += public.len();
     }
-    assert_eq!(compared, 159);
+    assert_eq!(compared, 173);
 }
 
 #[test]
@@ -79,7 +80,7 @@ fn every_type_name_is_the_types_own_and_carries_a_version() {
         let version = version.and_then(|version| version.parse::<u32>().ok());
         assert!(version.is_some_and(|version| version > 0), "{} names {name}", declared.type_name);
     }
-    assert_eq!(declared.len(), 33);
+    assert_eq!(declared.len(), 34);
 }
 
 /// Head and entry of a topic.
@@ -98,6 +99,8 @@ fn what_recordings_say_of_a_layout_is_what_it_is() {
         kinds::<JointStates>(),
         kinds::<Scene>(),
         kinds::<Utterances>(),
+        kinds::<TeacherActs>(),
+        kinds::<ActsAnswered>(),
         kinds::<Events>(),
     ];
     let mut compared = std::collections::BTreeSet::new();
@@ -113,7 +116,7 @@ fn what_recordings_say_of_a_layout_is_what_it_is() {
         assert_eq!((layout.size, said), (size, written), "{}", layout.name);
         compared.insert(layout.name);
     }
-    assert_eq!(compared.len(), 19);
+    assert_eq!(compared.len(), 21);
 }
 
 #[test]

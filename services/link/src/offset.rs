@@ -1,0 +1,185 @@
+//! The difference between two machines' clocks, bounded by what travelled between them.
+
+use clock::{Duration, Instant};
+
+/// By how much two monotonic clocks may drift apart, in parts per million: each crystal's error, and what each
+/// machine's time service slews (500 at most, adjtimex(2)).
+const DRIFT_PPM: u64 = 1100;
+
+/// Four instants of one exchange: asked here, heard there, answered there, heard here. The first and the last are
+/// of this machine's clock, the others of the other one's.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Exchange {
+    /// When this machine asked.
+    pub asked_ns: u64,
+    /// When the other one heard it.
+    pub heard_there_ns: u64,
+    /// When it answered.
+    pub answered_there_ns: u64,
+    /// When this machine heard that.
+    pub heard_ns: u64,
+}
+
+impl Exchange {
+    /// How long both ways took together, without the time there; `None` for nonsense.
+    #[must_use]
+    pub fn round_trip(&self) -> Option<Duration> {
+        let here = self.heard_ns.checked_sub(self.asked_ns)?;
+        let there = self.answered_there_ns.checked_sub(self.heard_there_ns)?;
+        // Both clocks cut their instants to whole nanoseconds, and run at rates of their own.
+        here.checked_sub(there.min(here))
+            .map(Duration::from_nanos)
+            .filter(|_| there <= here.saturating_add(here / 500))
+    }
+
+    /// The other clock less this one, from and to: whatever way took how long, it is between these.
+    fn bounds(&self) -> Option<(i64, i64)> {
+        let from = difference(self.answered_there_ns, self.heard_ns)?;
+        let to = difference(self.heard_there_ns, self.asked_ns)?;
+        Some((from.min(to), to.max(from)))
+    }
+}
+
+/// What is known of the other machine's clock less this one's.
+///
+/// Every exchange says that the difference is between two bounds, as far apart as its round trip took (Cristian
+/// 1989, "Probabilistic clock synchronization"). What all exchanges say holds at once, widened by the drift since;
+/// the estimate stays where it is for as long as nothing contradicts it, so that instants do not jitter.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Offset {
+    known: Option<Known>,
+}
+
+#[derive(Clone, Copy, Debug)]
+struct Known {
+    from_ns: i64,
+    to_ns: i64,
+    estimate_ns: i64,
+    at: Instant,
+}
+
+impl Offset {
+    /// Takes in an exchange whose answer was heard `now`.
+    pub fn learn(&mut self, now: Instant, exchange: &Exchange) {
+        let Some((from_ns, to_ns)) = exchange.round_trip().and_then(|_| exchange.bounds()) else { return };
+        let before = self.known.map(|known| known.widened(now));
+        let both = before.map(|known| (known.from_ns.max(from_ns), known.to_ns.min(to_ns)));
+        self.known = Some(match (before, both) {
+            (Some(known), Some((from_ns, to_ns))) if from_ns <= to_ns => {
+                // Where twice as much is known, the middle of it is worth a jump.
+                let is_far_better = to_ns - from_ns <= known.width() / 2;
+                let middle = from_ns + (to_ns - from_ns) / 2;
+                let estimate_ns =
+                    if is_far_better { middle } else { known.estimate_ns.clamp(from_ns, to_ns) };
+                Known { from_ns, to_ns, estimate_ns, at: now }
+            }
+            // The first, or one that nothing before agrees with: the other machine started anew.
+            _ => Known { from_ns, to_ns, estimate_ns: from_ns + (to_ns - from_ns) / 2, at: now },
+        });
+    }
+
+    /// Forgets all: the other machine may be another.
+    pub fn forget(&mut self) {
+        self.known = None;
+    }
+
+    /// The other clock less this one, in nanoseconds; `None` before the first exchange.
+    #[must_use]
+    pub fn estimate_ns(&self) -> Option<i64> {
+        self.known.map(|known| known.estimate_ns)
+    }
+
+    /// By how much the estimate is wrong at most.
+    #[must_use]
+    pub fn error(&self, now: Instant) -> Option<Duration> {
+        let known = self.known?.widened(now);
+        let most = (known.estimate_ns - known.from_ns).max(known.to_ns - known.estimate_ns);
+        Some(Duration::from_nanos(most.unsigned_abs()))
+    }
+}
+
+impl Known {
+    fn width(&self) -> i64 {
+        self.to_ns - self.from_ns
+    }
+
+    fn widened(self, now: Instant) -> Self {
+        let drift = clock::nanos(now.since(self.at)) / 1_000_000 * DRIFT_PPM;
+        let drift = i64::try_from(drift).unwrap_or(i64::MAX / 4);
+        Self { from_ns: self.from_ns.saturating_sub(drift), to_ns: self.to_ns.saturating_add(drift), ..self }
+    }
+}
+
+/// `there - here`, where it is a difference that clocks can have: at most some hundred years.
+fn difference(there_ns: u64, here_ns: u64) -> Option<i64> {
+    let there = i64::try_from(there_ns).ok().filter(|&there| there <= i64::MAX / 4)?;
+    let here = i64::try_from(here_ns).ok().filter(|&here| here <= i64::MAX / 4)?;
+    Some(there - here)
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+
+    fn exchange(asked: u64, there: i64, ways: (u64, u64), answer: u64) -> Exchange {
+        let heard_there = asked + ways.0;
+        Exchange {
+            asked_ns: asked,
+            heard_there_ns: heard_there.saturating_add_signed(there),
+            answered_there_ns: (heard_there + answer).saturating_add_signed(there),
+            heard_ns: heard_there + answer + ways.1,
+        }
+    }
+
+    proptest! {
+        #[test]
+        fn the_truth_is_within_the_error(
+            truth in -1_000_000_000_000_i64..1_000_000_000_000,
+            ways in proptest::collection::vec((0_u64..300_000_000, 0_u64..300_000_000, 0_u64..50_000_000), 1..30),
+        ) {
+            let mut offset = Offset::default();
+            let mut asked = 2_000_000_000_000;
+            for (there, back, answer) in ways {
+                let exchange = exchange(asked, truth, (there, back), answer);
+                let now = Instant::from_nanos(exchange.heard_ns);
+                offset.learn(now, &exchange);
+                let wrong = (offset.estimate_ns().unwrap() - truth).unsigned_abs();
+                let most = clock::nanos(offset.error(now).unwrap());
+                prop_assert!(wrong <= most, "{wrong} ns off, {most} at most");
+                prop_assert!(most <= 2 * (there + back) + 1, "{most} after {there} + {back}");
+                asked = exchange.heard_ns + 50_000_000;
+            }
+        }
+    }
+
+    #[test]
+    fn an_estimate_that_nothing_contradicts_stays() {
+        let mut offset = Offset::default();
+        let first = exchange(1_000, 500_000, (100, 100), 10);
+        offset.learn(Instant::from_nanos(first.heard_ns), &first);
+        let before = offset.estimate_ns();
+        let slow = exchange(50_000, 500_000, (90_000, 10), 10);
+        offset.learn(Instant::from_nanos(slow.heard_ns), &slow);
+        assert_eq!(offset.estimate_ns(), before);
+    }
+
+    #[test]
+    fn a_machine_that_started_anew_is_believed() {
+        let mut offset = Offset::default();
+        for there in [900_000_000_000, -5] {
+            let exchange = exchange(1_000_000, there, (100, 100), 10);
+            offset.learn(Instant::from_nanos(exchange.heard_ns), &exchange);
+            assert_eq!(offset.estimate_ns(), Some(there));
+        }
+    }
+
+    #[test]
+    fn nonsense_teaches_nothing() {
+        let mut offset = Offset::default();
+        let nonsense = Exchange { asked_ns: 5, heard_there_ns: 9, answered_there_ns: 3, heard_ns: u64::MAX };
+        offset.learn(Instant::from_nanos(9), &nonsense);
+        assert_eq!((offset.estimate_ns(), offset.error(Instant::from_nanos(9))), (None, None));
+    }
+}

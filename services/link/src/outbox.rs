@@ -1,0 +1,237 @@
+//! What waits to be sent.
+
+use std::collections::{BTreeMap, VecDeque};
+use std::sync::Arc;
+
+use clock::{Duration, Instant};
+
+use crate::Stream;
+use crate::stream::Class;
+use crate::wire::Frame;
+
+/// Frames of which every one is wanted that wait at most; and for how long.
+const KEPT_MOST: usize = 4096;
+const KEPT_FOR: Duration = Duration::from_secs(60);
+/// Bytes of such frames that one bundle holds, beyond the first frame.
+const BUNDLED_BYTES: usize = 128 * 1024;
+/// Frames of such in one bundle.
+const BUNDLED_MOST: usize = 256;
+/// Instants of which not all frames have come yet that are waited for.
+const INCOMPLETE_MOST: usize = 4;
+
+/// The life of a frame's writer, and the frame's number in it.
+pub(crate) type Place = (u64, u64);
+
+/// Frames that wait to be sent: the newest of most streams, the newest complete instant of those that belong
+/// together, and of the others every one, until the other machine says that it has it.
+#[derive(Debug)]
+pub(crate) struct Outbox {
+    newest: BTreeMap<Stream, Arc<[u8]>>,
+    together: Vec<Stream>,
+    incomplete: BTreeMap<Place, BTreeMap<Stream, Arc<[u8]>>>,
+    instant: BTreeMap<Stream, Arc<[u8]>>,
+    every: VecDeque<Kept>,
+    /// The number of the first in `every`, and of the one to be sent next.
+    oldest: u64,
+    next: u64,
+    pub(crate) overtaken: u64,
+    pub(crate) given_up: u64,
+}
+
+#[derive(Debug)]
+struct Kept {
+    stream: Stream,
+    bytes: Arc<[u8]>,
+    since: Instant,
+}
+
+/// What goes into one bundle.
+#[derive(Debug)]
+pub(crate) struct Load {
+    pub(crate) frames: Vec<Frame>,
+    pub(crate) oldest: u64,
+    pub(crate) first: u64,
+    pub(crate) numbered: usize,
+}
+
+impl Outbox {
+    /// For frames of these streams.
+    pub(crate) fn new(streams: &[Stream]) -> Self {
+        let together = streams.iter().copied().filter(|stream| stream.class() == Class::Together).collect();
+        Self {
+            newest: BTreeMap::new(),
+            together,
+            incomplete: BTreeMap::new(),
+            instant: BTreeMap::new(),
+            every: VecDeque::new(),
+            oldest: 1,
+            next: 1,
+            overtaken: 0,
+            given_up: 0,
+        }
+    }
+
+    pub(crate) fn push(&mut self, now: Instant, stream: Stream, place: Place, bytes: Arc<[u8]>) {
+        match stream.class() {
+            Class::Newest => self.overtaken += u64::from(self.newest.insert(stream, bytes).is_some()),
+            Class::Together => self.gather(stream, place, bytes),
+            Class::Every => {
+                self.every.push_back(Kept { stream, bytes, since: now });
+                if self.every.len() > KEPT_MOST {
+                    self.let_go();
+                }
+            }
+        }
+    }
+
+    fn gather(&mut self, stream: Stream, place: Place, bytes: Arc<[u8]>) {
+        let frames = self.incomplete.entry(place).or_default();
+        frames.insert(stream, bytes);
+        if frames.len() == self.together.len() {
+            let whole = self.incomplete.remove(&place).unwrap_or_default();
+            // What is older, or of a life before, is not completed any more.
+            let older: usize = self.incomplete.values().map(BTreeMap::len).sum();
+            self.incomplete.clear();
+            self.overtaken += count(older + std::mem::replace(&mut self.instant, whole).len());
+        } else if self.incomplete.len() > INCOMPLETE_MOST
+            && let Some((_, frames)) = self.incomplete.pop_first()
+        {
+            self.overtaken += count(frames.len());
+        }
+    }
+
+    /// What to send next, if there is anything.
+    pub(crate) fn load(&mut self, now: Instant) -> Option<Load> {
+        while self.every.front().is_some_and(|kept| now.since(kept.since) > KEPT_FOR) {
+            self.let_go();
+        }
+        let newest = std::mem::take(&mut self.newest).into_iter();
+        let instant = std::mem::take(&mut self.instant).into_iter();
+        let mut frames: Vec<Frame> =
+            newest.chain(instant).map(|(stream, bytes)| Frame { stream, bytes }).collect();
+        let first = self.next;
+        let skip = usize::try_from(first - self.oldest).unwrap_or(usize::MAX);
+        let (mut room, mut numbered) = (BUNDLED_BYTES, 0);
+        for kept in self.every.iter().skip(skip).take(BUNDLED_MOST) {
+            if numbered > 0 && kept.bytes.len() > room {
+                break;
+            }
+            room = room.saturating_sub(kept.bytes.len());
+            frames.push(Frame { stream: kept.stream, bytes: Arc::clone(&kept.bytes) });
+            numbered += 1;
+        }
+        self.next += count(numbered);
+        let is_something = !frames.is_empty();
+        is_something.then_some(Load { frames, oldest: self.oldest, first, numbered })
+    }
+
+    /// Hears which frame the other machine wants next: it has those before.
+    pub(crate) fn wanted(&mut self, number: u64) {
+        while self.oldest < number && self.every.pop_front().is_some() {
+            self.oldest += 1;
+        }
+        self.next = self.next.max(self.oldest);
+    }
+
+    /// Whether frames were sent that the other machine has not said it has.
+    pub(crate) fn awaits(&self) -> bool {
+        self.next > self.oldest
+    }
+
+    /// Sends again what the other machine has not said it has.
+    pub(crate) fn again(&mut self) {
+        self.next = self.oldest;
+    }
+
+    fn let_go(&mut self) {
+        if self.every.pop_front().is_some() {
+            self.oldest += 1;
+            self.next = self.next.max(self.oldest);
+            self.given_up += 1;
+        }
+    }
+}
+
+fn count(size: usize) -> u64 {
+    u64::try_from(size).unwrap_or(u64::MAX)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn at(seconds: u64) -> Instant {
+        Instant::from_nanos(seconds * 1_000_000_000)
+    }
+
+    fn bytes(value: u8) -> Arc<[u8]> {
+        vec![value].into()
+    }
+
+    fn sent(outbox: &mut Outbox) -> Vec<(Stream, u8)> {
+        let load = outbox.load(at(1));
+        load.map_or(Vec::new(), |load| {
+            load.frames.iter().map(|frame| (frame.stream, frame.bytes[0])).collect()
+        })
+    }
+
+    #[test]
+    fn a_newer_frame_overtakes() {
+        let mut outbox = Outbox::new(&[Stream::Scene]);
+        outbox.push(at(1), Stream::Scene, (1, 1), bytes(1));
+        outbox.push(at(1), Stream::Scene, (1, 2), bytes(2));
+        assert_eq!((sent(&mut outbox), outbox.overtaken), (vec![(Stream::Scene, 2)], 1));
+        assert!(outbox.load(at(1)).is_none());
+    }
+
+    #[test]
+    fn an_instant_is_sent_whole_or_not_at_all() {
+        let minds = [Stream::Beliefs(0), Stream::Beliefs(1), Stream::Divergences(1)];
+        let mut outbox = Outbox::new(&minds);
+        for (value, number) in [(1, 1), (2, 2)] {
+            for mind in minds {
+                outbox.push(at(1), mind, (1, number), bytes(value));
+            }
+        }
+        outbox.push(at(1), minds[0], (1, 3), bytes(3));
+        assert_eq!(sent(&mut outbox), minds.map(|mind| (mind, 2)));
+        assert_eq!(sent(&mut outbox), []);
+        // One was lost: the instant after it is not held up.
+        for mind in minds {
+            outbox.push(at(1), mind, (2, 4), bytes(4));
+        }
+        assert_eq!(sent(&mut outbox), minds.map(|mind| (mind, 4)));
+        assert_eq!(outbox.overtaken, 4);
+    }
+
+    #[test]
+    fn what_was_said_waits_until_it_was_heard() {
+        let mut outbox = Outbox::new(&[Stream::Events]);
+        for value in 1..=3 {
+            outbox.push(at(1), Stream::Events, (1, u64::from(value)), bytes(value));
+        }
+        let load = outbox.load(at(1)).unwrap();
+        assert_eq!((load.oldest, load.first, load.numbered), (1, 1, 3));
+        assert!(outbox.load(at(1)).is_none() && outbox.awaits());
+        outbox.wanted(3);
+        outbox.again();
+        let load = outbox.load(at(1)).unwrap();
+        assert_eq!((load.oldest, load.first, load.numbered, load.frames[0].bytes[0]), (3, 3, 1, 3));
+        // More than was ever sent cannot be had.
+        outbox.wanted(u64::MAX);
+        assert!(!outbox.awaits());
+    }
+
+    #[test]
+    fn nobody_waits_for_ever() {
+        let mut outbox = Outbox::new(&[Stream::Events]);
+        outbox.push(at(1), Stream::Events, (1, 1), bytes(1));
+        outbox.push(at(50), Stream::Events, (1, 2), bytes(2));
+        let load = outbox.load(at(62)).unwrap();
+        assert_eq!((load.oldest, load.numbered, outbox.given_up), (2, 1, 1));
+        for value in 0..5000 {
+            outbox.push(at(62), Stream::Events, (1, value), bytes(0));
+        }
+        assert_eq!(outbox.every.len(), KEPT_MOST);
+    }
+}

@@ -1,0 +1,149 @@
+//! The topics of this machine, as bytes.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use config::Robot;
+use message::{
+    ActsAnswered, Beliefs, Bytes, Divergences, Events, Head as _, JointGoals, JointStates, Percepts, Scene,
+    TeacherActs, Topic, Utterances, get_frame, put_frame,
+};
+use process::{Failure, Member};
+use transport::{Inlet, Outlet};
+
+use crate::Stream;
+use crate::outbox::Place;
+
+/// Who takes a frame that was read.
+type Taker<'a> = &'a mut dyn FnMut(Stream, Place, Arc<[u8]>);
+
+/// A topic that is read.
+trait Tap {
+    fn take(&mut self, to: Taker<'_>) -> Result<(), Failure>;
+    fn drops(&self) -> u64;
+}
+
+struct Read<T: Topic> {
+    stream: Stream,
+    inlet: Inlet<T>,
+    bytes: Vec<u8>,
+}
+
+impl<T: Topic<Head: Bytes, Entry: Bytes>> Tap for Read<T> {
+    fn take(&mut self, to: Taker<'_>) -> Result<(), Failure> {
+        while let Some(frame) = self.inlet.receive()? {
+            self.bytes.clear();
+            put_frame::<T>(frame.head(), frame.entries(), &mut self.bytes);
+            let header = frame.head().header();
+            to(self.stream, (header.incarnation, header.sequence), self.bytes.as_slice().into());
+        }
+        Ok(())
+    }
+
+    fn drops(&self) -> u64 {
+        self.inlet.drops()
+    }
+}
+
+/// A topic that is written in the stead of who writes it on the other machine.
+trait Spring {
+    fn give(&mut self, bytes: &[u8]) -> Result<bool, Failure>;
+    fn undelivered(&self) -> u64;
+}
+
+impl<T: Topic<Head: Bytes, Entry: Bytes>> Spring for Outlet<T> {
+    fn give(&mut self, bytes: &[u8]) -> Result<bool, Failure> {
+        let Some((head, entries)) = get_frame::<T>(bytes) else { return Ok(false) };
+        if entries.len() > self.capacity() {
+            return Ok(false);
+        }
+        // It is the other writer's frame: with its number, its life and its stamps.
+        self.send_all(head, &entries, |sent| *sent.header_mut() = *head.header())?;
+        Ok(true)
+    }
+
+    fn undelivered(&self) -> u64 {
+        Self::undelivered(self)
+    }
+}
+
+/// The topics that are read on this machine.
+pub(crate) struct Taps(Vec<Box<dyn Tap>>);
+
+impl Taps {
+    pub(crate) fn open(member: &Member, streams: &[Stream]) -> Result<Self, Failure> {
+        fn tap<T: Topic<Head: Bytes, Entry: Bytes> + 'static>(
+            member: &Member,
+            stream: Stream,
+        ) -> Result<Box<dyn Tap>, Failure> {
+            let inlet = member.inlet::<T>(stream.name().1)?;
+            Ok(Box::new(Read { stream, inlet, bytes: Vec::new() }))
+        }
+        let open = |&stream: &Stream| match stream {
+            Stream::Percepts => tap::<Percepts>(member, stream),
+            Stream::Beliefs(_) => tap::<Beliefs>(member, stream),
+            Stream::Divergences(_) => tap::<Divergences>(member, stream),
+            Stream::JointStates => tap::<JointStates>(member, stream),
+            Stream::Scene => tap::<Scene>(member, stream),
+            Stream::JointGoals => tap::<JointGoals>(member, stream),
+            Stream::TeacherActs => tap::<TeacherActs>(member, stream),
+            Stream::ActsAnswered => tap::<ActsAnswered>(member, stream),
+            Stream::Utterances => tap::<Utterances>(member, stream),
+            Stream::Events => tap::<Events>(member, stream),
+        };
+        Ok(Self(streams.iter().map(open).collect::<Result<_, _>>()?))
+    }
+
+    /// Takes every frame that waits.
+    pub(crate) fn take(&mut self, to: Taker<'_>) -> Result<(), Failure> {
+        self.0.iter_mut().try_for_each(|tap| tap.take(to))
+    }
+
+    pub(crate) fn drops(&self) -> u64 {
+        self.0.iter().map(|tap| tap.drops()).sum()
+    }
+}
+
+/// The topics that are written on this machine.
+pub(crate) struct Springs(BTreeMap<Stream, Box<dyn Spring>>);
+
+impl Springs {
+    pub(crate) fn open(member: &Member, streams: &[Stream], robot: &Robot) -> Result<Self, Failure> {
+        fn spring<T: Topic<Head: Bytes, Entry: Bytes> + 'static>(
+            member: &Member,
+            stream: Stream,
+            capacity: usize,
+        ) -> Result<Box<dyn Spring>, Failure> {
+            Ok(Box::new(member.outlet::<T>(stream.name().1, capacity)?))
+        }
+        let (objects, joints) = (robot.leo.buffers.objects.get(), robot.motor.joints.len());
+        let open = |&stream: &Stream| {
+            let spring = match stream {
+                Stream::Percepts => spring::<Percepts>(member, stream, objects),
+                Stream::Beliefs(_) => spring::<Beliefs>(member, stream, objects),
+                Stream::Divergences(_) => spring::<Divergences>(member, stream, 2 * objects),
+                Stream::JointStates => spring::<JointStates>(member, stream, joints),
+                Stream::Scene => spring::<Scene>(member, stream, objects),
+                Stream::JointGoals => spring::<JointGoals>(member, stream, joints),
+                Stream::TeacherActs => spring::<TeacherActs>(member, stream, WORDS),
+                Stream::ActsAnswered => spring::<ActsAnswered>(member, stream, WORDS),
+                Stream::Utterances => spring::<Utterances>(member, stream, WORDS),
+                Stream::Events => spring::<Events>(member, stream, WORDS),
+            };
+            Ok((stream, spring?))
+        };
+        Ok(Self(streams.iter().map(open).collect::<Result<_, Failure>>()?))
+    }
+
+    /// Publishes a frame; `false` where it is none of a topic that is written here.
+    pub(crate) fn give(&mut self, stream: Stream, bytes: &[u8]) -> Result<bool, Failure> {
+        self.0.get_mut(&stream).map_or(Ok(false), |spring| spring.give(bytes))
+    }
+
+    pub(crate) fn undelivered(&self) -> u64 {
+        self.0.values().map(|spring| spring.undelivered()).sum()
+    }
+}
+
+/// Entries of a frame of what people and processes say to each other.
+const WORDS: usize = 64;

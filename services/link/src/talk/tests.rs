@@ -1,0 +1,184 @@
+use std::collections::VecDeque;
+
+use proptest::prelude::*;
+
+use super::*;
+use crate::wire::Frame;
+
+/// A network of one way each: what is under way, when it comes, and in order.
+#[derive(Default)]
+struct Way {
+    messages: VecDeque<(u64, Message)>,
+}
+
+enum Message {
+    Pulse(Pulse),
+    Bundle(Bundle),
+}
+
+/// Of the clock of the robot's machine, that of the other one is ahead by so much.
+const AHEAD_NS: u64 = 7_000_000_000;
+
+/// What was heard on the other machine.
+#[derive(Default)]
+struct Heard {
+    said: Vec<u8>,
+    newest: Vec<u8>,
+}
+
+struct World {
+    robot: Talk,
+    away: Talk,
+    there: Way,
+    back: Way,
+    heard: Heard,
+    ways: Vec<(Duration, i64)>,
+}
+
+fn clock_of(ms: u64, ahead_ns: u64) -> Instant {
+    Instant::from_nanos(1_000_000_000 + ms * 1_000_000 + ahead_ns)
+}
+
+impl World {
+    fn new() -> Self {
+        let streams = [Stream::Scene, Stream::Events];
+        Self {
+            robot: Talk::new(11, &streams, clock_of(0, 0)),
+            away: Talk::new(22, &[], clock_of(0, AHEAD_NS)),
+            there: Way::default(),
+            back: Way::default(),
+            heard: Heard::default(),
+            ways: Vec::new(),
+        }
+    }
+
+    /// One cycle of both ends. `carries` says how long each message takes, and which is lost.
+    fn cycle(&mut self, ms: u64, mut carries: impl FnMut() -> Option<u64>) {
+        let (here, there) = (clock_of(ms, 0), clock_of(ms, AHEAD_NS));
+        while self.there.messages.front().is_some_and(|(due, _)| *due <= ms) {
+            match self.there.messages.pop_front().unwrap().1 {
+                Message::Pulse(pulse) => self.away.hear_pulse(there, &pulse),
+                Message::Bundle(bundle) => {
+                    let came = self.away.hear_bundle(there, bundle);
+                    self.ways.extend(came.way);
+                    self.heard.said.extend(came.new.said.iter().map(|frame: &Frame| frame.bytes[0]));
+                    self.heard.newest.extend(came.new.newest.iter().map(|frame| frame.bytes[0]));
+                }
+            }
+        }
+        while self.back.messages.front().is_some_and(|(due, _)| *due <= ms) {
+            if let Message::Pulse(pulse) = self.back.messages.pop_front().unwrap().1 {
+                self.robot.hear_pulse(here, &pulse);
+            }
+        }
+        self.robot.listen(here);
+        self.away.listen(there);
+        let mut send = |way: &mut Way, message| {
+            if let Some(takes) = carries() {
+                // In order, as on one connection.
+                let due = (ms + takes).max(way.messages.back().map_or(0, |(due, _)| *due));
+                way.messages.push_back((due, message));
+            }
+        };
+        if let Some(pulse) = self.robot.pulse(here) {
+            send(&mut self.there, Message::Pulse(pulse));
+        }
+        if let Some(bundle) = self.robot.bundle(here) {
+            send(&mut self.there, Message::Bundle(bundle));
+        }
+        if let Some(pulse) = self.away.pulse(there) {
+            send(&mut self.back, Message::Pulse(pulse));
+        }
+    }
+}
+
+fn bytes(value: u8) -> Arc<[u8]> {
+    vec![value].into()
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(64))]
+
+    #[test]
+    fn what_was_said_is_heard_once_and_in_order(
+        lost_of_100 in 0_u32..40,
+        most_ms in 1_u64..300,
+        cut in 0_u64..6_000,
+        seed: u64,
+    ) {
+        let mut world = World::new();
+        let mut state = seed | 1;
+        let mut random = move || {
+            state ^= state << 13;
+            state ^= state >> 7;
+            state ^= state << 17;
+            state
+        };
+        let mut said = 0_u8;
+        for ms in (0..40_000).step_by(5) {
+            if ms < 10_000 && ms % 50 == 0 {
+                world.robot.push(clock_of(ms, 0), Stream::Events, (1, ms), bytes(said));
+                said += 1;
+            }
+            // Ten seconds of nothing, and after them nothing is lost, so that all must come in the end.
+            let is_cut = (cut..cut + 10_000).contains(&ms);
+            world.cycle(ms, || {
+                let is_lost = is_cut || (ms < 20_000 && random() % 100 < u64::from(lost_of_100));
+                (!is_lost).then(|| random() % most_ms)
+            });
+        }
+        prop_assert_eq!(world.heard.said, (0..said).collect::<Vec<_>>());
+        prop_assert!(world.robot.hearings <= 2 + 40 && world.robot.is_heard());
+    }
+}
+
+#[test]
+fn a_way_is_measured_across_two_clocks() {
+    let mut world = World::new();
+    for ms in (0..2_000).step_by(5) {
+        world.robot.push(clock_of(ms, 0), Stream::Scene, (1, ms), bytes(0));
+        world.cycle(ms, || Some(40));
+    }
+    assert!(world.ways.len() > 200, "{}", world.ways.len());
+    for (way, ahead_ns) in &world.ways {
+        let wrong = world.away.offset.error(clock_of(2_000, AHEAD_NS)).unwrap();
+        let off = i64::try_from(AHEAD_NS).unwrap() - ahead_ns;
+        assert!(off.unsigned_abs() <= clock::nanos(wrong), "{off} ns off, {wrong:?} at most");
+        assert!(way.as_millis().abs_diff(40) <= wrong.as_millis() + 5, "{way:?}");
+    }
+}
+
+#[test]
+fn nothing_is_taken_of_a_machine_whose_clock_is_not_known() {
+    let mut away = Talk::new(1, &[], clock_of(0, 0));
+    let frames = vec![Frame { stream: Stream::Events, bytes: bytes(1) }];
+    let bundle = Bundle { life: 5, number: 1, sent_ns: 9, oldest: 1, first: 1, numbered: 1, frames };
+    let came = away.hear_bundle(clock_of(1, 0), bundle);
+    assert!(came.way.is_none() && came.new.said.is_empty());
+    assert_eq!(away.inbox.heard(), (0, 0, 0));
+}
+
+#[test]
+fn a_life_of_the_other_machine_begins_with_what_it_still_has() {
+    let mut inbox = Inbox::default();
+    let frame = |value| Frame { stream: Stream::Events, bytes: bytes(value) };
+    let bundle = |life, number, oldest, first, values: &[u8]| Bundle {
+        life,
+        number,
+        sent_ns: 0,
+        oldest,
+        first,
+        numbered: values.len(),
+        frames: values.iter().copied().map(frame).collect(),
+    };
+    assert_eq!(inbox.take(bundle(1, 4, 3, 3, &[3, 4])).said.len(), 2);
+    assert_eq!((inbox.heard(), inbox.lost), ((1, 4, 5), 0));
+    // Said again, and one more.
+    assert_eq!(inbox.take(bundle(1, 6, 3, 3, &[3, 4, 5])).said, [frame(5)]);
+    assert_eq!((inbox.heard(), inbox.lost), ((1, 6, 6), 1));
+    // One between is missing: it is waited for.
+    assert_eq!(inbox.take(bundle(1, 7, 3, 7, &[7])).said, []);
+    assert_eq!(inbox.take(bundle(1, 7, 6, 6, &[6])).said, []);
+    assert_eq!(inbox.take(bundle(2, 1, 1, 1, &[1])).said, [frame(1)]);
+    assert_eq!(inbox.heard(), (2, 1, 2));
+}

@@ -1,0 +1,303 @@
+//! What two link processes say to each other, in bytes: numbers of eight bytes, little-endian, then frames.
+//!
+//! Whatever comes is an allegation: what is too short, too long, of another version or of another robot is none of
+//! these, and nothing is made of it.
+
+use std::sync::Arc;
+
+use crate::Stream;
+use crate::offset::Exchange;
+
+/// The first number of every message: "LEOLINK" and the version of what follows.
+const MAGIC: u64 = u64::from_be_bytes(*b"LEOLINK\x01");
+/// Frames that a bundle holds at most.
+const FRAMES_MOST: usize = 1024;
+
+/// A frame under way.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Frame {
+    /// What it is of.
+    pub stream: Stream,
+    /// Its head, then its entries; the instants are those of the sender's clock.
+    pub bytes: Arc<[u8]>,
+}
+
+/// What both machines must agree on for frames to mean the same to both: layouts, joints, percepts, perspectives.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Agreement(u64);
+
+impl Agreement {
+    /// The agreement on all that these texts say (FNV-1a, 64 bits).
+    pub fn on(texts: impl IntoIterator<Item = String>) -> Self {
+        let mut hash = 0xcbf2_9ce4_8422_2325_u64;
+        for text in texts {
+            for byte in text.bytes().chain([0]) {
+                hash = (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3);
+            }
+        }
+        Self(hash)
+    }
+}
+
+/// Says that a link process lives, what it has heard, and what time it is there.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Pulse {
+    /// The sender's life.
+    pub life: u64,
+    /// When it was sent.
+    pub sent_ns: u64,
+    /// When the other machine's newest pulse was sent, by its clock; zero before the first.
+    pub asked_ns: u64,
+    /// When that was heard here.
+    pub heard_ns: u64,
+    /// Whose bundles the following is about: the life that the other machine said it has.
+    pub of_life: u64,
+    /// The number of the newest bundle that came; zero before the first.
+    pub newest: u64,
+    /// The number of the frame that is to come next, of those of which every one is wanted.
+    pub wanted: u64,
+}
+
+impl Pulse {
+    /// What it says about the two clocks, heard `now_ns`, to whom asked the first of it.
+    #[must_use]
+    pub fn exchange(&self, now_ns: u64) -> Option<Exchange> {
+        (self.asked_ns != 0).then_some(Exchange {
+            asked_ns: self.asked_ns,
+            heard_there_ns: self.heard_ns,
+            answered_there_ns: self.sent_ns,
+            heard_ns: now_ns,
+        })
+    }
+}
+
+/// Frames that are sent together.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Bundle {
+    /// The sender's life.
+    pub life: u64,
+    /// Counts the bundles of this life from one, without gaps.
+    pub number: u64,
+    /// When it was sent.
+    pub sent_ns: u64,
+    /// The number of the oldest frame that can still be sent, of those of which every one is wanted.
+    pub oldest: u64,
+    /// The number of the first of these in this bundle.
+    pub first: u64,
+    /// How many of the frames are such, the last ones.
+    pub numbered: usize,
+    /// The frames.
+    pub frames: Vec<Frame>,
+}
+
+/// Why bytes are no message.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum Nonsense {
+    /// They are none.
+    #[error("what came from the other machine is no message of a link")]
+    NoMessage,
+    /// They are of somebody who means something else by them.
+    #[error(
+        "the other machine runs another version of Leo, or its percepts, joints or perspectives are configured \
+         otherwise: nothing is taken from it"
+    )]
+    Disagreement,
+}
+
+struct Numbers<'a>(&'a [u8]);
+
+impl<'a> Numbers<'a> {
+    fn next(&mut self) -> Result<u64, Nonsense> {
+        let (number, rest) = self.0.split_first_chunk::<8>().ok_or(Nonsense::NoMessage)?;
+        self.0 = rest;
+        Ok(u64::from_le_bytes(*number))
+    }
+
+    fn next_small(&mut self) -> Result<u32, Nonsense> {
+        u32::try_from(self.next()?).map_err(|_| Nonsense::NoMessage)
+    }
+
+    fn next_size(&mut self) -> Result<usize, Nonsense> {
+        usize::try_from(self.next()?).map_err(|_| Nonsense::NoMessage)
+    }
+
+    fn bytes(&mut self, length: usize) -> Result<&'a [u8], Nonsense> {
+        let (bytes, rest) = self.0.split_at_checked(length).ok_or(Nonsense::NoMessage)?;
+        self.0 = rest;
+        Ok(bytes)
+    }
+
+    fn begin(&mut self, agreement: Agreement) -> Result<(), Nonsense> {
+        if self.next()? != MAGIC {
+            return Err(Nonsense::NoMessage);
+        }
+        if self.next()? != agreement.0 {
+            return Err(Nonsense::Disagreement);
+        }
+        Ok(())
+    }
+
+    fn end(&self) -> Result<(), Nonsense> {
+        if self.0.is_empty() { Ok(()) } else { Err(Nonsense::NoMessage) }
+    }
+}
+
+fn put(numbers: &[u64], out: &mut Vec<u8>) {
+    numbers.iter().for_each(|number| out.extend_from_slice(&number.to_le_bytes()));
+}
+
+fn wide(size: usize) -> u64 {
+    u64::try_from(size).unwrap_or(u64::MAX)
+}
+
+impl Pulse {
+    /// Its bytes.
+    #[must_use]
+    pub fn to_bytes(&self, agreement: Agreement) -> Vec<u8> {
+        let Self { life, sent_ns, asked_ns, heard_ns, of_life, newest, wanted } = *self;
+        let mut bytes = Vec::new();
+        put(&[MAGIC, agreement.0, life, sent_ns, asked_ns, heard_ns, of_life, newest, wanted], &mut bytes);
+        bytes
+    }
+
+    /// The pulse of these bytes.
+    ///
+    /// # Errors
+    ///
+    /// They are none, or of somebody who means something else by them.
+    pub fn of_bytes(bytes: &[u8], agreement: Agreement) -> Result<Self, Nonsense> {
+        let mut numbers = Numbers(bytes);
+        numbers.begin(agreement)?;
+        let mut next = || numbers.next();
+        let pulse = Self {
+            life: next()?,
+            sent_ns: next()?,
+            asked_ns: next()?,
+            heard_ns: next()?,
+            of_life: next()?,
+            newest: next()?,
+            wanted: next()?,
+        };
+        numbers.end()?;
+        Ok(pulse)
+    }
+}
+
+impl Bundle {
+    /// Its bytes.
+    #[must_use]
+    pub fn to_bytes(&self, agreement: Agreement) -> Vec<u8> {
+        let Self { life, number, sent_ns, oldest, first, numbered, ref frames } = *self;
+        let size: usize = frames.iter().map(|frame| frame.bytes.len() + 24).sum();
+        let mut bytes = Vec::with_capacity(size + 80);
+        let numbered = wide(numbered);
+        put(
+            &[MAGIC, agreement.0, life, number, sent_ns, oldest, first, numbered, wide(frames.len())],
+            &mut bytes,
+        );
+        for frame in frames {
+            let (code, of) = frame.stream.code();
+            put(&[u64::from(code), u64::from(of), wide(frame.bytes.len())], &mut bytes);
+            bytes.extend_from_slice(&frame.bytes);
+        }
+        bytes
+    }
+
+    /// The bundle of these bytes.
+    ///
+    /// # Errors
+    ///
+    /// They are none, or of somebody who means something else by them.
+    pub fn of_bytes(bytes: &[u8], agreement: Agreement) -> Result<Self, Nonsense> {
+        let mut numbers = Numbers(bytes);
+        numbers.begin(agreement)?;
+        let mut bundle = Self {
+            life: numbers.next()?,
+            number: numbers.next()?,
+            sent_ns: numbers.next()?,
+            oldest: numbers.next()?,
+            first: numbers.next()?,
+            numbered: numbers.next_size()?,
+            frames: Vec::new(),
+        };
+        let frames = numbers.next_size()?;
+        if frames > FRAMES_MOST || bundle.numbered > frames || bundle.first < bundle.oldest {
+            return Err(Nonsense::NoMessage);
+        }
+        for _frame in 0..frames {
+            let (code, of, length) = (numbers.next_small()?, numbers.next_small()?, numbers.next_size()?);
+            let stream = Stream::of_code(code, of).ok_or(Nonsense::NoMessage)?;
+            bundle.frames.push(Frame { stream, bytes: numbers.bytes(length)?.into() });
+        }
+        numbers.end()?;
+        Ok(bundle)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+
+    fn agreement() -> Agreement {
+        Agreement::on(["layouts".to_owned(), "joints".to_owned()])
+    }
+
+    fn bundle() -> Bundle {
+        let frame = |stream, length| Frame { stream, bytes: vec![7; length].into() };
+        Bundle {
+            life: 1,
+            number: 2,
+            sent_ns: 3,
+            oldest: 4,
+            first: 5,
+            numbered: 1,
+            frames: vec![frame(Stream::Beliefs(2), 300), frame(Stream::Utterances, 0)],
+        }
+    }
+
+    const PULSE: Pulse =
+        Pulse { life: 1, sent_ns: 2, asked_ns: 3, heard_ns: 4, of_life: 5, newest: 6, wanted: 7 };
+
+    #[test]
+    fn what_was_written_is_read() {
+        let agreement = agreement();
+        assert_eq!(Bundle::of_bytes(&bundle().to_bytes(agreement), agreement), Ok(bundle()));
+        assert_eq!(Pulse::of_bytes(&PULSE.to_bytes(agreement), agreement), Ok(PULSE));
+    }
+
+    #[test]
+    fn who_means_something_else_is_told_apart() {
+        let other = Agreement::on(["layouts".to_owned(), "other joints".to_owned()]);
+        let bytes = bundle().to_bytes(other);
+        assert_eq!(Bundle::of_bytes(&bytes, agreement()), Err(Nonsense::Disagreement));
+        assert_eq!(Pulse::of_bytes(&PULSE.to_bytes(other), agreement()), Err(Nonsense::Disagreement));
+        let split = |words: [&str; 2]| Agreement::on(words.map(str::to_owned));
+        assert_ne!(split(["ab", "c"]), split(["a", "bc"]));
+    }
+
+    #[test]
+    fn whatever_is_cut_off_is_none() {
+        let whole = bundle().to_bytes(agreement());
+        for length in 0..whole.len() {
+            assert_eq!(Bundle::of_bytes(&whole[..length], agreement()), Err(Nonsense::NoMessage));
+        }
+        let more = [&whole[..], &[0]].concat();
+        assert_eq!(Bundle::of_bytes(&more, agreement()), Err(Nonsense::NoMessage));
+    }
+
+    proptest! {
+        #[test]
+        fn no_bytes_are_too_much(place in 16_usize..420, value: u8, more in proptest::collection::vec(any::<u8>(), 0..90)) {
+            let mut bytes = bundle().to_bytes(agreement());
+            if let Some(byte) = bytes.get_mut(place) {
+                *byte = value;
+            }
+            // Any outcome but a panic.
+            let _either = Bundle::of_bytes(&bytes, agreement());
+            let _either = Bundle::of_bytes(&more, agreement());
+            let _either = Pulse::of_bytes(&more, agreement());
+        }
+    }
+}

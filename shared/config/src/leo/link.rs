@@ -1,0 +1,246 @@
+use std::net::IpAddr;
+use std::path::{Path, PathBuf};
+
+use serde::Deserialize;
+
+use super::Rights;
+use crate::number::{Hertz, Milliseconds};
+use message::Topic as _;
+
+/// The names of the topics that a link can carry.
+const LINKED: [&str; 10] = [
+    message::Percepts::NAME,
+    message::Beliefs::NAME,
+    message::Divergences::NAME,
+    message::JointGoals::NAME,
+    message::JointStates::NAME,
+    message::Scene::NAME,
+    message::TeacherActs::NAME,
+    message::ActsAnswered::NAME,
+    message::Utterances::NAME,
+    message::Events::NAME,
+];
+
+/// The link to another machine.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Link {
+    /// Which of the two machines this one is, if either.
+    pub side: Side,
+    /// The robot's name on the network.
+    pub robot: RobotName,
+    /// The processes that run away from the robot.
+    pub off_board: Vec<OffBoard>,
+    /// The names of the topics that this machine sends; none means all.
+    pub topics: Vec<String>,
+    /// Where the other machine is awaited.
+    pub listen: Vec<Endpoint>,
+    /// Where the other machine is.
+    pub connect: Vec<Endpoint>,
+    /// The certificate of who signed those of both machines, as a PEM file; empty for none.
+    pub authority: PathBuf,
+    /// This machine's certificate, as a PEM file; empty for none.
+    pub certificate: PathBuf,
+    /// Its private key, as a PEM file; empty for none.
+    pub private_key: PathBuf,
+    /// How often it looks for what is to be sent, and for what came.
+    pub link_rate_hz: Hertz,
+    /// A command that was under way for longer is not carried out.
+    pub late_after_ms: Milliseconds,
+    /// Real-time rights.
+    pub realtime: Rights,
+}
+
+/// Which of two linked machines this one is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Side {
+    /// There is no other machine.
+    Off,
+    /// That of the robot.
+    Robot,
+    /// The other one.
+    Away,
+}
+
+/// A process that may run away from the robot. All others are what the hot path waits for, or what it is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum OffBoard {
+    /// The learner.
+    Learner,
+    /// The console.
+    Console,
+}
+
+/// The name of a robot on a network: letters, digits and hyphens.
+#[derive(Clone, Debug, PartialEq, Eq, Deserialize)]
+#[serde(try_from = "String")]
+pub struct RobotName(String);
+
+impl TryFrom<String> for RobotName {
+    type Error = String;
+
+    fn try_from(name: String) -> Result<Self, String> {
+        let legal = |letter: char| letter.is_ascii_alphanumeric() || letter == '-';
+        if name.is_empty() || name.len() > 32 || !name.chars().all(legal) {
+            return Err(format!("{name:?} cannot name a robot: use up to 32 letters, digits and hyphens"));
+        }
+        Ok(Self(name))
+    }
+}
+
+impl RobotName {
+    /// The name.
+    #[must_use]
+    pub fn as_str(&self) -> &str {
+        &self.0
+    }
+}
+
+/// Where a machine is reached: `tls/HOST:PORT`, or `tcp/HOST:PORT` of this machine alone.
+#[derive(Clone, Debug, PartialEq, Eq, Deserialize)]
+#[serde(try_from = "String")]
+pub struct Endpoint(String);
+
+impl TryFrom<String> for Endpoint {
+    type Error = String;
+
+    fn try_from(text: String) -> Result<Self, String> {
+        let wrong = || format!("{text:?} is no endpoint, as in \"tls/leo.local:7447\"");
+        let (protocol, address) = text.split_once('/').ok_or_else(wrong)?;
+        let (host, port) = address.rsplit_once(':').ok_or_else(wrong)?;
+        let legal = |letter: char| letter.is_ascii_alphanumeric() || "-._:[]".contains(letter);
+        if host.is_empty() || !host.chars().all(legal) || port.parse::<u16>().is_err() {
+            return Err(wrong());
+        }
+        match protocol {
+            "tls" => Ok(Self(text)),
+            "tcp" if is_loopback(host) => Ok(Self(text)),
+            "tcp" => Err(format!(
+                "{text:?} would send everything in the clear, and take commands from anybody: \"tcp/\" is for \
+                 127.0.0.1 and [::1]; say \"tls/{address}\", with keys"
+            )),
+            _ => Err(format!("{text:?} is neither \"tls/\" nor \"tcp/\"")),
+        }
+    }
+}
+
+fn is_loopback(host: &str) -> bool {
+    let bare = host.strip_prefix('[').and_then(|host| host.strip_suffix(']')).unwrap_or(host);
+    bare.parse::<IpAddr>().is_ok_and(|address| address.is_loopback())
+}
+
+impl Endpoint {
+    /// As the file says it.
+    #[must_use]
+    pub fn as_str(&self) -> &str {
+        &self.0
+    }
+
+    fn is_encrypted(&self) -> bool {
+        self.0.starts_with("tls/")
+    }
+}
+
+impl Link {
+    /// Whether any endpoint wants keys.
+    #[must_use]
+    pub fn is_encrypted(&self) -> bool {
+        self.listen.iter().chain(&self.connect).any(Endpoint::is_encrypted)
+    }
+
+    /// Whether a process runs away from the robot.
+    #[must_use]
+    pub fn is_off_board(&self, process: message::Process) -> bool {
+        self.off_board.iter().any(|off_board| off_board.process() == process)
+    }
+
+    /// Whether a process runs on this machine: each on one of two, the link on both.
+    #[must_use]
+    pub fn runs_here(&self, process: message::Process) -> bool {
+        match self.side {
+            Side::Off => process != message::Process::Link,
+            Side::Robot => !self.is_off_board(process),
+            Side::Away => self.is_off_board(process) || process == message::Process::Link,
+        }
+    }
+
+    /// Paths that are not whole ones are those of files beside `leo.toml`.
+    pub(crate) fn relative_to(&mut self, folder: &Path) {
+        for file in [&mut self.authority, &mut self.certificate, &mut self.private_key] {
+            if !file.as_os_str().is_empty() {
+                *file = folder.join(&file);
+            }
+        }
+    }
+}
+
+impl OffBoard {
+    const fn process(self) -> message::Process {
+        match self {
+            Self::Learner => message::Process::Learner,
+            Self::Console => message::Process::Console,
+        }
+    }
+}
+
+/// What is wrong with the link as a whole, if anything: the key and the reason.
+pub(crate) fn fault(link: &Link) -> Option<(&'static str, String)> {
+    if let Some(unknown) = link.topics.iter().find(|name| !LINKED.contains(&name.as_str())) {
+        return Some((
+            "topics",
+            format!("{unknown:?} is none of the topics that can be sent: {}", LINKED.join(", ")),
+        ));
+    }
+    if link.side == Side::Off {
+        return None;
+    }
+    if link.listen.is_empty() && link.connect.is_empty() {
+        return Some(("listen", "the link is on, and neither `listen` nor `connect` says where".to_owned()));
+    }
+    let keys = [&link.authority, &link.certificate, &link.private_key];
+    if link.is_encrypted() && keys.iter().any(|file| file.as_os_str().is_empty()) {
+        let reason = "\"tls/\" wants `authority`, `certificate` and `private_key`; \
+                      docs/more_than_one_machine.md says how to make them";
+        return Some(("authority", reason.to_owned()));
+    }
+    None
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn endpoint(text: &str) -> Result<Endpoint, String> {
+        Endpoint::try_from(text.to_owned())
+    }
+
+    #[test]
+    fn what_others_could_read_is_refused() {
+        for loopback in ["tcp/127.0.0.1:7447", "tcp/[::1]:7447", "tcp/127.1.2.3:1"] {
+            assert!(endpoint(loopback).is_ok(), "{loopback}");
+        }
+        for open in ["tcp/0.0.0.0:7447", "tcp/192.168.0.7:7447", "tcp/[::]:7447", "tcp/localhost.evil:1"] {
+            assert!(endpoint(open).unwrap_err().contains("in the clear"), "{open}");
+        }
+        assert!(endpoint("tls/0.0.0.0:7447").is_ok());
+    }
+
+    #[test]
+    fn what_is_no_endpoint_is_refused() {
+        for wrong in
+            ["", "tls", "tls/leo", "tls/leo:", "tls/leo:70000", "tls/:7447", "udp/[::1]:1", "tls/a#b:1"]
+        {
+            assert!(endpoint(wrong).is_err(), "{wrong}");
+        }
+    }
+
+    #[test]
+    fn a_name_is_part_of_no_other() {
+        assert!(RobotName::try_from("leo-2".to_owned()).is_ok());
+        for wrong in ["", "leo/2", "*", "leo 2"] {
+            assert!(RobotName::try_from(wrong.to_owned()).is_err(), "{wrong}");
+        }
+    }
+}

@@ -1,0 +1,60 @@
+//! The link to another machine.
+
+use message::LinkHealth;
+use quantity::number::float;
+
+use crate::page::{Kind, Page, seconds};
+use crate::processes::distribution;
+use crate::readings::Readings;
+
+/// What of the link is a count: the name of the family, its unit, what it counts, where it stands.
+type Count = (&'static str, Option<&'static str>, &'static str, fn(&LinkHealth) -> u64);
+
+const COUNTS: [Count; 10] = [
+    ("leo_link_hearings", None, "How often the other machine came to be heard.", |link| link.hearings),
+    ("leo_link_sent_frames", None, "Frames handed to the network.", |link| link.sent),
+    ("leo_link_overtaken_frames", None, "Frames not sent because a newer one came first.", |link| {
+        link.overtaken
+    }),
+    ("leo_link_given_up_frames", None, "Frames that waited for the other machine for too long.", |link| {
+        link.given_up
+    }),
+    ("leo_link_received_frames", None, "Frames of the other machine that were published here.", |link| {
+        link.received
+    }),
+    ("leo_link_lost_bundles", None, "Bundles of frames that were sent here and did not come.", |link| {
+        link.lost
+    }),
+    ("leo_link_refused", None, "Messages and frames of the other machine refused as nonsense.", |link| {
+        link.refused
+    }),
+    ("leo_link_late_commands", None, "Commands that came too late to be carried out.", |link| link.late),
+    ("leo_link_sent_bytes", Some("bytes"), "Handed to the network.", |link| link.bytes_sent),
+    ("leo_link_received_bytes", Some("bytes"), "What came.", |link| link.bytes_received),
+];
+
+pub(crate) fn write(readings: &Readings, page: &mut Page) {
+    let Some(link) = &readings.link else { return };
+    page.family("leo_link_heard", Kind::Gauge, None, "1 while the other machine is heard.");
+    page.gauge(&[], float(link.is_heard));
+    page.family(
+        "leo_link_round_trip_seconds",
+        Kind::Gauge,
+        Some("seconds"),
+        "To the other machine and back, the newest.",
+    );
+    page.gauge(&[], seconds(link.round_trip_ns));
+    page.family(
+        "leo_link_clock_error_seconds",
+        Kind::Gauge,
+        Some("seconds"),
+        "By how much instants from the other machine are wrong at most.",
+    );
+    page.gauge(&[], seconds(link.clock_error_ns));
+    for (name, unit, help, of) in COUNTS {
+        page.family(name, Kind::Counter, unit, help);
+        page.count(&[], of(link));
+    }
+    let told = [("received", &link.delay)];
+    distribution(page, "leo_link_delay", "From the other machine to this one", "direction", &told);
+}

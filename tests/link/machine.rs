@@ -1,0 +1,182 @@
+use std::collections::BTreeMap;
+use std::fs;
+use std::io::{BufRead as _, BufReader, Read};
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, ExitStatus, Stdio};
+use std::sync::{Arc, Mutex};
+use std::thread;
+
+use clock::Duration;
+use rustix::process::{Pid, Signal, kill_process};
+use tempfile::TempDir;
+
+/// Patience with a loaded machine.
+const PATIENCE: Duration = Duration::from_secs(90);
+
+/// One of two linked machines: a `leo run` with a domain and a memory of its own. Dropping it kills it.
+pub(crate) struct Machine {
+    supervisor: Child,
+    domain: PathBuf,
+    told: Arc<Mutex<String>>,
+    said: Arc<Mutex<String>>,
+    files: TempDir,
+}
+
+/// A command of `leo` with nothing of this machine's in its environment, in a network namespace or in this one.
+pub(crate) fn leo(namespace: Option<&str>) -> Command {
+    let program = env!("CARGO_BIN_EXE_leo");
+    let mut command = match namespace {
+        Some(namespace) => {
+            let mut command = Command::new("ip");
+            command.args(["netns", "exec", namespace, program]);
+            command
+        }
+        None => Command::new(program),
+    };
+    command.env_remove("RUST_LOG").stdin(Stdio::null());
+    command
+}
+
+pub(crate) fn pause(time: Duration) {
+    clock::sleep_until(clock::now() + time);
+}
+
+/// Waits until `holds`, for as long as is patient; whether it does.
+pub(crate) fn wait_until(mut holds: impl FnMut() -> bool) -> bool {
+    let end = clock::now() + PATIENCE;
+    while clock::now() < end {
+        if holds() {
+            return true;
+        }
+        pause(Duration::from_millis(50));
+    }
+    holds()
+}
+
+/// The robot's configuration with some values changed: keys of `leo.toml`, each with its new value.
+pub(crate) fn changed(changes: &[(&str, &str)]) -> String {
+    let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("config/leo.toml");
+    let mut text = fs::read_to_string(file).expect("the configuration");
+    for (key, value) in changes {
+        let line = text.lines().find(|line| line.starts_with(&format!("{key} = ")));
+        let line = line.expect("a key").to_owned();
+        text = text.replace(&line, &format!("{key} = {value}"));
+    }
+    text
+}
+
+fn collect(from: impl Read + Send + 'static) -> Arc<Mutex<String>> {
+    let text = Arc::new(Mutex::new(String::new()));
+    let all = Arc::clone(&text);
+    thread::spawn(move || {
+        for line in BufReader::new(from).lines().map_while(Result::ok) {
+            let mut all = all.lock().expect("nobody panics with it");
+            all.push_str(&line);
+            all.push('\n');
+        }
+    });
+    text
+}
+
+impl Machine {
+    /// Starts a machine that stays until it is stopped.
+    pub(crate) fn start(namespace: Option<&str>, name: &str, changes: &[(&str, &str)]) -> Self {
+        let files = tempfile::tempdir().expect("a folder");
+        let config = files.path().join("leo.toml");
+        fs::write(&config, changed(&[&[("address", "\"none\"")], changes].concat())).expect("writes");
+        let domain = PathBuf::from(format!("/dev/shm/leo-{name}-{}", std::process::id()));
+        let mut supervisor = leo(namespace)
+            .args(["-v", "run", "--stay", "--config"])
+            .arg(&config)
+            .arg("--domain")
+            .arg(&domain)
+            .env("XDG_STATE_HOME", files.path())
+            .stdout(Stdio::piped())
+            .stderr(Stdio::piped())
+            .spawn()
+            .expect("starts");
+        let told = collect(supervisor.stdout.take().expect("piped"));
+        let said = collect(supervisor.stderr.take().expect("piped"));
+        Self { supervisor, domain, told, said, files }
+    }
+
+    /// Starts a machine and waits until all of it runs.
+    pub(crate) fn ready(namespace: Option<&str>, name: &str, changes: &[(&str, &str)]) -> Self {
+        let machine = Self::start(namespace, name, changes);
+        assert!(wait_until(|| machine.said().contains("the robot runs")), "{}", machine.said());
+        machine
+    }
+
+    /// What it said on standard error so far.
+    pub(crate) fn said(&self) -> String {
+        self.said.lock().expect("nobody panics with it").clone()
+    }
+
+    /// What its console told so far.
+    pub(crate) fn told(&self) -> String {
+        self.told.lock().expect("nobody panics with it").clone()
+    }
+
+    pub(crate) fn domain(&self) -> &Path {
+        &self.domain
+    }
+
+    /// What was learned there, as `leo tasks list` says.
+    pub(crate) fn learned(&self) -> String {
+        let mut tasks = leo(None);
+        let out =
+            tasks.args(["tasks", "list"]).env("XDG_STATE_HOME", self.files.path()).output().expect("runs");
+        String::from_utf8_lossy(&out.stdout).into_owned()
+    }
+
+    /// What `leo top` counts there, by name with labels.
+    pub(crate) fn metrics(&self) -> BTreeMap<String, f64> {
+        let mut top = leo(None);
+        let out = top.args(["top", "--openmetrics", "--domain"]).arg(&self.domain).output().expect("runs");
+        let text = String::from_utf8_lossy(&out.stdout).into_owned();
+        let sample = |line: &str| {
+            let (name, value) = line.rsplit_once(' ')?;
+            Some((name.to_owned(), value.parse().ok()?))
+        };
+        text.lines().filter_map(sample).collect()
+    }
+
+    /// One of these; zero where it is not told.
+    pub(crate) fn metric(&self, name: &str) -> f64 {
+        self.metrics().get(name).copied().unwrap_or(0.0)
+    }
+
+    fn pid(&self) -> Pid {
+        Pid::from_child(&self.supervisor)
+    }
+
+    /// The number of one of its processes.
+    pub(crate) fn process(&self, name: &str) -> Option<Pid> {
+        let pid = self.pid().as_raw_nonzero();
+        let children = fs::read_to_string(format!("/proc/{pid}/task/{pid}/children")).unwrap_or_default();
+        let is_it = |child: &&str| {
+            let line = fs::read_to_string(format!("/proc/{child}/cmdline")).unwrap_or_default();
+            line.split('\0').nth(1) == Some(name)
+        };
+        let child: i32 = children.split_whitespace().find(is_it)?.parse().ok()?;
+        Pid::from_raw(child)
+    }
+
+    /// Stops it in order.
+    pub(crate) fn stop(mut self) -> (ExitStatus, String) {
+        kill_process(self.pid(), Signal::TERM).expect("it lives");
+        let mut status = None;
+        let ended = wait_until(|| {
+            status = self.supervisor.try_wait().expect("asked");
+            status.is_some()
+        });
+        assert!(ended, "the supervisor does not end: {}", self.said());
+        (status.expect("ended"), self.said())
+    }
+}
+
+impl Drop for Machine {
+    fn drop(&mut self) {
+        let _dead = self.supervisor.kill().and_then(|()| self.supervisor.wait());
+    }
+}

@@ -1,0 +1,154 @@
+//! Two machines, linked: a robot on one, its learner and its console on the other.
+#![expect(clippy::expect_used, reason = "a test fails by panicking")]
+
+mod machine;
+mod namespaces;
+
+use std::fs;
+use std::net::TcpListener;
+use std::path::Path;
+use std::process::Command;
+
+use rustix::process::{Signal, kill_process};
+use tempfile::TempDir;
+
+use machine::{Machine, wait_until};
+
+/// What the console tells of Task 1 when it was learned and performed as the teacher meant it.
+pub(crate) const PERFORMED: &str = "filled 5 of 5";
+
+/// A port that nobody uses.
+fn free_port() -> u16 {
+    TcpListener::bind("127.0.0.1:0").and_then(|listener| listener.local_addr()).expect("a port").port()
+}
+
+/// Keys for two machines, as docs/more_than_one_machine.md makes them; `robot` has these names.
+pub(crate) fn keys(names: &str) -> TempDir {
+    let folder = tempfile::tempdir().expect("a folder");
+    let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("package/link_keys.sh");
+    let made = Command::new(script)
+        .arg(folder.path())
+        .args([format!("robot={names}"), "away=DNS:desk.local".to_owned()])
+        .status()
+        .expect("openssl is there");
+    assert!(made.success());
+    folder
+}
+
+/// The `[link]` of one side, as changes of `leo.toml`, with more of them.
+pub(crate) struct Side(Vec<(&'static str, String)>);
+
+impl Side {
+    pub(crate) fn robot(listen: &str) -> Self {
+        Self(vec![("side", quoted("robot")), ("listen", format!("[{}]", quoted(listen)))])
+    }
+
+    pub(crate) fn away(connect: &str) -> Self {
+        Self(vec![("side", quoted("away")), ("connect", format!("[{}]", quoted(connect)))])
+    }
+
+    pub(crate) fn keyed(mut self, folder: &Path, name: &str) -> Self {
+        for (key, file) in [
+            ("authority", "authority.pem".to_owned()),
+            ("certificate", format!("{name}.pem")),
+            ("private_key", format!("{name}.key")),
+        ] {
+            self.0.push((key, quoted(&folder.join(file).display().to_string())));
+        }
+        self
+    }
+
+    pub(crate) fn with(mut self, key: &'static str, value: &str) -> Self {
+        self.0.push((key, value.to_owned()));
+        self
+    }
+
+    pub(crate) fn changes(&self) -> Vec<(&str, &str)> {
+        self.0.iter().map(|(key, value)| (*key, value.as_str())).collect()
+    }
+}
+
+fn quoted(text: &str) -> String {
+    format!("\"{text}\"")
+}
+
+/// What a domain has in shared memory, its root included.
+fn left_behind(domain: &Path) -> Vec<String> {
+    let name = domain.file_name().expect("a name").to_string_lossy().into_owned();
+    let is_its = |entry: &String| *entry == name || entry.starts_with(&format!("{name}_"));
+    let entries = fs::read_dir("/dev/shm").expect("there is shared memory").flatten();
+    entries.map(|entry| entry.file_name().to_string_lossy().into_owned()).filter(is_its).collect()
+}
+
+#[test]
+fn a_learner_on_another_machine_learns_task_1_and_performs_it() {
+    let keys = keys("DNS:localhost");
+    let port = free_port();
+    let away = Side::away(&format!("tls/localhost:{port}")).keyed(keys.path(), "away");
+    let away = Machine::ready(None, "link-away", &away.changes());
+    let robot = Side::robot(&format!("tls/127.0.0.1:{port}")).keyed(keys.path(), "robot");
+    let robot = Machine::ready(None, "link-robot", &robot.changes());
+    assert!(robot.process("learner").is_none() && robot.process("console").is_none());
+    assert!(away.process("belief").is_none() && away.process("learner").is_some());
+
+    assert!(
+        wait_until(|| away.told().contains(PERFORMED)),
+        "{}\n{}\n{}\n{:?}",
+        away.told(),
+        away.said(),
+        robot.said(),
+        away.metrics()
+    );
+    assert!(away.learned().contains("task 1"), "{}", away.learned());
+    let fares = away.metrics();
+    println!("away: {}", link(&fares));
+    println!("robot: {}", link(&robot.metrics()));
+    assert!(away.metric("leo_link_clock_error_seconds") > 0.0);
+    assert!(away.metric("leo_link_delay_life_seconds_count{direction=\"received\"}") > 100.0);
+
+    // The link dies on the robot: nothing else does there, and it is heard again.
+    let heard = away.metric("leo_link_hearings_total");
+    let motor = robot.process("motor");
+    kill_process(robot.process("link").expect("lives"), Signal::KILL).expect("lives");
+    assert!(wait_until(|| away.metric("leo_link_hearings_total") > heard), "{}", away.said());
+    assert_eq!(robot.process("motor"), motor);
+    for machine in [away, robot] {
+        let domain = machine.domain().to_owned();
+        let (status, said) = machine.stop();
+        assert!(status.success(), "{status}\n{said}");
+        assert_eq!(left_behind(&domain), [""; 0]);
+    }
+}
+
+/// What is told of the link.
+pub(crate) fn link(metrics: &std::collections::BTreeMap<String, f64>) -> String {
+    let of_link = |(name, value): (&String, &f64)| {
+        let is_its = name.starts_with("leo_link_") && !name.contains("_bucket");
+        is_its.then(|| format!("{}={value}", name.trim_start_matches("leo_link_")))
+    };
+    metrics.iter().filter_map(of_link).collect::<Vec<_>>().join(" ")
+}
+
+#[test]
+fn strangers_and_other_robots_are_not_heard() {
+    let (ours, theirs) = (keys("DNS:localhost"), keys("DNS:localhost"));
+    let port = free_port();
+    let alone = |side: Side| side.with("off_board", "[]");
+    let connect = format!("tls/localhost:{port}");
+    // One whose keys another authority signed; one of another robot; and the right one, last.
+    let stranger = alone(Side::away(&connect).keyed(theirs.path(), "away"));
+    let other = alone(Side::away(&connect).keyed(ours.path(), "away")).with("robot", "\"other\"");
+    let right = alone(Side::away(&connect).keyed(ours.path(), "away"));
+    let robot = alone(Side::robot(&format!("tls/127.0.0.1:{port}")).keyed(ours.path(), "robot"));
+    let robot = Machine::ready(None, "link-one", &robot.changes());
+    let stranger = Machine::ready(None, "link-stranger", &stranger.changes());
+    let other = Machine::ready(None, "link-other", &other.changes());
+    let right = Machine::ready(None, "link-right", &right.changes());
+    let received = |machine: &Machine| machine.metric("leo_link_received_frames_total");
+    assert!(wait_until(|| received(&right) > 500.0), "{}\n{}", right.said(), robot.said());
+    for silent in [&stranger, &other] {
+        let fares = silent.metrics();
+        assert!(fares.contains_key("leo_link_heard"), "{fares:?}");
+        assert_eq!((silent.metric("leo_link_heard"), received(silent)), (0.0, 0.0), "{}", silent.said());
+    }
+}
