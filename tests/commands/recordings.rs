@@ -460,16 +460,17 @@ fn a_process_records_and_goes_on() {
     assert!(full.to_string().contains("/dev/full"), "{full}");
     // What was last is written down whenever it is asked for.
     let subject = Subject::load(None, Time::Wall, None, Pose::identity(), "a test").expect("built in");
-    let recorder = recording::Recorder::keep(&domain, subject, std::time::Duration::from_secs(60));
+    let recorder =
+        recording::Recorder::keep(&domain, subject, std::time::Duration::from_secs(60), usize::MAX);
     let recorder = recorder.expect("starts");
     for name in ["3.mcap", "4.mcap"] {
         let seen = recorder.counts().of(Buffer::Beliefs(1)).written;
         assert!(wait_until(|| recorder.counts().of(Buffer::Beliefs(1)).written > seen + 100));
         let to = file(&folder, name);
-        let saved = recorder.save(Path::new(&to)).expect("is written");
+        let saved = recorder.last().expect("is kept").write(Path::new(&to)).expect("is written");
         assert_eq!(saved, u64::try_from(frames(&to).len()).expect("fits"));
     }
-    assert!(recorder.save(Path::new("/dev/full")).is_err());
+    assert!(recorder.last().expect("is kept").write(Path::new("/dev/full")).is_err());
     recorder.stop().expect("ends");
     drop(node);
     robot.interrupt();
