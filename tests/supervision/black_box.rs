@@ -55,6 +55,8 @@ fn asked(robot: &Robot) -> (Option<i32>, String, String) {
 fn what_was_before_a_death_and_after_it_is_in_a_file() {
     let robot = Robot::ready("black-box", &[("black_box_files", "2")]);
     assert!(robot.works(), "{}", robot.said());
+    let believes = || robot.cycles().get("belief").is_some_and(|cycles| *cycles > 600);
+    assert!(wait_until(believes), "{}", robot.said());
     assert!(robot.black_boxes().is_empty(), "nothing has failed: {:?}", robot.black_boxes());
     signal(robot.processes()["belief"], Signal::KILL);
     let file = file_of(&robot, "belief");
