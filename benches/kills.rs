@@ -9,6 +9,7 @@
     reason = "a bench that cannot measure has failed, and prints"
 )]
 
+#[expect(dead_code, reason = "other benches use the rest")]
 mod robot;
 
 use std::collections::BTreeMap;

@@ -6,10 +6,12 @@
 //! status 1 where something grows, or where the recorder dropped a frame.
 #![expect(
     clippy::expect_used,
+    clippy::panic,
     clippy::print_stdout,
     reason = "a bench that cannot measure has failed, and prints"
 )]
 
+#[expect(dead_code, reason = "other benches use the rest")]
 mod robot;
 
 use std::collections::BTreeMap;
@@ -86,13 +88,9 @@ fn main() -> ExitCode {
     fs::write(&faults, campaign(seconds)).expect("writes");
     let domain = PathBuf::from(format!("/dev/shm/leo-soak-{}", std::process::id()));
     let mut robot = Robot::start(&domain, folder, &["--faults", &faults.display().to_string()]);
-    let came =
-        wait_until(Duration::from_secs(60), || robot.is_back(&[]) && robot.said().contains("the page is at"));
+    let came = wait_until(Duration::from_secs(60), || robot.is_back(&[]) && robot.page().is_some());
     assert!(came.is_some(), "it does not start: {}", robot.said());
-    let said = robot.said();
-    let host =
-        said.lines().find_map(|line| line.strip_prefix("the page is at http://")).expect("where the page is");
-    let host = host.trim_end_matches('/').to_owned();
+    let host = robot.page().expect("it has a page");
     let file = folder.join("soak.mcap");
     let mut recorder =
         leo(&["record", "--domain"]).arg(&domain).arg(&file).stdout(Stdio::piped()).spawn().expect("starts");

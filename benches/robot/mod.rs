@@ -14,22 +14,23 @@ use rustix::process::{Pid, Signal, kill_process};
 use serde_json::Value;
 
 /// The seven processes of a robot, by their subcommands.
-pub const PROCESSES: [&str; 7] = ["belief", "console", "learner", "mock-bus", "motor", "sensor", "simulator"];
+pub(crate) const PROCESSES: [&str; 7] =
+    ["belief", "console", "learner", "mock-bus", "motor", "sensor", "simulator"];
 
 /// A command of `leo` with nothing of this machine's in its environment; `LEO` names another program.
-pub fn leo(arguments: &[&str]) -> Command {
+pub(crate) fn leo(arguments: &[&str]) -> Command {
     let program = std::env::var_os("LEO").unwrap_or_else(|| env!("CARGO_BIN_EXE_leo").into());
     let mut command = Command::new(program);
     command.args(arguments).env_remove("RUST_LOG").stdin(Stdio::null());
     command
 }
 
-pub fn pause(time: Duration) {
+pub(crate) fn pause(time: Duration) {
     clock::sleep_until(clock::now() + time);
 }
 
 /// Waits until `holds`, for so long at most; how long that took, if it does.
-pub fn wait_until(within: Duration, mut holds: impl FnMut() -> bool) -> Option<Duration> {
+pub(crate) fn wait_until(within: Duration, mut holds: impl FnMut() -> bool) -> Option<Duration> {
     let began = clock::now();
     loop {
         if holds() {
@@ -42,19 +43,19 @@ pub fn wait_until(within: Duration, mut holds: impl FnMut() -> bool) -> Option<D
     }
 }
 
-pub fn kill(pid: i32) {
+pub(crate) fn kill(pid: i32) {
     // Whoever died by itself in the meantime needs no signal.
     let _sent = kill_process(Pid::from_raw(pid).expect("a process number"), Signal::KILL);
 }
 
 /// Whether a process lives: a zombie does not.
-pub fn is_alive(pid: i32) -> bool {
+pub(crate) fn is_alive(pid: i32) -> bool {
     let stat = fs::read_to_string(format!("/proc/{pid}/stat")).unwrap_or_default();
     stat.rsplit(") ").next().is_some_and(|rest| !rest.is_empty() && !rest.starts_with(['Z', 'X']))
 }
 
 /// Files below a folder, and their bytes.
-pub fn files_below(folder: &Path) -> (usize, u64) {
+pub(crate) fn files_below(folder: &Path) -> (usize, u64) {
     let mut sum = (0, 0);
     for entry in fs::read_dir(folder).into_iter().flatten().flatten() {
         let Ok(about) = entry.metadata() else { continue };
@@ -65,7 +66,7 @@ pub fn files_below(folder: &Path) -> (usize, u64) {
 }
 
 /// What a robot's domain has in shared memory, its folder included.
-pub fn shared_memory(domain: &Path) -> (usize, u64) {
+pub(crate) fn shared_memory(domain: &Path) -> (usize, u64) {
     let name = domain.file_name().and_then(OsStr::to_str).expect("a name");
     let (mut files, mut bytes) = files_below(domain);
     for entry in fs::read_dir("/dev/shm").expect("there is shared memory").flatten() {
@@ -78,21 +79,21 @@ pub fn shared_memory(domain: &Path) -> (usize, u64) {
 }
 
 /// Descriptors that a process has open.
-pub fn descriptors(pid: i32) -> usize {
+pub(crate) fn descriptors(pid: i32) -> usize {
     fs::read_dir(format!("/proc/{pid}/fd")).map_or(0, Iterator::count)
 }
 
 /// A robot in a domain of its own. Dropping it kills it.
-pub struct Robot {
+pub(crate) struct Robot {
     supervisor: Child,
-    pub domain: PathBuf,
-    pub began: Instant,
+    pub(crate) domain: PathBuf,
+    pub(crate) began: Instant,
     said: Arc<Mutex<String>>,
 }
 
 impl Robot {
     /// Starts `leo run` with a configuration and a state directory.
-    pub fn start(domain: &Path, folder: &Path, more: &[&str]) -> Self {
+    pub(crate) fn start(domain: &Path, folder: &Path, more: &[&str]) -> Self {
         let mut supervisor = leo(&["run", "--stay", "--config"])
             .arg(folder.join("leo.toml"))
             .arg("--domain")
@@ -110,16 +111,23 @@ impl Robot {
     }
 
     /// What it said so far, on both streams.
-    pub fn said(&self) -> String {
+    pub(crate) fn said(&self) -> String {
         self.said.lock().unwrap_or_else(PoisonError::into_inner).clone()
     }
 
-    pub fn pid(&self) -> i32 {
+    /// Host and port of its page, once it has said so.
+    pub(crate) fn page(&self) -> Option<String> {
+        let said = self.said();
+        let page = said.lines().find_map(|line| line.strip_prefix("the page is at http://"))?;
+        Some(page.trim_end_matches('/').to_owned())
+    }
+
+    pub(crate) fn pid(&self) -> i32 {
         i32::try_from(self.supervisor.id()).expect("a process number")
     }
 
     /// The living processes by name.
-    pub fn processes(&self) -> BTreeMap<String, i32> {
+    pub(crate) fn processes(&self) -> BTreeMap<String, i32> {
         let pid = self.pid();
         let children = fs::read_to_string(format!("/proc/{pid}/task/{pid}/children")).unwrap_or_default();
         let named = children.split_whitespace().filter_map(|child| {
@@ -132,13 +140,13 @@ impl Robot {
     }
 
     /// The processes as `leo top` shows them.
-    pub fn rows(&self) -> Vec<Value> {
+    pub(crate) fn rows(&self) -> Vec<Value> {
         let shown = leo(&["top", "--json", "--domain"]).arg(&self.domain).output().expect("runs");
         serde_json::from_slice(&shown.stdout).unwrap_or_default()
     }
 
     /// Whether every process runs, and none of them is one of these, which were killed.
-    pub fn is_back(&self, killed: &[i32]) -> bool {
+    pub(crate) fn is_back(&self, killed: &[i32]) -> bool {
         let living = self.processes();
         if living.len() < PROCESSES.len() || living.values().any(|pid| killed.contains(pid)) {
             return false;
@@ -153,7 +161,7 @@ impl Robot {
     }
 
     /// Sends a signal to the supervisor and waits for its end; whether it ended well.
-    pub fn end(&mut self, how: Signal) -> bool {
+    pub(crate) fn end(&mut self, how: Signal) -> bool {
         let _sent = kill_process(Pid::from_raw(self.pid()).expect("a process number"), how);
         self.supervisor.wait().is_ok_and(|status| status.success())
     }

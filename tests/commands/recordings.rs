@@ -65,6 +65,34 @@ fn comes_back(lesson: &str) {
 }
 
 #[test]
+fn the_layout_for_viewers_shows_channels_that_there_are() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let lesson = write(&folder, "short.toml", &short_lesson());
+    let to = file(&folder, "short.mcap");
+    recorded(&lesson, &to);
+    let recording = fs::read(&to).expect("reads");
+    let layout = Path::new(env!("CARGO_MANIFEST_DIR")).join("package/viewer-layout.json");
+    let layout: serde_json::Value =
+        serde_json::from_str(&fs::read_to_string(layout).expect("reads")).expect("JSON");
+    let panels = layout["configById"].as_object().expect("panels");
+    let mut topics: Vec<String> = Vec::new();
+    for panel in panels.values() {
+        topics.extend(panel["topics"].as_object().into_iter().flat_map(|topics| topics.keys().cloned()));
+        topics.extend(panel["topicToRender"].as_str().map(str::to_owned));
+        topics.extend(panel["layers"]["leo"]["topic"].as_str().map(str::to_owned));
+        let paths = panel["paths"].as_array().into_iter().flatten();
+        topics.extend(paths.filter_map(|path| Some(path["value"].as_str()?.split_once('.')?.0.to_owned())));
+    }
+    assert!(topics.len() > 5, "{topics:?}");
+    // The names of all channels stand, not compressed, in the summary at the end.
+    for topic in topics {
+        let named =
+            [&u32::try_from(topic.len()).expect("short").to_le_bytes()[..], topic.as_bytes()].concat();
+        assert!(recording.windows(named.len()).any(|bytes| bytes == named), "{topic}");
+    }
+}
+
+#[test]
 fn task_1_is_replayed_bit_by_bit() {
     comes_back("config/lessons/task1.toml");
 }
