@@ -2,7 +2,7 @@
 
 use std::fs::{self, File};
 use std::path::{Path, PathBuf};
-use std::process::Command;
+use std::process::{Command, Output};
 
 use geometry::Pose;
 use recording::{Buffer, Frame, Reader, Subject, Time, Writer};
@@ -259,6 +259,45 @@ fn robot() -> Robot {
     assert!(wait_until(|| robot.said("out").contains("the teacher:")), "{}", robot.said("err"));
     let domain = robot.domain();
     Robot(robot, domain)
+}
+
+/// Records onto a disk of four megabytes of its own, which goes with it; a copy of the file stays.
+const ONTO_A_SMALL_DISK: &str = "mount -t tmpfs -o size=4m tmpfs \"$1\" || exit 77; \"$0\" record \"$1/full.mcap\" --domain \"$3\"; \
+     status=$?; cp \"$1/full.mcap\" \"$2\"; exit $status";
+
+#[test]
+fn a_disk_that_is_full_ends_the_recording_with_one_error_and_not_the_robot() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let Robot(robot, domain) = robot();
+    let [disk, copy] = ["disk", "copy.mcap"].map(|name| file(&folder, name));
+    fs::create_dir(&disk).expect("makes");
+    let told = Command::new("unshare")
+        .args(["--mount", "sh", "-c", ONTO_A_SMALL_DISK, env!("CARGO_BIN_EXE_leo"), &disk, &copy])
+        .arg(&domain)
+        .output();
+    let has_disk = |told: &Output| told.status.code() != Some(77) && !told.stderr.starts_with(b"unshare:");
+    let Some(told) = told.ok().filter(has_disk) else {
+        eprintln!("SKIPPED: needs `unshare --mount` and the right to mount a tmpfs");
+        return;
+    };
+    assert_eq!(told.status.code(), Some(1), "{told:?}");
+    let err = String::from_utf8_lossy(&told.stderr);
+    assert_eq!(err.lines().count(), 1, "{err}");
+    for words in ["full.mcap", "No space left on device", "it can be read up to there"] {
+        assert!(err.contains(words), "{words}: {err}");
+    }
+    let mut reader = Reader::open(Path::new(&copy)).expect("is a recording");
+    let read = reader.by_ref().inspect(|frame| assert!(frame.is_ok(), "{frame:?}")).count();
+    assert!(read > 500 && reader.is_cut(), "{read}");
+    // The robot runs on, and can be recorded.
+    let whole = file(&folder, "whole.mcap");
+    let told = tell(&["record", &whole, "--for", "1", "--domain", &domain.display().to_string()]);
+    assert_eq!(told.status, Some(0), "{told:?}");
+    assert!(frames(&whole).len() > 500);
+    robot.interrupt();
+    let told = robot.end();
+    assert_eq!(told.status, Some(0), "{told:?}");
+    assert!(!told.err.contains("starts anew"), "{told:?}");
 }
 
 #[test]
