@@ -35,7 +35,7 @@ const SUPERVISOR_EVERY: u64 = 12;
 const REST_EVERY: u64 = 20;
 const REST: Duration = Duration::from_secs(20);
 /// Files, or descriptors, that may be there for a moment.
-const FEW: usize = 8;
+const FEW: usize = 12;
 /// A joint that is faster than this moves, in radians per second.
 const MOVES_RAD_S: f64 = 0.2;
 /// Without goals for this long, every joint has come to rest: the command time-out and the slowing down.
@@ -103,6 +103,8 @@ impl Campaign {
         let back = wait_until(PATIENCE, || robot.is_back(&[]));
         assert!(back.is_some(), "it does not start: {}", robot.said());
         let recorder = Recording::begin(&robot, folder);
+        // The recorder, too, has its place there.
+        pause(Duration::from_secs(3));
         let mut campaign = Self {
             chance: Chance(seed),
             folder: folder.to_owned(),

@@ -135,8 +135,9 @@ fn main() -> ExitCode {
     for row in &rows {
         let [overruns, drops, restarts, faults] =
             ["overruns", "drops", "restarts", "page_faults"].map(|key| &row[key]);
-        let [process, cycles, wakeup, age] =
-            [&row["process"], &row["cycles"], &row["wakeup_us"]["p99"], &row["age_us"]["p99"]];
+        let [process, cycles] = ["process", "cycles"].map(|key| &row[key]);
+        let [wakeup, age] =
+            ["/wakeup_us/p99", "/age_us/p99"].map(|key| row.pointer(key).cloned().unwrap_or_default());
         println!(
             "{process}: {cycles} cycles, {overruns} overruns, {drops} drops, {restarts} restarts, {faults} page \
              faults, p99 wake-up {wakeup} us, age {age} us"

@@ -18,6 +18,8 @@ use super::{domain, output, seconds};
 
 /// How often it is looked whether to stop.
 const LOOK_EVERY: Duration = Duration::from_millis(20);
+/// How long a robot may take to write down what its black box holds.
+const WRITES_WITHIN: Duration = Duration::from_secs(60);
 
 /// Look at a running robot, and put down what its buffers hold.
 #[derive(Args, Clone, Debug)]
@@ -95,7 +97,7 @@ impl Record {
     }
 }
 
-/// Asks the robot for what its black box holds, and waits for the file as long as the robot runs.
+/// Asks the robot for what its black box holds, and waits for the file.
 fn kept(domain: &Domain) -> Result<ExitCode, Failed> {
     let root = domain.root();
     let failed = |why: String| Failed::because(format!("{}: {why}", root.display()));
@@ -111,13 +113,18 @@ fn kept(domain: &Domain) -> Result<ExitCode, Failed> {
             format!("{error}; is the robot another user's?")
         })
     })?;
+    let until = clock::now() + WRITES_WITHIN;
     loop {
         if let Some(answer) = black_box::answered(root, &word) {
             output::print(&format!("{}\n", answer.map_err(failed)?))?;
             return Ok(ExitCode::SUCCESS);
         }
-        if stop.load(Ordering::Relaxed) || !is_claimed(domain) {
-            return Err(failed("the robot did not answer".to_owned()));
+        if stop.load(Ordering::Relaxed) || !is_claimed(domain) || clock::now() >= until {
+            // Nobody shall find the question later.
+            let _withdrawn = black_box::asked(root);
+            return Err(failed(
+                "the robot did not answer: was its console process replaced? ask again".to_owned(),
+            ));
         }
         clock::sleep_until(clock::now() + LOOK_EVERY);
     }

@@ -21,8 +21,8 @@ fn what_is_held_goes_back_when_the_console_dies_and_its_next_life_is_found_at_th
     let robot = Robot::start("console-death");
     let mut page = Page::open(&robot.host);
     page.wait("a robot at work", |cells| {
-        let console = cells.get("process/console");
-        cells.contains_key("workspace") && console.is_some_and(|row| row["pid"].as_u64() > Some(0))
+        let console = cells.get("process/console").is_some_and(|row| row["pid"].as_u64() > Some(0));
+        console && cells.get("workspace").is_some_and(|workspace| workspace["simulated"] == true)
     });
     page.must("clear", json!({}));
     page.wait("an empty table", |cells| !cells.values().any(|cell| cell["kind"] == "object"));

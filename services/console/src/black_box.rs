@@ -4,6 +4,7 @@ mod failures;
 mod files;
 
 use std::path::PathBuf;
+use std::sync::Arc;
 use std::thread;
 
 use clock::{Duration, Instant};
@@ -56,8 +57,9 @@ pub(crate) struct BlackBox {
     writing: Option<Writing>,
 }
 
+#[derive(Clone)]
 struct Kept {
-    recorder: Recorder,
+    recorder: Arc<Recorder>,
     files: Files,
 }
 
@@ -144,21 +146,17 @@ impl BlackBox {
             self.wrote_at = Some(now);
         }
         let (to, outcome) = bounded(1);
-        let begun = match &self.kept {
-            Err(why) => Err(why.clone()),
-            Ok(kept) => kept.last().and_then(|last| {
-                let (files, word) = (kept.files.clone(), wanted.word());
-                let thread = thread::Builder::new().name("black-box".to_owned());
-                let begun = thread.spawn({
-                    let to = to.clone();
-                    move || {
-                        // Who waits for it may have ended.
-                        let _heard = to.send(write(&last, &files, &word));
-                    }
-                });
-                begun.map(drop).map_err(|error| format!("no thread to write with: {error}"))
-            }),
-        };
+        let begun = self.kept.clone().and_then(|kept| {
+            let (to, word) = (to.clone(), wanted.word());
+            // On a machine that is busy it takes a while until even what is kept is there: the loop does not wait.
+            let write = move || {
+                let written = kept.last().and_then(|last| write(&last, &kept.files, &word));
+                // Who waits for it may have ended.
+                let _heard = to.send(written);
+            };
+            let begun = thread::Builder::new().name("black-box".to_owned()).spawn(write);
+            begun.map(drop).map_err(|error| format!("no thread to write with: {error}"))
+        });
         if let Err(why) = begun {
             let _heard = to.send(Err(why));
         }
@@ -231,7 +229,7 @@ impl Kept {
             format!("this robot keeps nothing of its last minutes: {error}")
         })?;
         let files = Files { folder: process::state::recordings(state), most: console.black_box_files.get() };
-        Ok(Self { recorder, files })
+        Ok(Self { recorder: Arc::new(recorder), files })
     }
 
     fn last(&self) -> Result<Last, String> {
