@@ -18,7 +18,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Child, ExitCode, Stdio};
 
 use clock::Duration;
-use message::{JointGoals, JointStates};
+use message::{JointState, JointStates};
 use recording::{Buffer, Reader};
 use robot::{
     PROCESSES, Robot, descriptors, files_below, is_alive, kill, leo, pause, shared_memory, wait_until,
@@ -317,29 +317,39 @@ impl Recording {
         }
         // A robot that lived for no time was not recorded.
         let Ok(reader) = Reader::open(&self.file) else { return wrong };
-        let mut goals_at = None;
+        // What waited while the recorder did not come to it is in the file buffer by buffer.
+        let (mut goals, mut moves) = (Vec::new(), Vec::new());
+        let mut first = None;
         for frame in reader.map_while(Result::ok) {
-            if frame.buffer == Buffer::JointGoals && frame.read::<JointGoals>().is_some() {
-                goals_at = Some(frame.at_ns);
+            if frame.buffer == Buffer::JointGoals {
+                goals.push((frame.at_ns, frame.header().incarnation, frame.sequence));
+            } else if frame.buffer == Buffer::JointStates {
+                first.get_or_insert(frame.at_ns);
+                let states = frame.read::<JointStates>().map(|(_, states)| states).unwrap_or_default();
+                let moving = |state: &&JointState| {
+                    state.present_velocity_rad_s().is_some_and(|speed| speed.abs() > MOVES_RAD_S)
+                };
+                moves.extend(states.iter().find(moving).map(|state| (frame.at_ns, state.joint)));
             }
-            let Some(states) = (frame.buffer == Buffer::JointStates).then(|| frame.read::<JointStates>())
-            else {
-                continue;
-            };
-            let first = *goals_at.get_or_insert(frame.at_ns);
-            if frame.at_ns.saturating_sub(first) < clock::nanos(AT_REST) {
-                continue;
+        }
+        goals.sort_unstable();
+        // Until when there was a commander for certain, and where it began again; goals that the recorder
+        // lost were there.
+        let ends = goals.iter().map(|goal| goal.0).skip(1).chain([u64::MAX]);
+        let mut alone: Vec<(u64, u64)> =
+            first.into_iter().map(|first| (first, goals.first().map_or(u64::MAX, |goal| goal.0))).collect();
+        for (index, (goal, end)) in goals.iter().zip(ends).enumerate() {
+            let has_lost = goals.get(index + 1).is_some_and(|next| next.1 == goal.1 && next.2 != goal.2 + 1);
+            if !has_lost {
+                alone.push((goal.0, end));
             }
-            for state in states.into_iter().flat_map(|(_, states)| states) {
-                let speed = state.present_velocity_rad_s().map_or(0.0, f64::abs);
-                if speed > MOVES_RAD_S {
-                    let alone_s = Duration::from_nanos(frame.at_ns - first).as_secs_f64();
-                    let joint = state.joint;
-                    wrong.push(format!(
-                        "joint {joint} moves at {speed:.2} rad/s {alone_s:.2} s after the last goals"
-                    ));
-                    return wrong;
-                }
+        }
+        for (at_ns, joint) in moves {
+            let since = alone.iter().find(|(from, to)| (*from + clock::nanos(AT_REST)..*to).contains(&at_ns));
+            if let Some((from, _)) = since {
+                let alone_s = Duration::from_nanos(at_ns - from).as_secs_f64();
+                wrong.push(format!("joint {joint} moves {alone_s:.2} s after the last goals"));
+                break;
             }
         }
         let _removed = fs::remove_file(&self.file);
