@@ -80,7 +80,7 @@ fn measure(has_blocks: bool, mut numbers: impl Iterator<Item = u64>) {
     println!("{:<6} {:>9} {:>9} {:>9} {:>22}", "pages", "sensor", "belief", "motor", "kB/s to a page");
     let mut ratios: [Vec<f64>; 3] = Default::default();
     for round in 0..rounds {
-        let mut tails = [[0.0; 3]; 2];
+        let mut tails = ([0.0; 3], [0.0; 3]);
         // What the machine does besides is the same for both, on the whole, if neither is always first.
         for with in [round % 2 == 1, round % 2 == 0] {
             let opened = with.then(|| Opened::new(&host));
@@ -94,9 +94,9 @@ fn measure(has_blocks: bool, mut numbers: impl Iterator<Item = u64>) {
             let pages = if with { PAGES } else { 0 };
             let sent = sent.map_or(String::new(), |sent| format!("{sent:.0}"));
             println!("{pages:<6} {sensor:>9.0} {belief:>9.0} {motor:>9.0} {sent:>22}");
-            tails[usize::from(with)] = tail;
+            *(if with { &mut tails.1 } else { &mut tails.0 }) = tail;
         }
-        let [without, with] = tails;
+        let (without, with) = tails;
         for ((ratios, with), without) in ratios.iter_mut().zip(with).zip(without) {
             ratios.push(with / without);
         }
