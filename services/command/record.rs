@@ -1,29 +1,39 @@
 //! `leo record`: a running robot into a file.
 
-use std::path::PathBuf;
+use std::io::ErrorKind;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::sync::atomic::Ordering;
 use std::time::Duration;
 
 use clap::Args;
 use config::lesson::Lesson;
+use process::black_box;
 use recording::{Recorder, Subject, Time, stands};
+use transport::Domain;
+use transport::janitor::is_claimed;
 
 use super::failure::Failed;
 use super::{domain, output, seconds};
 
 /// How often it is looked whether to stop.
 const LOOK_EVERY: Duration = Duration::from_millis(20);
+/// How long a robot may take to write down what its black box holds.
+const WRITES_WITHIN: Duration = Duration::from_secs(60);
 
 /// Look at a running robot, and put down what its buffers hold.
 #[derive(Args, Clone, Debug)]
 #[command(
-    after_help = "Example:\n  leo record morning.mcap --for 60\n\nCtrl-C ends it. docs/recording.md says what is in the file."
+    after_help = "Examples:\n  leo record morning.mcap --for 60\n  leo record --black-box\n\nCtrl-C ends it. \
+                        docs/recording.md says what is in the file."
 )]
 pub(crate) struct Record {
     /// The file, which is made anew
-    #[arg(value_name = "FILE")]
-    file: PathBuf,
+    #[arg(value_name = "FILE", required_unless_present = "black_box")]
+    file: Option<PathBuf>,
+    /// Have the robot write down what its own black box holds of its last minutes, now
+    #[arg(long, conflicts_with_all = ["file", "record_for", "last", "config", "lesson"])]
+    black_box: bool,
     /// The robot to look at, where several run
     #[arg(long, value_name = "DIRECTORY")]
     domain: Option<PathBuf>,
@@ -43,6 +53,13 @@ pub(crate) struct Record {
 
 impl Record {
     pub(crate) fn run(&self) -> Result<ExitCode, Failed> {
+        match &self.file {
+            Some(file) => self.record(file),
+            None => kept(&domain::running(self.domain.as_deref())?),
+        }
+    }
+
+    fn record(&self, file: &Path) -> Result<ExitCode, Failed> {
         let lesson = match &self.lesson {
             Some(file) => Lesson::load(file).map_err(Failed::usage)?,
             None => Lesson::builtin(),
@@ -53,8 +70,8 @@ impl Record {
         let domain = domain::running(self.domain.as_deref())?;
         let stop = process::stop_flag().map_err(Failed::because)?;
         let recorder = match self.last {
-            None => Recorder::start(&domain, subject, &self.file),
-            Some(last) => Recorder::keep(&domain, subject, last),
+            None => Recorder::start(&domain, subject, file),
+            Some(last) => Recorder::keep(&domain, subject, last, usize::MAX),
         };
         let recorder = recorder.map_err(Failed::because)?;
         let until = self.record_for.map(|time| clock::now() + time);
@@ -66,7 +83,7 @@ impl Record {
         }
         let mut said = String::new();
         if self.last.is_some() {
-            let frames = recorder.save(&self.file).map_err(Failed::because)?;
+            let frames = recorder.last().and_then(|last| last.write(file)).map_err(Failed::because)?;
             said = format!("of these, the last {frames} were written\n");
         }
         let counts = recorder.stop().map_err(Failed::because)?;
@@ -75,7 +92,40 @@ impl Record {
             0 => "nothing was dropped".to_owned(),
             _ => format!("{dropped} frames were dropped: the machine or the disk was too slow"),
         };
-        output::print(&format!("{}\n{counts}{said}{lost}\n", self.file.display()))?;
+        output::print(&format!("{}\n{counts}{said}{lost}\n", file.display()))?;
         Ok(ExitCode::SUCCESS)
+    }
+}
+
+/// Asks the robot for what its black box holds, and waits for the file.
+fn kept(domain: &Domain) -> Result<ExitCode, Failed> {
+    let root = domain.root();
+    let failed = |why: String| Failed::because(format!("{}: {why}", root.display()));
+    let stop = process::stop_flag().map_err(Failed::because)?;
+    let word = std::process::id().to_string();
+    if !is_claimed(domain) {
+        return Err(failed("no robot runs here".to_owned()));
+    }
+    black_box::ask(root, &word).map_err(|error| {
+        failed(if error.kind() == ErrorKind::AlreadyExists {
+            "somebody else has just asked: ask again".to_owned()
+        } else {
+            format!("{error}; is the robot another user's?")
+        })
+    })?;
+    let until = clock::now() + WRITES_WITHIN;
+    loop {
+        if let Some(answer) = black_box::answered(root, &word) {
+            output::print(&format!("{}\n", answer.map_err(failed)?))?;
+            return Ok(ExitCode::SUCCESS);
+        }
+        if stop.load(Ordering::Relaxed) || !is_claimed(domain) || clock::now() >= until {
+            // Nobody shall find the question later.
+            let _withdrawn = black_box::asked(root);
+            return Err(failed(
+                "the robot did not answer: was its console process replaced? ask again".to_owned(),
+            ));
+        }
+        clock::sleep_until(clock::now() + LOOK_EVERY);
     }
 }

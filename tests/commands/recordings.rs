@@ -2,7 +2,7 @@
 
 use std::fs::{self, File};
 use std::path::{Path, PathBuf};
-use std::process::Command;
+use std::process::{Command, Output};
 
 use geometry::Pose;
 use recording::{Buffer, Frame, Reader, Subject, Time, Writer};
@@ -62,6 +62,34 @@ fn comes_back(lesson: &str) {
         assert_eq!(equal(&told, &buffer.to_string()), Some(recorded), "{buffer}\n{told:?}");
     }
     assert!(!told.out.contains("not compared"), "{told:?}");
+}
+
+#[test]
+fn the_layout_for_viewers_shows_channels_that_there_are() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let lesson = write(&folder, "short.toml", &short_lesson());
+    let to = file(&folder, "short.mcap");
+    recorded(&lesson, &to);
+    let recording = fs::read(&to).expect("reads");
+    let layout = Path::new(env!("CARGO_MANIFEST_DIR")).join("package/viewer-layout.json");
+    let layout: serde_json::Value =
+        serde_json::from_str(&fs::read_to_string(layout).expect("reads")).expect("JSON");
+    let panels = layout["configById"].as_object().expect("panels");
+    let mut topics: Vec<String> = Vec::new();
+    for panel in panels.values() {
+        topics.extend(panel["topics"].as_object().into_iter().flat_map(|topics| topics.keys().cloned()));
+        topics.extend(panel["topicToRender"].as_str().map(str::to_owned));
+        topics.extend(panel["layers"]["leo"]["topic"].as_str().map(str::to_owned));
+        let paths = panel["paths"].as_array().into_iter().flatten();
+        topics.extend(paths.filter_map(|path| Some(path["value"].as_str()?.split_once('.')?.0.to_owned())));
+    }
+    assert!(topics.len() > 5, "{topics:?}");
+    // The names of all channels stand, not compressed, in the summary at the end.
+    for topic in topics {
+        let named =
+            [&u32::try_from(topic.len()).expect("short").to_le_bytes()[..], topic.as_bytes()].concat();
+        assert!(recording.windows(named.len()).any(|bytes| bytes == named), "{topic}");
+    }
 }
 
 #[test]
@@ -231,6 +259,44 @@ fn robot() -> Robot {
     assert!(wait_until(|| robot.said("out").contains("the teacher:")), "{}", robot.said("err"));
     let domain = robot.domain();
     Robot(robot, domain)
+}
+
+/// Records onto a disk of four megabytes of its own, which goes with it; a copy of the file stays.
+const ONTO_A_SMALL_DISK: &str = "mount -t tmpfs -o size=4m tmpfs \"$1\" || exit 77; \"$0\" record \"$1/full.mcap\" --domain \"$3\"; \
+     status=$?; cp \"$1/full.mcap\" \"$2\"; exit $status";
+
+#[test]
+fn a_disk_that_is_full_ends_the_recording_with_one_error_and_not_the_robot() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let Robot(robot, domain) = robot();
+    let [disk, copy] = ["disk", "copy.mcap"].map(|name| file(&folder, name));
+    fs::create_dir(&disk).expect("makes");
+    let told = Command::new("unshare")
+        .args(["--mount", "sh", "-c", ONTO_A_SMALL_DISK, env!("CARGO_BIN_EXE_leo"), &disk, &copy])
+        .arg(&domain)
+        .output();
+    let has_disk = |told: &Output| told.status.code() != Some(77) && !told.stderr.starts_with(b"unshare:");
+    let Some(told) = told.ok().filter(has_disk) else {
+        eprintln!("SKIPPED: needs `unshare --mount` and the right to mount a tmpfs");
+        return;
+    };
+    assert_eq!(told.status.code(), Some(1), "{told:?}");
+    let err = String::from_utf8_lossy(&told.stderr);
+    assert_eq!(err.lines().count(), 1, "{err}");
+    for words in ["full.mcap", "No space left on device", "it can be read up to there"] {
+        assert!(err.contains(words), "{words}: {err}");
+    }
+    let mut reader = Reader::open(Path::new(&copy)).expect("is a recording");
+    let read = reader.by_ref().inspect(|frame| assert!(frame.is_ok(), "{frame:?}")).count();
+    assert!(read > 500 && reader.is_cut(), "{read}");
+    // The robot runs on, and can be recorded.
+    let whole = file(&folder, "whole.mcap");
+    let told = tell(&["record", &whole, "--for", "1", "--domain", &domain.display().to_string()]);
+    assert_eq!(told.status, Some(0), "{told:?}");
+    assert!(frames(&whole).len() > 500);
+    robot.interrupt();
+    let told = robot.end();
+    assert_eq!(told.status, Some(0), "{told:?}");
 }
 
 #[test]
@@ -460,16 +526,17 @@ fn a_process_records_and_goes_on() {
     assert!(full.to_string().contains("/dev/full"), "{full}");
     // What was last is written down whenever it is asked for.
     let subject = Subject::load(None, Time::Wall, None, Pose::identity(), "a test").expect("built in");
-    let recorder = recording::Recorder::keep(&domain, subject, std::time::Duration::from_secs(60));
+    let recorder =
+        recording::Recorder::keep(&domain, subject, std::time::Duration::from_secs(60), usize::MAX);
     let recorder = recorder.expect("starts");
     for name in ["3.mcap", "4.mcap"] {
         let seen = recorder.counts().of(Buffer::Beliefs(1)).written;
         assert!(wait_until(|| recorder.counts().of(Buffer::Beliefs(1)).written > seen + 100));
         let to = file(&folder, name);
-        let saved = recorder.save(Path::new(&to)).expect("is written");
+        let saved = recorder.last().expect("is kept").write(Path::new(&to)).expect("is written");
         assert_eq!(saved, u64::try_from(frames(&to).len()).expect("fits"));
     }
-    assert!(recorder.save(Path::new("/dev/full")).is_err());
+    assert!(recorder.last().expect("is kept").write(Path::new("/dev/full")).is_err());
     recorder.stop().expect("ends");
     drop(node);
     robot.interrupt();

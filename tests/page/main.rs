@@ -9,6 +9,7 @@
 )]
 
 mod browser;
+mod death;
 mod page;
 mod robot;
 mod strangers;

@@ -1,6 +1,7 @@
 //! The supervisor over real processes: whatever is killed, the robot goes on or ends cleanly.
 #![expect(clippy::expect_used, reason = "a test fails by panicking")]
 
+mod black_box;
 mod campaign;
 mod emergency;
 mod live_top;

@@ -126,6 +126,13 @@ impl Robot {
         self.said.lock().expect("nobody panics with it").clone()
     }
 
+    /// What its black box has written.
+    pub(crate) fn black_boxes(&self) -> Vec<PathBuf> {
+        let folder = fs::read_dir(self.files.path().join("leo/recordings")).into_iter().flatten();
+        let files = folder.flatten().map(|entry| entry.path());
+        files.filter(|file| file.extension().is_some_and(|extension| extension == "mcap")).collect()
+    }
+
     pub(crate) fn domain(&self) -> &Path {
         &self.domain
     }

@@ -4,7 +4,8 @@ use chronicle::Divide;
 use config::{Names, Robot};
 use geometry::Pose;
 use message::{
-    Belief, BeliefHead, Beliefs, Difference, Divergences, JointStates, Scene, SceneHead, SceneMode,
+    Belief, BeliefHead, Beliefs, Difference, Divergences, JointMode, JointState, JointStates, Scene,
+    SceneHead, SceneMode,
 };
 use process::{Failure, Member};
 use serde_json::json;
@@ -27,6 +28,8 @@ pub(crate) struct Look {
     perspectives: Vec<Perspective>,
     partners: u32,
     looks: u32,
+    /// Joints that no servo answers for, at the last look.
+    pub(crate) quarantined: Vec<u32>,
     /// The newest head of the simulator's scene.
     pub(crate) workspace: Option<SceneHead>,
     /// The instant that time is counted from, in nanoseconds.
@@ -75,6 +78,7 @@ impl Look {
             names,
             partners,
             looks: 0,
+            quarantined: Vec::new(),
             workspace: None,
             first_ns: None,
             robots: Vec::new(),
@@ -92,6 +96,9 @@ impl Look {
     pub(crate) fn look(&mut self, sheet: &mut Sheet, mut tell: impl FnMut(u64, &str)) -> Result<(), Failure> {
         if let Some(frame) = self.joint_states.newest()? {
             joints(sheet, &self.joint_names, frame.entries());
+            let is_quarantined = |state: &&JointState| state.mode() == Some(JointMode::Quarantined);
+            self.quarantined.clear();
+            self.quarantined.extend(frame.entries().iter().filter(is_quarantined).map(|state| state.joint));
         }
         if let Some(frame) = self.scene.newest()? {
             let head = *frame.head();

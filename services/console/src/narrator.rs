@@ -126,6 +126,12 @@ impl Narrator {
         Some(Line { at_ns, who, kind, text })
     }
 
+    /// A line about the robot itself, at `at_ns`.
+    #[must_use]
+    pub fn note(&self, at_ns: u64, words: &str) -> Line {
+        Line { at_ns, who: None, kind: LineKind::Note, text: words.to_owned() }
+    }
+
     /// A line about how somebody and Leo differ, or no longer differ, at `at_ns`.
     #[must_use]
     pub fn divide(&self, at_ns: u64, words: &str) -> Line {

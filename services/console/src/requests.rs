@@ -10,6 +10,8 @@ pub(crate) enum Wish {
     Act(Box<TeacherAct>),
     /// A recording, begun or ended.
     Record(bool),
+    /// What the black box holds.
+    Keep,
 }
 
 /// What a page says, as it stands in its message.
@@ -108,6 +110,9 @@ enum Said {
         id: u64,
         on: bool,
     },
+    Keep {
+        id: u64,
+    },
 }
 
 /// Why a message is none, and the page's number for it if that could be read.
@@ -140,6 +145,7 @@ pub(crate) fn parse(message: &str, first: u16) -> Result<(u64, Wish), Malformed>
     use TeacherActKind as Kind;
     let (id, act) = match said {
         Said::Record { id, on } => return Ok((id, Wish::Record(on))),
+        Said::Keep { id } => return Ok((id, Wish::Keep)),
         Said::Say { id, text: words, teacher } => {
             (id, TeacherAct { text: text(&words)?, ..act(Kind::Say, teacher) })
         }

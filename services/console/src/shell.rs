@@ -10,6 +10,7 @@ use process::{Aside, Failure, Launch, Member, Progress};
 use serde_json::json;
 use transport::{Domain, Inlet};
 
+use crate::black_box::{Asker, BlackBox};
 use crate::cells::{Lines, tasks};
 use crate::fares::Fares;
 use crate::hand::{Hands, reply};
@@ -51,6 +52,8 @@ pub fn run(launch: &Launch, robot: &Robot, lesson: &Lesson) -> Result<(), Failur
     }
     while let Some(now) = member.next_cycle()? {
         let mut told = ear.hear()?;
+        let notes = stage.black_box.step(now, member.node(), &look.quarantined);
+        told.extend(notes.iter().map(|words| ear.narrator.note(now.as_nanos(), words)));
         {
             let mut shared = stage.web.as_ref().map(|web| web.shared.sheet());
             let sheet = shared.as_deref_mut().unwrap_or(&mut unseen);
@@ -81,6 +84,10 @@ pub fn run(launch: &Launch, robot: &Robot, lesson: &Lesson) -> Result<(), Failur
     }
     if let Err(error) = stage.tape.end() {
         tracing::error!("the recording is not whole: {error}");
+    }
+    for words in stage.black_box.end() {
+        let line = ear.narrator.note(member.now().as_nanos(), &words);
+        let _taken = out.write_all(transcript.text(&line).as_bytes());
     }
     if !ear.account.tasks.is_empty() {
         let summary = format!("\nWhat Leo learned\n\n{}", ear.account.to_text(&leo.belief.names));
@@ -141,6 +148,7 @@ struct Stage {
     hands: Hands,
     shelf: Shelf,
     tape: Tape,
+    black_box: BlackBox,
     fares: Fares,
     joints: Vec<String>,
     agents: BTreeMap<u16, String>,
@@ -171,6 +179,7 @@ impl Stage {
         Ok(Self {
             hands: Hands::open(member)?,
             tape: Tape::new(launch, lesson, Domain::at(&launch.domain)?),
+            black_box: BlackBox::open(launch, robot, lesson),
             fares: Fares::new(&joints, launch.state.clone()),
             agents: [0, 1].into_iter().chain(people).map(|agent| (agent, names.of(agent))).collect(),
             cone_rad: robot.perspective.sight.cone_half_angle_deg.radians(),
@@ -211,6 +220,10 @@ impl Stage {
             let done = match asked.wish {
                 Wish::Record(true) => self.tape.begin(now).map(Some),
                 Wish::Record(false) => self.tape.end(),
+                Wish::Keep => {
+                    self.black_box.ask(Asker::Page(asked.answer, asked.id));
+                    continue;
+                }
                 Wish::Act(_) => continue,
             };
             self.tape.show(now, &mut web.shared.sheet());

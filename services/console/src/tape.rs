@@ -12,7 +12,7 @@ use transport::Domain;
 use crate::sheet::Sheet;
 
 /// The program, as recordings name it.
-const PROGRAM: &str = concat!("leo ", env!("CARGO_PKG_VERSION"));
+pub(crate) const PROGRAM: &str = concat!("leo ", env!("CARGO_PKG_VERSION"));
 
 /// Records the robot into a file of its state directory while somebody wants it to.
 pub(crate) struct Tape {

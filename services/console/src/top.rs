@@ -18,7 +18,7 @@ use transport::janitor::is_claimed;
 use transport::{Delivery, Domain, JoinError, Node, PortError, Queues};
 
 pub use boards::Boards;
-pub use rows::{BusRow, PerspectiveRow, Quantiles, Row, SourceRow, rows};
+pub use rows::{BusRow, PerspectiveRow, Row, SourceRow, rows};
 pub use table::table;
 pub use tasks::tasks;
 

@@ -166,6 +166,7 @@ pub struct Policy {
     unclean: Unclean,
     all_were_ready: bool,
     ending: Option<Outcome>,
+    looked_at: Instant,
 }
 
 /// Whether dead processes left something behind. Nothing starts before it is cleaned up, because
@@ -184,12 +185,13 @@ impl Policy {
     #[must_use]
     pub fn new(terms: Terms, order: &[Process], now: Instant) -> Self {
         let lives = order.iter().map(|&process| Life::new(process, now)).collect();
-        Self { terms, lives, unclean: Unclean::No, all_were_ready: false, ending: None }
+        Self { terms, lives, unclean: Unclean::No, all_were_ready: false, ending: None, looked_at: now }
     }
 
     /// Takes in what happened, and says what is to be done `now`.
     pub fn step(&mut self, now: Instant, events: &[Event]) -> Vec<Action> {
         let mut actions = Vec::new();
+        self.forgive(now);
         for event in events {
             self.take_in(now, *event, &mut actions);
         }
@@ -202,6 +204,16 @@ impl Policy {
             self.stop_next(now, &mut actions);
         }
         actions
+    }
+
+    /// Where the supervisor itself comes late to a look, the machine may have stood still, and every heart
+    /// with it: no more than half of the time that a heart may stand still passes between two looks.
+    fn forgive(&mut self, now: Instant) {
+        let late = now.since(self.looked_at).saturating_sub(self.terms.heartbeat_timeout / 2);
+        self.looked_at = now;
+        if !late.is_zero() {
+            self.lives.iter_mut().for_each(|life| life.forgive(late));
+        }
     }
 
     /// Whether a process is on its way up or down, so that the next step should come soon.

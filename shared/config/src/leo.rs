@@ -13,7 +13,7 @@ pub(crate) use source::fault as fault_of_sources;
 pub use source::{Source, SourceFrame, SourceKind};
 
 use crate::Names;
-use crate::number::{Capacity, Hertz, Milliseconds, NotNegative, Positive, Slips, Unit};
+use crate::number::{Capacity, Hertz, Milliseconds, NotNegative, Positive, Seconds, Slips, Unit};
 
 /// The whole file.
 #[derive(Clone, Debug, Deserialize)]
@@ -253,6 +253,12 @@ pub struct Console {
     pub rate_hz: Hertz,
     /// Where the page is served.
     pub address: PageAddress,
+    /// How much of the last while is kept in memory for when something fails; nothing with 0.
+    pub black_box_s: Seconds,
+    /// The most memory that it takes, in megabytes.
+    pub black_box_mb: Capacity,
+    /// How many files of it are kept; then the oldest is removed.
+    pub black_box_files: Capacity,
     /// Real-time rights.
     pub realtime: Rights,
 }

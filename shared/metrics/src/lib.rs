@@ -13,9 +13,11 @@ mod link;
 mod mind;
 mod page;
 mod processes;
+mod quantiles;
 mod readings;
 
 use page::{Kind, Page};
+pub use quantiles::Quantiles;
 pub use readings::{Readings, TaskReading};
 
 /// The media type of the text, for whoever serves it.

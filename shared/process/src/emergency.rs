@@ -46,6 +46,12 @@ pub fn release(domain: &Path) -> io::Result<bool> {
     }
 }
 
+/// Whether the emergency stop is raised, for whoever looks now and then.
+#[must_use]
+pub fn is_raised(domain: &Path) -> bool {
+    domain.join(FILE).exists()
+}
+
 /// Watches for the emergency stop: for the file, and for the signal `SIGUSR1`, which becomes the
 /// file. Reading the watch is one load.
 #[derive(Debug)]
@@ -179,6 +185,7 @@ mod tests {
         raise(domain.path(), "again").unwrap();
         let why = || fs::read_to_string(domain.path().join(FILE)).unwrap_or_default();
         assert_eq!(why(), "before anybody watched\n");
+        assert!(is_raised(domain.path()));
         assert!(release(domain.path()).unwrap());
         assert!(!release(domain.path()).unwrap());
         until(|| !emergency.is_raised());

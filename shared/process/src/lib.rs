@@ -15,6 +15,7 @@
 //! ```
 
 mod aside;
+pub mod black_box;
 pub mod emergency;
 mod failure;
 mod launch;

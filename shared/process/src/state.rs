@@ -14,7 +14,7 @@ pub fn lessons(state: &Path) -> PathBuf {
     state.join("lessons")
 }
 
-/// The folder of what was recorded by the page's button. The console process writes there.
+/// The folder of what was recorded by the page's button, and of the black box. The console process writes there.
 #[must_use]
 pub fn recordings(state: &Path) -> PathBuf {
     state.join("recordings")

@@ -11,7 +11,7 @@ use crossbeam::channel::{Receiver, RecvTimeoutError, Sender, TrySendError, bound
 use transport::janitor::is_claimed;
 use transport::{Delivery, Domain, Node, Queues};
 
-use crate::{Buffer, Counts, Frame, Inlets, Last, NotSaved, RecordError, Ring, Subject, Writer};
+use crate::{Buffer, Counts, Frame, Inlets, Last, RecordError, Ring, Subject, Writer};
 
 /// Buffers are looked at this often: more often than a queue of four frames fills at 1 kHz.
 const LOOK_EVERY: Duration = Duration::from_millis(2);
@@ -93,16 +93,23 @@ impl Recorder {
         })
     }
 
-    /// Begins to keep the last `span` of the robot of a domain in memory, for [`Self::save`].
+    /// Begins to keep the last `span` of the robot of a domain in memory, in as much as `bytes_most`, for
+    /// [`Self::last`].
     ///
     /// # Errors
     ///
     /// The robot cannot be looked at.
-    pub fn keep(domain: &Domain, subject: Subject, span: Duration) -> Result<Self, RecordError> {
+    pub fn keep(
+        domain: &Domain,
+        subject: Subject,
+        span: Duration,
+        bytes_most: usize,
+    ) -> Result<Self, RecordError> {
         let (asks, asked) = bounded(1);
+        let ring = Ring::new(subject, span, bytes_most);
         Self::begin(domain, Some(asks), |shared, from, ready| {
             thread("recorder-ring", move || {
-                shared.ending(|| keep_in_memory(&shared, &from, Ring::new(subject, span), &asked, &ready))
+                shared.ending(|| keep_in_memory(&shared, &from, ring, &asked, &ready))
             })
         })
     }
@@ -136,28 +143,18 @@ impl Recorder {
         }
     }
 
-    /// Writes what is kept in memory into a file, which is made anew, and goes on keeping; how many
-    /// frames that were. Done by the thread that asks, and takes about a second for a minute. Nothing
-    /// where [`Self::start`] began it: that has a file.
+    /// What is kept in memory now; it goes on keeping.
     ///
     /// # Errors
     ///
-    /// The file cannot be written, or the recorder has ended.
-    pub fn save(&self, file: &Path) -> Result<u64, RecordError> {
-        let Some(asks) = &self.asks else { return Ok(0) };
-        let gone = || RecordError::Thread("it has ended".to_owned());
-        let failed = |source| RecordError::Write { file: file.to_owned(), source };
+    /// [`Self::start`] began it: that has a file. Or it has ended.
+    pub fn last(&self) -> Result<Last, RecordError> {
+        let gone = || RecordError::Thread("it keeps nothing in memory (any more)".to_owned());
+        let asks = self.asks.as_ref().ok_or_else(gone)?;
         let (to, answer) = bounded(1);
         asks.send(to).map_err(|_gone| gone())?;
-        let last = answer.recv().map_err(|_gone| gone())?.map_err(failed)?;
-        let out =
-            File::create(file).map_err(|source| RecordError::Create { file: file.to_owned(), source })?;
-        match last.save(out) {
-            Ok((_, frames)) => Ok(frames),
-            Err(NotSaved::Begin(error)) => Err(error.of(file)),
-            Err(NotSaved::Write(source)) => Err(failed(source)),
-            Err(NotSaved::Read(error)) => Err(failed(io::Error::other(error))),
-        }
+        let last = answer.recv().map_err(|_gone| gone())?;
+        last.map_err(|source| RecordError::Write { file: "memory".into(), source })
     }
 
     /// What was recorded and dropped up to now.

@@ -1,10 +1,12 @@
 use std::collections::VecDeque;
+use std::fs::File;
 use std::io::{self, Write};
+use std::path::Path;
 use std::sync::Arc;
 
 use clock::Duration;
 
-use crate::{Frame, NotBegun, ReadError, Reader, Subject, Writer};
+use crate::{Frame, NotBegun, ReadError, Reader, RecordError, Subject, Writer};
 
 /// So much time goes into one part: what is forgotten at once.
 const PART_NS: u64 = 2_000_000_000;
@@ -16,11 +18,13 @@ const PART_NS: u64 = 2_000_000_000;
 pub struct Ring {
     subject: Subject,
     span_ns: u64,
+    bytes_most: usize,
     parts: VecDeque<Part>,
     present: Option<Present>,
 }
 
 /// A part that is whole: a small recording of its own, of raw frames.
+#[derive(Clone, Debug)]
 struct Part {
     newest_ns: u64,
     bytes: Arc<[u8]>,
@@ -37,14 +41,16 @@ struct Present {
 #[derive(Clone, Debug)]
 pub struct Last {
     subject: Subject,
-    parts: Vec<Arc<[u8]>>,
+    parts: Vec<Part>,
 }
 
 impl Ring {
-    /// An empty ring that keeps `span` of frames, and up to two seconds more.
+    /// An empty ring that keeps `span` of frames and up to two seconds more, or as much as `bytes_most`
+    /// hold, the newest two seconds aside.
     #[must_use]
-    pub fn new(subject: Subject, span: Duration) -> Self {
-        Self { subject, span_ns: clock::nanos(span), parts: VecDeque::new(), present: None }
+    pub fn new(subject: Subject, span: Duration, bytes_most: usize) -> Self {
+        let span_ns = clock::nanos(span);
+        Self { subject, span_ns, bytes_most, parts: VecDeque::new(), present: None }
     }
 
     /// Keeps a frame, and forgets what is too old beside it.
@@ -78,6 +84,9 @@ impl Ring {
         if let Some(Present { newest_ns, writer, .. }) = self.present.take() {
             let bytes = writer.finish()?.into();
             self.parts.push_back(Part { newest_ns, bytes });
+            while self.bytes() > self.bytes_most {
+                self.parts.pop_front();
+            }
         }
         Ok(())
     }
@@ -89,8 +98,7 @@ impl Ring {
     /// It cannot be compressed.
     pub fn last(&mut self) -> io::Result<Last> {
         self.close()?;
-        let parts = self.parts.iter().map(|part| Arc::clone(&part.bytes)).collect();
-        Ok(Last { subject: self.subject.clone(), parts })
+        Ok(Last { subject: self.subject.clone(), parts: self.parts.iter().cloned().collect() })
     }
 
     /// Bytes that are kept, those of the newest two seconds aside.
@@ -121,6 +129,41 @@ pub enum NotSaved {
 }
 
 impl Last {
+    /// Only the newest `span` of it, and up to two seconds more.
+    #[must_use]
+    pub fn newest(mut self, span: Duration) -> Self {
+        let end_ns = self.parts.last().map_or(0, |part| part.newest_ns);
+        self.parts.retain(|part| end_ns.saturating_sub(part.newest_ns) <= clock::nanos(span));
+        self
+    }
+
+    /// From the oldest to the newest of its frames, to within two seconds.
+    #[must_use]
+    pub fn span(&self) -> Duration {
+        let at = |part: Option<&Part>| part.map_or(0, |part| part.newest_ns);
+        let parts = at(self.parts.last()).saturating_sub(at(self.parts.first()));
+        Duration::from_nanos(parts + if self.parts.is_empty() { 0 } else { PART_NS })
+    }
+
+    /// Writes it into a file, which is made anew; how many frames there were.
+    ///
+    /// # Errors
+    ///
+    /// The file cannot be made or written.
+    pub fn write(&self, file: &Path) -> Result<u64, RecordError> {
+        let file = file.to_owned();
+        let out = match File::create(&file) {
+            Ok(out) => out,
+            Err(source) => return Err(RecordError::Create { file, source }),
+        };
+        match self.save(out) {
+            Ok((_, frames)) => Ok(frames),
+            Err(NotSaved::Begin(error)) => Err(error.of(&file)),
+            Err(NotSaved::Write(source)) => Err(RecordError::Write { file, source }),
+            Err(NotSaved::Read(error)) => Err(RecordError::Write { file, source: io::Error::other(error) }),
+        }
+    }
+
     /// Writes a whole recording of it, viewers' messages included; gives back what it was written to,
     /// and how many frames there were. Takes about a second for a minute.
     ///
@@ -130,7 +173,7 @@ impl Last {
     pub fn save<W: Write>(&self, out: W) -> Result<(W, u64), NotSaved> {
         let mut writer = Writer::new(out, &self.subject)?;
         for part in &self.parts {
-            for frame in Reader::new(&**part, "what was kept")? {
+            for frame in Reader::new(&*part.bytes, "what was kept")? {
                 writer.write(&frame?)?;
             }
         }

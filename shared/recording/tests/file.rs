@@ -197,7 +197,7 @@ proptest! {
 
 #[test]
 fn a_ring_holds_the_last_while_and_no_more() {
-    let mut ring = Ring::new(subject(Time::Wall), Duration::from_secs(3));
+    let mut ring = Ring::new(subject(Time::Wall), Duration::from_secs(3), usize::MAX);
     let said = |sequence: u64| {
         let header = Header { sequence, ..Header::at(sequence * 100_000_000) };
         let event = Event::new(EventKind::Said, "", &format!("{sequence}"));
@@ -222,6 +222,28 @@ fn a_ring_holds_the_last_while_and_no_more() {
         assert!((30..=52).contains(&count), "{count}");
         ring.push(&said(newest + 1)).expect("has room");
     }
+    // And of these only what is newer than a second, and up to two more.
+    let last = ring.last().expect("is kept");
+    assert!(last.span() >= Duration::from_secs(3), "{:?}", last.span());
+    let (_, count) = last.newest(Duration::from_secs(1)).save(Vec::new()).expect("is written");
+    assert!((10..=32).contains(&count), "{count}");
+}
+
+#[test]
+fn a_ring_holds_no_more_bytes_than_it_may() {
+    const MOST: usize = 50_000;
+    let mut ring = Ring::new(subject(Time::Wall), Duration::from_secs(3600), MOST);
+    let mut peak = 0;
+    for sequence in 1..=9000 {
+        let header = Header { sequence, ..Header::at(sequence * 100_000_000) };
+        let event = Event::new(EventKind::Said, "", &format!("{sequence}"));
+        ring.push(&Frame::of::<Events>(Buffer::Events, &header, &[event])).expect("has room");
+        peak = peak.max(ring.bytes());
+    }
+    assert!(peak <= MOST && peak > MOST / 2, "{peak}");
+    // The newest is kept.
+    let (bytes, _) = ring.last().expect("is kept").save(Vec::new()).expect("is written");
+    assert_eq!(read(&bytes).0.last().map(|frame| frame.sequence), Some(9000));
 }
 
 proptest! {

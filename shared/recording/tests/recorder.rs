@@ -14,7 +14,7 @@ fn a_domain_that_cannot_be_joined_is_an_error_and_no_wait() {
     fs::write(domain.root().join("iceoryx2.toml"), "this is no configuration").unwrap();
     let subject = || Subject::load(None, Time::Wall, None, Pose::identity(), "a test").unwrap();
     let file = domain.root().join("x.mcap");
-    let kept = Recorder::keep(&domain, subject(), Duration::from_secs(1)).map(drop);
+    let kept = Recorder::keep(&domain, subject(), Duration::from_secs(1), usize::MAX).map(drop);
     let started = Recorder::start(&domain, subject(), &file).map(drop);
     let nowhere = Recorder::start(&domain, subject(), &file.join("y")).map(drop);
     fs::remove_dir_all(domain.root()).unwrap();

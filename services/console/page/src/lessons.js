@@ -45,6 +45,10 @@ export class Lessons {
       lay.value = '';
     });
     find('record').addEventListener('click', () => ask('record', { on: cells.get('recording')?.on !== true }));
+    find('keep').addEventListener('click', async () => {
+      const answer = await ask('keep');
+      if (answer.ok) toasts.show(`The last minutes are in ${answer.file}`);
+    });
     this.#saving();
   }
 

@@ -3,10 +3,8 @@
 use std::collections::BTreeMap;
 use std::time::Duration;
 
-use message::{
-    BusHealth, Health, Histogram, LinkHealth, Loss, PerspectiveHealth, Process, ProcessState, SourceHealth,
-};
-use metrics::Readings;
+use message::{BusHealth, Health, LinkHealth, Loss, PerspectiveHealth, Process, ProcessState, SourceHealth};
+use metrics::{Quantiles, Readings};
 use serde::Serialize;
 
 /// One row: a process over the last interval.
@@ -124,36 +122,6 @@ pub struct PerspectiveRow {
     pub steps: u64,
     /// Beliefs that it held after each of these steps, all together.
     pub beliefs: u64,
-}
-
-/// A distribution in microseconds.
-#[derive(Clone, Copy, Debug, Serialize)]
-pub struct Quantiles {
-    /// How many.
-    pub count: u64,
-    /// Half are not above.
-    pub p50: f64,
-    /// 99 % are not above.
-    pub p99: f64,
-    /// 99.9 % are not above.
-    pub p999: f64,
-    /// None is above.
-    pub max: f64,
-}
-
-impl Quantiles {
-    /// The quantiles of a histogram.
-    #[must_use]
-    pub fn of(histogram: &Histogram) -> Self {
-        let micros = |nanos: u64| Duration::from_nanos(nanos).as_secs_f64() * 1e6;
-        Self {
-            count: histogram.count(),
-            p50: micros(histogram.quantile_ns(0.5)),
-            p99: micros(histogram.quantile_ns(0.99)),
-            p999: micros(histogram.quantile_ns(0.999)),
-            max: micros(histogram.max_ns()),
-        }
-    }
 }
 
 /// A row for every process, over the time since an earlier look; over its whole life where that saw

@@ -4,6 +4,7 @@ use std::fmt;
 use std::time::Duration;
 
 use message::Histogram;
+use metrics::Quantiles;
 use serde::Serialize;
 
 use super::Case;
@@ -31,7 +32,7 @@ pub(super) struct Wakeup {
 
 impl Wakeup {
     pub(super) fn of(sensor: &Histogram, bare: &Histogram) -> Self {
-        let (sensor_us, bare_us) = (Quantiles::from(sensor), Quantiles::from(bare));
+        let (sensor_us, bare_us) = (Quantiles::of(sensor), Quantiles::of(bare));
         Self {
             sensor_us,
             bare_us,
@@ -73,28 +74,6 @@ pub(super) struct Row {
     histogram: Vec<(u64, u32)>,
 }
 
-#[derive(Clone, Copy, Debug, Serialize)]
-struct Quantiles {
-    count: u64,
-    p50: f64,
-    p99: f64,
-    p999: f64,
-    max: f64,
-}
-
-impl From<&Histogram> for Quantiles {
-    fn from(histogram: &Histogram) -> Self {
-        let micros = |nanos: u64| Duration::from_nanos(nanos).as_secs_f64() * 1e6;
-        Self {
-            count: histogram.count(),
-            p50: micros(histogram.quantile_ns(0.5)),
-            p99: micros(histogram.quantile_ns(0.99)),
-            p999: micros(histogram.quantile_ns(0.999)),
-            max: micros(histogram.max_ns()),
-        }
-    }
-}
-
 impl Machine {
     pub(super) fn here(realtime: bool, commit: &str) -> Self {
         let cpuinfo = std::fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
@@ -118,9 +97,9 @@ impl Machine {
 }
 
 pub(super) fn row(case: Case, leo: &Measured, round_trip: &Histogram) -> Row {
-    let latency = Quantiles::from(&leo.latency);
-    let step = Quantiles::from(&leo.step);
-    let bare = Quantiles::from(round_trip);
+    let latency = Quantiles::of(&leo.latency);
+    let step = Quantiles::of(&leo.step);
+    let bare = Quantiles::of(round_trip);
     Row {
         rate_hz: case.rate_hz,
         objects: case.objects,

@@ -68,6 +68,7 @@ fn a_process_that_is_not_ready_in_time_is_killed_and_counts_as_dead() {
 #[test]
 fn a_heart_that_stands_still_is_a_process_that_hangs() {
     let mut policy = running();
+    assert_eq!(policy.step(at(50), &all_beat(1)), []);
     assert_eq!(policy.step(at(100), &all_beat(1)), [], "just not too long");
     let mut beats = all_beat(2);
     beats[1] = pulse(Process::Belief, 1);
@@ -78,6 +79,17 @@ fn a_heart_that_stands_still_is_a_process_that_hangs() {
 fn a_supervisor_that_was_stopped_itself_kills_nobody_whose_heart_went_on() {
     let mut policy = running();
     assert_eq!(policy.step(at(60_000), &all_beat(900)), []);
+}
+
+#[test]
+fn a_machine_that_stood_still_kills_nobody_and_who_hangs_on_is_found_all_the_same() {
+    let mut policy = running();
+    assert_eq!(policy.step(at(60_000), &all_beat(1)), [], "nobody had the time to beat");
+    let mut beats = all_beat(2);
+    beats[1] = pulse(Process::Belief, 1);
+    assert_eq!(policy.step(at(60_025), &beats), []);
+    assert_eq!(policy.step(at(60_050), &beats), []);
+    assert_eq!(policy.step(at(60_051), &beats), [Action::Kill(Process::Belief, Why::Hangs)]);
 }
 
 #[test]
@@ -204,6 +216,7 @@ fn the_robot_is_well_while_every_heart_beats_and_not_while_one_is_replaced() {
     assert_eq!(policy.standing().to_string(), "all 3 processes run");
     let mut beats = all_beat(2);
     beats[1] = pulse(Process::Belief, 1);
+    policy.step(at(60), &beats);
     policy.step(at(101), &beats);
     assert!(!policy.standing().is_well(), "it hangs, and its killed process was not buried yet");
     assert_eq!(policy.standing().to_string(), "2 of 3 processes run, the others are being replaced");

@@ -1,0 +1,358 @@
+//! Random processes of a robot killed at random moments, those in which it starts and its supervisor's own
+//! included: is it back every time, and is nothing left over, lost or moved that should not be?
+//!
+//! `cargo bench --bench kills [-- KILLS [SEED]]`: 1000 of them, by the seed 2006, without. Ends with exit status 1
+//! where something is wrong; how soon the robot is back is told, and depends on the machine.
+#![expect(
+    clippy::expect_used,
+    clippy::print_stdout,
+    reason = "a bench that cannot measure has failed, and prints"
+)]
+
+#[expect(dead_code, reason = "other benches use the rest")]
+mod robot;
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::{Child, ExitCode, Stdio};
+
+use clock::Duration;
+use message::{JointState, JointStates};
+use recording::{Buffer, Reader};
+use robot::{
+    PROCESSES, Robot, descriptors, files_below, is_alive, kill, leo, pause, shared_memory, wait_until,
+};
+use rustix::process::Signal;
+
+/// How long anything may take here before it counts as never.
+const PATIENCE: Duration = Duration::from_secs(60);
+/// What is asked of the robot.
+const BACK_WITHIN: Duration = Duration::from_secs(2);
+/// One kill in so many is the supervisor's.
+const SUPERVISOR_EVERY: u64 = 12;
+/// After so many kills the robot is left alone for a while, so that there is something to lose.
+const REST_EVERY: u64 = 20;
+const REST: Duration = Duration::from_secs(20);
+/// Files, or descriptors, that may be there for a moment.
+const FEW: usize = 12;
+/// A joint that is faster than this moves, in radians per second.
+const MOVES_RAD_S: f64 = 0.2;
+/// Without goals for this long, every joint has come to rest: the command time-out and the slowing down.
+const AT_REST: Duration = Duration::from_millis(1700);
+
+/// Numbers that look random and are the same for a seed.
+struct Chance(u64);
+
+impl Chance {
+    fn below(&mut self, bound: u64) -> u64 {
+        self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (self.0 >> 33) % bound
+    }
+
+    fn up_to(&mut self, most: Duration) -> Duration {
+        Duration::from_micros(self.below(u64::try_from(most.as_micros()).unwrap_or(1).max(1)))
+    }
+}
+
+fn main() -> ExitCode {
+    let mut numbers = std::env::args().filter_map(|argument| argument.parse().ok());
+    let (kills, seed) = (numbers.next().unwrap_or(1000), numbers.next().unwrap_or(2006));
+    let folder = tempfile::tempdir().expect("a folder");
+    let text = config::Robot::leo_text_with(&[
+        ("supervisor.deaths_most", 1e6),
+        // The wait before a restart is there to spare a machine on which something dies again and again.
+        ("supervisor.backoff_most_ms", 100.0),
+    ]);
+    let text = text.replace("\"127.0.0.1:7780\"", "\"127.0.0.1:0\"");
+    fs::write(folder.path().join("leo.toml"), text).expect("writes");
+    println!("{kills} kills by the seed {seed}");
+    let mut campaign = Campaign::begin(folder.path(), seed);
+    for number in 1..=kills {
+        campaign.kill(number);
+        if number % REST_EVERY == 0 {
+            campaign.rest();
+            println!("after {number} kills: {}", campaign.summary());
+        }
+    }
+    campaign.end()
+}
+
+struct Campaign {
+    chance: Chance,
+    folder: PathBuf,
+    robot: Robot,
+    recorder: Recording,
+    /// Files in shared memory, and descriptors of the supervisor, of a robot that nobody has killed.
+    files: usize,
+    descriptors: usize,
+    /// Processes killed since all ran.
+    killed: Vec<i32>,
+    counts: BTreeMap<String, u64>,
+    while_starting: u64,
+    back: Vec<Duration>,
+    /// Examples of the task that Leo has said it learned.
+    acknowledged: u64,
+    wrong: Vec<String>,
+}
+
+impl Campaign {
+    fn begin(folder: &Path, seed: u64) -> Self {
+        let domain = PathBuf::from(format!("/dev/shm/leo-kills-{}", std::process::id()));
+        let robot = Robot::start(&domain, folder, &[]);
+        let back = wait_until(PATIENCE, || robot.is_back(&[]));
+        assert!(back.is_some(), "it does not start: {}", robot.said());
+        let recorder = Recording::begin(&robot, folder);
+        // The recorder, too, has its place there.
+        pause(Duration::from_secs(3));
+        let mut campaign = Self {
+            chance: Chance(seed),
+            folder: folder.to_owned(),
+            files: shared_memory(&domain).0,
+            descriptors: descriptors(robot.pid()),
+            robot,
+            recorder,
+            killed: Vec::new(),
+            counts: BTreeMap::new(),
+            while_starting: 0,
+            back: Vec::new(),
+            acknowledged: 0,
+            wrong: Vec::new(),
+        };
+        wait_until(PATIENCE, || said_to_have_learned(&campaign.robot) > 0);
+        campaign.acknowledged = said_to_have_learned(&campaign.robot);
+        campaign
+    }
+
+    fn wrong(&mut self, what: String) {
+        println!("WRONG: {what}");
+        self.wrong.push(what);
+    }
+
+    fn kill(&mut self, number: u64) {
+        // Every third one comes while something of the kill before is still being put right.
+        let is_early = self.chance.below(3) == 0;
+        if is_early {
+            pause(self.chance.up_to(Duration::from_millis(400)));
+        } else {
+            self.await_back();
+            pause(self.chance.up_to(Duration::from_millis(1200)));
+        }
+        self.while_starting += u64::from(is_early && !self.killed.is_empty());
+        if self.chance.below(SUPERVISOR_EVERY) == 0 {
+            self.kill_supervisor();
+            return;
+        }
+        let name = PROCESSES
+            .get(usize::try_from(self.chance.below(7)).expect("small"))
+            .copied()
+            .expect("seven of them");
+        let mut victim = None;
+        let robot = &self.robot;
+        let lives = wait_until(PATIENCE, || {
+            victim = robot.processes().get(name).copied();
+            victim.is_some()
+        });
+        let Some(pid) = victim.filter(|_| lives.is_some()) else {
+            self.wrong(format!("kill {number}: `{name}` is not started anew"));
+            return;
+        };
+        kill(pid);
+        self.killed.push(pid);
+        *self.counts.entry(name.to_owned()).or_default() += 1;
+    }
+
+    /// Waits until everybody runs again, if somebody does not.
+    fn await_back(&mut self) {
+        if self.killed.is_empty() {
+            return;
+        }
+        let robot = &self.robot;
+        match wait_until(PATIENCE, || robot.is_back(&self.killed)) {
+            Some(time) => self.back.push(time),
+            None => {
+                let living = robot.processes();
+                self.wrong(format!("the robot is not back after a minute: of it live {living:?}"));
+            }
+        }
+        self.killed.clear();
+    }
+
+    fn kill_supervisor(&mut self) {
+        let children = self.robot.processes();
+        let _killed = self.robot.end(Signal::KILL);
+        *self.counts.entry("supervisor".to_owned()).or_default() += 1;
+        if wait_until(PATIENCE, || !children.values().any(|pid| is_alive(*pid))).is_none() {
+            self.wrong(format!("of {children:?} somebody outlives the supervisor"));
+        }
+        self.look_back();
+        let domain = self.robot.domain.clone();
+        self.robot = Robot::start(&domain, &self.folder, &[]);
+        self.killed = children.into_values().collect();
+        // Now and then the next one dies as it starts.
+        if self.chance.below(3) > 0 {
+            self.await_back();
+        }
+        let robot = &self.robot;
+        if wait_until(PATIENCE, || !robot.processes().is_empty()).is_none() {
+            self.wrong(format!(
+                "a robot does not start in the domain of a killed one: {}",
+                self.robot.said()
+            ));
+        }
+        self.recorder = Recording::begin(&self.robot, &self.folder);
+    }
+
+    /// Looks at what a robot that has ended has said, moved and kept.
+    fn look_back(&mut self) {
+        self.acknowledged = self.acknowledged.max(said_to_have_learned(&self.robot));
+        let said = self.robot.said();
+        for line in said.lines().filter(|line| line.contains("panicked")) {
+            self.wrong(line.to_owned());
+        }
+        let wrong = self.recorder.end();
+        wrong.into_iter().for_each(|what| self.wrong(what));
+        let kept = kept(&self.folder);
+        if kept < self.acknowledged {
+            let said = self.acknowledged;
+            self.wrong(format!("Leo said that it learned from {said} examples, and {kept} are kept"));
+        }
+    }
+
+    fn rest(&mut self) {
+        self.await_back();
+        pause(REST);
+        self.acknowledged = self.acknowledged.max(said_to_have_learned(&self.robot));
+        let (robot, most) = (&self.robot, self.files + FEW);
+        if wait_until(PATIENCE, || shared_memory(&robot.domain).0 <= most).is_none() {
+            let now = shared_memory(&self.robot.domain).0;
+            self.wrong(format!("{} files in shared memory became {now}", self.files));
+        }
+        let now = descriptors(self.robot.pid());
+        if now > self.descriptors + FEW {
+            self.wrong(format!("{} descriptors of the supervisor became {now}", self.descriptors));
+        }
+    }
+
+    fn summary(&self) -> String {
+        let mut back = self.back.clone();
+        back.sort();
+        let at =
+            |share: usize| back.get(back.len().saturating_sub(1) * share / 100).copied().unwrap_or_default();
+        let late = back.iter().filter(|time| **time > BACK_WITHIN).count();
+        format!(
+            "{} while it started; back in {:.2?} (median), {:.2?} (95 %), {:.2?} (most), {late} of {} later \
+             than {BACK_WITHIN:?}; {} examples acknowledged; {} wrong",
+            self.while_starting,
+            at(50),
+            at(95),
+            at(100),
+            back.len(),
+            self.acknowledged,
+            self.wrong.len()
+        )
+    }
+
+    fn end(mut self) -> ExitCode {
+        self.rest();
+        if !self.robot.end(Signal::INT) {
+            self.wrong(format!("it does not end well: {}", self.robot.said()));
+        }
+        self.look_back();
+        let left = shared_memory(&self.robot.domain);
+        if left.0 > 0 || self.robot.domain.exists() {
+            self.wrong(format!("{left:?} files and bytes are left in shared memory"));
+        }
+        println!("\nkilled: {:?}", self.counts);
+        println!("{}", self.summary());
+        println!("state directory: {} bytes", files_below(&self.folder.join("leo")).1);
+        self.wrong.iter().for_each(|what| println!("WRONG: {what}"));
+        if self.wrong.is_empty() { ExitCode::SUCCESS } else { ExitCode::FAILURE }
+    }
+}
+
+/// The most examples that Leo has said it has of a task.
+fn said_to_have_learned(robot: &Robot) -> u64 {
+    let said = robot.said();
+    let counts = said.lines().filter_map(|line| {
+        let (before, _) = line.strip_suffix(" so far")?.split_once(" example")?;
+        before.split_whitespace().last()?.parse().ok()
+    });
+    counts.max().unwrap_or(0)
+}
+
+/// The examples of the task that are kept, while no robot runs.
+fn kept(folder: &Path) -> u64 {
+    let told = leo(&["tasks", "show", "task 1", "--json"]).env("XDG_STATE_HOME", folder).output();
+    let told: serde_json::Value = serde_json::from_slice(&told.expect("runs").stdout).unwrap_or_default();
+    told.pointer("/account/tasks/0/examples").and_then(serde_json::Value::as_u64).unwrap_or(0)
+}
+
+/// What the joints did during the life of a supervisor, by `leo record`.
+struct Recording {
+    recorder: Child,
+    file: PathBuf,
+}
+
+impl Recording {
+    fn begin(robot: &Robot, folder: &Path) -> Self {
+        let file = folder.join("joints.mcap");
+        let recorder = leo(&["record", "--domain"])
+            .arg(&robot.domain)
+            .arg(&file)
+            .stdout(Stdio::null())
+            .stderr(Stdio::null())
+            .spawn()
+            .expect("starts");
+        Self { recorder, file }
+    }
+
+    /// Waits for its end, which is that of the robot, and looks at what it holds.
+    fn end(&mut self) -> Vec<String> {
+        let mut wrong = Vec::new();
+        let recorder = &mut self.recorder;
+        if wait_until(PATIENCE, || recorder.try_wait().is_ok_and(|status| status.is_some())).is_none() {
+            wrong.push("a recorder outlives its robot".to_owned());
+            let _dead = recorder.kill().and_then(|()| recorder.wait());
+        }
+        // A robot that lived for no time was not recorded.
+        let Ok(reader) = Reader::open(&self.file) else { return wrong };
+        // What waited while the recorder did not come to it is in the file buffer by buffer.
+        let (mut goals, mut moves) = (Vec::new(), Vec::new());
+        let mut first = None;
+        for frame in reader.map_while(Result::ok) {
+            if frame.buffer == Buffer::JointGoals {
+                goals.push((frame.at_ns, frame.header().incarnation, frame.sequence));
+            } else if frame.buffer == Buffer::JointStates {
+                first.get_or_insert(frame.at_ns);
+                let states = frame.read::<JointStates>().map(|(_, states)| states).unwrap_or_default();
+                let moving = |state: &&JointState| {
+                    state.present_velocity_rad_s().is_some_and(|speed| speed.abs() > MOVES_RAD_S)
+                };
+                moves.extend(states.iter().find(moving).map(|state| (frame.at_ns, state.joint)));
+            }
+        }
+        goals.sort_unstable();
+        // Until when there was a commander for certain, and where it began again; goals that the recorder
+        // lost were there.
+        let ends = goals.iter().map(|goal| goal.0).skip(1).chain([u64::MAX]);
+        let mut alone: Vec<(u64, u64)> =
+            first.into_iter().map(|first| (first, goals.first().map_or(u64::MAX, |goal| goal.0))).collect();
+        for (index, (goal, end)) in goals.iter().zip(ends).enumerate() {
+            let has_lost = goals.get(index + 1).is_some_and(|next| next.1 == goal.1 && next.2 != goal.2 + 1);
+            if !has_lost {
+                alone.push((goal.0, end));
+            }
+        }
+        for (at_ns, joint) in moves {
+            let since = alone.iter().find(|(from, to)| (*from + clock::nanos(AT_REST)..*to).contains(&at_ns));
+            if let Some((from, _)) = since {
+                let alone_s = Duration::from_nanos(at_ns - from).as_secs_f64();
+                wrong.push(format!("joint {joint} moves {alone_s:.2} s after the last goals"));
+                break;
+            }
+        }
+        let _removed = fs::remove_file(&self.file);
+        wrong
+    }
+}

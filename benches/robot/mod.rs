@@ -1,0 +1,185 @@
+//! A whole robot that a bench starts, looks at and ends.
+
+use std::collections::BTreeMap;
+use std::ffi::OsStr;
+use std::fs;
+use std::io::{BufRead as _, BufReader, Read};
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, Stdio};
+use std::sync::{Arc, Mutex, PoisonError};
+use std::thread;
+
+use clock::{Duration, Instant};
+use rustix::process::{Pid, Signal, kill_process};
+use serde_json::Value;
+
+/// The seven processes of a robot, by their subcommands.
+pub(crate) const PROCESSES: [&str; 7] =
+    ["belief", "console", "learner", "mock-bus", "motor", "sensor", "simulator"];
+
+/// A command of `leo` with nothing of this machine's in its environment; `LEO` names another program.
+pub(crate) fn leo(arguments: &[&str]) -> Command {
+    let program = std::env::var_os("LEO").unwrap_or_else(|| env!("CARGO_BIN_EXE_leo").into());
+    let mut command = Command::new(program);
+    command.args(arguments).env_remove("RUST_LOG").stdin(Stdio::null());
+    command
+}
+
+pub(crate) fn pause(time: Duration) {
+    clock::sleep_until(clock::now() + time);
+}
+
+/// Waits until `holds`, for so long at most; how long that took, if it does.
+pub(crate) fn wait_until(within: Duration, mut holds: impl FnMut() -> bool) -> Option<Duration> {
+    let began = clock::now();
+    loop {
+        if holds() {
+            return Some(clock::now().since(began));
+        }
+        if clock::now().since(began) > within {
+            return None;
+        }
+        pause(Duration::from_millis(10));
+    }
+}
+
+pub(crate) fn kill(pid: i32) {
+    // Whoever died by itself in the meantime needs no signal.
+    let _sent = kill_process(Pid::from_raw(pid).expect("a process number"), Signal::KILL);
+}
+
+/// Whether a process lives: a zombie does not.
+pub(crate) fn is_alive(pid: i32) -> bool {
+    let stat = fs::read_to_string(format!("/proc/{pid}/stat")).unwrap_or_default();
+    stat.rsplit(") ").next().is_some_and(|rest| !rest.is_empty() && !rest.starts_with(['Z', 'X']))
+}
+
+/// Files below a folder, and their bytes.
+pub(crate) fn files_below(folder: &Path) -> (usize, u64) {
+    let mut sum = (0, 0);
+    for entry in fs::read_dir(folder).into_iter().flatten().flatten() {
+        let Ok(about) = entry.metadata() else { continue };
+        let (files, bytes) = if about.is_dir() { files_below(&entry.path()) } else { (1, about.len()) };
+        sum = (sum.0 + files, sum.1 + bytes);
+    }
+    sum
+}
+
+/// What a robot's domain has in shared memory, its folder included.
+pub(crate) fn shared_memory(domain: &Path) -> (usize, u64) {
+    let name = domain.file_name().and_then(OsStr::to_str).expect("a name");
+    let (mut files, mut bytes) = files_below(domain);
+    for entry in fs::read_dir("/dev/shm").expect("there is shared memory").flatten() {
+        if entry.file_name().to_string_lossy().starts_with(&format!("{name}_")) {
+            files += 1;
+            bytes += entry.metadata().map_or(0, |about| about.len());
+        }
+    }
+    (files, bytes)
+}
+
+/// Descriptors that a process has open.
+pub(crate) fn descriptors(pid: i32) -> usize {
+    fs::read_dir(format!("/proc/{pid}/fd")).map_or(0, Iterator::count)
+}
+
+/// A robot in a domain of its own. Dropping it kills it.
+pub(crate) struct Robot {
+    supervisor: Child,
+    pub(crate) domain: PathBuf,
+    pub(crate) began: Instant,
+    said: Arc<Mutex<String>>,
+}
+
+impl Robot {
+    /// Starts `leo run` with a configuration and a state directory.
+    pub(crate) fn start(domain: &Path, folder: &Path, more: &[&str]) -> Self {
+        let mut supervisor = leo(&["run", "--stay", "--config"])
+            .arg(folder.join("leo.toml"))
+            .arg("--domain")
+            .arg(domain)
+            .args(more)
+            .env("XDG_STATE_HOME", folder)
+            .stdout(Stdio::piped())
+            .stderr(Stdio::piped())
+            .spawn()
+            .expect("starts");
+        let said = Arc::new(Mutex::new(String::new()));
+        listen(supervisor.stdout.take().expect("piped"), &said);
+        listen(supervisor.stderr.take().expect("piped"), &said);
+        Self { supervisor, domain: domain.to_owned(), began: clock::now(), said }
+    }
+
+    /// What it said so far, on both streams.
+    pub(crate) fn said(&self) -> String {
+        self.said.lock().unwrap_or_else(PoisonError::into_inner).clone()
+    }
+
+    /// Host and port of its page, once it has said so.
+    pub(crate) fn page(&self) -> Option<String> {
+        let said = self.said();
+        let page = said.lines().find_map(|line| line.strip_prefix("the page is at http://"))?;
+        Some(page.trim_end_matches('/').to_owned())
+    }
+
+    pub(crate) fn pid(&self) -> i32 {
+        i32::try_from(self.supervisor.id()).expect("a process number")
+    }
+
+    /// The living processes by name.
+    pub(crate) fn processes(&self) -> BTreeMap<String, i32> {
+        let pid = self.pid();
+        let children = fs::read_to_string(format!("/proc/{pid}/task/{pid}/children")).unwrap_or_default();
+        let named = children.split_whitespace().filter_map(|child| {
+            let child: i32 = child.parse().ok()?;
+            let line = fs::read_to_string(format!("/proc/{child}/cmdline")).ok()?;
+            let name = line.split('\0').nth(1)?;
+            (PROCESSES.contains(&name) && is_alive(child)).then(|| (name.to_owned(), child))
+        });
+        named.collect()
+    }
+
+    /// The processes as `leo top` shows them.
+    pub(crate) fn rows(&self) -> Vec<Value> {
+        let shown = leo(&["top", "--json", "--domain"]).arg(&self.domain).output().expect("runs");
+        serde_json::from_slice(&shown.stdout).unwrap_or_default()
+    }
+
+    /// Whether every process runs, and none of them is one of these, which were killed.
+    pub(crate) fn is_back(&self, killed: &[i32]) -> bool {
+        let living = self.processes();
+        if living.len() < PROCESSES.len() || living.values().any(|pid| killed.contains(pid)) {
+            return false;
+        }
+        let rows = self.rows();
+        PROCESSES.iter().all(|name| {
+            rows.iter().any(|row| {
+                let is_its = row["pid"].as_i64() == living.get(*name).map(|pid| i64::from(*pid));
+                is_its && row["state"] == "running" && row["cycles"].as_u64() > Some(0)
+            })
+        })
+    }
+
+    /// Sends a signal to the supervisor and waits for its end; whether it ended well.
+    pub(crate) fn end(&mut self, how: Signal) -> bool {
+        let _sent = kill_process(Pid::from_raw(self.pid()).expect("a process number"), how);
+        self.supervisor.wait().is_ok_and(|status| status.success())
+    }
+}
+
+impl Drop for Robot {
+    fn drop(&mut self) {
+        let _dead = self.supervisor.kill().and_then(|()| self.supervisor.wait());
+    }
+}
+
+fn listen(stream: impl Read + Send + 'static, said: &Arc<Mutex<String>>) {
+    let said = Arc::clone(said);
+    thread::spawn(move || {
+        for line in BufReader::new(stream).lines().map_while(Result::ok) {
+            let mut said = said.lock().unwrap_or_else(PoisonError::into_inner);
+            said.push_str(&line);
+            said.push('\n');
+        }
+    });
+}

@@ -1,0 +1,250 @@
+//! A day in ten minutes: the whole robot at full rate with a lesson that is played again and again, a
+//! recording, three pages, metrics that are scraped, and faults on the buses, with the percepts and with
+//! processes. What it holds after warm-up it holds at the end: memory, descriptors, shared memory, disk.
+//!
+//! `cargo bench --bench soak [-- SECONDS]`: 600 without, of which the first quarter is warm-up. Ends with exit
+//! status 1 where something grows, or where the recorder dropped a frame.
+#![expect(
+    clippy::expect_used,
+    clippy::panic,
+    clippy::print_stdout,
+    reason = "a bench that cannot measure has failed, and prints"
+)]
+
+#[expect(dead_code, reason = "other benches use the rest")]
+mod robot;
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::io::{Read as _, Write as _};
+use std::net::TcpStream;
+use std::path::{Path, PathBuf};
+use std::process::{ExitCode, Stdio};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::thread;
+
+use clock::{Duration, Instant};
+use quantity::number::{float, float_of_count};
+use robot::{Robot, descriptors, files_below, leo, pause, shared_memory, wait_until};
+use rustix::process::{Pid, Signal, kill_process};
+use tungstenite::client::IntoClientRequest as _;
+use tungstenite::{Message, WebSocket};
+
+const PAGES: usize = 3;
+/// How often everything is looked at.
+const LOOK_EVERY: Duration = Duration::from_secs(5);
+/// How often the lesson begins anew: Task 1 takes 51 s.
+const PLAY_EVERY: Duration = Duration::from_secs(60);
+/// The black box fills for two minutes.
+const WARM_UP: Duration = Duration::from_secs(150);
+/// What may be more at the end: a share, and so much besides (kilobytes, files, descriptors).
+const SHARE: f64 = 0.05;
+const BESIDES: [(&str, f64); 4] = [("kB", 1500.0), ("descriptors", 3.0), ("files", 3.0), ("bytes", 64e3)];
+
+/// Faults all the time, none of which ends a process: what it holds is compared.
+const CAMPAIGN: &str = r#"
+seed = 2006
+bus = ["drop p=0.005", "flip p=0.005", "noise p=0.005", "late p=0.002 by=8ms"]
+
+[[percepts]]
+kind = "drop"
+chance = 0.01
+
+[[percepts]]
+kind = "nan"
+chance = 0.005
+
+[[percepts]]
+kind = "reorder"
+chance = 0.02
+"#;
+
+/// Processes stand still, or are slow, this often.
+const HOLD_EVERY_S: u64 = 30;
+
+fn campaign(seconds: u64) -> String {
+    let holds = (HOLD_EVERY_S..seconds).step_by(usize::try_from(HOLD_EVERY_S).expect("small"));
+    let hold = |(number, at): (usize, u64)| {
+        let held = [
+            ("stop", "motor", 0.3),
+            ("slow", "learner", 2.0),
+            ("stop", "sensor", 0.3),
+            ("slow", "belief", 2.0),
+        ];
+        let (kind, process, long) = held.get(number % held.len()).copied().expect("one of them");
+        format!(
+            "\n[[processes]]\nkind = \"{kind}\"\nprocess = \"{process}\"\nat_s = {at}.0\nfor_s = {long}\n"
+        )
+    };
+    CAMPAIGN.to_owned() + &holds.enumerate().map(hold).collect::<String>()
+}
+
+fn main() -> ExitCode {
+    let seconds = std::env::args().filter_map(|argument| argument.parse().ok()).next().unwrap_or(600);
+    let folder = tempfile::tempdir().expect("a folder");
+    let folder = folder.path();
+    let text = config::Robot::leo_text_with(&[
+        // On a machine that does other things too a heart may be late, and nobody shall be replaced for it.
+        ("supervisor.heartbeat_timeout_ms", 30_000.0),
+    ])
+    .replace("\"127.0.0.1:7780\"", "\"127.0.0.1:0\"");
+    fs::write(folder.join("leo.toml"), text).expect("writes");
+    let faults = folder.join("campaign.toml");
+    fs::write(&faults, campaign(seconds)).expect("writes");
+    let domain = PathBuf::from(format!("/dev/shm/leo-soak-{}", std::process::id()));
+    let mut robot = Robot::start(&domain, folder, &["--faults", &faults.display().to_string()]);
+    let came = wait_until(Duration::from_secs(60), || robot.is_back(&[]) && robot.page().is_some());
+    assert!(came.is_some(), "it does not start: {}", robot.said());
+    let host = robot.page().expect("it has a page");
+    let file = folder.join("soak.mcap");
+    let mut recorder =
+        leo(&["record", "--domain"]).arg(&domain).arg(&file).stdout(Stdio::piped()).spawn().expect("starts");
+    let recorder_pid = i32::try_from(recorder.id()).expect("a process number");
+    let stop = Arc::new(AtomicBool::new(false));
+    let [shown, scraped] = [(); 2].map(|()| Arc::new(AtomicU64::new(0)));
+    let pages: Vec<_> = (0..PAGES)
+        .map(|number| {
+            let (host, stop, shown) = (host.clone(), Arc::clone(&stop), Arc::clone(&shown));
+            thread::spawn(move || page(&host, number == 0, &stop, &shown))
+        })
+        .collect();
+    let scraper = {
+        let (host, stop, scraped) = (host.clone(), Arc::clone(&stop), Arc::clone(&scraped));
+        thread::spawn(move || scrape(&host, &stop, &scraped))
+    };
+
+    let began = clock::now();
+    let mut samples = Vec::new();
+    while clock::now().since(began) < Duration::from_secs(seconds) {
+        pause(LOOK_EVERY);
+        samples.push((clock::now(), held(&robot, recorder_pid, folder)));
+    }
+    let rows = robot.rows();
+    stop.store(true, Ordering::Relaxed);
+    pages.into_iter().for_each(|page| page.join().expect("a page lives on"));
+    scraper.join().expect("the scraper lives on");
+    // Ended by itself, before the robot: what it counts is then what it saw.
+    let _sent = kill_process(Pid::from_raw(recorder_pid).expect("a number"), Signal::INT);
+    let mut told = String::new();
+    recorder.stdout.take().expect("piped").read_to_string(&mut told).expect("text");
+    let recorded = recorder.wait().expect("it ends").success();
+    let bytes = fs::metadata(&file).map_or(0, |file| file.len());
+    let ended = robot.end(Signal::INT);
+    let left = shared_memory(&domain).0;
+
+    println!(
+        "{seconds} s, {PAGES} pages, {} bytes shown, {} scrapes",
+        shown.load(Ordering::Relaxed),
+        scraped.load(Ordering::Relaxed)
+    );
+    for row in &rows {
+        let [overruns, drops, restarts, faults] =
+            ["overruns", "drops", "restarts", "page_faults"].map(|key| &row[key]);
+        let [process, cycles] = ["process", "cycles"].map(|key| &row[key]);
+        let [wakeup, age] =
+            ["/wakeup_us/p99", "/age_us/p99"].map(|key| row.pointer(key).cloned().unwrap_or_default());
+        println!(
+            "{process}: {cycles} cycles, {overruns} overruns, {drops} drops, {restarts} restarts, {faults} page \
+             faults, p99 wake-up {wakeup} us, age {age} us"
+        );
+    }
+    println!(
+        "\n{told}recording: {:.0} MB, {:.2} MB/s\n",
+        float(bytes) / 1e6,
+        float(bytes) / 1e6 / float(seconds)
+    );
+    let mut wrong = compared(&samples, began + WARM_UP.max(Duration::from_secs(seconds / 4)));
+    if !told.contains("nothing was dropped") || !recorded {
+        wrong.push("the recorder dropped frames".to_owned());
+    }
+    if robot.said().contains("panicked") || !ended || left > 0 {
+        wrong.push(format!("it did not end well, with {left} files left in shared memory: {}", robot.said()));
+    }
+    wrong.iter().for_each(|what| println!("WRONG: {what}"));
+    if wrong.is_empty() { ExitCode::SUCCESS } else { ExitCode::FAILURE }
+}
+
+/// What the robot holds now, by name with its unit at the end.
+fn held(robot: &Robot, recorder: i32, folder: &Path) -> BTreeMap<String, f64> {
+    let mut held = BTreeMap::new();
+    let mut processes = robot.processes();
+    processes.insert("supervisor".to_owned(), robot.pid());
+    processes.insert("recorder".to_owned(), recorder);
+    for (name, pid) in processes {
+        let status = fs::read_to_string(format!("/proc/{pid}/status")).unwrap_or_default();
+        let own = status.lines().find_map(|line| line.strip_prefix("RssAnon:")?.trim().strip_suffix(" kB"));
+        let own: f64 = own.and_then(|own| own.trim().parse().ok()).unwrap_or(0.0);
+        held.insert(format!("{name} kB"), own);
+        held.insert(format!("{name} descriptors"), float_of_count(descriptors(pid)));
+    }
+    let (files, bytes) = shared_memory(&robot.domain);
+    held.insert("shared memory files".to_owned(), float_of_count(files));
+    held.insert("shared memory bytes".to_owned(), float(bytes));
+    // These grow as they should: by examples, and up to so many files of the black box.
+    let (files, bytes) = files_below(&folder.join("leo/recordings"));
+    let learned = files_below(&folder.join("leo")).1.saturating_sub(bytes);
+    held.insert("bytes of what was learned".to_owned(), float(learned));
+    held.insert("files of the black box".to_owned(), float_of_count(files));
+    held
+}
+
+/// Prints the first quarter after warm-up beside the last one, and says what has grown.
+fn compared(samples: &[(Instant, BTreeMap<String, f64>)], warm: Instant) -> Vec<String> {
+    let warm: Vec<_> = samples.iter().filter(|(at, _)| *at >= warm).map(|(_, held)| held).collect();
+    let quarter = (warm.len() / 4).max(1);
+    let mean = |of: &[&BTreeMap<String, f64>], name: &str| {
+        of.iter().filter_map(|held| held.get(name)).sum::<f64>() / float_of_count(of.len().max(1))
+    };
+    let (first, last) = (warm.get(..quarter).unwrap_or(&[]), warm.get(warm.len() - quarter..).unwrap_or(&[]));
+    let mut wrong = Vec::new();
+    println!("{:<28} {:>12} {:>12}", "", "warm", "at the end");
+    for name in warm.last().into_iter().flat_map(|held| held.keys()) {
+        let (before, after) = (mean(first, name), mean(last, name));
+        println!("{name:<28} {before:>12.0} {after:>12.0}");
+        let besides = BESIDES.iter().find(|(unit, _)| name.ends_with(unit));
+        if besides.is_some_and(|(_, besides)| after > before * (1.0 + SHARE) + besides) {
+            wrong.push(format!("{name}: {before:.0} became {after:.0}"));
+        }
+    }
+    wrong
+}
+
+fn opened(host: &str) -> WebSocket<TcpStream> {
+    let stream = TcpStream::connect(host).expect("it listens");
+    stream.set_read_timeout(Some(Duration::from_secs(1))).expect("a time");
+    let request = format!("ws://{host}/live").into_client_request().expect("an address");
+    tungstenite::client(request, stream).expect("it opens").0
+}
+
+/// A page that reads whatever it is sent; one of them plays the lesson again and again.
+fn page(host: &str, plays: bool, stop: &AtomicBool, shown: &AtomicU64) {
+    let mut socket = opened(host);
+    let (mut played_at, mut id) = (clock::now(), 0);
+    while !stop.load(Ordering::Relaxed) {
+        if plays && clock::now().since(played_at) >= PLAY_EVERY {
+            played_at = clock::now();
+            id += 1;
+            socket.send(Message::text(format!("{{\"id\":{id},\"do\":\"play\"}}"))).expect("sent");
+        }
+        match socket.read() {
+            Ok(message) => {
+                shown.fetch_add(u64::try_from(message.len()).unwrap_or(0), Ordering::Relaxed);
+            }
+            Err(tungstenite::Error::Io(_)) => {}
+            Err(error) => panic!("a page is shut: {error}"),
+        }
+    }
+}
+
+fn scrape(host: &str, stop: &AtomicBool, scraped: &AtomicU64) {
+    while !stop.load(Ordering::Relaxed) {
+        pause(Duration::from_secs(1));
+        let mut stream = TcpStream::connect(host).expect("it listens");
+        write!(stream, "GET /metrics HTTP/1.1\r\nHost: {host}\r\nConnection: close\r\n\r\n").expect("sent");
+        let mut text = String::new();
+        stream.read_to_string(&mut text).expect("an answer");
+        assert!(text.contains("leo_process_running"), "{text}");
+        scraped.fetch_add(1, Ordering::Relaxed);
+    }
+}

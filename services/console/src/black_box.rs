@@ -1,0 +1,269 @@
+//! The last minutes of the robot, kept in memory, and written into a file when something fails.
+
+mod failures;
+mod files;
+
+use std::path::PathBuf;
+use std::sync::Arc;
+use std::thread;
+
+use clock::{Duration, Instant};
+use config::Robot;
+use config::lesson::Lesson;
+use crossbeam::channel::{Receiver, bounded};
+use message::Process;
+use process::{Launch, black_box, emergency};
+use recording::{Last, Recorder, Subject, Time, stands};
+use tokio::sync::mpsc::Sender;
+use transport::{Domain, Node, RosterReader};
+
+use crate::hand::reply;
+use crate::tape::PROGRAM;
+use failures::{Failed, Failures};
+use files::Files;
+
+/// It is looked this often whether anything has failed.
+const LOOK_EVERY: Duration = Duration::from_millis(100);
+/// So much of what came after a failure is in its file.
+const AFTERMATH: Duration = Duration::from_secs(3);
+/// Between two files that nobody asked for: what fails meanwhile is in the next one.
+const APART: Duration = Duration::from_secs(30);
+/// How much is written where the robot ends with a failure: there is not the time for all.
+const LAST_WORDS: Duration = Duration::from_secs(20);
+/// What is written of what was asked for is named so.
+const ASKED: &str = "asked";
+
+/// Who waits for a file.
+#[derive(Debug)]
+pub(crate) enum Asker {
+    /// A page, and its own number for it.
+    Page(Sender<String>, Option<u64>),
+    /// Another program, with the word that it asked with.
+    Program(String),
+}
+
+/// Keeps the last minutes of the robot in memory, in threads of its own, and writes them into a file
+/// when a process dies, a joint is quarantined or the emergency stop is raised, and when somebody asks.
+pub(crate) struct BlackBox {
+    kept: Result<Kept, String>,
+    domain: PathBuf,
+    joint_names: Vec<String>,
+    roster: Option<RosterReader>,
+    failures: Failures,
+    looked_at: Option<Instant>,
+    waiting: Waiting,
+    /// When a file was written that nobody asked for.
+    wrote_at: Option<Instant>,
+    writing: Option<Writing>,
+}
+
+#[derive(Clone)]
+struct Kept {
+    recorder: Arc<Recorder>,
+    files: Files,
+}
+
+/// What a file is wanted for.
+#[derive(Debug, Default)]
+struct Waiting {
+    failed: Vec<Failed>,
+    since: Option<Instant>,
+    askers: Vec<Asker>,
+}
+
+/// A file that is being written.
+struct Writing {
+    wanted: Waiting,
+    outcome: Receiver<Result<Written, String>>,
+}
+
+/// A file that was written.
+struct Written {
+    file: String,
+    span: Duration,
+}
+
+impl BlackBox {
+    /// Begins to keep what happens, where the configuration says so and there is a place for files.
+    pub(crate) fn open(launch: &Launch, robot: &Robot, lesson: &Lesson) -> Self {
+        Self {
+            kept: Kept::open(launch, robot, lesson),
+            domain: launch.domain.clone(),
+            joint_names: robot.motor.joints.iter().map(|joint| joint.name.clone()).collect(),
+            roster: None,
+            failures: Failures::default(),
+            looked_at: None,
+            waiting: Waiting::default(),
+            wrote_at: None,
+            writing: None,
+        }
+    }
+
+    /// Somebody wants what is kept.
+    pub(crate) fn ask(&mut self, asker: Asker) {
+        self.waiting.askers.push(asker);
+    }
+
+    /// Looks whether anything has failed, with the joints that are quarantined now; writes what is
+    /// due. What people are to be told is given back.
+    pub(crate) fn step(&mut self, now: Instant, node: &Node, quarantined: &[u32]) -> Vec<String> {
+        if self.looked_at.is_some_and(|then| now.since(then) < LOOK_EVERY) {
+            return Vec::new();
+        }
+        self.looked_at = Some(now);
+        self.waiting.askers.extend(black_box::asked(&self.domain).map(Asker::Program));
+        self.look(now, node, quarantined);
+        let told = self.written();
+        self.write(now);
+        told
+    }
+
+    fn look(&mut self, now: Instant, node: &Node, quarantined: &[u32]) {
+        if self.roster.is_none() {
+            self.roster = RosterReader::open(node, Process::Supervisor, 1).ok();
+        }
+        let lives = self.roster.as_ref().map(|roster| self.failures.of_processes(&roster.read()));
+        let joints = self.failures.of_joints(quarantined, &self.joint_names);
+        let stopped = self.failures.of_emergency(emergency::is_raised(&self.domain));
+        let failed = lives.unwrap_or_default().into_iter().chain(joints).chain(stopped);
+        let before = self.waiting.failed.len();
+        self.waiting.failed.extend(failed);
+        if self.waiting.failed.len() > before {
+            self.waiting.since.get_or_insert(now);
+        }
+    }
+
+    /// Begins to write, where somebody waits, or something failed and what came after it is there.
+    fn write(&mut self, now: Instant) {
+        let has_settled = self.waiting.since.is_some_and(|since| now.since(since) >= AFTERMATH);
+        let is_apart = self.wrote_at.is_none_or(|then| now.since(then) >= APART);
+        let is_due = !self.waiting.askers.is_empty() || has_settled && is_apart;
+        if self.writing.is_some() || !is_due {
+            return;
+        }
+        let wanted = std::mem::take(&mut self.waiting);
+        if wanted.since.is_some() {
+            self.wrote_at = Some(now);
+        }
+        let (to, outcome) = bounded(1);
+        let begun = self.kept.clone().and_then(|kept| {
+            let (to, word) = (to.clone(), wanted.word());
+            // On a machine that is busy it takes a while until even what is kept is there: the loop does not wait.
+            let write = move || {
+                let written = kept.last().and_then(|last| write(&last, &kept.files, &word));
+                // Who waits for it may have ended.
+                let _heard = to.send(written);
+            };
+            let begun = thread::Builder::new().name("black-box".to_owned()).spawn(write);
+            begun.map(drop).map_err(|error| format!("no thread to write with: {error}"))
+        });
+        if let Err(why) = begun {
+            let _heard = to.send(Err(why));
+        }
+        self.writing = Some(Writing { wanted, outcome });
+    }
+
+    /// Tells whoever waits of a file that has been written.
+    fn written(&mut self) -> Vec<String> {
+        let Some(outcome) = self.writing.as_ref().and_then(|writing| writing.outcome.try_recv().ok()) else {
+            return Vec::new();
+        };
+        let Some(writing) = self.writing.take() else { return Vec::new() };
+        let said = outcome.as_ref().map(|written| written.file.as_str()).map_err(String::as_str);
+        for asker in &writing.wanted.askers {
+            match asker {
+                Asker::Page(answer, id) => reply(answer, *id, said.map(|file| Some(("file", file)))),
+                Asker::Program(word) => {
+                    if let Err(error) = black_box::answer(&self.domain, word, said) {
+                        tracing::warn!(%error, "cannot answer who asked for the last minutes");
+                    }
+                }
+            }
+        }
+        // Where nothing is kept, nobody expects a file.
+        let is_told = self.kept.is_ok() && !writing.wanted.failed.is_empty() || outcome.is_ok();
+        if is_told { vec![said_of(&writing.wanted, &outcome)] } else { Vec::new() }
+    }
+
+    /// Ends it: a failure whose file is not written yet gets a short one.
+    pub(crate) fn end(mut self) -> Vec<String> {
+        let mut told = Vec::new();
+        if let Some(Writing { wanted, outcome }) = self.writing.take()
+            && let Ok(outcome) = outcome.recv()
+        {
+            told.push(said_of(&wanted, &outcome));
+        }
+        if let Ok(kept) = &self.kept
+            && !self.waiting.failed.is_empty()
+        {
+            let written = kept
+                .last()
+                .and_then(|last| write(&last.newest(LAST_WORDS), &kept.files, &self.waiting.word()));
+            told.push(said_of(&self.waiting, &written));
+        }
+        told
+    }
+}
+
+impl Kept {
+    fn open(launch: &Launch, robot: &Robot, lesson: &Lesson) -> Result<Self, String> {
+        let console = &robot.leo.console;
+        let span = console.black_box_s.duration();
+        if span.is_zero() {
+            return Err("this robot keeps nothing of its last minutes: `console.black_box_s` is 0".to_owned());
+        }
+        let Some(state) = &launch.state else {
+            return Err("this robot remembers nothing: it has no state directory".to_owned());
+        };
+        let begin = || {
+            let domain = Domain::at(&launch.domain).map_err(|error| error.to_string())?;
+            let config = launch.config.as_deref();
+            let subject = Subject::load(config, Time::Wall, launch.partners, stands(lesson), PROGRAM);
+            let subject = subject.map_err(|error| error.to_string())?;
+            let bytes = console.black_box_mb.get().saturating_mul(1_000_000);
+            Recorder::keep(&domain, subject, span, bytes).map_err(|error| error.to_string())
+        };
+        let recorder = begin().map_err(|error| {
+            // A robot does not stand still for want of a black box.
+            tracing::error!("cannot keep the last minutes: {error}; the robot runs without");
+            format!("this robot keeps nothing of its last minutes: {error}")
+        })?;
+        let files = Files { folder: process::state::recordings(state), most: console.black_box_files.get() };
+        Ok(Self { recorder: Arc::new(recorder), files })
+    }
+
+    fn last(&self) -> Result<Last, String> {
+        self.recorder.last().map_err(|error| error.to_string())
+    }
+}
+
+impl Waiting {
+    /// A word for the name of its file.
+    fn word(&self) -> String {
+        self.failed.first().map_or_else(|| ASKED.to_owned(), |failed| failed.word.clone())
+    }
+}
+
+/// What people are told.
+fn said_of(wanted: &Waiting, outcome: &Result<Written, String>) -> String {
+    let what: Vec<&str> = wanted.failed.iter().map(|failed| failed.what.as_str()).collect();
+    let why = if what.is_empty() { String::new() } else { format!("{}; ", what.join(", ")) };
+    match outcome {
+        Ok(Written { file, span }) => format!("{why}the last {} s are in {file}", span.as_secs()),
+        Err(error) => format!("{why}the last minutes could not be written: {error}"),
+    }
+}
+
+/// Writes a file, and makes room for it. What could not be written whole is not left lying.
+fn write(last: &Last, files: &Files, word: &str) -> Result<Written, String> {
+    let in_folder = |error: std::io::Error| format!("{}: {error}", files.folder.display());
+    let file = files.next(word).map_err(in_folder)?;
+    // Whoever finds it finds all of it.
+    let unfinished = file.with_extension(files::UNFINISHED);
+    if let Err(error) = last.write(&unfinished) {
+        let _gone = std::fs::remove_file(&unfinished);
+        return Err(error.to_string());
+    }
+    std::fs::rename(&unfinished, &file).and_then(|()| files.thin_out()).map_err(in_folder)?;
+    Ok(Written { file: file.display().to_string(), span: last.span() })
+}

@@ -1,0 +1,52 @@
+use clock::Duration;
+use rustix::process::{Pid, Signal, kill_process};
+use serde_json::json;
+
+use crate::page::{Page, find, opened};
+use crate::robot::{PATIENCE, Robot};
+
+/// A page of the next life, at the address that the one before had.
+fn found_again(host: &str) -> Page {
+    let end = clock::now() + PATIENCE;
+    while opened(host, &format!("http://{host}")).is_err() {
+        assert!(clock::now() < end, "nobody listens at {host} any more");
+        clock::sleep_until(clock::now() + Duration::from_millis(20));
+    }
+    Page::open(host)
+}
+
+#[test]
+fn what_is_held_goes_back_when_the_console_dies_and_its_next_life_is_found_at_the_same_address() {
+    const BLOCK: &str = "red square";
+    let robot = Robot::start("console-death");
+    let mut page = Page::open(&robot.host);
+    page.wait("a robot at work", |cells| {
+        let console = cells.get("process/console").is_some_and(|row| row["pid"].as_u64() > Some(0));
+        console && cells.get("workspace").is_some_and(|workspace| workspace["simulated"] == true)
+    });
+    page.must("clear", json!({}));
+    page.wait("an empty table", |cells| !cells.values().any(|cell| cell["kind"] == "object"));
+    page.must("add", json!({ "kind": "square", "colour": "red", "at": [-0.2, 0.8] }));
+    page.wait("the block at rest", |cells| find(cells, BLOCK).is_some_and(|block| block["held"].is_null()));
+    let before = page.thing(BLOCK).expect("is there")["p"].clone();
+    page.must("take", json!({ "thing": BLOCK }));
+    page.must("carry", json!({ "at": [0.2, 0.6, 0.2] }));
+    page.wait("it in the hand", |cells| {
+        find(cells, BLOCK).is_some_and(|block| !block["held"].is_null() && block["p"] != before)
+    });
+    let pid = page.cells["process/console"]["pid"].as_i64().expect("a number");
+    let pid = Pid::from_raw(i32::try_from(pid).expect("a number")).expect("a process");
+    kill_process(pid, Signal::KILL).expect("it lives");
+    drop(page);
+
+    let mut page = found_again(&robot.host);
+    page.wait("another life of the console", |cells| {
+        cells.get("process/console").is_some_and(|row| row["restarts"] == 1)
+    });
+    page.wait("the block back where it was", |cells| {
+        find(cells, BLOCK).is_some_and(|block| block["held"].is_null() && block["p"] == before)
+    });
+    // What led to it went with it: the black box is the console's own. It goes on from here.
+    let kept = page.must("keep", json!({}));
+    assert!(kept["file"].as_str().is_some_and(|file| file.ends_with("_asked.mcap")), "{kept}");
+}
