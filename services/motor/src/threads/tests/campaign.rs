@@ -7,10 +7,8 @@ use crate::tests::campaign::{ROUND, faults, swing};
 
 /// The realtime tick counts milliseconds modulo this.
 const WRAP_MS: f64 = 32_768.0;
-/// A reading may be so much older than its question: two cycles. On a machine with far more to do than it has
-/// cores for, one in some hundred thousand is, by a few milliseconds and for a reason that is not known.
-/// Answers that a fault makes late are older when they come.
-const OLD_MS: f64 = 9.0;
+/// The tick counts whole milliseconds.
+const RESOLUTION_MS: f64 = 1.0;
 /// How long everybody may take to come back, on a machine that is loaded.
 const BACK: Duration = Duration::from_secs(60);
 
@@ -22,10 +20,10 @@ struct Seen {
     away: u64,
 }
 
-/// Whether a reading with this tick was sampled long before it was asked for, of a servo whose clock began at
+/// Whether a reading with this tick was sampled before it was asked for, of a servo whose clock began at
 /// an instant.
 fn is_stale(tick_ms: u16, started_at: Instant, asked_at: Instant) -> bool {
-    let behind_ms = asked_at.since(started_at).as_secs_f64() * 1e3 - f64::from(tick_ms) - OLD_MS;
+    let behind_ms = asked_at.since(started_at).as_secs_f64() * 1e3 - f64::from(tick_ms) - RESOLUTION_MS;
     (behind_ms + WRAP_MS / 2.0).rem_euclid(WRAP_MS) > WRAP_MS / 2.0
 }
 
