@@ -24,7 +24,7 @@ const WRITES_WITHIN: Duration = Duration::from_secs(60);
 /// Look at a running robot, and put down what its buffers hold.
 #[derive(Args, Clone, Debug)]
 #[command(
-    after_help = "Example:\n  leo record morning.mcap --for 60\n  leo record --black-box\n\nCtrl-C ends it. \
+    after_help = "Examples:\n  leo record morning.mcap --for 60\n  leo record --black-box\n\nCtrl-C ends it. \
                         docs/recording.md says what is in the file."
 )]
 pub(crate) struct Record {
