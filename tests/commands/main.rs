@@ -199,11 +199,30 @@ fn a_memory_that_cannot_be_had_is_refused_before_anything_starts() {
 
 #[test]
 fn every_command_has_help_with_an_example() {
-    for command in ["", "run", "teach", "record", "replay", "believe", "top", "check", "bench"] {
+    let commands = [
+        "",
+        "run",
+        "teach",
+        "study",
+        "tasks",
+        "believe",
+        "learn",
+        "record",
+        "replay",
+        "top",
+        "emergency-stop",
+        "bus",
+        "check",
+        "bench",
+        "mock-bus",
+    ];
+    for command in commands {
         let arguments: Vec<&str> = [command, "--help"].into_iter().filter(|word| !word.is_empty()).collect();
         let told = tell(&arguments);
         assert_eq!((told.status, told.err.as_str()), (Some(0), ""), "{command}");
-        assert!(told.out.contains("Example:\n  leo "), "{}", told.out);
+        let has_example =
+            ["Example", "Examples"].iter().any(|word| told.out.contains(&format!("{word}:\n  leo ")));
+        assert!(has_example, "{}", told.out);
     }
 }
 
