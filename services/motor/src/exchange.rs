@@ -78,6 +78,8 @@ impl Master {
     /// once how it is.
     pub fn exchange(&mut self, port: &mut impl Port, request: &Request, replies: &mut Replies) {
         replies.clear();
+        // A line that was lost in the middle of an answer leaves a piece of it.
+        self.parser.clear();
         if let Err(lost) = self.converse(port, request, replies) {
             replies.lose(lost);
         }
@@ -110,10 +112,12 @@ impl Master {
                 let silent = usize::from(replies.spoilt(part.topic) == 0);
                 again = self.ask_again(part, &heard, silent);
                 if let Some((again, bytes)) = &again {
-                    self.ask(port, again, bytes.get(..again.sent).unwrap_or_default(), replies)?;
+                    let first_at = replies.asked_at(part.topic);
+                    let heard = self.ask(port, again, bytes.get(..again.sent).unwrap_or_default(), replies);
                     // A late answer to the first question looks like one to the second, which is of the
                     // same length: of neither is known more than that it was sampled after the first.
-                    replies.asked(Topic::Again, replies.asked_at(part.topic));
+                    replies.asked(Topic::Again, first_at);
+                    heard?;
                 }
             }
         }

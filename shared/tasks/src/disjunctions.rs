@@ -8,7 +8,7 @@ use crate::bits::{Bits, numbers};
 use crate::case::{Case, Kind};
 use crate::hypothesis::{Hypothesis, Scored};
 use crate::lexicon::{Key, Mask, Seen, key_mask, present};
-use crate::log_sum::LogSum;
+use crate::log_sum::{LogSum, ROUNDING};
 use crate::weight::Weight;
 
 /// For every template T ⊆ F the classes of the changed objects, of each demonstration by itself
@@ -276,7 +276,7 @@ impl Disjunctions {
             }
             // Where every object has every feature, a larger template has no fewer classes.
             let bound = weight.bound(node.fewest_classes, node.features, seen.values().len());
-            let hopeless = best.tally == cases.len() && bound < best.score_of_tally - within.max(NATS);
+            let hopeless = best.tally == cases.len() && bound < best.score_of_tally - within.max(ROUNDING);
             if hopeless && seen.is_complete() {
                 pruned.push(node.mask);
             }
@@ -337,7 +337,7 @@ impl Disjunctions {
         weight: &Weight,
         asked: &[Key],
     ) -> (f64, Vec<f64>) {
-        let (templates, _, log_total) = self.take(cases, seen, weight, NATS);
+        let (templates, _, log_total) = self.take(cases, seen, weight, ROUNDING);
         let log_none = log_total + log_of(&self.logs, cases.len());
         let mut about = vec![0.0; asked.len()];
         if log_total == f64::NEG_INFINITY {
@@ -391,6 +391,3 @@ fn keep_best(admitted: &mut Vec<Admitted>, most: usize) {
 fn log_of(logs: &[f64], number: usize) -> f64 {
     logs.get(number).copied().unwrap_or(f64::NEG_INFINITY)
 }
-
-/// What is further below the best than this is lost in the rounding of a sum.
-const NATS: f64 = 40.0;

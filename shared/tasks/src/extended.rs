@@ -8,7 +8,7 @@ use crate::case::{Case, Verdict, Witness};
 use crate::dnf::Descriptions;
 use crate::hypothesis::{Hypothesis, Scored};
 use crate::lexicon::{Key, Lexicon, Mask, Seen};
-use crate::log_sum::LogSum;
+use crate::log_sum::{LogSum, ROUNDING};
 use crate::selection::{Extent, Place};
 use crate::table::Table;
 use crate::{Relation, Selection};
@@ -256,9 +256,6 @@ impl Extended {
         }
     }
 }
-
-/// What is further below the best than this is lost in the rounding of a sum.
-const ROUNDING: f64 = 40.0;
 
 /// How a hypothesis does.
 #[derive(Clone, Copy, Debug)]

@@ -6,7 +6,7 @@ use std::cmp::Ordering;
 use std::collections::{BTreeMap, BinaryHeap};
 
 use rustc_hash::FxHashMap;
-use scale::{ROUNDING, Scale, Total, net, softplus};
+use scale::{LOST, Scale, Total, net, softplus};
 
 use crate::Selection;
 use crate::case::{Case, Verdict};
@@ -145,7 +145,7 @@ impl Factored {
         members.extend(asked.iter().map(|&key| Member { key, count: Count::default(), is_seen: false }));
         each_template(&members, scale.features, Total::nothing(scale), |mask, total, classes| {
             visit(mask, &total, classes);
-            scale.bound(mask, &total) >= improve(mask, &total) - within.max(ROUNDING)
+            scale.bound(mask, &total) >= improve(mask, &total) - within.max(LOST)
         });
         best
     }

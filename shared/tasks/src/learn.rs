@@ -5,6 +5,7 @@ use crate::figure::{Shown as ShownFigure, rank_figures};
 use crate::goal::{Demonstration, Goal, Shown};
 use crate::inquiry::{Asking, Inquiry, inquire};
 use crate::lexicon::Lexicon;
+use crate::log_sum::ROUNDING;
 use crate::rank::{Subject, rank};
 use crate::selection::{Place, frame_of};
 #[cfg(test)]
@@ -13,8 +14,6 @@ use crate::{Effect, FigureRule, Language, Object, Prior, Rule, Settings, Signatu
 
 /// Rules given for each goal at most.
 const RULES_MOST: usize = 512;
-/// Hypotheses further below the best than this have no share of the posterior, in nats.
-const NATS: f64 = 40.0;
 /// Hypotheses further below the best than this are not worth asking about, in nats.
 const INQUIRING: f64 = 10.0;
 
@@ -162,7 +161,7 @@ impl Learning {
 
     /// What the examples so far come to.
     pub fn learned(&mut self) -> Learned {
-        self.leading(RULES_MOST, NATS)
+        self.leading(RULES_MOST, ROUNDING)
     }
 
     /// As [`Learning::learned`], but only so many rules for each goal, and from hypotheses no more
@@ -241,7 +240,7 @@ impl Learning {
     pub(crate) fn rules(&mut self, goal: &Signature) -> Vec<Rule> {
         let Self { language, settings, lexicon, demonstrations, goals, .. } = self;
         let Some(goal) = goals.get_mut(goal) else { return Vec::new() };
-        let scored = goal.hypotheses(lexicon, settings, NATS, usize::MAX);
+        let scored = goal.hypotheses(lexicon, settings, ROUNDING, usize::MAX);
         let subject = Subject { language, lexicon, goal, examples: demonstrations.len() };
         rank(&subject, scored, settings, usize::MAX)
     }
@@ -250,7 +249,7 @@ impl Learning {
     pub(crate) fn hypotheses(&mut self, goal: &Signature) -> Vec<(Template, BTreeSet<Class>, usize)> {
         let Self { settings, lexicon, goals, .. } = self;
         let Some(goal) = goals.get_mut(goal) else { return Vec::new() };
-        let scored = goal.hypotheses(lexicon, settings, NATS, usize::MAX);
+        let scored = goal.hypotheses(lexicon, settings, ROUNDING, usize::MAX);
         let named = scored.hypotheses.into_iter().map(|one| {
             let classes = one.classes.into_iter().map(|key| lexicon.class(one.mask, key)).collect();
             (lexicon.template(one.mask), classes, one.tally)

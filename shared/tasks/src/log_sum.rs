@@ -1,3 +1,6 @@
+/// What is so many nats below the largest number of a sum is lost in its rounding.
+pub(crate) const ROUNDING: f64 = 40.0;
+
 /// A sum of numbers given by their logarithms, kept by its logarithm.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct LogSum {

@@ -4,6 +4,7 @@ use quantity::number::{float, float_of_count, float_of_signed};
 
 use crate::hypothesis::Prior;
 use crate::lexicon::{Key, Mask, present};
+use crate::log_sum::ROUNDING;
 use crate::partition::{Count, Sum};
 
 /// What is the same for every template.
@@ -26,9 +27,9 @@ pub(super) struct Scale {
 
 /// Differences between what was changed and left out of a class for which the logarithms are at hand.
 const TABLED: i64 = 256;
-/// What is further below the best than this is lost in the rounding of a sum, in nats; so it is if all
-/// templates are.
-pub(super) const ROUNDING: f64 = 40.0 + 8.5;
+/// What is so many nats below the best is lost in the rounding of the sum, even if each of 4,096 templates weighs
+/// as much: ln 4096 is 8.3.
+pub(super) const LOST: f64 = ROUNDING + 8.5;
 
 impl Scale {
     pub(super) fn new(

@@ -74,8 +74,10 @@ fn campaign(lasts: Duration) {
         (rig.motor.counts().stale, rig.threads.fared().map(|(skipped, _)| skipped).sum());
     println!("{seen:?}, {stale} stale answers dropped, {skipped} requests left out");
     assert!(seen.away > 0 && stale > 0, "the faults did nothing");
-    // An overloaded machine leaves requests out; enough was read all the same.
-    assert!(seen.readings > 65 * seen.cycles / 8, "{seen:?}");
+    // A machine that has too much to do leaves requests out. Of those that went out, to 13 servos each, most
+    // readings came.
+    let requests = 5 * seen.cycles - skipped;
+    assert!(seen.readings > 13 * requests / 2, "{seen:?}, {requests} requests");
     // A person comes and looks.
     rig.ptys.as_ref().unwrap().inject(&[]);
     rig.motor.start_anew();
