@@ -26,19 +26,68 @@ impl Port for Laggard {
     }
 }
 
-#[test]
-fn a_late_answer_to_the_first_question_does_not_pass_for_a_sample_made_after_the_second() {
-    let ids = [1, 2].map(|id| Id::new(id).unwrap());
-    let line = Line::new(ids.map(|id| Servo::new(Model::Xm430W350, id, 0.0, Instant::EPOCH)).into());
-    let mut port = Laggard { line, now: Instant::EPOCH, late: Vec::new(), there: Vec::new() };
-    let (mut request, mut replies) = (Request::default(), Replies::default());
+/// A question about where two servos are.
+fn question(ids: [Id; 2]) -> Request {
     let (address, length) = (Reading::ITEM.address, Reading::ITEM.length);
+    let mut request = Request::default();
     request.add(Topic::Each, ids, usize::from(length), |out| {
         Instruction::SyncRead { address, length, ids: &[1, 2] }.encode(Address::All, out).unwrap()
     });
+    request
+}
 
-    let patience = Duration::from_millis(1);
-    Master::new(4_000_000, (patience, patience)).exchange(&mut port, &request, &mut replies);
+fn two_servos() -> ([Id; 2], Line) {
+    let ids = [1, 2].map(|id| Id::new(id).unwrap());
+    (ids, Line::new(ids.map(|id| Servo::new(Model::Xm430W350, id, 0.0, Instant::EPOCH)).into()))
+}
+
+const PATIENCE: (Duration, Duration) = (Duration::from_millis(1), Duration::from_millis(1));
+
+/// Two servos on a line that is lost in the middle of the first answer.
+struct Torn {
+    line: Line,
+    there: Vec<u8>,
+    breaks: bool,
+}
+
+impl Port for Torn {
+    fn send(&mut self, bytes: &[u8], _within: Duration) -> Result<Sent, Lost> {
+        self.there.clear();
+        self.line.hear(Instant::EPOCH, bytes, &mut self.there);
+        Ok(Sent { at: Instant::EPOCH, late: 0 })
+    }
+
+    fn receive(&mut self, into: &mut [u8], _within: Duration) -> Result<usize, Lost> {
+        let there = std::mem::take(&mut self.there);
+        if self.breaks && there.is_empty() {
+            self.breaks = false;
+            return Err(Lost::HangUp);
+        }
+        let there = if self.breaks { &there[..12] } else { &there[..] };
+        into[..there.len()].copy_from_slice(there);
+        Ok(there.len())
+    }
+}
+
+#[test]
+fn what_a_lost_line_left_is_not_counted_when_it_is_back() {
+    let (ids, line) = two_servos();
+    let mut port = Torn { line, there: Vec::new(), breaks: true };
+    let (request, mut replies) = (question(ids), Replies::default());
+    let mut master = Master::new(4_000_000, PATIENCE);
+    master.exchange(&mut port, &request, &mut replies);
+    assert_eq!(replies.lost, Some(Lost::HangUp));
+    master.exchange(&mut port, &request, &mut replies);
+    assert_eq!(replies.about(Topic::Each).count(), 2);
+    assert_eq!((replies.late, replies.noisy, replies.spoilt(Topic::Each)), (0, false, 0));
+}
+
+#[test]
+fn a_late_answer_to_the_first_question_does_not_pass_for_a_sample_made_after_the_second() {
+    let (ids, line) = two_servos();
+    let mut port = Laggard { line, now: Instant::EPOCH, late: Vec::new(), there: Vec::new() };
+    let mut replies = Replies::default();
+    Master::new(4_000_000, PATIENCE).exchange(&mut port, &question(ids), &mut replies);
 
     let late = replies.about(Topic::Again).next().expect("it is taken");
     let sampled = Reading::parse(Model::Xm430W350, late.params).unwrap();
