@@ -10,16 +10,19 @@ use servo::mock::Kind;
 
 use super::rig::{PERIOD, Rig, Time};
 use clock::Duration;
+use standstill::Standstill;
 
 mod answers;
 mod body;
 mod servos;
+mod standstill;
 
 /// For how long of the machine's time a silent servo is waited for in simulated time.
 const PATIENCE: Duration = Duration::from_millis(60);
-/// How often a row is tried with the same joints: a machine that stands still for longer than
-/// [`PATIENCE`] makes well servos look silent.
+/// How often a row is tried with the same joints where the machine was seen to stand still for
+/// [`STILL`] meanwhile, which makes well servos look silent. Otherwise it is tried once.
 const TRIES: u32 = 10;
+const STILL: Duration = Duration::from_millis(15);
 
 /// A robot in simulated time, of which all joints follow.
 fn following() -> Rig {
@@ -68,14 +71,16 @@ type Verdict = Result<(), String>;
 
 /// Has every joint struck, one of every bus at a time, on a robot that is well.
 fn in_turn(rig: &mut Rig, row: impl Fn(&mut Rig, &[usize]) -> Verdict) {
+    let standstill = Standstill::new();
     for struck in rounds(rig) {
         let mut verdict = Ok(());
         for _ in 0..TRIES {
             calm(rig);
             // All joints are on their way somewhere.
             rig.share = -rig.share;
+            standstill.longest();
             verdict = row(rig, &struck);
-            if verdict.is_ok() {
+            if verdict.is_ok() || standstill.longest() < STILL {
                 break;
             }
             // Whatever it has latched meanwhile.

@@ -125,7 +125,7 @@ fn duplicated(rig: &mut Rig, struck: &[usize]) -> Verdict {
     let (on_bus, others): (Vec<usize>, Vec<usize>) = (0..65).partition(|&joint| twin(joint).is_some());
     let ids: Vec<u8> =
         on_bus.iter().filter_map(|&joint| Some(rig.robot.motor.joints[twin(joint)?].id)).collect();
-    // Three spoilt answers, and twelve questions in cycles with nothing else to say.
+    // Three spoilt answers, and sixteen questions in cycles with nothing else to say.
     within(rig, 40, |rig| are(rig, &on_bus, JointMode::Limp, JointCause::DuplicateId))?;
     for (&joint, id) in on_bus.iter().zip(ids) {
         let (name, trouble) = (&rig.robot.motor.joints[joint].name, rig.motor.trouble(joint));
