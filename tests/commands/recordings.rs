@@ -297,6 +297,7 @@ fn a_disk_that_is_full_ends_the_recording_with_one_error_and_not_the_robot() {
     robot.interrupt();
     let told = robot.end();
     assert_eq!(told.status, Some(0), "{told:?}");
+    assert!(!told.out.contains("starts anew") && !told.err.contains("starts anew"), "{told:?}");
 }
 
 #[test]

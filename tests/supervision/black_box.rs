@@ -9,9 +9,6 @@ use rustix::process::Signal;
 
 use super::robot::{Robot, leo, signal, wait_until};
 
-/// On a machine that is busy with other tests a heart may be late; only the killed shall start anew.
-const PATIENT: (&str, &str) = ("heartbeat_timeout_ms", "30000.0");
-
 /// The lives of the belief process that a recording holds, and how long before and after the
 /// first frame of the second life it reaches.
 fn lives(file: &Path) -> (Vec<u64>, Duration, Duration) {
@@ -56,7 +53,7 @@ fn asked(robot: &Robot) -> (Option<i32>, String, String) {
 
 #[test]
 fn what_was_before_a_death_and_after_it_is_in_a_file() {
-    let robot = Robot::ready("black-box", &[PATIENT, ("black_box_files", "2")]);
+    let robot = Robot::ready("black-box", &[("black_box_files", "2")]);
     assert!(robot.works(), "{}", robot.said());
     let believes = || robot.cycles().get("belief").is_some_and(|cycles| *cycles > 600);
     assert!(wait_until(believes), "{}", robot.said());
@@ -79,7 +76,7 @@ fn what_was_before_a_death_and_after_it_is_in_a_file() {
 
 #[test]
 fn an_emergency_stop_and_a_joint_without_a_servo_are_failures_and_an_end_in_order_is_none() {
-    let mut robot = Robot::ready("stopped-box", &[PATIENT]);
+    let mut robot = Robot::ready("stopped-box", &[]);
     assert!(robot.works(), "{}", robot.said());
     fs::write(robot.domain().join("emergency-stop"), "a test\n").expect("raised");
     let file = file_of(&robot, "emergency-stop");
@@ -88,7 +85,7 @@ fn an_emergency_stop_and_a_joint_without_a_servo_are_failures_and_an_end_in_orde
     assert!(robot.end().success(), "{}", robot.said());
     assert_eq!(robot.black_boxes(), [file]);
 
-    let mut robot = Robot::start("absent-box", &[PATIENT, ("faults", r#"["drop bus=torso id=5 p=1"]"#)]);
+    let mut robot = Robot::start("absent-box", &[("faults", r#"["drop bus=torso id=5 p=1"]"#)]);
     file_of(&robot, "quarantine");
     // Before the time between two files is over, the end writes what the last failure left to write.
     signal(robot.processes()["sensor"], Signal::KILL);
@@ -101,7 +98,7 @@ fn an_emergency_stop_and_a_joint_without_a_servo_are_failures_and_an_end_in_orde
 
 #[test]
 fn a_robot_without_a_black_box_says_so() {
-    let robot = Robot::ready("no-box", &[PATIENT, ("black_box_s", "0.0")]);
+    let robot = Robot::ready("no-box", &[("black_box_s", "0.0")]);
     let (status, out, err) = asked(&robot);
     assert_eq!((status, out.as_str()), (Some(1), ""));
     assert!(err.contains("`console.black_box_s` is 0"), "{err}");
