@@ -1,21 +1,27 @@
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
+use clock::Duration;
 use config::Robot;
 use message::{
     Beliefs, Event, EventKind, Events, Header, Hop, JointGoal, JointGoals, JointStates, Process, Utterance,
     Utterances,
 };
 use process::{Failure, Launch, Member, Progress, state};
-use store::{OpenError, WriteError};
+use store::OpenError;
 use tasks::Task;
 use transport::{Frame, Inlet, Outlet};
 
-use crate::keeper::Keeper;
+use crate::keeper::{Keeper, Outcome};
 use crate::reports::{Report, Reports};
 use crate::{Input, Kept, Learner, LeoBody, Memory, Output, Settings, Vocabulary};
 
 /// Events that one frame holds; more go into further frames.
 const EVENTS: usize = 64;
+/// After this long what could not be kept is tried again.
+const KEEP_AGAIN: Duration = Duration::from_secs(5);
+
+/// Why an example cannot be kept.
+type Unkept = Box<dyn std::error::Error + Send + Sync>;
 
 /// Learns and performs until the process is told to stop.
 ///
@@ -32,8 +38,8 @@ pub fn run(launch: &Launch, robot: &Robot) -> Result<(), Failure> {
     let mut events = member.outlet::<Events>(None, EVENTS)?;
     let mut goals = member.outlet::<JointGoals>(None, robot.motor.joints.len())?;
     let (memory, known) = remembered(launch.state.as_deref())?;
-    let keep = move |kept: &Kept| memory.as_ref().map_or(Ok(()), |memory| memory.keep(kept));
-    let mut keeper = Keeper::start(keep).map_err(Failure::own)?;
+    let file = launch.state.as_deref().filter(|_| memory.is_some()).map(state::learned);
+    let mut keeper = Keeper::start(keeping(file, memory), KEEP_AGAIN).map_err(Failure::own)?;
     let mut reports = Reports::default();
     let vocabulary = Vocabulary::of(&robot.percepts).map_err(Failure::own)?.with_names(&leo.belief.names);
     let body = LeoBody::new(robot).map_err(Failure::own)?;
@@ -78,10 +84,10 @@ pub fn run(launch: &Launch, robot: &Robot) -> Result<(), Failure> {
             save.into_iter().try_for_each(|kept| keeper.keep(kept)).map_err(Failure::own)?;
             if member.is_lockstep() {
                 // How long the disk takes is no part of simulated time.
-                await_kept(&mut keeper, &mut reports)?;
+                await_kept(now.as_nanos(), &mut keeper, &mut reports)?;
             }
-            while let Some((kept, result)) = keeper.kept() {
-                reports.saved(complaint(&kept, result));
+            while let Some(outcome) = keeper.kept() {
+                report(now.as_nanos(), outcome, &mut reports);
             }
             tell(&mut reports, &mut events)?;
             member.health().drops = beliefs.drops() + utterances.drops() + joint_states.drops();
@@ -90,23 +96,47 @@ pub fn run(launch: &Launch, robot: &Robot) -> Result<(), Failure> {
         }
         member.end_call(Progress::More)?;
     }
-    await_kept(&mut keeper, &mut reports)?;
+    await_kept(member.now().as_nanos(), &mut keeper, &mut reports)?;
     tell(&mut reports, &mut events)
 }
 
-/// Waits until all examples are durable, or are known not to become so.
-fn await_kept(keeper: &mut Keeper<WriteError>, reports: &mut Reports) -> Result<(), Failure> {
-    while let Some((kept, result)) = keeper.wait().map_err(Failure::own)? {
-        reports.saved(complaint(&kept, result));
+/// Keeps examples in a file, if there is one.
+fn keeping(file: Option<PathBuf>, mut memory: Option<Memory>) -> impl FnMut(&Kept) -> Result<(), Unkept> {
+    move |kept| {
+        let Some(file) = &file else { return Ok(()) };
+        // After an error of the disk a file takes nothing more until it is opened anew.
+        let open = match memory.take() {
+            Some(open) => open,
+            None => Memory::open(file)?,
+        };
+        open.keep(kept)?;
+        memory = Some(open);
+        Ok(())
+    }
+}
+
+/// Waits until all examples are durable, or are known not to be.
+fn await_kept(now_ns: u64, keeper: &mut Keeper<Unkept>, reports: &mut Reports) -> Result<(), Failure> {
+    while let Some(outcome) = keeper.wait().map_err(Failure::own)? {
+        report(now_ns, outcome, reports);
     }
     Ok(())
 }
 
-/// What is said where an example cannot be kept.
-fn complaint(kept: &Kept, result: Result<(), WriteError>) -> Option<Event> {
-    let complaint = result.err()?;
-    tracing::error!(task = kept.task, "{complaint}");
-    Some(Event::new(EventKind::Said, &kept.task, "I learned it, but I cannot remember it beyond today"))
+/// Reports what became of an example.
+fn report(now_ns: u64, outcome: Outcome<Unkept>, reports: &mut Reports) {
+    let said = |kept: &Kept, words| Event::new(EventKind::Said, &kept.task, words);
+    match outcome {
+        Outcome::Durable(_) => reports.saved(None),
+        Outcome::Owed(kept, error) => {
+            tracing::error!(task = kept.task, "{error}; it is tried again every {} s", KEEP_AGAIN.as_secs());
+            reports.saved(Some(said(&kept, "I learned it, but I cannot remember it beyond today")));
+        }
+        Outcome::AtLast(kept) => {
+            tracing::info!(task = kept.task, "what was learned is kept now");
+            reports.push(now_ns, 0, vec![said(&kept, "now I can remember it beyond today")]);
+        }
+    }
 }
 
 /// Reports what may be told by now: what Leo says it learned is durable.

@@ -16,8 +16,8 @@ const END_WITHIN: Duration = Duration::from_secs(1);
 ///
 /// # Errors
 ///
-/// The configuration is refused, a bus cannot be opened, the domain cannot be joined, or the
-/// middleware failed.
+/// The configuration is refused, a device is no serial line or another program has it, the domain cannot
+/// be joined, or the middleware failed.
 pub fn run(launch: &Launch, robot: &Robot) -> Result<(), Failure> {
     let leo = &robot.leo;
     let mut member = Member::join(launch, Process::Motor, &leo.buffers, &leo.motor.realtime)?;
@@ -33,7 +33,7 @@ pub fn run(launch: &Launch, robot: &Robot) -> Result<(), Failure> {
     } else {
         (leo.motor.answer_within_ms.duration(), 2 * period)
     };
-    // A device may still be starting. In lockstep the mock servo bus has to be there at every turn.
+    // In lockstep the mock servo bus has to be there at every turn. Otherwise a device may be plugged in later.
     let until = clock::now() + leo.supervisor.ready_within_ms.duration() / 2;
     // Simulated time has no emergencies.
     let emergency = if launch.lockstep { None } else { Some(Emergency::watch(&launch.domain)?) };

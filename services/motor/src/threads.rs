@@ -80,20 +80,20 @@ pub enum ThreadError {
 
 impl Threads {
     /// Opens the line of every bus, those of the mock servo bus in `folder`, and starts its
-    /// thread. Lines may appear until `until`; those of the mock servo bus, where it `may_be_gone`,
-    /// at any time: it is a process of its own that may be starting anew just now. A servo may be
-    /// silent for `patience` as in [`Master::new`]. Where the cycle gives a bus nothing to do and
+    /// thread. Lines may appear until `until`; where they `may_be_absent`, at any time, and their bus is lost
+    /// until then: adapters are plugged in later than a machine starts, and the mock servo bus is a process
+    /// that may be starting anew just now. A servo may be silent for `patience` as in [`Master::new`]. Where the cycle gives a bus nothing to do and
     /// the emergency stop is raised, the bus switches every torque off by itself.
     ///
     /// # Errors
     ///
-    /// A line cannot be opened, or there is no thread.
+    /// A line cannot be opened though it is there, or must be; or there is no thread.
     pub fn start(
         buses: &[Bus],
         folder: &Path,
         patience: (Duration, Duration),
         until: Instant,
-        may_be_gone: bool,
+        may_be_absent: bool,
         lookout: &Lookout,
     ) -> Result<Self, ThreadError> {
         let ends = buses
@@ -105,7 +105,12 @@ impl Threads {
                 };
                 let tty = match Tty::open(&path, bus.baud) {
                     Ok(tty) => Some(tty),
-                    Err(_) if is_mock && may_be_gone => None,
+                    Err(absent @ OpenError::Device { .. }) if may_be_absent => {
+                        if !is_mock {
+                            tracing::warn!("bus `{}`: {absent} Until it is, no joint moves", bus.name);
+                        }
+                        None
+                    }
                     Err(_) => Some(
                         open_until(&path, bus.baud, until)
                             .map_err(|source| ThreadError::Open { bus: bus.name.clone(), source })?,

@@ -96,19 +96,22 @@ fn servos_whose_commander_died_in_motion_stop_by_themselves() {
 }
 
 #[test]
-fn a_mock_servo_bus_may_come_after_the_motor() {
+fn a_mock_servo_bus_may_come_after_the_motor_and_an_adapter_too() {
     let mut rig = Rig::new(Time::Wall);
     rig.ptys = None;
-    let buses = &rig.robot.motor.buses;
+    let mut buses = rig.robot.motor.buses.clone();
+    // As if it were not the mock's: of a device its path is all that is known.
+    let path = rig.folder.path().join(format!("bus-{}", buses[0].name));
+    buses[0].device = Device::Tty(path);
     let (patience, calm) = ((PERIOD / 4, 2 * PERIOD), Lookout::default());
-    rig.threads = Threads::start(buses, rig.folder.path(), patience, Instant::EPOCH, true, &calm).unwrap();
+    rig.threads = Threads::start(&buses, rig.folder.path(), patience, Instant::EPOCH, true, &calm).unwrap();
     rig.until("lost", |state| state.cause() == Some(JointCause::BusLost));
     rig.ptys = Some(Ptys::open(&rig.robot.motor, rig.folder.path(), false).unwrap());
     rig.until("following", follows);
 }
 
 #[test]
-fn a_device_that_is_not_there_is_named() {
+fn a_device_that_must_be_there_and_is_not_is_named() {
     let robot = config::Robot::load(None).unwrap();
     let started = Threads::start(
         &robot.motor.buses,

@@ -1,0 +1,44 @@
+use std::process::{Command, Stdio};
+
+use super::house::{Leo, leo, short_lesson, write};
+
+/// Teaches a robot whose disk is full by then and has room again later, and says what it remembers.
+const SCRIPT: &str = r#"
+mkdir "$1" && mount -t tmpfs -o size=6m tmpfs "$1" || exit 77
+export XDG_STATE_HOME="$1"
+"$0" run --lesson "$2" --stay >"$1.said" 2>&1 &
+hear() {
+    for _ in $(seq 1200); do grep -q "$1" "$2.said" && return; sleep 0.05; done
+    cat "$2.said"; echo "not heard: $1"; kill -INT $!; exit 1
+}
+hear "watches how to do" "$1"
+dd if=/dev/zero of="$1/fill" bs=1k 2>/dev/null
+hear "I cannot remember it beyond today" "$1"
+rm "$1/fill"
+hear "now I can remember it beyond today" "$1"
+kill -INT $!; wait $!; echo "ended: $?"
+cat "$1.said"
+"$0" tasks list
+"#;
+
+#[test]
+fn what_is_learned_on_a_full_disk_is_kept_once_there_is_room() {
+    let (command, files) = leo(&[]);
+    let lesson = write(&files, "lesson.toml", &short_lesson());
+    let state = files.path().join("disk").display().to_string();
+    let mut inside = Command::new("unshare");
+    inside.args(["--mount", "sh", "-c", SCRIPT]).arg(command.get_program()).args([&state, &lesson]);
+    inside.current_dir(env!("CARGO_MANIFEST_DIR")).stdin(Stdio::null());
+    let told = Leo::start(inside, files).end();
+    if told.status == Some(77) || told.err.starts_with("unshare:") {
+        eprintln!("SKIPPED: needs `unshare --mount` and the right to mount a tmpfs");
+        return;
+    }
+    assert_eq!(told.status, Some(0), "{told:?}");
+    assert!(told.out.contains("ended: 0") && !told.out.contains("starts anew"), "{told:?}");
+    let complaints = told.out.matches("No space left on device").count();
+    assert_eq!(complaints, 1, "{told:?}");
+    assert!(told.out.contains("it is tried again every 5 s"), "{told:?}");
+    let last: Vec<_> = told.out.lines().last().unwrap_or_default().split_whitespace().collect();
+    assert_eq!(last, ["task", "1", "1", "examples", "all"], "{told:?}");
+}
