@@ -1,7 +1,9 @@
 #!/usr/bin/env bash
 # Runs the package's service under a systemd of its own, in namespaces over a copy of this machine's root that is
 # thrown away: package/boot.sh PACKAGE.deb. It starts it, starves its watchdog by a process that hangs and
-# cannot be replaced, sees it started anew, and stops it: about a minute. Needs root, overlayfs and systemd.
+# cannot be replaced, sees it started anew, takes away its real-time rights, an adapter and the room on its disk,
+# and stops it: about three minutes. With WRONG_CLOCK=1 it also puts the clock a year ahead and back, which is the
+# machine's own: there is one for all namespaces. Needs root, overlayfs and systemd.
 set -euo pipefail
 
 if [ "${1:-}" != --inside ]; then
@@ -45,6 +47,7 @@ cat >"$root/etc/systemd/system/probe.service" <<'UNIT'
 Type=oneshot
 StandardOutput=file:/probe/told
 StandardError=inherit
+PassEnvironment=WRONG_CLOCK
 ExecStart=/bin/bash /probe/probe.sh
 ExecStopPost=/bin/systemctl exit
 UNIT
@@ -75,6 +78,56 @@ expect restarts "$(show NRestarts)" "[1-5]"
 [ "$(show MainPID)" != "$supervisor" ]
 echo "started anew: $(show StatusText)"
 
+# What the robot has said since it was started last.
+said() { journalctl "_SYSTEMD_INVOCATION_ID=$(show InvocationID)" --no-pager -o cat; }
+until_said() {
+  for _ in $(seq 60); do if [[ "$(said)" = *"$1"* ]]; then return; fi; sleep 1; done
+  said | tail -40; echo "it does not say \`$1\`"; exit 1
+}
+changed() { mkdir -p /etc/systemd/system/leo.service.d; cat >/etc/systemd/system/leo.service.d/probe.conf; systemctl daemon-reload; }
+restarts="$(show NRestarts)"
+
+printf '[Service]\nLimitRTPRIO=0\nLimitMEMLOCK=65536\n' | changed
+systemctl restart leo
+until_is StatusText "all 7 processes run"
+until_said "timing is not guaranteed"
+expect "warnings of its rights" "$(said | grep -c 'timing is not guaranteed')" 1
+echo "without its rights: $(show StatusText)"
+printf '' | changed
+
+sed -i '0,/device = "mock"/s//device = "\/dev\/ttyUSB9"/' /etc/leo/motor.toml
+systemctl restart leo
+until_is StatusText "all 7 processes run"
+until_said "cannot open /dev/ttyUSB9"
+until_said "I learned"
+sed -i 's/"\/dev\/ttyUSB9"/"mock"/' /etc/leo/motor.toml
+echo "without an adapter: $(show StatusText)"
+
+systemctl stop leo
+rm -rf /var/lib/leo
+mkdir /var/lib/leo
+mount -t tmpfs -o size=6m tmpfs /var/lib/leo
+systemctl start leo
+until_said "watches how to do"
+dd if=/dev/zero of=/var/lib/leo/fill bs=1k 2>/dev/null || true
+until_said "I cannot remember it beyond today"
+rm /var/lib/leo/fill
+until_said "now I can remember it beyond today"
+echo "with a full disk: $(show StatusText)"
+
+if [ -n "${WRONG_CLOCK:-}" ]; then
+  now="$(date +%s)" up="$(cut -d. -f1 /proc/uptime)"
+  trap 'date -s "@$((now - up + $(cut -d. -f1 /proc/uptime)))" >/dev/null' EXIT
+  for wrong in "$((now + 31536000))" "$((now - 31536000))"; do
+    date -s "@$wrong" >/dev/null
+    sleep 5
+    expect "status at $(date +%Y)" "$(show StatusText)" "all 7 processes run"
+  done
+  expect lives "$(said | grep -c 'starts anew')" 0
+  echo "with a wrong clock: $(show StatusText)"
+fi
+expect restarts "$(show NRestarts)" "$restarts"
+
 systemctl stop leo
 expect result "$(show Result)" success
 expect "exit status" "$(show ExecMainStatus)" 0
@@ -82,5 +135,5 @@ expect "shared memory" "$(ls /dev/shm)" ""
 test -s /var/lib/leo/learned.redb
 echo "all is well"
 PROBE
-exec env -i container=lxc PATH=/usr/sbin:/usr/bin:/sbin:/bin \
+exec env -i container=lxc WRONG_CLOCK="${WRONG_CLOCK:-}" PATH=/usr/sbin:/usr/bin:/sbin:/bin \
   chroot "$root" /lib/systemd/systemd --system --unit=probe.service --show-status=no

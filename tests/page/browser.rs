@@ -65,24 +65,35 @@ fn the_page_is_what_its_sources_build_and_its_parts_hold() {
     }
 }
 
-#[test]
-fn a_browser_teaches_task_1_by_mouse_finger_keyboard_and_typed_sentences() {
-    let Some(page) = prepared() else { return };
+/// What a script of the page's tests says about the page of a robot; `None` where there is no browser.
+fn played(script: &str, robot: &Robot) -> Option<Vec<u8>> {
+    let page = prepared()?;
     let chromium = std::env::var("CHROMIUM").unwrap_or_else(|_| "/usr/bin/chromium".to_owned());
     if !succeeds(Command::new(&chromium).arg("--version")) {
-        let _: Option<()> = skipped("Chromium is needed: apt-get install chromium, or its path in CHROMIUM");
-        return;
+        return skipped("Chromium is needed: apt-get install chromium, or its path in CHROMIUM");
     }
-    let mut robot = Robot::start("browser");
-    let taught = Command::new("node")
-        .args(["tests/teach.mjs", &format!("http://{}/", robot.host)])
+    let ran = Command::new("node")
+        .args([script, &format!("http://{}/", robot.host)])
         .env("CHROMIUM", &chromium)
         .env("PATIENCE_S", "180")
         .current_dir(&page)
         .output()
         .expect("node runs");
-    assert!(taught.status.success(), "{}", String::from_utf8_lossy(&taught.stderr));
-    let shown: Value = serde_json::from_slice(&taught.stdout).expect("JSON");
+    assert!(ran.status.success(), "{}", String::from_utf8_lossy(&ran.stderr));
+    Some(ran.stdout)
+}
+
+#[test]
+fn a_browser_looks_through_the_eyes_of_a_second_teacher_and_moves_his_head() {
+    let robot = Robot::start("eyes");
+    played("tests/eyes.mjs", &robot);
+}
+
+#[test]
+fn a_browser_teaches_task_1_by_mouse_finger_keyboard_and_typed_sentences() {
+    let mut robot = Robot::start("browser");
+    let Some(taught) = played("tests/teach.mjs", &robot) else { return };
+    let shown: Value = serde_json::from_slice(&taught).expect("JSON");
     robot.stop();
     let known = leo(&["tasks", "show", "task 1", "--json"]).env("XDG_STATE_HOME", robot.state()).output();
     let known: Value = serde_json::from_slice(&known.expect("runs").stdout).expect("JSON");

@@ -133,6 +133,8 @@ struct Control<'a> {
     robot: &'a Motor,
     told: Vec<Injection>,
     file: Option<&'a Path>,
+    /// The file at the last look: it may be half written.
+    seen: Option<String>,
     /// The file as it was when it was read last, whether it was taken or not.
     text: Option<String>,
     filed: Vec<Injection>,
@@ -146,12 +148,14 @@ impl<'a> Control<'a> {
             robot,
             told: orders.faults.injections.clone(),
             file,
+            seen: None,
             text: None,
             filed: Vec::new(),
             changed: false,
         };
         if let Some(file) = file {
             control.text = std::fs::read_to_string(file).ok();
+            control.seen.clone_from(&control.text);
             control.filed = control.read(file)?;
         }
         Ok(control)
@@ -165,11 +169,13 @@ impl<'a> Control<'a> {
         self.told.iter().chain(&self.filed).cloned().collect()
     }
 
-    /// Reads the file again when it has changed: what to say of it.
+    /// Reads the file again when it has changed, and changes no more: what to say of it.
     fn look(&mut self) -> Vec<String> {
         let Some(file) = self.file else { return Vec::new() };
         let text = std::fs::read_to_string(file).ok();
-        if text == self.text {
+        let is_written = text == self.seen;
+        self.seen.clone_from(&text);
+        if !is_written || text == self.text {
             return Vec::new();
         }
         self.text = text;

@@ -1,4 +1,4 @@
-// The first teacher's seat on this page: it follows the cells, and leads them while he moves it himself.
+// The seat of whoever acts on this page: it follows the cells, and leads them while it is moved here.
 import { looksAt } from './pose.js';
 import { Teller } from './teller.js';
 
@@ -7,15 +7,20 @@ import { Teller } from './teller.js';
 /** So long after the last move of his own, the page believes itself before the cells. */
 const LEADS_MS = 600;
 
-/** Opposite Leo. @type {Seat} */
+/** Opposite Leo: the first teacher's. @type {Seat} */
 export const FIRST_SEAT = { eyes: [0, 1.5, 0.55], looks_at: [0, 0.75, 0] };
 
 export class Chair {
+  #cells;
   #changed;
   #led = -Infinity;
   #teller;
+  /** Whose it is: the first teacher's. */
+  agent = 1;
   /** @type {Seat} */
   seat = FIRST_SEAT;
+  /** Where it was when it was taken. @type {Seat} */
+  home = FIRST_SEAT;
 
   /**
    * @param {{ask: (what: string, content?: any) => Promise<any>}} leo
@@ -23,16 +28,34 @@ export class Chair {
    * @param {() => void} changed
    */
   constructor(leo, cells, changed) {
+    this.#cells = cells;
     this.#changed = changed;
-    this.#teller = new Teller(() => leo.ask('seat', { eyes: this.seat.eyes, looks_at: this.seat.looks_at }));
+    this.#teller = new Teller(() => leo.ask('seat', { teacher: this.agent, eyes: this.seat.eyes, looks_at: this.seat.looks_at }));
     cells.on('thing/', (changes) => {
       for (const thing of changes.values()) {
-        if (thing?.kind !== 'person' || thing.agent !== 1 || !thing.p || !thing.q) continue;
-        if (performance.now() - this.#led < LEADS_MS) continue;
-        this.seat = { eyes: thing.p, looks_at: looksAt(thing.p, thing.q) };
-        this.#changed();
+        if (thing?.agent !== this.agent || performance.now() - this.#led < LEADS_MS) continue;
+        this.#follow(thing);
       }
     });
+  }
+
+  /** Sits down as somebody else. @param {number} agent */
+  take(agent) {
+    if (agent === this.agent) return;
+    this.agent = agent;
+    this.#led = -Infinity;
+    this.home = FIRST_SEAT;
+    const [, person] = this.#cells.under('thing/').find(([, thing]) => thing.kind === 'person' && thing.agent === agent) ?? [];
+    this.#follow(person);
+    if (agent !== 1) this.home = this.seat;
+    this.#changed();
+  }
+
+  /** @param {any} person */
+  #follow(person) {
+    if (person?.kind !== 'person' || !person.p || !person.q) return;
+    this.seat = { eyes: person.p, looks_at: looksAt(person.p, person.q) };
+    this.#changed();
   }
 
   /** Sits down elsewhere. @param {Seat} seat */

@@ -1,7 +1,7 @@
 // The page: puts its parts together.
 import { Beliefs, idOf } from './beliefs.js';
 import { Cells } from './cells.js';
-import { Chair, FIRST_SEAT } from './chair.js';
+import { Chair } from './chair.js';
 import { Connection, liveAddress } from './connection.js';
 import { Dialogue } from './dialogue.js';
 import { listDivides } from './divides.js';
@@ -97,7 +97,7 @@ for (const each of [main, ...minds.map((mind) => mind.view)]) stage.add(each);
 function settle() {
   free = freeSeat();
   near = 1;
-  if (view === 'seat' && desk.movable()) chair.move(FIRST_SEAT);
+  if (view === 'seat' && desk.movable()) chair.move(chair.home);
   stage.request(main);
 }
 
@@ -126,9 +126,10 @@ cells.on(['thing/', 'robot'], () => {
   const people = cells.under('thing/').filter(([, thing]) => thing.kind === 'person').map(([, thing]) => thing.agent).sort();
   if (who.dataset.people === people.join()) return;
   who.dataset.people = people.join();
-  const names = cells.get('robot')?.agents ?? {};
-  who.replaceChildren(...people.map((agent) => make('option', { value: agent, text: agent === 1 ? 'You' : names[agent] ?? `partner ${agent}` })));
+  who.replaceChildren(...people.map((agent) => make('option', { value: agent, text: nameOf(agent), selected: agent === chair.agent })));
   who.hidden = people.length < 2;
+  // Who acted may not be at the new table.
+  actAs(who.hidden ? 1 : Number(who.value));
 });
 
 const hand = new Hand({ ask: act }, cells, world, () => stage.request(main));
@@ -191,12 +192,34 @@ async function remove(key) {
 find('remove').addEventListener('click', () => {
   if (world.selected !== null) remove(world.selected);
 });
-find('leave').addEventListener('click', () => ask(cells.get('mind/1')?.present === false ? 'return' : 'leave'));
-cells.on('mind/1', () => {
-  const away = cells.get('mind/1')?.present === false;
-  find('leave').setAttribute('aria-pressed', String(away));
-  write(find('leave'), away ? 'Come back' : 'Leave');
-});
+/** Whether who acts here is away. */
+const isAway = () => cells.get(`mind/${chair.agent}`)?.present === false;
+find('leave').addEventListener('click', () => ask(isAway() ? 'return' : 'leave', acting()));
+cells.on('mind/', here);
+
+function here() {
+  if (find('leave').ariaPressed !== String(isAway())) find('leave').ariaPressed = String(isAway());
+  write(find('leave'), isAway() ? 'Come back' : 'Leave');
+}
+
+who.addEventListener('change', () => actAs(Number(who.value)));
+
+/** Speaks, acts and looks as one of the people here. @param {number} agent */
+function actAs(agent) {
+  chair.take(agent);
+  world.lookAs(agent);
+  marks.refresh();
+  const seat = /** @type {HTMLElement} */ (find('views').querySelector('[data-view=seat]'));
+  const name = nameOf(agent);
+  write(seat, agent === 1 ? 'Your eyes' : `${name[0].toUpperCase()}${name.slice(1)}’s eyes`);
+  here();
+  stage.request(main);
+}
+
+/** @param {number} agent */
+function nameOf(agent) {
+  return agent === 1 ? 'You' : (cells.get('robot')?.agents ?? {})[agent] ?? `partner ${agent}`;
+}
 cells.on('workspace', removable);
 
 /** What is selected can be taken off the table while it is set. */
@@ -214,6 +237,7 @@ const desk = {
   world,
   hand,
   view: () => view,
+  eyes: () => chair.agent,
   seat: () => (view === 'free' ? free : chair.seat),
   sit,
   ask,

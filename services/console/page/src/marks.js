@@ -33,6 +33,11 @@ export class Marks {
     });
   }
 
+  /** Somebody else's eyes are looked through. */
+  refresh() {
+    for (const [key] of this.#cells.under('thing/')) this.#update(key);
+  }
+
   /**
    * Where a point of the world is in the picture, in pixels of it; `null` behind the camera.
    * @param {readonly number[]} p
@@ -79,7 +84,7 @@ export class Marks {
   #update(key) {
     const thing = this.#cells.get(key);
     const old = this.#buttons.get(key);
-    if (thing === undefined || (thing.kind === 'person' && thing.agent === 1)) {
+    if (thing === undefined || (thing.kind === 'person' && thing.agent === this.#world.eyes)) {
       old?.remove();
       this.#buttons.delete(key);
       return;

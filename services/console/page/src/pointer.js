@@ -18,6 +18,7 @@ const SCREEN_EVERY_MS = 50;
  * @property {import('./world.js').World} world
  * @property {import('./hand.js').Hand} hand
  * @property {() => import('./lens.js').Name} view
+ * @property {() => number} eyes whose the seat is
  * @property {() => import('./seat.js').Seat} seat the seat that dragging moves
  * @property {(seat: import('./seat.js').Seat) => void} sit
  * @property {(what: string, content?: any) => Promise<any>} ask
@@ -214,7 +215,7 @@ export class Pointer {
   #lookOf(key, at) {
     const thing = this.#desk.cells.get(key);
     const seat = this.#desk.seat();
-    if (thing.agent === 1 && this.#desk.view() !== 'free') return seat.looks_at;
+    if (thing.agent === this.#desk.eyes() && this.#desk.view() !== 'free') return seat.looks_at;
     return apart(at, [0, 0.7, 0]) < 0.1 ? [0, 0.5, 0] : [0, 0.7, 0];
   }
 

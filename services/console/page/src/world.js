@@ -29,6 +29,8 @@ export class World {
   selected = null;
   /** @type {string | null} */
   hovered = null;
+  /** Whose eyes the seat is of: the first teacher's. */
+  eyes = 1;
 
   /**
    * @param {Cells} cells
@@ -75,9 +77,15 @@ export class World {
     this.veil.visible = view !== 'seat' && !this.veil.empty;
     for (const [key, { object }] of this.#shown) {
       if (!(object instanceof Person)) continue;
-      object.visible = view !== 'seat' || this.#cells.get(key)?.agent !== 1;
+      object.visible = view !== 'seat' || this.#cells.get(key)?.agent !== this.eyes;
       for (const part of object.field) part.visible = view !== 'seat';
     }
+  }
+
+  /** Whose eyes the seat is of: what they cannot see is shaded. @param {number} agent */
+  lookAs(agent) {
+    this.eyes = agent;
+    this.#cast();
   }
 
   /** The pose in which a thing is drawn. @param {string} key @returns {Pose | null} */
@@ -155,7 +163,6 @@ export class World {
   #create(thing) {
     if (thing.kind === 'person') {
       const person = new Person(this.#cells.get('robot')?.cone_rad ?? 1, thing.agent === 1 ? 'you' : 'other');
-      person.visible = thing.agent !== 1;
       return person;
     }
     if (thing.kind === 'occluder') {
@@ -183,7 +190,7 @@ export class World {
     for (const [key, thing] of this.#cells.under('thing/')) {
       const pose = this.pose(key);
       if (pose === null) continue;
-      if (thing.kind === 'person' && thing.agent === 1) eye = pose.p;
+      if (thing.kind === 'person' && thing.agent === this.eyes) eye = pose.p;
       if (thing.kind === 'occluder') occluders.push({ ...pose, half: thing.half });
     }
     this.veil.cast(eye, occluders);
