@@ -12,6 +12,7 @@ mod service_manager;
 mod venv;
 
 use std::fs;
+use std::path::Path;
 use std::process::Output;
 
 use clock::Duration;
@@ -164,6 +165,23 @@ fn without_perspective_taking_no_perspective_but_the_robots_is_computed() {
         let of: Vec<&str> = seen.iter().map(|(path, ..)| path.as_str()).collect();
         assert_eq!(of, paths, "{partners} partners");
         robot.stop(Signal::TERM);
+    }
+}
+
+#[test]
+fn the_cores_are_kept_awake_while_the_robot_runs_where_that_is_wanted() {
+    let request = Path::new("/dev/cpu_dma_latency");
+    if fs::OpenOptions::new().write(true).open(request).is_err() {
+        eprintln!("SKIPPED: needs the right to write to {}", request.display());
+        return;
+    }
+    for wanted in [true, false] {
+        let robot = Robot::ready("awake", &[("keep_cores_awake", &wanted.to_string())]);
+        let files = fs::read_dir(format!("/proc/{}/fd", robot.pid())).expect("it runs");
+        let asks = files.flatten().any(|file| fs::read_link(file.path()).is_ok_and(|file| file == request));
+        assert_eq!(asks, wanted);
+        let (status, said) = robot.stop(Signal::INT);
+        assert!(status.success(), "{status}\n{said}");
     }
 }
 

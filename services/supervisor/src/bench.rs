@@ -93,6 +93,8 @@ fn measure(domain: &Domain, lasting: Duration, commit: &str) -> Result<Report, B
         lock_memory: true,
     };
     let missing = realtime::apply(&rights);
+    // For Leo, for the bare middleware and for the bare thread.
+    let awake = realtime::Awake::ask();
     let queues = Queues { frames: 4, delivery: Delivery::Newest };
     let node = Node::join(domain, "bench", 1, queues).map_err(RunError::from)?;
     let mut rows = Vec::new();
@@ -111,6 +113,6 @@ fn measure(domain: &Domain, lasting: Duration, commit: &str) -> Result<Report, B
             rows.push(report::row(case, &leo, &round_trip));
         }
     }
-    let machine = Machine::here(missing.is_complete(), commit);
+    let machine = Machine::here(missing.is_complete(), awake.is_ok(), commit);
     Ok(Report { machine, rows, wakeup: Wakeup::of(&sensor, &bare) })
 }

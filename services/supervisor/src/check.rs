@@ -10,11 +10,12 @@ use std::time::Duration;
 
 use config::leo::{Leo, Rights};
 use config::{ConfigError, Robot};
+use realtime::Awake;
 use rustix::process::{Resource, getrlimit};
 use rustix::thread::{CpuSet, sched_getaffinity};
 
 use crate::readiness::{
-    Finding, Hot, Machine, System, Verdict, judge, judge_wakeup, shared_memory, shared_memory_needed,
+    Finding, Hot, Machine, Sleep, System, Verdict, judge, judge_wakeup, shared_memory, shared_memory_needed,
 };
 pub use apply::ApplyError;
 
@@ -83,6 +84,8 @@ pub fn check(inquiry: &Inquiry, out: &mut impl Write) -> Result<bool, CheckError
         findings.iter().try_for_each(|finding| tell(finding, out))?;
         out.flush()?;
     }
+    // As the running robot has it.
+    let _awake = robot.leo.supervisor.keep_cores_awake.then(Awake::ask);
     let measured = measure::wakeups(&Hot::all(&robot.leo), inquiry.measure)?;
     let measured: Vec<Finding> = measured.iter().map(judge_wakeup).collect();
     if inquiry.json {
@@ -137,6 +140,16 @@ fn machine(leo: &Leo) -> Machine {
         missing_rights: missing_rights(leo),
         is_wall_clock_kept: realtime::is_wall_clock_kept(),
         hot: Hot::all(leo),
+        sleep: if leo.supervisor.keep_cores_awake { sleep(Awake::ask().err()) } else { Sleep::Allowed },
+    }
+}
+
+/// What the kernel's answer to the request means.
+fn sleep(refused: Option<std::io::Error>) -> Sleep {
+    match refused {
+        None => Sleep::Prevented,
+        Some(error) if error.kind() == std::io::ErrorKind::NotFound => Sleep::Allowed,
+        Some(error) => Sleep::Refused(format!("/dev/cpu_dma_latency: {error}")),
     }
 }
 

@@ -14,7 +14,7 @@ mod wakeup;
 use serde::Serialize;
 
 pub use change::Change;
-pub use machine::{Hot, Machine};
+pub use machine::{Hot, Machine, Sleep};
 pub(crate) use memory::shared_memory;
 pub use memory::shared_memory_needed;
 pub use system::System;
@@ -97,7 +97,7 @@ pub fn judge(system: &System, machine: &Machine) -> Vec<Finding> {
         cores::plan(hot, &machine.cores),
         cores::isolation(system, hot),
         cores::governors(system, &machine.cores),
-        cores::idle_states(system, &machine.cores),
+        cores::idle_states(system, &machine.cores, &machine.sleep),
         interrupts::of_adapters(system, hot, &machine.cores),
         serial::latency_timers(system),
         kernel::clock_source(system),

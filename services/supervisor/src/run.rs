@@ -9,6 +9,7 @@ use clock::{Duration, Instant};
 use config::leo::Leo;
 use message::{Process, Roster};
 use process::Launch;
+use realtime::Awake;
 use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
 use transport::janitor::{ClaimError, Janitor, claim, sweep_stale};
 use transport::{
@@ -120,6 +121,7 @@ fn supervise(orders: &Orders) -> Result<Outcome, RunError> {
     let roster = RosterWriter::create(&node, Process::Supervisor, 1)?;
     let children = Children::new().map_err(RunError::Executable)?;
     let caretaker = Caretaker::hire(&orders.domain);
+    let _awake = orders.settings.supervisor.keep_cores_awake.then(keep_cores_awake);
     let mut house = House {
         orders,
         node,
@@ -136,6 +138,17 @@ fn supervise(orders: &Orders) -> Result<Outcome, RunError> {
     let outcome = house.live(signals);
     house.caretaker.dismiss();
     Ok(outcome)
+}
+
+/// Keeps the cores awake where that is granted: where it is not, everything works, and wakes later.
+fn keep_cores_awake() -> Option<Awake> {
+    let asked = Awake::ask();
+    if let Err(error) = &asked {
+        tracing::info!(
+            "the cores are not kept awake, and wake later: {error}; `leo check` says what grants it"
+        );
+    }
+    asked.ok()
 }
 
 /// A pipe that can be read when somebody wants the run to end.

@@ -294,6 +294,8 @@ impl PageAddress {
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Supervisor {
+    /// Whether the cores are kept from sleeping while the robot runs.
+    pub keep_cores_awake: bool,
     /// A process that is not ready after this long has failed to start.
     pub ready_within_ms: Milliseconds,
     /// A process whose heart has not beaten for this long hangs.

@@ -8,12 +8,14 @@
     reason = "the scheduling policy, resource usage and the state of the clock, which rustix does not offer"
 )]
 
+mod awake;
 mod faults;
 mod parent;
 mod report;
 mod rights;
 mod wall_clock;
 
+pub use awake::Awake;
 pub use faults::page_faults;
 pub use parent::{ParentError, die_with_parent};
 pub use report::{MEMORY, Refusal, Report, advice, grants};

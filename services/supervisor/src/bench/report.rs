@@ -49,7 +49,7 @@ pub(super) struct Machine {
     processor: String,
     cores: usize,
     kernel: String,
-    scheduling: &'static str,
+    scheduling: String,
     commit: String,
 }
 
@@ -75,7 +75,7 @@ pub(super) struct Row {
 }
 
 impl Machine {
-    pub(super) fn here(realtime: bool, commit: &str) -> Self {
+    pub(super) fn here(realtime: bool, awake: bool, commit: &str) -> Self {
         let cpuinfo = std::fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
         let processor = cpuinfo
             .lines()
@@ -86,11 +86,11 @@ impl Machine {
             processor,
             cores: std::thread::available_parallelism().map_or(0, usize::from),
             kernel: format!("{} {}", system.release().to_string_lossy(), system.version().to_string_lossy()),
-            scheduling: if realtime {
-                "SCHED_FIFO, memory locked"
-            } else {
-                "ordinary: real-time rights are missing"
-            },
+            scheduling: format!(
+                "{}, cores {}",
+                if realtime { "SCHED_FIFO, memory locked" } else { "ordinary: real-time rights are missing" },
+                if awake { "kept awake" } else { "sleep" }
+            ),
             commit: commit.to_owned(),
         }
     }

@@ -1,10 +1,13 @@
 //! The cores: how many, who runs on which, and what puts them to sleep.
 
-use super::{Change, Finding, Hot, System};
+use super::{Change, Finding, Hot, Sleep, System};
 
 const CPU: &str = "/sys/devices/system/cpu";
 /// An idle state that takes this long to leave, in microseconds, is felt.
 const IDLE_LATENCY: u64 = 50;
+/// Who may keep cores awake: root alone, unless a rule says otherwise. The package has it for the group `leo`.
+const AWAKE_RULE: &str =
+    r#"`KERNEL=="cpu_dma_latency", GROUP="<group>", MODE="0660"` in /etc/udev/rules.d/60-leo.rules"#;
 
 /// The numbers in a list such as `0-3,7`, as the kernel writes them.
 pub(super) fn parse_list(list: &str) -> Vec<u16> {
@@ -141,9 +144,12 @@ pub(super) fn governors(system: &System, cores: &[u16]) -> Finding {
     }
 }
 
-/// Idle states that take long to leave.
-pub(super) fn idle_states(system: &System, cores: &[u16]) -> Finding {
+/// Idle states that take long to leave, where cores may enter them.
+pub(super) fn idle_states(system: &System, cores: &[u16], sleep: &Sleep) -> Finding {
     let about = "idle states";
+    if *sleep == Sleep::Prevented {
+        return Finding::good(about, "none is entered while the robot runs");
+    }
     let mut worst = 0;
     let mut changes = Vec::new();
     for core in cores {
@@ -157,7 +163,10 @@ pub(super) fn idle_states(system: &System, cores: &[u16]) -> Finding {
             }
         }
     }
-    if changes.is_empty() {
+    if let Sleep::Refused(why) = sleep {
+        let text = format!("cores sleep between cycles, and wake late: {why}");
+        Finding::slower(about, text, AWAKE_RULE).with_changes(changes)
+    } else if changes.is_empty() {
         Finding::good(about, format!("none takes {IDLE_LATENCY} µs or more to leave"))
     } else {
         let text = format!("an idle core takes up to {worst} µs to wake");

@@ -52,4 +52,18 @@ pub struct Machine {
     pub is_wall_clock_kept: Option<bool>,
     /// The hot path as configured.
     pub hot: Vec<Hot>,
+    /// Whether the cores may sleep while the robot runs.
+    pub sleep: Sleep,
+}
+
+/// Whether cores sleep between the cycles of a running robot.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub enum Sleep {
+    /// As the kernel has it: nobody asks for anything else, or the kernel knows nothing else.
+    #[default]
+    Allowed,
+    /// They are kept awake.
+    Prevented,
+    /// They should be kept awake, and that is not granted: why.
+    Refused(String),
 }

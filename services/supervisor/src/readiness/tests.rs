@@ -45,6 +45,7 @@ fn good() -> (TempDir, Machine) {
         missing_rights: 0,
         is_wall_clock_kept: Some(true),
         hot: vec![hot("sensor", &[1]), hot("belief", &[2]), hot("motor", &[2, 3])],
+        sleep: Sleep::Allowed,
     };
     (root, machine)
 }
@@ -106,6 +107,11 @@ fn every_shortcoming_of_what_is_granted_is_found_alone_and_says_what_mends_it() 
         ),
         (Machine { is_wall_clock_kept: Some(false), ..good.clone() }, Verdict::Slower, "set-ntp"),
         (
+            Machine { sleep: Sleep::Refused("not you".to_owned()), ..good.clone() },
+            Verdict::Slower,
+            "cpu_dma_latency",
+        ),
+        (
             Machine { cores: vec![1, 2, 3, 4, 5], hot: pinned([&[2], &[2], &[3]]), ..good.clone() },
             Verdict::Slower,
             "cores = [1]",
@@ -160,6 +166,13 @@ fn every_shortcoming_in_a_file_is_found_alone_says_what_mends_it_and_what_would_
             bad[0].changes.iter().map(|change| (change.from.as_str(), change.to.as_str())).collect();
         assert_eq!(would, Vec::from_iter(change), "{file}");
     }
+}
+
+#[test]
+fn idle_states_that_no_core_enters_may_be_deep() {
+    let (root, machine) = good();
+    put(&root, "sys/devices/system/cpu/cpu2/cpuidle/state1/latency", "400");
+    assert_eq!(bad(&root, &Machine { sleep: Sleep::Prevented, ..machine }), []);
 }
 
 #[test]
