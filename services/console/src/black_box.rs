@@ -185,23 +185,27 @@ impl BlackBox {
         if is_told { vec![said_of(&writing.wanted, &outcome)] } else { Vec::new() }
     }
 
-    /// Ends it: a failure whose file is not written yet gets a short one.
-    pub(crate) fn end(mut self) -> Vec<String> {
-        let mut told = Vec::new();
-        if let Some(Writing { wanted, outcome }) = self.writing.take()
-            && let Ok(outcome) = outcome.recv()
-        {
-            told.push(said_of(&wanted, &outcome));
+    /// What is left to do at the end, which may take seconds: to wait for the file that is being written,
+    /// and to write a short one of a failure that has none yet. It gives back what people are to be told.
+    pub(crate) fn end(self) -> impl FnOnce() -> Vec<String> + Send {
+        let Self { kept, waiting, writing, .. } = self;
+        move || {
+            let mut told = Vec::new();
+            if let Some(Writing { wanted, outcome }) = writing
+                && let Ok(outcome) = outcome.recv()
+            {
+                told.push(said_of(&wanted, &outcome));
+            }
+            if let Ok(kept) = &kept
+                && !waiting.failed.is_empty()
+            {
+                let written = kept
+                    .last()
+                    .and_then(|last| write(&last.newest(LAST_WORDS), &kept.files, &waiting.word()));
+                told.push(said_of(&waiting, &written));
+            }
+            told
         }
-        if let Ok(kept) = &self.kept
-            && !self.waiting.failed.is_empty()
-        {
-            let written = kept
-                .last()
-                .and_then(|last| write(&last.newest(LAST_WORDS), &kept.files, &self.waiting.word()));
-            told.push(said_of(&self.waiting, &written));
-        }
-        told
     }
 }
 

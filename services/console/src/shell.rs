@@ -82,10 +82,14 @@ pub fn run(launch: &Launch, robot: &Robot, lesson: &Lesson) -> Result<(), Failur
             break;
         }
     }
-    if let Err(error) = stage.tape.end() {
+    // Pages are served until all is written, and the process that writes it does not look as if it hung.
+    let Stage { web: _web, mut tape, black_box, .. } = stage;
+    let write_last = black_box.end();
+    let (taped, kept) = member.beat_while(move || (tape.end(), write_last()));
+    if let Err(error) = taped {
         tracing::error!("the recording is not whole: {error}");
     }
-    for words in stage.black_box.end() {
+    for words in kept {
         let line = ear.narrator.note(member.now().as_nanos(), &words);
         let _taken = out.write_all(transcript.text(&line).as_bytes());
     }

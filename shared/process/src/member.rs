@@ -332,6 +332,18 @@ impl Member {
         }
     }
 
+    /// Does work that takes long in a thread of its own, with the heart beating: what is left to do at the end.
+    pub fn beat_while<T: Send>(&mut self, work: impl FnOnce() -> T + Send) -> T {
+        std::thread::scope(|scope| {
+            let work = scope.spawn(work);
+            while !work.is_finished() {
+                self.beat();
+                clock::sleep_until(clock::now() + HEALTH_EVERY / 4);
+            }
+            work.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic))
+        })
+    }
+
     /// The heartbeat is of the machine's time also in lockstep: whoever watches lives in it.
     fn beat(&mut self) {
         let now = clock::now();

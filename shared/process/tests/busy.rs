@@ -8,7 +8,7 @@ use transport::janitor::{Janitor, claim};
 use transport::{Domain, HealthReader, Node};
 
 #[test]
-fn the_heart_beats_while_one_call_goes_on_and_on() {
+fn the_heart_beats_while_one_call_goes_on_and_on_and_while_the_end_takes_its_time() {
     let leo = Robot::load(None).expect("the built-in configuration").leo;
     let domain = Domain::named(&format!("busy-{}", std::process::id())).expect("a legal name");
     let claim = claim(&domain).expect("nobody else's");
@@ -42,6 +42,17 @@ fn the_heart_beats_while_one_call_goes_on_and_on() {
         member.end_step();
         beats.push(board.read().beat);
     }
+    // What is left to do at the end, too.
+    let beats_on = member.beat_while(|| {
+        let node = Node::join(&domain, "onlooker", 1, queues(&leo.buffers, false)).expect("joins");
+        let board = HealthReader::open(&node, Process::Belief, 1).expect("the board stands");
+        let (first, give_up) = (board.read().beat, clock::now() + Duration::from_secs(30));
+        while board.read().beat < first + 3 && clock::now() < give_up {
+            std::thread::yield_now();
+        }
+        board.read().beat >= first + 3
+    });
+    assert!(beats_on, "the heart stands still");
     drop((board, percepts, member, node));
     Janitor::new(&domain).wipe(claim);
     assert!(beats.is_sorted_by(|earlier, later| earlier < later), "{beats:?}");
