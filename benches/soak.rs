@@ -87,6 +87,7 @@ fn main() -> ExitCode {
     let text = config::Robot::leo_text_with(&[
         // On a machine that does other things too a heart may be late, and nobody shall be replaced for it.
         ("supervisor.heartbeat_timeout_ms", 30_000.0),
+        ("supervisor.heartbeat_timeout_others_ms", 30_000.0),
     ])
     .replace("\"127.0.0.1:7780\"", "\"127.0.0.1:0\"");
     fs::write(folder.join("leo.toml"), text).expect("writes");

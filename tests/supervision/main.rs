@@ -39,7 +39,8 @@ impl Chance {
 fn the_robot_survives_any_process_killed_at_any_moment() {
     // On a machine as busy as this makes it, a heart may be late; only the killed shall start anew.
     let [deaths, backoff] = PATIENT;
-    let robot = Robot::ready("kill", &[deaths, backoff, ("heartbeat_timeout_ms", "30000.0")]);
+    let hearts = ["heartbeat_timeout_ms", "heartbeat_timeout_others_ms"].map(|key| (key, "30000.0"));
+    let robot = Robot::ready("kill", &[deaths, backoff, hearts[0], hearts[1]]);
     assert!(robot.works(), "{}", robot.said());
     let held = |robot: &Robot| (left_behind(robot.domain()).len(), robot.descriptors());
     let (files, descriptors) = held(&robot);

@@ -19,8 +19,10 @@ use life::{Life, Stage};
 pub struct Terms {
     /// From the start of a process to its being ready.
     pub ready_within: Duration,
-    /// How long a heart may stand still.
+    /// How long the heart of a process of the hot path may stand still, the servos' own included.
     pub heartbeat_timeout: Duration,
+    /// How long that of any other may: it may wait for a processor, or a disk, that others keep busy.
+    pub heartbeat_timeout_others: Duration,
     /// Wait before the first restart.
     pub backoff_first: Duration,
     /// The longest wait before a restart.
@@ -38,12 +40,21 @@ impl From<&Supervisor> for Terms {
         Self {
             ready_within: config.ready_within_ms.duration(),
             heartbeat_timeout: config.heartbeat_timeout_ms.duration(),
+            heartbeat_timeout_others: config.heartbeat_timeout_others_ms.duration(),
             backoff_first: config.backoff_first_ms.duration(),
             backoff_most: config.backoff_most_ms.duration(),
             deaths_most: usize::try_from(config.deaths_most).unwrap_or(usize::MAX),
             deaths_window: config.deaths_window_ms.duration(),
             stop_within: config.stop_within_ms.duration(),
         }
+    }
+}
+
+impl Terms {
+    /// How long the heart of a process may stand still.
+    fn patience(&self, process: Process) -> Duration {
+        let is_hot = matches!(process, Process::Sensor | Process::Belief | Process::Motor | Process::MockBus);
+        if is_hot { self.heartbeat_timeout } else { self.heartbeat_timeout_others }
     }
 }
 

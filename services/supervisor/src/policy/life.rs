@@ -83,7 +83,7 @@ impl Life {
     pub(super) fn watch(&mut self, terms: &Terms, now: Instant, actions: &mut Vec<Action>) {
         let overdue = match self.stage {
             Stage::Starting { since } if now.since(since) > terms.ready_within => Some(Why::NotReady),
-            Stage::Running { beat_at, .. } if now.since(beat_at) > terms.heartbeat_timeout => {
+            Stage::Running { beat_at, .. } if now.since(beat_at) > terms.patience(self.process) => {
                 Some(Why::Hangs)
             }
             Stage::Stopping { since } if now.since(since) > terms.stop_within => Some(Why::DoesNotStop),

@@ -5,6 +5,7 @@ use super::*;
 const TERMS: Terms = Terms {
     ready_within: Duration::from_millis(1000),
     heartbeat_timeout: Duration::from_millis(100),
+    heartbeat_timeout_others: Duration::from_millis(500),
     backoff_first: Duration::from_millis(20),
     backoff_most: Duration::from_millis(100),
     deaths_most: 5,
@@ -79,6 +80,26 @@ fn a_heart_that_stands_still_is_a_process_that_hangs() {
 fn a_supervisor_that_was_stopped_itself_kills_nobody_whose_heart_went_on() {
     let mut policy = running();
     assert_eq!(policy.step(at(60_000), &all_beat(900)), []);
+}
+
+#[test]
+fn the_hot_path_hangs_sooner_than_who_may_wait_for_a_disk() {
+    let all = [Process::Motor, Process::Learner, Process::Console];
+    let mut policy = Policy::new(TERMS, &all, at(0));
+    for process in all {
+        policy.step(at(0), &[]);
+        policy.step(at(0), &[pulse(process, 1)]);
+    }
+    let mut killed = Vec::new();
+    for ms in (0..1000).step_by(10) {
+        let actions = policy.step(at(ms), &[]);
+        for action in actions {
+            if let Action::Kill(process, _) = action {
+                killed.push((process, ms));
+            }
+        }
+    }
+    assert_eq!(killed, [(Process::Motor, 110), (Process::Learner, 510), (Process::Console, 510)]);
 }
 
 #[test]
