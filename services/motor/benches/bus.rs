@@ -425,6 +425,8 @@ fn jitter() {
 }
 
 fn main() {
+    // As the running robot has it.
+    let _awake = realtime::Awake::ask();
     // `cargo test --benches` only looks whether it starts.
     if !std::env::args().any(|argument| argument == "--bench") {
         return;
