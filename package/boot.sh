@@ -112,7 +112,7 @@ until_said "watches how to do"
 dd if=/dev/zero of=/var/lib/leo/fill bs=1k 2>/dev/null || true
 until_said "I cannot remember it beyond today"
 rm /var/lib/leo/fill
-until_said "now I can remember it beyond today"
+until_said "Now I can remember it beyond today"
 echo "with a full disk: $(show StatusText)"
 
 if [ -n "${WRONG_CLOCK:-}" ]; then

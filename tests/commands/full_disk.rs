@@ -15,7 +15,7 @@ hear "watches how to do" "$1"
 dd if=/dev/zero of="$1/fill" bs=1k 2>/dev/null
 hear "I cannot remember it beyond today" "$1"
 rm "$1/fill"
-hear "now I can remember it beyond today" "$1"
+hear "Now I can remember it beyond today" "$1"
 kill -INT $!; wait $!; echo "ended: $?"
 cat "$1.said"
 "$0" tasks list

@@ -59,6 +59,10 @@ fn what_was_before_a_death_and_after_it_is_in_a_file() {
     assert!(wait_until(believes), "{}", robot.said());
     assert!(robot.black_boxes().is_empty(), "nothing has failed: {:?}", robot.black_boxes());
     signal(robot.processes()["belief"], Signal::KILL);
+    assert!(wait_until(|| robot.said().contains("starts anew")), "{}", robot.said());
+    // Who asks now does not cut off what comes after the death.
+    let (status, out, _) = asked(&robot);
+    assert!(status == Some(0) && out.trim().ends_with("_asked.mcap"), "{out}");
     let file = file_of(&robot, "belief");
     let (of, before, after) = lives(&file);
     assert_eq!(of, [1, 2], "{file:?}");

@@ -137,14 +137,19 @@ impl BlackBox {
     fn write(&mut self, now: Instant) {
         let has_settled = self.waiting.since.is_some_and(|since| now.since(since) >= AFTERMATH);
         let is_apart = self.wrote_at.is_none_or(|then| now.since(then) >= APART);
-        let is_due = !self.waiting.askers.is_empty() || has_settled && is_apart;
-        if self.writing.is_some() || !is_due {
+        if self.writing.is_some() {
             return;
         }
-        let wanted = std::mem::take(&mut self.waiting);
-        if wanted.since.is_some() {
+        // Who asks gets what is there by now; the file of a failure waits for what comes after it.
+        let askers = std::mem::take(&mut self.waiting.askers);
+        let wanted = if !askers.is_empty() {
+            Waiting { askers, ..Waiting::default() }
+        } else if has_settled && is_apart {
             self.wrote_at = Some(now);
-        }
+            std::mem::take(&mut self.waiting)
+        } else {
+            return;
+        };
         let (to, outcome) = bounded(1);
         let begun = self.kept.clone().and_then(|kept| {
             let (to, word) = (to.clone(), wanted.word());

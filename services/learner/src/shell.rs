@@ -134,7 +134,7 @@ fn report(now_ns: u64, outcome: Outcome<Unkept>, reports: &mut Reports) {
         }
         Outcome::AtLast(kept) => {
             tracing::info!(task = kept.task, "what was learned is kept now");
-            reports.push(now_ns, 0, vec![said(&kept, "now I can remember it beyond today")]);
+            reports.push(now_ns, 0, vec![said(&kept, "Now I can remember it beyond today")]);
         }
     }
 }

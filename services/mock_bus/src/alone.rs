@@ -155,7 +155,6 @@ impl<'a> Control<'a> {
         };
         if let Some(file) = file {
             control.text = std::fs::read_to_string(file).ok();
-            control.seen.clone_from(&control.text);
             control.filed = control.read(file)?;
         }
         Ok(control)

@@ -80,10 +80,11 @@ pub enum ThreadError {
 
 impl Threads {
     /// Opens the line of every bus, those of the mock servo bus in `folder`, and starts its
-    /// thread. Lines may appear until `until`; where they `may_be_absent`, at any time, and their bus is lost
-    /// until then: adapters are plugged in later than a machine starts, and the mock servo bus is a process
-    /// that may be starting anew just now. A servo may be silent for `patience` as in [`Master::new`]. Where the cycle gives a bus nothing to do and
-    /// the emergency stop is raised, the bus switches every torque off by itself.
+    /// thread. Lines may appear until `until`; where they `may_be_absent`, at any time, and their bus
+    /// is lost until then: adapters are plugged in later than a machine starts, and the mock servo bus
+    /// is a process that may be starting anew just now. A servo may be silent for `patience` as in
+    /// [`Master::new`]. Where the cycle gives a bus nothing to do and the emergency stop is raised, the
+    /// bus switches every torque off by itself.
     ///
     /// # Errors
     ///

@@ -18,6 +18,12 @@ export function launch() {
   });
 }
 
+const PATIENCE_MS = 1000 * Number(process.env.PATIENCE_S ?? 120);
+
+/** What waits until a function of a page's state is true. */
+export const patient = (page) => (what, isTrue, argument) => page.waitForFunction(isTrue, argument, { timeout: PATIENCE_MS })
+  .catch(() => { throw new Error(`the page never showed that ${what}`); });
+
 /** Whether Leo's world is on the page. */
 export function ready(page) {
   return page.waitForFunction(() => window.leo?.cells.get('workspace') !== undefined && window.leo.pictures() > 1, null, { timeout: 60000 });

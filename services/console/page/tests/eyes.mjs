@@ -4,17 +4,14 @@
 //
 // It waits for states of the page and never for a time; a state that does not come within PATIENCE_S (default 120)
 // fails it. PICTURE, if that is set, is a picture of what he sees.
-import { launch, ready } from './browser.mjs';
+import { launch, patient, ready } from './browser.mjs';
 
-const PATIENCE_MS = 1000 * Number(process.env.PATIENCE_S ?? 120);
 const browser = await launch();
 const page = await browser.newPage({ viewport: { width: 1440, height: 900 } });
 const troubles = [];
 page.on('pageerror', (error) => troubles.push(error.message));
 
-/** Waits until a function of the page's state is true. */
-const until = (what, isTrue, argument) => page.waitForFunction(isTrue, argument, { timeout: PATIENCE_MS })
-  .catch(() => { throw new Error(`the page never showed that ${what}`); });
+const until = patient(page);
 /** Where somebody's eyes are. */
 const eyesOf = (agent) => page.evaluate((who) => Object.values(window.leo.under('thing/')).find((thing) => thing.agent === who)?.p, agent);
 

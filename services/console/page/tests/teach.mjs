@@ -6,10 +6,9 @@
 //
 // It waits for states of the page and never for a time; a state that does not come within PATIENCE_S (default 120)
 // fails it, with a picture of the page in PICTURE, if that is set.
-import { launch, ready } from './browser.mjs';
+import { launch, patient, ready } from './browser.mjs';
 import { serve } from './fake.mjs';
 
-const PATIENCE_MS = 1000 * Number(process.env.PATIENCE_S ?? 120);
 const TASK = 'task 1';
 
 /** The two demonstrations: blocks by colour and place, the screen before the blue one, and the pegs' row. */
@@ -30,9 +29,7 @@ const page = await context.newPage();
 const troubles = [];
 page.on('pageerror', (error) => troubles.push(error.message));
 
-/** Waits until a function of the page's state is true. */
-const until = (what, isTrue, argument) => page.waitForFunction(isTrue, argument, { timeout: PATIENCE_MS })
-  .catch(() => { throw new Error(`the page never showed that ${what}`); });
+const until = patient(page);
 
 const objects = () => page.evaluate(() => Object.values(window.leo.under('thing/')).filter((thing) => thing.kind !== 'person').length);
 const saw = () => page.evaluate(() => Object.values(window.leo.under('line/')).filter((line) => line.kind === 'saw').length);
