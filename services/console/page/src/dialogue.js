@@ -42,8 +42,9 @@ export class Dialogue {
   /**
    * @param {import('./cells.js').Cells} cells
    * @param {(text: string) => Promise<any>} say
+   * @param {import('./toasts.js').Toasts} toasts
    */
-  constructor(cells, say) {
+  constructor(cells, say, toasts) {
     this.#cells = cells;
     this.#say = say;
     cells.on('line/', (changes) => this.#update(changes));
@@ -62,6 +63,9 @@ export class Dialogue {
     const microphone = /** @type {HTMLButtonElement} */ (find('listen'));
     listening(microphone, (text) => {
       this.#field.value = text;
+      this.#field.focus();
+    }, (why) => {
+      toasts.show(why);
       this.#field.focus();
     });
   }

@@ -268,7 +268,7 @@ find('hint-close').addEventListener('click', () => (find('hint').hidden = true))
 // The panels.
 
 const timeline = new Timeline(cells);
-new Dialogue(cells, (text) => ask('say', { text, ...acting() }));
+new Dialogue(cells, (text) => ask('say', { text, ...acting() }), toasts);
 new Tasks(cells);
 new Lessons(cells, ask, toasts);
 new Health(cells);

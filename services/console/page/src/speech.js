@@ -1,11 +1,19 @@
 // Listening, where the browser can: never needed, since everything can be typed.
 
+/** Why a browser that could listen does not, by what it calls that; its button has no use then. */
+const REFUSALS = /** @type {Record<string, string>} */ ({
+  network: 'This browser recognises speech by a service that it cannot reach',
+  'not-allowed': 'This page may not use the microphone',
+  'service-not-allowed': 'This browser does not recognise speech',
+});
+
 /**
  * Makes a button listen; hides it where the browser cannot.
  * @param {HTMLButtonElement} button
  * @param {(text: string) => void} heard
+ * @param {(why: string) => void} refused told when it turns out that nothing will be heard
  */
-export function listening(button, heard) {
+export function listening(button, heard, refused) {
   const scope = /** @type {any} */ (window);
   const Recognition = scope.SpeechRecognition ?? scope.webkitSpeechRecognition;
   if (Recognition === undefined || !window.isSecureContext) {
@@ -25,8 +33,10 @@ export function listening(button, heard) {
   recognition.onend = () => become(false);
   recognition.onerror = (/** @type {any} */ event) => {
     become(false);
-    // Without a network some browsers cannot recognise anything: then the button has no use.
-    if (['network', 'not-allowed', 'service-not-allowed'].includes(event.error)) button.hidden = true;
+    const why = REFUSALS[event.error];
+    if (why === undefined) return;
+    button.hidden = true;
+    refused(`${why}: type what you want to say.`);
   };
   button.addEventListener('click', () => {
     if (on) recognition.stop();

@@ -138,7 +138,7 @@ export class Fake {
     this.line('the teacher', 'said', text);
     const begin = /teach you to do (.+)$/i.exec(text);
     const end = /^(.+) is done$/i.exec(text);
-    const perform = /^leo, do (.+)$/i.exec(text);
+    const perform = /^leo,? do (.+)$/i.exec(text);
     if (begin) {
       this.teaching = { name: begin[1].toLowerCase(), before: new Set(this.objects.filter((each) => this.filled(each)).map((each) => each.name)) };
       this.line(null, 'sees', `${this.objects.length} things (Leo's own view)`);

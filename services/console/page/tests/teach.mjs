@@ -1,11 +1,12 @@
-// Teaches Leo Task 1 on its own page with mouse, finger, keyboard and typed sentences, from an empty table, and prints
-// what the page showed of it as one JSON document:
+// Teaches Leo Task 1 on its own page with mouse, finger, keyboard, typed sentences and a spoken one, from an empty table,
+// and prints what the page showed of it as one JSON document:
 //
 //   node tests/teach.mjs BASE_URL     the page of a robot that runs
 //   node tests/teach.mjs              a fake of Leo
 //
 // It waits for states of the page and never for a time; a state that does not come within PATIENCE_S (default 120)
-// fails it, with a picture of the page in PICTURE, if that is set.
+// fails it, with a picture of the page in PICTURE, if that is set. What recognises speech is the test's own: a browser's
+// sends what it hears to its maker.
 import { launch, patient, ready } from './browser.mjs';
 import { serve } from './fake.mjs';
 
@@ -28,6 +29,22 @@ const context = await browser.newContext({ viewport: { width: 1440, height: 900 
 const page = await context.newPage();
 const troubles = [];
 page.on('pageerror', (error) => troubles.push(error.message));
+
+await page.addInitScript(() => {
+  window.heard = [];
+  window.SpeechRecognition = class {
+    start() {
+      const [text, error] = window.heard.shift() ?? ['', 'no-speech'];
+      queueMicrotask(() => {
+        if (error) this.onerror({ error });
+        else this.onresult({ results: [[{ transcript: text }]] });
+        this.onend();
+      });
+    }
+
+    stop() {}
+  };
+});
 
 const until = patient(page);
 
@@ -64,11 +81,28 @@ async function clear() {
     && Object.values(window.leo.under('thing/')).every((thing) => thing.kind === 'person'));
 }
 
-async function say(text) {
+async function say(text, enter = (words) => page.fill('#say', words)) {
   const before = await page.evaluate(() => Object.values(window.leo.under('line/')).filter((line) => line.kind === 'said').length);
-  await page.fill('#say', text);
+  await enter(text);
   await page.press('#say', 'Enter');
   await until(`"${text}" was said`, (n) => Object.values(window.leo.under('line/')).filter((line) => line.kind === 'said').length > n, before);
+}
+
+/** By the microphone, after nothing was heard once: what was heard can be read before it is said. */
+async function speak(text) {
+  await page.evaluate((words) => { window.heard = [['', 'no-speech'], [words]]; }, text);
+  await page.click('#listen');
+  await until('the microphone is off again', () => document.querySelector('#listen').ariaPressed === 'false' && window.heard.length === 1);
+  await page.click('#listen');
+  await until(`"${text}" was heard`, (words) => document.querySelector('#say').value === words, text);
+  if (await page.getAttribute('#listen', 'aria-pressed') !== 'false') throw new Error('the microphone stays on');
+}
+
+/** A microphone that turns out to be of no use says so and goes. */
+async function cannotHear() {
+  await page.evaluate(() => { window.heard = [['', 'network']]; });
+  await page.click('#listen');
+  await until('nothing will be heard', () => document.querySelector('#listen').hidden && document.querySelector('#toasts').textContent.includes('type what you want'));
 }
 
 /** Into the block's hole by mouse, by finger or by the keyboard. */
@@ -137,7 +171,8 @@ async function perform() {
   for (const x of NOVEL.pegs) await add('wood peg', x, NOVEL_PEGS_Y);
   await until('Leo knows of all things', (n) => Object.keys(window.leo.under('belief/0/')).length >= n, NOVEL.blocks.length + NOVEL.pegs.length);
   const before = await page.evaluate((name) => window.leo.cells.get(`task/${name}`).performances.filter((each) => each.result).length, TASK);
-  await say(`Leo, do ${TASK}`);
+  // As recognisers write it.
+  await say(`leo do ${TASK}`, speak);
   await until('Leo has performed', ([name, n]) => window.leo.cells.get(`task/${name}`).performances.filter((each) => each.result).length > n, [TASK, before]);
 }
 
@@ -174,6 +209,7 @@ try {
   const divides = [];
   for (const table of TABLES) divides.push(await demonstrate(table));
   await perform();
+  await cannotHear();
   const shown = await account();
   if (troubles.length > 0) throw new Error(`the page failed: ${troubles.join('; ')}`);
   console.log(JSON.stringify({ ...shown, divides }, null, 2));
