@@ -113,7 +113,7 @@ impl Tasks {
             What::Forget { name } => {
                 let task = memory.task(name)?;
                 memory.memory.forget(name).map_err(Failed::because)?;
-                output::print(&format!("forgot {} and its {} examples\n", task.name, task.examples.len()))?;
+                output::print(&format!("forgot {} and its {}\n", task.name, counted(task.examples.len())))?;
             }
             What::Export { names } => {
                 let tasks = if names.is_empty() {
@@ -168,10 +168,16 @@ impl Tasks {
             return output::print("Leo has learned nothing yet\n");
         }
         let line = |Known { name, examples, rule }: &Known| {
-            format!("{name:<24} {examples:>4} examples   {}\n", rule.as_deref().unwrap_or("no rule"))
+            let rule = rule.as_deref().unwrap_or("no rule");
+            format!("{name:<24} {:>13}   {rule}\n", counted(*examples))
         };
         output::print(&known.iter().map(line).collect::<String>())
     }
+}
+
+/// "1 example", "2 examples".
+fn counted(examples: usize) -> String {
+    if examples == 1 { "1 example".to_owned() } else { format!("{examples} examples") }
 }
 
 /// What is remembered, opened.

@@ -9,6 +9,7 @@ use serial::{OpenError, Pty};
 use servo::mock::{Answers, Line};
 
 use crate::Pacer;
+use crate::lateness::Lateness;
 
 /// How often a thread that hears nothing looks whether it shall end.
 const IDLE: Duration = Duration::from_millis(50);
@@ -68,7 +69,11 @@ impl End {
     pub(crate) fn serve(&self, pty: Pty) {
         let mut pty = Some(pty);
         let mut pacer = Pacer::new(self.baud);
-        let mut voice = Voice { answers: Answers::default(), said: Vec::with_capacity(4096) };
+        let mut voice = Voice {
+            answers: Answers::default(),
+            said: Vec::with_capacity(4096),
+            lateness: Lateness::default(),
+        };
         while !self.stop.load(Ordering::Relaxed) {
             let hangs = self.hangs_up();
             match &pty {
@@ -139,18 +144,21 @@ impl End {
 struct Voice {
     answers: Answers,
     said: Vec<u8>,
+    /// How late this thread is woken, be it by a clock or by bytes.
+    lateness: Lateness,
 }
 
 impl Voice {
     /// Says the answers as a wire would bring them. One that nobody takes is lost, as on a wire.
     fn say(&mut self, pty: &Pty, pacer: &mut Pacer, heard_at: Instant, heard: usize, paced: bool) {
         self.said.clear();
-        let mut first_at = pacer.leave_at(heard_at, heard, Duration::ZERO, 0);
+        let written_at = heard_at - self.lateness.usual();
+        let mut first_at = pacer.leave_at(written_at, heard, Duration::ZERO, 0);
         let mut leaves_at = first_at;
         for answer in self.answers.get() {
-            let at = pacer.leave_at(heard_at, 0, answer.wait, answer.bytes.len());
+            let at = pacer.leave_at(written_at, 0, answer.wait, answer.bytes.len());
             if paced && !self.said.is_empty() && at.since(first_at) > TOGETHER {
-                clock::sleep_until(leaves_at);
+                self.lateness.sleep_until(leaves_at);
                 let _taken = pty.write(&self.said, clock::now() + UNREAD);
                 self.said.clear();
                 first_at = leaves_at;
@@ -162,7 +170,7 @@ impl Voice {
             return;
         }
         if paced {
-            clock::sleep_until(leaves_at);
+            self.lateness.sleep_until(leaves_at);
         }
         let _taken = pty.write(&self.said, clock::now() + UNREAD);
     }

@@ -7,6 +7,7 @@
 mod alone;
 mod end;
 mod faults;
+mod lateness;
 mod pacer;
 mod ptys;
 mod servos;

@@ -16,15 +16,15 @@ const SILENT_MOST: u32 = 10;
 /// Exchanges in a row before which bytes came after their time, in which no servo is blamed: until
 /// patience has grown, it is the line that is slow.
 const LATE_MOST: u32 = 6;
-/// The lengths of reading rotate over so many values: an answer that comes a cycle late has
-/// another length than the one that is awaited, and is dropped for it.
-const ROTATION: u16 = 3;
-/// The same for a while after something was missing, broken or late: who answers late may be several
-/// questions behind, and an answer to one of the same length would pass for the newest. All of it is in
-/// the control table behind the measurements.
+/// While something is missing, broken or late, the length of reading rotates over so many values: an
+/// answer to an earlier question has another length than the one that is awaited, and is dropped for
+/// it. All of it is in the control table behind the measurements. Before that, every answer was there
+/// when the next question was asked, so that none can come later.
 const ROTATION_IN_DOUBT: u16 = 12;
 /// Exchanges without anything of the kind before which a bus is in doubt.
 const CALM: u32 = 24;
+/// Of so many requests to a bus that is to let go one asks where those stand that have.
+const TURNS: usize = 3;
 /// How often torque off is said to all at once.
 const BROADCASTS: usize = 3;
 
@@ -51,7 +51,10 @@ pub(crate) struct Bus {
     job: Option<(usize, Job)>,
     /// The place among the joints where the search for the next job begins.
     next: usize,
-    cycle: u16,
+    /// Bytes that are read besides the measurements.
+    more: u16,
+    /// Counts the requests, up to [`TURNS`].
+    turn: usize,
     /// Exchanges in a row in which everything came, and nothing else.
     calm: u32,
     silent: u32,
@@ -70,7 +73,8 @@ impl Bus {
             asked_length: 0,
             job: None,
             next: 0,
-            cycle: 0,
+            more: 0,
+            turn: 0,
             calm: 0,
             silent: 0,
             late: 0,
@@ -97,13 +101,14 @@ impl Bus {
         request: &mut Request,
     ) {
         request.clear();
-        self.cycle = (self.cycle + 1) % if self.calm < CALM { ROTATION_IN_DOUBT } else { ROTATION };
-        self.asked_length = Reading::ITEM.length + self.cycle;
+        self.turn = (self.turn + 1) % TURNS;
+        self.more = if self.calm < CALM { (self.more + 1) % ROTATION_IN_DOUBT } else { 0 };
+        self.asked_length = Reading::ITEM.length + self.more;
         self.asked.clear();
         self.job = None;
         match purpose {
             // Those who have let go are asked by turns whether they still do and where they are.
-            Purpose::LetGo if self.cycle.is_multiple_of(ROTATION) && self.have_let_go(joints) => {
+            Purpose::LetGo if self.turn == 0 && self.have_let_go(joints) => {
                 self.plan_measurements(joints, request);
             }
             Purpose::LetGo => self.plan_release(joints, request),
@@ -181,7 +186,7 @@ impl Bus {
         // A silent servo may keep those behind it from answering: who has confirmed comes first, and
         // the others take turns.
         let has_let_go = |index: usize| joints.get(index).is_some_and(Joint::has_let_go);
-        let first = usize::from(self.cycle % ROTATION) * self.joints.len() / usize::from(ROTATION);
+        let first = self.turn * self.joints.len() / TURNS;
         for confirmed in [true, false] {
             let turns = self.joints.iter().cycle().skip(first).take(self.joints.len());
             self.asked.extend(
@@ -190,7 +195,7 @@ impl Bus {
         }
         let who = || self.asked.iter().filter_map(|(index, _)| Some(joints.get(*index)?.id()));
         let ids: Few<SERVOS_MOST> = who().map(Id::get).collect();
-        let length = TORQUE_ENABLE.length + self.cycle;
+        let length = TORQUE_ENABLE.length + self.more;
         let off = Instruction::Write { address: TORQUE_ENABLE.address, data: &[0] };
         let question = Instruction::SyncRead { address: TORQUE_ENABLE.address, length, ids: ids.get() };
         self.asked_length = length;
@@ -212,6 +217,7 @@ impl Bus {
         self.counts.late_bytes += u64::try_from(replies.late).unwrap_or(u64::MAX);
         if replies.lost.is_some() {
             self.is_lost = true;
+            self.calm = 0;
             for &index in &self.joints {
                 if let Some(joint) = joints.get_mut(index) {
                     joint.lost(now);
@@ -226,7 +232,10 @@ impl Bus {
             let is_late = replies.late > 0 || self.counts.stale > stale;
             self.late = if is_late { self.late.saturating_add(1) } else { 0 };
             let missing = self.blame(now, joints, replies, &asked, &heard);
-            self.note_calm(is_late || replies.noisy || missing.iter().any(Option::is_some));
+            // Whom a second question reached may still answer the first.
+            let has_asked_again = replies.heard(Topic::Again) > 0;
+            let in_doubt = is_late || replies.noisy || has_asked_again || missing.iter().any(Option::is_some);
+            self.calm = if in_doubt { 0 } else { self.calm.saturating_add(1) };
             self.take_answer(now, joints, replies, job, missing);
             for status in replies.about(Topic::Alarm) {
                 if let Some(joint) = self.joint_of(joints, status.id) {
@@ -237,15 +246,6 @@ impl Bus {
         // The list's memory is used again in the next cycle.
         self.asked = asked;
         self.asked.clear();
-    }
-
-    /// Notes whether anything was missing, or came that was not awaited.
-    fn note_calm(&mut self, in_doubt: bool) {
-        if in_doubt && self.calm >= CALM {
-            // From here on first the lengths that were not asked for lately.
-            self.cycle = ROTATION - 1;
-        }
-        self.calm = if in_doubt { 0 } else { self.calm.saturating_add(1) };
     }
 
     /// Takes what all were asked: who was heard, by their place among those asked.

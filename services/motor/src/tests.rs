@@ -474,18 +474,41 @@ fn on_a_noisy_wire_every_joint_goes_on_or_comes_back_and_no_command_jumps() {
 }
 
 #[test]
-fn an_answer_that_comes_a_cycle_late_is_dropped() {
+fn an_answer_that_comes_once_more_a_cycle_later_is_dropped() {
     let mut rig = following();
     rig.commanded(1, 0.0, rig.now);
     // Bus 1 was asked last: these are its answers.
-    let late = rig.replies.clone();
+    let mut late = rig.replies.clone();
     let seen_at = rig.state(2).sampled_at_ns;
     assert_eq!(seen_at, rig.now.as_nanos());
     rig.now += PERIOD;
     rig.motor.goals(rig.now, &[]);
     rig.motor.step(rig.now);
     rig.motor.request(1, rig.now, &mut rig.request);
+    late.stamp(rig.now);
     rig.motor.replies(1, rig.now, &late);
     assert_eq!(rig.state(2).sampled_at_ns, seen_at);
     assert_eq!(rig.motor.counts().stale, 1);
+}
+
+#[test]
+fn after_an_answer_that_is_missing_none_of_its_length_is_awaited_for_long() {
+    let mut rig = following();
+    rig.commanded(100, 0.0, rig.now);
+    let lengths = |rig: &mut Rig, cycles: usize| {
+        let mut asked = Vec::new();
+        for _ in 0..cycles {
+            rig.commanded(1, 0.0, rig.now);
+            let part = rig.request.parts().next().unwrap().0;
+            asked.push(part.data - usize::from(servo::Reading::ITEM.length));
+        }
+        asked
+    };
+    assert_eq!(lengths(&mut rig, 5), [0; 5]);
+    rig.mute.insert((1, 1));
+    assert_eq!(lengths(&mut rig, 1), [0], "it is this answer that is missing");
+    rig.mute.clear();
+    let doubtful = [1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 0];
+    assert_eq!(lengths(&mut rig, 24), [doubtful, doubtful].concat());
+    assert_eq!(lengths(&mut rig, 3), [0; 3]);
 }

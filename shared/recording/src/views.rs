@@ -350,6 +350,7 @@ fn words(event: &Event, whose: &str) -> Option<String> {
         EventKind::TeachingStarted => format!("watches how to do {task}"),
         EventKind::Seen => format!("sees {text} (as {whose} does)"),
         EventKind::ActionSeen => format!("saw {text}"),
+        EventKind::DemonstrationEnded if event.examples == 1 => format!("1 example of {task} so far"),
         EventKind::DemonstrationEnded => format!("{} examples of {task} so far", event.examples),
         EventKind::Hypothesis => format!(
             "hypothesis {text} as {whose} saw it: posterior {:.4}, tally {}/{}, rank {}",

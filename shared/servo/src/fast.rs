@@ -8,6 +8,8 @@ use crate::{Id, Status};
 const BYTES_MOST: usize = 4096;
 /// As many as there are identifiers.
 const SERVOS_MOST: usize = 253;
+/// Bytes of noise before a part behind which it is looked for.
+const NOISE_MOST: usize = 8;
 
 /// Takes the one frame apart with which several servos answer a
 /// [fast sync read](crate::Instruction::FastSyncRead) or a
@@ -16,8 +18,9 @@ const SERVOS_MOST: usize = 253;
 /// Every servo's part ends with a check sum of everything before it. So each part is verified as
 /// soon as it is there, whatever follows; and since a sum stands for all that it sums up, a part
 /// can also be verified behind one that is broken, from the sum in which that one ends. A bit that
-/// flips costs one servo, one in a sum two, one in the header all. Bytes that are missing or too
-/// many cost the servos behind them, and never those before.
+/// flips costs one servo, one in a sum two, one in the header all. A few bytes too many before a
+/// part, or one that is said twice, cost nobody. Bytes that are missing, or many too many, cost the
+/// servos behind them, and never those before.
 ///
 /// It is told what it awaits and given to [`Parser::next_part`](crate::Parser::next_part):
 ///
@@ -64,6 +67,8 @@ struct Walk {
     place: usize,
     /// The check sum up to `at`.
     sum: u16,
+    /// The check sum up to the part before it, if that was verified.
+    sum_before: Option<u16>,
     /// Where another frame may begin if this one is broken: behind its header, or behind the last
     /// part that was verified.
     resume: usize,
@@ -93,6 +98,8 @@ pub(crate) enum Step {
     Part { id: Id, error: u8, data: usize, length: usize },
     /// A part whose sum was wrong.
     Broken,
+    /// So many bytes before a part that are none of it.
+    Noise(usize),
     /// The frame is over, and so many bytes belong to it.
     Over(usize),
 }
@@ -172,8 +179,15 @@ impl FastReply {
     pub(crate) fn enter(&mut self, origin: u64) {
         let head = head(self.length);
         let sum = extend(0, &head);
-        self.frame =
-            Some(Walk { origin, at: head.len(), place: 0, sum, resume: HEADER.len(), broken: false });
+        self.frame = Some(Walk {
+            origin,
+            at: head.len(),
+            place: 0,
+            sum,
+            sum_before: None,
+            resume: HEADER.len(),
+            broken: false,
+        });
     }
 
     /// The bytes up to the end of the part that was told last: they are done with, and what comes
@@ -213,6 +227,7 @@ impl FastReply {
                 if extend(walk.sum, summed).to_le_bytes() == field {
                     let (data, length) = (walk.at + 2, usize::from(claimed.length));
                     walk.at += length + Chain::PART;
+                    walk.sum_before = Some(walk.sum);
                     (walk.place, walk.sum, walk.resume) = (place + 1, after(field), walk.at);
                     match Id::new(id) {
                         Some(id) if !std::mem::replace(&mut claimed.told, true) => {
@@ -224,11 +239,39 @@ impl FastReply {
                 }
             }
             let Some((_, field)) = split(part, own.length) else { return Step::Wait };
+            if let Some(bytes) = self.too_many(walk, part, own) {
+                walk.at += bytes;
+                return Step::Noise(bytes);
+            }
             walk.at += usize::from(own.length) + Chain::PART;
+            walk.sum_before = None;
             (walk.place, walk.sum, walk.broken) = (walk.place + 1, after(field), true);
             return Step::Broken;
         }
     }
+
+    /// How many bytes stand before the awaited part at the beginning of `part`: the one before it once
+    /// more, or a few that are anything. None where it is not behind them, as far as the bytes go:
+    /// whoever waited for more would take a servo that answers nonsense for one that is silent.
+    fn too_many(&self, walk: &Walk, part: &[u8], own: Awaited) -> Option<usize> {
+        let again = walk.sum_before.and_then(|sum| {
+            let before = self.awaited.get(walk.place.checked_sub(1)?)?;
+            let header = head(self.length);
+            // The first part is said twice with its header.
+            let again = if sum == extend(0, &header) { part.strip_prefix(&header)? } else { part };
+            let length = verified(sum, again, *before)?;
+            Some(part.len() - again.len() + length)
+        });
+        let noise =
+            |bytes: &usize| part.get(*bytes..).is_some_and(|part| verified(walk.sum, part, own).is_some());
+        again.or_else(|| (1..=NOISE_MOST).find(noise))
+    }
+}
+
+/// The bytes of a servo's part at the beginning of these, behind what has this sum.
+fn verified(sum: u16, part: &[u8], whose: Awaited) -> Option<usize> {
+    let (summed, field) = split(part, whose.length).filter(|(summed, _)| summed.get(1) == Some(&whose.id))?;
+    (extend(sum, summed).to_le_bytes() == field).then_some(summed.len() + SUFFIX)
 }
 
 /// What a part with so many bytes of data sums up, and its sum, if it is there.

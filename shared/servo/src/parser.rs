@@ -111,6 +111,7 @@ impl Parser {
                 }
                 Step::Wait => return None,
                 Step::Broken => self.losses.corrupt += 1,
+                Step::Noise(bytes) => self.losses.noise += number(bytes),
                 Step::Over(length) => self.skip(length),
                 Step::Search if reply.is_complete() => return None,
                 Step::Search => match reply.begins(self.waiting()) {

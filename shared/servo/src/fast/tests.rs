@@ -138,6 +138,35 @@ fn what_is_cut_short_costs_no_servo_before_it() {
 }
 
 #[test]
+fn noise_before_a_part_and_a_part_that_is_said_twice_cost_nobody() {
+    let parts = thirteen();
+    for there in [parts.clone(), without(&parts, &[1]), without(&parts, &[5])] {
+        let (bytes, ends) = frame(&parts, &there);
+        for (place, end) in ends.iter().enumerate() {
+            let begin = place.checked_sub(1).map_or(0, |before| ends[before]);
+            let own = there[place].0;
+            let noises =
+                [&[0][..], &[own], &[0, own], &[0, own + 1, 0, own], &[0x55, own, own, 9, 0, 3, 0xFD, 0xFF]];
+            // Behind a silent servo nobody is awaited at once.
+            let follows = place > 0 && there[place - 1].0 + 1 == own;
+            let noises = noises.into_iter().filter(|_| follows).map(<[u8]>::to_vec);
+            for more in noises.chain([bytes[begin..*end].to_vec()]) {
+                let said = [&bytes[..begin], &more, &bytes[begin..]].concat();
+                let (told, _, mut parser) = hear(&parts, &said, 4096);
+                assert_eq!(told, there, "{more:?} before {own}");
+                parser.clear();
+                assert_eq!(parser.losses().noise, number(more.len()), "{more:?} before {own}");
+                // Where the bytes come piece by piece, the piece may end too early to tell.
+                for chunk in [1, 7] {
+                    let told = hear(&parts, &said, chunk).0;
+                    assert!(told.len() >= place && told.iter().all(|part| there.contains(part)), "{told:?}");
+                }
+            }
+        }
+    }
+}
+
+#[test]
 fn who_goes_on_behind_a_silent_servo_is_heard() {
     let parts = thirteen();
     for silent in [&[5][..], &[5, 6, 12], &[13], &[2, 4, 6, 8, 10]] {
