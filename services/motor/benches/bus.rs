@@ -148,7 +148,7 @@ fn with_a_bad_servo(fault: &str) -> (usize, Duration, Duration) {
     let mut rig = Rig::new(4_000_000);
     rig.inject(&format!("{fault} id={BAD}"));
     let (mut kept, mut times) = (Vec::new(), Vec::new());
-    for _ in 0..200 {
+    for _ in 0..1000 {
         let (read, time) = rig.cycle();
         kept.push(read);
         times.push(time);
