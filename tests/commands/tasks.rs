@@ -32,7 +32,7 @@ fn what_was_learned_is_listed_shown_exported_forgotten_and_imported() {
     let file = write(&files, "learned.json", &exported().to_string());
     assert_eq!(ask(&["import", &file]).out, "learned Task 1\n");
     let list = ask(&["list"]).out;
-    assert!(list.starts_with("Task 1 ") && list.contains("1 examples") && list.contains("all red"), "{list}");
+    assert!(list.starts_with("Task 1 ") && list.contains("1 example ") && list.contains("all red"), "{list}");
     let shown = ask(&["show", "task 1"]).out;
     assert!(shown.contains("rule chosen: ALL RED (as Leo saw it)"), "{shown}");
     // One example leaves nothing open here: but for the colour the two are alike.
@@ -43,7 +43,7 @@ fn what_was_learned_is_listed_shown_exported_forgotten_and_imported() {
     // What comes out goes in again, and says the same.
     let out = ask(&["export"]).out;
     assert_refused(&ask(&["import", &file]), 2, &["knows \"Task 1\" already", "--replace"]);
-    assert_eq!(ask(&["forget", "TASK 1"]).out, "forgot Task 1 and its 1 examples\n");
+    assert_eq!(ask(&["forget", "TASK 1"]).out, "forgot Task 1 and its 1 example\n");
     let again = write(&files, "again.json", &out);
     assert_eq!(ask(&["import", &again]).out, "learned Task 1\n");
     assert_eq!(ask(&["export", "task 1"]).out, out);
