@@ -1,0 +1,102 @@
+//! One mock servo bus with the servo driver on it.
+
+use std::fmt::Write as _;
+
+use clock::Duration;
+use config::Robot;
+use message::{JointGoal, JointMode, JointState};
+use mock_bus_process::Ptys;
+use motor_process::{Line, Master, Motor, Replies, Request};
+use servo::mock::Injection;
+
+use crate::{PATIENCE, PERIOD, SERVOS};
+
+/// A robot of one bus.
+fn robot_of(baud: u32) -> config::motor::Motor {
+    let mut text = format!("bus = [{{ name = \"only\", device = \"mock\", baud = {baud} }}]\n");
+    for id in 1..=SERVOS {
+        // Writing to a string cannot fail.
+        let _ = writeln!(
+            text,
+            "[[joint]]\nname = \"joint_{id}\"\nbus = \"only\"\nid = {id}\nmodel = \"XM430-W350\"\nsign = 1\n\
+             offset_rad = 0.0\nmin_rad = -1.0\nmax_rad = 1.0\nvelocity_rad_s = 2.0\n\
+             acceleration_rad_s2 = 10.0\ngroup = \"all\""
+        );
+    }
+    config::motor::parse(&text, "motor.toml".as_ref()).expect("a robot")
+}
+
+/// One bus with its driver.
+pub(crate) struct Rig {
+    pub(crate) ptys: Ptys,
+    pub(crate) folder: tempfile::TempDir,
+    pub(crate) motor: Motor,
+    master: Master,
+    pub(crate) line: Line,
+    pub(crate) request: Request,
+    replies: Replies,
+    goals: Vec<JointGoal>,
+}
+
+/// The mock servo bus in threads with the rights of its process; the driver's are for whoever asks then.
+pub(crate) fn put_up(robot: &config::motor::Motor, folder: &std::path::Path) -> Ptys {
+    let leo = Robot::load(None).expect("built in").leo;
+    for refusal in realtime::apply(&leo.mock_bus.realtime).refusals() {
+        println!("without its rights: {refusal}");
+    }
+    let ptys = Ptys::open(robot, folder, false).expect("pseudo-terminals");
+    let _the_same_are_missing = realtime::apply(&leo.motor.realtime);
+    ptys
+}
+
+impl Rig {
+    pub(crate) fn new(baud: u32) -> Self {
+        let robot = robot_of(baud);
+        let folder = tempfile::tempdir().expect("a folder");
+        let ptys = put_up(&robot, folder.path());
+        let settings = Robot::load(None).expect("built in").leo.motor;
+        let goal = |joint| JointGoal { joint, reserved: 0, goal_position_rad: 0.2, arrive_at_ns: 0 };
+        let mut rig = Self {
+            motor: Motor::new(&robot, &settings).expect("a robot"),
+            master: Master::new(baud, (PATIENCE, 2 * PERIOD)),
+            line: Line::new(None, folder.path().join("bus-only"), baud),
+            request: Request::default(),
+            replies: Replies::default(),
+            goals: (0..u32::from(SERVOS)).map(goal).collect(),
+            ptys,
+            folder,
+        };
+        let give_up = clock::now() + Duration::from_secs(20);
+        while clock::now() < give_up {
+            clock::sleep_until(clock::now() + PERIOD);
+            rig.cycle();
+            if rig.states().all(|state| state.mode() == Some(JointMode::Following)) {
+                return rig;
+            }
+        }
+        unreachable!("joints do not come up: {:?}", rig.states().collect::<Vec<_>>());
+    }
+
+    fn states(&self) -> impl Iterator<Item = JointState> {
+        self.motor.states()
+    }
+
+    /// One cycle, at once: how many were read in it, and how long the bus was busy.
+    pub(crate) fn cycle(&mut self) -> (usize, Duration) {
+        let now = clock::now();
+        self.motor.goals(now, &self.goals);
+        self.motor.step(now);
+        self.motor.request(0, now, &mut self.request);
+        let begun = clock::now();
+        self.master.exchange(&mut self.line, &self.request, &mut self.replies);
+        let done = clock::now();
+        self.motor.replies(0, done, &self.replies);
+        let read = self.states().filter(|state| state.sampled_at_ns >= begun.as_nanos()).count();
+        (read, done.since(begun))
+    }
+
+    pub(crate) fn inject(&self, words: &str) {
+        let faults: Vec<Injection> = words.lines().map(|words| words.parse().expect("a fault")).collect();
+        self.ptys.inject(&faults);
+    }
+}
