@@ -158,7 +158,7 @@ impl Voice {
         for answer in self.answers.get() {
             let at = pacer.leave_at(written_at, 0, answer.wait, answer.bytes.len());
             if paced && !self.said.is_empty() && at.since(first_at) > TOGETHER {
-                self.lateness.sleep_until(leaves_at);
+                sleep_until(&mut self.lateness, leaves_at);
                 let _taken = pty.write(&self.said, clock::now() + UNREAD);
                 self.said.clear();
                 first_at = leaves_at;
@@ -170,9 +170,18 @@ impl Voice {
             return;
         }
         if paced {
-            self.lateness.sleep_until(leaves_at);
+            sleep_until(&mut self.lateness, leaves_at);
         }
         let _taken = pty.write(&self.said, clock::now() + UNREAD);
+    }
+}
+
+/// Sleeps so that it ends at `at` as a rule.
+fn sleep_until(lateness: &mut Lateness, at: Instant) {
+    let wake_at = at - lateness.usual();
+    if clock::now() < wake_at {
+        clock::sleep_until(wake_at);
+        lateness.note(clock::now().since(wake_at));
     }
 }
 

@@ -1,4 +1,4 @@
-use clock::{Duration, Instant};
+use clock::Duration;
 
 /// How much the estimate moves by one observation.
 const STEP: Duration = Duration::from_nanos(250);
@@ -20,16 +20,8 @@ impl Lateness {
         self.usual
     }
 
-    /// Sleeps so that it ends at `at`, as a rule.
-    pub(crate) fn sleep_until(&mut self, at: Instant) {
-        let wake_at = at - self.usual;
-        if clock::now() < wake_at {
-            clock::sleep_until(wake_at);
-            self.note(clock::now().since(wake_at));
-        }
-    }
-
-    fn note(&mut self, late: Duration) {
+    /// Notes how late the thread was woken.
+    pub(crate) fn note(&mut self, late: Duration) {
         self.usual = if late > self.usual {
             (self.usual + STEP).min(MOST)
         } else {
