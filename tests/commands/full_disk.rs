@@ -43,5 +43,5 @@ fn what_is_learned_on_a_full_disk_is_kept_once_there_is_room() {
         "{told:?}"
     );
     let last: Vec<_> = told.out.lines().last().unwrap_or_default().split_whitespace().collect();
-    assert_eq!(last, ["task", "1", "1", "examples", "all"], "{told:?}");
+    assert_eq!(last, ["task", "1", "1", "example", "all"], "{told:?}");
 }
