@@ -13,6 +13,7 @@
 mod robot;
 
 use std::fs;
+use std::io::ErrorKind;
 use std::net::TcpStream;
 use std::path::Path;
 use std::sync::Arc;
@@ -25,6 +26,7 @@ use console_process::top::{About, Row, Top};
 use quantity::number::{float, float_of_count};
 use robot::{Robot, wait_until};
 use transport::Domain;
+use tungstenite::Error;
 use tungstenite::client::IntoClientRequest as _;
 
 /// Pages at once.
@@ -131,11 +133,13 @@ struct Opened {
     shut: Arc<AtomicBool>,
     bytes: Arc<AtomicU64>,
     began: clock::Instant,
+    reader: Option<thread::JoinHandle<()>>,
 }
 
 impl Opened {
     fn new(host: &str) -> Self {
-        let opened = Self { shut: Arc::default(), bytes: Arc::default(), began: clock::now() };
+        let mut opened =
+            Self { shut: Arc::default(), bytes: Arc::default(), began: clock::now(), reader: None };
         let open = |_| {
             let stream = TcpStream::connect(host).expect("it listens");
             let request = format!("ws://{host}/live").into_client_request().expect("an address");
@@ -145,16 +149,21 @@ impl Opened {
         };
         let mut sockets: Vec<_> = (0..PAGES).map(open).collect();
         let (shut, bytes) = (Arc::clone(&opened.shut), Arc::clone(&opened.bytes));
-        thread::spawn(move || {
+        opened.reader = Some(thread::spawn(move || {
             while !shut.load(Ordering::Relaxed) {
                 clock::sleep_until(clock::now() + TAKEN_EVERY);
                 for socket in &mut sockets {
-                    while let Ok(message) = socket.read() {
+                    loop {
+                        let message = match socket.read() {
+                            Ok(message) => message,
+                            Err(Error::Io(none)) if none.kind() == ErrorKind::WouldBlock => break,
+                            Err(gone) => unreachable!("a page was closed: {gone}"),
+                        };
                         bytes.fetch_add(u64::try_from(message.len()).unwrap_or(0), Ordering::Relaxed);
                     }
                 }
             }
-        });
+        }));
         opened
     }
 
@@ -165,8 +174,11 @@ impl Opened {
     }
 
     /// Bytes a second of all together.
-    fn shut(self) -> f64 {
+    fn shut(mut self) -> f64 {
         self.shut.store(true, Ordering::Relaxed);
+        if let Some(reader) = self.reader.take() {
+            reader.join().expect("every page was read to the end");
+        }
         let took = clock::now().since(self.began).as_secs_f64();
         float(self.bytes.load(Ordering::Relaxed)) / took
     }

@@ -8,6 +8,7 @@ use account::Account;
 use clap::{Args, Subcommand};
 use config::Robot;
 use learner_process::{Memory, Vocabulary, learning, open_question, retell};
+use quantity::number::{counted, saturating_u32};
 use serde::{Deserialize, Serialize};
 
 use super::failure::Failed;
@@ -113,7 +114,7 @@ impl Tasks {
             What::Forget { name } => {
                 let task = memory.task(name)?;
                 memory.memory.forget(name).map_err(Failed::because)?;
-                output::print(&format!("forgot {} and its {}\n", task.name, counted(task.examples.len())))?;
+                output::print(&format!("forgot {} and its {}\n", task.name, examples(task.examples.len())))?;
             }
             What::Export { names } => {
                 let tasks = if names.is_empty() {
@@ -167,17 +168,16 @@ impl Tasks {
         if known.is_empty() {
             return output::print("Leo has learned nothing yet\n");
         }
-        let line = |Known { name, examples, rule }: &Known| {
+        let line = |Known { name, examples: count, rule }: &Known| {
             let rule = rule.as_deref().unwrap_or("no rule");
-            format!("{name:<24} {:>13}   {rule}\n", counted(*examples))
+            format!("{name:<24} {:>13}   {rule}\n", examples(*count))
         };
         output::print(&known.iter().map(line).collect::<String>())
     }
 }
 
-/// "1 example", "2 examples".
-fn counted(examples: usize) -> String {
-    if examples == 1 { "1 example".to_owned() } else { format!("{examples} examples") }
+fn examples(count: usize) -> String {
+    counted(saturating_u32(count), "example")
 }
 
 /// What is remembered, opened.

@@ -1,5 +1,6 @@
 use config::Names;
 use message::{Event, EventKind, NOBODY, Utterance};
+use quantity::number::counted;
 
 /// What a line tells of.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -105,8 +106,7 @@ impl Narrator {
             EventKind::Seen => (LineKind::Sees, format!("{text} ({whose})")),
             EventKind::ActionSeen => (LineKind::Saw, text.to_owned()),
             EventKind::DemonstrationEnded => {
-                let plural = if event.examples == 1 { "" } else { "s" };
-                (LineKind::Note, format!("{} example{plural} of {task} so far", event.examples))
+                (LineKind::Note, format!("{} of {task} so far", counted(event.examples, "example")))
             }
             EventKind::Hypothesis if event.high_likelihood != 0 => {
                 let Event { posterior, tally, examples, .. } = event;

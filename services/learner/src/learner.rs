@@ -12,7 +12,7 @@ use crate::report::{Verdict, sight, spoken};
 use crate::teaching::Teaching;
 use crate::views::{Continuity, Views};
 use crate::{Body, Motion, Skill, Vocabulary};
-use quantity::number::saturating_u32;
+use quantity::number::{counted, saturating_u32};
 
 /// What the learner does not decide for itself.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -313,11 +313,10 @@ impl<B: Body> Learner<B> {
             output.save.push(Kept { key, task, place, example });
         }
         self.in_question = Some(task_key.to_owned());
-        let examples = u32::try_from(task.examples.len()).unwrap_or(u32::MAX);
+        let examples = saturating_u32(task.examples.len());
         output.events.push(Event { examples, ..Event::new(EventKind::DemonstrationEnded, &name, &name) });
         let verdict = Verdict::of(language, task, &self.perspectives, settings);
         output.events.extend(verdict.events(language, task));
-        let examples = task.examples.len();
         let text = match verdict.learned() {
             Some(learned) => {
                 let rule = spoken(learned);
@@ -433,11 +432,6 @@ fn doubt(learned: &Learned, settings: &tasks::Settings) -> String {
     } else {
         format!(", which {tally} of {examples} say")
     }
-}
-
-/// "1 example", "2 examples".
-fn counted(count: usize, noun: &str) -> String {
-    if count == 1 { format!("{count} {noun}") } else { format!("{count} {noun}s") }
 }
 
 #[cfg(test)]

@@ -16,15 +16,15 @@ const SILENT_MOST: u32 = 10;
 /// Exchanges in a row before which bytes came after their time, in which no servo is blamed: until
 /// patience has grown, it is the line that is slow.
 const LATE_MOST: u32 = 6;
-/// While something is missing, broken or late, the length of reading rotates over so many values: an
-/// answer to an earlier question has another length than the one that is awaited, and is dropped for
-/// it. All of it is in the control table behind the measurements. Before that, every answer was there
-/// when the next question was asked, so that none can come later.
-const ROTATION_IN_DOUBT: u16 = 12;
-/// Exchanges without anything of the kind before which a bus is in doubt.
+/// While a bus is not calm, the length of reading rotates over so many values: an answer to an earlier
+/// question has another length than the one that is awaited, and is dropped for it. All of it is in the
+/// control table behind the measurements. On a calm bus every answer was there when the next question
+/// was asked, so that none can come later.
+const LENGTHS: u16 = 12;
+/// A bus is calm after so many exchanges in which nothing was missing, broken, late or asked again.
 const CALM: u32 = 24;
-/// Of so many requests to a bus that is to let go one asks where those stand that have.
-const TURNS: usize = 3;
+/// Of so many requests to a bus that has let go one asks where its servos stand.
+const ROUNDS: usize = 3;
 /// How often torque off is said to all at once.
 const BROADCASTS: usize = 3;
 
@@ -53,8 +53,8 @@ pub(crate) struct Bus {
     next: usize,
     /// Bytes that are read besides the measurements.
     more: u16,
-    /// Counts the requests, up to [`TURNS`].
-    turn: usize,
+    /// Counts the requests, modulo [`ROUNDS`].
+    round: usize,
     /// Exchanges in a row in which everything came, and nothing else.
     calm: u32,
     silent: u32,
@@ -74,7 +74,7 @@ impl Bus {
             job: None,
             next: 0,
             more: 0,
-            turn: 0,
+            round: 0,
             calm: 0,
             silent: 0,
             late: 0,
@@ -101,14 +101,14 @@ impl Bus {
         request: &mut Request,
     ) {
         request.clear();
-        self.turn = (self.turn + 1) % TURNS;
-        self.more = if self.calm < CALM { (self.more + 1) % ROTATION_IN_DOUBT } else { 0 };
+        self.round = (self.round + 1) % ROUNDS;
+        self.more = if self.calm < CALM { (self.more + 1) % LENGTHS } else { 0 };
         self.asked_length = Reading::ITEM.length + self.more;
         self.asked.clear();
         self.job = None;
         match purpose {
             // Those who have let go are asked by turns whether they still do and where they are.
-            Purpose::LetGo if self.turn == 0 && self.have_let_go(joints) => {
+            Purpose::LetGo if self.round == 0 && self.have_let_go(joints) => {
                 self.plan_measurements(joints, request);
             }
             Purpose::LetGo => self.plan_release(joints, request),
@@ -186,7 +186,7 @@ impl Bus {
         // A silent servo may keep those behind it from answering: who has confirmed comes first, and
         // the others take turns.
         let has_let_go = |index: usize| joints.get(index).is_some_and(Joint::has_let_go);
-        let first = self.turn * self.joints.len() / TURNS;
+        let first = self.round * self.joints.len() / ROUNDS;
         for confirmed in [true, false] {
             let turns = self.joints.iter().cycle().skip(first).take(self.joints.len());
             self.asked.extend(
@@ -234,8 +234,9 @@ impl Bus {
             let missing = self.blame(now, joints, replies, &asked, &heard);
             // Whom a second question reached may still answer the first.
             let has_asked_again = replies.heard(Topic::Again) > 0;
-            let in_doubt = is_late || replies.noisy || has_asked_again || missing.iter().any(Option::is_some);
-            self.calm = if in_doubt { 0 } else { self.calm.saturating_add(1) };
+            let is_calm =
+                !(is_late || replies.noisy || has_asked_again || missing.iter().any(Option::is_some));
+            self.calm = if is_calm { self.calm.saturating_add(1) } else { 0 };
             self.take_answer(now, joints, replies, job, missing);
             for status in replies.about(Topic::Alarm) {
                 if let Some(joint) = self.joint_of(joints, status.id) {

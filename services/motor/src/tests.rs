@@ -508,7 +508,7 @@ fn after_an_answer_that_is_missing_none_of_its_length_is_awaited_for_long() {
     rig.mute.insert((1, 1));
     assert_eq!(lengths(&mut rig, 1), [0], "it is this answer that is missing");
     rig.mute.clear();
-    let doubtful = [1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 0];
-    assert_eq!(lengths(&mut rig, 24), [doubtful, doubtful].concat());
+    let rotating = [1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 0];
+    assert_eq!(lengths(&mut rig, 24), [rotating, rotating].concat());
     assert_eq!(lengths(&mut rig, 3), [0; 3]);
 }

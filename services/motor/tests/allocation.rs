@@ -3,39 +3,17 @@
 
 #![expect(clippy::indexing_slicing, reason = "a test fails by panicking")]
 
+mod wire;
+
 use clock::{Duration, Instant};
 use config::Robot;
 use message::{JointGoal, JointMode};
-use motor_process::{Master, Motor, Port, Replies, Request, Sent};
-use serial::Lost;
-use servo::mock::Line;
+use motor_process::{Master, Motor, Replies, Request};
 use testkit::allocations_in;
+use wire::Wire;
 
 const PERIOD: Duration = Duration::from_millis(4);
 const JOINTS: usize = 65;
-
-/// A bus whose servos are in this process, and which can be cut.
-struct Wire {
-    line: Line,
-    now: Instant,
-    said: Vec<u8>,
-    mute: bool,
-}
-
-impl Port for Wire {
-    fn send(&mut self, bytes: &[u8], _within: Duration) -> Result<Sent, Lost> {
-        self.said.clear();
-        self.line.hear(self.now, bytes, &mut self.said);
-        Ok(Sent { at: self.now, late: 0 })
-    }
-
-    fn receive(&mut self, into: &mut [u8], _within: Duration) -> Result<usize, Lost> {
-        let count = if self.mute { 0 } else { self.said.len().min(into.len()) };
-        into[..count].copy_from_slice(&self.said[..count]);
-        self.said.drain(..count);
-        Ok(count)
-    }
-}
 
 #[test]
 fn thousands_of_cycles_of_65_joints_allocate_nothing() {
@@ -43,12 +21,7 @@ fn thousands_of_cycles_of_65_joints_allocate_nothing() {
     let mut now = Instant::EPOCH;
     let mut motor = Motor::new(&robot.motor, &robot.leo.motor).unwrap();
     let mut wires: Vec<Wire> = (0..robot.motor.buses.len())
-        .map(|bus| Wire {
-            line: mock_bus_process::line(&robot.motor, bus, now),
-            now,
-            said: Vec::with_capacity(4096),
-            mute: false,
-        })
+        .map(|bus| Wire::new(mock_bus_process::line(&robot.motor, bus, now), now))
         .collect();
     let (mut request, mut replies) = (Request::default(), Replies::default());
     let mut masters = vec![Master::new(4_000_000, (PERIOD, PERIOD)); wires.len()];

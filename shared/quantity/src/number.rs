@@ -65,6 +65,17 @@ pub fn round_i64(value: f64) -> i64 {
     value.round() as i64
 }
 
+/// So many of something, in words.
+///
+/// ```
+/// assert_eq!(quantity::number::counted(1, "example"), "1 example");
+/// assert_eq!(quantity::number::counted(2, "example"), "2 examples");
+/// ```
+#[must_use]
+pub fn counted(count: u32, noun: &str) -> String {
+    if count == 1 { format!("1 {noun}") } else { format!("{count} {noun}s") }
+}
+
 /// The value, or `u32::MAX` where it does not fit.
 #[must_use]
 pub fn saturating_u32(value: usize) -> u32 {

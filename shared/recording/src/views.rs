@@ -9,7 +9,7 @@ use message::{
     Utterances,
 };
 use nalgebra::Isometry3;
-use quantity::number::single;
+use quantity::number::{counted, single};
 
 use crate::cdr::Cdr;
 use crate::marker::{Form, Marker, markers, pose};
@@ -350,8 +350,7 @@ fn words(event: &Event, whose: &str) -> Option<String> {
         EventKind::TeachingStarted => format!("watches how to do {task}"),
         EventKind::Seen => format!("sees {text} (as {whose} does)"),
         EventKind::ActionSeen => format!("saw {text}"),
-        EventKind::DemonstrationEnded if event.examples == 1 => format!("1 example of {task} so far"),
-        EventKind::DemonstrationEnded => format!("{} examples of {task} so far", event.examples),
+        EventKind::DemonstrationEnded => format!("{} of {task} so far", counted(event.examples, "example")),
         EventKind::Hypothesis => format!(
             "hypothesis {text} as {whose} saw it: posterior {:.4}, tally {}/{}, rank {}",
             event.posterior, event.tally, event.examples, event.rank

@@ -252,16 +252,15 @@ impl FastReply {
 
     /// How many bytes stand before the awaited part at the beginning of `part`: the one before it once
     /// more, or a few that are anything. None where it is not behind them, as far as the bytes go:
-    /// whoever waited for more would take a servo that answers nonsense for one that is silent.
+    /// whoever waited for more would take a servo that answers nonsense for one that is silent. Nor
+    /// where the part before it was broken: every sum that is tried may be right by chance.
     fn too_many(&self, walk: &Walk, part: &[u8], own: Awaited) -> Option<usize> {
-        let again = walk.sum_before.and_then(|sum| {
-            let before = self.awaited.get(walk.place.checked_sub(1)?)?;
-            let header = head(self.length);
-            // The first part is said twice with its header.
-            let again = if sum == extend(0, &header) { part.strip_prefix(&header)? } else { part };
-            let length = verified(sum, again, *before)?;
-            Some(part.len() - again.len() + length)
-        });
+        let sum = walk.sum_before?;
+        let before = *self.awaited.get(walk.place.checked_sub(1)?)?;
+        let header = head(self.length);
+        // The first part is said twice with its header.
+        let again = if sum == extend(0, &header) { part.strip_prefix(&header) } else { Some(part) };
+        let again = again.and_then(|again| Some(part.len() - again.len() + verified(sum, again, before)?));
         let noise =
             |bytes: &usize| part.get(*bytes..).is_some_and(|part| verified(walk.sum, part, own).is_some());
         again.or_else(|| (1..=NOISE_MOST).find(noise))

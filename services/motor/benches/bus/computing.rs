@@ -3,33 +3,10 @@
 use clock::{Duration, Instant};
 use config::Robot;
 use message::JointGoal;
-use motor_process::{Master, Motor, Port, Replies, Request, Sent};
-use serial::Lost;
+use motor_process::{Master, Motor, Replies, Request};
 
+use crate::wire::Wire;
 use crate::{PATIENCE, PERIOD, micros, quantile};
-
-/// A bus in this process, whose time is not the driver's.
-struct Wire {
-    line: servo::mock::Line,
-    now: Instant,
-    said: Vec<u8>,
-}
-
-impl Port for Wire {
-    fn send(&mut self, bytes: &[u8], _within: Duration) -> Result<Sent, Lost> {
-        self.said.clear();
-        self.line.hear(self.now, bytes, &mut self.said);
-        Ok(Sent { at: self.now, late: 0 })
-    }
-
-    fn receive(&mut self, into: &mut [u8], _within: Duration) -> Result<usize, Lost> {
-        let count = self.said.len().min(into.len());
-        for (place, byte) in into.iter_mut().zip(self.said.drain(..count)) {
-            *place = byte;
-        }
-        Ok(count)
-    }
-}
 
 /// The processor's time for a cycle of all joints: goals, commands, requests and replies.
 pub(crate) fn measure() {
@@ -37,7 +14,7 @@ pub(crate) fn measure() {
     let mut motor = Motor::new(&robot.motor, &robot.leo.motor).expect("a robot");
     let mut now = Instant::EPOCH;
     let mut wires: Vec<_> = (0..robot.motor.buses.len())
-        .map(|bus| Wire { line: mock_bus_process::line(&robot.motor, bus, now), now, said: Vec::new() })
+        .map(|bus| Wire::new(mock_bus_process::line(&robot.motor, bus, now), now))
         .collect();
     let mut masters: Vec<_> =
         robot.motor.buses.iter().map(|bus| Master::new(bus.baud, (PATIENCE, PERIOD))).collect();

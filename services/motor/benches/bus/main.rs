@@ -19,6 +19,8 @@ mod emergency;
 mod jitter;
 mod rate;
 mod rig;
+#[path = "../../tests/wire/mod.rs"]
+mod wire;
 
 use clock::Duration;
 use quantity::number::float_of_count;
