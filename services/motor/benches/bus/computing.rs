@@ -1,6 +1,6 @@
 //! The driver's own time.
 
-use clock::{Duration, Instant};
+use clock::Instant;
 use config::Robot;
 use message::JointGoal;
 use motor_process::{Master, Motor, Replies, Request};
