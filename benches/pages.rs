@@ -133,13 +133,11 @@ struct Opened {
     shut: Arc<AtomicBool>,
     bytes: Arc<AtomicU64>,
     began: clock::Instant,
-    reader: Option<thread::JoinHandle<()>>,
+    reader: thread::JoinHandle<()>,
 }
 
 impl Opened {
     fn new(host: &str) -> Self {
-        let mut opened =
-            Self { shut: Arc::default(), bytes: Arc::default(), began: clock::now(), reader: None };
         let open = |_| {
             let stream = TcpStream::connect(host).expect("it listens");
             let request = format!("ws://{host}/live").into_client_request().expect("an address");
@@ -148,9 +146,10 @@ impl Opened {
             socket
         };
         let mut sockets: Vec<_> = (0..PAGES).map(open).collect();
-        let (shut, bytes) = (Arc::clone(&opened.shut), Arc::clone(&opened.bytes));
-        opened.reader = Some(thread::spawn(move || {
-            while !shut.load(Ordering::Relaxed) {
+        let (shut, bytes) = (Arc::new(AtomicBool::default()), Arc::new(AtomicU64::default()));
+        let (is_shut, counted) = (Arc::clone(&shut), Arc::clone(&bytes));
+        let reader = thread::spawn(move || {
+            while !is_shut.load(Ordering::Relaxed) {
                 clock::sleep_until(clock::now() + TAKEN_EVERY);
                 for socket in &mut sockets {
                     loop {
@@ -159,12 +158,12 @@ impl Opened {
                             Err(Error::Io(none)) if none.kind() == ErrorKind::WouldBlock => break,
                             Err(gone) => unreachable!("a page was closed: {gone}"),
                         };
-                        bytes.fetch_add(u64::try_from(message.len()).unwrap_or(0), Ordering::Relaxed);
+                        counted.fetch_add(u64::try_from(message.len()).unwrap_or(0), Ordering::Relaxed);
                     }
                 }
             }
-        }));
-        opened
+        });
+        Self { shut, bytes, began: clock::now(), reader }
     }
 
     /// Counts from now on.
@@ -174,11 +173,9 @@ impl Opened {
     }
 
     /// Bytes a second of all together.
-    fn shut(mut self) -> f64 {
+    fn shut(self) -> f64 {
         self.shut.store(true, Ordering::Relaxed);
-        if let Some(reader) = self.reader.take() {
-            reader.join().expect("every page was read to the end");
-        }
+        self.reader.join().expect("every page was read to the end");
         let took = clock::now().since(self.began).as_secs_f64();
         float(self.bytes.load(Ordering::Relaxed)) / took
     }

@@ -2,7 +2,7 @@
 # Runs the package's service under a systemd of its own, in namespaces over a copy of this machine's root that is
 # thrown away: package/boot.sh PACKAGE.deb. It starts it, starves its watchdog by a process that hangs and
 # cannot be replaced, sees it started anew, takes away its real-time rights, an adapter and the room on its disk,
-# and stops it: about three minutes. With WRONG_CLOCK=1 it also puts the clock a year ahead and back, which is the
+# and stops it: a minute or three. With WRONG_CLOCK=1 it also puts the clock a year ahead and back, which is the
 # machine's own: there is one for all namespaces. Needs root, overlayfs and systemd.
 set -euo pipefail
 
