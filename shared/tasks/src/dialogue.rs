@@ -7,7 +7,7 @@ pub enum Sentence {
     Done(String),
     /// "Leo, do X": Leo shall perform X.
     Do(String),
-    /// "Stop": Leo shall hold still.
+    /// "Stop", "Please stop it": Leo shall hold still.
     Stop,
     /// "Yes": it was right.
     Yes,
@@ -27,10 +27,15 @@ pub enum Sentence {
     Unknown,
 }
 
+/// Words that a sentence may begin with and that mean nothing by themselves.
+const COURTESIES: [&str; 3] = ["leo", "hey", "please"];
+/// What Leo holds still at.
+const STOPS: [&str; 2] = ["stop", "halt"];
+/// Among so few words, one of those is meant wherever it stands.
+const SHORT: usize = 4;
+
 /// What is said in the same words every time.
-const FIXED: [(&[&str], Sentence); 15] = [
-    (&["stop"], Sentence::Stop),
-    (&["halt"], Sentence::Stop),
+const FIXED: [(&[&str], Sentence); 13] = [
     (&["yes"], Sentence::Yes),
     (&["right"], Sentence::Yes),
     (&["no"], Sentence::No),
@@ -48,7 +53,11 @@ const FIXED: [(&[&str], Sentence); 15] = [
 
 impl Sentence {
     /// Understands a sentence. Case, punctuation and spaces do not matter, nor whether it begins
-    /// with "Leo"; the task's name comes back in the words that were said.
+    /// with "Leo", "hey" or "please"; the task's name comes back in the words that were said.
+    ///
+    /// Whoever says stop may say it in many ways, and a robot that holds still for nothing does less
+    /// harm than one that goes on: any few words with "stop" or "halt" among them are [`Sentence::Stop`],
+    /// and so are more that begin or end with one, unless they teach, end or ask for a task of that name.
     ///
     /// ```
     /// use tasks::Sentence;
@@ -56,21 +65,27 @@ impl Sentence {
     /// assert_eq!(Sentence::of("Task 1 is done."), Sentence::Done("Task 1".to_owned()));
     /// assert_eq!(Sentence::of("Leo, do task 1"), Sentence::Do("task 1".to_owned()));
     /// assert_eq!(Sentence::of("No! Like this:"), Sentence::LikeThis);
+    /// assert_eq!(Sentence::of("Hey Leo, please stop it!"), Sentence::Stop);
     /// assert_eq!(Sentence::of("Leo, do"), Sentence::Unknown);
     /// ```
     #[must_use]
     pub fn of(text: &str) -> Self {
         let words = words(text);
-        let rest = without(&words, &["leo"]).unwrap_or(&words);
+        // A task's name may begin with "hey" or "please".
+        let named = without(&words, &["leo"]).unwrap_or(&words);
+        let begin = words.iter().take_while(|word| is_one_of(word, &COURTESIES)).count();
+        let rest = words.get(begin..).unwrap_or(&[]);
         let fixed = FIXED.iter().find(|(said, _)| without(rest, said).is_some_and(<[_]>::is_empty));
         if let Some((_, sentence)) = fixed {
             sentence.clone()
         } else if let Some(name) = without(rest, &["i", "can", "teach", "you", "to", "do"]) {
             Self::about(name, Self::Teach)
-        } else if let Some((name, ["is", "done"])) = split_end(rest) {
+        } else if let Some((name, ["is", "done"])) = split_end(named) {
             Self::about(name, Self::Done)
         } else if let Some(name) = without(rest, &["do"]) {
             Self::about(name, Self::Do)
+        } else if says_stop(rest) {
+            Self::Stop
         } else {
             Self::Unknown
         }
@@ -107,6 +122,16 @@ fn without<'a, 'b>(words: &'a [&'b str], opening: &[&str]) -> Option<&'a [&'b st
     head.iter().zip(opening).all(|(word, other)| word.eq_ignore_ascii_case(other)).then_some(rest)
 }
 
+fn is_one_of(word: &str, words: &[&str]) -> bool {
+    words.iter().any(|other| word.trim_matches('\'').eq_ignore_ascii_case(other))
+}
+
+fn says_stop(words: &[&str]) -> bool {
+    let is_stop = |word: &&str| is_one_of(word, &STOPS);
+    let is_short = words.len() <= SHORT && words.iter().any(is_stop);
+    is_short || words.first().is_some_and(is_stop) || words.last().is_some_and(is_stop)
+}
+
 fn split_end<'a>(words: &'a [&str]) -> Option<(&'a [&'a str], [&'static str; 2])> {
     let (name, end) = words.split_at_checked(words.len().checked_sub(2)?)?;
     let done = end.iter().zip(["is", "done"]).all(|(word, other)| word.eq_ignore_ascii_case(other));
@@ -125,9 +150,43 @@ mod tests {
 
     #[test]
     fn a_sentence_without_a_name_is_not_understood() {
-        for text in ["", "Leo", "is done", "do", "I can teach you to do", "hello Leo", "no way", "stop it"] {
+        for text in ["", "Leo", "is done", "do", "I can teach you to do", "hello Leo", "no way", "hey please"]
+        {
             assert_eq!(Sentence::of(text), Sentence::Unknown, "{text:?}");
         }
+    }
+
+    #[test]
+    fn stop_is_understood_however_it_is_said() {
+        for text in [
+            "stop",
+            "Halt!",
+            "Stop, stop!",
+            "Please stop.",
+            "Leo, stop now",
+            "Hey Leo, stop!",
+            "no, stop",
+            "stop it",
+            "Leo! Would you please stop?",
+            "please, Leo, halt it at once",
+            "Stop what you are doing there, Leo",
+            "no no no no no stop",
+            "I said 'stop', Leo",
+        ] {
+            assert_eq!(Sentence::of(text), Sentence::Stop, "{text:?}");
+        }
+        let chat = "I saw the stop of the bus";
+        assert_eq!(Sentence::of(chat), Sentence::Unknown, "nobody says stop like that");
+    }
+
+    #[test]
+    fn a_task_may_be_called_the_stop() {
+        let name = || "the stop".to_owned();
+        assert_eq!(Sentence::of("Leo, I can teach you to do the stop"), Sentence::Teach(name()));
+        assert_eq!(Sentence::of("The stop is done"), Sentence::Done("The stop".to_owned()));
+        assert_eq!(Sentence::of("Leo, do the stop"), Sentence::Do(name()));
+        assert_eq!(Sentence::of("Hey Leo, please do the stop"), Sentence::Do(name()));
+        assert_eq!(Sentence::of("Please me is done"), Sentence::Done("Please me".to_owned()));
     }
 
     #[test]
