@@ -110,7 +110,7 @@ pub struct Learner<B> {
     performance: Option<Performance>,
     /// The key of the task that was last taught or performed: the one in question.
     in_question: Option<String>,
-    /// What Leo asked, and nobody has answered yet.
+    /// What Leo asked last, while what is said next may be the answer.
     question: Option<Question>,
     begun: bool,
     goals_at: Option<Instant>,
@@ -237,7 +237,6 @@ impl<B: Body> Learner<B> {
         present_rad: &[Option<f64>],
         output: &mut Output,
     ) {
-        self.question = None;
         if let Some(teaching) = self.teaching.take() {
             let unfinished = &teaching.recording.task;
             say(
@@ -362,8 +361,6 @@ impl<B: Body> Learner<B> {
             marker_m: self.settings.marker_half_height_m,
         };
         self.in_question = Some(key(name));
-        // A "yes" from now on is about what Leo does.
-        self.question = None;
         self.performance = Some(Performance::new(&task.name, learned, half_heights));
     }
 

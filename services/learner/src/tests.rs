@@ -392,3 +392,26 @@ fn a_question_that_was_not_answered_is_dropped_when_a_showing_begins() {
     run.say("Yes");
     assert_eq!(run.saved.last().unwrap().1.examples.len(), 1);
 }
+
+#[test]
+fn an_answer_is_what_is_said_next_and_a_stray_no_later_is_none() {
+    for between in ["Leo, do task too", "What a nice day", "Task 2 is done", "not that one", "Stop!"] {
+        let mut run = ambiguous();
+        run.say(between);
+        run.say("No!");
+        assert_eq!(run.task("task 1").examples.len(), 1, "after {between:?}");
+        let said = run.texts(EventKind::Said).pop().unwrap();
+        assert!(said.starts_with("what is wrong?"), "after {between:?}: {said}");
+    }
+}
+
+#[test]
+fn whoever_asks_back_may_answer_then() {
+    let mut run = ambiguous();
+    for back in ["Why?", "What did you learn?", "What do you think I see?"] {
+        run.say(back);
+        assert_eq!(run.task("task 1").examples.len(), 1);
+    }
+    run.say("No");
+    assert_eq!(run.task("task 1").examples.len(), 2);
+}

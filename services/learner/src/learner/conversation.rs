@@ -5,6 +5,7 @@ use tasks::{Sentence, Task};
 
 use super::{Learner, Output, say};
 use crate::performance::Performance;
+use crate::question::Question;
 use crate::{Body, Skill, answers};
 
 impl<B: Body> Learner<B> {
@@ -16,16 +17,22 @@ impl<B: Body> Learner<B> {
         present_rad: &[Option<f64>],
         output: &mut Output,
     ) {
-        match Sentence::of(text) {
+        let sentence = Sentence::of(text);
+        // Whoever asks back has yet to answer. Whatever else is said is the answer or is none, and what
+        // comes after it is about something else.
+        let asks_back = matches!(sentence, Sentence::Why | Sentence::WhatDidYouLearn | Sentence::WhatDoISee);
+        let question = self.question.take_if(|_| !asks_back);
+        if let (Sentence::Yes | Sentence::No, Some(question)) = (&sentence, question) {
+            self.take_answer(&question, speaker, sentence == Sentence::Yes, output);
+            return;
+        }
+        match sentence {
             Sentence::Teach(name) => self.begin_teaching(now, speaker, &name, present_rad, output),
             Sentence::Done(name) => self.end_teaching(now, &name, output),
             Sentence::Do(name) => self.begin_performance(&name, output),
             // It was heard before all others.
             Sentence::Stop => {}
             Sentence::NotThatOne => self.skip(now, present_rad, output),
-            Sentence::Yes | Sentence::No if self.question.is_some() => {
-                self.take_answer(speaker, Sentence::of(text) == Sentence::Yes, output);
-            }
             Sentence::Yes => match self.in_question() {
                 Some(task) => {
                     say(output, &task.name.clone(), "good, I will do it like that");
@@ -89,6 +96,7 @@ impl<B: Body> Learner<B> {
     /// Leo holds still where it is, and what it was performing is over.
     pub(super) fn stop(&mut self, now: Instant, present_rad: &[Option<f64>], output: &mut Output) {
         self.begun = true;
+        self.question = None;
         self.body.begin(now, Skill::Hold, present_rad);
         match self.performance.take() {
             Some(mut performance) => {
@@ -118,8 +126,7 @@ impl<B: Body> Learner<B> {
     }
 
     /// What Leo asked is answered: the answer counts as an example.
-    fn take_answer(&mut self, speaker: u16, yes: bool, output: &mut Output) {
-        let Some(question) = self.question.take() else { return };
+    fn take_answer(&mut self, question: &Question, speaker: u16, yes: bool, output: &mut Output) {
         if let Some(task) = self.tasks.get_mut(&question.task) {
             // Whoever answers: whose perspective is followed is for him to decide who shows.
             let teacher = task.examples.last().map_or(speaker, |example| example.teacher);
