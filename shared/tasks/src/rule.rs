@@ -46,8 +46,13 @@ impl Rule {
     /// expectation features").
     ///
     /// Of a rule about a number of objects, as many as are still wanted, in the order of their
-    /// identities: any will do. Where they stand is as the snapshot's perspective sees it.
-    pub fn open<'a>(&'a self, snapshot: &'a Snapshot) -> impl Iterator<Item = &'a Object> {
+    /// identities: any will do. What is excluded is not among them, and another one takes its place.
+    /// Where they stand is as the snapshot's perspective sees it.
+    pub fn open<'a>(
+        &'a self,
+        snapshot: &'a Snapshot,
+        is_excluded: impl Fn(&Object) -> bool + 'a,
+    ) -> impl Iterator<Item = &'a Object> {
         let members = self.members(snapshot);
         let done = members.iter().filter(|object| self.is_done(object)).count();
         let wanted = match self.selection {
@@ -56,7 +61,7 @@ impl Rule {
             Selection::Exactly(count) => count.saturating_sub(done),
             Selection::AllBut(count) => members.len().saturating_sub(count + done),
         };
-        members.into_iter().filter(|object| !self.is_done(object)).take(wanted)
+        members.into_iter().filter(move |object| !self.is_done(object) && !is_excluded(object)).take(wanted)
     }
 
     /// The objects of a scene that the rule is about; of a rule about a number of objects, all

@@ -68,12 +68,14 @@ impl Work for ByRules {
 
     /// The open object nearest to the robot.
     fn choose(&mut self, vocabulary: &Vocabulary, own: &Snapshot) -> Result<Option<Step>, String> {
-        let open = self.rules.iter().flat_map(|rule| rule.open(own).map(move |object| (rule, object)));
-        let nearest = open
-            .filter_map(|(rule, object)| {
-                let place_m = object.position_m.filter(|_| !self.is_given_up(object))?;
-                Some((object.distance([0.0; 3])?, place_m, rule, object))
-            })
+        // Whatever cannot be worked on does not count among a number of objects.
+        let is_excluded = |object: &Object| object.position_m.is_none() || self.is_given_up(object);
+        let open = |rule| Rule::open(rule, own, is_excluded).map(move |object| (rule, object));
+        let nearest = self
+            .rules
+            .iter()
+            .flat_map(open)
+            .filter_map(|(rule, object)| Some((object.distance([0.0; 3])?, object.position_m?, rule, object)))
             .min_by(|a, b| a.0.total_cmp(&b.0));
         let Some((_, place_m, rule, object)) = nearest else { return Ok(None) };
         let like = own.objects.iter().filter(|other| other.states.keys().eq(object.states.keys()));
@@ -148,5 +150,71 @@ impl Work for ByRules {
             });
         }
         Err(format!("I have no skill that makes a thing {}", step.wanted))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use config::percepts::Percepts;
+    use tasks::{Selection, Signature, Standing};
+
+    use super::*;
+
+    /// Work on some of the squares, whichever.
+    fn work(selection: Selection) -> ByRules {
+        let expectation = Signature::from([Effect::State { name: "filled".to_owned(), on: true }]);
+        let rule = Rule {
+            expectation,
+            template: Vec::new(),
+            classes: BTreeSet::from([Vec::new()]),
+            selection,
+            standing: Standing::default(),
+            name: "some of them".to_owned(),
+        };
+        let learned = Learned { goals: vec![vec![rule]], ..Learned::default() };
+        ByRules::new(&learned, HalfHeights { block_m: 0.03, peg_m: 0.025, marker_m: 0.005 })
+    }
+
+    /// Squares in a row away from the robot.
+    fn row(filled: &[bool]) -> Snapshot {
+        let object = |(id, &on): (u64, &bool)| Object {
+            id,
+            features: BTreeMap::from([("colour".to_owned(), "red".to_owned())]),
+            states: BTreeMap::from([("filled".to_owned(), on)]),
+            position_m: Some([0.1 * quantity::number::float(id), 0.0, 0.0]),
+            ..Object::default()
+        };
+        Snapshot { objects: (1..).zip(filled).map(object).collect(), ..Snapshot::default() }
+    }
+
+    /// The squares that are worked on, where none of them can be filled but these.
+    fn tried(selection: Selection, squares: usize, fillable: &[usize]) -> Vec<usize> {
+        let vocabulary = Vocabulary::of(&Percepts::builtin()).unwrap();
+        let (mut work, mut filled, mut tried) = (work(selection), vec![false; squares], Vec::new());
+        while let Some(step) = work.choose(&vocabulary, &row(&filled)).unwrap() {
+            let square = (0..squares).find(|&at| row(&filled).objects[at].position_m == Some(step.place_m));
+            let square = square.unwrap();
+            tried.push(square);
+            if fillable.contains(&square) {
+                filled[square] = true;
+                work.done();
+            } else {
+                work.give_up(&step);
+            }
+        }
+        tried
+    }
+
+    #[test]
+    fn for_what_is_given_up_another_of_the_number_is_done() {
+        assert_eq!(tried(Selection::Exactly(3), 5, &[0, 1, 2, 3, 4]), [0, 1, 2]);
+        assert_eq!(tried(Selection::Exactly(3), 5, &[0, 2, 3, 4]), [0, 1, 2, 3]);
+        assert_eq!(tried(Selection::AllBut(2), 5, &[1, 2, 4]), [0, 1, 2, 3, 4]);
+        assert_eq!(
+            tried(Selection::AllBut(2), 5, &[1, 2, 3]),
+            [0, 1, 2, 3],
+            "two are left, as they should be"
+        );
+        assert_eq!(tried(Selection::All, 3, &[1]), [0, 1, 2]);
     }
 }

@@ -2,7 +2,9 @@
 
 use super::paper::{task_1, task_2};
 use super::{language, object, view};
-use crate::{Hypotheses, Learned, Learning, Noise, Object, Settings, Task, View, learn_with};
+use crate::{
+    Hypotheses, Learned, Learning, Noise, Object, Rule, Selection, Settings, Task, View, learn_with,
+};
 
 fn extended() -> Settings {
     Settings { language: Hypotheses::Extended, ..Settings::default() }
@@ -129,8 +131,15 @@ fn three_of_them_is_what_fits_when_it_is_any_three() {
     let rule = learned.primary().next().unwrap();
     assert_eq!(rule.name, "three of them");
     let scene = &views[0].before;
-    assert_eq!(rule.open(scene).count(), 3);
-    assert_eq!(rule.open(&views[0].after).count(), 0, "three are filled already");
+    assert_eq!(rule.open(scene, |_| false).count(), 3);
+    assert_eq!(rule.open(&views[0].after, |_| false).count(), 0, "three are filled already");
+    let open = |rule: &Rule, left_alone: u64| -> Vec<u64> {
+        rule.open(scene, move |object| object.id < left_alone).map(|object| object.id).collect()
+    };
+    assert_eq!(open(rule, 1), [1, 2, 3], "another one instead of the first");
+    assert_eq!(open(rule, 3), [3, 4], "no more are left");
+    let all_but_two = Rule { selection: Selection::AllBut(2), ..rule.clone() };
+    assert_eq!(open(&all_but_two, 1), [1, 2, 3], "the first is one of the two");
     let ties = learned.goals[0].iter().filter(|rule| rule.standing.rank == 1);
     assert_eq!(ties.map(|rule| rule.name.as_str()).collect::<Vec<_>>(), ["three of them", "all but two"]);
 }
@@ -164,7 +173,9 @@ fn the_far_ones_are_far_from_him_who_says_so() {
     let (name, _) = winner(&learned);
     assert_eq!(name, "the far ones");
     let rule = learned.primary().next().unwrap();
-    let open = |snapshot: &crate::Snapshot| rule.open(snapshot).map(|object| object.id).collect::<Vec<_>>();
+    let open = |snapshot: &crate::Snapshot| {
+        rule.open(snapshot, |_| false).map(|object| object.id).collect::<Vec<_>>()
+    };
     assert_eq!(open(&views[0].before), [0, 1]);
     let as_leo_sees_it = crate::Snapshot { frame_position_m: [0.0; 3], ..views[0].before.clone() };
     let as_leo_sees_it = crate::Snapshot { frame_orientation_xyzw: [0.0, 0.0, 0.0, 1.0], ..as_leo_sees_it };

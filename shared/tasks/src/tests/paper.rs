@@ -164,7 +164,7 @@ fn a_rule_finds_what_is_left_to_do_on_new_objects() {
     let open = |perspective| {
         let learned = learned(&task_1(), perspective);
         let rule = learned.primary().next().unwrap();
-        rule.open(&novel).map(|object| object.id).collect::<Vec<_>>()
+        rule.open(&novel, |_| false).map(|object| object.id).collect::<Vec<_>>()
     };
     assert_eq!(open(1), [1, 3]);
     assert_eq!(open(0), [3]);
