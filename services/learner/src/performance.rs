@@ -55,6 +55,10 @@ trait Work {
 
     /// The chosen step is given up.
     fn give_up(&mut self, step: &Step);
+
+    /// In words, what the work is about and the robot does not see, so that there is less to do than
+    /// was meant, or nothing at all; `None` where there is enough.
+    fn missing(&self, own: &Snapshot) -> Option<String>;
 }
 
 /// Leo performing a task: one step after the other is chosen, acted out, and confirmed by what Leo
@@ -137,14 +141,15 @@ impl Performance {
                     self.attempt(step, own, stage, events)
                 }
                 Ok(None) => {
-                    events.push(self.ended());
-                    return self.end(stage);
+                    let missing = self.work.work().missing(own);
+                    events.push(self.ended(missing.as_deref()));
+                    return self.end(missing.is_none(), stage);
                 }
                 Err(why) => {
                     self.failed += 1;
                     events.push(self.event(EventKind::StepFailed, &why));
-                    events.push(self.ended());
-                    return self.end(stage);
+                    events.push(self.ended(None));
+                    return self.end(false, stage);
                 }
             },
             Phase::Acting(step) => match stage.motion.clone() {
@@ -199,8 +204,8 @@ impl Performance {
     }
 
     /// The face of one who has done all, or not all.
-    fn end<B: Body>(&self, stage: &mut Stage<'_, B>) -> Option<Self> {
-        let mood = if self.failed == 0 { Skill::Pleased } else { Skill::Puzzled };
+    fn end<B: Body>(&self, is_all: bool, stage: &mut Stage<'_, B>) -> Option<Self> {
+        let mood = if is_all && self.failed == 0 { Skill::Pleased } else { Skill::Puzzled };
         stage.body.begin(stage.now, mood, stage.present_rad);
         None
     }
@@ -244,13 +249,15 @@ impl Performance {
         Phase::Choosing
     }
 
-    fn ended(&mut self) -> Event {
+    fn ended(&mut self, missing: Option<&str>) -> Event {
         let wanted = self.work.work().wanted();
         let all = self.done + self.failed;
-        let text = if all == 0 {
-            format!("nothing to do: everything is {wanted}")
-        } else {
-            format!("{wanted} {} of {all}", self.done)
+        // That all of nothing is filled is true, and says nothing.
+        let text = match (all, missing) {
+            (0, None) => format!("nothing to do: everything is {wanted}"),
+            (0, Some(missing)) => format!("nothing to do: {missing}"),
+            (_, None) => format!("{wanted} {} of {all}", self.done),
+            (_, Some(missing)) => format!("{wanted} {} of {all}: {missing}", self.done),
         };
         self.event(EventKind::PerformanceEnded, &text)
     }

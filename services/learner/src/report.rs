@@ -149,7 +149,8 @@ pub(crate) fn spoken(learned: &Learned) -> String {
     listed(&learned.primary().map(with_expectation).collect::<Vec<_>>())
 }
 
-fn with_expectation(rule: &Rule) -> String {
+/// A rule in words: "all red filled".
+pub(crate) fn with_expectation(rule: &Rule) -> String {
     format!("{} {}", rule.name, expectation(rule))
 }
 

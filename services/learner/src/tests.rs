@@ -208,6 +208,27 @@ fn sentences_at_the_wrong_time_are_answered() {
 }
 
 #[test]
+fn where_there_is_nothing_that_the_task_is_about_leo_says_so() {
+    let mut run = Run::new(1, Vec::new());
+    run.teach();
+    let mut perform = |colours: &[&'static str], filled: bool| {
+        run.lay_anew(colours, None);
+        for thing in run.table.borrow_mut().things.iter_mut().take(colours.len()) {
+            thing.on = filled;
+        }
+        run.steps(10);
+        run.say("Leo, do task 1");
+        run.steps(10);
+        let face = run.table.borrow().skills.last().copied();
+        (run.texts(EventKind::PerformanceEnded).pop().unwrap(), face)
+    };
+    let nothing = "nothing to do: I see nothing that \"all filled\" is about".to_owned();
+    assert_eq!(perform(&[], false), (nothing, Some(Skill::Puzzled)));
+    let done = "nothing to do: everything is filled".to_owned();
+    assert_eq!(perform(&["red", "blue"], true), (done, Some(Skill::Pleased)));
+}
+
+#[test]
 fn goals_are_a_sign_of_life_at_their_rate() {
     let mut run = Run::new(1, Vec::new());
     run.steps(100);

@@ -80,6 +80,17 @@ impl Rule {
         members
     }
 
+    /// Whether a scene has too few objects for what the rule says: none that it is about, or not the
+    /// number of which it speaks. Then nothing is left to do sooner than somebody meant, or at once.
+    #[must_use]
+    pub fn lacks_objects(&self, snapshot: &Snapshot) -> bool {
+        let members = self.members(snapshot).len();
+        match self.selection {
+            Selection::All | Selection::Standing(_) => members == 0,
+            Selection::Exactly(_) | Selection::AllBut(_) => self.selection.wanted(members).is_none(),
+        }
+    }
+
     /// Whether two rules say the same.
     #[must_use]
     pub fn agrees_with(&self, other: &Self) -> bool {

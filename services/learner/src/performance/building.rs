@@ -178,6 +178,11 @@ impl Work for Building {
         self.settle(Stands::GivenUp);
     }
 
+    /// Without a thing for every part the work is not begun.
+    fn missing(&self, _own: &Snapshot) -> Option<String> {
+        None
+    }
+
     fn skill(&self, _vocabulary: &Vocabulary, step: &Step, own: &Snapshot) -> Result<Skill, String> {
         let placing = self.placing().ok_or("there is nothing to build")?;
         let placings = self.placings.as_deref().unwrap_or(&[]);

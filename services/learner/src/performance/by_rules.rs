@@ -1,11 +1,12 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use geometry::Position;
-use tasks::{Effect, Learned, Object, Rule, Snapshot, describe_object};
+use quantity::number::{counted, saturating_u32};
+use tasks::{Effect, Learned, Object, Rule, Snapshot, describe_object, listed};
 
 use super::{HalfHeights, SAME_PLACE_M, Step, Work, half_height_m};
 use crate::Skill;
-use crate::report::expectation;
+use crate::report::{expectation, with_expectation};
 use crate::vocabulary::{Insertion, Vocabulary};
 
 /// The objects that rules are about and that are not as they should be are worked off, the nearest
@@ -99,6 +100,18 @@ impl Work for ByRules {
 
     fn give_up(&mut self, step: &Step) {
         self.given_up.push(step.place_m);
+    }
+
+    fn missing(&self, own: &Snapshot) -> Option<String> {
+        let told = self.rules.iter().filter(|rule| rule.lacks_objects(own)).map(|rule| {
+            let few = match saturating_u32(rule.members(own).len()) {
+                0 => "nothing".to_owned(),
+                few => format!("only {}", counted(few, "thing")),
+            };
+            format!("I see {few} that \"{}\" is about", with_expectation(rule))
+        });
+        let told: Vec<String> = told.collect();
+        (!told.is_empty()).then(|| listed(&told))
     }
 
     fn skill(&self, vocabulary: &Vocabulary, step: &Step, own: &Snapshot) -> Result<Skill, String> {
@@ -203,6 +216,17 @@ mod tests {
             }
         }
         tried
+    }
+
+    #[test]
+    fn fewer_things_than_the_number_are_told() {
+        let missing = |selection, squares: usize| work(selection).missing(&row(&vec![true; squares]));
+        let told = "I see only 2 things that \"some of them filled\" is about";
+        assert_eq!(missing(Selection::Exactly(3), 2).as_deref(), Some(told));
+        assert_eq!(missing(Selection::AllBut(2), 2).as_deref(), Some(told));
+        assert_eq!(missing(Selection::Exactly(3), 3), None);
+        assert_eq!(missing(Selection::AllBut(2), 3), None);
+        assert_eq!(missing(Selection::All, 1), None);
     }
 
     #[test]

@@ -140,6 +140,15 @@ fn three_of_them_is_what_fits_when_it_is_any_three() {
     assert_eq!(open(rule, 3), [3, 4], "no more are left");
     let all_but_two = Rule { selection: Selection::AllBut(2), ..rule.clone() };
     assert_eq!(open(&all_but_two, 1), [1, 2, 3], "the first is one of the two");
+    let lacks = |rule: &Rule, objects: usize| {
+        let mut few = scene.clone();
+        few.objects.truncate(objects);
+        rule.lacks_objects(&few)
+    };
+    assert!(lacks(rule, 2) && !lacks(rule, 3));
+    assert!(lacks(&all_but_two, 2) && !lacks(&all_but_two, 3), "all but two of two are none");
+    let all = Rule { selection: Selection::All, ..rule.clone() };
+    assert!(lacks(&all, 0) && !lacks(&all, 1));
     let ties = learned.goals[0].iter().filter(|rule| rule.standing.rank == 1);
     assert_eq!(ties.map(|rule| rule.name.as_str()).collect::<Vec<_>>(), ["three of them", "all but two"]);
 }
