@@ -26,12 +26,12 @@ pub trait Port {
     /// The line is gone.
     fn send(&mut self, bytes: &[u8], within: Duration) -> Result<Sent, Lost>;
 
-    /// Waits for bytes for at most `within`: zero when none came.
+    /// Waits for bytes for at most `within`, and not beyond `until`: zero when none came.
     ///
     /// # Errors
     ///
     /// The line is gone.
-    fn receive(&mut self, into: &mut [u8], within: Duration) -> Result<usize, Lost>;
+    fn receive(&mut self, into: &mut [u8], within: Duration, until: Instant) -> Result<usize, Lost>;
 }
 
 /// What sending came to.
@@ -172,6 +172,9 @@ impl Master {
         replies.late += late;
         let mut heard = Heard([false; SERVOS_MOST]);
         let mut missing = part.ids().len();
+        // Each has its turn once: bytes of noise that trickle in, each a sign of life, must not hold the bus.
+        let turns = u32::try_from(missing).unwrap_or(u32::MAX).saturating_add(1);
+        let until = at + part.time_to_send(self.baud) + turns * turn;
         // A line that babbles must not hold the bus: all answers twice, and an echo, are enough.
         let mut most = 2 * (part.sent + missing * (part.data + 16)) + 64;
         // Once as many bytes came as were awaited, somebody's were noise: what is on its way still, in an
@@ -179,7 +182,7 @@ impl Master {
         let mut awaited = part.bytes_of_answers();
         let mut buffer = [0; 512];
         while missing > 0 && most > 0 {
-            let count = port.receive(&mut buffer, within)?;
+            let count = port.receive(&mut buffer, within, until)?;
             if count == 0 {
                 break;
             }

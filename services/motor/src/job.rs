@@ -1,8 +1,11 @@
 use servo::table::{
-    BUS_WATCHDOG, HARDWARE_ERROR_STATUS, Item, MAX_POSITION_LIMIT, MIN_VOLTAGE_LIMIT, PRESENT_INPUT_VOLTAGE,
-    PRESENT_TEMPERATURE, PROFILE_ACCELERATION, RETURN_DELAY, TEMPERATURE_LIMIT, TORQUE_ENABLE,
+    BUS_WATCHDOG, HARDWARE_ERROR_STATUS, HOMING_OFFSET, Item, MAX_POSITION_LIMIT, MIN_VOLTAGE_LIMIT,
+    PRESENT_INPUT_VOLTAGE, PRESENT_TEMPERATURE, PROFILE_ACCELERATION, RETURN_DELAY, SHUTDOWN,
+    TEMPERATURE_LIMIT, TORQUE_ENABLE, by_address,
 };
-use servo::{Address, HardwareErrors, Id, Instruction, Reading};
+use servo::{Address, HardwareErrors, Id, Instruction, Model, Reading};
+
+use crate::Trouble;
 
 /// From return delay to torque: what is looked at before anything is written.
 const EEPROM: Item = span(RETURN_DELAY, TORQUE_ENABLE);
@@ -95,7 +98,21 @@ fn words([a, b, c]: [i32; 3]) -> [u8; 12] {
 /// Whether the answer to [`Job::Inspect`] is what [`Job::SetMode`] and [`Job::SetLimits`] write.
 pub(crate) fn is_configured(eeprom: &[u8], min: i32, max: i32) -> bool {
     let limits = usize::from(MAX_POSITION_LIMIT.address - EEPROM.address);
-    eeprom.starts_with(&MODE) && eeprom.get(limits..).is_some_and(|found| found == &words([max, min, 0])[..8])
+    eeprom.starts_with(&MODE)
+        && eeprom.get(limits..).is_some_and(|found| found.starts_with(&words([max, min, 0])[..8]))
+}
+
+/// What in the answer to [`Job::Inspect`] somebody has set for another robot, and is not for this program to undo.
+pub(crate) fn foreign(model: Model, eeprom: &[u8]) -> Option<Trouble> {
+    let at = |item: Item| usize::from(item.address - EEPROM.address);
+    let offset = i32::from_le_bytes(*eeprom.get(at(HOMING_OFFSET)..)?.first_chunk()?);
+    if offset != 0 {
+        return Some(Trouble::HomingOffset(offset));
+    }
+    let found = *eeprom.get(at(SHUTDOWN))?;
+    let initial = by_address(model, SHUTDOWN.address)?.initial;
+    let expected = u8::try_from(initial).ok()?;
+    (found & expected != expected).then_some(Trouble::Shutdown { expected, found })
 }
 
 /// Whether torque is on, by the answer to [`Job::Inspect`].

@@ -83,6 +83,12 @@ pub(crate) struct Joint {
     restarted: bool,
     /// It followed when it fell silent: has it its torque still when it is back?
     had_torque: bool,
+    /// Its servo may have torque although it does not follow.
+    may_have_torque: bool,
+    /// It stood beyond its limits when torque came on, and comes back to them.
+    returns: bool,
+    /// Its servo has the profile of operation.
+    is_quick: bool,
     reboots: u32,
 }
 
@@ -115,6 +121,9 @@ impl Joint {
             following_since: Instant::EPOCH,
             restarted: false,
             had_torque: false,
+            may_have_torque: false,
+            returns: false,
+            is_quick: false,
             reboots: 0,
         }
     }
@@ -243,8 +252,15 @@ impl Joint {
             velocity_rad_s: self.settings.velocity_rad_s,
             acceleration_rad_s2: self.settings.acceleration_rad_s2,
         };
+        if self.returns {
+            if self.is_far_from(self.motion.position_rad) {
+                return;
+            }
+            (self.returns, self.following_since) = (false, now);
+        }
         let share = self.derating();
-        let soft = now < self.following_since + self.policy.soft_start;
+        // Until its servo has the profile of operation it could not keep up with more.
+        let soft = !self.is_quick || now < self.following_since + self.policy.soft_start;
         let soft_rad_s = if soft { self.policy.soft_start_rad_s } else { f64::INFINITY };
         // The acceleration stays: with less of it, what moves already could not stop within its limits.
         let limits = Limits { velocity_rad_s: (stop.velocity_rad_s * share).min(soft_rad_s), ..stop };
@@ -272,9 +288,21 @@ impl Joint {
 
     /// Switches the torque off, after its commander was gone for long.
     pub(crate) fn release(&mut self) {
-        if matches!(self.stage, Stage::Following | Stage::Arm(_)) {
+        let may_have_torque = match self.stage {
+            Stage::Following | Stage::Arm(_) => true,
+            Stage::Ready => self.may_have_torque,
+            _ => false,
+        };
+        if may_have_torque {
             self.stage = Stage::Release;
             self.cause = JointCause::CommandTimeout;
+        }
+    }
+
+    /// Breaks off what has not come to torque yet: nobody commands, or the body stands still.
+    pub(crate) fn stop_arming(&mut self) {
+        if matches!(self.stage, Stage::Arm(_)) {
+            self.stage = Stage::Ready;
         }
     }
 
@@ -333,8 +361,8 @@ impl Joint {
         self.misses = 0;
         if self.judge(now, status) {
             self.advance(now, job, status.params);
-        } else if job == Job::Torque(false) && status.fault.is_none() {
-            self.released();
+        } else if job == Job::Torque(false) {
+            self.released(now, status.fault);
         } else if job == Job::Reboot && status.fault.is_none() {
             self.advance(now, job, status.params);
         } else if job == Job::Look {
@@ -366,6 +394,7 @@ impl Joint {
         }
         if self.spoilt >= MISSES_MOST && !matches!(self.stage, Stage::Failed { .. }) {
             (self.misses, self.spoilt, self.goal) = (0, 0, None);
+            self.had_torque |= self.stage == Stage::Following;
             self.stage = Stage::Doubt(Doubt::default());
             self.cause = JointCause::Silent;
         } else {
@@ -403,6 +432,7 @@ impl Joint {
             Stage::Following => match self.halt {
                 Some(cause) => (pace, cause),
                 None if !live => (pace, JointCause::CommandTimeout),
+                None if self.returns => (JointMode::Starting, JointCause::NotStarted),
                 None if self.derating() < 1.0 => (JointMode::Following, JointCause::Derated),
                 None => (JointMode::Following, JointCause::None),
             },
@@ -439,6 +469,16 @@ impl Joint {
     fn standing(&self, now: Instant) -> Option<f64> {
         let (at, reading) = self.reading?;
         if now.since(at) <= FRESH { self.clamped(reading.position_rad) } else { None }
+    }
+
+    /// Whether it was read far from there: its command began at its limit, and it stood beyond.
+    fn is_far_from(&self, position_rad: f64) -> bool {
+        self.reading.is_none_or(|(_, reading)| (reading.position_rad - position_rad).abs() > JUMP_MOST_RAD)
+    }
+
+    /// Whether its soft start is over and its servo still has the profile of it.
+    fn is_eased_in(&self, now: Instant) -> bool {
+        !self.is_quick && !self.returns && now >= self.following_since + self.policy.soft_start
     }
 
     /// The share of its speed that it is allowed.
@@ -502,9 +542,16 @@ impl Joint {
         }
     }
 
-    fn released(&mut self) {
+    /// Notes what its servo answered when it was told to switch its torque off.
+    fn released(&mut self, now: Instant, fault: Option<Fault>) {
         if let Stage::Failed { release_at, .. } = &mut self.stage {
-            *release_at = None;
+            match fault {
+                None => *release_at = None,
+                // What arrived broken is said again at once.
+                Some(Fault::Checksum) => {}
+                // Saying so in every cycle would keep the bus from looking at the others.
+                Some(_) => *release_at = Some(now + WAIT_MOST),
+            }
         }
     }
 

@@ -43,6 +43,8 @@ pub struct Motor {
     limp_after: Duration,
     /// When the newest goals were decided.
     decided_at: Option<Instant>,
+    /// Since when nobody has commanded, where nobody has yet.
+    unled_since: Option<Instant>,
     stepped_at: Option<Instant>,
     period: Duration,
     live: bool,
@@ -89,6 +91,7 @@ impl Motor {
             command_timeout: settings.command_timeout_ms.duration(),
             limp_after: settings.limp_after_ms.duration(),
             decided_at: None,
+            unled_since: None,
             stepped_at: None,
             period: settings.rate_hz.period(),
             live: false,
@@ -100,7 +103,8 @@ impl Motor {
     }
 
     /// Takes a frame of goals that was decided at `decided_at`. A goal that is no number or for
-    /// no joint is refused, and a frame of refused goals alone is no sign of life.
+    /// no joint is refused, and a frame of refused goals alone is no sign of life. One that says it was
+    /// decided later than it is by the next [`step`](Self::step) counts as decided then.
     pub fn goals(&mut self, decided_at: Instant, goals: &[JointGoal]) {
         let mut accepted = goals.is_empty();
         for goal in goals {
@@ -125,9 +129,14 @@ impl Motor {
         let since = self.stepped_at.map_or(self.period, |before| now.since(before));
         let dt_s = since.min(STEP_MOST).as_secs_f64();
         self.stepped_at = Some(now);
+        // A commander's clock may be wrong, and a sign of life from the future would never grow old.
+        self.decided_at = self.decided_at.map(|decided_at| decided_at.min(now));
+        let unled_since = *self.unled_since.get_or_insert(now);
         let age = self.decided_at.map(|decided_at| now.since(decided_at));
         self.live = !self.is_dismissed && age.is_some_and(|age| age <= self.command_timeout);
-        let limp = !self.is_dismissed && age.is_none_or(|age| age > self.command_timeout + self.limp_after);
+        // A servo that was found with its torque on keeps it as long as one whose commander fell silent.
+        let unled = age.unwrap_or_else(|| now.since(unled_since));
+        let limp = !self.is_dismissed && unled > self.command_timeout + self.limp_after;
         self.stopped.fill(false);
         for joint in self.joints.iter().filter(|joint| joint.stops_group()) {
             if let Some(stopped) = self.stopped.get_mut(joint.group()) {
@@ -140,6 +149,9 @@ impl Motor {
             joint.set_halt(body_stopped.or(group_stopped.then_some(JointCause::GroupStopped)));
             if !self.live {
                 joint.forget_goal();
+            }
+            if !self.live || body_stopped.is_some() {
+                joint.stop_arming();
             }
             if let Some(cause) = self.letting_go {
                 joint.let_go(cause);
@@ -205,7 +217,10 @@ impl Motor {
         let rising = self.joints.iter().filter(|joint| joint.is_rising()).map(Joint::group).min();
         let purpose = match self.letting_go {
             Some(_) => Purpose::LetGo,
-            None => Purpose::Drive { arm_up_to: if self.live { rising } else { None } },
+            None => {
+                let may_arm = self.live && !self.buses.iter().any(Bus::is_lost);
+                Purpose::Drive { arm_up_to: if may_arm { rising } else { None } }
+            }
         };
         if let Some(bus) = self.buses.get_mut(bus) {
             bus.plan(now, &mut self.joints, purpose, request);

@@ -21,11 +21,11 @@ pub(crate) enum Stage {
     Inspect,
     /// The EEPROM says something else: write it, with torque off.
     Configure(Configure),
-    /// All is as it should be, and torque is off: waits for goals and for its group's turn.
+    /// All is as it should be: waits for goals and for its group's turn. Torque is off, or as it was found.
     Ready,
     /// Torque is coming on.
     Arm(Arm),
-    /// Torque is on.
+    /// Torque is on. Once the soft start is over its servo gets the profile of operation.
     Following,
     /// Torque is going off.
     Release,
@@ -61,12 +61,10 @@ pub(crate) enum Configure {
 pub(crate) enum Arm {
     /// A bus watchdog that tripped earlier locks the goals: clear it.
     Clear,
-    /// Low profile, and the goal is where the servo stands.
+    /// The profile of the soft start, and the goal is where the servo stands.
     Aim,
     /// Set the bus watchdog.
     Watch,
     /// Torque on.
     Torque,
-    /// The profile of operation.
-    Profile,
 }

@@ -13,6 +13,7 @@ use super::*;
 
 pub(crate) mod campaign;
 mod faults;
+mod torque;
 
 const PERIOD: Duration = Duration::from_millis(4);
 
@@ -116,7 +117,7 @@ impl Port for Wire<'_> {
         if self.lost { Err(Lost::HangUp) } else { Ok(Sent { at: self.now, late: 0 }) }
     }
 
-    fn receive(&mut self, into: &mut [u8], _within: Duration) -> Result<usize, Lost> {
+    fn receive(&mut self, into: &mut [u8], _within: Duration, _until: Instant) -> Result<usize, Lost> {
         let mut heard = std::mem::take(&mut self.answers);
         if let Some(noise) = &mut self.noise {
             spoil(&mut heard, noise);

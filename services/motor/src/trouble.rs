@@ -13,6 +13,23 @@ pub enum Trouble {
         /// The number that was answered.
         found: u16,
     },
+    /// The servo adds something to its positions by itself.
+    #[error(
+        "its homing offset (item 20) is {0} counts, and every limit would be off by as much: offsets belong into \
+         motor.toml; write 0 with `leo bus write`, and check offset_rad"
+    )]
+    HomingOffset(i32),
+    /// The servo would not switch itself off where its maker has it do so.
+    #[error(
+        "by its item 63, shutdown, which is {found}, it would go on when it is hot or overloaded; write \
+         {expected} with `leo bus write`"
+    )]
+    Shutdown {
+        /// What the maker sets.
+        expected: u8,
+        /// What is set.
+        found: u8,
+    },
     /// The servo refused an instruction.
     #[error("{0}; torque stays off until the motor process or a released emergency stop brings it up again")]
     Refused(servo::Fault),

@@ -19,7 +19,7 @@ impl Port for Laggard {
         Ok(Sent { at: self.now, late: 0 })
     }
 
-    fn receive(&mut self, into: &mut [u8], _within: Duration) -> Result<usize, Lost> {
+    fn receive(&mut self, into: &mut [u8], _within: Duration, _until: Instant) -> Result<usize, Lost> {
         let there = std::mem::take(&mut self.there);
         into[..there.len()].copy_from_slice(&there);
         Ok(there.len())
@@ -57,7 +57,7 @@ impl Port for Torn {
         Ok(Sent { at: Instant::EPOCH, late: 0 })
     }
 
-    fn receive(&mut self, into: &mut [u8], _within: Duration) -> Result<usize, Lost> {
+    fn receive(&mut self, into: &mut [u8], _within: Duration, _until: Instant) -> Result<usize, Lost> {
         let there = std::mem::take(&mut self.there);
         if self.breaks && there.is_empty() {
             self.breaks = false;
@@ -67,6 +67,42 @@ impl Port for Torn {
         into[..there.len()].copy_from_slice(there);
         Ok(there.len())
     }
+}
+
+/// A line on which nothing but noise comes, a byte each millisecond, as long as anybody waits.
+struct Trickle {
+    now: Instant,
+    sent: u32,
+}
+
+impl Port for Trickle {
+    fn send(&mut self, _bytes: &[u8], _within: Duration) -> Result<Sent, Lost> {
+        self.sent += 1;
+        Ok(Sent { at: self.now, late: 0 })
+    }
+
+    fn receive(&mut self, into: &mut [u8], within: Duration, until: Instant) -> Result<usize, Lost> {
+        let at = self.now + Duration::from_millis(1);
+        if at > until.min(self.now + within) {
+            self.now = until.min(self.now + within).max(self.now);
+            return Ok(0);
+        }
+        (self.now, into[0]) = (at, 0x55);
+        Ok(1)
+    }
+}
+
+#[test]
+fn noise_that_trickles_in_holds_the_bus_no_longer_than_every_servo_has_its_turn() {
+    let (ids, _) = two_servos();
+    let (mut port, mut replies) = (Trickle { now: Instant::EPOCH, sent: 0 }, Replies::default());
+    let request = question(ids);
+    Master::new(4_000_000, PATIENCE).exchange(&mut port, &request, &mut replies);
+    let (part, sent) = request.parts().next().unwrap();
+    let asked = (2 + 1) * (part.time_to_answer(4_000_000) + PATIENCE.0) + part.time_to_send(4_000_000);
+    assert!(!sent.is_empty() && port.sent == 2, "they are asked once more");
+    assert!(port.now <= Instant::EPOCH + 2 * asked, "{:?}", port.now);
+    assert!(port.now >= Instant::EPOCH + PATIENCE.0, "noise is no silence");
 }
 
 #[test]

@@ -7,13 +7,13 @@ use servo::{Motion, acceleration_count, position_count, velocity_count};
 use super::{Joint, LOOK_EVERY, WAIT_FIRST};
 use crate::Trouble;
 use crate::doubt::Came;
-use crate::job::{Bounds, Job, has_torque, is_configured};
+use crate::job::{Bounds, Job, foreign, has_torque, is_configured};
 use crate::stage::{Arm, Configure, Stage};
 
 /// The servo's own bus watchdog: 200 ms.
 const WATCHDOG: u8 = 10;
-/// The profile while torque comes on: slow, so that what is wrong is seen before it is fast.
-const LOW_VELOCITY_RAD_S: f64 = 0.5;
+/// The acceleration until the soft start is over, in which the velocity is that of the soft start: slow, so
+/// that what is wrong is seen before it is fast.
 const LOW_ACCELERATION_RAD_S2: f64 = 5.0;
 /// How much faster than the joint the servo's own profile is in operation: enough to keep up
 /// with commands that are smooth, and yet a limit.
@@ -42,12 +42,17 @@ impl Joint {
             Stage::Arm(Arm::Clear) => Some(Job::SetWatchdog(0)),
             Stage::Arm(Arm::Aim) => {
                 let goal = position_count(self.settings.servo_rad(self.standing(now)?));
-                let [acceleration, velocity] = profile(LOW_ACCELERATION_RAD_S2, LOW_VELOCITY_RAD_S);
+                let slow_rad_s = self.policy.soft_start_rad_s.min(self.settings.velocity_rad_s);
+                let [acceleration, velocity] = profile(LOW_ACCELERATION_RAD_S2, slow_rad_s);
                 Some(Job::Aim([acceleration, velocity, goal]))
             }
             Stage::Arm(Arm::Watch) => Some(Job::SetWatchdog(WATCHDOG)),
-            Stage::Arm(Arm::Torque) => Some(Job::Torque(true)),
-            Stage::Arm(Arm::Profile) => Some(Job::Profile(profile(
+            Stage::Arm(Arm::Torque) => {
+                // Whether it is on is not known where the answer is lost.
+                self.may_have_torque = true;
+                Some(Job::Torque(true))
+            }
+            Stage::Following if self.is_eased_in(now) => Some(Job::Profile(profile(
                 self.settings.acceleration_rad_s2 * ACCELERATION_MARGIN,
                 self.settings.velocity_rad_s * VELOCITY_MARGIN,
             ))),
@@ -73,26 +78,39 @@ impl Joint {
             (Stage::Inspect, Job::Inspect) => {
                 let (min, max) = self.limit_counts();
                 self.bounds = Bounds::parse(answer);
+                self.may_have_torque = has_torque(answer);
                 if std::mem::take(&mut self.had_torque) && !has_torque(answer) {
                     // It was not only silent: its group holds until it follows again.
                     (self.restarted, self.cause) = (true, JointCause::Restarted);
                 }
                 self.clock.forget();
+                if let Some(trouble) = foreign(self.model, answer) {
+                    return self.fail(JointCause::Refused, trouble);
+                }
                 if is_configured(answer, min, max) {
                     Stage::Ready
                 } else {
                     Stage::Configure(Configure::Unlock)
                 }
             }
-            (Stage::Configure(Configure::Unlock), Job::Torque(false)) => Stage::Configure(Configure::Mode),
+            (Stage::Configure(Configure::Unlock), Job::Torque(false)) => {
+                self.may_have_torque = false;
+                Stage::Configure(Configure::Mode)
+            }
             (Stage::Configure(Configure::Mode), Job::SetMode) => Stage::Configure(Configure::Limits),
-            (Stage::Configure(Configure::Limits), Job::SetLimits { .. })
-            | (Stage::Release, Job::Torque(false)) => Stage::Ready,
+            (Stage::Configure(Configure::Limits), Job::SetLimits { .. }) => Stage::Ready,
+            (Stage::Release, Job::Torque(false)) => {
+                self.may_have_torque = false;
+                Stage::Ready
+            }
             (Stage::Arm(Arm::Clear), Job::SetWatchdog(0)) => Stage::Arm(Arm::Aim),
             (Stage::Arm(Arm::Aim), Job::Aim(_)) => Stage::Arm(Arm::Watch),
             (Stage::Arm(Arm::Watch), Job::SetWatchdog(_)) => Stage::Arm(Arm::Torque),
-            (Stage::Arm(Arm::Torque), Job::Torque(true)) => Stage::Arm(Arm::Profile),
-            (Stage::Arm(Arm::Profile), Job::Profile(_)) => self.armed(now),
+            (Stage::Arm(Arm::Torque), Job::Torque(true)) => self.armed(now),
+            (Stage::Following, Job::Profile(_)) => {
+                self.is_quick = true;
+                Stage::Following
+            }
             (Stage::Failed { cause, .. }, Job::Torque(false)) => {
                 let Stage::Failed { reboot_at, .. } = self.stage else { return };
                 Stage::Failed { cause, release_at: None, reboot_at }
@@ -130,6 +148,8 @@ impl Joint {
         // It begins where it stands now, and not where it was to stand when torque came on.
         let Some(position_rad) = self.standing(now) else { return self.stage };
         self.motion = Motion::at(position_rad);
+        self.returns = self.is_far_from(position_rad);
+        self.is_quick = false;
         self.cause = JointCause::None;
         self.restarted = false;
         self.following_since = now;

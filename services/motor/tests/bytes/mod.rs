@@ -32,7 +32,7 @@ impl Port for Bus {
         Ok(Sent { at: self.now, late: 0 })
     }
 
-    fn receive(&mut self, into: &mut [u8], _within: Duration) -> Result<usize, Lost> {
+    fn receive(&mut self, into: &mut [u8], _within: Duration, _until: Instant) -> Result<usize, Lost> {
         let count = self.said.len().min(into.len());
         for (place, byte) in into.iter_mut().zip(self.said.drain(..count)) {
             *place = byte;

@@ -1,0 +1,203 @@
+//! No torque without a commander, and none that moves faster than it should.
+
+use super::*;
+
+use servo::Status;
+use servo::mock::Injection;
+use servo::table::{GOAL_POSITION, HOMING_OFFSET, PROFILE_VELOCITY, SHUTDOWN};
+
+use JointMode::{Following, Holding, Limp, Starting};
+
+use crate::job::Job;
+use crate::joint::{Joint, Policy};
+
+impl Rig {
+    /// Whether a servo was told how fast to move, which is the step before its watchdog is set.
+    fn is_aimed(&self, bus: usize, place: usize) -> bool {
+        self.lines[bus].servos()[place].read(PROFILE_VELOCITY.address, 4).unwrap() != [0; 4]
+    }
+
+    fn tamper(&mut self, item: table::Item, data: &[u8]) {
+        self.lines[0].servos_mut()[0].write(item.address, data).unwrap();
+    }
+}
+
+/// A new motor process and servos that followed the one before, which was killed.
+fn begun_anew() -> Rig {
+    let Rig { lines, now, .. } = following();
+    Rig { lines, now, ..Rig::new() }
+}
+
+#[test]
+fn a_sign_of_life_from_the_future_grows_old_like_any_other() {
+    let mut rig = following();
+    rig.motor.goals(Instant::from_nanos(u64::MAX), &[]);
+    rig.cycle();
+    for _ in 0..51 {
+        rig.cycle();
+    }
+    assert_eq!(rig.modes(), [Holding; 3]);
+    for _ in 0..260 {
+        rig.cycle();
+    }
+    assert_eq!(rig.modes(), [Limp; 3]);
+    assert_eq!([rig.torque(0, 0), rig.torque(0, 1), rig.torque(1, 0)], [0; 3]);
+    // An honest commander is heeded at once.
+    rig.commanded(200, 0.1, rig.now);
+    assert_eq!(rig.modes(), [Following; 3]);
+}
+
+#[test]
+fn torque_that_is_found_on_stays_on_for_a_commander_and_goes_off_without_one() {
+    let mut rig = begun_anew();
+    for _ in 0..250 {
+        rig.cycle();
+        assert_eq!(rig.torque(0, 0), 1, "a commander may come still");
+    }
+    assert_eq!(rig.modes(), [Starting; 3]);
+    for _ in 0..100 {
+        rig.cycle();
+    }
+    assert_eq!(rig.modes(), [Limp; 3]);
+    assert_eq!(rig.causes(), [JointCause::CommandTimeout; 3]);
+    assert_eq!([rig.torque(0, 0), rig.torque(0, 1), rig.torque(1, 0)], [0; 3]);
+
+    let mut rig = begun_anew();
+    for _ in 0..100 {
+        rig.commanded(1, 0.3, rig.now);
+        assert_eq!(rig.torque(0, 0), 1, "nothing sinks in between");
+    }
+    assert_eq!(rig.modes(), [Following; 3]);
+}
+
+#[test]
+fn a_servo_that_comes_back_with_torque_after_its_commander_went_is_let_go() {
+    let mut rig = following();
+    rig.mute.insert((0, 1));
+    for _ in 0..400 {
+        rig.cycle();
+    }
+    assert_eq!((rig.torque(0, 0), rig.torque(0, 1)), (1, 0), "it heard nothing");
+    rig.mute.clear();
+    for _ in 0..400 {
+        rig.cycle();
+    }
+    assert_eq!((rig.modes(), rig.torque(0, 0)), (vec![Limp; 3], 0));
+}
+
+#[test]
+fn torque_does_not_come_on_once_the_commander_is_gone_or_a_bus_is_lost() {
+    // One late frame is one too many.
+    let mut rig = Rig::with(&SETTINGS.replace("command_timeout_ms = 200", "command_timeout_ms = 4"));
+    while !rig.is_aimed(0, 0) {
+        rig.motor.goals(rig.now, &[]);
+        rig.cycle();
+    }
+    for _ in 0..300 {
+        rig.cycle();
+        assert_eq!(rig.torque(0, 0), 0, "{:?}", rig.modes());
+    }
+
+    let mut rig = Rig::new();
+    while !rig.is_aimed(0, 0) {
+        rig.commanded(1, 0.0, rig.now);
+    }
+    rig.lost = Some(1);
+    for _ in 0..300 {
+        rig.commanded(1, 0.0, rig.now);
+        assert_eq!(rig.torque(0, 0), 0, "{:?}", rig.modes());
+    }
+    rig.lost = None;
+    rig.commanded(1600, 0.0, rig.now);
+    assert_eq!(rig.modes(), [Following; 3]);
+}
+
+#[test]
+fn a_joint_that_stands_beyond_its_limits_comes_back_to_them_slowly() {
+    for by_rad in [1.2, -1.9] {
+        let mut rig = Rig::new();
+        rig.lines[0].servos_mut()[0].push_by(by_rad);
+        let (mut before, mut fastest, mut modes) = (None::<f64>, 0.0_f64, BTreeSet::new());
+        for _ in 0..1000 {
+            rig.commanded(1, 0.0, rig.now);
+            let now = rig.lines[0].servos()[0].position_rad();
+            // Once it is back among its limits and its soft start is over, it is as fast as any.
+            if now.abs() > 1.0 {
+                fastest = fastest.max((now - before.unwrap_or(now)).abs() / PERIOD.as_secs_f64());
+                modes.insert(format!("{:?}", rig.modes()[0]));
+            }
+            before = Some(now);
+        }
+        assert!((0.3..0.55).contains(&fastest), "{fastest} rad/s, and 0.5 are allowed");
+        assert!(modes.contains("Starting"), "{modes:?}");
+        assert_eq!(rig.modes(), [Following; 3]);
+        assert!(rig.position(0).abs() < 0.003);
+    }
+}
+
+#[test]
+fn a_servo_that_was_set_up_for_another_robot_gets_no_torque() {
+    for (item, data, says) in [
+        (HOMING_OFFSET, &500_i32.to_le_bytes()[..], "its homing offset (item 20) is 500 counts"),
+        (SHUTDOWN, &[0][..], "by its item 63, shutdown, which is 0"),
+    ] {
+        let mut rig = Rig::new();
+        rig.tamper(item, data);
+        rig.commanded(200, 0.0, rig.now);
+        assert_eq!(rig.modes(), [Limp, Following, Following]);
+        assert_eq!(rig.causes()[0], JointCause::Refused);
+        assert_eq!(rig.torque(0, 0), 0);
+        let said = rig.motor.trouble(0).unwrap().to_string();
+        assert!(said.starts_with(says), "{said}");
+    }
+}
+
+#[test]
+fn a_servo_that_garbles_its_answers_before_it_begins_anew_holds_its_group_too() {
+    let mut rig = following();
+    let inject = |rig: &mut Rig, words: &str| {
+        let faults: Vec<Injection> = words.lines().map(|line| line.parse().unwrap()).collect();
+        rig.lines[0].inject(rig.now, &faults);
+    };
+    inject(&mut rig, "flip id=2");
+    rig.commanded(3, 0.4, rig.now);
+    inject(&mut rig, "drop p=0");
+    rig.lines[0].servos_mut()[1].reboot();
+    let mut held = 0;
+    for _ in 0..600 {
+        rig.commanded(1, 0.4, rig.now);
+        held += u32::from(rig.causes()[2] == JointCause::GroupStopped);
+    }
+    assert!(held > 0, "the brow is in the elbow's group");
+    assert_eq!(rig.modes(), [Following; 3]);
+}
+
+#[test]
+fn a_goal_is_written_only_to_a_servo_that_follows() {
+    let mut rig = begun_anew();
+    let goal = rig.lines[0].servos()[0].read(GOAL_POSITION.address, 4).unwrap().to_vec();
+    for _ in 0..300 {
+        rig.cycle();
+        assert_eq!(rig.lines[0].servos()[0].read(GOAL_POSITION.address, 4).unwrap(), goal);
+    }
+}
+
+#[test]
+fn a_servo_that_refuses_to_let_go_is_told_again_but_not_in_every_cycle() {
+    let robot = config::motor::parse(ROBOT, "motor.toml".as_ref()).unwrap();
+    let policy = Policy { soft_start: PERIOD, soft_start_rad_s: 0.5, on_alert: config::leo::OnAlert::Hold };
+    let id = Id::new(1).unwrap();
+    let mut joint = Joint::new(0, id, &robot.joints[0], policy);
+    let status = |fault, params| Status { id, fault, alert: false, params };
+    let (now, second) = (Instant::from_nanos(1), Duration::from_secs(1));
+    // It is another model.
+    joint.answered(now, Job::Ping, &status(None, &[9, 9, 46]));
+    assert_eq!(joint.job(now, false), Some(Job::Torque(false)));
+    joint.answered(now, Job::Torque(false), &status(Some(servo::Fault::Checksum), &[]));
+    assert_eq!(joint.job(now, false), Some(Job::Torque(false)), "it did not hear it");
+    joint.answered(now, Job::Torque(false), &status(Some(servo::Fault::Access), &[]));
+    assert_eq!(joint.job(now + second, false), None, "the others are to be looked at");
+    assert_eq!(joint.job(now + 5 * second, false), Some(Job::Torque(false)));
+    joint.answered(now, Job::Torque(false), &status(None, &[]));
+    assert_eq!(joint.job(now + 60 * second, false), None);
+}
