@@ -9,7 +9,7 @@ mod undo;
 use std::sync::Arc;
 
 use clock::{Duration, Instant};
-use config::lesson::{Act, Lesson, Table};
+use config::lesson::{Act, Lesson, Step, Table};
 use geometry::{Pose, Thing as Frame};
 use message::{SceneMode, TeacherAct, TeacherActKind, Text, Utterance};
 
@@ -86,7 +86,7 @@ impl World {
             TeacherActKind::Leave => self.come_and_go(now, who, false),
             TeacherActKind::Return => self.come_and_go(now, who, true),
             TeacherActKind::Screen => self.screen(now, act, room),
-            TeacherActKind::Add => self.add(now, act, room),
+            TeacherActKind::Add => self.add(act, room),
             TeacherActKind::Remove => self.remove(now, act.text.as_str()),
             TeacherActKind::Clear => Ok(self.clear(now)),
             TeacherActKind::Lay => self.lay(now, act.table),
@@ -126,7 +126,9 @@ impl World {
         if let Some(taken) = self.state.taken.iter().find(|taken| taken.by == by || taken.hand == act.hand) {
             return refuse(format!("`{}` is in that hand: put it down first", name(taken.index)));
         }
-        let Some(thing) = self.state.things.get(index) else {
+        let (Some(thing), Some(rest)) =
+            (self.state.things.get(index), self.state.at_rest().into_iter().nth(index))
+        else {
             return refuse("the table is just being laid: wait a moment");
         };
         match thing.motion {
@@ -136,10 +138,9 @@ impl World {
             }
             Motion::Grasped { .. } => return refuse(format!("Leo holds `{}`: leave it to him", name(index))),
         }
-        let (from, seat) = (thing.pose, thing.seat);
-        self.interrupt(now);
-        self.remember(index, by);
-        let path = Path { from, to: from, begins: now, takes: Duration::ZERO, manner: Manner::Glide };
+        let (pose, from, seat) = (thing.pose, rest.pose, rest.seat);
+        self.interrupt();
+        let path = Path { from: pose, to: pose, begins: now, takes: Duration::ZERO, manner: Manner::Glide };
         if let Some(thing) = self.state.things.get_mut(index) {
             thing.seat = None;
             thing.motion = Motion::InHand { by, path };
@@ -173,16 +174,22 @@ impl World {
             }
         };
         let rest = crate::world::destination(&self.state.things, self.objects(), taken.index, to);
-        let (Some(rest), Some(thing)) = (rest, self.state.things.get_mut(taken.index)) else {
+        let Some(rest) = rest else {
             self.give_back(now, taken);
             return refuse("it cannot stand there; it is back where it was");
         };
-        let (from, pose) = (thing.pose, rest.pose);
-        let path = Path { from, to: pose, begins: now, takes: SETTLES, manner: Manner::Glide };
-        thing.motion = Motion::Carried { by: taken.by, path, to: rest.seat };
+        let (far_m, turned_rad) = taken.from.difference(&rest.pose);
+        let is_elsewhere = far_m > 1e-3 || turned_rad > 1e-2;
+        if is_elsewhere {
+            self.remember(&taken);
+        }
+        if let Some(thing) = self.state.things.get_mut(taken.index) {
+            let path =
+                Path { from: thing.pose, to: rest.pose, begins: now, takes: SETTLES, manner: Manner::Glide };
+            thing.motion = Motion::Carried { by: taken.by, path, to: rest.seat };
+        }
         self.state.taken.retain(|other| other.hand != act.hand);
-        let (far_m, turned_rad) = taken.from.difference(&pose);
-        if far_m > 1e-3 || turned_rad > 1e-2 {
+        if is_elsewhere {
             let takes = now.since(taken.at) + SETTLES;
             self.state.diary.note(taken.by, taken.at, Act::Move { object: taken.index, to, takes });
         }
@@ -193,24 +200,24 @@ impl World {
     fn cancel(&mut self, now: Instant, hand: u16) -> Result<Done, Refusal> {
         if let Ok(taken) = self.in_hand(hand) {
             self.give_back(now, taken);
-            self.state.undo.pop();
         }
         Ok(Done)
     }
 
     /// Puts back what is in people's hands: those who held it are gone.
     pub fn put_all_back(&mut self, now: Instant) {
-        for taken in std::mem::take(&mut self.state.taken) {
+        while let Some(&taken) = self.state.taken.last() {
             self.give_back(now, taken);
         }
     }
 
     fn give_back(&mut self, now: Instant, taken: Taken) {
+        let rest = self.state.at_rest().into_iter().nth(taken.index);
         self.state.taken.retain(|other| other.hand != taken.hand);
-        if let Some(thing) = self.state.things.get_mut(taken.index) {
+        if let (Some(rest), Some(thing)) = (rest, self.state.things.get_mut(taken.index)) {
             let path =
-                Path { from: thing.pose, to: taken.from, begins: now, takes: SETTLES, manner: Manner::Glide };
-            thing.motion = Motion::Carried { by: taken.by, path, to: taken.seat };
+                Path { from: thing.pose, to: rest.pose, begins: now, takes: SETTLES, manner: Manner::Glide };
+            thing.motion = Motion::Carried { by: taken.by, path, to: rest.seat };
         }
     }
 
@@ -242,7 +249,7 @@ impl World {
         if self.is_here(who).is_ok() == comes {
             return refuse(if comes { "he is here already" } else { "he is away already" });
         }
-        self.interrupt(now);
+        self.interrupt();
         let held = self.state.taken.iter().find(|taken| taken.by == who).copied();
         if let Some(teacher) = self.state.teachers.iter_mut().find(|teacher| teacher.number == who) {
             teacher.is_present = comes;
@@ -289,31 +296,35 @@ impl World {
     }
 
     /// Ends the script where it is; what is on its way goes on to its end.
-    fn interrupt(&mut self, now: Instant) {
+    fn interrupt(&mut self) {
         if self.state.mode != SceneMode::Script {
             return;
         }
-        let table = self.state.table.and_then(|table| self.lesson.tables().nth(table));
-        let laid_at = self.state.laid_at;
-        let spoken = table.zip(laid_at).map(|(table, laid_at)| {
-            let since = now.since(laid_at);
-            table.script.iter().filter(|step| step.at <= since).cloned().collect::<Vec<_>>()
-        });
-        let spoken = spoken.filter(|steps| steps.iter().any(|step| matches!(step.act, Act::Say(_))));
+        let spoken = self.spoken();
         self.state.cues.clear();
         (self.state.next_cue, self.state.first_cue) = (0, 0);
         self.state.setting.get_or_insert_default();
         self.state.has_occluders = true;
         self.state.mode = SceneMode::SetUp;
-        if laid_at.is_none() {
+        if self.state.laid_at.is_none() {
             // What would have been laid there will not be.
             Arc::make_mut(self.state.setting.get_or_insert_default()).objects.clear();
         }
-        if let (Some(table), Some(laid_at), Some(script)) = (table, laid_at, spoken) {
-            let table = Table { script, ..table.clone() };
+        if let Some((laid_at, table)) = spoken {
             self.state.mode = SceneMode::Teaching;
             self.state.diary.take_over(laid_at, table);
         }
+    }
+
+    /// The table on which the script has said a word, with what has been played there, and when it was laid: who
+    /// takes over teaches from then on.
+    fn spoken(&self) -> Option<(Instant, Table)> {
+        let table = self.lesson.tables().nth(self.state.table?)?;
+        let laid_at = self.state.laid_at?;
+        let since = self.state.now.since(laid_at);
+        let script: Vec<Step> = table.script.iter().filter(|step| step.at <= since).cloned().collect();
+        let is_spoken = script.iter().any(|step| matches!(step.act, Act::Say(_)));
+        is_spoken.then(|| (laid_at, Table { script, ..table.clone() }))
     }
 
     /// The table is set: from now on what is done is written down.

@@ -188,14 +188,7 @@ impl World {
 
     /// Things that sit in or on another one go where it goes.
     fn follow(&mut self) {
-        for index in 0..self.state.things.len() {
-            let seat = self.state.things.get(index).filter(|thing| matches!(thing.motion, Motion::AtRest));
-            let Some(seat) = seat.and_then(|thing| thing.seat) else { continue };
-            let Some(below) = self.state.things.get(seat.on).map(|thing| thing.pose) else { continue };
-            if let Some(thing) = self.state.things.get_mut(index) {
-                thing.pose = below * seat.x_on_thing;
-            }
-        }
+        follow(&mut self.state.things);
     }
 
     fn take(&mut self, cue: Cue, now: Instant) {
@@ -263,6 +256,18 @@ impl World {
             Change::None => {}
             Change::Closes => hand::grasp(things, index, &x_world_hand),
             Change::Opens => hand::release(things, &setting.objects, index, now),
+        }
+    }
+}
+
+/// Things that rest in or on another one are where it is.
+pub(crate) fn follow(things: &mut [Thing]) {
+    for index in 0..things.len() {
+        let seat = things.get(index).filter(|thing| matches!(thing.motion, Motion::AtRest));
+        let Some(seat) = seat.and_then(|thing| thing.seat) else { continue };
+        let Some(below) = things.get(seat.on).map(|thing| thing.pose) else { continue };
+        if let Some(thing) = things.get_mut(index) {
+            thing.pose = below * seat.x_on_thing;
         }
     }
 }

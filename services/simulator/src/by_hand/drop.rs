@@ -5,7 +5,7 @@ use config::lesson::{Destination, Place, Role};
 use super::{Refusal, refuse};
 use crate::World;
 use crate::settle;
-use crate::thing::{Motion, Seat};
+use crate::thing::{Motion, Seat, SeatKind};
 
 /// A peg goes into a hole whose axis is within this distance, in metres.
 const SNAPS_M: f64 = 0.02;
@@ -30,7 +30,7 @@ impl World {
                 (x - hole_x).hypot(y - hole_y) <= SNAPS_M
             });
             match hole {
-                Some((block, _)) if settle::is_free(&self.state.things, block) => {
+                Some((block, _)) if self.is_free_for(index, block) => {
                     return Ok(Destination::Hole(block));
                 }
                 Some((_, (_, object))) => return refuse(format!("the hole of `{}` is taken", object.name)),
@@ -55,6 +55,13 @@ impl World {
                 Ok(Destination::Place(Place { position_m, heading_rad }))
             }
         }
+    }
+
+    /// Whether a hole is free, and nobody else holds what may be put back into it.
+    fn is_free_for(&self, index: usize, block: usize) -> bool {
+        let is_of = |seat: Seat| seat.on == block && seat.kind == SeatKind::Hole;
+        let others = self.state.taken.iter().filter(|taken| taken.index != index);
+        settle::is_free(&self.state.things, block) && !others.filter_map(|taken| taken.seat).any(is_of)
     }
 
     /// Whether one thing sits on another one, or on what sits there.

@@ -6,13 +6,13 @@ use clock::Instant;
 use config::lesson::{Destination, Kind, Object, Occluder, Place, Table};
 use message::{SceneMode, TeacherAct};
 
-use super::{Done, FOLLOWS, Refusal, Undo, heading, place, refuse};
+use super::{Done, FOLLOWS, Refusal, Taken, Undo, heading, place, refuse};
 use crate::World;
 use crate::path::Glide;
 use crate::setting::Setting;
 use crate::settle;
 use crate::thing::{Motion, Thing};
-use crate::world::State;
+use crate::world::{State, follow};
 
 /// Half the extents of an occluder of which nobody says how large it is, in metres.
 const SCREEN_M: [f64; 3] = [0.15, 0.01, 0.12];
@@ -20,7 +20,7 @@ const SCREEN_M: [f64; 3] = [0.15, 0.01, 0.12];
 const NAME_MOST: usize = 60;
 
 impl World {
-    pub(super) fn add(&mut self, now: Instant, act: &TeacherAct, room: usize) -> Result<Done, Refusal> {
+    pub(super) fn add(&mut self, act: &TeacherAct, room: usize) -> Result<Done, Refusal> {
         self.is_setting_up("nothing new can come")?;
         self.has_room(room)?;
         let [x, y, _] = place([act.position_m[0], act.position_m[1], 0.0])?;
@@ -33,8 +33,9 @@ impl World {
             let known: Vec<&str> = self.lesson.colours.keys().map(String::as_str).collect();
             return refuse(format!("there is no colour `{colour_name}` here, but {}", known.join(", ")));
         };
-        self.interrupt(now);
-        self.state.remember_setting();
+        let before = self.state.clone();
+        self.interrupt();
+        let undo = self.state.setting_as_it_is();
         let name = self.free_name(&format!("{colour_name} {kind_name}"));
         let heading_rad = heading(act).unwrap_or(0.0);
         let [.., half_m] = kind.half_extents_m;
@@ -51,13 +52,12 @@ impl World {
         match (rest, self.state.things.get_mut(index)) {
             (Ok(rest), Some(thing)) => (thing.pose, thing.seat) = (rest.pose, rest.seat),
             (Err(refusal), _) => {
-                self.state.things.truncate(index);
-                self.setting().objects.truncate(index);
-                self.state.undo.pop();
+                self.state = before;
                 return Err(refusal);
             }
             (Ok(_), None) => {}
         }
+        self.state.push_undo(undo);
         self.state.outcome = Some(name);
         Ok(Done)
     }
@@ -69,7 +69,7 @@ impl World {
             found.filter(|_| self.state.has_occluders)
         });
         if let Some(screen) = screen {
-            self.interrupt(now);
+            self.interrupt();
             self.state.remember_setting();
             self.setting().occluders.remove(screen);
             if screen < self.state.screens.len() {
@@ -82,7 +82,10 @@ impl World {
         if !self.state.things.get(index).is_some_and(at_rest) {
             return refuse(format!("`{name}` is being moved: wait until it rests"));
         }
-        self.interrupt(now);
+        if let Some(coming) = self.comes_to(index) {
+            return refuse(format!("`{coming}` is on its way there, or may come back: wait until it rests"));
+        }
+        self.interrupt();
         self.state.remember_setting();
         self.setting().objects.remove(index);
         self.state.things.remove(index);
@@ -126,7 +129,7 @@ impl World {
         if !half_extents_m.iter().all(|half_m| *half_m >= 0.001 && *half_m <= 10.0) {
             return refuse("half the extents of an occluder are from 0.001 to 10 m");
         }
-        self.interrupt(now);
+        self.interrupt();
         self.state.remember_setting();
         let centre_m = [x, y, half_extents_m[2]];
         self.setting().occluders.push(Occluder { name: name.to_owned(), centre_m, half_extents_m });
@@ -134,13 +137,26 @@ impl World {
         Ok(Done)
     }
 
+    /// What is being brought into or onto an object, or was taken from there and may be put back.
+    fn comes_to(&self, index: usize) -> Option<&str> {
+        let is_bound = |(other, thing): (usize, &Thing)| {
+            let seat = match thing.motion {
+                Motion::Carried { to, .. } => to,
+                Motion::InHand { .. } => self.state.taken_from(other).and_then(|taken| taken.seat),
+                Motion::AtRest | Motion::Grasped { .. } | Motion::Settling { .. } => None,
+            };
+            seat.is_some_and(|seat| seat.on == index)
+        };
+        let coming = self.state.things.iter().enumerate().position(is_bound)?;
+        self.objects().get(coming).map(|object| object.name.as_str())
+    }
+
     /// The table as a lesson describes it, with nothing in its script yet.
     pub(super) fn table_as_it_is(&self, now: Instant) -> Table {
         let mut objects = self.objects().to_vec();
-        for (index, (object, thing)) in objects.iter_mut().zip(&self.state.things).enumerate() {
-            let taken = self.state.taken.iter().find(|taken| taken.index == index);
-            let pose = taken.map_or(thing.pose, |taken| taken.from);
-            object.place = Place { position_m: pose.position_m(), heading_rad: pose.heading_rad() };
+        for (object, thing) in objects.iter_mut().zip(self.state.at_rest()) {
+            let (position_m, heading_rad) = (thing.pose.position_m(), thing.pose.heading_rad());
+            object.place = Place { position_m, heading_rad };
         }
         let setting = self.state.setting.as_deref();
         let occluders = setting.map_or(&[][..], |setting| &setting.occluders).iter();
@@ -154,8 +170,10 @@ impl World {
         Arc::make_mut(self.state.setting.get_or_insert_default())
     }
 
+    /// Whether the table is being set, or will be by who takes over from the script.
     fn is_setting_up(&self, so: &str) -> Result<(), Refusal> {
-        if self.state.mode == SceneMode::Teaching {
+        let will_be_taught = self.state.mode == SceneMode::Script && self.spoken().is_some();
+        if self.state.mode == SceneMode::Teaching || will_be_taught {
             return refuse(format!("{so} while something is taught: clear the table first"));
         }
         Ok(())
@@ -226,12 +244,49 @@ impl State {
         }
         for taken in &mut self.taken {
             taken.index -= usize::from(taken.index > gone);
+            if let Some(seat) = &mut taken.seat {
+                seat.on -= usize::from(seat.on > gone);
+            }
         }
     }
 
     /// Remembers the table as it is, for taking the next act back.
     pub(super) fn remember_setting(&mut self) {
+        self.push_undo(self.setting_as_it_is());
+    }
+
+    fn setting_as_it_is(&self) -> Undo {
         let setting = self.setting.clone().unwrap_or_default();
-        self.push_undo(Undo::Setting { setting, things: self.things.clone(), screens: self.screens.clone() });
+        Undo::Setting { setting, things: self.at_rest(), screens: self.screens.clone() }
+    }
+
+    /// The things as they will rest if nobody does anything more: what is in a hand where it was taken, and what
+    /// is on its way where that ends.
+    pub(super) fn at_rest(&self) -> Vec<Thing> {
+        let objects = self.setting.as_ref().map_or(&[][..], |setting| &setting.objects);
+        let rest = |(index, thing): (usize, &Thing)| {
+            let stays = (thing.pose, thing.seat);
+            let (pose, seat) = match thing.motion {
+                Motion::AtRest => stays,
+                Motion::Carried { path, to, .. } => (path.to, to),
+                Motion::Settling { path } => (path.to, thing.seat),
+                Motion::InHand { .. } => {
+                    self.taken_from(index).map_or(stays, |taken| (taken.from, taken.seat))
+                }
+                Motion::Grasped { .. } => settle::support_below(&self.things, objects, index)
+                    .map_or(stays, |rest| (rest.pose, rest.seat)),
+            };
+            Thing { pose, motion: Motion::AtRest, seat }
+        };
+        let mut things: Vec<Thing> = self.things.iter().enumerate().map(rest).collect();
+        // What sits on what sits on something is there once that one is.
+        for _ in 0..things.len() {
+            follow(&mut things);
+        }
+        things
+    }
+
+    fn taken_from(&self, index: usize) -> Option<&Taken> {
+        self.taken.iter().find(|taken| taken.index == index)
     }
 }

@@ -1,7 +1,7 @@
 use std::path::Path;
 
 use clock::{Duration, Instant};
-use config::lesson::{Act, Destination, Lesson};
+use config::lesson::{Act, Destination, Lesson, Teacher};
 use message::{SceneMode, SceneObject, State, TeacherAct, TeacherActKind as Kind, Text};
 use proptest::prelude::*;
 
@@ -18,8 +18,22 @@ struct Bench {
 
 impl Bench {
     fn new() -> Self {
-        let mut bench = Self { world: World::new(&Lesson::builtin(), 1), ms: 0, said: Vec::new() };
+        Self::of(&Lesson::builtin())
+    }
+
+    fn of(lesson: &Lesson) -> Self {
+        let mut bench = Self { world: World::new(lesson, 1), ms: 0, said: Vec::new() };
         bench.wait(1);
+        bench
+    }
+
+    /// An empty table in the act of being set by two people.
+    fn of_two() -> Self {
+        let mut lesson = Lesson::builtin();
+        let second = Teacher { number: 2, ..lesson.teachers[0] };
+        lesson.teachers.push(second);
+        let mut bench = Self::of(&lesson);
+        bench.act(Kind::Clear, |_| {}).unwrap();
         bench
     }
 
@@ -68,6 +82,29 @@ impl Bench {
         self.act(Kind::Put, |act| act.position_m = [at[0], at[1], 0.2])?;
         self.wait(400);
         Ok(())
+    }
+
+    /// Takes a thing with the hand of a page and person of this number.
+    fn take(&mut self, thing: &str, by: u16) -> Result<String, Refusal> {
+        self.act(Kind::Take, |act| (act.text, act.hand, act.teacher) = (Text::new(thing), by, by))
+    }
+
+    fn put(&mut self, at: [f64; 2], by: u16) -> Result<String, Refusal> {
+        self.act(Kind::Put, |act| {
+            (act.position_m, act.hand, act.teacher) = ([at[0], at[1], 0.2], by, by);
+        })
+    }
+
+    fn lies_at(&self, name: &str, [x, y]: [f64; 2]) -> bool {
+        let [thing_x, thing_y, _] = self.thing(name).position_m;
+        (thing_x - x).hypot(thing_y - y) < 1e-6
+    }
+
+    /// What is where on the table.
+    fn table(&self) -> Vec<(String, [f64; 3])> {
+        let rounded = |metres: f64| (metres * 1e6).round();
+        let things = self.world.scene().filter(|thing| thing.kind != 2);
+        things.map(|thing| (thing.name.as_str().to_owned(), thing.position_m.map(rounded))).collect()
     }
 
     fn say(&mut self, words: &str) -> Result<String, Refusal> {
@@ -251,6 +288,123 @@ fn what_is_laid_in_a_hole_sits_there() {
     assert!(block.states[usize::from(State::Filled.raw())] > 0.5);
 }
 
+#[test]
+fn nothing_new_comes_onto_a_table_of_which_the_script_has_spoken() {
+    let mut bench = Bench::new();
+    bench.wait(2_000);
+    assert_eq!((bench.mode(), bench.said.len()), (Some(SceneMode::Script), 1));
+    let names = |bench: &Bench| bench.table().into_iter().map(|(name, _)| name).collect::<Vec<_>>();
+    let before = names(&bench);
+    let refusals = [
+        bench.add("square", "red", [0.6, 1.2]),
+        bench.act(Kind::Remove, |act| act.text = Text::new("peg 7")),
+        bench.act(Kind::Screen, |act| (act.text, act.position_m) = (Text::new("new"), [0.2, 0.5, 0.0])),
+    ];
+    for refusal in refusals {
+        assert!(refusal.unwrap_err().0.contains("while something is taught"));
+    }
+    assert_eq!((bench.mode(), names(&bench)), (Some(SceneMode::Script), before), "the lesson plays on");
+    bench.bring("peg 7", [-0.35, 1.0]).unwrap();
+    bench.say("task 1 is done").unwrap();
+    let text = bench.world.taught("Taken over", bench.now()).unwrap().to_toml();
+    let lesson = Lesson::parse(&text, Path::new("taken_over.toml")).unwrap();
+    let table = &lesson.demonstrations[0];
+    let moved = table.script.iter().rev().find_map(|step| {
+        let Act::Move { object, .. } = step.act else { return None };
+        Some(table.objects[object].name.as_str())
+    });
+    assert_eq!(moved, Some("peg 7"));
+}
+
+#[test]
+fn what_was_refused_or_cancelled_is_not_taken_back() {
+    let mut bench = taught();
+    bench.bring("wood peg 2", [0.3, 0.8]).unwrap();
+    // Its hole is taken: it is back in its place, and the page, which holds nothing any more, cancels.
+    bench.bring("wood peg 2", [-0.2, 0.9]).unwrap_err();
+    bench.act(Kind::Cancel, |_| {}).unwrap();
+    bench.wait(500);
+    bench.act(Kind::Undo, |_| {}).unwrap();
+    bench.wait(1_000);
+    assert!(bench.lies_at("wood peg 2", [0.1, 1.0]), "the move before it is taken back");
+    bench.act(Kind::Undo, |_| {}).unwrap();
+    bench.wait(1_000);
+    assert!(!bench.holds("red square", State::Filled));
+    bench.act(Kind::Undo, |_| {}).unwrap_err();
+}
+
+#[test]
+fn who_cancels_takes_nothing_back_that_somebody_else_did() {
+    let mut bench = Bench::of_two();
+    bench.add("peg", "wood", [0.0, 0.9]).unwrap();
+    bench.add("peg", "wood", [0.2, 0.9]).unwrap();
+    bench.take("wood peg", 1).unwrap();
+    bench.take("wood peg 2", 2).unwrap();
+    bench.act(Kind::Cancel, |act| act.hand = 1).unwrap();
+    bench.put([0.4, 0.9], 2).unwrap();
+    bench.wait(500);
+    assert!(bench.lies_at("wood peg", [0.0, 0.9]) && bench.lies_at("wood peg 2", [0.4, 0.9]));
+    bench.act(Kind::Undo, |_| {}).unwrap();
+    assert!(bench.lies_at("wood peg", [0.0, 0.9]) && bench.lies_at("wood peg 2", [0.2, 0.9]));
+    bench.act(Kind::Undo, |_| {}).unwrap();
+    assert_eq!(bench.table().len(), 1, "the second peg had been laid before");
+}
+
+#[test]
+fn each_of_two_hands_takes_back_its_own_act() {
+    let mut bench = Bench::of_two();
+    bench.add("peg", "wood", [0.0, 0.9]).unwrap();
+    bench.add("peg", "wood", [0.2, 0.9]).unwrap();
+    bench.take("wood peg", 1).unwrap();
+    bench.take("wood peg 2", 2).unwrap();
+    bench.put([0.0, 0.5], 1).unwrap();
+    bench.put([0.2, 0.5], 2).unwrap();
+    bench.wait(500);
+    bench.act(Kind::Undo, |_| {}).unwrap();
+    assert!(bench.lies_at("wood peg", [0.0, 0.5]) && bench.lies_at("wood peg 2", [0.2, 0.9]));
+    bench.act(Kind::Undo, |_| {}).unwrap();
+    assert!(bench.lies_at("wood peg", [0.0, 0.9]) && bench.lies_at("wood peg 2", [0.2, 0.9]));
+}
+
+#[test]
+fn what_was_just_let_go_is_remembered_where_it_comes_to_rest() {
+    let mut bench = Bench::empty();
+    bench.add("square", "red", [0.0, 0.6]).unwrap();
+    bench.add("peg", "wood", [0.2, 0.6]).unwrap();
+    bench.take("wood peg", 1).unwrap();
+    bench.put([0.0, 0.6], 1).unwrap();
+    bench.add("square", "blue", [-0.3, 0.9]).unwrap();
+    bench.wait(500);
+    bench.act(Kind::Undo, |_| {}).unwrap();
+    assert!(bench.holds("red square", State::Filled), "{:?}", bench.table());
+    bench.act(Kind::Undo, |_| {}).unwrap();
+    assert!(bench.lies_at("wood peg", [0.2, 0.6]) && !bench.holds("red square", State::Filled));
+    // And so is what is said to be taught of it.
+    bench.take("wood peg", 1).unwrap();
+    bench.put([0.0, 0.6], 1).unwrap();
+    bench.say("Leo, I can teach you to do it").unwrap();
+    let lesson = bench.world.taught("Filled", bench.now()).unwrap();
+    let [block, peg] = &lesson.demonstrations[0].objects[..] else { panic!("two objects") };
+    assert_eq!(block.place.position_m[..2], peg.place.position_m[..2]);
+}
+
+#[test]
+fn a_hole_out_of_which_somebody_holds_the_peg_is_kept_for_it() {
+    let mut bench = Bench::of_two();
+    bench.add("square", "red", [0.0, 0.6]).unwrap();
+    bench.add("peg", "wood", [0.0, 0.6]).unwrap();
+    bench.add("peg", "wood", [0.2, 0.6]).unwrap();
+    bench.take("wood peg", 1).unwrap();
+    bench.take("wood peg 2", 2).unwrap();
+    let refusal = bench.put([0.0, 0.6], 2).unwrap_err();
+    assert!(refusal.0.contains("the hole of `red square` is taken"), "{refusal}");
+    let refusal = bench.act(Kind::Remove, |act| act.text = Text::new("red square")).unwrap_err();
+    assert!(refusal.0.contains("`wood peg` is on its way there, or may come back"), "{refusal}");
+    bench.act(Kind::Cancel, |act| act.hand = 1).unwrap();
+    bench.wait(500);
+    assert!(bench.holds("wood peg", State::Inserted) && bench.lies_at("wood peg 2", [0.2, 0.6]));
+}
+
 fn any_act() -> impl Strategy<Value = TeacherAct> {
     let names = ["", "red", "peg 1", "red square", "wood peg", "wall", "square", "peg", "\u{0}"];
     let number = prop_oneof![-1.0..1.5, Just(f64::NAN), Just(f64::INFINITY), Just(1e300)];
@@ -279,6 +433,43 @@ fn any_act() -> impl Strategy<Value = TeacherAct> {
 }
 
 proptest! {
+    /// However a table was set: what was done to it is taken back act by act, until it is empty again.
+    #[test]
+    fn each_act_is_taken_back_and_no_other(
+        acts in proptest::collection::vec((0_u8..6, 0_usize..4, [-0.5..0.5, 0.4..1.2], 0_u64..400), 0..30),
+    ) {
+        let mut bench = Bench::of_two();
+        let mut tables = vec![bench.table()];
+        for (kind, thing, at, wait) in acts {
+            let names = ["red square", "wood peg", "red square 2", "wood peg 2"];
+            let by = if thing < 2 { 1 } else { 2 };
+            let done = match kind {
+                0 => bench.add("square", "red", at),
+                1 => bench.add("peg", "wood", at),
+                2 => bench.act(Kind::Remove, |act| act.text = Text::new(names[thing])),
+                3 => bench.take(names[thing], by),
+                4 => bench.put(at, by),
+                _ => bench.act(Kind::Cancel, |act| act.hand = by),
+            };
+            bench.wait(wait);
+            // What is in a hand is where it was taken, for who takes back what others did.
+            let is_done = done.is_ok() && (kind < 3 || kind == 4);
+            if is_done {
+                let mut rested = Bench { world: bench.world.clone(), ms: bench.ms, said: Vec::new() };
+                rested.world.put_all_back(rested.now());
+                rested.wait(1_000);
+                tables.push(rested.table());
+            }
+        }
+        bench.world.put_all_back(bench.now());
+        bench.wait(1_000);
+        while let Some(table) = tables.pop() {
+            prop_assert_eq!(bench.table(), table);
+            let undone = bench.act(Kind::Undo, |_| {});
+            prop_assert_eq!(undone.is_ok(), !tables.is_empty());
+        }
+    }
+
     /// Whatever is done in whatever order: every place is a place, and what was taught can be read.
     #[test]
     fn the_world_stays_sound(acts in proptest::collection::vec((any_act(), 0_u64..400), 0..60)) {

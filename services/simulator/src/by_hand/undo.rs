@@ -6,7 +6,7 @@ use clock::{Duration, Instant};
 use config::lesson::{Act, Destination, Place};
 use message::SceneMode;
 
-use super::{Done, Refusal, refuse};
+use super::{Done, Refusal, Taken, refuse};
 use crate::World;
 use crate::path::Glide;
 use crate::setting::Setting;
@@ -21,29 +21,29 @@ const BACK: Duration = Duration::from_millis(800);
 /// What is done to take an act back.
 #[derive(Clone, Debug)]
 pub(crate) enum Undo {
-    /// While the table is set: it is as it was.
+    /// While the table is set: it is as it was, and everything rests.
     Setting { setting: Arc<Setting>, things: Vec<Thing>, screens: Vec<Glide> },
     /// While something is taught: the thing is moved back, for everybody to see.
     Move { index: usize, to: Destination },
 }
 
 impl World {
-    /// Remembers how an object lies that is about to be taken.
-    pub(super) fn remember(&mut self, index: usize, _by: u16) {
+    /// Remembers where something was taken that is about to be let go elsewhere. What goes back to where it was
+    /// taken was never moved: there is nothing to take back.
+    pub(super) fn remember(&mut self, taken: &Taken) {
         if self.state.mode == SceneMode::SetUp {
             self.state.remember_setting();
             return;
         }
-        let Some(thing) = self.state.things.get(index) else { return };
-        let to = match thing.seat {
+        let to = match taken.seat {
             Some(Seat { on, kind: SeatKind::Hole, .. }) => Destination::Hole(on),
             Some(Seat { on, kind: SeatKind::Top, .. }) => Destination::Top(on),
             None => Destination::Place(Place {
-                position_m: thing.pose.position_m(),
-                heading_rad: thing.pose.heading_rad(),
+                position_m: taken.from.position_m(),
+                heading_rad: taken.from.heading_rad(),
             }),
         };
-        self.state.push_undo(Undo::Move { index, to });
+        self.state.push_undo(Undo::Move { index: taken.index, to });
     }
 
     pub(super) fn undo(&mut self, now: Instant, who: u16) -> Result<Done, Refusal> {
@@ -53,12 +53,7 @@ impl World {
         }
         match self.state.undo.pop() {
             None => refuse("there is nothing to take back"),
-            Some(Undo::Setting { setting, mut things, screens }) => {
-                for thing in &mut things {
-                    if !matches!(thing.motion, Motion::AtRest) {
-                        thing.motion = Motion::AtRest;
-                    }
-                }
+            Some(Undo::Setting { setting, things, screens }) => {
                 (self.state.setting, self.state.things, self.state.screens) =
                     (Some(setting), things, screens);
                 Ok(Done)
@@ -70,6 +65,9 @@ impl World {
                     return refuse("it still moves: wait until it rests");
                 }
                 let Some(setting) = self.state.setting.clone() else { return Ok(Done) };
+                if crate::world::destination(&self.state.things, &setting.objects, index, to).is_none() {
+                    return refuse("where it was there is something else now: it stays where it is");
+                }
                 crate::world::begin_move(
                     &mut self.state.things,
                     &setting.objects,
