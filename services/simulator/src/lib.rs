@@ -4,6 +4,7 @@
 //! Leo's hands grasp and let go, and says what the robot's eyes observe, what is true, and what
 //! was said.
 
+mod backlog;
 mod by_hand;
 mod cue;
 mod desk;

@@ -8,12 +8,13 @@ use message::{
 use process::{Failure, Launch, Member, Progress};
 
 use crate::World;
+use crate::backlog::Backlog;
 use crate::desk::Desk;
 use crate::limbs::Limbs;
 
-/// Sentences that one frame holds.
+/// Sentences that one frame holds: what is said beyond that is of the frames after it.
 const SENTENCES: usize = 8;
-/// Answers that one frame holds.
+/// Answers that one frame holds, likewise.
 const ANSWERS: usize = 64;
 
 /// Plays a lesson, and does what people do by hand, until the process is told to stop.
@@ -36,6 +37,7 @@ pub fn run(launch: &Launch, robot: &Robot, lesson: &Lesson) -> Result<(), Failur
     let mut utterances = member.outlet::<Utterances>(None, SENTENCES)?;
     let mut acts = member.inlet::<TeacherActs>(None)?;
     let mut answered = member.outlet::<ActsAnswered>(None, ANSWERS)?;
+    let (mut unsaid, mut unanswered) = (Backlog::new(SENTENCES), Backlog::new(ANSWERS));
     let mut desk = Desk::new(lesson, launch.state.clone(), capacity);
     let joints: Vec<&str> = robot.motor.joints.iter().map(|joint| joint.name.as_str()).collect();
     let body = Body::from_urdf(&robot.urdf, &joints).map_err(Failure::own)?;
@@ -67,23 +69,24 @@ pub fn run(launch: &Launch, robot: &Robot, lesson: &Lesson) -> Result<(), Failur
         let head = SceneHead { header, lesson: desk.name(), ..world.head() };
         let nothing = SceneObject::default();
         scene.send(head, world.scene().count(), |_| truths.next().unwrap_or(nothing), |_| {})?;
-        let answers = desk.answers();
-        if !answers.is_empty() {
+        unanswered.add(desk.answers());
+        let mut answers = unanswered.next_frame();
+        if answers.len() > 0 {
             let none = ActAnswer { serial: 0, refused: 0, text: Text::default() };
-            let answer = |index: usize| answers.get(index).copied().unwrap_or(none);
-            answered.send(header, answers.len(), answer, |_| {})?;
+            answered.send(header, answers.len(), |_| answers.next().unwrap_or(none), |_| {})?;
         }
-        let said = world.utterances().count();
-        if said > 0 {
-            let mut sentences = world.utterances();
+        unsaid.add(world.utterances());
+        let mut sentences = unsaid.next_frame();
+        if sentences.len() > 0 {
             let silence = Utterance { speaker: 0, text: Text::default() };
-            utterances.send(header, said, |_| sentences.next().unwrap_or(silence), |_| {})?;
+            utterances.send(header, sentences.len(), |_| sentences.next().unwrap_or(silence), |_| {})?;
         }
+        drop(sentences);
 
         member.health().drops = joint_states.drops() + acts.drops();
         member.health().undelivered =
             observations.undelivered() + scene.undelivered() + utterances.undelivered();
-        let is_finished = world.is_finished();
+        let is_finished = world.is_finished() && unsaid.is_empty();
         member.end_cycle(if is_finished { Progress::Finished } else { Progress::More })?;
     }
     Ok(())
