@@ -3,6 +3,8 @@
 
 use super::*;
 
+use crate::request::Topic;
+
 use servo::mock::{HardwareError, Injection};
 
 use JointMode::{Decelerating, Following, Holding, Limp, Quarantined, Releasing};
@@ -297,5 +299,44 @@ fn one_bad_servo_costs_one_servo() {
         assert_eq!(rig.modes()[1..], [Following; 2], "{fault}");
         rig.inject(0, "drop p=0");
         rig.until(1500, 0.5, |rig| rig.modes() == [Following; 3]);
+    }
+}
+
+#[test]
+fn a_servo_of_older_firmware_is_read_by_itself_and_the_others_together() {
+    // XM430 knows the fast reads from version 45 on.
+    for (versions, questions) in [([44, 46], 2), ([45, 45], 1), ([44, 44], 1)] {
+        let mut rig = Rig::new();
+        let servos = rig.lines[0].servos_mut();
+        for (servo, version) in servos.iter_mut().zip(versions) {
+            *servo = servo.clone().with_firmware(version);
+        }
+        rig.until(200, 0.3, |rig| rig.modes() == [Following; 3]);
+        for _ in 0..100 {
+            rig.commanded(1, 0.3, rig.now);
+            for joint in 0..3 {
+                assert_eq!(
+                    rig.motor.reading(joint).unwrap().0,
+                    rig.now,
+                    "{versions:?}: joint {joint} is read"
+                );
+            }
+        }
+        rig.motor.request(0, rig.now, &mut rig.request);
+        let asked = rig.request.parts().filter(|(part, _)| matches!(part.topic, Topic::Chain | Topic::Each));
+        assert_eq!(asked.count(), questions, "{versions:?}");
+        rig.commanded(200, -0.4, rig.now);
+        assert!((rig.position(0) - -0.4).abs() < 0.003 && (rig.position(1) - -0.4).abs() < 0.003);
+        // One that falls silent costs the other nothing, whichever way it is read.
+        for mute in [1, 2] {
+            rig.mute.insert((0, mute));
+            let other = usize::from(2 - mute);
+            for _ in 0..10 {
+                rig.commanded(1, -0.4, rig.now);
+                assert_eq!(rig.motor.reading(other).unwrap().0, rig.now, "{versions:?}: {mute} is silent");
+            }
+            rig.mute.clear();
+            rig.until(1500, -0.4, |rig| rig.modes() == [Following; 3]);
+        }
     }
 }

@@ -179,7 +179,8 @@ impl Exchange<'_> {
                 tells = None;
             }
             let servo = tells.and_then(|place| pick(self.servos, self.twins, place));
-            let Some(servo) = servo.filter(|servo| servo.status_return_level() >= 1) else {
+            let answers = |servo: &Servo| servo.status_return_level() >= 1 && servo.knows_fast_reads();
+            let Some(servo) = servo.filter(|servo| answers(servo)) else {
                 if self.followers == Followers::Silent {
                     return;
                 }

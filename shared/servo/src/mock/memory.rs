@@ -10,7 +10,8 @@ use super::indirect::Indirect;
 
 /// The longest table's bytes.
 const BYTES: usize = 662;
-/// Version of the firmware that it pretends to have: the first of X330 that knows fast reads.
+/// Version of the firmware that it pretends to have where nothing else is said: the first of X330 that knows
+/// fast reads.
 const FIRMWARE_VERSION: i64 = 46;
 /// Goals: what the bus watchdog locks once it tripped.
 const GOALS: [Item; 4] = [GOAL_PWM, GOAL_CURRENT, GOAL_VELOCITY, GOAL_POSITION];

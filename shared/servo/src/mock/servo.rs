@@ -88,6 +88,20 @@ impl Servo {
         servo
     }
 
+    /// The same servo with firmware of another version. An older one knows no fast reads.
+    #[must_use]
+    pub fn with_firmware(mut self, version: u8) -> Self {
+        self.memory.set(FIRMWARE, i64::from(version));
+        self
+    }
+
+    /// Whether it answers fast sync and fast bulk reads.
+    #[must_use]
+    pub fn knows_fast_reads(&self) -> bool {
+        let [.., firmware] = self.ping();
+        self.model.knows_fast_reads(firmware)
+    }
+
     /// Its model.
     #[must_use]
     pub const fn model(&self) -> Model {
