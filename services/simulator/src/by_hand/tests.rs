@@ -338,6 +338,7 @@ fn who_cancels_takes_nothing_back_that_somebody_else_did() {
     let mut bench = Bench::of_two();
     bench.add("peg", "wood", [0.0, 0.9]).unwrap();
     bench.add("peg", "wood", [0.2, 0.9]).unwrap();
+    bench.say("Leo, I can teach you to do it").unwrap();
     bench.take("wood peg", 1).unwrap();
     bench.take("wood peg 2", 2).unwrap();
     bench.act(Kind::Cancel, |act| act.hand = 1).unwrap();
@@ -345,9 +346,9 @@ fn who_cancels_takes_nothing_back_that_somebody_else_did() {
     bench.wait(500);
     assert!(bench.lies_at("wood peg", [0.0, 0.9]) && bench.lies_at("wood peg 2", [0.4, 0.9]));
     bench.act(Kind::Undo, |_| {}).unwrap();
+    bench.wait(1_000);
     assert!(bench.lies_at("wood peg", [0.0, 0.9]) && bench.lies_at("wood peg 2", [0.2, 0.9]));
-    bench.act(Kind::Undo, |_| {}).unwrap();
-    assert_eq!(bench.table().len(), 1, "the second peg had been laid before");
+    bench.act(Kind::Undo, |_| {}).unwrap_err();
 }
 
 #[test]
