@@ -5,7 +5,7 @@ use tasks::{
     explain, key,
 };
 
-use crate::report::{Verdict, perspectives};
+use crate::report::{Verdict, attended, perspectives};
 
 /// A question that is expected to tell less than this, in bits, is not asked: whoever teaches would be
 /// asked about what is all but certain.
@@ -38,9 +38,11 @@ impl Question {
         let first = learned.primary().next()?;
         // What stands where it does looks otherwise from elsewhere, and there is nothing to explain.
         let is_comparable = chosen != 0 && !matches!(first.selection, Selection::Standing(_));
-        let is_unexplained = is_comparable && !explain(language, task, chosen, first).unexplained.is_empty();
+        let perspectives = verdict.perspectives();
+        let is_unexplained =
+            is_comparable && !explain(language, task, &perspectives, first).unexplained.is_empty();
         let mut learning = Learning::new(language, settings);
-        task.views(chosen).for_each(|view| learning.add(&view.attended(language.moved_m)));
+        attended(language, task, &perspectives, chosen).iter().for_each(|view| learning.add(view));
         let inquiry = learning.inquire(&first.expectation, 1)?;
         if inquiry.bits < WORTH_ASKING_BITS && !is_unexplained {
             return None;

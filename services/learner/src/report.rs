@@ -27,15 +27,18 @@ impl Verdict {
         let by_perspective: BTreeMap<u16, Learned> = perspectives
             .iter()
             .map(|&perspective| {
-                let views: Vec<View> =
-                    task.views(perspective).map(|view| view.attended(language.moved_m)).collect();
+                let views = attended(language, task, perspectives, perspective);
                 let views: Vec<&View> = views.iter().collect();
                 (perspective, learn_with(language, &views, settings))
             })
             .collect();
-        let teacher = task.examples.last().map_or(0, |example| example.teacher);
-        let chosen = decide(&by_perspective, teacher);
+        let chosen = decide(&by_perspective, spokesman(task, perspectives).unwrap_or(0));
         Self { by_perspective, chosen }
+    }
+
+    /// Whose perspectives are taken.
+    pub(crate) fn perspectives(&self) -> Vec<u16> {
+        self.by_perspective.keys().copied().collect()
     }
 
     /// What the chosen perspective learned.
@@ -113,7 +116,7 @@ impl Verdict {
         if let (Selection::Standing(_), Some(own)) = (rule.selection, own) {
             return Some(format!("to me it looked like \"{}\", but you see it from where you are", own.name));
         }
-        let why = explain(language, task, chosen, rule).text();
+        let why = explain(language, task, &self.perspectives(), rule).text();
         if why.is_empty() {
             return None;
         }
@@ -122,6 +125,28 @@ impl Verdict {
             None => why,
         })
     }
+}
+
+/// He who stands for all teachers of a task: of those whose perspectives are taken, the one who taught last.
+fn spokesman(task: &Task, perspectives: &[u16]) -> Option<u16> {
+    let teachers = task.examples.iter().rev().map(|example| example.teacher);
+    teachers.into_iter().find(|teacher| perspectives.contains(teacher))
+}
+
+/// What a perspective has of a task's examples, and attends to. His who stands for all teachers has of each
+/// example what its own teacher saw: it is he who meant something by it.
+pub(crate) fn attended(
+    language: &Language,
+    task: &Task,
+    perspectives: &[u16],
+    perspective: u16,
+) -> Vec<View> {
+    let views: Vec<&View> = if spokesman(task, perspectives) == Some(perspective) {
+        task.taught(perspectives).collect()
+    } else {
+        task.views(perspective).collect()
+    };
+    views.into_iter().map(|view| view.attended(language.moved_m)).collect()
 }
 
 /// The events that tell what a task comes to, as they were told when it was learned: hypotheses of

@@ -41,6 +41,38 @@ fn leo_learns_the_teachers_rule_explains_it_and_fills_every_hole() {
 }
 
 #[test]
+fn of_each_showing_it_is_its_own_teachers_view_that_counts() {
+    for teachers in [[1, 2], [2, 1]] {
+        let mut run = Run::new(2, Vec::new());
+        let sets = [["red", "green", "yellow", "red", "blue"], ["green", "yellow", "red", "yellow", "blue"]];
+        for (teacher, colours) in teachers.into_iter().zip(sets) {
+            // The other teacher sees the blue one well.
+            run.hidden_from = Some(teacher);
+            run.demonstrate_as(u32::from(teacher), &colours, |_| {});
+        }
+        assert_eq!(run.texts(EventKind::RuleChosen), ["all", "all"], "{teachers:?}");
+        let chosen = run.events.iter().filter(|event| event.kind() == Some(EventKind::RuleChosen));
+        assert_eq!(chosen.map(|event| event.perspective).collect::<Vec<_>>(), teachers);
+        let told = ["you", "whoever showed it"].map(|who| {
+            format!("to me it looked like \"all but blue\", but {who} could not see the blue square")
+        });
+        assert_eq!(run.texts(EventKind::Explained), told);
+        run.perform(&[]);
+        assert_eq!(run.texts(EventKind::PerformanceEnded), ["filled 5 of 5"]);
+    }
+}
+
+#[test]
+fn a_showing_by_one_whose_perspective_is_not_taken_is_as_leo_saw_it() {
+    let mut run = Run::new(1, Vec::new());
+    run.demonstrate_as(2, &["red", "green", "yellow", "red", "blue"], |_| {});
+    run.demonstrate(&["green", "yellow", "red", "yellow", "blue"], |_| {});
+    assert_eq!(run.texts(EventKind::RuleChosen), ["all but blue", "all but blue"]);
+    let chosen = run.events.iter().filter(|event| event.kind() == Some(EventKind::RuleChosen));
+    assert_eq!(chosen.map(|event| event.perspective).collect::<Vec<_>>(), [0, 1]);
+}
+
+#[test]
 fn without_perspective_taking_leo_leaves_the_blue_ones_out() {
     let mut run = Run::new(0, Vec::new());
     run.teach();

@@ -6,7 +6,8 @@ use crate::{Language, Object, Rule, Snapshot, Task, View};
 /// Objects of two perspectives further apart than this are two objects, in metres.
 const SAME_PLACE_M: f64 = 0.08;
 
-/// Why a partner's rule does not hold in the robot's view, in words that name the objects.
+/// Why its teachers' rule does not hold in the robot's view, in words that name the objects. A partner
+/// is he who gave the example.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Explanation {
     /// Objects that contradict it and that the partner knows nothing of.
@@ -17,6 +18,9 @@ pub struct Explanation {
     pub foreign: Vec<String>,
     /// Objects that contradict it although the partner knows them as they are.
     pub unexplained: Vec<String>,
+    /// Whether some of it is about the showing of another than the one who taught last, to whom it is
+    /// said.
+    pub of_others: bool,
 }
 
 impl Explanation {
@@ -28,44 +32,47 @@ impl Explanation {
         self.unexplained.is_empty() && explained.iter().any(|objects| !objects.is_empty())
     }
 
-    /// The explanation, said to the partner; empty when nothing contradicts his rule.
+    /// The explanation, said to the one who taught last; empty when nothing contradicts the rule.
     #[must_use]
     pub fn text(&self) -> String {
         let the = |objects: &[String]| {
             let objects: Vec<String> = objects.iter().map(|object| format!("the {object}")).collect();
             listed(&objects)
         };
+        let (who, whose) = if self.of_others { ("whoever showed it", "theirs") } else { ("you", "yours") };
         let mut parts = Vec::new();
         if !self.unseen.is_empty() {
-            parts.push(format!("you could not see {}", the(&self.unseen)));
+            parts.push(format!("{who} could not see {}", the(&self.unseen)));
         }
         if !self.mistaken.is_empty() {
-            parts.push(format!("you could not know how {} had changed", the(&self.mistaken)));
+            parts.push(format!("{who} could not know how {} had changed", the(&self.mistaken)));
         }
         if !self.foreign.is_empty() {
             let is = if self.foreign.len() == 1 { "is" } else { "are" };
-            parts.push(format!("{} {is} not yours", the(&self.foreign)));
+            parts.push(format!("{} {is} not {whose}", the(&self.foreign)));
         }
         if !self.unexplained.is_empty() {
-            parts.push(format!("I do not know why you treated {} differently", the(&self.unexplained)));
+            parts.push(format!("I do not know why {who} treated {} differently", the(&self.unexplained)));
         }
         listed(&parts)
     }
 }
 
-/// Explains why a rule learned in a partner's perspective does not hold in the robot's: which
-/// objects of the robot's view contradict it, and what the partner believes of them.
+/// Explains why a rule learned from its teachers' views does not hold in the robot's: which objects of
+/// the robot's view contradict it, and what he believed of them who gave the example
+/// ([`Example::taught`](crate::Example::taught)).
 #[must_use]
-pub fn explain(language: &Language, task: &Task, partner: u16, rule: &Rule) -> Explanation {
+pub fn explain(language: &Language, task: &Task, simulated: &[u16], rule: &Rule) -> Explanation {
     let mut explanation = Explanation::default();
+    let addressed = task.examples.last().map(|example| example.teacher);
     for example in &task.examples {
-        let (Some(own), Some(theirs)) = (example.view(0), example.view(partner)) else { continue };
+        let (Some(own), Some(theirs)) = (example.view(0), example.taught(simulated)) else { continue };
         for object in contradicting(language, own, rule) {
             let eligible = own.after.objects.iter().filter(|other| has_percepts(other, &rule.expectation));
             let name = describe_object(language, object, eligible);
             let list = match counterpart(object, &theirs.after) {
                 None => &mut explanation.unseen,
-                Some(believed) if believed.owner.is_some_and(|owner| owner != partner) => {
+                Some(believed) if believed.owner.is_some_and(|owner| owner != example.teacher) => {
                     &mut explanation.foreign
                 }
                 Some(believed) if believed.states != object.states => &mut explanation.mistaken,
@@ -74,6 +81,7 @@ pub fn explain(language: &Language, task: &Task, partner: u16, rule: &Rule) -> E
             if !list.contains(&name) {
                 list.push(name);
             }
+            explanation.of_others |= Some(example.teacher) != addressed;
         }
     }
     explanation

@@ -271,8 +271,8 @@ impl Group<'_> {
     }
 }
 
-/// The perspective whose rules Leo follows: the teacher's, where he is simulated and his view
-/// explains anything ("take the perspective of the teacher, and assume that their schema is
+/// The perspective whose rules Leo follows: the teacher's, or his who stands for all teachers where there
+/// were several ([`Task::taught`](crate::Task::taught)), if he is simulated and what he saw explains anything ("take the perspective of the teacher, and assume that their schema is
 /// correct"), else Leo's own (0). `None` where neither explains anything.
 #[must_use]
 pub fn decide(learned: &BTreeMap<u16, Learned>, teacher: u16) -> Option<u16> {

@@ -18,6 +18,11 @@ impl Task {
     pub fn views(&self, perspective: u16) -> impl Iterator<Item = &View> {
         self.examples.iter().filter_map(move |example| example.view(perspective))
     }
+
+    /// The teachers' examples: each as its own teacher saw it, see [`Example::taught`].
+    pub fn taught<'a>(&'a self, simulated: &'a [u16]) -> impl Iterator<Item = &'a View> {
+        self.examples.iter().filter_map(move |example| example.taught(simulated))
+    }
 }
 
 /// What a schema keeps of one demonstration.
@@ -34,6 +39,14 @@ impl Example {
     #[must_use]
     pub fn view(&self, perspective: u16) -> Option<&View> {
         self.views.iter().find(|view| view.perspective == perspective)
+    }
+
+    /// The demonstration as he saw it who gave it, where he is among those who are simulated, and as the
+    /// robot did where he is not: what another teacher could see says nothing of what this one meant.
+    #[must_use]
+    pub fn taught(&self, simulated: &[u16]) -> Option<&View> {
+        let his = self.view(self.teacher).filter(|view| simulated.contains(&view.perspective));
+        his.or_else(|| self.view(0))
     }
 }
 

@@ -140,6 +140,8 @@ pub(super) struct Run {
     /// Which things a belief process that began anew has not perceived.
     pub(super) missing: Vec<usize>,
     partners: u16,
+    /// The partner from whom alone hidden things are hidden; from all of them where it is none.
+    pub(super) hidden_from: Option<u16>,
     now: Instant,
     percepts: Percepts,
 }
@@ -169,6 +171,7 @@ impl Run {
             first_id: 10,
             missing: Vec::new(),
             partners,
+            hidden_from: None,
             now: Instant::EPOCH,
             percepts: Percepts::builtin(),
         }
@@ -219,8 +222,9 @@ impl Run {
         head.frame_orientation_xyzw = x_base_person.orientation_xyzw();
         let table = self.table.borrow();
         let things = (self.first_id..).zip(table.things.iter().enumerate());
+        let looks_past_it = perspective == 0 || self.hidden_from.is_some_and(|blind| blind != perspective);
         let beliefs = things
-            .filter(|(_, (index, thing))| !(self.missing.contains(index) || perspective > 0 && thing.hidden))
+            .filter(|(_, (index, thing))| !(self.missing.contains(index) || !looks_past_it && thing.hidden))
             .map(|(id, (_, thing))| {
                 let mut belief = Belief::new(id, 0, self.now.as_nanos(), 1, thing.held_by);
                 let mut push = |name: &str, feature| {
@@ -291,16 +295,25 @@ impl Run {
 
     /// A demonstration of Task 1: every hole that the teacher sees is filled.
     pub(super) fn demonstrate(&mut self, colours: &[&'static str], meanwhile: impl FnOnce(&mut Self)) {
+        self.demonstrate_as(1, colours, meanwhile);
+    }
+
+    pub(super) fn demonstrate_as(
+        &mut self,
+        teacher: u32,
+        colours: &[&'static str],
+        meanwhile: impl FnOnce(&mut Self),
+    ) {
         let hidden = colours.len() - 1;
         self.lay_anew(colours, Some(hidden));
-        self.say("Leo, I can teach you to do task 1.");
+        self.say_as(teacher, "Leo, I can teach you to do task 1.");
         self.steps(20);
         self.insert(0, 0);
         meanwhile(self);
         for block in 1..hidden {
             self.insert(block, block);
         }
-        self.say("Task 1 is done!");
+        self.say_as(teacher, "Task 1 is done!");
         self.steps(10);
     }
 

@@ -134,9 +134,36 @@ fn the_teachers_rule_is_followed_and_the_difference_explained() {
     assert_eq!(decide(&by_perspective, 1), Some(1));
     assert_eq!(decide(&by_perspective, 2), Some(0), "a teacher who is not simulated has no view");
     let rule = by_perspective[&1].primary().next().unwrap();
-    let explanation = explain(&language(), &task, 1, rule);
+    let explanation = explain(&language(), &task, &[0, 1], rule);
     assert!(explanation.is_complete(), "{explanation:?}");
     assert_eq!(explanation.text(), "you could not see the blue square");
+}
+
+#[test]
+fn what_another_teacher_could_not_see_explains_his_own_showing() {
+    let mut task = task_1();
+    // Each example was given by another, who could not see the block; the other could.
+    for (example, teacher) in task.examples.iter_mut().zip([1, 2]) {
+        let [own, his] = example.views.as_slice() else { unreachable!() };
+        let (own, his) = (own.clone(), his.clone());
+        let other = View { perspective: 3 - teacher, ..own.clone() };
+        let views = vec![own, View { perspective: teacher, ..his }, other];
+        *example = crate::Example { teacher, views };
+    }
+    let of = |views: Vec<&View>| crate::learn(&language(), &views, &crate::Prior::default(), super::SHARE);
+    let taught = of(task.taught(&[0, 1, 2]).collect());
+    assert_eq!(high_likelihood(&taught), ["all"]);
+    assert_ne!(high_likelihood(&of(task.views(2).collect())), ["all"], "the first showing was not his");
+    // Where one of them is not simulated, his showing is as the robot saw it.
+    let perspectives =
+        |simulated: &[u16]| -> Vec<u16> { task.taught(simulated).map(|view| view.perspective).collect() };
+    assert_eq!(perspectives(&[0, 1, 2]), [1, 2]);
+    assert_eq!(perspectives(&[0, 2]), [0, 2]);
+    let rule = taught.primary().next().unwrap();
+    let explanation = explain(&language(), &task, &[0, 1, 2], rule);
+    assert_eq!(explanation.text(), "whoever showed it could not see the blue square");
+    let explanation = explain(&language(), &task, &[0, 2], rule);
+    assert_eq!(explanation.unexplained, ["blue square"], "nobody knows what the first could see");
 }
 
 #[test]
@@ -148,7 +175,7 @@ fn a_block_that_he_knew_and_left_out_is_not_explained() {
         example.views[1].after = own.after;
     }
     let rule = learned(&task_1(), 1).primary().next().unwrap().clone();
-    let explanation = explain(&language(), &task, 1, &rule);
+    let explanation = explain(&language(), &task, &[0, 1], &rule);
     assert!(!explanation.is_complete(), "{explanation:?}");
     assert_eq!(explanation.unexplained, ["blue square"]);
 }
@@ -193,7 +220,7 @@ fn after_one_example_the_most_specific_rule_is_chosen() {
 fn what_belongs_to_somebody_else_is_no_exception_to_his_rule() {
     let task = task_2();
     let rule = learned(&task, 1).primary().next().unwrap().clone();
-    let explanation = explain(&language(), &task, 1, &rule);
+    let explanation = explain(&language(), &task, &[0, 1], &rule);
     assert!(explanation.is_complete(), "{explanation:?}");
     assert!(explanation.text().ends_with("are not yours"), "{}", explanation.text());
     assert!(explanation.foreign.contains(&"medium red square".to_owned()), "{explanation:?}");
