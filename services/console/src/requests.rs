@@ -122,14 +122,19 @@ pub(crate) struct Malformed {
     pub(crate) reason: String,
 }
 
+/// The page's own number for a message, which is not read any further.
+pub(crate) fn number(message: &str) -> Option<u64> {
+    #[derive(Deserialize)]
+    struct Numbered {
+        id: u64,
+    }
+    serde_json::from_str::<Numbered>(message).ok().map(|numbered| numbered.id)
+}
+
 /// What a message of a page says: the page's own number for it, and the wish. `first` is the teacher
 /// where none is named.
 pub(crate) fn parse(message: &str, first: u16) -> Result<(u64, Wish), Malformed> {
-    let id = || {
-        let value: serde_json::Value = serde_json::from_str(message).ok()?;
-        value.get("id")?.as_u64()
-    };
-    let malformed = |reason: String| Malformed { id: id(), reason };
+    let malformed = |reason: String| Malformed { id: number(message), reason };
     let said: Said = serde_json::from_str(message).map_err(|error| malformed(error.to_string()))?;
     let act = |kind, teacher: Option<u16>| TeacherAct::new(kind, teacher.unwrap_or(first));
     let text = |what: &str| {

@@ -76,6 +76,12 @@ impl Sheet {
         }
     }
 
+    /// A message for a page that holds a version: nothing has changed.
+    #[must_use]
+    pub(crate) fn nothing_since(version: u64) -> String {
+        format!("{{\"version\":{version},\"fresh\":false,\"cells\":{{}}}}")
+    }
+
     /// What has changed since a version, as a message for a page; nothing where nothing has.
     #[must_use]
     pub fn since(&self, version: u64) -> Option<String> {

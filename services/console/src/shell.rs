@@ -20,7 +20,7 @@ use crate::narrator::{Line, Narrator, Transcript};
 use crate::requests::Wish;
 use crate::sheet::Sheet;
 use crate::tape::Tape;
-use crate::web::{Door, Web};
+use crate::web::{Door, Patience, Web};
 
 /// The lesson is over when it has been so for this long: what was said last is answered meanwhile.
 const ANSWER: Duration = Duration::from_secs(1);
@@ -163,7 +163,8 @@ impl Stage {
     fn open(member: &Member, launch: &Launch, robot: &Robot, lesson: &Lesson) -> Result<Self, Failure> {
         let first = lesson.teachers.first().map_or(1, |teacher| teacher.number);
         let web = robot.leo.console.address.get().and_then(|address| {
-            let served = Web::serve(address, Door::read(&launch.domain), &robot.urdf, first);
+            let served =
+                Web::serve(address, Door::read(&launch.domain), &robot.urdf, first, Patience::default());
             // A robot does not stand still for want of a page.
             let failed = |error| {
                 tracing::error!("cannot serve the page at {address}: {error}; the robot runs without");

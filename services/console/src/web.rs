@@ -4,6 +4,9 @@
 mod door;
 mod guard;
 mod live;
+mod pace;
+#[cfg(test)]
+mod tests;
 
 use std::net::{SocketAddr, TcpListener};
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -12,15 +15,16 @@ use std::{io, thread};
 
 use axum::Router;
 use axum::extract::State;
-use axum::http::header;
+use axum::http::{HeaderMap, Uri, header};
 use axum::response::{IntoResponse, Response};
 use axum::routing::get;
-use crossbeam::channel::{Receiver, Sender, bounded};
+use crossbeam::channel::{Receiver, Sender, unbounded};
 
 use crate::requests::Wish;
 use crate::sheet::Sheet;
 pub(crate) use door::Door;
 pub(crate) use guard::Token;
+pub(crate) use live::Patience;
 
 /// Wishes that wait for the loop; further ones are answered with an error.
 const WISHES: usize = 256;
@@ -31,11 +35,6 @@ const PAGES_MOST: u64 = 32;
 const INDEX: &[u8] = include_bytes!("../page/built/index.html.gz");
 const SCRIPT: &[u8] = include_bytes!("../page/built/page.js.gz");
 const STYLE: &[u8] = include_bytes!("../page/built/page.css.gz");
-
-/// What a page may load and reach: this server alone.
-const POLICY: &str = "default-src 'self'; connect-src 'self' ws: wss:; img-src 'self' data: blob:; \
-                      style-src 'self'; script-src 'self'; object-src 'none'; base-uri 'none'; \
-                      frame-ancestors 'none'; form-action 'none'";
 
 /// A wish of a page, to be answered to it.
 #[derive(Debug)]
@@ -70,6 +69,7 @@ pub(crate) struct Shared {
     first: u16,
     /// The next page's number.
     pages: AtomicU64,
+    patience: Patience,
 }
 
 impl Shared {
@@ -78,9 +78,41 @@ impl Shared {
         self.sheet.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
+    /// Asks the loop for something; whether it has room for it.
+    fn ask(&self, asked: Asked) -> bool {
+        // Pages are served by one thread: nobody comes in between.
+        self.wishes.len() < WISHES && self.wishes.send(asked).is_ok()
+    }
+
+    /// Asks the loop for what a page leaves behind, for which there is always room.
+    fn ask_last(&self, asked: Asked) {
+        // At the end of the process the loop is gone before its pages.
+        let _gone = self.wishes.send(asked);
+    }
+
     /// What is scraped from now on.
     pub(crate) fn set_metrics(&self, metrics: String) {
         *self.metrics.lock().unwrap_or_else(PoisonError::into_inner) = metrics;
+    }
+}
+
+/// The place of a page among those that may be open at once, until it is dropped.
+struct Place {
+    shared: Arc<Shared>,
+}
+
+impl Place {
+    /// Takes a place, where one is left.
+    fn take(shared: &Arc<Shared>) -> Option<Self> {
+        let further = |open: u64| (open < PAGES_MOST).then_some(open + 1);
+        let taken = shared.counts.open.fetch_update(Ordering::Relaxed, Ordering::Relaxed, further);
+        taken.ok().map(|_before| Self { shared: Arc::clone(shared) })
+    }
+}
+
+impl Drop for Place {
+    fn drop(&mut self) {
+        self.shared.counts.open.fetch_sub(1, Ordering::Relaxed);
     }
 }
 
@@ -102,7 +134,13 @@ impl Web {
     /// # Errors
     ///
     /// The address is none of this machine, or the system has no thread or random number left.
-    pub(crate) fn serve(address: SocketAddr, before: Door, urdf: &str, first: u16) -> io::Result<Self> {
+    pub(crate) fn serve(
+        address: SocketAddr,
+        before: Door,
+        urdf: &str,
+        first: u16,
+        patience: Patience,
+    ) -> io::Result<Self> {
         let port = before.port.unwrap_or(address.port());
         let bound = TcpListener::bind(SocketAddr::new(address.ip(), port));
         let taken = |error: &io::Error| error.kind() == io::ErrorKind::AddrInUse;
@@ -119,7 +157,7 @@ impl Web {
         };
         let door = Door { port: Some(at.port()), token: token.clone() };
         let query = token.as_ref().map_or(String::new(), |token| format!("?token={}", token.as_str()));
-        let (wishes, asked) = bounded(WISHES);
+        let (wishes, asked) = unbounded();
         let shared = Arc::new(Shared {
             sheet: Mutex::default(),
             counts: Counts::default(),
@@ -129,6 +167,7 @@ impl Web {
             token,
             first,
             pages: AtomicU64::new(1),
+            patience,
         });
         let (stop, stopped) = tokio::sync::oneshot::channel();
         let state = Arc::clone(&shared);
@@ -164,10 +203,15 @@ impl Web {
 
 async fn served(listener: TcpListener, state: Arc<Shared>) -> io::Result<()> {
     let listener = tokio::net::TcpListener::from_std(listener)?;
+    let part = |gzip: &'static [u8], kind: &'static str| {
+        get(
+            move |headers: HeaderMap, uri: Uri| async move { file(gzip, kind, guard::policy(&headers, &uri)) },
+        )
+    };
     let routes = Router::new()
-        .route("/", get(|| async { file(INDEX, "text/html; charset=utf-8") }))
-        .route("/page.js", get(|| async { file(SCRIPT, "text/javascript; charset=utf-8") }))
-        .route("/page.css", get(|| async { file(STYLE, "text/css; charset=utf-8") }))
+        .route("/", part(INDEX, "text/html; charset=utf-8"))
+        .route("/page.js", part(SCRIPT, "text/javascript; charset=utf-8"))
+        .route("/page.css", part(STYLE, "text/css; charset=utf-8"))
         .route("/leo.urdf", get(urdf))
         .route("/metrics", get(scraped))
         .route("/live", get(live::live))
@@ -176,16 +220,16 @@ async fn served(listener: TcpListener, state: Arc<Shared>) -> io::Result<()> {
     axum::serve(listener, routes).await
 }
 
-fn file(gzip: &'static [u8], kind: &'static str) -> Response {
+fn file(gzip: &'static [u8], kind: &'static str, policy: String) -> Response {
+    let policy = [(header::CONTENT_SECURITY_POLICY, policy)];
     let headers = [
         (header::CONTENT_TYPE, kind),
         (header::CONTENT_ENCODING, "gzip"),
         (header::CACHE_CONTROL, "no-cache"),
-        (header::CONTENT_SECURITY_POLICY, POLICY),
         (header::X_CONTENT_TYPE_OPTIONS, "nosniff"),
         (header::REFERRER_POLICY, "no-referrer"),
     ];
-    (headers, gzip).into_response()
+    (headers, policy, gzip).into_response()
 }
 
 async fn urdf(State(shared): State<Arc<Shared>>) -> Response {

@@ -3,6 +3,8 @@
 const FIRST_WAIT_MS = 250;
 const LONGEST_WAIT_MS = 5000;
 const ANSWER_WITHIN_MS = 10000;
+/** Leo says something every second, if only that nothing has changed. */
+const SILENCE_MS = 5000;
 
 /** @typedef {'connecting' | 'connected' | 'lost'} State */
 /** @typedef {{answer: number, ok?: boolean, error?: string, thing?: string, [key: string]: any}} Answer */
@@ -38,6 +40,8 @@ export class Connection {
   #asked = new Map();
   /** @type {ReturnType<typeof setTimeout> | undefined} */
   #retry;
+  /** @type {ReturnType<typeof setTimeout> | undefined} */
+  #silence;
   /** @type {State} */
   state = 'connecting';
 
@@ -56,24 +60,51 @@ export class Connection {
     clearTimeout(this.#retry);
     const socket = new WebSocket(this.#address);
     this.#socket = socket;
-    socket.onmessage = (event) => this.#take(event.data);
-    socket.onopen = () => {
+    this.#listen(socket);
+    socket.onmessage = (event) => {
+      if (this.#socket !== socket) return;
       this.#attempts = 0;
+      this.#listen(socket);
+      this.#take(event.data);
+    };
+    socket.onopen = () => {
+      if (this.#socket !== socket) return;
+      this.#listen(socket);
       this.#become('connected');
     };
-    socket.onclose = () => {
-      if (this.#socket !== socket) return;
-      this.#socket = null;
-      for (const id of [...this.#asked.keys()]) this.#answer({ answer: id, error: 'Leo is not answering' });
-      this.#become('lost');
-      this.#retry = setTimeout(() => this.open(), waitBefore(this.#attempts));
-      this.#attempts += 1;
-    };
+    socket.onclose = () => this.#lose(socket);
+    // What went wrong is not said, and that it did is told by its closing.
+    socket.onerror = () => {};
+  }
+
+  /**
+   * Waits for something to come, and gives the socket up where nothing does.
+   * @param {WebSocket} socket
+   */
+  #listen(socket) {
+    clearTimeout(this.#silence);
+    this.#silence = setTimeout(() => {
+      this.#lose(socket);
+      // Where the network is gone, nobody tells the browser that it is closed: it is not waited for.
+      socket.close();
+    }, SILENCE_MS);
+  }
+
+  /** @param {WebSocket} socket */
+  #lose(socket) {
+    if (this.#socket !== socket) return;
+    this.#socket = null;
+    clearTimeout(this.#silence);
+    for (const id of [...this.#asked.keys()]) this.#answer({ answer: id, error: 'Leo is not answering' });
+    this.#become('lost');
+    this.#retry = setTimeout(() => this.open(), waitBefore(this.#attempts));
+    this.#attempts += 1;
   }
 
   /** Ends it for good. */
   close() {
     clearTimeout(this.#retry);
+    clearTimeout(this.#silence);
     const socket = this.#socket;
     this.#socket = null;
     socket?.close();

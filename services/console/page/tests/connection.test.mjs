@@ -87,3 +87,76 @@ test('it comes back by itself after the console began anew, and what was asked t
   connection.close();
   await close(made);
 });
+
+/** A connection over sockets that do what they are told, in a time that passes as it is told. */
+function faked(t) {
+  const sockets = [];
+  class Socket {
+    static OPEN = 1;
+    readyState = 0;
+    isShut = false;
+    constructor() {
+      sockets.push(this);
+    }
+    send() {}
+    // Where a network is gone, closing takes as long as the browser likes.
+    close() {
+      this.isShut = true;
+    }
+    open() {
+      this.readyState = Socket.OPEN;
+      this.onopen();
+    }
+  }
+  t.mock.timers.enable({ apis: ['setTimeout'] });
+  globalThis.WebSocket = Socket;
+  t.after(() => {
+    globalThis.WebSocket = WebSocket;
+  });
+  const states = [];
+  const heard = [];
+  const connection = new Connection('ws://leo/live', (message) => heard.push(message.version), (state) => states.push(state));
+  connection.open();
+  const say = (socket, version) => socket.onmessage({ data: JSON.stringify({ version, fresh: false, cells: {} }) });
+  return { connection, sockets, states, heard, say, pass: (ms) => t.mock.timers.tick(ms) };
+}
+
+test('a Leo that says nothing for some seconds is lost and looked for anew, and one that speaks is not', async (t) => {
+  const { connection, sockets, states, heard, say, pass } = faked(t);
+  sockets[0].open();
+  for (let second = 0; second < 60; second += 1) {
+    say(sockets[0], second);
+    pass(1000);
+  }
+  assert.deepEqual([states, sockets.length], [['connected'], 1]);
+  const unanswered = connection.ask('say', { text: 'a' });
+  pass(4000);
+  assert.deepEqual([states, sockets[0].isShut], [['connected', 'lost'], true]);
+  assert.match((await unanswered).error, /not answering/);
+  pass(waitBefore(0));
+  sockets[1].open();
+  // What the first one still brings, and that it closes at last, is of no account.
+  say(sockets[0], 100);
+  sockets[0].onclose();
+  say(sockets[1], 101);
+  assert.deepEqual([states, heard.slice(-2)], [['connected', 'lost', 'connected'], [59, 101]]);
+  connection.close();
+  pass(60000);
+  assert.equal(sockets.length, 2);
+});
+
+test('a Leo that does not answer the attempt to connect is tried anew, ever more slowly', (t) => {
+  const { connection, sockets, states, pass } = faked(t);
+  pass(5000);
+  assert.deepEqual([states, sockets[0].isShut, sockets.length], [['lost'], true, 1]);
+  pass(waitBefore(0));
+  assert.equal(sockets.length, 2);
+  // One that opens and says nothing is no better.
+  sockets[1].open();
+  pass(5000);
+  pass(waitBefore(1) - 1);
+  assert.equal(sockets.length, 2);
+  pass(1);
+  assert.equal(sockets.length, 3);
+  connection.close();
+});

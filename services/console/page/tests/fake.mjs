@@ -14,7 +14,7 @@ const here = dirname(fileURLToPath(import.meta.url));
 const TICK_MS = 33;
 const TICK_S = 0.033;
 const CONE = Math.PI / 3;
-const POLICY = "default-src 'self'; connect-src 'self' ws: wss:; img-src 'self' data: blob:; style-src 'self'; script-src 'self'";
+const policy = (host) => `default-src 'self'; connect-src 'self' ws://${host} wss://${host}; img-src 'self' data: blob:; style-src 'self'; script-src 'self'`;
 
 const minus = (a, b) => a.map((value, axis) => value - b[axis]);
 const length = (a) => Math.hypot(...a);
@@ -497,7 +497,7 @@ export async function serve(port, fake = new Fake()) {
   };
   const server = createServer((request, response) => {
     const found = pages[new URL(request.url, 'http://leo').pathname];
-    response.writeHead(found === undefined ? 404 : 200, { 'content-type': found?.[0] ?? 'text/plain', 'content-security-policy': POLICY });
+    response.writeHead(found === undefined ? 404 : 200, { 'content-type': found?.[0] ?? 'text/plain', 'content-security-policy': policy(request.headers.host) });
     response.end(found?.[1] ?? 'not found');
   });
   const live = new WebSocketServer({ server, path: '/live' });

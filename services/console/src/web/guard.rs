@@ -64,8 +64,7 @@ pub(super) async fn guard(State(shared): State<Arc<Shared>>, request: Request, n
 /// Why somebody may not look, if so.
 fn refusal(token: Option<&Token>, headers: &HeaderMap, uri: &Uri) -> Option<&'static str> {
     let text = |name| headers.get(name).and_then(|value| value.to_str().ok());
-    let host = text(header::HOST).or_else(|| uri.authority().map(axum::http::uri::Authority::as_str));
-    let Some(host) = host else { return Some("the request names no host") };
+    let Some(host) = host(headers, uri) else { return Some("the request names no host") };
     // A page of elsewhere whose name was made to point here would be read as ours.
     if token.is_none() && !is_numbered(host) {
         return Some("open this page by the address that `leo run` prints, as in http://127.0.0.1:7780/");
@@ -85,6 +84,26 @@ fn refusal(token: Option<&Token>, headers: &HeaderMap, uri: &Uri) -> Option<&'st
         return Some("this address needs the token that `leo run` prints: http://HOST:PORT/?token=…");
     }
     None
+}
+
+/// The host that a request is for.
+fn host<'a>(headers: &'a HeaderMap, uri: &'a Uri) -> Option<&'a str> {
+    let named = headers.get(header::HOST).and_then(|value| value.to_str().ok());
+    named.or_else(|| uri.authority().map(axum::http::uri::Authority::as_str))
+}
+
+/// What a page may load and reach that was asked for as a request says, which may pass: this server alone.
+pub(super) fn policy(headers: &HeaderMap, uri: &Uri) -> String {
+    // Not every browser takes a WebSocket of its own server for a part of 'self'. What else could stand in
+    // a header is no host, and would be read as something of its own.
+    let is_host =
+        |host: &&str| host.bytes().all(|byte| byte.is_ascii_alphanumeric() || b".-_:[]".contains(&byte));
+    let live = host(headers, uri).filter(|host| !host.is_empty()).filter(is_host);
+    let live = live.map_or(String::new(), |host| format!(" ws://{host} wss://{host}"));
+    format!(
+        "default-src 'self'; connect-src 'self'{live}; img-src 'self' data: blob:; style-src 'self'; \
+         script-src 'self'; object-src 'none'; base-uri 'none'; frame-ancestors 'none'; form-action 'none'"
+    )
 }
 
 /// Whether a host is this machine by number, or "localhost".
@@ -117,6 +136,20 @@ mod tests {
         assert!(answer(None, "127.0.0.1:7780", Some("http://evil.example"), "/live").is_some());
         assert!(answer(None, "127.0.0.1:7780", Some("http://127.0.0.1:80"), "/live").is_some());
         assert!(answer(None, "127.0.0.1:7780", Some("null"), "/live").is_some());
+    }
+
+    #[test]
+    fn a_page_may_reach_the_host_that_it_was_asked_of_and_nobody_else() {
+        let reached = |host: &str| {
+            let headers = HeaderMap::from_iter([(header::HOST, host.parse().unwrap())]);
+            let policy = policy(&headers, &Uri::from_static("/"));
+            policy.split("; ").find(|rule| rule.starts_with("connect-src")).unwrap().to_owned()
+        };
+        assert_eq!(reached("127.0.0.1:7780"), "connect-src 'self' ws://127.0.0.1:7780 wss://127.0.0.1:7780");
+        assert_eq!(reached("leo.local"), "connect-src 'self' ws://leo.local wss://leo.local");
+        for other in ["leo *", "leo; script-src *", "leo,x", "*", "leo/x", ""] {
+            assert_eq!(reached(other), "connect-src 'self'", "{other}");
+        }
     }
 
     #[test]

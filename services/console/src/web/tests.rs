@@ -1,0 +1,223 @@
+use std::io::{Read as _, Write as _};
+use std::net::{SocketAddr, TcpStream};
+
+use clock::Duration;
+use message::{TeacherAct, TeacherActKind};
+use serde_json::Value;
+use tungstenite::client::IntoClientRequest as _;
+use tungstenite::protocol::frame::coding::CloseCode;
+use tungstenite::{Message, WebSocket};
+
+use super::*;
+
+/// Patience of these tests with a loaded machine.
+const LONG: Duration = Duration::from_secs(60);
+/// Nobody is asked whether he is there, and everybody is waited for.
+const ENDLESS: Patience = Patience { beat: Duration::from_secs(3600), send: LONG };
+
+fn served(patience: Patience) -> Web {
+    let anywhere = SocketAddr::from(([127, 0, 0, 1], 0));
+    Web::serve(anywhere, Door::default(), "<robot/>", 1, patience).unwrap()
+}
+
+fn host(web: &Web) -> String {
+    web.url.trim_start_matches("http://").trim_end_matches('/').to_owned()
+}
+
+fn opened(web: &Web) -> WebSocket<TcpStream> {
+    let host = host(web);
+    let stream = TcpStream::connect(&host).unwrap();
+    stream.set_read_timeout(Some(LONG)).unwrap();
+    tungstenite::client(format!("ws://{host}/live").into_client_request().unwrap(), stream).unwrap().0
+}
+
+/// The next text that a page hears.
+fn heard(page: &mut WebSocket<TcpStream>) -> Value {
+    loop {
+        if let Message::Text(text) = page.read().unwrap() {
+            return serde_json::from_str(&text).unwrap();
+        }
+    }
+}
+
+/// What a page is told as it is shut.
+fn farewell(page: &mut WebSocket<TcpStream>) -> (CloseCode, String) {
+    loop {
+        if let Message::Close(close) = page.read().unwrap() {
+            let close = close.unwrap();
+            return (close.code, close.reason.to_string());
+        }
+    }
+}
+
+/// The page that has let go of what it held.
+fn let_go(web: &Web) -> u16 {
+    let asked = web.wishes.recv_timeout(LONG).expect("somebody lets go");
+    let Wish::Act(act) = asked.wish else { panic!("an act") };
+    assert_eq!((act.kind(), asked.id), (Some(TeacherActKind::Cancel), None));
+    asked.page
+}
+
+/// Returns once so many pages are open.
+fn await_open(web: &Web, count: u64) {
+    let end = clock::now() + LONG;
+    while web.open() != count {
+        assert!(clock::now() < end, "{} pages are open", web.open());
+    }
+}
+
+#[test]
+fn a_page_that_answers_no_beat_is_shut_and_lets_go_and_one_that_does_stays() {
+    let web = served(Patience { beat: Duration::from_millis(200), send: LONG });
+    // A machine that has lost its network says nothing any more, and does not shut its end.
+    let silent = opened(&web);
+    let mut there = opened(&web);
+    let end = clock::now() + LONG;
+    while web.wishes.is_empty() {
+        assert!(clock::now() < end, "the silent page holds on");
+        heard(&mut there);
+    }
+    assert_eq!(let_go(&web), 1);
+    there.send(Message::text(r#"{"do":"undo","id":5}"#)).unwrap();
+    let asked = web.wishes.recv_timeout(LONG).unwrap();
+    assert_eq!((asked.page, asked.id), (2, Some(5)));
+    await_open(&web, 1);
+    drop(silent);
+}
+
+#[test]
+fn a_page_that_does_not_read_is_shut_and_lets_go() {
+    let web = served(Patience { send: Duration::from_millis(100), ..ENDLESS });
+    // More than the system takes in on the way.
+    web.shared.sheet().put("large", &"a".repeat(32 << 20));
+    let page = opened(&web);
+    let_go(&web);
+    await_open(&web, 0);
+    drop(page);
+}
+
+#[test]
+fn a_page_hears_that_leo_is_there_where_nothing_changes() {
+    let web = served(Patience { beat: Duration::from_millis(50), ..ENDLESS });
+    web.shared.sheet().put("cell", &1);
+    let mut page = opened(&web);
+    let cells = heard(&mut page);
+    assert_eq!(cells["fresh"], true);
+    for _ in 0..3 {
+        let said = heard(&mut page);
+        assert_eq!((&said["version"], &said["fresh"]), (&cells["version"], &Value::Bool(false)));
+        assert_eq!(said["cells"].as_object().unwrap().len(), 0);
+    }
+}
+
+#[test]
+fn what_a_page_holds_is_let_go_however_much_the_loop_has_to_do() {
+    let web = served(ENDLESS);
+    let mut page = opened(&web);
+    assert_eq!(heard(&mut page)["fresh"], true);
+    let (answer, _unread) = tokio::sync::mpsc::channel(1);
+    let wish = || {
+        let undo = TeacherAct::new(TeacherActKind::Undo, 1);
+        Asked { page: 9, id: Some(1), wish: Wish::Act(Box::new(undo)), answer: answer.clone() }
+    };
+    while web.shared.ask(wish()) {}
+    drop(page);
+    for _ in 0..WISHES {
+        assert_eq!(web.wishes.recv_timeout(LONG).unwrap().page, 9);
+    }
+    assert_eq!(let_go(&web), 1);
+}
+
+#[test]
+fn no_more_pages_are_let_in_than_there_may_be_however_many_come_at_once() {
+    let web = served(ENDLESS);
+    let host = host(&web);
+    let request = format!(
+        "GET /live HTTP/1.1\r\nHost: {host}\r\nConnection: Upgrade\r\nUpgrade: websocket\r\n\
+         Sec-WebSocket-Version: 13\r\nSec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\n\r\n"
+    );
+    let mut pages: Vec<TcpStream> = (0..80).map(|_| TcpStream::connect(&host).unwrap()).collect();
+    for page in &mut pages {
+        page.write_all(request.as_bytes()).unwrap();
+    }
+    let mut answers = [0; 2];
+    for page in &mut pages {
+        page.set_read_timeout(Some(LONG)).unwrap();
+        let mut answer = [0; 12];
+        page.read_exact(&mut answer).unwrap();
+        match &answer {
+            b"HTTP/1.1 101" => answers[0] += 1,
+            b"HTTP/1.1 503" => answers[1] += 1,
+            other => panic!("{}", String::from_utf8_lossy(other)),
+        }
+    }
+    assert_eq!(answers, [32, 48]);
+    drop(pages);
+    await_open(&web, 0);
+}
+
+#[test]
+fn a_message_that_is_too_long_is_counted_and_its_page_told_why_it_is_shut() {
+    let web = served(ENDLESS);
+    let mut page = opened(&web);
+    page.send(Message::text("a".repeat(4096))).unwrap();
+    let answer =
+        std::iter::repeat_with(|| heard(&mut page)).find(|said| said.get("answer").is_some()).unwrap();
+    assert!(answer["error"].is_string(), "{answer}");
+    assert_eq!(web.refused(), 1);
+    page.send(Message::text("a".repeat(4097))).unwrap();
+    assert_eq!(farewell(&mut page), (CloseCode::Size, "a message has at most 4096 bytes".to_owned()));
+    assert_eq!(web.refused(), 2);
+    let_go(&web);
+}
+
+#[test]
+fn what_is_no_message_is_counted_and_its_page_told_so() {
+    let web = served(ENDLESS);
+    let mut page = opened(&web);
+    // A text frame that is none: masked with nothing, and no UTF-8.
+    page.get_mut().write_all(&[0x81, 0x81, 0, 0, 0, 0, 0xff]).unwrap();
+    assert_eq!(farewell(&mut page).0, CloseCode::Invalid);
+    assert_eq!(web.refused(), 1);
+    let mut page = opened(&web);
+    // An operation that there is not.
+    page.get_mut().write_all(&[0x83, 0x80, 0, 0, 0, 0]).unwrap();
+    assert_eq!(farewell(&mut page).0, CloseCode::Protocol);
+    assert_eq!(web.refused(), 2);
+}
+
+#[test]
+fn whatever_a_page_says_counts_and_a_flood_shuts_it() {
+    for message in [
+        Message::text(r#"{"do":"undo","id":5}"#),
+        Message::binary(vec![0; 8]),
+        Message::Ping(tungstenite::Bytes::new()),
+        Message::Pong(tungstenite::Bytes::new()),
+    ] {
+        let web = served(ENDLESS);
+        let mut page = opened(&web);
+        let said = (0..200_000).take_while(|_| page.send(message.clone()).is_ok()).count();
+        assert!(said >= 600, "shut after {said}");
+        let end = clock::now() + LONG;
+        while web.wishes.try_iter().all(|asked| asked.id.is_some()) {
+            assert!(clock::now() < end, "{message:?} is taken without end");
+        }
+        assert!(web.refused() > 0);
+        await_open(&web, 0);
+    }
+}
+
+#[test]
+fn a_message_too_many_is_answered_by_its_number_and_not_heard() {
+    let web = served(ENDLESS);
+    let mut page = opened(&web);
+    for id in 0..300 {
+        page.send(Message::text(format!(r#"{{"do":"undo","id":{id}}}"#))).unwrap();
+    }
+    let mut answers = std::iter::repeat_with(|| heard(&mut page)).filter(|said| said.get("answer").is_some());
+    let refused = answers.next().unwrap();
+    assert!(refused["error"].as_str().unwrap().contains("more than 60 messages"), "{refused}");
+    // The robot has no say in it: what is taken waits for its loop.
+    assert!(refused["answer"].as_u64().unwrap() >= 60, "{refused}");
+    assert!(web.wishes.try_iter().all(|asked| asked.id != refused["answer"].as_u64()));
+}
