@@ -66,15 +66,18 @@ impl Rig {
             ptys,
             folder,
         };
+        rig.come_up();
+        rig
+    }
+
+    /// Waits until every joint follows.
+    pub(crate) fn come_up(&mut self) {
         let give_up = clock::now() + Duration::from_secs(20);
-        while clock::now() < give_up {
+        while !self.states().all(|state| state.mode() == Some(JointMode::Following)) {
+            assert!(clock::now() < give_up, "joints do not come up: {:?}", self.states().collect::<Vec<_>>());
             clock::sleep_until(clock::now() + PERIOD);
-            rig.cycle();
-            if rig.states().all(|state| state.mode() == Some(JointMode::Following)) {
-                return rig;
-            }
+            self.cycle();
         }
-        unreachable!("joints do not come up: {:?}", rig.states().collect::<Vec<_>>());
     }
 
     fn states(&self) -> impl Iterator<Item = JointState> {
