@@ -1,4 +1,4 @@
-use std::io::{Read as _, Write as _};
+use std::io::{BufRead as _, BufReader, Write as _};
 use std::net::TcpStream;
 
 use serde_json::json;
@@ -6,6 +6,12 @@ use tungstenite::{Bytes, Message};
 
 use crate::page::{Page, opened};
 use crate::robot::Robot;
+
+/// All that a page can wish for.
+const WISHES: [&str; 19] = [
+    "say", "take", "carry", "put", "cancel", "seat", "leave", "return", "screen", "add", "remove", "clear",
+    "lay", "open", "play", "undo", "save", "record", "keep",
+];
 
 /// A small generator of numbers (xorshift), the same in every run.
 struct Dice(u64);
@@ -19,13 +25,12 @@ impl Dice {
     }
 }
 
-/// The first line that a request is answered with.
-fn answer(host: &str, request: &str) -> String {
+/// The lines that a request is answered with, up to its content.
+fn answer(host: &str, request: &str) -> Vec<String> {
     let mut stream = TcpStream::connect(host).expect("it listens");
     stream.write_all(request.as_bytes()).expect("sent");
-    let mut answer = String::new();
-    let _cut = stream.take(200).read_to_string(&mut answer);
-    answer.lines().next().unwrap_or("").to_owned()
+    let lines = BufReader::new(stream).lines();
+    lines.map_while(Result::ok).take_while(|line| !line.is_empty()).collect()
 }
 
 #[test]
@@ -36,7 +41,8 @@ fn pages_of_elsewhere_are_refused() {
     assert!(opened(host, "null").expect_err("refused").contains("403"));
     assert!(opened(host, &format!("http://{host}")).is_ok());
     let get = |named: &str, path: &str| {
-        answer(host, &format!("GET {path} HTTP/1.1\r\nHost: {named}\r\nConnection: close\r\n\r\n"))
+        let asked = format!("GET {path} HTTP/1.1\r\nHost: {named}\r\nConnection: close\r\n\r\n");
+        answer(host, &asked).swap_remove(0)
     };
     assert_eq!(get(host, "/"), "HTTP/1.1 200 OK");
     assert_eq!(get(host, "/leo.urdf"), "HTTP/1.1 200 OK");
@@ -44,6 +50,40 @@ fn pages_of_elsewhere_are_refused() {
     assert_eq!(get("evil.example", "/"), "HTTP/1.1 403 Forbidden");
     assert_eq!(get("evil.example", "/metrics"), "HTTP/1.1 403 Forbidden");
     assert_eq!(get(host, "/../etc/passwd"), "HTTP/1.1 404 Not Found");
+}
+
+#[test]
+fn a_browser_is_told_to_reach_this_robot_alone() {
+    let robot = Robot::start("policy");
+    let host = &robot.host;
+    for path in ["/", "/page.js", "/page.css"] {
+        let asked = format!("GET {path} HTTP/1.1\r\nHost: {host}\r\nConnection: close\r\n\r\n");
+        let lines = answer(host, &asked);
+        let header = |name: &str| {
+            let mut said = lines.iter().filter_map(|line| line.strip_prefix(name)?.strip_prefix(": "));
+            said.next().unwrap_or_else(|| panic!("{path} says no {name}: {lines:?}")).to_owned()
+        };
+        let policy = header("content-security-policy");
+        let mut rules: Vec<&str> = policy.split("; ").collect();
+        rules.sort_unstable();
+        let reached = format!("connect-src 'self' ws://{host} wss://{host}");
+        assert_eq!(
+            rules,
+            [
+                "base-uri 'none'",
+                &reached,
+                "default-src 'self'",
+                "form-action 'none'",
+                "frame-ancestors 'none'",
+                "img-src 'self' data: blob:",
+                "object-src 'none'",
+                "script-src 'self'",
+                "style-src 'self'",
+            ]
+        );
+        assert_eq!(header("x-content-type-options"), "nosniff");
+        assert_eq!(header("referrer-policy"), "no-referrer");
+    }
 }
 
 #[test]
@@ -67,13 +107,23 @@ fn whatever_a_page_says_is_answered_and_the_robot_goes_on() {
             "{message}: {complaint}"
         );
     }
-    // Somebody who talks without end is told so, and others are heard.
-    for _ in 0..200 {
-        page.send(Message::text(r#"{"do":"undo","id":5}"#));
+    // What is malformed, but not what the robot refuses to do.
+    let mut malformed = 4;
+    await_refused(&mut page, malformed);
+    // JSON that is well-formed, and yet no wish.
+    for wish in WISHES {
+        for message in [
+            format!(r#"{{"do":"{wish}","id":7,"at":{{"x":[0,"there",null]}},"thing":12,"colour":false}}"#),
+            format!(r#"{{"do":"{wish}","id":7,"{wish}":{{}},"id":7}}"#),
+        ] {
+            page.send(Message::text(message.as_str()));
+            let complaint = page.complaint();
+            assert!(complaint["error"].is_string(), "{message}: {complaint}");
+            malformed += 1;
+        }
     }
-    while !page.complaint()["error"].as_str().is_some_and(|error| error.contains("more than 60 messages")) {}
-    let mut other = Page::open(&robot.host);
-    other.must("say", json!({ "text": "What did you learn?" }));
+    await_refused(&mut page, malformed);
+    drop(page);
 
     // Bytes of all kinds, in messages of all kinds, too large ones among them; each from a page of its own,
     // for it may be shut for it.
@@ -90,6 +140,13 @@ fn whatever_a_page_says_is_answered_and_the_robot_goes_on() {
         // The robot may have shut the door before all of it was in.
         let _sent = socket.send(message);
         let _sent = socket.send(Message::Ping(Bytes::from_static(b"?")));
+        // Who leaves before he was heard has said nothing.
+        while let Ok(said) = socket.read() {
+            if said.is_close() || said.to_text().is_ok_and(|text| text.starts_with("{\"answer\"")) {
+                break;
+            }
+        }
+        malformed += 1;
     }
     // Bytes that are no HTTP either.
     for _ in 0..20 {
@@ -97,12 +154,29 @@ fn whatever_a_page_says_is_answered_and_the_robot_goes_on() {
         let bytes: Vec<u8> = (0..300).map(|_| dice.roll().to_le_bytes()[0]).collect();
         let _sent = stream.write_all(&bytes);
     }
+    let mut other = Page::open(&robot.host);
+    await_refused(&mut other, malformed);
+
+    // Somebody who talks without end is told so, and others are heard.
+    let mut loud = Page::open(&robot.host);
+    for _ in 0..200 {
+        loud.send(Message::text(r#"{"do":"undo","id":5}"#));
+    }
+    while !loud.complaint()["error"].as_str().is_some_and(|error| error.contains("more than 60 messages")) {}
+    other.must("say", json!({ "text": "What did you learn?" }));
     let before = other.cells["now"]["t"].as_f64().expect("time");
     other.wait("time going on", |cells| cells["now"]["t"].as_f64().is_some_and(|now| now > before + 1.0));
     assert_eq!(other.cells["process/console"]["restarts"], 0);
-    other.wait("the complaints counted", |cells| {
-        cells["process/console"]["refused"].as_u64().is_some_and(|refused| refused > 10)
+}
+
+/// Waits until so much is counted as refused, and no more.
+fn await_refused(page: &mut Page, count: u64) {
+    let mut counted = None;
+    page.wait("what is malformed being counted", |cells| {
+        counted = cells.get("process/console").and_then(|row| row["refused"].as_u64());
+        counted >= Some(count)
     });
+    assert_eq!(counted, Some(count));
 }
 
 #[test]
