@@ -1,8 +1,9 @@
 use std::fs;
 use std::path::Path;
+use std::process::{Command, Stdio};
 
 use crate::assert_refused;
-use crate::house::{Told, read, tell, write};
+use crate::house::{Leo, Told, leo, read, tell, write};
 
 /// A check that measures nothing.
 fn check(arguments: &[&str]) -> Told {
@@ -80,4 +81,45 @@ fn an_old_configuration_is_brought_forward_once_and_kept_as_it_was() {
     fs::write(&config, &old).expect("writes");
     assert_refused(&check(&["--config", &config, "--migrate"]), 2, &["leo.toml.old", "move it away"]);
     assert_eq!(read(&config), old);
+}
+
+/// Brings two files forward on a disk with no room, and then with a little more, until they are.
+const ON_A_FULL_DISK: &str = r#"
+mkdir "$1/disk" && mount -t tmpfs -o size=128k tmpfs "$1/disk" && cd "$1/disk" || exit 77
+cp "$1/leo.toml" "$1/perspective.toml" . || exit 3
+pages=0
+while dd if=/dev/zero of="fill.$pages" bs=4k count=1 2>/dev/null; do pages=$((pages + 1)); done
+rm -f "fill.$pages"
+refused=0
+until "$0" check --seconds 0 --config "$1/disk/leo.toml" --migrate; do
+    cmp leo.toml "$1/leo.toml" && cmp perspective.toml "$1/perspective.toml" || exit 4
+    for made in *.old *.new; do if [ -e "$made" ]; then echo "$made is left"; exit 5; fi; done
+    refused=$((refused + 1)) pages=$((pages - 1))
+    rm "fill.$pages" || exit 6
+done
+cmp leo.toml.old "$1/leo.toml" && cmp perspective.toml.old "$1/perspective.toml" || exit 7
+echo "refused: $refused"
+"#;
+
+#[test]
+fn files_for_which_a_disk_has_no_room_stay_as_they_are_until_there_is_some() {
+    let (command, files) = leo(&[]);
+    write(&files, "leo.toml", &read("config/leo.toml").replace("noise = 0.0 ", "# noise = 0.0 "));
+    let perspective = read("config/perspective.toml").replace("hearing_range_m", "# hearing_range_m");
+    write(&files, "perspective.toml", &perspective);
+    let mut inside = Command::new("unshare");
+    inside.args(["--mount", "sh", "-c", ON_A_FULL_DISK]).arg(command.get_program()).arg(files.path());
+    inside.env("XDG_STATE_HOME", files.path()).stdin(Stdio::null());
+    let told = Leo::start(inside, files).end();
+    if told.status == Some(77) || told.err.starts_with("unshare:") {
+        eprintln!("SKIPPED: needs `unshare --mount` and the right to mount a tmpfs");
+        return;
+    }
+    assert_eq!(told.status, Some(0), "{told:?}");
+    let refused =
+        told.out.lines().last().and_then(|line| line.strip_prefix("refused: ")?.parse::<u32>().ok());
+    // Two files, and each of them twice: once the first is there, there is no room yet for the other.
+    assert!(refused.is_some_and(|refused| refused >= 4), "{told:?}");
+    assert!(told.err.contains("cannot migrate") && told.err.contains("No space left on device"), "{told:?}");
+    assert!(told.err.contains("perspective.toml: No space"), "{told:?}");
 }

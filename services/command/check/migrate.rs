@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 use std::ffi::OsString;
-use std::fs;
+use std::fs::{self, File};
 use std::io;
 use std::path::{Path, PathBuf};
 
@@ -25,10 +25,10 @@ pub(super) fn migrate(config: Option<&Path>) -> Result<(), Failed> {
                 )));
             }
         }
+        replace(&files).map_err(|(file, error)| {
+            Failed::because(format!("cannot migrate {}: {error}", file.file.display()))
+        })?;
         for file in &files {
-            write(file).map_err(|error| {
-                Failed::because(format!("cannot migrate {}: {error}", file.file.display()))
-            })?;
             print(&said(file))?;
         }
     }
@@ -58,22 +58,47 @@ fn kept(file: &Path) -> PathBuf {
     with(file, ".old")
 }
 
+/// Where a file is written that replaces it.
+fn new(file: &Path) -> PathBuf {
+    with(file, ".new")
+}
+
 fn with(file: &Path, ending: &str) -> PathBuf {
     let mut name = OsString::from(file);
     name.push(ending);
     name.into()
 }
 
-/// Copies the file, and replaces it whole.
-fn write(file: &Forward) -> io::Result<()> {
-    if file.steps.is_empty() {
-        return Ok(());
+/// Keeps the files as they are beside themselves, and replaces each whole: all that needs room is on the disk before
+/// the first of them is changed. Nothing lies beside a file that could not be replaced.
+fn replace(files: &[Forward]) -> Result<(), (&Forward, io::Error)> {
+    let old: Vec<&Forward> = files.iter().filter(|file| !file.steps.is_empty()).collect();
+    let mut replaced = 0;
+    let done = old.iter().try_for_each(|&file| prepare(file).map_err(|error| (file, error))).and_then(|()| {
+        old.iter().try_for_each(|&file| {
+            fs::rename(new(&file.file), &file.file).map_err(|error| (file, error))?;
+            replaced += 1;
+            Ok(())
+        })
+    });
+    for file in old.iter().skip(replaced) {
+        for made in [kept(&file.file), new(&file.file)] {
+            // What was not made yet cannot be removed.
+            let _ = fs::remove_file(made);
+        }
     }
-    let new = with(&file.file, ".new");
+    done
+}
+
+/// Writes what a file was and what it becomes beside it, through to the disk.
+fn prepare(file: &Forward) -> io::Result<()> {
+    let permissions = fs::metadata(&file.file)?.permissions();
     fs::copy(&file.file, kept(&file.file))?;
+    File::open(kept(&file.file))?.sync_all()?;
+    let new = new(&file.file);
     fs::write(&new, &file.text)?;
-    fs::set_permissions(&new, fs::metadata(&file.file)?.permissions())?;
-    fs::rename(new, &file.file)
+    fs::set_permissions(&new, permissions)?;
+    File::open(new)?.sync_all()
 }
 
 /// The copies of stores of older versions: `learned.v1.redb`, ...
