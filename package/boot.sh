@@ -42,6 +42,8 @@ cp "$package" "$out/leo.deb"
 mount --bind "$out" "$root/probe"
 chroot "$root" dpkg -i /probe/leo.deb
 
+# The kernel is the machine's own: no driver is loaded into it.
+for driver in usbserial cdc_acm; do ln -s /dev/null "$root/etc/systemd/system/modprobe@$driver.service"; done
 cat >"$root/etc/systemd/system/probe.service" <<'UNIT'
 [Service]
 Type=oneshot

@@ -48,6 +48,23 @@ fn systemd_takes_the_unit_and_calls_it_safe() {
     assert!(said.status.success(), "{}", String::from_utf8_lossy(&said.stdout));
 }
 
+/// Which devices a unit may open is found out as it starts: a driver that is loaded later is not among them.
+#[test]
+fn the_drivers_of_adapters_that_are_plugged_in_are_loaded_before_the_unit_starts() {
+    let text = read("package/leo.service");
+    let of_key = |key: &str| -> Vec<&str> {
+        let values = text.lines().filter_map(|line| line.strip_prefix(key)?.strip_prefix('='));
+        values.flat_map(str::split_whitespace).collect()
+    };
+    for (device, driver) in [("char-ttyUSB", "usbserial"), ("char-ttyACM", "cdc_acm")] {
+        assert!(of_key("DeviceAllow").contains(&device), "{device}");
+        let loads = format!("modprobe@{driver}.service");
+        for key in ["Wants", "After"] {
+            assert!(of_key(key).contains(&loads.as_str()), "{key}={loads}");
+        }
+    }
+}
+
 #[test]
 fn the_command_line_of_the_unit_is_understood() {
     let text = read("package/leo.service");
