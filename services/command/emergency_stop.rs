@@ -1,6 +1,7 @@
 //! `leo emergency-stop`: every torque off, now; and its release.
 
-use std::path::PathBuf;
+use std::io;
+use std::path::{Path, PathBuf};
 use std::process::{Command, ExitCode};
 use std::time::Duration;
 
@@ -43,40 +44,47 @@ impl EmergencyStop {
             return Err(Failed::because("no robot runs here: nothing was stopped"));
         }
         // First all are stopped, and only then is looked what came of it.
-        let mut said = Vec::new();
-        for robot in &robots {
-            let root = robot.root();
+        let told = told(&robots, |root| {
             if self.release {
-                let was = emergency::release(root).map_err(|error| failed(robot, &error))?;
-                said.push(if was { "released" } else { "was not raised" });
+                emergency::release(root).map(|was| if was { "released" } else { "was not raised" })
             } else {
-                emergency::raise(root, &self.reason).map_err(|error| failed(robot, &error))?;
+                emergency::raise(root, &self.reason).map(|()| "raised")
             }
-        }
+        });
         let mut code = ExitCode::SUCCESS;
-        let mut lines = Vec::new();
-        for (robot, said) in robots.iter().zip(&said) {
+        let (mut lines, mut failed) = (Vec::new(), Vec::new());
+        for (robot, said) in robots.iter().zip(told) {
+            let said = match said {
+                Ok(said) if self.release => said.to_owned(),
+                Ok(_raised) => {
+                    // A process can look into one domain only: where there are several, another one does.
+                    let limp = if robots.len() == 1 { confirmed(robot) } else { confirmed_by_another(robot) };
+                    limp.unwrap_or_else(|why| {
+                        code = ExitCode::from(1);
+                        format!("raised, but NOT CONFIRMED: {why}")
+                    })
+                }
+                Err(error) => {
+                    failed.push(error);
+                    continue;
+                }
+            };
             lines.push(format!("{}: {said}", robot.root().display()));
         }
-        if !self.release {
-            for robot in &robots {
-                // A process can look into one domain only: where there are several, another one does.
-                let limp = if robots.len() == 1 { confirmed(robot) } else { confirmed_by_another(robot) };
-                if limp.is_err() {
-                    code = ExitCode::from(1);
-                }
-                let said = limp.unwrap_or_else(|why| format!("raised, but NOT CONFIRMED: {why}"));
-                lines.push(format!("{}: {said}", robot.root().display()));
-            }
+        if !self.release && !lines.is_empty() {
             lines.push("release it with `leo emergency-stop --release`".to_owned());
         }
-        super::output::print(&(lines.join("\n") + "\n"))?;
-        Ok(code)
+        let lines: String = lines.iter().map(|line| format!("{line}\n")).collect();
+        let printed = super::output::print(&lines);
+        if failed.is_empty() { printed.map(|()| code) } else { Err(Failed::because(failed.join("\n"))) }
     }
 }
 
-fn failed(robot: &Domain, error: &std::io::Error) -> Failed {
-    Failed::because(format!("{}: {error}; is the robot another user's?", robot.root().display()))
+/// Does to every robot what is to be done in its folder, whatever goes wrong with another; what is said of each.
+fn told<T>(robots: &[Domain], act: impl Fn(&Path) -> io::Result<T>) -> Vec<Result<T, String>> {
+    let failed =
+        |robot: &Domain, error| format!("{}: {error}; is the robot another user's?", robot.root().display());
+    robots.iter().map(|robot| act(robot.root()).map_err(|error| failed(robot, error))).collect()
 }
 
 /// Has this same program look at one robot.
@@ -128,4 +136,24 @@ fn confirmed(robot: &Domain) -> Result<String, String> {
 
 fn is_stopped(joint: &JointState) -> bool {
     joint.mode() == Some(JointMode::Limp) && joint.cause() == Some(JointCause::Emergency)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_robot_that_cannot_be_stopped_keeps_no_other_from_being_stopped() {
+        let folders = ["gone", "here"].map(|_| tempfile::tempdir().unwrap());
+        let robots = folders.each_ref().map(|folder| {
+            std::fs::write(folder.path().join("iceoryx2.toml"), "").unwrap();
+            Domain::at(folder.path()).unwrap()
+        });
+        let [gone, here] = folders;
+        gone.close().unwrap();
+        let told = told(&robots, |root| emergency::raise(root, "a test"));
+        let [Err(error), Ok(())] = told.as_slice() else { panic!("{told:?}") };
+        assert!(error.starts_with(&robots[0].root().display().to_string()), "{error}");
+        assert!(emergency::is_raised(here.path()));
+    }
 }

@@ -4,6 +4,7 @@
 mod acts;
 mod believe;
 mod check;
+mod emergency;
 mod full_disk;
 mod house;
 mod learn;

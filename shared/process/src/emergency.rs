@@ -20,14 +20,18 @@ const STACK: usize = 128 << 10;
 
 /// Raises the emergency stop of the robot in a domain's folder, and says why. It stays raised
 /// until it is [released](release), through every restart of a process. Raised twice, the first
-/// reason stands.
+/// reason stands. Where shared memory has no room left for the reason, it is raised without one.
 ///
 /// # Errors
 ///
 /// There is no such folder, or this user may not write there.
 pub fn raise(domain: &Path, why: &str) -> io::Result<()> {
     match OpenOptions::new().write(true).create_new(true).open(domain.join(FILE)) {
-        Ok(mut file) => writeln!(file, "{why}"),
+        Ok(mut file) => {
+            // The file is what stops the robot; what it says is for people.
+            let _unwritten = writeln!(file, "{why}");
+            Ok(())
+        }
         Err(error) if error.kind() == io::ErrorKind::AlreadyExists => Ok(()),
         Err(error) => Err(error),
     }

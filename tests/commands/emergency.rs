@@ -1,0 +1,113 @@
+//! `leo emergency-stop` where it cannot do all that it should: it stops whatever it can.
+
+use std::fs;
+use std::os::unix::fs::{MetadataExt as _, PermissionsExt as _, chown};
+use std::path::Path;
+use std::process::{Command, Stdio};
+
+use rustix::process::getuid;
+use transport::Domain;
+use transport::janitor::{Claim, claim};
+
+use crate::house::public_executable;
+
+/// A user of this test alone: whoever stops all robots of another one stops those of other tests.
+const USER: u32 = 65_533;
+
+/// A robot that a living supervisor holds, as far as anybody can see; it is gone in the end.
+struct Robot {
+    domain: Domain,
+    _claim: Claim,
+}
+
+impl Robot {
+    fn of(name: &str) -> Self {
+        let domain = Domain::named(&format!("{name}-{}", std::process::id())).expect("a name");
+        domain.make().expect("there is shared memory");
+        let claim = claim(&domain).expect("is free");
+        Self { domain, _claim: claim }
+    }
+
+    fn root(&self) -> &Path {
+        self.domain.root()
+    }
+
+    fn is_stopped(&self) -> bool {
+        self.root().join("emergency-stop").exists()
+    }
+
+    fn belongs_to(&self, user: u32) {
+        chown(self.root(), Some(user), Some(user)).expect("is ours");
+        for entry in fs::read_dir(self.root()).expect("is there").flatten() {
+            chown(entry.path(), Some(user), Some(user)).expect("is ours");
+        }
+        assert_eq!(fs::metadata(self.root()).expect("is there").uid(), user);
+    }
+}
+
+impl Drop for Robot {
+    fn drop(&mut self) {
+        let _gone = fs::remove_dir_all(self.root());
+        let ours = |name: &str| name.starts_with(&self.domain.prefix());
+        for entry in fs::read_dir("/dev/shm").into_iter().flatten().flatten() {
+            if entry.file_name().to_str().is_some_and(ours) {
+                let _gone = fs::remove_file(entry.path());
+            }
+        }
+    }
+}
+
+/// Exit status, standard output, standard error.
+fn run(command: &mut Command) -> (Option<i32>, String, String) {
+    let told = command.env_clear().stdin(Stdio::null()).output().expect("runs");
+    let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
+    (told.status.code(), text(&told.stdout), text(&told.stderr))
+}
+
+#[test]
+fn of_two_robots_the_one_is_stopped_though_the_other_cannot_be() {
+    if !getuid().is_root() {
+        eprintln!("skipped: only root can become another user");
+        return;
+    }
+    let files = tempfile::tempdir().expect("a folder");
+    let leo = public_executable(&files);
+    // In the order in which they are stopped.
+    let [locked, open] = ["stop-a", "stop-b"].map(Robot::of);
+    for robot in [&locked, &open] {
+        robot.belongs_to(USER);
+    }
+    fs::set_permissions(locked.root(), fs::Permissions::from_mode(0o555)).expect("is ours");
+    let stop = |arguments: &[&str]| {
+        let user = USER.to_string();
+        let mut command = Command::new("/usr/bin/setpriv");
+        command.args(["--reuid", &user, "--regid", &user, "--clear-groups"]).arg(&leo);
+        run(command.arg("emergency-stop").args(arguments))
+    };
+    let (status, out, err) = stop(&[]);
+    assert!(open.is_stopped() && !locked.is_stopped(), "{out}{err}");
+    assert_eq!(status, Some(1), "{out}{err}");
+    let [locked, open] = [&locked, &open].map(|robot| robot.root().display().to_string());
+    assert!(err.starts_with(&format!("leo: {locked}: ")) && !err.contains(&open), "{err}");
+    assert!(out.contains(&format!("{open}: raised")) && !out.contains(&locked), "{out}");
+
+    // What is not raised needs no release, whoever may write there.
+    let (status, out, err) = stop(&["--release"]);
+    assert_eq!((status, err.as_str()), (Some(0), ""), "{out}");
+    assert_eq!(out, format!("{locked}: was not raised\n{open}: released\n"));
+}
+
+#[test]
+fn a_stop_whose_reason_finds_no_room_is_raised_all_the_same() {
+    let robot = Robot::of("stop-full");
+    // No file may get a byte: to a program that is as a full file system.
+    let script = "ulimit -f 0; trap '' XFSZ; exec \"$0\" emergency-stop --domain \"$1\"";
+    let mut command = Command::new("/bin/sh");
+    command.args(["-c", script, env!("CARGO_BIN_EXE_leo")]).arg(robot.root());
+    let (status, out, err) = run(&mut command);
+    assert!(robot.is_stopped());
+    assert_eq!(fs::read(robot.root().join("emergency-stop")).expect("reads"), b"", "there was room");
+    // No motor process runs that could confirm it.
+    assert_eq!((status, err.as_str()), (Some(1), ""), "{out}");
+    assert!(out.contains("raised, but NOT CONFIRMED"), "{out}");
+}
