@@ -12,11 +12,12 @@ use std::time::Duration;
 
 use clap::{Args, Subcommand};
 use config::Robot;
+use config::motor::Joint;
 use servo::table::{self, Access, Area, Entry};
 use servo::{HardwareErrors, Instruction, Model};
 
 use self::line::{Line, Said};
-use self::whom::{Target, Where};
+use self::whom::{Opening, Target, Where};
 use super::failure::Failed;
 use super::output;
 
@@ -224,7 +225,7 @@ fn scan(place: &Where<'_>, json: bool) -> Result<ExitCode, Failed> {
         let mut line = bus.open()?;
         let found = line.scan()?;
         // Writing to a string cannot fail.
-        let _ = writeln!(text, "{} at {} baud: {} servos", bus.path.display(), bus.baud, found.len());
+        let _ = writeln!(text, "{bus} at {} baud: {} servos", bus.baud, found.len());
         for servo in &found {
             let joint = bus.joints.iter().find(|joint| joint.id == servo.id);
             let model = Model::from_number(servo.model);
@@ -323,36 +324,82 @@ fn torque(place: &Where<'_>, target: &Target, on: bool) -> Result<ExitCode, Fail
         let (mut line, joint) = place.one(target)?;
         return set(&mut line, joint.id, "torque_enable", i64::from(on));
     }
-    // First it is said on every bus, and only then is looked what came of it.
-    let mut failed = Vec::new();
-    let mut lines = Vec::new();
-    for bus in place.buses() {
-        match bus.open().and_then(|mut line| line.torque_off().map(|()| line)) {
-            Ok(line) => lines.push((bus, line)),
-            Err(error) => failed.push(error.text),
+    // Where no bus is one that can be opened, what was said was not meant so.
+    if let [first, ..] = place.buses()
+        && !place.buses().iter().any(Opening::is_placed)
+    {
+        first.open()?;
+    }
+    // First it is said on every bus, and only then is looked what came of it; what goes wrong on one bus
+    // keeps no other from either.
+    let told: Vec<_> = place
+        .buses()
+        .iter()
+        .map(|bus| (bus, bus.open().and_then(|mut line| line.torque_off().map(|()| line))))
+        .collect();
+    let (mut said, mut failed) = (String::new(), Vec::new());
+    for (bus, line) in told {
+        let looked = line.and_then(|mut line| look_for_torque(&mut line, bus));
+        let Torque { off, doubtful } = looked.unwrap_or_else(|error| {
+            failed.push(format!("{}: {}", bus.name, error.text));
+            Torque { off: 0, doubtful: bus.joints.iter().map(|joint| called(joint)).collect() }
+        });
+        if off > 0 {
+            // Writing to a string cannot fail.
+            let _ = writeln!(said, "{bus}: {off} servos say that their torque is off");
+        }
+        if !doubtful.is_empty() {
+            failed.push(format!(
+                "{bus}: torque may still be on of {}: cut the power if anything moves",
+                doubtful.join(", ")
+            ));
+        } else if off == 0 && bus.joints.is_empty() {
+            failed.push(format!("{bus}: nobody answers, so that nobody says that torque is off"));
         }
     }
-    for (bus, mut line) in lines {
-        let servos = line.scan()?;
-        let mut still = Vec::new();
-        for servo in &servos {
-            let model = Model::from_number(servo.model);
-            let off = model.map(|model| line.value(model, servo.id, "torque_enable"));
-            if !matches!(off, Some(Ok(0))) {
-                still.push(servo.id.to_string());
-            }
+    let printed = output::print(&said);
+    if failed.is_empty() {
+        printed.map(|()| ExitCode::SUCCESS)
+    } else {
+        Err(Failed::because(failed.join("\n")))
+    }
+}
+
+/// What the servos of a bus say of their torque.
+struct Torque {
+    /// How many say that it is off.
+    off: usize,
+    /// Those that do not, or say nothing.
+    doubtful: Vec<String>,
+}
+
+/// Asks all who answer on a bus, and all who should, whether their torque is off.
+fn look_for_torque(line: &mut Line, bus: &Opening<'_>) -> Result<Torque, Failed> {
+    let mut servos = line.scan()?;
+    for joint in &bus.joints {
+        // An answer to a question to all is lost more easily than one to a question of its own.
+        if !servos.iter().any(|servo| servo.id == joint.id) {
+            servos.extend(line.ping(joint.id)?);
         }
-        if still.is_empty() {
-            output::print(&format!(
-                "{}: {} servos say that their torque is off\n",
-                bus.path.display(),
-                servos.len()
-            ))?;
+    }
+    let mut torque = Torque { off: 0, doubtful: Vec::new() };
+    for servo in &servos {
+        let model = Model::from_number(servo.model);
+        if matches!(model.map(|model| line.value(model, servo.id, "torque_enable")), Some(Ok(0))) {
+            torque.off += 1;
         } else {
-            failed.push(format!("{}: torque may still be on of id {}", bus.path.display(), still.join(", ")));
+            let joint = bus.joints.iter().find(|joint| joint.id == servo.id);
+            torque.doubtful.push(joint.map_or_else(|| format!("id {}", servo.id), |joint| called(joint)));
         }
     }
-    if failed.is_empty() { Ok(ExitCode::SUCCESS) } else { Err(Failed::because(failed.join("\n"))) }
+    let silent = bus.joints.iter().filter(|joint| !servos.iter().any(|servo| servo.id == joint.id));
+    torque.doubtful.extend(silent.map(|joint| format!("{}, which does not answer", called(joint))));
+    Ok(torque)
+}
+
+/// A joint and its servo, for people.
+fn called(joint: &Joint) -> String {
+    format!("{} (id {})", joint.name, joint.id)
 }
 
 fn reboot(place: &Where<'_>, target: &Target) -> Result<ExitCode, Failed> {

@@ -39,7 +39,8 @@ impl Target {
 #[derive(Clone, Debug)]
 pub(super) struct Opening<'a> {
     pub(super) name: String,
-    pub(super) path: PathBuf,
+    /// Where it is; nowhere while it is a mock servo bus of which nobody has said where it is put up.
+    path: Option<PathBuf>,
     pub(super) baud: u32,
     /// Its joints, as far as the configuration knows it.
     pub(super) joints: Vec<&'a Joint>,
@@ -62,9 +63,30 @@ impl fmt::Display for Named {
     }
 }
 
+impl fmt::Display for Opening<'_> {
+    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match &self.path {
+            Some(path) => path.display().fmt(out),
+            None => write!(out, "bus `{}`", self.name),
+        }
+    }
+}
+
 impl Opening<'_> {
     pub(super) fn open(&self) -> Result<Line, Failed> {
-        Line::open(&self.path, self.baud)
+        let path = self.path.as_ref().ok_or_else(|| {
+            Failed::usage(format!(
+                "{self} is a mock servo bus: start `leo mock-bus`, and name the path that it prints with --bus {} \
+                 --device PATH",
+                self.name
+            ))
+        })?;
+        Line::open(path, self.baud)
+    }
+
+    /// Whether it is known where it is.
+    pub(super) const fn is_placed(&self) -> bool {
+        self.path.is_some()
     }
 }
 
@@ -80,7 +102,7 @@ impl<'a> Where<'a> {
             let baud = place.baud.unwrap_or(1_000_000);
             let name = device.display().to_string();
             return Ok(Self {
-                buses: vec![Opening { name, path: device.clone(), baud, joints: Vec::new() }],
+                buses: vec![Opening { name, path: Some(device.clone()), baud, joints: Vec::new() }],
             });
         }
         let mut buses = Vec::new();
@@ -89,15 +111,8 @@ impl<'a> Where<'a> {
                 continue;
             }
             let path = match (&place.device, &bus.device) {
-                (Some(device), _) => device.clone(),
-                (None, Device::Tty(path)) => path.clone(),
-                (None, Device::Mock) => {
-                    return Err(Failed::usage(format!(
-                        "bus `{}` is a mock servo bus: start `leo mock-bus`, and name the path that it prints \
-                         with --bus {} --device PATH",
-                        bus.name, bus.name
-                    )));
-                }
+                (Some(path), _) | (None, Device::Tty(path)) => Some(path.clone()),
+                (None, Device::Mock) => None,
             };
             let joints = robot.joints.iter().filter(|joint| joint.bus == index).collect();
             let baud = place.baud.unwrap_or(bus.baud);
