@@ -1,6 +1,7 @@
 //! The commands: their names, their flags, and whom each hands over to.
 
 mod believe;
+mod body;
 mod bus;
 mod check;
 mod domain;
@@ -205,7 +206,7 @@ impl Run {
         if let Some(lesson) = &self.lesson {
             Lesson::load(lesson).map_err(Failed::usage)?;
         }
-        startable(&robot)?;
+        startable(&robot, self.config.as_deref())?;
         linkable(&robot.leo.link)?;
         let faults = self.faults.as_deref().map(|file| campaign(file, &robot)).transpose()?;
         let state = domain::state_directory()?;
@@ -244,7 +245,7 @@ fn campaign(file: &Path, robot: &Robot) -> Result<(PathBuf, ProcessFaults), Fail
 impl Teach {
     fn run(&self) -> Result<ExitCode, Failure> {
         let robot = Robot::load(self.config.as_deref()).map_err(Failed::usage)?;
-        teachable(&robot)?;
+        teachable(&robot, self.config.as_deref())?;
         let partners = match self.perspective.as_slice() {
             [] => None,
             whose if !whose.contains(&Whose::Robot) => {
@@ -308,9 +309,11 @@ impl Bench {
     }
 }
 
-/// Refuses what the processes could only die of again and again: a trace that cannot be played, a
-/// fault that is none, a function of the program's own that this program lacks.
-fn startable(robot: &Robot) -> Result<(), Failure> {
+/// Refuses what the processes could only die of again and again: a body that is not the one that
+/// the servos turn, a bus that cannot be driven, a trace that cannot be played, a fault that is none, a
+/// function of the program's own that this program lacks. `config` is the `leo.toml` of the robot.
+fn startable(robot: &Robot, config: Option<&Path>) -> Result<(), Failure> {
+    body::check(robot, config).map_err(Failed::usage)?;
     sensor_process::check_traces(&robot.leo.sensor.source).map_err(Failed::usage)?;
     mock_bus_process::Faults::configured(&robot.leo.mock_bus, &robot.motor)
         .map_err(|bad| Failed::usage(format!("leo.toml: `faults` of [mock_bus]: {bad}")))?;
@@ -346,8 +349,8 @@ fn linkable(link: &config::leo::Link) -> Result<(), Failure> {
 }
 
 /// Refuses to play a lesson to a robot that does not look at the simulator; the number of that source.
-fn teachable(robot: &Robot) -> Result<usize, Failure> {
-    startable(robot)?;
+fn teachable(robot: &Robot, config: Option<&Path>) -> Result<usize, Failure> {
+    startable(robot, config)?;
     let simulator = robot.leo.sensor.simulator().map(usize::from);
     simulator.ok_or_else(|| {
         Failed::usage(

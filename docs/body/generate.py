@@ -261,7 +261,8 @@ def urdf():
 
 MOTOR_HEAD = """\
 # The servo buses and the 65 joints on them. A joint's place in this file is its index everywhere.
-# Written by docs/body/generate.py together with leo.urdf, which it must agree with: change that and run it.
+# Written by docs/body/generate.py together with leo.urdf: change that and run it. Names and limits must be the same
+# in both, and `leo check` says where they are not.
 #
 # [[bus]]    a half-duplex line of servos
 #   name     letters, digits and _; unique

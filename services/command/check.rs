@@ -46,7 +46,7 @@ impl Check {
             migrate::migrate(self.config.as_deref())?;
         }
         let robot = Robot::load(self.config.as_deref()).map_err(Failed::usage)?;
-        startable(&robot)?;
+        startable(&robot, self.config.as_deref())?;
         linkable(&robot.leo.link)?;
         let deed = match (self.apply, self.revert) {
             (true, _) => Deed::Apply,

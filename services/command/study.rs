@@ -39,7 +39,7 @@ pub(crate) struct Study {
 impl Study {
     pub(crate) fn run(&self) -> Result<ExitCode, Failed> {
         let robot = Robot::load(self.config.as_deref()).map_err(Failed::usage)?;
-        let source = teachable(&robot)?;
+        let source = teachable(&robot, self.config.as_deref())?;
         if let Some(designs) = self.sweep {
             let sweep = Sweep::of(&robot, source, designs, &|news| self.tell(news))?;
             if self.json {

@@ -145,6 +145,84 @@ fn a_wrong_configuration_is_one_error_that_names_the_place() {
         assert_refused(&tell(&["run", "--config", &file]), 2, &["--features link"]);
     }
     assert_refused(&tell(&["check", "--config", "/nowhere/leo.toml"]), 2, &["/nowhere/leo.toml"]);
+
+    let files = tempfile::tempdir().expect("a folder");
+    let file = write(&files, "leo.toml", &right);
+    for (name, wrong, words) in wrong_bodies() {
+        let at = write(&files, name, &wrong);
+        for command in [vec!["run"], vec!["teach", TASK_1], vec!["study"], vec!["check"]] {
+            let told = tell(&[command.as_slice(), &["--config", &file]].concat());
+            assert_refused(&told, 2, words);
+        }
+        fs::remove_file(at).expect("removes");
+    }
+}
+
+/// Files beside a `leo.toml` that are each no body together with the built-in ones, and what is said of it.
+fn wrong_bodies() -> Vec<(&'static str, String, &'static [&'static str])> {
+    let changed = |file: &str, from: &str, to: &str| {
+        let right = read(&format!("config/{file}"));
+        let wrong = right.replacen(from, to, 1);
+        assert_ne!(wrong, right, "{from}");
+        wrong
+    };
+    let motor = read("config/motor.toml");
+    let line = motor.lines().position(|line| line == "max_rad = 0.8");
+    assert_eq!(line, Some(52), "the limits of the first joint");
+    // Every servo on one bus.
+    let mut id = 0;
+    let crowded = motor.lines().map(|line| {
+        id += u32::from(line.starts_with("id = "));
+        match line.split(" = ").next() {
+            Some("bus") => "bus = \"torso\"\n".to_owned(),
+            Some("id") => format!("id = {id}\n"),
+            _ => format!("{line}\n"),
+        }
+    });
+    let crowded = crowded.collect();
+    assert_eq!(id, 65);
+    vec![
+        (
+            "motor.toml",
+            changed("motor.toml", "name = \"torso_yaw_joint\"", "name = \"waist_yaw_joint\""),
+            &["the built-in leo.urdf: ", "joint `torso_yaw_joint`", "add it to motor.toml"],
+        ),
+        (
+            "leo.urdf",
+            changed("leo.urdf", "<joint name=\"torso_yaw_joint\"", "<joint name=\"waist_yaw_joint\""),
+            &["/leo.urdf: ", "joint `waist_yaw_joint`", "add it to motor.toml"],
+        ),
+        (
+            "motor.toml",
+            changed("motor.toml", "max_rad = 0.8\n", "max_rad = 0.75\n"),
+            &[
+                "/motor.toml:53:11: joint `torso_yaw_joint`: `max_rad` is 0.75, and its `upper` is 0.8",
+                "same",
+            ],
+        ),
+        (
+            "leo.urdf",
+            changed("leo.urdf", "lower=\"-0.8\"", "lower=\"-0.9\""),
+            &[
+                "motor.toml:52:11: joint `torso_yaw_joint`: `min_rad` is -0.8",
+                "`lower` is -0.9 in",
+                "/leo.urdf",
+            ],
+        ),
+        (
+            "leo.urdf",
+            changed("leo.urdf", "velocity=\"", "velocity=\"1"),
+            &["motor.toml:54:18: joint `torso_yaw_joint`: `velocity_rad_s` is ", "`velocity` is 1"],
+        ),
+        ("leo.urdf", "<robot name=\"leo\">\n<joint\n".to_owned(), &["/leo.urdf: not a URDF: "]),
+        (
+            "leo.urdf",
+            changed("leo.urdf", "lower=\"-0.8\"", "lower=\"low\""),
+            &["/leo.urdf: not a URDF: ", "invalid float"],
+        ),
+        ("leo.urdf", String::new(), &["/leo.urdf: not a URDF: ", "mend it, or take it away"]),
+        ("motor.toml", crowded, &["/motor.toml: bus `torso` has 65 servos", "spread them over more buses"]),
+    ]
 }
 
 #[test]

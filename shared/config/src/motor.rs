@@ -135,6 +135,59 @@ impl Joint {
     }
 }
 
+/// What limits a joint, by its key in the file.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Limit {
+    /// `min_rad`.
+    Min,
+    /// `max_rad`.
+    Max,
+    /// `velocity_rad_s`.
+    Velocity,
+}
+
+impl Limit {
+    /// All of them.
+    pub const ALL: [Self; 3] = [Self::Min, Self::Max, Self::Velocity];
+
+    /// Its key.
+    #[must_use]
+    pub const fn key(self) -> &'static str {
+        match self {
+            Self::Min => "min_rad",
+            Self::Max => "max_rad",
+            Self::Velocity => "velocity_rad_s",
+        }
+    }
+
+    /// What it is for a joint, in radians or radians per second.
+    #[must_use]
+    pub const fn of(self, joint: &Joint) -> f64 {
+        match self {
+            Self::Min => joint.min_rad,
+            Self::Max => joint.max_rad,
+            Self::Velocity => joint.velocity_rad_s,
+        }
+    }
+}
+
+/// An error about a limit of a joint, for who compares it with what another file says; `text` is that of
+/// `motor.toml`, and `file` what the error calls it.
+#[must_use]
+pub fn wrong_limit(text: &str, file: &Path, joint: &str, limit: Limit, reason: String) -> ConfigError {
+    let raw: RawMotor = match parse_toml(text, file) {
+        Ok(raw) => raw,
+        Err(error) => return error,
+    };
+    let found = raw.joint.iter().find(|other| other.name.get_ref() == joint);
+    let span = found.map_or(0..0, |found| match limit {
+        Limit::Min => found.min_rad.span(),
+        Limit::Max => found.max_rad.span(),
+        Limit::Velocity => found.velocity_rad_s.span(),
+    });
+    invalid(text, file, span, reason)
+}
+
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct RawMotor {
@@ -317,6 +370,28 @@ mod tests {
             assert!((joint.joint_rad(joint.servo_rad(0.3)) - 0.3).abs() < 1e-12);
         }
         assert!((motor.joints[1].servo_rad(0.3) - -0.2).abs() < 1e-12);
+    }
+
+    #[test]
+    fn a_limit_that_another_file_contradicts_is_named_with_its_line() {
+        let motor = parse(TWO, Path::new("m.toml")).unwrap();
+        let [torso, jaw] = motor.joints.as_slice() else { panic!("two") };
+        let mut seen = Vec::new();
+        for (joint, limit) in Limit::ALL.map(|limit| (torso, limit)).into_iter().chain([(jaw, Limit::Max)]) {
+            let line = TWO.lines().position(|line| {
+                line.starts_with(limit.key()) && line.contains(&format!("{:?}", limit.of(joint)))
+            });
+            let reason = format!("`{}` is wrong", joint.name);
+            let error = wrong_limit(TWO, Path::new("m.toml"), &joint.name, limit, reason).to_string();
+            let expected = format!("m.toml:{}:", line.expect("it is in the file") + 1);
+            assert!(
+                error.starts_with(&expected) && error.ends_with("` is wrong"),
+                "{error} is not at {expected}"
+            );
+            seen.push(expected);
+        }
+        seen.dedup();
+        assert_eq!(seen.len(), 4, "{seen:?}");
     }
 
     #[test]

@@ -6,7 +6,7 @@ use message::PERSPECTIVES_MOST;
 use crate::forward::{Forward, forward};
 use crate::leo::{Leo, fault_of_link, fault_of_sources};
 use crate::load::invalid;
-use crate::motor::Motor;
+use crate::motor::{Limit, Motor};
 use crate::percepts::Percepts;
 use crate::perspective::Perspective;
 use crate::{ConfigError, motor, parse};
@@ -44,10 +44,10 @@ impl Robot {
     /// `leo` cannot be read, or something in a file is wrong.
     pub fn load(leo: Option<&Path>) -> Result<Self, ConfigError> {
         let folder = leo.and_then(Path::parent);
-        let percepts = text(folder, "percepts.toml", builtin::PERCEPTS)?;
-        let perspective = text(folder, "perspective.toml", builtin::PERSPECTIVE)?;
-        let motor = text(folder, "motor.toml", builtin::MOTOR)?;
-        let urdf = text(folder, "leo.urdf", builtin::URDF)?;
+        let percepts = text(leo, "percepts.toml", builtin::PERCEPTS)?;
+        let perspective = text(leo, "perspective.toml", builtin::PERSPECTIVE)?;
+        let motor = text(leo, "motor.toml", builtin::MOTOR)?;
+        let urdf = text(leo, "leo.urdf", builtin::URDF)?;
         let leo = match leo {
             Some(file) => (read(file)?, file.to_owned()),
             None => (builtin::LEO.to_owned(), PathBuf::from("leo.toml")),
@@ -78,7 +78,6 @@ impl Robot {
     ///
     /// One cannot be read.
     pub fn files(leo: Option<&Path>) -> Result<Vec<(&'static str, String)>, ConfigError> {
-        let folder = leo.and_then(Path::parent);
         let mut files = vec![(
             "leo.toml",
             match leo {
@@ -92,9 +91,25 @@ impl Robot {
             ("motor.toml", builtin::MOTOR),
             ("leo.urdf", builtin::URDF),
         ] {
-            files.push((name, text(folder, name, builtin)?.0));
+            files.push((name, text(leo, name, builtin)?.0));
         }
         Ok(files)
+    }
+
+    /// Where a neighbour of `leo` (a `leo.toml`) is read from; nowhere where the built-in one is taken.
+    #[must_use]
+    pub fn neighbour(leo: Option<&Path>, name: &str) -> Option<PathBuf> {
+        leo.and_then(Path::parent).map(|folder| folder.join(name)).filter(|file| file.exists())
+    }
+
+    /// An error about a limit of a joint in the `motor.toml` of `leo` (a `leo.toml`), for who compares it with
+    /// what another file says.
+    #[must_use]
+    pub fn wrong_limit(leo: Option<&Path>, joint: &str, limit: Limit, reason: String) -> ConfigError {
+        match text(leo, "motor.toml", builtin::MOTOR) {
+            Ok((text, file)) => motor::wrong_limit(&text, &file, joint, limit, reason),
+            Err(error) => error,
+        }
     }
 
     /// Brings `leo` (a `leo.toml`) and the `perspective.toml` beside it, where there is one, to this version.
@@ -198,8 +213,8 @@ fn read(file: &Path) -> Result<String, ConfigError> {
     fs::read_to_string(file).map_err(|source| ConfigError::Read { file: file.to_owned(), source })
 }
 
-fn text(folder: Option<&Path>, name: &str, builtin: &str) -> Result<(String, PathBuf), ConfigError> {
-    match folder.map(|folder| folder.join(name)).filter(|file| file.exists()) {
+fn text(leo: Option<&Path>, name: &str, builtin: &str) -> Result<(String, PathBuf), ConfigError> {
+    match Robot::neighbour(leo, name) {
         Some(file) => Ok((read(&file)?, file)),
         None => Ok((builtin.to_owned(), PathBuf::from(name))),
     }

@@ -1,0 +1,86 @@
+//! Whether `leo.urdf` and `motor.toml` say the same of one body, and whether its servos can be driven.
+
+use std::cmp::Ordering;
+use std::path::Path;
+
+use config::motor::Limit;
+use config::{ConfigError, Robot};
+use kinematics::{Body, BodyError, Joint};
+use learner_process::{LeoBody, LeoBodyError};
+use motor_process::{Motor, MotorError};
+
+/// Why a body cannot be had.
+#[derive(Debug, thiserror::Error)]
+pub(super) enum WrongBody {
+    /// `leo.urdf` cannot be read as a URDF.
+    #[error("{urdf}: {source}; mend it, or take it away: without one the robot has the built-in body")]
+    NoUrdf { urdf: String, source: BodyError },
+    /// `leo.urdf` is no body, or not with the joints of `motor.toml`.
+    #[error("{urdf}: {source}")]
+    Urdf { urdf: String, source: BodyError },
+    /// The body lacks a joint without which nothing can be performed.
+    #[error("{urdf}: {why}; add it there and to motor.toml")]
+    Lacks { urdf: String, why: String },
+    /// A limit is not the same in both files.
+    #[error(transparent)]
+    Limit(ConfigError),
+    /// The servos cannot be driven.
+    #[error("{motor}: {source}")]
+    Motor { motor: String, source: MotorError },
+}
+
+/// Checks the body of a robot, whose `leo.toml` is `config`: the joints of `leo.urdf` are those of
+/// `motor.toml`, with the very same limits, since goals are planned within the ones and commanded within
+/// the others; the learner can perform with it, and every bus has room for its servos.
+///
+/// # Errors
+///
+/// The first thing that is not so.
+pub(super) fn check(robot: &Robot, config: Option<&Path>) -> Result<(), WrongBody> {
+    let urdf = || called(config, "leo.urdf");
+    let names: Vec<&str> = robot.motor.joints.iter().map(|joint| joint.name.as_str()).collect();
+    let body = Body::from_urdf(&robot.urdf, &names).map_err(|source| {
+        let urdf = urdf();
+        if matches!(source, BodyError::Urdf { .. }) {
+            WrongBody::NoUrdf { urdf, source }
+        } else {
+            WrongBody::Urdf { urdf, source }
+        }
+    })?;
+    for (servo, joint) in robot.motor.joints.iter().zip(body.joints()) {
+        for limit in Limit::ALL {
+            let (said, (word, limited)) = (limit.of(servo), in_urdf(limit, joint));
+            if said.partial_cmp(&limited) != Some(Ordering::Equal) {
+                let reason = format!(
+                    "joint `{}`: `{}` is {said}, and its `{word}` is {limited} in {}: give both the same number",
+                    servo.name,
+                    limit.key(),
+                    urdf()
+                );
+                return Err(WrongBody::Limit(Robot::wrong_limit(config, &servo.name, limit, reason)));
+            }
+        }
+    }
+    LeoBody::new(robot).map_err(|error| match error {
+        LeoBodyError::Body(source) => WrongBody::Urdf { urdf: urdf(), source },
+        LeoBodyError::Joint(missing) => WrongBody::Lacks { urdf: urdf(), why: missing.to_string() },
+    })?;
+    Motor::new(&robot.motor, &robot.leo.motor)
+        .map_err(|source| WrongBody::Motor { motor: called(config, "motor.toml"), source })?;
+    Ok(())
+}
+
+/// The word of a URDF for a limit, and what it is for a joint.
+const fn in_urdf(limit: Limit, joint: &Joint) -> (&'static str, f64) {
+    match limit {
+        Limit::Min => ("lower", joint.lower_rad),
+        Limit::Max => ("upper", joint.upper_rad),
+        Limit::Velocity => ("velocity", joint.velocity_rad_s),
+    }
+}
+
+/// How an error calls a file that lies beside `config`: one that does not is built in.
+fn called(config: Option<&Path>, name: &str) -> String {
+    let file = Robot::neighbour(config, name);
+    file.map_or_else(|| format!("the built-in {name}"), |file| file.display().to_string())
+}
