@@ -288,11 +288,8 @@ impl Joint {
 
     /// Switches the torque off, after its commander was gone for long.
     pub(crate) fn release(&mut self) {
-        let may_have_torque = match self.stage {
-            Stage::Following | Stage::Arm(_) => true,
-            Stage::Ready => self.may_have_torque,
-            _ => false,
-        };
+        let may_have_torque = matches!(self.stage, Stage::Following | Stage::Arm(_))
+            || (self.stage == Stage::Ready && self.may_have_torque);
         if may_have_torque {
             self.stage = Stage::Release;
             self.cause = JointCause::CommandTimeout;
