@@ -118,6 +118,8 @@ fn killed_in_motion(robot: &Robot, joints: &mut Joints) {
     // What its last cycle still read is not the next life's.
     assert!(wait_until(|| !is_alive(motor)));
     let killed_at = clock::now();
+    // Until then the servos go where their last goal was, which their watchdogs forget.
+    let stopped_at = killed_at + Duration::from_millis(600);
     // Where each was read a while ago, and since when it follows again.
     let mut last: BTreeMap<u32, (u64, f64)> = BTreeMap::new();
     let mut since: BTreeMap<u32, u64> = BTreeMap::new();
@@ -126,13 +128,17 @@ fn killed_in_motion(robot: &Robot, joints: &mut Joints) {
         for joint in joints.newest() {
             let Some(position_rad) = joint.present_position_rad() else { continue };
             let at = joint.sampled_at_ns;
-            if joint.mode() != Some(JointMode::Following) || at < killed_at.as_nanos() {
+            if joint.mode() == Some(JointMode::Following) && at >= killed_at.as_nanos() {
+                since.entry(joint.joint).or_insert(at);
+            }
+            if at < stopped_at.as_nanos() {
                 continue;
             }
-            let first = *since.entry(joint.joint).or_insert(at);
+            // On its way up, and in its first second.
+            let is_soft = since.get(&joint.joint).is_none_or(|first| at < first + 1_000_000_000);
             let &mut (before, from) = last.entry(joint.joint).or_insert((at, position_rad));
             // The instants are known less well than the positions: compared over a while.
-            if at >= before + 100_000_000 && at < first + 1_000_000_000 {
+            if at >= before + 100_000_000 && is_soft {
                 let speed = (position_rad - from).abs() / seconds(before, at);
                 assert!(speed < 0.6, "joint {} goes on at {speed} rad/s", joint.joint);
                 last.insert(joint.joint, (at, position_rad));
