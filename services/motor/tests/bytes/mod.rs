@@ -70,14 +70,15 @@ impl Body {
             now,
         };
         while !body.motor.states().all(|state| state.mode() == Some(JointMode::Following)) {
-            body.cycle(&[]);
+            body.cycle(None, &[]);
         }
         body
     }
 
-    fn cycle(&mut self, goals: &[JointGoal]) {
+    /// With goals that were decided at an instant, or now.
+    fn cycle(&mut self, decided_at: Option<Instant>, goals: &[JointGoal]) {
         self.now += PERIOD;
-        self.motor.goals(self.now, goals);
+        self.motor.goals(decided_at.unwrap_or(self.now), goals);
         self.motor.step(self.now);
         let (mut request, mut replies) = (Request::default(), Replies::default());
         for (index, (bus, master)) in self.buses.iter_mut().zip(&mut self.masters).enumerate() {
@@ -105,7 +106,12 @@ pub(crate) fn play(script: &[u8]) -> u64 {
             bus.lies = Some(cycle.to_vec());
         }
         let goals: Vec<_> = cycle.chunks_exact(GOAL).map(goal).collect();
-        body.cycle(&goals);
+        // One frame in four says of itself when it was decided.
+        let decided_at = cycle
+            .first_chunk()
+            .map(|bytes| Instant::from_nanos(u64::from_le_bytes(*bytes)))
+            .filter(|at| at.as_nanos().is_multiple_of(4));
+        body.cycle(decided_at, &goals);
         let joints = body.motor.states().zip(&body.robot.motor.joints).zip(&mut before);
         for ((state, joint), before) in joints {
             let command = state.command_position_rad();
