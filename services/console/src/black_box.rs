@@ -20,7 +20,7 @@ use transport::{Domain, Node, RosterReader};
 use crate::hand::reply;
 use crate::tape::PROGRAM;
 use failures::{Failed, Failures};
-use files::Files;
+use files::{ASKED, Files};
 
 /// It is looked this often whether anything has failed.
 const LOOK_EVERY: Duration = Duration::from_millis(100);
@@ -30,8 +30,6 @@ const AFTERMATH: Duration = Duration::from_secs(3);
 const APART: Duration = Duration::from_secs(30);
 /// How much is written where the robot ends with a failure: there is not the time for all.
 const LAST_WORDS: Duration = Duration::from_secs(20);
-/// What is written of what was asked for is named so.
-const ASKED: &str = "asked";
 
 /// Who waits for a file.
 #[derive(Debug)]
@@ -135,21 +133,13 @@ impl BlackBox {
 
     /// Begins to write, where somebody waits, or something failed and what came after it is there.
     fn write(&mut self, now: Instant) {
-        let has_settled = self.waiting.since.is_some_and(|since| now.since(since) >= AFTERMATH);
-        let is_apart = self.wrote_at.is_none_or(|then| now.since(then) >= APART);
         if self.writing.is_some() {
             return;
         }
-        // Who asks gets what is there by now; the file of a failure waits for what comes after it.
-        let askers = std::mem::take(&mut self.waiting.askers);
-        let wanted = if !askers.is_empty() {
-            Waiting { askers, ..Waiting::default() }
-        } else if has_settled && is_apart {
+        let Some(wanted) = self.waiting.due(now, self.wrote_at) else { return };
+        if !wanted.failed.is_empty() {
             self.wrote_at = Some(now);
-            std::mem::take(&mut self.waiting)
-        } else {
-            return;
-        };
+        }
         let (to, outcome) = bounded(1);
         let begun = self.kept.clone().and_then(|kept| {
             let (to, word) = (to.clone(), wanted.word());
@@ -247,6 +237,19 @@ impl Kept {
 }
 
 impl Waiting {
+    /// What a file is to be written for now, if anything. A failure goes first, once what comes after it is
+    /// there: what led to it is forgotten with time. Who asks meanwhile gets that file too, and otherwise
+    /// what is there by now.
+    fn due(&mut self, now: Instant, wrote_at: Option<Instant>) -> Option<Self> {
+        let has_settled = self.since.is_some_and(|since| now.since(since) >= AFTERMATH);
+        let is_apart = wrote_at.is_none_or(|then| now.since(then) >= APART);
+        if has_settled && is_apart {
+            return Some(std::mem::take(self));
+        }
+        let askers = std::mem::take(&mut self.askers);
+        (!askers.is_empty()).then(|| Self { askers, ..Self::default() })
+    }
+
     /// A word for the name of its file.
     fn word(&self) -> String {
         self.failed.first().map_or_else(|| ASKED.to_owned(), |failed| failed.word.clone())
@@ -275,4 +278,33 @@ fn write(last: &Last, files: &Files, word: &str) -> Result<Written, String> {
     }
     std::fs::rename(&unfinished, &file).and_then(|()| files.thin_out()).map_err(in_folder)?;
     Ok(Written { file: file.display().to_string(), span: last.span() })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_failure_goes_before_those_who_ask_however_many_do() {
+        let at = |ms| Instant::EPOCH + Duration::from_millis(ms);
+        let mut waiting = Waiting::default();
+        let asked_and_due = |waiting: &mut Waiting, ms, wrote_at| {
+            waiting.askers.push(Asker::Program("word".to_owned()));
+            waiting.due(at(ms), wrote_at).unwrap()
+        };
+        waiting.failed.push(Failed { word: "belief".to_owned(), what: "belief died".to_owned() });
+        waiting.since = Some(at(1000));
+        // What comes after the failure is not there yet, and who asks does not wait for it.
+        let early = asked_and_due(&mut waiting, 3999, None);
+        assert_eq!((early.word().as_str(), early.askers.len()), (ASKED, 1));
+        let due = asked_and_due(&mut waiting, 4000, None);
+        assert_eq!((due.word().as_str(), due.askers.len(), due.failed.len()), ("belief", 1, 1));
+        assert!(waiting.due(at(4001), Some(at(4000))).is_none());
+        // So soon after another file there is none of a failure alone.
+        waiting.failed.push(Failed { word: "motor".to_owned(), what: "motor died".to_owned() });
+        waiting.since = Some(at(5000));
+        assert_eq!(asked_and_due(&mut waiting, 9000, Some(at(4000))).word(), ASKED);
+        assert!(waiting.due(at(33_999), Some(at(4000))).is_none());
+        assert_eq!(waiting.due(at(34_000), Some(at(4000))).unwrap().word(), "motor");
+    }
 }

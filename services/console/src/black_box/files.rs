@@ -4,6 +4,8 @@ use std::path::{Path, PathBuf};
 
 /// How their names begin; a number, and a word of what failed follow.
 const PREFIX: &str = "black_box_";
+/// The word of one that somebody asked for.
+pub(super) const ASKED: &str = "asked";
 /// The extension of one that is being written.
 pub(super) const UNFINISHED: &str = "unfinished";
 
@@ -11,6 +13,7 @@ pub(super) const UNFINISHED: &str = "unfinished";
 #[derive(Clone, Debug)]
 pub(super) struct Files {
     pub(super) folder: PathBuf,
+    /// So many of failures, and as many of those that somebody asked for.
     pub(super) most: usize,
 }
 
@@ -22,7 +25,8 @@ impl Files {
         Ok(self.folder.join(format!("{PREFIX}{number:04}_{word}.mcap")))
     }
 
-    /// Removes the oldest, until there are no more than there may be, and what somebody who was killed
+    /// Removes the oldest, until there are no more than there may be: who asks takes nothing away that led to
+    /// a failure, and a robot that fails again and again nothing that somebody asked for. And removes what somebody who was killed
     /// had begun.
     pub(super) fn thin_out(&self) -> io::Result<()> {
         for entry in fs::read_dir(&self.folder)? {
@@ -33,9 +37,17 @@ impl Files {
                 fs::remove_file(path)?;
             }
         }
-        let all = self.all()?;
-        let surplus = all.len().saturating_sub(self.most);
-        all.iter().take(surplus).try_for_each(|(_, file)| fs::remove_file(file))
+        let is_asked = |(_, file): &(u64, PathBuf)| {
+            file.file_stem()
+                .and_then(|name| name.to_str()?.rsplit_once('_'))
+                .is_some_and(|(_, word)| word == ASKED)
+        };
+        let (asked, failures): (Vec<_>, Vec<_>) = self.all()?.into_iter().partition(is_asked);
+        for kind in [asked, failures] {
+            let surplus = kind.len().saturating_sub(self.most);
+            kind.iter().take(surplus).try_for_each(|(_, file)| fs::remove_file(file))?;
+        }
+        Ok(())
     }
 
     /// From the oldest to the newest.
@@ -75,9 +87,14 @@ mod tests {
         fs::write(&theirs, "").unwrap();
         let begun = files.next("x").unwrap().with_extension(UNFINISHED);
         fs::write(&begun, "").unwrap();
-        let [second, third] = ["motor", "asked"].map(written);
+        let [second, third] = ["motor", "emergency-stop"].map(written);
         assert!(!begun.exists());
         assert!(!first.exists() && second.exists() && third.exists() && theirs.exists());
         assert_eq!(files.next("x").unwrap().file_name().unwrap(), "black_box_0004_x.mcap");
+        // Who asks takes away what was asked for before.
+        let [fourth, fifth, sixth] = [ASKED; 3].map(written);
+        assert!(second.exists() && third.exists() && !fourth.exists() && fifth.exists() && sixth.exists());
+        let seventh = written("quarantine");
+        assert!(!second.exists() && third.exists() && fifth.exists() && sixth.exists() && seventh.exists());
     }
 }
