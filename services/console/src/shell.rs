@@ -13,7 +13,7 @@ use transport::{Domain, Inlet};
 use crate::black_box::{Asker, BlackBox};
 use crate::cells::{Lines, tasks};
 use crate::fares::Fares;
-use crate::hand::{Hands, reply};
+use crate::hand::Hands;
 use crate::lessons::Shelf;
 use crate::look::Look;
 use crate::narrator::{Line, Narrator, Transcript};
@@ -83,9 +83,9 @@ pub fn run(launch: &Launch, robot: &Robot, lesson: &Lesson) -> Result<(), Failur
         }
     }
     // Pages are served until all is written, and the process that writes it does not look as if it hung.
-    let Stage { web: _web, mut tape, black_box, .. } = stage;
+    let Stage { web: _web, tape, black_box, .. } = stage;
     let write_last = black_box.end();
-    let (taped, kept) = member.beat_while(move || (tape.end(), write_last()));
+    let (taped, kept) = member.beat_while(move || (tape.finish(), write_last()));
     if let Err(error) = taped {
         tracing::error!("the recording is not whole: {error}");
     }
@@ -222,18 +222,14 @@ impl Stage {
         let Some(web) = &self.web else { return Ok(()) };
         let asked = std::iter::from_fn(|| web.wishes.try_recv().ok());
         for asked in self.hands.carry(now, look.workspace.is_some(), asked)? {
-            let done = match asked.wish {
-                Wish::Record(true) => self.tape.begin(now).map(Some),
-                Wish::Record(false) => self.tape.end(),
-                Wish::Keep => {
-                    self.black_box.ask(Asker::Page(asked.answer, asked.id));
-                    continue;
-                }
-                Wish::Act(_) => continue,
-            };
+            match asked.wish {
+                Wish::Record(on) => self.tape.ask(on, asked.answer, asked.id),
+                Wish::Keep => self.black_box.ask(Asker::Page(asked.answer, asked.id)),
+                Wish::Act(_) => {}
+            }
+        }
+        if self.tape.step(now) {
             self.tape.show(now, &mut web.shared.sheet());
-            let said = done.as_ref().map(|file| file.as_deref().map(|file| ("file", file)));
-            reply(&asked.answer, asked.id, said.map_err(String::as_str));
         }
         let saved = self.hands.saved.clone();
         self.hands.answer(now)?;

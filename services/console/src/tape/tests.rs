@@ -1,0 +1,123 @@
+use std::fs;
+
+use serde_json::Value;
+use tokio::sync::mpsc::{self, Receiver as Answers};
+
+use super::*;
+
+/// Patience of these tests with a loaded machine.
+const LONG: Duration = Duration::from_secs(60);
+const NOW: Instant = Instant::EPOCH;
+
+/// A disk that does what it is told, when it is told.
+type Disk = crossbeam::channel::Sender<Result<(), String>>;
+
+/// A recording on such a disk.
+struct Slow(Receiver<Result<(), String>>);
+
+impl Recording for Slow {
+    fn has_ended(&self) -> bool {
+        false
+    }
+
+    fn dropped(&self) -> u64 {
+        3
+    }
+
+    fn stop(self: Box<Self>) -> Result<u64, String> {
+        self.0.recv().unwrap().map(|()| 7)
+    }
+}
+
+/// A tape over a disk that has room for two words.
+fn tape(folder: &Path) -> (Tape, Disk) {
+    let (disk, told) = bounded::<Result<(), String>>(2);
+    let start = move |file: &Path| {
+        fs::write(file, "").unwrap();
+        told.recv().unwrap()?;
+        Ok(Box::new(Slow(told.clone())) as Box<dyn Recording>)
+    };
+    (Tape::with(Some(folder.join("recordings")), Arc::new(start)), disk)
+}
+
+fn asked(tape: &mut Tape, on: bool) -> Answers<String> {
+    let (answer, answers) = mpsc::channel(1);
+    tape.ask(on, answer, Some(1));
+    answers
+}
+
+/// The answer, which is there after some steps.
+fn answered(tape: &mut Tape, answers: &mut Answers<String>) -> Value {
+    let end = clock::now() + LONG;
+    loop {
+        tape.step(NOW);
+        if let Ok(answer) = answers.try_recv() {
+            return serde_json::from_str(&answer).unwrap();
+        }
+        assert!(clock::now() < end, "no answer");
+    }
+}
+
+fn is_on(tape: &Tape) -> bool {
+    let mut sheet = Sheet::default();
+    tape.show(NOW, &mut sheet);
+    sheet.since(0).unwrap().contains("\"on\":true")
+}
+
+#[test]
+fn nobody_waits_for_a_disk_but_who_asked() {
+    let folder = tempfile::tempdir().unwrap();
+    let (mut tape, disk) = tape(folder.path());
+    let [mut begun, mut joined, mut ended] = [true, true, false].map(|on| asked(&mut tape, on));
+    // The disk says nothing: the loop goes on.
+    assert!(tape.step(NOW));
+    assert!(!tape.step(NOW) && !is_on(&tape));
+    assert!(begun.try_recv().is_err());
+    disk.send(Ok(())).unwrap();
+    let file = folder.path().join("recordings/recording_1.mcap").display().to_string();
+    assert_eq!(answered(&mut tape, &mut begun)["file"], file);
+    // Pressed by two people, it is one recording.
+    assert_eq!(answered(&mut tape, &mut joined)["file"], file);
+    // It ends no sooner than all of it is written.
+    tape.step(NOW);
+    assert!(ended.try_recv().is_err() && !is_on(&tape));
+    disk.send(Ok(())).unwrap();
+    assert_eq!(answered(&mut tape, &mut ended)["file"], file);
+    assert_eq!(tape.last.as_ref().map(|(_, dropped)| *dropped), Some(7));
+    assert_eq!(answered_none(&mut tape), Value::Null);
+}
+
+/// What who ends nothing is answered.
+fn answered_none(tape: &mut Tape) -> Value {
+    let mut answers = asked(tape, false);
+    answered(tape, &mut answers)["file"].clone()
+}
+
+#[test]
+fn what_cannot_begin_leaves_no_file() {
+    let folder = tempfile::tempdir().unwrap();
+    let (mut tape, disk) = tape(folder.path());
+    let mut answers = asked(&mut tape, true);
+    disk.send(Err("no space left on device".to_owned())).unwrap();
+    assert_eq!(answered(&mut tape, &mut answers)["error"], "no space left on device");
+    assert_eq!(fs::read_dir(folder.path().join("recordings")).unwrap().count(), 0);
+    // And the next one is tried.
+    let mut answers = asked(&mut tape, true);
+    disk.send(Ok(())).unwrap();
+    assert_eq!(answered(&mut tape, &mut answers)["ok"], true);
+    assert!(is_on(&tape));
+    disk.send(Err("the disk is gone".to_owned())).unwrap();
+    assert_eq!(tape.finish(), Err("the disk is gone".to_owned()));
+}
+
+#[test]
+fn who_asks_again_and_again_while_a_disk_stalls_is_told_so() {
+    let folder = tempfile::tempdir().unwrap();
+    let (mut tape, disk) = tape(folder.path());
+    let _first = asked(&mut tape, true);
+    tape.step(NOW);
+    let waiting: Vec<_> = (0..WAITING_MOST).map(|_| asked(&mut tape, true)).collect();
+    let told: Value = serde_json::from_str(&asked(&mut tape, true).try_recv().unwrap()).unwrap();
+    assert_eq!(told["error"], "recordings wait for the disk: ask again later");
+    drop((waiting, disk));
+}
