@@ -2,7 +2,7 @@ use std::collections::BTreeMap;
 
 use tasks::{
     Effect, Example, Language, Learning, Object, Selection, Settings, Signature, Snapshot, Task, View,
-    explain, key,
+    ask_about, describe_object, explain, key, with_article,
 };
 
 use crate::report::{Verdict, attended, perspectives};
@@ -24,9 +24,10 @@ pub(crate) struct Question {
 }
 
 impl Question {
-    /// The question about a task that is expected to tell most; `None` where there is nothing to ask:
-    /// what speaks against the teacher's rule is explained by what he could not know, and no question
-    /// would tell much.
+    /// What to ask about a task: first what speaks against the teacher's rule although he knew of it,
+    /// else what is expected to tell most; about each kind of thing once. `None` where there is nothing
+    /// to ask: what speaks against the rule is explained by what he could not know or was asked about,
+    /// and no question would tell much.
     pub(crate) fn about(
         language: &Language,
         key: &str,
@@ -36,23 +37,24 @@ impl Question {
     ) -> Option<Self> {
         let (chosen, learned) = (verdict.chosen?, verdict.learned()?);
         let first = learned.primary().next()?;
-        // What stands where it does looks otherwise from elsewhere, and there is nothing to explain.
-        let is_comparable = chosen != 0 && !matches!(first.selection, Selection::Standing(_));
+        let goal = first.expectation.clone();
         let perspectives = verdict.perspectives();
-        let is_unexplained =
-            is_comparable && !explain(language, task, &perspectives, first).unexplained.is_empty();
+        // A number of things may be any, and what stands where it does looks otherwise from elsewhere:
+        // then nothing is left to explain. That a thing was moved cannot be said of it in one word.
+        let is_comparable =
+            chosen != 0 && first.selection == Selection::All && !goal.contains(&Effect::Moved);
+        if is_comparable {
+            let unexplained = explain(language, task, &perspectives, first).unexplained_kinds;
+            if let Some(features) = unexplained.into_iter().find(|kind| !is_answered(task, kind, &goal)) {
+                let text = ask_about(&with_article(&named(language, task, &features, &goal)), &goal);
+                return Some(Self { task: key.to_owned(), text, features, goal });
+            }
+        }
         let mut learning = Learning::new(language, settings);
         attended(language, task, &perspectives, chosen).iter().for_each(|view| learning.add(view));
-        let inquiry = learning.inquire(&first.expectation, 1)?;
-        if inquiry.bits < WORTH_ASKING_BITS && !is_unexplained {
-            return None;
-        }
-        Some(Self {
-            task: key.to_owned(),
-            text: inquiry.text,
-            features: inquiry.objects.into_iter().next()?,
-            goal: first.expectation.clone(),
-        })
+        let inquiry = learning.inquire(&goal, 1).filter(|inquiry| inquiry.bits >= WORTH_ASKING_BITS)?;
+        let features = inquiry.objects.into_iter().next().filter(|kind| !is_answered(task, kind, &goal))?;
+        Some(Self { task: key.to_owned(), text: inquiry.text, features, goal })
     }
 
     /// The answer as an example: such a thing became as the goal wants, or was left as it is.
@@ -78,6 +80,28 @@ impl Question {
         };
         Example { teacher, views: perspectives.iter().map(view).collect() }
     }
+}
+
+/// Whether a thing can be as a goal wants.
+fn is_eligible(object: &Object, goal: &Signature) -> bool {
+    goal.iter().all(|effect| match effect {
+        Effect::State { name, .. } => object.states.contains_key(name),
+        Effect::Moved => true,
+    })
+}
+
+/// What a thing of a kind is called among all that a task was shown with.
+fn named(language: &Language, task: &Task, kind: &BTreeMap<String, String>, goal: &Signature) -> String {
+    let shown = task.views(0).flat_map(|view| &view.after.objects).filter(|object| is_eligible(object, goal));
+    describe_object(language, &Object { features: kind.clone(), ..Object::default() }, shown)
+}
+
+/// Whether a question about a kind of thing was answered: the example has it alone, and it is nowhere.
+fn is_answered(task: &Task, kind: &BTreeMap<String, String>, goal: &Signature) -> bool {
+    task.views(0).any(|view| match view.after.objects.as_slice() {
+        [only] => only.position_m.is_none() && only.features == *kind && is_eligible(only, goal),
+        _ => false,
+    })
 }
 
 /// What Leo would ask about a task, where its examples leave open what is meant.

@@ -1,3 +1,5 @@
+use std::collections::BTreeMap;
+
 use crate::change::{changes, has_percepts};
 use crate::describe::{describe_object, listed};
 use crate::hypothesis::Evidence;
@@ -18,6 +20,8 @@ pub struct Explanation {
     pub foreign: Vec<String>,
     /// Objects that contradict it although the partner knows them as they are.
     pub unexplained: Vec<String>,
+    /// The class features of those, each kind once.
+    pub unexplained_kinds: Vec<BTreeMap<String, String>>,
     /// Whether some of it is about the showing of another than the one who taught last, to whom it is
     /// said.
     pub of_others: bool,
@@ -76,7 +80,12 @@ pub fn explain(language: &Language, task: &Task, simulated: &[u16], rule: &Rule)
                     &mut explanation.foreign
                 }
                 Some(believed) if believed.states != object.states => &mut explanation.mistaken,
-                Some(_) => &mut explanation.unexplained,
+                Some(_) => {
+                    if !explanation.unexplained_kinds.contains(&object.features) {
+                        explanation.unexplained_kinds.push(object.features.clone());
+                    }
+                    &mut explanation.unexplained
+                }
             };
             if !list.contains(&name) {
                 list.push(name);
@@ -99,7 +108,13 @@ fn contradicting<'a>(language: &Language, view: &'a View, rule: &Rule) -> Vec<&'
     undone.chain(unexpected).collect()
 }
 
-/// What a partner takes an object to be, if he knows of it.
+/// What a partner takes an object to be, if he knows of it. What was only spoken of is nowhere.
 fn counterpart<'a>(object: &Object, theirs: &'a Snapshot) -> Option<&'a Object> {
-    object.position_m.and_then(|place| theirs.nearest(&object.features, place, SAME_PLACE_M))
+    match object.position_m {
+        Some(place) => theirs.nearest(&object.features, place, SAME_PLACE_M),
+        None => theirs
+            .objects
+            .iter()
+            .find(|believed| believed.position_m.is_none() && believed.features == object.features),
+    }
 }

@@ -174,16 +174,26 @@ fn text(asking: &Asking<'_>, weighed: &[Weighed<'_>], chosen: &[Key]) -> String 
         .map(|one| crate::dnf::reduce(one.hypothesis.mask, one.hypothesis.classes.clone(), asking.seen).0)
         .fold(0, |mask, more| mask | more);
     let names: Vec<String> = chosen.iter().map(|&key| name(asking, mask, key)).collect();
-    let effects = asking.signature.iter().map(|effect| match effect {
+    match names.as_slice() {
+        [only] => ask_about(only, asking.signature),
+        several => format!("Which should {} of {}?", becoming(asking.signature), listed(several)),
+    }
+}
+
+/// What to say to ask whether a thing, "a blue one", should become as a goal wants: "Should a blue one be
+/// filled, too?"
+#[must_use]
+pub fn ask_about(name: &str, goal: &Signature) -> String {
+    format!("Should {name} {}, too?", becoming(goal))
+}
+
+fn becoming(goal: &Signature) -> String {
+    let effects = goal.iter().map(|effect| match effect {
         Effect::State { name, on: true } => format!("be {name}"),
         Effect::State { name, on: false } => format!("not be {name}"),
         Effect::Moved => "be moved".to_owned(),
     });
-    let effects = listed(&effects.collect::<Vec<_>>());
-    match names.as_slice() {
-        [only] => format!("Should {only} {effects}, too?"),
-        several => format!("Which should {effects} of {}?", listed(several)),
-    }
+    listed(&effects.collect::<Vec<_>>())
 }
 
 /// "a blue one", "an old square".
@@ -205,7 +215,12 @@ fn name(asking: &Asking<'_>, mask: Mask, key: Key) -> String {
     if !has_noun {
         words.push("one");
     }
-    let words = words.join(" ");
+    with_article(&words.join(" "))
+}
+
+/// "a blue one", "an old square".
+#[must_use]
+pub fn with_article(words: &str) -> String {
     let article = if words.starts_with(['a', 'e', 'i', 'o', 'u']) { "an" } else { "a" };
     format!("{article} {words}")
 }

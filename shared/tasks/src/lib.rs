@@ -62,7 +62,7 @@ pub use explain::{Explanation, explain};
 pub use figure::{Figure, FigureRule, Part, laid_out};
 pub use hypothesis::{Class, Prior, Template};
 pub use identity::{Identities, Moment};
-pub use inquiry::Inquiry;
+pub use inquiry::{Inquiry, ask_about, with_article};
 pub use language::{FeatureWords, Language, StateWords};
 pub use learn::{Learned, Learning, Means, decide, learn, learn_with};
 pub use lexicon::{FEATURES_MOST, VALUES_MOST};

@@ -37,6 +37,46 @@ fn showings_that_contradict_each_other_are_told_so_and_all_are_kept() {
 }
 
 #[test]
+fn leo_asks_about_what_speaks_against_the_rule_and_about_each_kind_once() {
+    let mut run = Run::new(1, Vec::new());
+    fill_one(&mut run, &["red", "green"], 0);
+    fill_one(&mut run, &["red", "green", "yellow"], 1);
+    fill_one(&mut run, &["red", "green", "yellow"], 0);
+    // He left a red one that he knew of, and filled a green one.
+    assert_eq!(last_said(&run), "Should a red square be filled, too?");
+    run.say("Yes");
+    assert_eq!(last_said(&run), "Should a green square be filled, too?");
+    run.say("No");
+    assert_eq!(run.task("task 1").examples.len(), 5);
+    let said = last_said(&run);
+    assert!(
+        said.starts_with("I learned task 1 from 5 examples: all red filled"),
+        "nothing more is asked: {said}"
+    );
+    // What was answered is no thing that he could not see.
+    let explained = run.texts(EventKind::Explained).pop().unwrap_or_default();
+    assert!(!explained.contains("could not see"), "{explained}");
+}
+
+#[test]
+fn leo_asks_about_what_he_left_out_where_no_other_question_would_tell_anything() {
+    let mut run = Run::new(1, Vec::new());
+    for _ in 0..3 {
+        run.lay_anew(&["red", "red"], None);
+        run.say("Leo, I can teach you to do task 1");
+        run.insert(0, 0);
+        run.insert(1, 1);
+        run.say("Task 1 is done");
+        run.steps(5);
+        assert!(last_said(&run).starts_with("I learned task 1 from "), "{}", last_said(&run));
+    }
+    fill_one(&mut run, &["red", "red"], 0);
+    assert_eq!(last_said(&run), "Should a square be filled, too?");
+    run.say("Yes");
+    assert!(last_said(&run).starts_with("I learned task 1 from 5 examples: "), "{}", last_said(&run));
+}
+
+#[test]
 fn a_task_that_is_taught_again_has_one_more_example_and_leo_says_so() {
     let mut run = Run::new(1, Vec::new());
     fill_one(&mut run, &["red", "green"], 0);

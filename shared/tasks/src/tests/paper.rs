@@ -181,6 +181,20 @@ fn a_block_that_he_knew_and_left_out_is_not_explained() {
 }
 
 #[test]
+fn he_knows_of_what_was_only_spoken_of() {
+    let rule = learned(&task_1(), 1).primary().next().unwrap().clone();
+    let mut spoken_of = object(1, "medium blue square", [0.0; 3], &[("filled", false)]);
+    spoken_of.position_m = None;
+    let views = [0, 1].map(|perspective| view(perspective, vec![spoken_of.clone()], vec![spoken_of.clone()]));
+    let explanation = explain(&language(), &task(vec![views.to_vec()]), &[0, 1], &rule);
+    assert_eq!(
+        (explanation.unseen.len(), explanation.unexplained.as_slice()),
+        (0, &["square".to_owned()][..])
+    );
+    assert_eq!(explanation.unexplained_kinds, [spoken_of.features]);
+}
+
+#[test]
 fn a_rule_finds_what_is_left_to_do_on_new_objects() {
     let novel = snapshot(vec![
         object(1, "medium blue square", [0.0; 3], &[("filled", false)]),
