@@ -46,7 +46,7 @@ pub(crate) struct Message {
 pub(crate) struct Net {
     to: Sender<(Sort, Vec<u8>)>,
     from: Receiver<Message>,
-    _thread: JoinHandle<()>,
+    thread: JoinHandle<()>,
 }
 
 impl Net {
@@ -65,14 +65,21 @@ impl Net {
         let (to, outgoing) = bounded(OUTGOING);
         let (incoming, from) = bounded(INCOMING);
         let run = move || {
-            if let Some(session) = open(&config, &outgoing)
-                && let Err(error) = carry(&session, &keys, &incoming, &outgoing)
-            {
-                tracing::error!("the link cannot be used: {error}");
-            }
+            let carry = |session: Session| {
+                let carried = carry(&session, &keys, &incoming, &outgoing);
+                // Its port is free for the next one.
+                let _closed = session.close().wait();
+                carried
+            };
+            keep(|| open(&config, &outgoing), carry, || pause(&outgoing));
         };
         let thread = std::thread::Builder::new().name("link-net".to_owned()).spawn(run);
-        Ok(Self { to, from, _thread: thread.map_err(|error| error.to_string())? })
+        Ok(Self { to, from, thread: thread.map_err(|error| error.to_string())? })
+    }
+
+    /// Whether nothing goes out and comes in any more, for good: its thread is gone.
+    pub(crate) fn is_over(&self) -> bool {
+        self.thread.is_finished()
     }
 
     /// Whether a message could be handed over now.
@@ -99,6 +106,39 @@ struct Keys {
     from: [String; 2],
 }
 
+/// Carries messages over one session after the other, for as long as somebody wants one: what breaks is opened anew.
+fn keep<S, E: std::fmt::Display>(
+    mut open: impl FnMut() -> Option<S>,
+    mut carry: impl FnMut(S) -> Result<(), E>,
+    mut pause: impl FnMut() -> bool,
+) {
+    let mut said = String::new();
+    while let Some(session) = open() {
+        let Err(error) = carry(session) else { return };
+        let error = error.to_string();
+        if said != error {
+            tracing::warn!("the link's connection broke, and is opened anew: {error}");
+            said = error;
+        }
+        if !pause() {
+            return;
+        }
+    }
+}
+
+/// Waits before the network is tried again; whether anybody still wants it.
+fn pause(outgoing: &Receiver<(Sort, Vec<u8>)>) -> bool {
+    let again_at = clock::now() + AGAIN_AFTER;
+    while clock::now() < again_at {
+        // What is meant for a network that is not there is dropped.
+        if outgoing.try_recv() == Err(TryRecvError::Disconnected) {
+            return false;
+        }
+        clock::sleep_until(clock::now() + LOOK);
+    }
+    true
+}
+
 /// Opens a session, however long that takes; `None` when nobody wants one any more.
 fn open(config: &Config, outgoing: &Receiver<(Sort, Vec<u8>)>) -> Option<Session> {
     let mut said = String::new();
@@ -113,13 +153,8 @@ fn open(config: &Config, outgoing: &Receiver<(Sort, Vec<u8>)>) -> Option<Session
                 }
             }
         }
-        let again_at = clock::now() + AGAIN_AFTER;
-        while clock::now() < again_at {
-            // What is meant for a network that is not there is dropped.
-            if outgoing.try_recv() == Err(TryRecvError::Disconnected) {
-                return None;
-            }
-            clock::sleep_until(clock::now() + LOOK);
+        if !pause(outgoing) {
+            return None;
         }
     }
 }
@@ -218,4 +253,38 @@ fn list(endpoints: &[Endpoint]) -> String {
 fn quoted(file: &Path) -> Result<String, String> {
     let text = file.to_str().ok_or_else(|| format!("{}: the path of a key must be UTF-8", file.display()))?;
     Ok(format!("\"{}\"", text.replace('\\', "\\\\").replace('"', "\\\"")))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_session_that_breaks_is_followed_by_another_one_until_nobody_wants_one() {
+        let (mut opened, mut paused) = (0, 0);
+        let open = || {
+            opened += 1;
+            Some(opened)
+        };
+        // The third one ends because nobody sends any more.
+        let carry = |session| if session < 3 { Err("it was closed") } else { Ok(()) };
+        let pause = || {
+            paused += 1;
+            true
+        };
+        keep(open, carry, pause);
+        assert_eq!((opened, paused), (3, 2));
+        // Nobody wants one while none can be opened, or after one broke.
+        keep(|| None::<()>, |()| Err("is not opened"), || true);
+        let mut carried = 0;
+        keep(
+            || Some(()),
+            |()| {
+                carried += 1;
+                Err("it was closed")
+            },
+            || false,
+        );
+        assert_eq!(carried, 1);
+    }
 }

@@ -74,6 +74,7 @@ pub fn run(launch: &Launch, robot: &Robot) -> Result<(), Failure> {
         say_at: BTreeMap::new(),
         health: LinkHealth::default(),
         is_refusing: false,
+        is_crowded: false,
     };
     let mut taps = Taps::open(&member, &here)?;
     let net = Net::start(link).map_err(Failure::own)?;
@@ -81,6 +82,9 @@ pub fn run(launch: &Launch, robot: &Robot) -> Result<(), Failure> {
     let mut tell_at = clock::now();
     member.begin(Some(link.link_rate_hz.period()))?;
     while let Some(now) = member.next_cycle()? {
+        if net.is_over() {
+            return Err(Failure::own("what carries the link's messages has ended"));
+        }
         taps.take(&mut |stream, place, bytes| carrier.talk.push(now, stream, place, bytes))?;
         carrier.hear(&net)?;
         carrier.listen(now);
@@ -92,7 +96,7 @@ pub fn run(launch: &Launch, robot: &Robot) -> Result<(), Failure> {
         let health = member.health();
         health.drops = taps.drops();
         health.undelivered = carrier.springs.undelivered();
-        health.refused = carrier.health.refused;
+        health.refused = carrier.refused();
         member.end_cycle(Progress::More)?;
     }
     Ok(())
@@ -125,6 +129,8 @@ struct Carrier {
     health: LinkHealth,
     /// Whether the other machine means something else, and that was said.
     is_refusing: bool,
+    /// Whether there are two other machines, and that was said.
+    is_crowded: bool,
 }
 
 impl Carrier {
@@ -138,8 +144,9 @@ impl Carrier {
                     self.talk.hear_pulse(at, &pulse);
                     None
                 }),
-                Sort::Bundle => Bundle::of_bytes(&bytes, self.agreement)
-                    .map(|bundle| Some(self.talk.hear_bundle(at, bundle))),
+                Sort::Bundle => {
+                    Bundle::of_bytes(&bytes, self.agreement).map(|bundle| self.talk.hear_bundle(at, bundle))
+                }
             };
             let came = match understood {
                 Ok(came) => came,
@@ -218,6 +225,12 @@ impl Carrier {
         let is_heard = self.talk.is_heard();
         let was_heard = self.health.is_heard != 0;
         self.health.is_heard = u64::from(is_heard);
+        if self.talk.is_crowded() && !std::mem::replace(&mut self.is_crowded, true) {
+            tracing::warn!(
+                "a second machine speaks for the other side of this robot's link: nothing is taken from it while the \
+                 first one is heard. Robots of one network need different names, and a robot has one other machine"
+            );
+        }
         if is_heard && !was_heard {
             self.is_refusing = false;
             tracing::info!("the other machine is heard");
@@ -253,8 +266,14 @@ impl Carrier {
             overtaken: self.talk.outbox.overtaken,
             given_up: self.talk.outbox.given_up,
             lost: self.talk.inbox.lost,
+            refused: self.refused(),
             ..self.health
         }
+    }
+
+    /// What was nonsense, or came of somebody else than the other machine.
+    fn refused(&self) -> u64 {
+        self.health.refused + self.talk.strange
     }
 }
 

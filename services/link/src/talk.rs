@@ -33,6 +33,11 @@ pub(crate) struct Talk {
     pulse_at: Instant,
     owes_pulse: bool,
     pub(crate) hearings: u64,
+    /// Messages of a machine that is not the one that is heard.
+    pub(crate) strange: u64,
+    /// Whether one came since the other machine was heard last.
+    is_strange: bool,
+    is_crowded: bool,
     pub(crate) round_trip: Duration,
 }
 
@@ -70,6 +75,9 @@ impl Talk {
             pulse_at: now,
             owes_pulse: false,
             hearings: 0,
+            strange: 0,
+            is_strange: false,
+            is_crowded: false,
             round_trip: Duration::ZERO,
         }
     }
@@ -79,6 +87,11 @@ impl Talk {
         self.peer.is_some()
     }
 
+    /// Whether two other machines were heard by turns: one of them is none of this robot's.
+    pub(crate) fn is_crowded(&self) -> bool {
+        self.is_crowded
+    }
+
     /// A frame that somebody on this machine wrote.
     pub(crate) fn push(&mut self, now: Instant, stream: Stream, place: Place, bytes: Arc<[u8]>) {
         self.outbox.push(now, stream, place, bytes);
@@ -86,7 +99,9 @@ impl Talk {
 
     /// A pulse of the other machine, heard at `at`.
     pub(crate) fn hear_pulse(&mut self, at: Instant, pulse: &Pulse) {
-        self.meet(at, pulse.life);
+        if !self.meet(at, pulse.life) {
+            return;
+        }
         let now_ns = at.as_nanos();
         if let Some(peer) = &mut self.peer {
             peer.heard_at = at;
@@ -107,9 +122,11 @@ impl Talk {
         }
     }
 
-    /// A bundle of the other machine, heard at `at`.
-    pub(crate) fn hear_bundle(&mut self, at: Instant, bundle: Bundle) -> Came {
-        self.meet(at, bundle.life);
+    /// A bundle of the other machine, heard at `at`; `None` where it is of yet another one.
+    pub(crate) fn hear_bundle(&mut self, at: Instant, bundle: Bundle) -> Option<Came> {
+        if !self.meet(at, bundle.life) {
+            return None;
+        }
         self.owes_pulse = true;
         let way = self.offset.estimate_ns().map(|ahead_ns| {
             let sent_ns = bundle.sent_ns.saturating_add_signed(ahead_ns.saturating_neg());
@@ -117,19 +134,39 @@ impl Talk {
         });
         // Without it nothing can be made of it: it comes again, or something newer.
         let new = if way.is_some() { self.inbox.take(bundle) } else { New::default() };
-        Came { new, way }
+        Some(Came { new, way })
     }
 
-    fn meet(&mut self, at: Instant, life: u64) {
+    /// Whether it is the other machine that is heard, of this life. The first one stays it until it is silent: a
+    /// second one with the same name would else begin everything anew with each word of either.
+    fn meet(&mut self, at: Instant, life: u64) -> bool {
+        let patience = self.patience();
         match &mut self.peer {
-            Some(peer) if peer.life == life => peer.heard_at = at,
+            Some(peer) if peer.life == life => {
+                peer.heard_at = at;
+                // A life that ended is not heard after the one that follows it.
+                self.is_crowded |= std::mem::take(&mut self.is_strange);
+                true
+            }
+            Some(peer) if at.since(peer.heard_at) <= patience => {
+                self.is_strange = true;
+                self.strange += 1;
+                false
+            }
             _ => {
                 self.peer = Some(Peer { life, heard_at: at, sent_ns: 0, received_ns: 0, is_answered: false });
+                self.is_strange = false;
                 self.hearings += 1;
                 self.offset.forget();
                 self.part();
+                true
             }
         }
+    }
+
+    /// Who was not heard for longer is not there.
+    fn patience(&self) -> Duration {
+        SILENT_AFTER.max(self.round_trip * SILENT_BEYOND)
     }
 
     fn part(&mut self) {
@@ -139,7 +176,7 @@ impl Talk {
 
     /// Notes who has not been heard for too long.
     pub(crate) fn listen(&mut self, now: Instant) {
-        let patience = SILENT_AFTER.max(self.round_trip * SILENT_BEYOND);
+        let patience = self.patience();
         if self.peer.is_some_and(|peer| now.since(peer.heard_at) > patience) {
             self.peer = None;
             self.part();

@@ -59,7 +59,7 @@ impl World {
             match self.there.messages.pop_front().unwrap().1 {
                 Message::Pulse(pulse) => self.away.hear_pulse(there, &pulse),
                 Message::Bundle(bundle) => {
-                    let came = self.away.hear_bundle(there, bundle);
+                    let came = self.away.hear_bundle(there, bundle).unwrap();
                     self.ways.extend(came.way);
                     self.heard.said.extend(came.new.said.iter().map(|frame: &Frame| frame.bytes[0]));
                     self.heard.newest.extend(came.new.newest.iter().map(|frame| frame.bytes[0]));
@@ -153,9 +153,47 @@ fn nothing_is_taken_of_a_machine_whose_clock_is_not_known() {
     let mut away = Talk::new(1, &[], clock_of(0, 0));
     let frames = vec![Frame { stream: Stream::Events, bytes: bytes(1) }];
     let bundle = Bundle { life: 5, number: 1, sent_ns: 9, oldest: 1, first: 1, numbered: 1, frames };
-    let came = away.hear_bundle(clock_of(1, 0), bundle);
+    let came = away.hear_bundle(clock_of(1, 0), bundle).unwrap();
     assert!(came.way.is_none() && came.new.said.is_empty());
     assert_eq!(away.inbox.heard(), (0, 0, 0));
+}
+
+fn pulse_of(life: u64) -> Pulse {
+    Pulse { life, sent_ns: 1, asked_ns: 0, heard_ns: 0, of_life: 0, newest: 0, wanted: 0 }
+}
+
+#[test]
+fn who_is_heard_stays_the_other_machine_until_it_is_silent() {
+    let mut robot = Talk::new(11, &[], clock_of(0, 0));
+    for ms in (0..4_000).step_by(50) {
+        robot.hear_pulse(clock_of(ms, 0), &pulse_of(22));
+        robot.hear_pulse(clock_of(ms + 10, 0), &pulse_of(33));
+        let bundle =
+            Bundle { life: 33, number: 1, sent_ns: 9, oldest: 1, first: 1, numbered: 0, frames: Vec::new() };
+        assert!(robot.hear_bundle(clock_of(ms + 20, 0), bundle).is_none());
+        robot.listen(clock_of(ms + 30, 0));
+    }
+    assert_eq!((robot.hearings, robot.strange), (1, 160));
+    assert!(robot.is_crowded() && robot.is_heard());
+    // The first one is silent, and the second one speaks on.
+    for ms in (4_000..6_000).step_by(50) {
+        robot.hear_pulse(clock_of(ms, 0), &pulse_of(33));
+        robot.listen(clock_of(ms + 30, 0));
+    }
+    assert_eq!(robot.hearings, 2);
+    assert!(robot.strange < 160 + 40 && robot.is_heard());
+}
+
+#[test]
+fn a_link_that_starts_anew_on_the_other_machine_is_no_second_one() {
+    let mut robot = Talk::new(11, &[], clock_of(0, 0));
+    robot.hear_pulse(clock_of(0, 0), &pulse_of(22));
+    for ms in (50..3_000).step_by(50) {
+        robot.listen(clock_of(ms, 0));
+        robot.hear_pulse(clock_of(ms, 0), &pulse_of(44));
+    }
+    assert_eq!(robot.hearings, 2);
+    assert!(!robot.is_crowded() && robot.is_heard());
 }
 
 #[test]
