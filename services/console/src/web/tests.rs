@@ -122,6 +122,8 @@ fn what_a_page_holds_is_let_go_however_much_the_loop_has_to_do() {
     };
     while web.shared.ask(wish()) {}
     drop(page);
+    // It has gone while the loop was busy.
+    await_open(&web, 0);
     for _ in 0..WISHES {
         assert_eq!(web.wishes.recv_timeout(LONG).unwrap().page, 9);
     }
