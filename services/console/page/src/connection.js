@@ -4,7 +4,7 @@ const FIRST_WAIT_MS = 250;
 const LONGEST_WAIT_MS = 5000;
 const ANSWER_WITHIN_MS = 10000;
 /** Leo says something every second, if only that nothing has changed. */
-const SILENCE_MS = 5000;
+const SILENT_SECONDS = 5;
 
 /** @typedef {'connecting' | 'connected' | 'lost'} State */
 /** @typedef {{answer: number, ok?: boolean, error?: string, thing?: string, [key: string]: any}} Answer */
@@ -80,14 +80,20 @@ export class Connection {
   /**
    * Waits for something to come, and gives the socket up where nothing does.
    * @param {WebSocket} socket
+   * @param {number} [seconds] that are left
    */
-  #listen(socket) {
+  #listen(socket, seconds = SILENT_SECONDS) {
     clearTimeout(this.#silence);
+    // Second by second: a page that was busy for long itself hears what has come meanwhile in between.
     this.#silence = setTimeout(() => {
+      if (seconds > 1) {
+        this.#listen(socket, seconds - 1);
+        return;
+      }
       this.#lose(socket);
       // Where the network is gone, nobody tells the browser that it is closed: it is not waited for.
       socket.close();
-    }, SILENCE_MS);
+    }, 1000);
   }
 
   /** @param {WebSocket} socket */

@@ -118,7 +118,13 @@ function faked(t) {
   const connection = new Connection('ws://leo/live', (message) => heard.push(message.version), (state) => states.push(state));
   connection.open();
   const say = (socket, version) => socket.onmessage({ data: JSON.stringify({ version, fresh: false, cells: {} }) });
-  return { connection, sockets, states, heard, say, pass: (ms) => t.mock.timers.tick(ms) };
+  /** Time in which the page does what is due when it is. */
+  const pass = (ms) => {
+    for (let passed = 0; passed < ms; passed += 1) t.mock.timers.tick(1);
+  };
+  /** Time in which the page is busy, and after which it does one of the things that are due. */
+  const stall = (ms) => t.mock.timers.tick(ms);
+  return { connection, sockets, states, heard, say, pass, stall };
 }
 
 test('a Leo that says nothing for some seconds is lost and looked for anew, and one that speaks is not', async (t) => {
@@ -143,6 +149,20 @@ test('a Leo that says nothing for some seconds is lost and looked for anew, and 
   connection.close();
   pass(60000);
   assert.equal(sockets.length, 2);
+});
+
+test('a page that was busy for long hears what came meanwhile before it thinks of Leo as lost', (t) => {
+  const { connection, sockets, states, say, stall, pass } = faked(t);
+  sockets[0].open();
+  say(sockets[0], 1);
+  stall(30000);
+  assert.deepEqual(states, ['connected']);
+  say(sockets[0], 2);
+  pass(4999);
+  assert.deepEqual(states, ['connected']);
+  pass(1);
+  assert.deepEqual(states, ['connected', 'lost']);
+  connection.close();
 });
 
 test('a Leo that does not answer the attempt to connect is tried anew, ever more slowly', (t) => {
