@@ -12,7 +12,7 @@ use clock::Duration;
 use message::{TeacherAct, TeacherActKind};
 use serde_json::json;
 use tokio::sync::mpsc;
-use tokio::time::{Instant, MissedTickBehavior, interval, interval_at, timeout};
+use tokio::time::{MissedTickBehavior, interval, timeout};
 
 use super::pace::{Pace, SECOND_MOST, Taken};
 use super::{Asked, PAGES_MOST, Place, Shared};
@@ -117,7 +117,8 @@ impl Page<'_> {
         shows.set_missed_tick_behavior(MissedTickBehavior::Delay);
         // The first thing that a page hears is what there is.
         let beat = self.shared.patience.beat;
-        let mut beats = interval_at(Instant::now() + beat, beat);
+        let mut beats = interval(beat);
+        beats.reset();
         beats.set_missed_tick_behavior(MissedTickBehavior::Delay);
         loop {
             let said = tokio::select! {
