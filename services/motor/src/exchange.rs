@@ -54,8 +54,13 @@ pub struct Master {
     mute: u32,
 }
 
-/// Who answered a part, by their place in it.
-struct Heard([bool; SERVOS_MOST]);
+/// What came of asking a part.
+struct Heard {
+    /// Who answered, by their place in it.
+    who: [bool; SERVOS_MOST],
+    /// Whether somebody's turn ran out: else all that was awaited came, well or broken.
+    is_silent: bool,
+}
 
 impl Master {
     /// The master of a line of `baud` bits per second, on which a servo may be silent for
@@ -108,9 +113,8 @@ impl Master {
         for (part, bytes) in request.parts() {
             let heard = self.ask(port, part, bytes, replies)?;
             if matches!(part.topic, Topic::Chain | Topic::Each) && again.is_none() && self.mute < MUTE_MOST {
-                // Where something arrived, whoever is missing need not be silent.
-                let silent = usize::from(replies.spoilt(part.topic) == 0);
-                again = self.ask_again(part, &heard, silent);
+                // Where a turn ran out, one more shall not: the first who is missing is whom all waited for.
+                again = self.ask_again(part, &heard, usize::from(heard.is_silent));
                 if let Some((again, bytes)) = &again {
                     let first_at = replies.asked_at(part.topic);
                     let heard = self.ask(port, again, bytes.get(..again.sent).unwrap_or_default(), replies);
@@ -133,7 +137,7 @@ impl Master {
 
     /// The question to those who were not heard, but for the first so many of them.
     fn ask_again(&self, part: &Part, heard: &Heard, but: usize) -> Option<(Part, [u8; INSTRUCTION])> {
-        let missing = part.ids().iter().zip(&heard.0).filter(|(_, heard)| !**heard).map(|(id, _)| *id);
+        let missing = part.ids().iter().zip(&heard.who).filter(|(_, heard)| !**heard).map(|(id, _)| *id);
         let (mut ids, mut count) = ([0; SERVOS_MOST], 0);
         for (place, id) in ids.iter_mut().zip(missing.skip(but)) {
             *place = id;
@@ -166,11 +170,13 @@ impl Master {
         let before = self.parser.losses();
         let turn = part.time_to_answer(self.baud) + self.patience.get();
         let rest = part.time_to_answer(self.baud) + self.patience.least();
+        // Where everybody has said something, it is only to be quiet before anything else is asked.
+        let quiet = part.time_to_answer(self.baud);
         let mut within = part.time_to_send(self.baud) + turn;
         let Sent { at, late } = port.send(bytes, within)?;
         replies.asked(part.topic, at);
         replies.late += late;
-        let mut heard = Heard([false; SERVOS_MOST]);
+        let mut heard = Heard { who: [false; SERVOS_MOST], is_silent: false };
         let mut missing = part.ids().len();
         // Each has its turn once: bytes of noise that trickle in, each a sign of life, must not hold the bus.
         let turns = u32::try_from(missing).unwrap_or(u32::MAX).saturating_add(1);
@@ -180,10 +186,12 @@ impl Master {
         // Once as many bytes came as were awaited, somebody's were noise: what is on its way still, in an
         // adapter that hands over piece by piece, comes soon.
         let mut awaited = part.bytes_of_answers();
+        let mut has_all = false;
         let mut buffer = [0; 512];
         while missing > 0 && most > 0 {
             let count = port.receive(&mut buffer, within, until)?;
             if count == 0 {
+                heard.is_silent = !has_all;
                 break;
             }
             most = most.saturating_sub(count);
@@ -191,14 +199,19 @@ impl Master {
             replies.hear(part.topic, count);
             self.parser.push(buffer.get(..count).unwrap_or_default());
             each_status(&mut self.parser, &mut self.chain, part.topic, |status| {
-                let mut awaited = part.ids().iter().zip(&mut heard.0);
+                let mut awaited = part.ids().iter().zip(&mut heard.who);
                 if let Some((_, heard)) = awaited.find(|(id, heard)| **id == status.id.get() && !**heard) {
                     missing -= 1;
                     *heard = true;
                 }
                 replies.add(part.topic, status);
             });
-            within = if awaited > 0 { turn } else { turn.min(rest) };
+            has_all = self.all_spoke(part.topic, missing, awaited, broken);
+            within = match awaited {
+                _ if has_all => quiet,
+                0 => turn.min(rest),
+                _ => turn,
+            };
         }
         // What is left belongs to nobody.
         self.parser.clear();
@@ -208,6 +221,17 @@ impl Master {
         replies.noisy |= losses.noise > before.noise;
         replies.spoil(part.topic, broken_since(&self.parser, broken));
         Ok(heard)
+    }
+
+    /// Whether everybody has said something, well or broken, where so many have not been heard, so many
+    /// bytes are still awaited, and so many answers were broken before.
+    fn all_spoke(&self, topic: Topic, missing: usize, awaited: usize, broken_before: u64) -> bool {
+        if topic == Topic::Chain {
+            return self.chain.is_over();
+        }
+        // Noise may look like broken answers: so many bytes must be there as well.
+        let broken = broken_since(&self.parser, broken_before);
+        awaited == 0 && usize::try_from(broken).is_ok_and(|broken| broken >= missing)
     }
 }
 

@@ -47,6 +47,8 @@ pub struct FastReply {
     length: u16,
     /// The frame under way.
     frame: Option<Walk>,
+    /// Whether a frame has come to its end.
+    over: bool,
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -123,7 +125,7 @@ impl FastReply {
     #[must_use]
     pub const fn new() -> Self {
         let nobody = Awaited { id: 0, length: 0, told: true };
-        Self { awaited: [nobody; SERVOS_MOST], count: 0, length: 0, frame: None }
+        Self { awaited: [nobody; SERVOS_MOST], count: 0, length: 0, frame: None, over: false }
     }
 
     /// Awaits the answer of these servos in this order, each with so many bytes of data, and
@@ -133,7 +135,7 @@ impl FastReply {
     ///
     /// The answer would not fit into one frame. Nobody is awaited then.
     pub fn expect(&mut self, servos: impl IntoIterator<Item = (Id, u16)>) -> Result<(), TooMuch> {
-        (self.count, self.frame) = (0, None);
+        (self.count, self.frame, self.over) = (0, None, false);
         let (mut count, mut bytes) = (0, PREFIX + 1);
         for (id, length) in servos {
             if let Some(place) = self.awaited.get_mut(count) {
@@ -156,6 +158,13 @@ impl FastReply {
     #[must_use]
     pub fn is_complete(&self) -> bool {
         self.awaited.iter().take(self.count).all(|awaited| awaited.told)
+    }
+
+    /// Whether a frame has come to its end, though parts of it be broken or missing: nobody has anything
+    /// more to say.
+    #[must_use]
+    pub const fn is_over(&self) -> bool {
+        self.over
     }
 
     /// Who has not answered, in the order in which they were to.
@@ -208,7 +217,9 @@ impl FastReply {
             return Step::Search;
         };
         let step = self.walk(&mut walk, bytes);
-        self.frame = Some(walk).filter(|_| !matches!(step, Step::Over(_)));
+        let is_over = matches!(step, Step::Over(_));
+        self.over |= is_over;
+        self.frame = Some(walk).filter(|_| !is_over);
         step
     }
 

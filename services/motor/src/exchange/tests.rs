@@ -1,4 +1,4 @@
-use servo::mock::{Line, Servo};
+use servo::mock::{Injector, Line, Servo};
 use servo::{Address, Id, Instruction, Model, Reading};
 
 use super::*;
@@ -130,4 +130,66 @@ fn a_late_answer_to_the_first_question_does_not_pass_for_a_sample_made_after_the
     assert_eq!(sampled.tick_ms, 3, "it answers what was asked after three milliseconds");
     assert_eq!(port.now, Instant::EPOCH + Duration::from_millis(6), "and was asked again");
     assert_eq!(replies.asked_at(Topic::Again), Instant::EPOCH + Duration::from_millis(3));
+}
+
+/// Servos without a wire: what they say is there at once, and only silence takes time.
+struct Bare {
+    line: Line,
+    now: Instant,
+    there: Vec<u8>,
+}
+
+impl Port for Bare {
+    fn send(&mut self, bytes: &[u8], _within: Duration) -> Result<Sent, Lost> {
+        let late = std::mem::take(&mut self.there).len();
+        self.line.hear(self.now, bytes, &mut self.there);
+        Ok(Sent { at: self.now, late })
+    }
+
+    fn receive(&mut self, into: &mut [u8], within: Duration, until: Instant) -> Result<usize, Lost> {
+        let there = std::mem::take(&mut self.there);
+        into[..there.len()].copy_from_slice(&there);
+        if there.is_empty() {
+            self.now = until.min(self.now + within).max(self.now);
+        }
+        Ok(there.len())
+    }
+}
+
+#[test]
+fn one_bad_servo_costs_one_servo_and_one_turn_whatever_is_wrong_with_its_answers() {
+    const BAUD: u32 = 4_000_000;
+    let ids: Vec<u8> = (1..=13).collect();
+    let who = || ids.iter().filter_map(|id| Id::new(*id));
+    let (address, length) = (Reading::ITEM.address, Reading::ITEM.length);
+    for topic in [Topic::Chain, Topic::Each] {
+        let question = if topic == Topic::Chain {
+            Instruction::FastSyncRead { address, length, ids: &ids }
+        } else {
+            Instruction::SyncRead { address, length, ids: &ids }
+        };
+        let mut request = Request::default();
+        request.add(topic, who(), usize::from(length), |out| question.encode(Address::All, out).unwrap());
+        let answer = Part::new(Topic::Again, 0, usize::from(length), who()).time_to_answer(BAUD);
+        for fault in ["drop", "flip", "truncate", "length", "noise", "duplicate", "swap"] {
+            for (bad, seed) in [1, 5, 13].into_iter().flat_map(|bad| (0..50).map(move |seed| (bad, seed))) {
+                let mut line = Line::new(
+                    who().map(|id| Servo::new(Model::Xm430W350, id, 0.0, Instant::EPOCH)).collect(),
+                )
+                .with_injector(Injector::new("only", seed));
+                line.inject(Instant::EPOCH, &[format!("{fault} id={bad}").parse().unwrap()]);
+                let mut port = Bare { line, now: Instant::EPOCH, there: Vec::new() };
+                let mut replies = Replies::default();
+                Master::new(BAUD, PATIENCE).exchange(&mut port, &request, &mut replies);
+
+                let told = |id: u8| replies.all().iter().any(|answer| answer.status().id.get() == id);
+                let lost: Vec<u8> = ids.iter().copied().filter(|id| !told(*id)).collect();
+                let context = format!("{topic:?}, {fault} of servo {bad}, seed {seed}: lost {lost:?}");
+                assert!(lost.iter().all(|id| *id == bad), "{context}");
+                // A turn, and a moment of quiet after each question.
+                let waited = port.now.since(Instant::EPOCH);
+                assert!(waited <= answer + PATIENCE.0 + 2 * answer, "{context}, waited {waited:?}");
+            }
+        }
+    }
 }
