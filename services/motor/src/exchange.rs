@@ -26,12 +26,12 @@ pub trait Port {
     /// The line is gone.
     fn send(&mut self, bytes: &[u8], within: Duration) -> Result<Sent, Lost>;
 
-    /// Waits for bytes for at most `within`, and not beyond `until`: zero when none came.
+    /// Waits for bytes for at most `within`, and not beyond `until`.
     ///
     /// # Errors
     ///
     /// The line is gone.
-    fn receive(&mut self, into: &mut [u8], within: Duration, until: Instant) -> Result<usize, Lost>;
+    fn receive(&mut self, into: &mut [u8], within: Duration, until: Instant) -> Result<Received, Lost>;
 }
 
 /// What sending came to.
@@ -41,6 +41,15 @@ pub struct Sent {
     pub at: Instant,
     /// Bytes that waited to be read, and were thrown away: they came after their time.
     pub late: usize,
+}
+
+/// What receiving came to.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Received {
+    /// Bytes that came: none where the time was over.
+    pub count: usize,
+    /// When they were there.
+    pub at: Instant,
 }
 
 /// The master of one bus: carries out requests.
@@ -89,7 +98,7 @@ impl Master {
             replies.lose(lost);
         }
         self.mute = if replies.is_empty() { self.mute.saturating_add(1) } else { 0 };
-        self.patience.note(replies.late > 0);
+        self.patience.note(replies.late > 0, replies.slow);
     }
 
     /// Switches every torque on the bus off, whatever else is the matter.
@@ -173,7 +182,7 @@ impl Master {
         // Where everybody has said something, it is only to be quiet before anything else is asked.
         let quiet = part.time_to_answer(self.baud);
         let mut within = part.time_to_send(self.baud) + turn;
-        let Sent { at, late } = port.send(bytes, within)?;
+        let Sent { mut at, late } = port.send(bytes, within)?;
         replies.asked(part.topic, at);
         replies.late += late;
         let mut heard = Heard { who: [false; SERVOS_MOST], is_silent: false };
@@ -189,11 +198,14 @@ impl Master {
         let mut has_all = false;
         let mut buffer = [0; 512];
         while missing > 0 && most > 0 {
-            let count = port.receive(&mut buffer, within, until)?;
+            let Received { count, at: now } = port.receive(&mut buffer, within, until)?;
             if count == 0 {
                 heard.is_silent = !has_all;
                 break;
             }
+            let without_patience = within.saturating_sub(self.patience.get());
+            replies.slow = replies.slow.max(now.since(at).saturating_sub(without_patience));
+            at = now;
             most = most.saturating_sub(count);
             awaited = awaited.saturating_sub(count);
             replies.hear(part.topic, count);

@@ -24,7 +24,7 @@ mod threads;
 mod trouble;
 
 pub use counts::{BusCounts, Counts};
-pub use exchange::{Master, Port, Sent};
+pub use exchange::{Master, Port, Received, Sent};
 pub use line::Line;
 pub use motor::{Motor, MotorError};
 pub use request::{Part, Replies, Request, SERVOS_MOST, Topic};

@@ -3,7 +3,7 @@ use std::path::PathBuf;
 use clock::{Duration, Instant};
 use serial::{Lost, Tty};
 
-use crate::{Port, Sent};
+use crate::{Port, Received, Sent};
 
 /// A line that could not be opened is tried again after this long, and then after twice that ...
 const REOPEN_AFTER: Duration = Duration::from_millis(50);
@@ -54,10 +54,10 @@ impl Port for Line {
         self.note(sent).map(|late| Sent { at, late })
     }
 
-    fn receive(&mut self, into: &mut [u8], within: Duration, until: Instant) -> Result<usize, Lost> {
+    fn receive(&mut self, into: &mut [u8], within: Duration, until: Instant) -> Result<Received, Lost> {
         // What is there already is read also where the thread came late.
         let until = until.min(clock::now() + within);
         let received = self.tty.as_ref().ok_or(Lost::HangUp)?.read(into, until);
-        self.note(received)
+        self.note(received).map(|count| Received { count, at: clock::now() })
     }
 }

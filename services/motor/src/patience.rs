@@ -1,28 +1,28 @@
 use clock::Duration;
 
-/// Exchanges without a late byte after which patience shrinks again, and a late one is forgotten.
-const CALM: u32 = 500;
+/// Exchanges after which patience shrinks to what they would have needed.
+const EXCHANGES: u32 = 50;
 
 /// How long a servo may be silent, beyond the time on the wire, before its turn is over.
 ///
-/// Impatience would take a servo for silent whose adapter, or whose machine, is slow. So where bytes
-/// come after their time, patience doubles; and it shrinks again where none do for long. But not when
-/// they do for once: a machine that stood still for a moment is not slow, and with more patience a
-/// silent servo costs more.
+/// Impatience would take a servo for silent whose adapter, or whose machine, is slow: whenever bytes
+/// come after their time, patience doubles. But a machine that stood still for a moment is not slow,
+/// and patience is what a silent servo costs: where every answer comes far sooner, it shrinks again to
+/// twice what was needed.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Patience {
     least: Duration,
     most: Duration,
     now: Duration,
-    calm: u32,
-    /// Whether bytes were late not long ago.
-    was_late: bool,
+    /// What the exchanges needed that were counted.
+    needed: Duration,
+    count: u32,
 }
 
 impl Patience {
     /// From `least` up to `most`.
     pub(crate) fn new(least: Duration, most: Duration) -> Self {
-        Self { least, most: most.max(least), now: least, calm: 0, was_late: false }
+        Self { least, most: most.max(least), now: least, needed: Duration::ZERO, count: 0 }
     }
 
     /// The patience of the next exchange.
@@ -35,19 +35,19 @@ impl Patience {
         self.least
     }
 
-    /// Notes an exchange, and whether bytes of the one before it came after their time.
-    pub(crate) fn note(&mut self, late: bool) {
+    /// Notes an exchange: whether bytes of the one before it came after their time, and how much
+    /// patience it needed for what came in time.
+    pub(crate) fn note(&mut self, late: bool, needed: Duration) {
         if late {
-            if std::mem::replace(&mut self.was_late, true) {
-                self.now = (2 * self.now).min(self.most);
-            }
-            self.calm = 0;
+            self.now = (2 * self.now).min(self.most);
+            (self.needed, self.count) = (Duration::ZERO, 0);
             return;
         }
-        self.calm += 1;
-        if self.calm >= CALM {
-            self.now = (self.now / 2).max(self.least);
-            (self.calm, self.was_late) = (0, false);
+        self.needed = self.needed.max(needed);
+        self.count += 1;
+        if self.count >= EXCHANGES {
+            self.now = (2 * self.needed).clamp(self.least, self.now);
+            (self.needed, self.count) = (Duration::ZERO, 0);
         }
     }
 }
@@ -58,34 +58,41 @@ mod tests {
 
     const MS: Duration = Duration::from_millis(1);
 
+    fn grown() -> Patience {
+        let mut patience = Patience::new(MS, 5 * MS);
+        let grown = [(); 4].map(|()| {
+            patience.note(true, MS);
+            patience.get()
+        });
+        assert_eq!(grown, [2 * MS, 4 * MS, 5 * MS, 5 * MS]);
+        patience
+    }
+
+    fn note_all(patience: &mut Patience, needed: Duration) {
+        for _ in 0..EXCHANGES {
+            patience.note(false, needed);
+        }
+    }
+
     #[test]
     fn patience_grows_where_answers_are_late_and_shrinks_when_they_no_longer_are() {
-        let mut patience = Patience::new(MS, 5 * MS);
-        let mut grown = Vec::new();
-        for _ in 0..5 {
-            patience.note(true);
-            grown.push(patience.get());
-        }
-        assert_eq!(grown, [MS, 2 * MS, 4 * MS, 5 * MS, 5 * MS]);
-        for _ in 0..CALM - 1 {
-            patience.note(false);
+        let mut patience = grown();
+        for _ in 0..EXCHANGES - 1 {
+            patience.note(false, Duration::ZERO);
         }
         assert_eq!(patience.get(), 5 * MS);
-        for _ in 0..4 * CALM {
-            patience.note(false);
-        }
+        patience.note(false, Duration::ZERO);
         assert_eq!(patience.get(), MS);
     }
 
     #[test]
-    fn answers_that_are_late_now_and_then_are_no_reason_for_patience() {
-        let mut patience = Patience::new(MS, 5 * MS);
-        for _ in 0..4 {
-            patience.note(true);
-            for _ in 0..CALM {
-                patience.note(false);
-            }
-            assert_eq!(patience.get(), MS);
+    fn patience_stays_as_long_as_it_is_needed() {
+        let mut patience = grown();
+        for (needed, left) in [(3 * MS, 5 * MS), (2 * MS, 4 * MS), (3 * MS, 4 * MS), (MS / 4, MS)] {
+            note_all(&mut patience, needed);
+            assert_eq!(patience.get(), left);
         }
+        note_all(&mut patience, MS);
+        assert_eq!(patience.get(), MS, "only what is late lets it grow");
     }
 }

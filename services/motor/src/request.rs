@@ -178,6 +178,8 @@ pub struct Replies {
     spoilt: [u32; Topic::COUNT],
     /// Bytes that came after their time and were thrown away.
     pub(crate) late: usize,
+    /// For how long nothing came, beyond the time on the wire, before something did.
+    pub(crate) slow: Duration,
     /// Whether bytes came that belong to no answer.
     pub(crate) noisy: bool,
     /// Why there are no more: the line is gone.
@@ -192,6 +194,7 @@ impl Default for Replies {
             bytes: [0; Topic::COUNT],
             spoilt: [0; Topic::COUNT],
             late: 0,
+            slow: Duration::ZERO,
             noisy: false,
             lost: None,
         }
@@ -205,6 +208,7 @@ impl Replies {
         self.bytes = [0; Topic::COUNT];
         self.spoilt = [0; Topic::COUNT];
         self.late = 0;
+        self.slow = Duration::ZERO;
         self.noisy = false;
         self.lost = None;
     }

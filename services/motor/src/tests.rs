@@ -117,13 +117,13 @@ impl Port for Wire<'_> {
         if self.lost { Err(Lost::HangUp) } else { Ok(Sent { at: self.now, late: 0 }) }
     }
 
-    fn receive(&mut self, into: &mut [u8], _within: Duration, _until: Instant) -> Result<usize, Lost> {
+    fn receive(&mut self, into: &mut [u8], _within: Duration, _until: Instant) -> Result<Received, Lost> {
         let mut heard = std::mem::take(&mut self.answers);
         if let Some(noise) = &mut self.noise {
             spoil(&mut heard, noise);
         }
         into[..heard.len()].copy_from_slice(&heard);
-        Ok(heard.len())
+        Ok(Received { count: heard.len(), at: self.now })
     }
 }
 

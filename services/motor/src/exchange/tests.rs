@@ -19,10 +19,10 @@ impl Port for Laggard {
         Ok(Sent { at: self.now, late: 0 })
     }
 
-    fn receive(&mut self, into: &mut [u8], _within: Duration, _until: Instant) -> Result<usize, Lost> {
+    fn receive(&mut self, into: &mut [u8], _within: Duration, _until: Instant) -> Result<Received, Lost> {
         let there = std::mem::take(&mut self.there);
         into[..there.len()].copy_from_slice(&there);
-        Ok(there.len())
+        Ok(Received { count: there.len(), at: self.now })
     }
 }
 
@@ -57,7 +57,7 @@ impl Port for Torn {
         Ok(Sent { at: Instant::EPOCH, late: 0 })
     }
 
-    fn receive(&mut self, into: &mut [u8], _within: Duration, _until: Instant) -> Result<usize, Lost> {
+    fn receive(&mut self, into: &mut [u8], _within: Duration, _until: Instant) -> Result<Received, Lost> {
         let there = std::mem::take(&mut self.there);
         if self.breaks && there.is_empty() {
             self.breaks = false;
@@ -65,7 +65,7 @@ impl Port for Torn {
         }
         let there = if self.breaks { &there[..12] } else { &there[..] };
         into[..there.len()].copy_from_slice(there);
-        Ok(there.len())
+        Ok(Received { count: there.len(), at: Instant::EPOCH })
     }
 }
 
@@ -81,14 +81,14 @@ impl Port for Trickle {
         Ok(Sent { at: self.now, late: 0 })
     }
 
-    fn receive(&mut self, into: &mut [u8], within: Duration, until: Instant) -> Result<usize, Lost> {
+    fn receive(&mut self, into: &mut [u8], within: Duration, until: Instant) -> Result<Received, Lost> {
         let at = self.now + Duration::from_millis(1);
         if at > until.min(self.now + within) {
             self.now = until.min(self.now + within).max(self.now);
-            return Ok(0);
+            return Ok(Received { count: 0, at: self.now });
         }
         (self.now, into[0]) = (at, 0x55);
-        Ok(1)
+        Ok(Received { count: 1, at })
     }
 }
 
@@ -146,13 +146,13 @@ impl Port for Bare {
         Ok(Sent { at: self.now, late })
     }
 
-    fn receive(&mut self, into: &mut [u8], within: Duration, until: Instant) -> Result<usize, Lost> {
+    fn receive(&mut self, into: &mut [u8], within: Duration, until: Instant) -> Result<Received, Lost> {
         let there = std::mem::take(&mut self.there);
         into[..there.len()].copy_from_slice(&there);
         if there.is_empty() {
             self.now = until.min(self.now + within).max(self.now);
         }
-        Ok(there.len())
+        Ok(Received { count: there.len(), at: self.now })
     }
 }
 

@@ -64,11 +64,11 @@ impl Port for Spoilt {
         Ok(Sent { at: self.now, late })
     }
 
-    fn receive(&mut self, into: &mut [u8], _within: Duration, _until: Instant) -> Result<usize, Lost> {
+    fn receive(&mut self, into: &mut [u8], _within: Duration, _until: Instant) -> Result<Received, Lost> {
         let count = self.said.len().min(into.len());
         into[..count].copy_from_slice(&self.said[..count]);
         self.said.drain(..count);
-        Ok(count)
+        Ok(Received { count, at: self.now })
     }
 }
 

@@ -5,7 +5,7 @@ use std::sync::OnceLock;
 use clock::{Duration, Instant};
 use config::Robot;
 use message::{JointGoal, JointMode};
-use motor_process::{Master, Motor, Port, Replies, Request, Sent};
+use motor_process::{Master, Motor, Port, Received, Replies, Request, Sent};
 use serial::Lost;
 use servo::mock::Line;
 
@@ -32,12 +32,12 @@ impl Port for Bus {
         Ok(Sent { at: self.now, late: 0 })
     }
 
-    fn receive(&mut self, into: &mut [u8], _within: Duration, _until: Instant) -> Result<usize, Lost> {
+    fn receive(&mut self, into: &mut [u8], _within: Duration, _until: Instant) -> Result<Received, Lost> {
         let count = self.said.len().min(into.len());
         for (place, byte) in into.iter_mut().zip(self.said.drain(..count)) {
             *place = byte;
         }
-        Ok(count)
+        Ok(Received { count, at: self.now })
     }
 }
 

@@ -1,7 +1,7 @@
 //! A bus whose servos are in this process.
 
 use clock::{Duration, Instant};
-use motor_process::{Port, Sent};
+use motor_process::{Port, Received, Sent};
 use serial::Lost;
 use servo::mock::Line;
 
@@ -29,11 +29,11 @@ impl Port for Wire {
         Ok(Sent { at: self.now, late: 0 })
     }
 
-    fn receive(&mut self, into: &mut [u8], _within: Duration, _until: Instant) -> Result<usize, Lost> {
+    fn receive(&mut self, into: &mut [u8], _within: Duration, _until: Instant) -> Result<Received, Lost> {
         let count = if self.mute { 0 } else { self.said.len().min(into.len()) };
         for (place, byte) in into.iter_mut().zip(self.said.drain(..count)) {
             *place = byte;
         }
-        Ok(count)
+        Ok(Received { count, at: self.now })
     }
 }

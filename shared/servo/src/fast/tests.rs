@@ -120,7 +120,11 @@ fn a_bit_that_flips_costs_one_servo_one_in_a_sum_two_and_one_in_the_header_all()
             flips[2] += 1;
         }
         assert_eq!(told, without(&parts, &lost), "bit {bit}");
-        assert_eq!(reply.is_over(), bit / 8 >= 8, "all is there but for who does not know the header: bit {bit}");
+        assert_eq!(
+            reply.is_over(),
+            bit / 8 >= 8,
+            "all is there but for who does not know the header: bit {bit}"
+        );
     }
     assert_eq!(flips, [64, 13 * 16, 13 * 12 * 8]);
 }
@@ -134,7 +138,11 @@ fn what_is_cut_short_costs_no_servo_before_it() {
         let cut = [&bytes[..ends[3] + left], &bytes[ends[4]..]].concat();
         let (told, reply, _) = hear(&parts, &cut, 5);
         assert_eq!(told[..4], parts[..4]);
-        assert_eq!(reply.is_over(), told.last() == parts.last(), "who is last ends it, and no number of bytes");
+        assert_eq!(
+            reply.is_over(),
+            told.last() == parts.last(),
+            "who is last ends it, and no number of bytes"
+        );
         assert!(told[4..].iter().all(|part| parts.contains(part)), "{told:?}");
     }
 }
