@@ -177,19 +177,20 @@ impl Master {
         }
         let broken = broken(&self.parser);
         let before = self.parser.losses();
-        let turn = part.time_to_answer(self.baud) + self.patience.get();
-        let rest = part.time_to_answer(self.baud) + self.patience.least();
         // Where everybody has said something, it is only to be quiet before anything else is asked.
         let quiet = part.time_to_answer(self.baud);
+        let turn = quiet + self.patience.get();
+        let rest = quiet + self.patience.least();
         let mut within = part.time_to_send(self.baud) + turn;
-        let Sent { mut at, late } = port.send(bytes, within)?;
+        let Sent { at, late } = port.send(bytes, within)?;
         replies.asked(part.topic, at);
         replies.late += late;
         let mut heard = Heard { who: [false; SERVOS_MOST], is_silent: false };
         let mut missing = part.ids().len();
         // Each has its turn once: bytes of noise that trickle in, each a sign of life, must not hold the bus.
         let turns = u32::try_from(missing).unwrap_or(u32::MAX).saturating_add(1);
-        let until = at + part.time_to_send(self.baud) + turns * turn;
+        let mut quiet_since = at + part.time_to_send(self.baud);
+        let until = quiet_since + turns * turn;
         // A line that babbles must not hold the bus: all answers twice, and an echo, are enough.
         let mut most = 2 * (part.sent + missing * (part.data + 16)) + 64;
         // Once as many bytes came as were awaited, somebody's were noise: what is on its way still, in an
@@ -203,9 +204,8 @@ impl Master {
                 heard.is_silent = !has_all;
                 break;
             }
-            let without_patience = within.saturating_sub(self.patience.get());
-            replies.slow = replies.slow.max(now.since(at).saturating_sub(without_patience));
-            at = now;
+            replies.slow = replies.slow.max(now.since(quiet_since).saturating_sub(quiet));
+            quiet_since = now;
             most = most.saturating_sub(count);
             awaited = awaited.saturating_sub(count);
             replies.hear(part.topic, count);
@@ -230,6 +230,10 @@ impl Master {
         let losses = self.parser.losses();
         let strays = losses.stray.saturating_sub(before.stray);
         replies.late += usize::try_from(strays).unwrap_or(usize::MAX);
+        if part.topic == Topic::Again {
+            // More than what was asked for now, and an echo: answers to what was asked before.
+            replies.late += replies.heard(Topic::Again).saturating_sub(part.bytes_of_answers() + part.sent);
+        }
         replies.noisy |= losses.noise > before.noise;
         replies.spoil(part.topic, broken_since(&self.parser, broken));
         Ok(heard)

@@ -8,7 +8,7 @@ const EXCHANGES: u32 = 50;
 /// Impatience would take a servo for silent whose adapter, or whose machine, is slow: whenever bytes
 /// come after their time, patience doubles. But a machine that stood still for a moment is not slow,
 /// and patience is what a silent servo costs: where every answer comes far sooner, it shrinks again to
-/// twice what was needed.
+/// what was needed and a quarter more.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Patience {
     least: Duration,
@@ -46,7 +46,7 @@ impl Patience {
         self.needed = self.needed.max(needed);
         self.count += 1;
         if self.count >= EXCHANGES {
-            self.now = (2 * self.needed).clamp(self.least, self.now);
+            self.now = (self.needed + self.needed / 4).clamp(self.least, self.now);
             (self.needed, self.count) = (Duration::ZERO, 0);
         }
     }
@@ -88,7 +88,7 @@ mod tests {
     #[test]
     fn patience_stays_as_long_as_it_is_needed() {
         let mut patience = grown();
-        for (needed, left) in [(3 * MS, 5 * MS), (2 * MS, 4 * MS), (3 * MS, 4 * MS), (MS / 4, MS)] {
+        for (needed, left) in [(4 * MS, 5 * MS), (2 * MS, 5 * MS / 2), (4 * MS, 5 * MS / 2), (MS / 4, MS)] {
             note_all(&mut patience, needed);
             assert_eq!(patience.get(), left);
         }
