@@ -1,8 +1,8 @@
 //! What ten open pages cost the robot: tails of the hot path with and without them, in turns in one run, and what
 //! a page is sent: of Task 1, and of a table with a hundred blocks.
 //!
-//! `cargo bench --bench pages [-- SECONDS [ROUNDS]]`: so long per turn, and so many turns with and without; ten and
-//! nine without.
+//! `cargo bench --bench pages [-- SECONDS [ROUNDS]]`: so long per turn, and so many turns with and without;
+//! ten and nine without.
 #![expect(
     clippy::expect_used,
     clippy::print_stdout,

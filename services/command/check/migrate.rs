@@ -69,8 +69,8 @@ fn with(file: &Path, ending: &str) -> PathBuf {
     name.into()
 }
 
-/// Keeps the files as they are beside themselves, and replaces each whole: all that needs room is on the disk before
-/// the first of them is changed. Nothing lies beside a file that could not be replaced.
+/// Keeps the files as they are beside themselves, and replaces each whole: all that needs room is on the disk
+/// before the first of them is changed. Nothing lies beside a file that could not be replaced.
 fn replace(files: &[Forward]) -> Result<(), (&Forward, io::Error)> {
     let old: Vec<&Forward> = files.iter().filter(|file| !file.steps.is_empty()).collect();
     let mut replaced = 0;

@@ -68,6 +68,7 @@ pub trait Body {
     fn begin(&mut self, now: Instant, skill: Skill, present_rad: &[Option<f64>]);
 
     /// Goes on with the skill. Appends the joint goals that hold now, also when the skill has
-    /// ended: the motor process takes them for the commander's sign of life. `Done` and `Failed` stay until a skill is begun.
+    /// ended: the motor process takes them for the commander's sign of life. `Done` and `Failed` stay until a
+    /// skill is begun.
     fn step(&mut self, now: Instant, present_rad: &[Option<f64>], goals: &mut Vec<JointGoal>) -> Motion;
 }

@@ -106,7 +106,8 @@ struct Keys {
     from: [String; 2],
 }
 
-/// Carries messages over one session after the other, for as long as somebody wants one: what breaks is opened anew.
+/// Carries messages over one session after the other, for as long as somebody wants one: what breaks is
+/// opened anew.
 fn keep<S, E: std::fmt::Display>(
     mut open: impl FnMut() -> Option<S>,
     mut carry: impl FnMut(S) -> Result<(), E>,

@@ -17,8 +17,8 @@ use crate::wire::{Agreement, Bundle, Frame, Nonsense, Pulse};
 
 /// The board is written this often.
 const TELL_EVERY: Duration = Duration::from_millis(100);
-/// After a silence much is said at once. A frame of a topic of which every one is wanted is published this often at
-/// most: who reads it, and looks every 50 ms at least, has queues of a few frames.
+/// After a silence much is said at once. A frame of a topic of which every one is wanted is published this
+/// often at most: who reads it, and looks every 50 ms at least, has queues of a few frames.
 const SAY_EVERY: Duration = Duration::from_millis(20);
 /// Frames that wait for that at most.
 const UNSAID_MOST: usize = 8192;
@@ -54,7 +54,8 @@ pub fn check(link: &Link) -> Result<(), KeyError> {
 ///
 /// # Errors
 ///
-/// The domain cannot be joined, or the middleware failed. A network that cannot be used is none: it is tried again.
+/// The domain cannot be joined, or the middleware failed. A network that cannot be used is none: it is tried
+/// again.
 pub fn run(launch: &Launch, robot: &Robot) -> Result<(), Failure> {
     let (leo, link) = (&robot.leo, &robot.leo.link);
     let mut member = Member::join(launch, Process::Link, &leo.buffers, &link.realtime)?;

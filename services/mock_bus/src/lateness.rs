@@ -7,8 +7,8 @@ const MOST: Duration = Duration::from_micros(100);
 
 /// How late a thread is woken on the whole: the mean of how late it was, as it goes on.
 ///
-/// Bytes on a wire do not wait for a thread. So what is paced by one that sleeps is paced right on the whole if the
-/// thread takes its own lateness off: the mean of it, since times add up.
+/// Bytes on a wire do not wait for a thread. So what is paced by one that sleeps is paced right on the whole
+/// if the thread takes its own lateness off: the mean of it, since times add up.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Lateness {
     usual: Duration,

@@ -177,8 +177,8 @@ fn shared_memory_free() -> Option<u64> {
     Some(system.f_bavail.saturating_mul(system.f_frsize))
 }
 
-/// Whether shared memory has room for a robot with so many partners; where it has not, what to do. Asked before the
-/// first byte is written there: a page that does not fit kills who touches it.
+/// Whether shared memory has room for a robot with so many partners; where it has not, what to do. Asked
+/// before the first byte is written there: a page that does not fit kills who touches it.
 pub(crate) fn room(leo: &Leo, partners: u32) -> Result<(), String> {
     let needed = shared_memory_needed(&leo.buffers, leo.belief.perspectives(partners));
     let finding = shared_memory(shared_memory_free(), needed);

@@ -188,10 +188,10 @@ impl BeliefSystem {
 
     /// Takes in what the perspective perceived at `now`: creates beliefs, merges them, culls.
     ///
-    /// `which` are the indices of the `perceived` things that count, rising. Observations and snapshots are in the perspective's frame. `in_view` says of a place in
-    /// that frame, in metres, whether the perspective now sees what is there. An observation
-    /// whose snapshot is empty creates nothing. An instant before that of the step before is
-    /// taken as the latter; observations that may not enter are counted.
+    /// `which` are the indices of the `perceived` things that count, rising. Observations and snapshots are
+    /// in the perspective's frame. `in_view` says of a place in that frame, in metres, whether the
+    /// perspective now sees what is there. An observation whose snapshot is empty creates nothing. An instant
+    /// before that of the step before is taken as the latter; observations that may not enter are counted.
     pub fn step(
         &mut self,
         now: Instant,

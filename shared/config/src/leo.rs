@@ -257,7 +257,7 @@ pub struct Console {
     pub black_box_s: Seconds,
     /// The most memory that it takes, in megabytes.
     pub black_box_mb: Capacity,
-    /// How many files of it are kept; then the oldest is removed.
+    /// How many files of failures are kept, and as many that were asked for; then the oldest is removed.
     pub black_box_files: Capacity,
     /// Real-time rights.
     pub realtime: Rights,

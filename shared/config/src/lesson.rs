@@ -332,7 +332,8 @@ impl Lesson {
     }
 }
 
-/// Whether a sentence tells the robot to do something: "Leo, do task 1": the words "leo" and "do" begin it, however they are punctuated.
+/// Whether a sentence tells the robot to do something: "Leo, do task 1": the words "leo" and "do" begin it,
+/// however they are punctuated.
 #[must_use]
 pub fn is_order(text: &str) -> bool {
     let mut words = text.split(|c: char| !c.is_alphanumeric()).filter(|word| !word.is_empty());

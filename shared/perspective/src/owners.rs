@@ -24,8 +24,8 @@ use quantity::number::float_of_count;
 /// let mut owners = Owners::new(&config, 16);
 /// // Two things before the robot, two before its partner on the other side of the table.
 /// let places = [(0.35, 0.1), (0.40, 0.2), (1.0, 0.1), (1.05, 0.2)];
-/// let claims = (1..).zip(places).map(|(id, (x, y))| Claim { id, place: Position::new(x, y, 0.0), held_by: 0xffff });
-/// owners.judge(claims, [(0, Position::new(0.0, 0.0, 0.6)), (1, Position::new(1.5, 0.0, 0.55))]);
+/// let claims = (1..).zip(places).map(|(id, (x, y))| Claim { id, place: Position::new(x, y, 0.0), held_by:
+/// 0xffff }); owners.judge(claims, [(0, Position::new(0.0, 0.0, 0.6)), (1, Position::new(1.5, 0.0, 0.55))]);
 /// assert_eq!(owners.all(), [0, 0, 1, 1]);
 /// ```
 #[derive(Clone, Debug)]

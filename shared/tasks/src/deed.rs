@@ -54,14 +54,16 @@ pub struct Course<'a> {
     pub after: &'a Snapshot,
 }
 
-/// What an act of `actor` did with the things that it `changes`; things of which there is nothing to say beyond their change are left out.
+/// What an act of `actor` did with the things that it `changes`; things of which there is nothing to say
+/// beyond their change are left out.
 ///
 /// A thing is placed on another if it was displaced in respect of it: what is carried along on a tray
 /// is not placed on it, and neither is a tower on a block that was pushed. It is handed on if it comes
 /// to be in the hand of another than the actor, or if it belonged to somebody and now belongs to
 /// another than the actor, who had things of his own when the demonstration began: a territory that
 /// only comes about in its course is what the teacher builds. What is everybody's cannot be handed on
-/// by laying it down. What changes a state of its own meanwhile (a peg that is inserted) is put to use: it is neither placed nor handed.
+/// by laying it down. What changes a state of its own meanwhile (a peg that is inserted) is put to use: it is
+/// neither placed nor handed.
 ///
 /// ```
 /// use tasks::{Course, Deed, Object, Snapshot, changes, deeds};

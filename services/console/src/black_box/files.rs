@@ -26,8 +26,8 @@ impl Files {
     }
 
     /// Removes the oldest, until there are no more than there may be: who asks takes nothing away that led to
-    /// a failure, and a robot that fails again and again nothing that somebody asked for. And removes what somebody who was killed
-    /// had begun.
+    /// a failure, and a robot that fails again and again nothing that somebody asked for. And removes what
+    /// somebody who was killed had begun.
     pub(super) fn thin_out(&self) -> io::Result<()> {
         for entry in fs::read_dir(&self.folder)? {
             let path = entry?.path();

@@ -11,7 +11,7 @@ const BAD: u8 = 5;
 /// What goes wrong with its answers, every time.
 const FAULTS: [&str; 7] = ["drop", "flip", "truncate", "length", "noise", "duplicate", "alert"];
 /// Bytes of an answer of its own, with 16 of data.
-const SLOT_BYTES: u64 = 27;
+const ANSWER_BYTES: u64 = 27;
 /// How patient the other driver is with a silent servo.
 const RUSTYPOT_PATIENCE: Duration = Duration::from_millis(35);
 
@@ -81,15 +81,16 @@ fn rustypot_with_a_bad_servo(fault: &str) -> (usize, Duration, Duration) {
 
 pub(crate) fn measure() {
     println!(
-        "\nservo {BAD} of {SERVOS} is bad; kept in 19 of 20 cycles in which it was asked, and a cycle's time in us; lost: how \
-         much longer than without a fault, in slots, each of which is an answer's time and the driver's patience"
+        "\nservo {BAD} of {SERVOS} is bad; kept in 19 of 20 cycles in which it was asked, and a cycle's time in us; \
+         lost: how much longer than without a fault, in turns, each of which is an answer's time and the \
+         driver's patience at its least"
     );
     println!(
         "{:<10} | {:>6} {:>8} {:>8} {:>6} | {:>8} {:>8} {:>8}",
         "fault", "Leo", "p50", "max", "lost", "rustypot", "p50", "max"
     );
-    let answer = Duration::from_nanos(SLOT_BYTES * 10 * 1_000_000_000 / 4_000_000);
-    let slot = micros(answer + PATIENCE);
+    let answer = Duration::from_nanos(ANSWER_BYTES * 10 * 1_000_000_000 / 4_000_000);
+    let turn = micros(answer + PATIENCE);
     let mut well = None;
     for fault in ["drop p=0"].into_iter().chain(FAULTS) {
         let (kept, p50, most) = with_a_bad_servo(fault);
@@ -100,7 +101,7 @@ pub(crate) fn measure() {
             "{name:<10} | {kept:>6} {:>8.0} {:>8.0} {:>6.2} | {others:>8} {:>8.0} {:>8.0}",
             micros(p50),
             micros(most),
-            (micros(p50) - micros(well)) / slot,
+            (micros(p50) - micros(well)) / turn,
             micros(others_p50),
             micros(others_most),
         );
