@@ -67,7 +67,7 @@ const WRAPPED: [(&str, &[&str]); 16] = [
     ("libc", &["realtime"]),
     ("sd-notify", &["supervisor-process"]),
     ("signal-hook", &["process", "supervisor-process"]),
-    ("rustix", &["clock", "realtime", "serial", "supervisor-process", "transport"]),
+    ("rustix", &["clock", "realtime", "recording", "serial", "supervisor-process", "transport"]),
     ("urdf-rs", &["kinematics"]),
     ("toml", &["config"]),
     ("zenoh", &["link-process"]),

@@ -21,6 +21,9 @@ const LOOK_EVERY: Duration = Duration::from_millis(20);
 /// How long a robot may take to write down what its black box holds.
 const WRITES_WITHIN: Duration = Duration::from_secs(60);
 
+/// The most memory in which what was last is kept: half an hour of a robot with one partner.
+const MEMORY_MOST: usize = 1 << 30;
+
 /// Look at a running robot, and put down what its buffers hold.
 #[derive(Args, Clone, Debug)]
 #[command(
@@ -40,7 +43,7 @@ pub(crate) struct Record {
     /// End after so long; otherwise with the robot
     #[arg(long = "for", value_name = "SECONDS", value_parser = seconds::parse, allow_hyphen_values = true)]
     record_for: Option<Duration>,
-    /// Keep only the last so many seconds, in memory, and write them at the end
+    /// Keep only the last so many seconds, in memory, and write them at the end; in 1 GB at most
     #[arg(long, value_name = "SECONDS", value_parser = seconds::parse, allow_hyphen_values = true)]
     last: Option<Duration>,
     /// The leo.toml that the robot runs with, for what viewers show [default: built in]
@@ -71,7 +74,7 @@ impl Record {
         let stop = process::stop_flag().map_err(Failed::because)?;
         let recorder = match self.last {
             None => Recorder::start(&domain, subject, file),
-            Some(last) => Recorder::keep(&domain, subject, last, usize::MAX),
+            Some(last) => Recorder::keep(&domain, subject, last, MEMORY_MOST),
         };
         let recorder = recorder.map_err(Failed::because)?;
         let until = self.record_for.map(|time| clock::now() + time);
@@ -83,8 +86,9 @@ impl Record {
         }
         let mut said = String::new();
         if self.last.is_some() {
-            let frames = recorder.last().and_then(|last| last.write(file)).map_err(Failed::because)?;
-            said = format!("of these, the last {frames} were written\n");
+            let last = recorder.last().map_err(Failed::because)?;
+            let (frames, seconds) = (last.write(file).map_err(Failed::because)?, last.span().as_secs());
+            said = format!("of these, the last {frames} were written, those of {seconds} s\n");
         }
         let counts = recorder.stop().map_err(Failed::because)?;
         let dropped = counts.total().dropped;

@@ -66,6 +66,19 @@ pub enum RecordError {
         /// What the system said.
         source: std::io::Error,
     },
+    /// The disk has no room left for it.
+    #[error(
+        "{}: less than {} MB of its disk are free, and a recording leaves them to others: make room, or record elsewhere; \
+         what was recorded up to there is whole",
+        file.display(),
+        bytes.div_ceil(1_000_000)
+    )]
+    Room {
+        /// The file.
+        file: std::path::PathBuf,
+        /// What it leaves free.
+        bytes: u64,
+    },
     /// The body that viewers are shown cannot be made.
     #[error(transparent)]
     Body(#[from] kinematics::BodyError),

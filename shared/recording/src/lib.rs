@@ -17,6 +17,7 @@ mod marker;
 mod reader;
 mod recorder;
 mod ring;
+mod room;
 mod views;
 mod writer;
 

@@ -11,6 +11,7 @@ use crossbeam::channel::{Receiver, RecvTimeoutError, Sender, TrySendError, bound
 use transport::janitor::is_claimed;
 use transport::{Delivery, Domain, Node, Queues};
 
+use crate::room;
 use crate::{Buffer, Counts, Frame, Inlets, Last, RecordError, Ring, Subject, Writer};
 
 /// Buffers are looked at this often: more often than a queue of four frames fills at 1 kHz.
@@ -77,12 +78,17 @@ impl Shared {
 }
 
 impl Recorder {
-    /// Begins to record the robot of a domain into a file, which is made anew.
+    /// Begins to record the robot of a domain into a file, which is made anew. It ends by itself, whole,
+    /// before the disk is full.
     ///
     /// # Errors
     ///
-    /// The file cannot be made, or the robot cannot be looked at; nothing is recorded then.
+    /// The file cannot be made, its disk has no room, or the robot cannot be looked at; nothing is recorded
+    /// then.
     pub fn start(domain: &Domain, subject: Subject, file: &Path) -> Result<Self, RecordError> {
+        if let Some(bytes) = room::lacking_at(file) {
+            return Err(RecordError::Room { file: file.to_owned(), bytes });
+        }
         let out =
             File::create(file).map_err(|source| RecordError::Create { file: file.to_owned(), source })?;
         let file = file.to_owned();
@@ -265,7 +271,7 @@ impl Taking {
     }
 }
 
-/// Writes a file until nobody sends any more.
+/// Writes a file until nobody sends any more, or its disk has no room left.
 fn keep_in_file(
     shared: &Shared,
     from: &Receiver<Frame>,
@@ -275,10 +281,12 @@ fn keep_in_file(
     ready: &Sender<()>,
 ) -> Result<(), RecordError> {
     let failed = |source: io::Error| RecordError::Write { file: file.to_owned(), source };
+    let disk = out.try_clone().map_err(failed)?;
     let mut writer = Writer::new(out, subject).map_err(|error| error.of(file))?;
     let _waits = ready.send(());
     let mut flush_at = clock::now() + FLUSH_EVERY;
-    loop {
+    let mut lacking = None;
+    while lacking.is_none() {
         match from.recv_timeout(FLUSH_EVERY) {
             Ok(frame) => {
                 writer.write(&frame).map_err(failed)?;
@@ -290,13 +298,15 @@ fn keep_in_file(
         let now = clock::now();
         if now >= flush_at {
             writer.flush().map_err(failed)?;
+            lacking = room::lacking_for(&disk);
             flush_at = now + FLUSH_EVERY;
         }
     }
     shared.count(|counts| {
         counts.iter().for_each(|(buffer, count)| writer.set_dropped(buffer, count.dropped));
     });
-    writer.finish().map_err(failed).map(drop)
+    writer.finish().map_err(failed)?;
+    lacking.map_or(Ok(()), |bytes| Err(RecordError::Room { file: file.to_owned(), bytes }))
 }
 
 /// Keeps frames in memory until nobody can ask for them any more, longer than anybody sends: what was

@@ -8,6 +8,8 @@ use super::*;
 
 /// One count of position.
 const COUNT_RAD: f64 = std::f64::consts::TAU / 4096.0;
+/// What is lost in rounding.
+const SLIGHT_RAD: f64 = 1e-9;
 /// What may happen to any answer, each one time in a hundred.
 const ANSWERS: [&str; 9] =
     ["drop", "flip", "truncate", "length", "noise", "late by=10ms", "duplicate", "swap", "echo"];
@@ -79,6 +81,8 @@ struct Campaign {
     wires: Vec<Spoilt>,
     masters: Vec<Master>,
     now: Instant,
+    /// By joint, what was commanded in the cycle before, and how far that was from the one before it.
+    commands: Vec<(Option<f64>, Option<f64>)>,
     /// Readings that were compared with where the servo was.
     read: u64,
     /// Cycles in which a joint did not follow.
@@ -104,6 +108,7 @@ impl Campaign {
             motor: Motor::new(&robot.motor, &robot.leo.motor).unwrap(),
             masters: masters.collect(),
             wires,
+            commands: vec![(None, None); robot.motor.joints.len()],
             robot,
             now,
             read: 0,
@@ -132,11 +137,33 @@ impl Campaign {
     }
 
     fn check(&mut self) {
-        for (state, joint) in self.motor.states().zip(&self.robot.motor.joints) {
+        let dt_s = PERIOD.as_secs_f64();
+        for ((state, joint), (before, step_before)) in
+            self.motor.states().zip(&self.robot.motor.joints).zip(&mut self.commands)
+        {
             self.away += u64::from(state.mode() != Some(JointMode::Following));
-            if let Some(command) = state.command_position_rad() {
+            let command = state.command_position_rad();
+            let step = command.zip(*before).map(|(command, before)| command - before);
+            if let Some(command) = command {
                 assert!((joint.min_rad..=joint.max_rad).contains(&command), "{}: {command}", joint.name);
             }
+            if let Some(step) = step {
+                let most = joint.velocity_rad_s * dt_s;
+                assert!(
+                    step.abs() <= most + SLIGHT_RAD,
+                    "{}: {step} rad in a cycle, {most} at most",
+                    joint.name
+                );
+            }
+            if let Some((step, before)) = step.zip(*step_before) {
+                let (by, most) = (step - before, joint.acceleration_rad_s2 * dt_s * dt_s);
+                assert!(
+                    by.abs() <= most + SLIGHT_RAD,
+                    "{}: {by} rad more in a cycle, {most} at most",
+                    joint.name
+                );
+            }
+            (*before, *step_before) = (command, step);
             let servos = self.wires[joint.bus].line.servos();
             let servo = servos.iter().find(|servo| servo.id() == joint.id).unwrap();
             if state.sampled_at_ns == self.now.as_nanos() {

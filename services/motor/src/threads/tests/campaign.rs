@@ -57,6 +57,8 @@ fn campaign(lasts: Duration) {
     robot.leo.motor.on_alert = OnAlert::Reboot;
     let mut rig = Rig::of(robot, Time::Wall, &Lookout::default());
     rig.until("following", follows);
+    let skipped = |rig: &Rig| rig.threads.fared().map(|(skipped, _)| skipped).sum::<u64>();
+    let skipped_before = skipped(&rig);
     let (mut seen, mut before) = (Seen::default(), vec![Instant::EPOCH; 65]);
     let faults = faults();
     let end = clock::now() + lasts;
@@ -70,8 +72,7 @@ fn campaign(lasts: Duration) {
             check(&rig, &mut before, &mut seen);
         }
     }
-    let (stale, skipped): (u64, u64) =
-        (rig.motor.counts().stale, rig.threads.fared().map(|(skipped, _)| skipped).sum());
+    let (stale, skipped) = (rig.motor.counts().stale, skipped(&rig) - skipped_before);
     println!("{seen:?}, {stale} stale answers dropped, {skipped} requests left out");
     assert!(seen.away > 0 && stale > 0, "the faults did nothing");
     // A machine that has too much to do leaves requests out. Of those that went out, to 13 servos each, most
