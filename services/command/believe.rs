@@ -90,6 +90,7 @@ impl Believe {
             summary.last_at_ns = Some(at.as_nanos());
             for frame in &frames {
                 summary.frames += 1;
+                summary.earlier += u64::from(frame.at_ns < at.as_nanos());
                 summary.observations += u64::try_from(frame.observations.len()).unwrap_or(u64::MAX);
                 let persons = frame.observations.iter().filter_map(partner);
                 summary.not_simulated.extend(persons.filter(|partner| !minds.simulates(*partner)));

@@ -268,6 +268,7 @@ fn what_two_sources_see_at_one_place_is_one_thing_and_each_has_its_own_time() {
     );
     let summary = lines.last().expect("a summary");
     assert_eq!((number(summary, "/frames"), number(summary, "/refused/0/observations")), (Some(4), Some(1)));
+    assert_eq!(number(summary, "/earlier"), Some(1));
 }
 
 #[test]

@@ -11,6 +11,8 @@ pub struct Summary {
     pub last_at_ns: Option<u64>,
     /// Frames taken in.
     pub frames: u64,
+    /// Frames of those that are earlier than one before them, and were taken as of that one's instant.
+    pub earlier: u64,
     /// Observations taken in, of things, persons and occluders.
     pub observations: u64,
     /// Observations refused, by reason.

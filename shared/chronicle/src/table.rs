@@ -92,11 +92,17 @@ fn write_difference(
 }
 
 fn write_summary(summary: &Summary, out: &mut String) -> fmt::Result {
-    let Summary { frames, observations, refused, left_out, cut_short, not_simulated, .. } = summary;
+    let Summary { frames, earlier, observations, refused, left_out, cut_short, not_simulated, .. } = summary;
     writeln!(out, "{frames} frames, {observations} observations")?;
     for refusal in refused {
         let crate::Refusal { reason, observations, first } = refusal;
         writeln!(out, "{observations} observations refused: {reason} (the first: {first})")?;
+    }
+    if *earlier > 0 {
+        writeln!(
+            out,
+            "{earlier} frames are earlier than one before them, and counted as of that one: beliefs never run backwards"
+        )?;
     }
     if *left_out > 0 {
         writeln!(out, "{left_out} observations found no room: raise buffers.objects in leo.toml")?;

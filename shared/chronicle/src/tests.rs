@@ -157,6 +157,7 @@ fn the_table_at_the_end_says_what_differs_and_what_went_in() {
         first_at_ns: Some(0),
         last_at_ns: Some(2_000_000_000),
         frames: 5,
+        earlier: 2,
         observations: 9,
         refused: vec![refused],
         left_out: 0,
@@ -173,7 +174,7 @@ fn the_table_at_the_end_says_what_differs_and_what_went_in() {
         "3 times, 2.00 s ago\n",
         "  7, which is Leo's 4, differs:\n        on           on for Leo, not on for partner 1\n",
         "partner 2 was never there\n",
-        "5 frames, 9 observations\n3 observations refused: no number (the first: line 4)\n",
+        "5 frames, 9 observations\n3 observations refused: no number (the first: line 4)\n2 frames are earlier than",
         "observed, and not simulated: partner 3, partner 4; for his beliefs too, give --partners 4\n",
         "it was read up to there\n",
     ] {
