@@ -88,8 +88,9 @@ impl Master {
 
     /// Carries out a request: sends each part and collects its answers until all are there, or
     /// until the turn of a servo is over that does not answer. Then those behind it, who may have
-    /// waited for it, are asked again without it; and a servo that reports an alert is asked at
-    /// once how it is.
+    /// waited for it, are asked again without it; where nobody's turn ran out, those whose answers
+    /// arrived broken are. So one bad servo costs one turn at most. A servo that reports an alert is
+    /// asked at once how it is.
     pub fn exchange(&mut self, port: &mut impl Port, request: &Request, replies: &mut Replies) {
         replies.clear();
         // A line that was lost in the middle of an answer leaves a piece of it.
