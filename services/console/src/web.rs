@@ -1,6 +1,7 @@
 //! The page's server: files, and one WebSocket per page. It runs on a thread of its own, and the
 //! process's loop never waits for it.
 
+mod connections;
 mod door;
 mod guard;
 mod live;
@@ -202,7 +203,7 @@ impl Web {
 }
 
 async fn served(listener: TcpListener, state: Arc<Shared>) -> io::Result<()> {
-    let listener = tokio::net::TcpListener::from_std(listener)?;
+    let (listener, patience) = (tokio::net::TcpListener::from_std(listener)?, state.patience);
     let part = |gzip: &'static [u8], kind: &'static str| {
         get(
             move |headers: HeaderMap, uri: Uri| async move { file(gzip, kind, guard::policy(&headers, &uri)) },
@@ -217,7 +218,7 @@ async fn served(listener: TcpListener, state: Arc<Shared>) -> io::Result<()> {
         .route("/live", get(live::live))
         .layer(axum::middleware::from_fn_with_state(Arc::clone(&state), guard::guard))
         .with_state(state);
-    axum::serve(listener, routes).await
+    connections::serve(listener, routes, patience).await
 }
 
 fn file(gzip: &'static [u8], kind: &'static str, policy: String) -> Response {

@@ -36,11 +36,20 @@ pub(crate) struct Patience {
     pub(crate) beat: Duration,
     /// A page that takes longer for what is sent to it does not read, and is shut.
     pub(crate) send: Duration,
+    /// A browser that takes longer to say what it wants of the server says nothing, and is shut.
+    pub(crate) question: Duration,
+    /// A connection on which files are asked for ends after so long; browsers open another one.
+    pub(crate) connection: Duration,
 }
 
 impl Default for Patience {
     fn default() -> Self {
-        Self { beat: Duration::from_secs(1), send: Duration::from_secs(5) }
+        Self {
+            beat: Duration::from_secs(1),
+            send: Duration::from_secs(5),
+            question: Duration::from_secs(10),
+            connection: Duration::from_secs(60),
+        }
     }
 }
 

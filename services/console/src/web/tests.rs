@@ -13,7 +13,8 @@ use super::*;
 /// Patience of these tests with a loaded machine.
 const LONG: Duration = Duration::from_secs(60);
 /// Nobody is asked whether he is there, and everybody is waited for.
-const ENDLESS: Patience = Patience { beat: Duration::from_secs(3600), send: LONG };
+const ENDLESS: Patience =
+    Patience { beat: Duration::from_secs(3600), send: LONG, question: LONG, connection: LONG };
 
 fn served(patience: Patience) -> Web {
     let anywhere = SocketAddr::from(([127, 0, 0, 1], 0));
@@ -66,9 +67,56 @@ fn await_open(web: &Web, count: u64) {
     }
 }
 
+/// What is answered on a connection until it is shut.
+fn answered(mut stream: TcpStream) -> String {
+    let mut said = Vec::new();
+    stream.set_read_timeout(Some(LONG)).unwrap();
+    match stream.read_to_end(&mut said) {
+        // Whoever has not said all that he began to say is shut with a reset.
+        Err(error) if error.kind() == io::ErrorKind::ConnectionReset => {}
+        read => drop(read.expect("it is shut")),
+    }
+    String::from_utf8_lossy(&said).into_owned()
+}
+
+#[test]
+fn who_does_not_say_what_he_wants_is_shut_and_keeps_nobody_out() {
+    let web = served(Patience { question: Duration::from_millis(200), ..ENDLESS });
+    let silent: Vec<_> = (0..200)
+        .map(|number| {
+            let mut stream = TcpStream::connect(host(&web)).unwrap();
+            if number % 2 == 0 {
+                stream.write_all(b"GET /leo.urdf HTTP/1.1\r\nHo").unwrap();
+            }
+            stream
+        })
+        .collect();
+    let mut asks = TcpStream::connect(host(&web)).unwrap();
+    write!(asks, "GET /leo.urdf HTTP/1.1\r\nHost: {}\r\nConnection: close\r\n\r\n", host(&web)).unwrap();
+    assert!(answered(asks).ends_with("<robot/>"));
+    for stream in silent {
+        let said = answered(stream);
+        assert!(!said.contains("<robot/>"), "{said}");
+    }
+}
+
+#[test]
+fn a_connection_ends_after_a_while_whatever_it_asks_and_a_page_of_its_own_does_not() {
+    let web = served(Patience { connection: Duration::from_millis(300), ..ENDLESS });
+    let mut page = opened(&web);
+    let mut asks = TcpStream::connect(host(&web)).unwrap();
+    write!(asks, "GET /leo.urdf HTTP/1.1\r\nHost: {}\r\n\r\n", host(&web)).unwrap();
+    let said = answered(asks);
+    assert!(said.ends_with("<robot/>") && said.starts_with("HTTP/1.1 200"), "{said}");
+    // The page was there before.
+    page.send(Message::text("no message")).unwrap();
+    while heard(&mut page).get("error").is_none() {}
+    assert_eq!(web.open(), 1);
+}
+
 #[test]
 fn a_page_that_answers_no_beat_is_shut_and_lets_go_and_one_that_does_stays() {
-    let web = served(Patience { beat: Duration::from_millis(200), send: LONG });
+    let web = served(Patience { beat: Duration::from_millis(200), ..ENDLESS });
     // A machine that has lost its network says nothing any more, and does not shut its end.
     let silent = opened(&web);
     let mut there = opened(&web);
