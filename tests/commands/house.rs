@@ -8,8 +8,8 @@ use clock::Duration;
 use rustix::process::{Pid, Signal, kill_process, kill_process_group};
 use tempfile::TempDir;
 
-/// Patience with a loaded machine.
-const PATIENCE: Duration = Duration::from_secs(300);
+/// Patience with a loaded machine: the whole study, in a debug build, takes a slow one five minutes.
+const PATIENCE: Duration = Duration::from_secs(900);
 
 /// What a command said, and its exit status; none when a signal ended it.
 #[derive(Debug)]
