@@ -10,7 +10,7 @@ use scale::{LOST, Scale, Total, net, softplus};
 
 use crate::Selection;
 use crate::case::{Case, Verdict};
-use crate::hypothesis::{Hypothesis, Prior, Scored};
+use crate::hypothesis::{Hypothesis, Prior, Scored, TIE};
 use crate::lexicon::{Key, Mask, key_mask, present};
 use crate::log_sum::LogSum;
 use crate::partition::{Classes, Count, Member, each_template};
@@ -180,10 +180,14 @@ impl Factored {
         let mut best_given: Option<f64> = None;
         while let Some(candidate) = queue.pop() {
             let is_far = best_given.is_some_and(|best| candidate.log_weight < best - within);
-            let Some(table) = tables.get(candidate.table).filter(|_| !is_far && hypotheses.len() < MOST)
-            else {
+            if is_far {
                 break;
-            };
+            }
+            if hypotheses.len() >= MOST {
+                leave_out_ties(&mut hypotheses, candidate.log_weight);
+                break;
+            }
+            let Some(table) = tables.get(candidate.table) else { break };
             queue.extend(candidate.next(table));
             let classes = table.chosen(&candidate.changed);
             if !classes.is_empty() {
@@ -246,6 +250,15 @@ impl Factored {
         known.1 += cases.iter().skip(known.0).filter(consistent).count();
         known.0 = cases.len();
         known.1
+    }
+}
+
+/// Leaves out those that weigh as much as the first for which there was no room: which of them came before it
+/// hangs on the order in which values were met, and nothing may. But not more than half of all.
+fn leave_out_ties(hypotheses: &mut Vec<Hypothesis>, log_weight: f64) {
+    let heavier = hypotheses.partition_point(|one| one.log_score > log_weight + TIE);
+    if heavier >= MOST / 2 {
+        hypotheses.truncate(heavier);
     }
 }
 

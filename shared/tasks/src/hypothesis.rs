@@ -4,6 +4,9 @@ use crate::change::{has_percepts, is_achieved};
 use crate::lexicon::{Key, Mask};
 use crate::{Change, Object, Selection, Signature, Snapshot};
 
+/// Scores closer than this, in nats, are a tie: they differ by rounding.
+pub(crate) const TIE: f64 = 1e-9;
+
 /// The class features that a hypothesis looks at, T ⊆ F, in alphabetical order.
 pub type Template = Vec<String>;
 

@@ -8,13 +8,10 @@ use rustc_hash::{FxBuildHasher, FxHashMap};
 use crate::describe::{describe_rule, listing_cost};
 use crate::dnf::reduce;
 use crate::goal::Goal;
-use crate::hypothesis::{Described, Scored};
+use crate::hypothesis::{Described, Scored, TIE};
 use crate::lexicon::{Key, Lexicon, Mask};
 use crate::log_sum::LogSum;
 use crate::{Language, Rule, Selection, Settings, Standing};
-
-/// Scores closer than this are a tie: they differ by rounding.
-const TIE: f64 = 1e-9;
 
 /// The hypotheses that say one thing.
 #[derive(Clone, Debug, Default)]

@@ -159,6 +159,32 @@ fn filled() -> Signature {
     Signature::from([Effect::State { name: "filled".to_owned(), on: true }])
 }
 
+/// More hypotheses than are given: those that tie where the rest is cut off are given in either order or in none.
+#[test]
+fn the_order_of_demonstrations_does_not_matter_where_there_are_too_many_hypotheses() {
+    let demonstrations: [&[Block]; 3] = [
+        &[
+            (0, 2, 1, true, false, false),
+            (0, 1, 2, true, false, false),
+            (0, 2, 1, true, false, true),
+            (0, 2, 0, true, false, true),
+            (0, 0, 1, true, false, true),
+        ],
+        &[
+            (1, 2, 0, true, false, false),
+            (1, 1, 0, true, false, true),
+            (0, 0, 2, true, false, true),
+            (1, 0, 0, true, false, false),
+        ],
+        &[(1, 2, 2, true, false, true), (0, 0, 0, true, false, true)],
+    ];
+    let views = views(&demonstrations.map(<[Block]>::to_vec), str::to_owned);
+    let reversed: Vec<View> = views.iter().rev().cloned().collect();
+    let settings = Settings { noise: Noise::try_from(0.05).unwrap(), ..Settings::default() };
+    let [there, back] = [views, reversed].map(|views| standing(&rules_of(&views, &language(), &settings)));
+    assert_eq!(there, back);
+}
+
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(1500))]
 
