@@ -20,9 +20,8 @@ use super::{domain, output, seconds};
 const LOOK_EVERY: Duration = Duration::from_millis(20);
 /// How long a robot may take to write down what its black box holds.
 const WRITES_WITHIN: Duration = Duration::from_secs(60);
-
-/// The most memory in which what was last is kept: half an hour of a robot with one partner.
-const MEMORY_MOST: usize = 1 << 30;
+/// The most memory in which what was last is kept, in bytes: half an hour of a robot with one partner.
+const MEMORY_MOST: usize = 1_000_000_000;
 
 /// Look at a running robot, and put down what its buffers hold.
 #[derive(Args, Clone, Debug)]

@@ -218,7 +218,8 @@ async fn served(listener: TcpListener, state: Arc<Shared>) -> io::Result<()> {
         .route("/live", get(live::live))
         .layer(axum::middleware::from_fn_with_state(Arc::clone(&state), guard::guard))
         .with_state(state);
-    connections::serve(listener, routes, patience).await
+    connections::serve(listener, routes, patience).await;
+    Ok(())
 }
 
 fn file(gzip: &'static [u8], kind: &'static str, policy: String) -> Response {

@@ -178,7 +178,7 @@ pub struct Replies {
     spoilt: [u32; Topic::COUNT],
     /// Bytes that came after their time and were thrown away.
     pub(crate) late: usize,
-    /// For how long nothing came, beyond the time on the wire, before something did.
+    /// For how long at most nothing came, beyond an answer's time on the wire, before something did.
     pub(crate) slow: Duration,
     /// Whether bytes came that belong to no answer.
     pub(crate) noisy: bool,

@@ -11,7 +11,7 @@ use crossbeam::channel::{Receiver, RecvTimeoutError, Sender, TrySendError, bound
 use transport::janitor::is_claimed;
 use transport::{Delivery, Domain, Node, Queues};
 
-use crate::room;
+use crate::room::lacking;
 use crate::{Buffer, Counts, Frame, Inlets, Last, RecordError, Ring, Subject, Writer};
 
 /// Buffers are looked at this often: more often than a queue of four frames fills at 1 kHz.
@@ -86,7 +86,7 @@ impl Recorder {
     /// The file cannot be made, its disk has no room, or the robot cannot be looked at; nothing is recorded
     /// then.
     pub fn start(domain: &Domain, subject: Subject, file: &Path) -> Result<Self, RecordError> {
-        if let Some(bytes) = room::lacking_at(file) {
+        if let Some(bytes) = lacking(file) {
             return Err(RecordError::Room { file: file.to_owned(), bytes });
         }
         let out =
@@ -281,12 +281,11 @@ fn keep_in_file(
     ready: &Sender<()>,
 ) -> Result<(), RecordError> {
     let failed = |source: io::Error| RecordError::Write { file: file.to_owned(), source };
-    let disk = out.try_clone().map_err(failed)?;
     let mut writer = Writer::new(out, subject).map_err(|error| error.of(file))?;
     let _waits = ready.send(());
     let mut flush_at = clock::now() + FLUSH_EVERY;
-    let mut lacking = None;
-    while lacking.is_none() {
+    let mut left = None;
+    while left.is_none() {
         match from.recv_timeout(FLUSH_EVERY) {
             Ok(frame) => {
                 writer.write(&frame).map_err(failed)?;
@@ -298,7 +297,7 @@ fn keep_in_file(
         let now = clock::now();
         if now >= flush_at {
             writer.flush().map_err(failed)?;
-            lacking = room::lacking_for(&disk);
+            left = lacking(file);
             flush_at = now + FLUSH_EVERY;
         }
     }
@@ -306,7 +305,7 @@ fn keep_in_file(
         counts.iter().for_each(|(buffer, count)| writer.set_dropped(buffer, count.dropped));
     });
     writer.finish().map_err(failed)?;
-    lacking.map_or(Ok(()), |bytes| Err(RecordError::Room { file: file.to_owned(), bytes }))
+    left.map_or(Ok(()), |bytes| Err(RecordError::Room { file: file.to_owned(), bytes }))
 }
 
 /// Keeps frames in memory until nobody can ask for them any more, longer than anybody sends: what was

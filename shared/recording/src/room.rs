@@ -1,34 +1,22 @@
-use std::fs::File;
 use std::path::Path;
 
-use rustix::fs::{StatVfs, fstatvfs, statvfs};
+use rustix::fs::statvfs;
 
 /// What a recording leaves of a disk: this many in a hundred of it ...
 const LEFT_PERCENT: u64 = 5;
 /// ... and more of no disk than this, in bytes.
-const LEFT_MOST: u64 = 128 << 20;
+const LEFT_MOST: u64 = 128_000_000;
 
-/// How many bytes a recording leaves of the disk on which a file shall be made, where they are not free
+/// How many bytes a recording leaves of the disk on which a file is or shall be made, where they are not free
 /// any more: who records must not take from the robot what it needs to remember what it learned.
 /// `None` also where nobody can say what is free.
-pub(crate) fn lacking_at(file: &Path) -> Option<u64> {
+pub(crate) fn lacking(file: &Path) -> Option<u64> {
     // A device has no size.
     if file.metadata().is_ok_and(|there| !there.is_file()) {
         return None;
     }
     let folder = file.parent().filter(|folder| !folder.as_os_str().is_empty());
-    statvfs(folder.unwrap_or_else(|| ".".as_ref())).ok().and_then(|disk| lacking(&disk))
-}
-
-/// The same of the disk that an open file is on.
-pub(crate) fn lacking_for(file: &File) -> Option<u64> {
-    if !file.metadata().is_ok_and(|there| there.is_file()) {
-        return None;
-    }
-    fstatvfs(file).ok().and_then(|disk| lacking(&disk))
-}
-
-fn lacking(disk: &StatVfs) -> Option<u64> {
+    let disk = statvfs(folder.unwrap_or_else(|| ".".as_ref())).ok()?;
     let bytes = |blocks: u64| blocks.saturating_mul(disk.f_frsize);
     let left = (bytes(disk.f_blocks) / 100 * LEFT_PERCENT).min(LEFT_MOST);
     (bytes(disk.f_bavail) < left).then_some(left)

@@ -21,15 +21,10 @@ const CONNECTIONS_MOST: usize = 64;
 /// How long nothing is accepted where the system has no room for another connection.
 const NO_ROOM: Duration = Duration::from_millis(100);
 
-/// Serves whoever comes.
-///
-/// # Errors
-///
-/// Nothing can be listened to any more.
-pub(super) async fn serve(listener: TcpListener, routes: Router, patience: Patience) -> io::Result<()> {
+/// Serves whoever comes, for as long as it is waited for.
+pub(super) async fn serve(listener: TcpListener, routes: Router, patience: Patience) {
     let places = Arc::new(Semaphore::new(CONNECTIONS_MOST));
-    loop {
-        let Ok(place) = Arc::clone(&places).acquire_owned().await else { return Ok(()) };
+    while let Ok(place) = Arc::clone(&places).acquire_owned().await {
         match listener.accept().await {
             Ok((stream, _from)) => {
                 let routes = routes.clone();

@@ -193,3 +193,52 @@ fn one_bad_servo_costs_one_servo_and_one_turn_whatever_is_wrong_with_its_answers
         }
     }
 }
+
+/// Servos whose answers come late, all of them by as much.
+struct Tardy {
+    line: Line,
+    now: Instant,
+    /// When what is on its way is there.
+    there_at: Instant,
+    there: Vec<u8>,
+}
+
+/// By how much.
+const TARDY: Duration = Duration::from_millis(3);
+
+impl Port for Tardy {
+    fn send(&mut self, bytes: &[u8], _within: Duration) -> Result<Sent, Lost> {
+        let is_there = self.now >= self.there_at;
+        let late = if is_there { std::mem::take(&mut self.there).len() } else { 0 };
+        self.line.hear(self.now, bytes, &mut self.there);
+        self.there_at = self.now + TARDY;
+        Ok(Sent { at: self.now, late })
+    }
+
+    fn receive(&mut self, into: &mut [u8], within: Duration, until: Instant) -> Result<Received, Lost> {
+        let until = until.min(self.now + within);
+        self.now = until.min(self.there_at).max(self.now);
+        if self.there.is_empty() || self.now < self.there_at {
+            self.now = until.max(self.now);
+            return Ok(Received { count: 0, at: self.now });
+        }
+        let there = std::mem::take(&mut self.there);
+        into[..there.len()].copy_from_slice(&there);
+        Ok(Received { count: there.len(), at: self.now })
+    }
+}
+
+#[test]
+fn a_line_that_is_slow_loses_nothing_once_patience_has_grown_for_as_long_as_it_is_slow() {
+    let (ids, line) = two_servos();
+    let mut port = Tardy { line, now: Instant::EPOCH, there_at: Instant::EPOCH, there: Vec::new() };
+    let (request, mut replies) = (question(ids), Replies::default());
+    let mut master = Master::new(4_000_000, (Duration::from_millis(1), Duration::from_millis(8)));
+    for exchange in 0..500 {
+        port.now += Duration::from_millis(10);
+        master.exchange(&mut port, &request, &mut replies);
+        let heard = replies.about(Topic::Each).count();
+        assert!(heard == 2 || exchange < 5, "{heard} in exchange {exchange}, {:?}", master.patience);
+    }
+    assert!(master.patience.get() >= TARDY && master.patience.get() < 2 * TARDY, "{:?}", master.patience);
+}

@@ -159,7 +159,7 @@ fn filled() -> Signature {
     Signature::from([Effect::State { name: "filled".to_owned(), on: true }])
 }
 
-/// More hypotheses than are given: those that tie where the rest is cut off are given in either order or in none.
+/// More hypotheses than are given: of those that tie where the rest is cut off none is given, in either order.
 #[test]
 fn the_order_of_demonstrations_does_not_matter_where_there_are_too_many_hypotheses() {
     let demonstrations: [&[Block]; 3] = [
