@@ -3,7 +3,7 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
-use std::sync::Mutex;
+use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use serde_json::Value;
 
@@ -13,11 +13,19 @@ use crate::robot::{Robot, leo};
 const REQUIRED: &str = "LEO_BROWSER_REQUIRED";
 /// One preparation at a time.
 static PREPARING: Mutex<()> = Mutex::new(());
+/// One browser at a time: each draws by software on as many cores as there are.
+static BROWSER: Mutex<()> = Mutex::new(());
+
+/// The only one that does something, until it is dropped.
+fn alone(door: &'static Mutex<()>) -> MutexGuard<'static, ()> {
+    // A test that fails leaves nothing half done behind it.
+    door.lock().unwrap_or_else(PoisonError::into_inner)
+}
 
 /// The page's folder with what its tools need, below the target folder; made there where it is not
 /// yet. `None`, and a line of why, where that does not work.
 fn prepared() -> Option<PathBuf> {
-    let _one = PREPARING.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
+    let _alone = alone(&PREPARING);
     let from = Path::new(env!("CARGO_MANIFEST_DIR")).join("services/console/page");
     let to = Path::new(env!("CARGO_TARGET_TMPDIR")).join("page");
     copied(&from, &to);
@@ -85,12 +93,14 @@ fn played(script: &str, robot: &Robot) -> Option<Vec<u8>> {
 
 #[test]
 fn a_browser_looks_through_the_eyes_of_a_second_teacher_and_moves_his_head() {
+    let _alone = alone(&BROWSER);
     let robot = Robot::start("eyes");
     played("tests/eyes.mjs", &robot);
 }
 
 #[test]
 fn a_browser_teaches_task_1_by_mouse_finger_keyboard_and_typed_sentences() {
+    let _alone = alone(&BROWSER);
     let mut robot = Robot::start("browser");
     let Some(taught) = played("tests/teach.mjs", &robot) else { return };
     let shown: Value = serde_json::from_slice(&taught).expect("JSON");

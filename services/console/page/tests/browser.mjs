@@ -11,20 +11,29 @@ export function executable() {
   return found;
 }
 
+/** How long anything is waited for that a page is to do or to show. */
+const PATIENCE_MS = 1000 * Number(process.env.PATIENCE_S ?? 120);
+
 export function launch() {
   return chromium.launch({
+    timeout: PATIENCE_MS,
     executablePath: executable(),
     args: ['--no-sandbox', '--disable-dev-shm-usage', '--use-angle=swiftshader', '--enable-unsafe-swiftshader', '--ignore-gpu-blocklist'],
   });
 }
 
-const PATIENCE_MS = 1000 * Number(process.env.PATIENCE_S ?? 120);
+/** A page of its own, which is waited for as everything is: a table that is drawn by software is long in coming. */
+export async function opened(browser, how) {
+  const page = await browser.newPage(how);
+  page.setDefaultTimeout(PATIENCE_MS);
+  return page;
+}
 
 /** What waits until a function of a page's state is true. */
-export const patient = (page) => (what, isTrue, argument) => page.waitForFunction(isTrue, argument, { timeout: PATIENCE_MS })
+export const patient = (page) => (what, isTrue, argument) => page.waitForFunction(isTrue, argument)
   .catch(() => { throw new Error(`the page never showed that ${what}`); });
 
 /** Whether Leo's world is on the page. */
 export function ready(page) {
-  return page.waitForFunction(() => window.leo?.cells.get('workspace') !== undefined && window.leo.pictures() > 1, null, { timeout: 60000 });
+  return page.waitForFunction(() => window.leo?.cells.get('workspace') !== undefined && window.leo.pictures() > 1);
 }

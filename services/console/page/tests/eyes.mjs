@@ -4,10 +4,10 @@
 //
 // It waits for states of the page and never for a time; a state that does not come within PATIENCE_S (default 120)
 // fails it. PICTURE, if that is set, is a picture of what he sees.
-import { launch, patient, ready } from './browser.mjs';
+import { launch, opened, patient, ready } from './browser.mjs';
 
 const browser = await launch();
-const page = await browser.newPage({ viewport: { width: 1440, height: 900 } });
+const page = await opened(browser, { viewport: { width: 1440, height: 900 } });
 const troubles = [];
 page.on('pageerror', (error) => troubles.push(error.message));
 

@@ -1,12 +1,12 @@
 // How many pictures a second the page draws by software: node tests/pace.mjs [BLOCKS]
-import { launch, ready } from './browser.mjs';
+import { launch, opened, ready } from './browser.mjs';
 import { crowded, serve } from './fake.mjs';
 
 const blocks = Number(process.argv[2] ?? 100);
 const SECONDS = 5;
 const { address, fake, close } = await serve(0, crowded(blocks));
 const browser = await launch();
-const page = await browser.newPage({ viewport: { width: 1280, height: 800 } });
+const page = await opened(browser, { viewport: { width: 1280, height: 800 } });
 await page.goto(address);
 await ready(page);
 

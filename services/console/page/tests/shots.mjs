@@ -1,7 +1,7 @@
 // Pictures of the page, for who changes it: node tests/shots.mjs [--into FOLDER] [BASE_URL]
 import { mkdir } from 'node:fs/promises';
 import { join } from 'node:path';
-import { launch, ready } from './browser.mjs';
+import { launch, opened, ready } from './browser.mjs';
 import { serve } from './fake.mjs';
 
 const into = process.argv.includes('--into') ? process.argv[process.argv.indexOf('--into') + 1] : 'shots';
@@ -17,13 +17,13 @@ await mkdir(into, { recursive: true });
 const fake = base === undefined ? await serve(0) : null;
 const browser = await launch();
 for (const { name, width, height, dark, touch } of SHOTS) {
-  const page = await browser.newPage({ viewport: { width, height }, colorScheme: dark ? 'dark' : 'light', hasTouch: touch === true });
+  const page = await opened(browser, { viewport: { width, height }, colorScheme: dark ? 'dark' : 'light', hasTouch: touch === true });
   page.on('pageerror', (error) => console.error(`${name}: ${error.message}`));
   page.on('console', (message) => ['error', 'warning'].includes(message.type()) && console.error(`${name}: ${message.text()}`));
   await page.goto(base ?? fake.address);
   await ready(page);
-  if (fake !== null && name === 'laptop') await page.waitForFunction(() => window.leo.under('task/')['task/task 1']?.examples > 0, null, { timeout: 60000 });
-  await page.waitForFunction(() => document.querySelectorAll('#log li').length > 0, null, { timeout: 60000 });
+  if (fake !== null && name === 'laptop') await page.waitForFunction(() => window.leo.under('task/')['task/task 1']?.examples > 0);
+  await page.waitForFunction(() => document.querySelectorAll('#log li').length > 0);
   const thing = await page.evaluate(() => window.leo.screen('green'));
   if (thing !== null) await page.mouse.click(thing.x, thing.y);
   await page.evaluate(() => new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done))));

@@ -7,7 +7,7 @@
 // It waits for states of the page and never for a time; a state that does not come within PATIENCE_S (default 120)
 // fails it, with a picture of the page in PICTURE, if that is set. What recognises speech is the test's own: a browser's
 // sends what it hears to its maker.
-import { launch, patient, ready } from './browser.mjs';
+import { launch, opened, patient, ready } from './browser.mjs';
 import { serve } from './fake.mjs';
 
 const TASK = 'task 1';
@@ -25,8 +25,7 @@ const NOVEL_PEGS_Y = 0.3;
 const base = process.argv[2];
 const own = base === undefined ? await serve(0) : null;
 const browser = await launch();
-const context = await browser.newContext({ viewport: { width: 1440, height: 900 }, hasTouch: true });
-const page = await context.newPage();
+const page = await opened(browser, { viewport: { width: 1440, height: 900 }, hasTouch: true });
 const troubles = [];
 page.on('pageerror', (error) => troubles.push(error.message));
 
@@ -113,7 +112,7 @@ const ways = {
   },
   async finger(peg, block) {
     const [from, to] = await page.evaluate((names) => names.map((name) => window.leo.screen(name)), [peg, block]);
-    const touch = await context.newCDPSession(page);
+    const touch = await page.context().newCDPSession(page);
     const send = (type, points) => touch.send('Input.dispatchTouchEvent', { type, touchPoints: points.map(({ x, y }) => ({ x, y })) });
     await send('touchStart', [from]);
     for (const k of [0.25, 0.5, 0.75, 1]) await send('touchMove', [{ x: from.x + k * (to.x - from.x), y: from.y + k * (to.y - from.y) }]);
