@@ -6,7 +6,7 @@ mod mock_bus;
 #[path = "../sources/venv.rs"]
 mod venv;
 
-use std::process::Command;
+use std::process::{Command, Stdio};
 
 use clock::Duration;
 use rustypot::DynamixelProtocolHandler;
@@ -37,6 +37,21 @@ fn comes(mut looks: impl FnMut() -> bool) -> bool {
     })
 }
 
+/// The buses of the robot as it comes, and the identifiers of the servos on each, in their order.
+fn buses() -> Vec<(String, Vec<u8>)> {
+    let robot = config::Robot::load(None).expect("is built in").motor;
+    let on = |bus| {
+        let joints = robot.joints.iter().filter(|joint| joint.bus == bus);
+        let mut ids: Vec<_> = joints.map(|joint| joint.id).collect();
+        ids.sort_unstable();
+        ids
+    };
+    let buses: Vec<_> =
+        robot.buses.iter().enumerate().map(|(bus, settings)| (settings.name.clone(), on(bus))).collect();
+    assert_eq!(buses.iter().map(|(_, ids)| ids.len()).sum::<usize>(), 65);
+    buses
+}
+
 #[test]
 fn the_vendors_sdk_scans_reads_writes_and_reboots_every_servo() {
     let Some(python) = venv::interpreter("dynamixel-sdk==4.1.0", "dynamixel_sdk") else {
@@ -44,42 +59,63 @@ fn the_vendors_sdk_scans_reads_writes_and_reboots_every_servo() {
         return;
     };
     let mock = MockBus::start(&[]);
-    for (bus, servos) in [("torso", 7), ("left_arm", 13)] {
-        let ran = Command::new(&python)
-            .arg("-B")
-            .arg(concat!(env!("CARGO_MANIFEST_DIR"), "/tests/masters/master.py"))
-            .arg(mock.path(bus))
-            .arg(BAUD.to_string())
-            .args((1..=servos).map(|id: u8| id.to_string()))
-            .output()
-            .expect("starts");
+    // A master for each bus, all at once: each waits for most of a second whenever it scans.
+    let masters: Vec<_> = buses()
+        .into_iter()
+        .map(|(bus, servos)| {
+            let mut master = Command::new(&python);
+            master
+                .arg("-B")
+                .arg(concat!(env!("CARGO_MANIFEST_DIR"), "/tests/masters/master.py"))
+                .arg(mock.path(&bus))
+                .arg(BAUD.to_string())
+                .args(servos.iter().map(u8::to_string))
+                .stdout(Stdio::null())
+                .stderr(Stdio::piped());
+            (bus, master.spawn().expect("starts"))
+        })
+        .collect();
+    for (bus, master) in masters {
+        let ran = master.wait_with_output().expect("ends");
         assert!(ran.status.success(), "{bus}: {}", String::from_utf8_lossy(&ran.stderr));
     }
     assert!(mock.stop().success());
 }
 
-#[test]
-fn rustypot_scans_reads_writes_and_reboots_every_servo() {
-    let mock = MockBus::start(&[]);
-    let (master, mut port) = (DynamixelProtocolHandler::v2(), open(&mock, "torso"));
-    let port = port.as_mut();
-    assert_eq!(master.broadcast_ping(port).expect("answers"), TORSO);
-    for id in TORSO {
-        assert!(master.ping(port, id).expect("answers"));
+/// What is asked of a master: all servos of a bus are found, go to goals, say where they are, and begin
+/// anew without torque.
+fn speaks_to_all(bus: &str, servos: &[u8], port: &mut dyn SerialPort) {
+    let master = DynamixelProtocolHandler::v2();
+    assert_eq!(master.broadcast_ping(port).expect("answers"), servos, "{bus}");
+    for &id in servos {
+        assert!(master.ping(port, id).expect("answers"), "{bus}, servo {id}");
         master.write(port, id, 9, &[0]).expect("answers");
         master.write(port, id, 64, &[1]).expect("answers");
     }
-    let goals: Vec<Vec<u8>> = TORSO.iter().map(|id| (2000 + i32::from(*id)).to_le_bytes().to_vec()).collect();
-    master.sync_write(port, &TORSO, GOAL_POSITION, &goals).expect("is sent");
-    let there = comes(|| master.sync_read(port, &TORSO, PRESENT_POSITION, 4).expect("answers") == goals);
-    assert!(there, "they do not go to their goals");
-    assert_eq!(master.fast_sync_read(port, &TORSO, PRESENT_POSITION, 4).expect("answers"), goals);
-    for id in TORSO {
-        assert!(master.reboot(port, id).expect("answers"));
+    let goals: Vec<_> = servos.iter().map(|id| (2000 + i32::from(*id)).to_le_bytes().to_vec()).collect();
+    master.sync_write(port, servos, GOAL_POSITION, &goals).expect("is sent");
+    let there = comes(|| master.sync_read(port, servos, PRESENT_POSITION, 4).expect("answers") == goals);
+    assert!(there, "{bus}: they do not go to their goals");
+    let read = master.fast_sync_read(port, servos, PRESENT_POSITION, 4).expect("answers");
+    assert_eq!(read, goals, "{bus}");
+    for &id in servos {
+        assert!(master.reboot(port, id).expect("answers"), "{bus}, servo {id}");
     }
-    assert!(comes(|| master.broadcast_ping(port).is_ok_and(|found| found == TORSO)), "they do not come back");
-    let torque = master.sync_read(port, &TORSO, 64, 1).expect("answers");
-    assert!(torque.iter().all(|torque| *torque == [0]), "{torque:?}");
+    let back = comes(|| master.broadcast_ping(port).is_ok_and(|found| found == servos));
+    assert!(back, "{bus}: they do not come back");
+    let torque = master.sync_read(port, servos, 64, 1).expect("answers");
+    assert!(torque.iter().all(|torque| *torque == [0]), "{bus}: {torque:?}");
+}
+
+#[test]
+fn rustypot_scans_reads_writes_and_reboots_every_servo() {
+    let mock = MockBus::start(&[]);
+    std::thread::scope(|threads| {
+        for (bus, servos) in buses() {
+            let mut port = open(&mock, &bus);
+            threads.spawn(move || speaks_to_all(&bus, &servos, port.as_mut()));
+        }
+    });
 }
 
 #[test]
