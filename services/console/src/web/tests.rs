@@ -12,9 +12,10 @@ use super::*;
 
 /// Patience of these tests with a loaded machine.
 const LONG: Duration = Duration::from_secs(60);
-/// Nobody is asked whether he is there, and everybody is waited for.
-const ENDLESS: Patience =
-    Patience { beat: Duration::from_secs(3600), send: LONG, question: LONG, connection: LONG };
+/// Nobody is asked whether he is there, and everybody is waited for: far longer than a test waits, or one
+/// patience could end what a test says that another one ends.
+const ENDLESS: Patience = Patience { beat: HOUR, send: HOUR, question: HOUR, connection: HOUR };
+const HOUR: Duration = Duration::from_secs(3600);
 
 fn served(patience: Patience) -> Web {
     let anywhere = SocketAddr::from(([127, 0, 0, 1], 0));
