@@ -105,12 +105,72 @@ fn a_browser_teaches_task_1_by_mouse_finger_keyboard_and_typed_sentences() {
     let Some(taught) = played("tests/teach.mjs", &robot) else { return };
     let shown: Value = serde_json::from_slice(&taught).expect("JSON");
     robot.stop();
-    let known = leo(&["tasks", "show", "task 1", "--json"]).env("XDG_STATE_HOME", robot.state()).output();
-    let known: Value = serde_json::from_slice(&known.expect("runs").stdout).expect("JSON");
-    let task = &known["account"]["tasks"][0];
-    assert_eq!(shown["rule"]["name"], task["rule"]["name"], "{shown:#}\n{known:#}");
-    assert_eq!(shown["rule"]["perspective"], task["rule"]["perspective"], "{shown:#}");
-    assert_eq!(shown["examples"], task["examples"], "{shown:#}");
-    let last = shown["performances"].as_array().and_then(|performances| performances.last());
+    let (tasks, said) = (shown["tasks"].as_array().expect("a list"), shown["said"].as_str().expect("a text"));
+    assert_eq!(tasks.len(), 2, "{shown:#}");
+    for (task, name) in tasks.iter().zip(["task 2", "task 1"]) {
+        let known = leo(&["tasks", "show", name, "--json"]).env("XDG_STATE_HOME", robot.state()).output();
+        let known: Value = serde_json::from_slice(&known.expect("runs").stdout).expect("JSON");
+        says_what_is_known(task, &known["account"]["tasks"][0]);
+        // What is left open is asked.
+        let question = known["question"].as_str();
+        assert_eq!(question.is_some(), name == "task 2", "{known:#}");
+        assert!(said.contains(question.unwrap_or_default()), "{said}\n{known:#}");
+    }
+    // All of that was there to be compared: a reason, ties, and what comes behind them.
+    assert!(tasks[1]["why"].is_string(), "{shown:#}");
+    let bars = tasks[0]["perspectives"]["human"]["hypotheses"].as_array().expect("a list");
+    assert!(bars.iter().map(|bar| &bar["tied"]).eq([true, true, false]), "{shown:#}");
+    let last = tasks[1]["performances"].as_array().and_then(|performances| performances.last());
     assert!(last.is_some_and(|last| last["result"] == "filled 4 of 4"), "{shown:#}");
+}
+
+/// The page says of a task what `leo tasks show` says of it, in all that both of them say.
+fn says_what_is_known(shown: &Value, known: &Value) {
+    let both = format!("the page: {shown:#}\nknown: {known:#}");
+    let whose = |perspective: &Value| match perspective.as_str() {
+        Some("robot") => "as Leo saw it",
+        _ => "as you could see it",
+    };
+    let examples = known["examples"].as_u64().expect("a number");
+    let count = format!("{examples} {}", if examples == 1 { "demonstration" } else { "demonstrations" });
+    let why: Value = known["explanation"].as_str().map(|why| format!("“{why}”")).into();
+    let rule = &known["rule"];
+    assert_eq!((&shown["name"], &shown["why"]), (&known["name"], &why), "{both}");
+    assert_eq!(shown["rule"], rule["name"], "{both}");
+    assert_eq!(
+        (&shown["count"], &shown["whose"]),
+        (&count.into(), &whose(&rule["perspective"]).into()),
+        "{both}"
+    );
+
+    let known_views = known["hypotheses"].as_object().expect("an object");
+    let shown_views = shown["perspectives"].as_object().expect("an object");
+    assert_eq!(shown_views.len(), known_views.len(), "{both}");
+    for (perspective, known_view) in known_views {
+        let (perspective, shown_view) = (Value::from(perspective.as_str()), &shown_views[perspective]);
+        assert_eq!(shown_view["heading"], whose(&perspective), "{both}");
+        let bars = shown_view["hypotheses"].as_array().expect("a list");
+        let hypotheses = known_view.as_array().expect("a list");
+        assert!(!bars.is_empty() && bars.len() == hypotheses.len(), "{both}");
+        let first = hypotheses.iter().filter(|hypothesis| hypothesis["rank"] == 1).count();
+        for (bar, hypothesis) in bars.iter().zip(hypotheses) {
+            assert_eq!(bar["name"], hypothesis["name"], "{both}");
+            assert_eq!(bar["posterior"].as_f64(), hypothesis["posterior"].as_f64(), "{both}");
+            assert!(is_rounded(&bar["percent"], &hypothesis["posterior"]), "{both}");
+            assert_eq!(bar["tally"], format!("{}/{examples}", hypothesis["tally"]), "{both}");
+            assert_eq!(bar["tied"], first > 1 && hypothesis["rank"] == 1, "{both}");
+            let chosen = rule["name"] == hypothesis["name"] && rule["perspective"] == perspective;
+            assert_eq!(bar["chosen"], chosen, "{both}");
+        }
+    }
+}
+
+/// Whether a text in per cent is a probability, in as many digits as it has.
+fn is_rounded(percent: &Value, probability: &Value) -> bool {
+    let (text, exact) = (percent.as_str().expect("a text"), 100.0 * probability.as_f64().expect("a number"));
+    let number = |text: &str| text.trim_end_matches(" %").parse::<f64>().expect("per cent");
+    match text.strip_prefix("< ") {
+        Some(above) => 0.0 < exact && exact < number(above),
+        None => (exact - number(text)).abs() <= if text.contains('.') { 0.05 + 1e-9 } else { 0.5 + 1e-9 },
+    }
 }

@@ -152,7 +152,7 @@ export class Fake {
 
   learn(name) {
     if (this.teaching?.name !== name) return this.line('Leo', 'said', `you are not teaching me ${name}`);
-    const task = this.tasks.get(name) ?? { name, shown: [], performances: [], hypotheses: {}, rule: null, why: null };
+    const task = this.tasks.get(name) ?? { name, shown: [], performances: [], hypotheses: {}, rule: null, explanation: null };
     const blocks = this.objects.filter((each) => each.hole);
     const seen = (block) => this.memories[1].has(block.id);
     task.shown.push(blocks.map((block) => ({ colour: block.colour, done: this.filled(block) && !this.teaching.before.has(block.name), seen: seen(block) })));
@@ -299,8 +299,8 @@ export class Fake {
     }
     for (const [id, history] of this.histories) cells[`history/${id}`] = history;
     for (const [key, line] of this.lines) cells[key] = line;
-    for (const { name, shown, hypotheses, rule, why, performances } of this.tasks.values()) {
-      cells[`task/${name}`] = { name, examples: shown.length, hypotheses, rule, why, performances };
+    for (const { name, shown, hypotheses, rule, explanation, performances } of this.tasks.values()) {
+      cells[`task/${name}`] = { name, examples: shown.length, hypotheses, rule, explanation, performances };
     }
     return cells;
   }

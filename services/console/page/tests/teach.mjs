@@ -1,5 +1,6 @@
 // Teaches Leo Task 1 on its own page with mouse, finger, keyboard, typed sentences and a spoken one, from an empty table,
-// and prints what the page showed of it as one JSON document:
+// and after it a task whose showings leave open what is meant; and prints what the page showed of both, the last one
+// first, as one JSON document:
 //
 //   node tests/teach.mjs BASE_URL     the page of a robot that runs
 //   node tests/teach.mjs              a fake of Leo
@@ -11,6 +12,7 @@ import { launch, opened, patient, ready } from './browser.mjs';
 import { serve } from './fake.mjs';
 
 const TASK = 'task 1';
+const OPEN_TASK = 'task 2';
 
 /** The two demonstrations: blocks by colour and place, the screen before the blue one, and the pegs' row. */
 const TABLES = [
@@ -49,7 +51,7 @@ const until = patient(page);
 
 const objects = () => page.evaluate(() => Object.values(window.leo.under('thing/')).filter((thing) => thing.kind !== 'person').length);
 const saw = () => page.evaluate(() => Object.values(window.leo.under('line/')).filter((line) => line.kind === 'saw').length);
-const examples = () => page.evaluate((name) => window.leo.cells.get(`task/${name}`)?.examples ?? 0, TASK);
+const examples = (task) => page.evaluate((name) => window.leo.cells.get(`task/${name}`)?.examples ?? 0, task);
 
 async function drag(from, to) {
   await page.mouse.move(from.x, from.y);
@@ -158,10 +160,27 @@ async function demonstrate({ blocks, screen, pegs }) {
   const fills = blocks.filter(([colour]) => colour !== 'blue').map(([colour]) => names[colour]);
   const hands = ['mouse', 'finger', 'keyboard'];
   for (const [at, block] of fills.entries()) await fill(holes[at], block, hands[at % hands.length]);
-  const before = await examples();
-  await say(`${TASK} is done`);
-  await until('Leo has an example more', ([name, n]) => (window.leo.cells.get(`task/${name}`)?.examples ?? 0) > n, [TASK, before]);
+  await done(TASK);
   return shown;
+}
+
+async function done(task) {
+  const before = await examples(task);
+  await say(`${task} is done`);
+  await until('Leo has an example more', ([name, n]) => (window.leo.cells.get(`task/${name}`)?.examples ?? 0) > n, [task, before]);
+}
+
+/** Two showings that no rule explains both: what fits one of them ties, or comes behind. */
+async function leaveOpen() {
+  await clear();
+  const holes = [await add('red square', -0.2, 0.75), await add('green square', 0.1, 0.75)];
+  const pegs = [await add('wood peg', -0.2, PEGS_Y), await add('wood peg', 0.1, PEGS_Y)];
+  await until('Leo knows of all things', (n) => Object.keys(window.leo.under('belief/0/')).length >= n, holes.length + pegs.length);
+  for (const [at, hole] of holes.entries()) {
+    await say(`Leo, I can teach you to do ${OPEN_TASK}`);
+    await fill(pegs[at], hole, 'mouse');
+    await done(OPEN_TASK);
+  }
 }
 
 async function perform() {
@@ -175,32 +194,35 @@ async function perform() {
   await until('Leo has performed', ([name, n]) => window.leo.cells.get(`task/${name}`).performances.filter((each) => each.result).length > n, [TASK, before]);
 }
 
-/** What the page shows of the task, read from its document. */
-const account = () => page.evaluate((name) => {
-  const task = [...document.querySelectorAll('.task')].find((each) => each.dataset.task === name);
-  const rule = task.querySelector('.rule');
-  const perspectives = [...task.querySelectorAll('.perspective')].map((box) => ({
-    perspective: box.dataset.perspective,
-    heading: box.querySelector('h4').textContent,
-    hypotheses: [...box.querySelectorAll('[data-hypothesis]')].map(({ dataset, textContent }) => ({
-      name: dataset.hypothesis, posterior: Number(dataset.posterior), tally: Number(dataset.tally), tied: textContent.includes('tied'),
+/** What the page shows of the tasks, read from its document. */
+const account = () => page.evaluate(() => [...document.querySelectorAll('.task')].map((task) => {
+  const text = (selector, within = task) => within.querySelector(selector)?.textContent.trim() ?? null;
+  const perspectives = [...task.querySelectorAll('.perspective')].map((box) => [box.dataset.perspective, {
+    heading: text('h4', box),
+    hypotheses: [...box.querySelectorAll('[data-hypothesis]')].map((item) => ({
+      name: item.querySelector('.name').firstChild.textContent,
+      percent: item.querySelector('.numbers').firstChild.textContent,
+      posterior: Number(item.dataset.posterior),
+      tally: text('.tally', item),
+      chosen: item.querySelector('.chosen') !== null,
+      tied: item.querySelector('.tied') !== null,
     })),
-  }));
+  }]);
   const performances = [...task.querySelectorAll('.performance')].map((box) => ({
     result: box.dataset.result,
     done: [...box.querySelectorAll('li.done')].map((item) => item.textContent),
     failed: [...box.querySelectorAll('li.failed')].map((item) => item.textContent),
   }));
   return {
-    task: name,
-    examples: window.leo.cells.get(`task/${name}`).examples,
-    rule: { name: rule.dataset.rule, perspective: rule.dataset.perspective },
-    why: task.querySelector('.why')?.textContent ?? null,
-    perspectives,
+    name: text('h3'),
+    count: text('.count'),
+    rule: text('.rule strong'),
+    whose: text('.rule .whose'),
+    why: text('.why'),
+    perspectives: Object.fromEntries(perspectives),
     performances,
-    filled: Object.values(window.leo.under('thing/')).filter((thing) => thing.hole).map((thing) => ({ name: thing.name, filled: thing.filled })),
   };
-}, TASK);
+}));
 
 try {
   await page.goto(base ?? own.address);
@@ -209,9 +231,11 @@ try {
   for (const table of TABLES) divides.push(await demonstrate(table));
   await perform();
   await cannotHear();
-  const shown = await account();
+  await leaveOpen();
+  const tasks = await account();
+  const said = await page.$eval('#log', (log) => log.textContent);
   if (troubles.length > 0) throw new Error(`the page failed: ${troubles.join('; ')}`);
-  console.log(JSON.stringify({ ...shown, divides }, null, 2));
+  console.log(JSON.stringify({ tasks, said, divides }, null, 2));
 } catch (error) {
   if (process.env.PICTURE) await page.screenshot({ path: process.env.PICTURE });
   const toasts = await page.$$eval('.toast span', (all) => all.map((each) => each.textContent)).catch(() => []);
