@@ -25,10 +25,10 @@ impl Motion {
 
     /// The motion `dt_s` later on a trapezoid of velocity that ends at rest at `goal_rad`.
     ///
-    /// Speed and acceleration stay within the limits; the last step of all, no longer than the
-    /// acceleration times `dt_s`² / 2, lands on the goal itself. What could stop within an
-    /// interval that holds the goal never leaves the interval. `None` when a number is not
-    /// finite or a limit is not above zero.
+    /// Speed and acceleration stay within the limits, and so does what the positions say of them; the
+    /// last step of all, no longer than the acceleration times `dt_s`² / 2, lands on the goal itself. What
+    /// could stop within an interval that holds the goal never leaves the interval. `None` when a number
+    /// is not finite or a limit is not above zero.
     #[must_use]
     pub fn towards(self, goal_rad: f64, limits: Limits, dt_s: f64) -> Option<Self> {
         let (acceleration, step) = (limits.acceleration_rad_s2, limits.acceleration_rad_s2 * dt_s);
@@ -40,7 +40,9 @@ impl Motion {
         // Everything below is written for a goal that lies ahead.
         let ahead = if distance < 0.0 { -1.0 } else { 1.0 };
         let (distance, velocity) = (distance * ahead, self.velocity_rad_s * ahead);
-        if distance <= step * dt_s / 2.0 && velocity.abs() <= step {
+        // What is slow enough lands, but not out of a motion that a step to the goal would break off.
+        let landing = distance / dt_s;
+        if landing <= step / 2.0 && (landing - velocity).abs() <= step / 2.0 {
             return Some(Self::at(goal_rad));
         }
         // The highest velocity v at the end of the step from which it can still stop in time:
@@ -154,6 +156,22 @@ mod tests {
                     prop_assert!(next.position_rad.abs() <= 1.0 + 1e-4, "{next:?}");
                     motion = next;
                 }
+            }
+        }
+
+        /// By the positions alone, which are all that a servo is told, in cycles of uneven length.
+        #[test]
+        fn positions_break_no_limit_in_cycles_of_any_length(
+            goals in proptest::collection::vec((-1.0..1.0, proptest::collection::vec(0.001..0.02, 60)), 1..9),
+        ) {
+            let (mut motion, mut velocity, mut before_s) = (Motion::at(0.0), 0.0, 0.0);
+            for (goal, dt_s) in goals.iter().flat_map(|(goal, cycles)| cycles.iter().map(move |dt| (*goal, *dt))) {
+                let next = motion.towards(goal, LIMITS, dt_s).unwrap();
+                let now = (next.position_rad - motion.position_rad) / dt_s;
+                let most = 10.0 * f64::midpoint(before_s, dt_s);
+                prop_assert!((now - velocity).abs() <= most + 1e-9, "{motion:?} to {next:?} in {dt_s} s");
+                prop_assert!(now.abs() <= 2.0 + 1e-9);
+                (motion, velocity, before_s) = (next, now, dt_s);
             }
         }
 
