@@ -5,6 +5,7 @@ use super::*;
 
 use crate::request::Topic;
 
+use servo::Status;
 use servo::mock::{HardwareError, Injection};
 
 use JointMode::{Decelerating, Following, Holding, Limp, Quarantined, Releasing};
@@ -253,6 +254,30 @@ fn answers_to_an_earlier_question_are_never_taken_whatever_their_length() {
     }
     assert_eq!(rig.motor.counts().stale, 9);
     assert_eq!(rig.motor.bus_counts(1).stale, 9);
+}
+
+#[test]
+fn noise_whose_check_sum_is_right_by_chance_is_neither_an_alert_nor_a_refusal() {
+    let mut rig = following();
+    rig.commanded(1, 0.0, rig.now);
+    for (alert, fault) in
+        [(true, None), (false, Some(servo::Fault::Unknown(34))), (true, Some(servo::Fault::Limit))]
+    {
+        rig.now += PERIOD;
+        rig.motor.goals(rig.now, &[]);
+        rig.motor.step(rig.now);
+        rig.motor.request(1, rig.now, &mut rig.request);
+        let length = rig.request.parts().next().unwrap().0.data;
+        let noise = vec![0xA5; length];
+        rig.replies.clear();
+        rig.replies.add(Topic::Chain, &Status { id: Id::new(1).unwrap(), alert, fault, params: &noise });
+        rig.replies.stamp(rig.now);
+        rig.motor.replies(1, rig.now, &rig.replies);
+        assert_eq!((rig.modes()[2], rig.motor.trouble(2)), (Following, None), "{alert} {fault:?}");
+        rig.commanded(1, 0.0, rig.now);
+    }
+    rig.commanded(100, 0.0, rig.now);
+    assert_eq!(rig.modes(), [Following; 3]);
 }
 
 #[test]
