@@ -8,7 +8,7 @@ use crate::request::SERVOS_MOST;
 use crate::{BusCounts, Counts, Replies, Request, Trouble};
 
 /// The longest step of the commands: after a longer pause they go on from where they were.
-const STEP_MOST: Duration = Duration::from_millis(20);
+pub(crate) const STEP_MOST: Duration = Duration::from_millis(20);
 
 /// Why a robot cannot be driven.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
