@@ -53,9 +53,9 @@ pub(super) fn rehearse(
         if sensor.note(source, &header) {
             sensor.take(source, &header, &observations);
         }
-        let header = sensor.end();
+        let head = sensor.end();
         let perceived: Vec<Perceived> = sensor.perceived().collect();
-        believer.step(now, &header, &perceived);
+        believer.step(now, &head, &perceived);
         let frames: Vec<_> = (0..believer.perspectives())
             .map(|perspective| {
                 let believed =

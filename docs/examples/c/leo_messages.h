@@ -948,6 +948,19 @@ LEO_ASSERT(sizeof(struct leo_perceived) == 472, "size of leo/Perceived/1");
 LEO_ASSERT(offsetof(struct leo_perceived, observation) == 0, "place of observation");
 LEO_ASSERT(offsetof(struct leo_perceived, snapshot) == 128, "place of snapshot");
 
+/* The head of a percept buffer: who looked. */
+#define LEO_PERCEPT_HEAD_TYPE "leo/PerceptHead/1"
+struct leo_percept_head {
+    LEO_NAMED(LEO_PERCEPT_HEAD_TYPE)
+    /* The frame's header. */
+    struct leo_header header;
+    /* The sources that looked: bit n for source n, the last bit for all beyond. */
+    uint64_t looked;
+};
+LEO_ASSERT(sizeof(struct leo_percept_head) == 104, "size of leo/PerceptHead/1");
+LEO_ASSERT(offsetof(struct leo_percept_head, header) == 0, "place of header");
+LEO_ASSERT(offsetof(struct leo_percept_head, looked) == 96, "place of looked");
+
 /* What was computed of one perspective, since its process's life began. */
 #define LEO_PERSPECTIVE_HEALTH_TYPE "leo/PerspectiveHealth/1"
 struct leo_perspective_health {

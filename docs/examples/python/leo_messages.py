@@ -852,6 +852,20 @@ class Perceived(ctypes.Structure):
         return "leo/Perceived/1"
 
 
+# The head of a percept buffer: who looked.
+class PerceptHead(ctypes.Structure):
+    _fields_ = [
+        # The frame's header.
+        ("header", Header),
+        # The sources that looked: bit n for source n, the last bit for all beyond.
+        ("looked", ctypes.c_uint64),
+    ]
+
+    @staticmethod
+    def type_name():
+        return "leo/PerceptHead/1"
+
+
 # What was computed of one perspective, since its process's life began.
 class PerspectiveHealth(ctypes.Structure):
     _fields_ = [
@@ -1083,6 +1097,7 @@ _LAYOUT = [
     (PerceptValue, 28, [0, 2, 4, 8, 12]),
     (Snapshot, 340, [0, 4]),
     (Perceived, 472, [0, 128]),
+    (PerceptHead, 104, [0, 96]),
     (PerspectiveHealth, 32, [0, 16, 24]),
     (Perspectives, 8200, [0, 8]),
     (Roster, 128, [0]),

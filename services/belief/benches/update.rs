@@ -22,7 +22,7 @@ use clock::Instant;
 use config::percepts::Percepts;
 use config::perspective::{Angle, Perspective};
 use geometry::{Base, Eye, Pose, Position};
-use message::{Header, Hop, Observation, ObservationKind, Perceived, State};
+use message::{Header, Hop, Observation, ObservationKind, Perceived, PerceptHead, SourceSet, State};
 use perception::{Frame, Perception};
 use quantity::number::{float, float_of_count, floor_usize, single};
 
@@ -96,8 +96,9 @@ fn track(count: usize, partners: u32) -> [Vec<u64>; 3] {
         }));
         let mut header = Header::at(at.as_nanos());
         header.pass(Hop::Observed, at.as_nanos());
+        let head = PerceptHead::new(header, SourceSet::of(0));
         let started = clock::now();
-        believer.step(at, &header, &entries);
+        believer.step(at, &head, &entries);
         let stepped = clock::now();
         divergences.read(&believer);
         let read = clock::now();

@@ -2,7 +2,7 @@ use clock::Instant;
 use config::percepts::Percepts;
 use config::perspective::Perspective;
 use geometry::{Base, Position};
-use message::{Belief, BeliefHead, Header, Hop, Path, Perceived, Perspectives};
+use message::{Belief, BeliefHead, Header, Path, Perceived, PerceptHead, Perspectives};
 use perception::{Perception, Unperceivable};
 use perspective::{Nested, NoPerspective, Partner, Robot};
 use quantity::number::{saturating_u16, saturating_u32};
@@ -37,7 +37,7 @@ pub enum Unbelieving {
 /// ```
 /// use belief_process::Believer;
 /// use clock::Instant;
-/// use message::{Header, Observation, Perceived};
+/// use message::{Header, Observation, Perceived, PerceptHead, SourceSet};
 ///
 /// let percepts = config::percepts::Percepts::builtin();
 /// let perspective = config::perspective::Perspective::builtin();
@@ -47,7 +47,8 @@ pub enum Unbelieving {
 /// let observation = Observation { half_extents_m: [0.03; 3], ..Observation::object(0, 1_000) };
 /// let snapshot = perception.perceive(&observation, &perception::Frame { agent: 0 });
 /// let now = Instant::from_nanos(2_000);
-/// believer.step(now, &Header::at(1_000), &[Perceived { observation, snapshot }]);
+/// let head = PerceptHead::new(Header::at(1_000), SourceSet::of(0));
+/// believer.step(now, &head, &[Perceived { observation, snapshot }]);
 ///
 /// assert_eq!(believer.perspectives(), 2);
 /// assert_eq!(believer.len(0), 1);
@@ -162,12 +163,13 @@ impl Believer {
     /// Brings every perspective to the instant that a frame of the percept buffer speaks about.
     ///
     /// A frame that claims to come from the future counts as of `now`, and one older than its
-    /// predecessor as of that one: beliefs never run backwards. A frame that passed no
-    /// [`Hop::Observed`] was observed by nobody: nothing vanishes in it.
-    pub fn step(&mut self, now: Instant, header: &Header, entries: &[Perceived]) {
+    /// predecessor as of that one: beliefs never run backwards. What none of the sources that looked
+    /// saw before does not vanish in it.
+    pub fn step(&mut self, now: Instant, head: &PerceptHead, entries: &[Perceived]) {
+        let header = &head.header;
         self.at = Instant::from_nanos(header.valid_at_ns).min(now).max(self.at);
         self.header = Header { valid_at_ns: self.at.as_nanos(), ..header.onwards() };
-        self.robot.step(self.at, header.passed(Hop::Observed).is_some(), entries);
+        self.robot.step(self.at, head.looked(), entries);
         self.count(0, self.robot.beliefs().len());
         for index in 0..self.others.len() {
             let Some((earlier, [other, ..])) = self.others.split_at_mut_checked(index) else { return };

@@ -14,7 +14,7 @@ use crate::Believer;
 /// ```
 /// use belief_process::{Believer, Divergences};
 /// use clock::Instant;
-/// use message::{Header, Observation, Perceived};
+/// use message::{Header, Observation, Perceived, PerceptHead, SourceSet};
 ///
 /// let percepts = config::percepts::Percepts::builtin();
 /// let perspective = config::perspective::Perspective::builtin();
@@ -24,7 +24,8 @@ use crate::Believer;
 ///
 /// let observation = Observation { half_extents_m: [0.03; 3], ..Observation::object(0, 1_000) };
 /// let snapshot = perception.perceive(&observation, &perception::Frame { agent: 0 });
-/// believer.step(Instant::from_nanos(2_000), &Header::at(1_000), &[Perceived { observation, snapshot }]);
+/// let head = PerceptHead::new(Header::at(1_000), SourceSet::of(0));
+/// believer.step(Instant::from_nanos(2_000), &head, &[Perceived { observation, snapshot }]);
 /// divergences.read(&believer);
 /// divergences.compare();
 ///

@@ -41,7 +41,7 @@ pub fn run(launch: &Launch, robot: &Robot) -> Result<(), Failure> {
         while !member.shall_stop()
             && let Some(frame) = percepts.receive()?
         {
-            let published_ns = frame.head().passed(Hop::Perceived).unwrap_or(member.now().as_nanos());
+            let published_ns = frame.head().header.passed(Hop::Perceived).unwrap_or(member.now().as_nanos());
             let now = member.begin_step(published_ns);
             believer.step(now, frame.head(), frame.entries());
             divergences.read(&believer);

@@ -2,7 +2,7 @@
 
 use belief_process::Believer;
 use clock::{Duration, Instant};
-use message::{Feature, Header, Observation, Perceived, PerceptValue, Snapshot};
+use message::{Feature, Header, Observation, Perceived, PerceptHead, PerceptValue, Snapshot, SourceSet};
 use proptest::prelude::*;
 use proptest::strategy::ValueTree;
 use proptest::test_runner::RngSeed;
@@ -71,16 +71,17 @@ proptest! {
 
     #[test]
     fn whatever_the_percept_buffer_says_each_perspective_stays_within_its_capacity_and_sound(
-        frames in prop::collection::vec((any::<bool>(), prop::collection::vec(entry(), 0..12)), 1..12),
+        frames in prop::collection::vec((any::<bool>(), 0..4_u16, prop::collection::vec(entry(), 0..12)), 1..12),
     ) {
         let percepts = config::percepts::Percepts::builtin();
         let config = config::perspective::Perspective::builtin();
         let mut believer = Believer::new(&percepts, &config, 2, 2, CAPACITY).unwrap();
         let mut now = Instant::EPOCH;
-        for (honest, entries) in &frames {
+        for (honest, source, entries) in &frames {
             now += Duration::from_millis(5);
             let valid_at_ns = if *honest { now.as_nanos() } else { u64::MAX - now.as_nanos() };
-            believer.step(now, &Header::at(valid_at_ns), entries);
+            let head = PerceptHead::new(Header::at(valid_at_ns), SourceSet::of(*source));
+            believer.step(now, &head, entries);
             for perspective in 0..believer.perspectives() {
                 let (head, count) = (believer.head(perspective), believer.len(perspective));
                 prop_assert!(count <= CAPACITY);
@@ -108,7 +109,8 @@ fn the_allegations_of_these_tests_are_believed_and_refused() {
         let now = Instant::EPOCH + Duration::from_millis(millis);
         let made = entry().new_tree(&mut runner).unwrap().current();
         let observation = Observation { observed_at_ns: now.as_nanos(), ..made.observation };
-        believer.step(now, &Header::at(now.as_nanos()), &[Perceived { observation, ..made }]);
+        let head = PerceptHead::new(Header::at(now.as_nanos()), SourceSet::ALL);
+        believer.step(now, &head, &[Perceived { observation, ..made }]);
     }
     let (robot, partner) = (believer.head(0), believer.head(1));
     assert!(robot.refused > 50 && robot.created > 10 && partner.created > 0, "{robot:?} {partner:?}");

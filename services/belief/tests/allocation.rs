@@ -19,8 +19,8 @@ fn hundreds_of_frames_with_two_partners_nested_twice_and_64_things_allocate_noth
     let (mut published, mut differing) = (0, 0);
     let allocations = allocations_in(|| {
         for _ in 0..300 {
-            let (now, header, entries) = frames.next();
-            believer.step(now, &header, entries);
+            let (now, head, entries) = frames.next();
+            believer.step(now, &head, entries);
             for perspective in 0..believer.perspectives() {
                 let _head = believer.head(perspective);
                 let beliefs = (0..believer.len(perspective)).filter_map(|at| believer.entry(perspective, at));

@@ -7,7 +7,7 @@ mod frames;
 use belief_process::{Believer, Divergences, Unbelieving};
 use clock::{Duration, Instant};
 use frames::{Frames, capacity};
-use message::{Header, Hop, Observation, Perceived, PerceptValue, Snapshot};
+use message::{Header, Hop, Observation, Perceived, PerceptHead, PerceptValue, Snapshot, SourceSet};
 use perspective::{Divergence, NoPerspective, Side};
 
 fn believer(partners: u32) -> Believer {
@@ -25,9 +25,9 @@ fn without_partners_there_is_the_robots_perspective_alone() {
     let (mut alone, mut watching) = (believer(0), believer(2));
     let mut frames = Frames::new(8);
     for _ in 0..50 {
-        let (now, header, entries) = frames.next();
-        alone.step(now, &header, entries);
-        watching.step(now, &header, entries);
+        let (now, head, entries) = frames.next();
+        alone.step(now, &head, entries);
+        watching.step(now, &head, entries);
     }
     assert_eq!((alone.perspectives(), watching.perspectives()), (1, 3));
     assert_eq!((alone.len(0), alone.len(1)), (8, 0));
@@ -42,13 +42,13 @@ fn without_partners_there_is_the_robots_perspective_alone() {
 fn every_perspective_speaks_about_the_instant_of_the_frame() {
     let mut believer = believer(2);
     let mut frames = Frames::new(4);
-    let (now, mut header, entries) = frames.next();
-    header.pass(Hop::Perceived, 77);
-    believer.step(now + Duration::from_millis(3), &header, entries);
+    let (now, mut frame, entries) = frames.next();
+    frame.header.pass(Hop::Perceived, 77);
+    believer.step(now + Duration::from_millis(3), &frame, entries);
     for perspective in 0..3 {
         let head = believer.head(perspective);
         assert_eq!(head.perspective, perspective);
-        assert_eq!(head.header.valid_at_ns, header.valid_at_ns);
+        assert_eq!(head.header.valid_at_ns, frame.header.valid_at_ns);
         assert_eq!(head.header.passed(Hop::Perceived), Some(77));
         assert_eq!(head.present, 1);
     }
@@ -59,9 +59,10 @@ fn every_perspective_speaks_about_the_instant_of_the_frame() {
 fn time_never_runs_backwards_nor_ahead_of_now() {
     let mut believer = believer(1);
     let now = Instant::from_nanos(5_000_000_000);
-    believer.step(now, &Header::at(u64::MAX), &[]);
+    let frame_at = |valid_at_ns| PerceptHead::new(Header::at(valid_at_ns), SourceSet::EMPTY);
+    believer.step(now, &frame_at(u64::MAX), &[]);
     assert_eq!(believer.head(0).header.valid_at_ns, now.as_nanos());
-    believer.step(now, &Header::at(3), &[]);
+    believer.step(now, &frame_at(3), &[]);
     assert_eq!(believer.head(1).header.valid_at_ns, now.as_nanos());
 }
 
@@ -69,7 +70,7 @@ fn time_never_runs_backwards_nor_ahead_of_now() {
 fn unsound_entries_are_refused_and_counted_and_harm_nothing() {
     let mut believer = believer(1);
     let mut frames = Frames::new(4);
-    let (now, header, entries) = frames.next();
+    let (now, head, entries) = frames.next();
     let sound = *entries.last().unwrap();
     let mut lying = Snapshot::default();
     assert!(lying.push(PerceptValue::new(0, f32::NAN, 1.0, message::Feature::None)));
@@ -87,7 +88,7 @@ fn unsound_entries_are_refused_and_counted_and_harm_nothing() {
         Perceived { snapshot: shapeless, ..sound },
     ];
     let all: Vec<_> = entries.iter().chain(&unsound).copied().collect();
-    believer.step(now, &header, &all);
+    believer.step(now, &head, &all);
     assert_eq!((believer.head(0).refused, believer.head(1).refused), (5, 5));
     assert_eq!(believer.len(0), 4);
 }
@@ -96,9 +97,9 @@ fn unsound_entries_are_refused_and_counted_and_harm_nothing() {
 fn entries_beyond_the_capacity_are_left_out_and_counted() {
     let mut believer = believer(1);
     let mut frames = Frames::new(4);
-    let (now, header, entries) = frames.next();
+    let (now, head, entries) = frames.next();
     let many: Vec<_> = entries.iter().cycle().take(capacity() + 5).copied().collect();
-    believer.step(now, &header, &many);
+    believer.step(now, &head, &many);
     assert!(believer.head(0).overflowed >= 5);
 }
 
@@ -121,9 +122,9 @@ fn nested_perspectives_are_numbered_after_the_partners_and_change_nothing_of_the
     let (mut flat, mut deep) = (believer(2), nested(2, 3));
     let mut frames = Frames::new(8);
     for _ in 0..100 {
-        let (now, header, entries) = frames.next();
-        flat.step(now, &header, entries);
-        deep.step(now, &header, entries);
+        let (now, head, entries) = frames.next();
+        flat.step(now, &head, entries);
+        deep.step(now, &head, entries);
     }
     assert_eq!((flat.perspectives(), deep.perspectives()), (3, 15));
     for perspective in 0..3 {
@@ -161,8 +162,8 @@ fn each_perspective_is_compared_with_the_one_that_it_is_nested_in() {
     let mut frames = Frames::new(16);
     let mut differences = [0; 7];
     for _ in 0..300 {
-        let (now, header, entries) = frames.next();
-        believer.step(now, &header, entries);
+        let (now, head, entries) = frames.next();
+        believer.step(now, &head, entries);
         divergences.read(&believer);
         divergences.compare();
         for perspective in 1..7 {

@@ -2,7 +2,7 @@ use belief_process::{Believer, Unbelieving};
 use chronicle::Mind;
 use clock::Instant;
 use config::Robot;
-use message::{Belief, BeliefHead, Header, Hop, Perceived};
+use message::{Belief, BeliefHead, Header, Hop, Perceived, PerceptHead, SourceSet};
 use perception::{Frame as Whose, Perception};
 use perspective::{Divergence, Side};
 use trace::Frame;
@@ -66,9 +66,10 @@ impl Minds {
         let left_out = observations().count().saturating_sub(self.entries.len());
         self.left_out = self.left_out.saturating_add(u64::try_from(left_out).unwrap_or(u64::MAX));
         let mut header = Header::at(at_ns);
-        // A stamp of zero would say that nobody looked.
+        // A stamp of zero would say that there is none.
         header.pass(Hop::Observed, at_ns.max(1));
-        self.believer.step(Instant::from_nanos(at_ns), &header, &self.entries);
+        let looked = frames.iter().map(|frame| SourceSet::of(frame.source)).collect();
+        self.believer.step(Instant::from_nanos(at_ns), &PerceptHead::new(header, looked), &self.entries);
         self.read();
     }
 

@@ -2,7 +2,7 @@ use clock::Instant;
 use config::leo;
 use config::percepts::Percepts;
 use geometry::Pose;
-use message::{Header, LOSSES, Loss, MAX_SOURCES, Observation, Perceived, Sources};
+use message::{Header, LOSSES, Loss, MAX_SOURCES, Observation, Perceived, PerceptHead, SourceSet, Sources};
 use perception::{Frame, Perception, Unperceivable};
 use quantity::number::{saturating_u32, single};
 
@@ -48,7 +48,7 @@ pub enum News {
 ///
 /// ```
 /// use clock::Instant;
-/// use message::{Header, Hop, Loss, Observation};
+/// use message::{Header, Hop, Loss, Observation, SourceSet};
 /// use sensor_process::Sensor;
 ///
 /// let robot = config::Robot::load(None)?;
@@ -62,9 +62,10 @@ pub enum News {
 /// sensor.begin(Instant::from_nanos(2_000));
 /// assert!(sensor.note(0, &header));
 /// sensor.take(0, &header, &[nowhere, sound]);
-/// let header = sensor.end();
+/// let head = sensor.end();
 ///
-/// assert_eq!((header.valid_at_ns, sensor.len()), (1_000, 1));
+/// assert_eq!((head.header.valid_at_ns, sensor.len()), (1_000, 1));
+/// assert_eq!(head.looked(), SourceSet::of(0));
 /// assert_eq!(sensor.perceived().next().unwrap().observation.source, 0);
 /// assert_eq!(sensor.losses()[usize::from(Loss::Place.raw())], 1);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
@@ -131,13 +132,13 @@ impl Sensor {
         }
     }
 
-    /// Ends the cycle; gives the header of the percept buffer.
+    /// Ends the cycle; gives the head of the percept buffer.
     ///
     /// It speaks about the newest instant that a source observed in this cycle, with the stamp of
     /// that source, and says how many observations were left out for lack of room, by all sources
-    /// and here. Where no source had anything new, it speaks about `now` and was observed by
-    /// nobody: time passes for the beliefs, and nothing is taken to have vanished.
-    pub fn end(&mut self) -> Header {
+    /// and here, and which sources looked. Where no source had anything new, it speaks about `now`:
+    /// time passes for the beliefs, and nothing is taken to have vanished.
+    pub fn end(&mut self) -> PerceptHead {
         self.share_out();
         for source in &mut self.sources {
             source.end(self.now);
@@ -146,7 +147,8 @@ impl Sensor {
         let newest = headers().max_by_key(|header| header.valid_at_ns);
         let mut header = newest.copied().unwrap_or_else(|| Header::at(self.now.as_nanos()));
         header.left_out = headers().fold(0, |sum: u64, header| sum.saturating_add(header.left_out));
-        header
+        let looked = (0..).zip(&self.sources).filter(|(_, source)| source.header().is_some());
+        PerceptHead::new(header, looked.map(|(number, _)| SourceSet::of(number)).collect())
     }
 
     /// Where there are more observations than room, every source is sure of an equal share of it,

@@ -2,7 +2,9 @@ use clock::{Duration, Instant};
 use config::Robot;
 use config::campaign::Campaign;
 use config::leo::{Source, SourceKind};
-use message::{Header, Hop, LOSSES, Loss, Observation, Observations, Perceived, Percepts, Process, Snapshot};
+use message::{
+    Hop, LOSSES, Loss, Observation, Observations, Perceived, PerceptHead, Percepts, Process, Snapshot,
+};
 use process::{Failure, Launch, Member, Progress};
 use quantity::number::saturating_u32;
 use transport::{Frame, Inlet};
@@ -55,17 +57,17 @@ pub fn run(launch: &Launch, robot: &Robot) -> Result<(), Failure> {
             }
         }
         recordings.play(now, leo.sensor.rate_hz.period(), &mut sensor);
-        let mut header = sensor.end();
-        header.pass(Hop::SensorStarted, now.as_nanos());
+        let mut head = sensor.end();
+        head.header.pass(Hop::SensorStarted, now.as_nanos());
         let nothing = Perceived { observation: Observation::object(0, 0), snapshot: Snapshot::default() };
-        let stamp = |header: &mut Header| header.pass(Hop::Perceived, member.now().as_nanos());
+        let stamp = |head: &mut PerceptHead| head.header.pass(Hop::Perceived, member.now().as_nanos());
         if let Some(disturbance) = &mut disturbance {
             let mut disturbed = disturbance.disturb(now, sensor.perceived()).iter();
             let count = disturbed.len();
-            outlet.send(header, count, |_| disturbed.next().copied().unwrap_or(nothing), stamp)?;
+            outlet.send(head, count, |_| disturbed.next().copied().unwrap_or(nothing), stamp)?;
         } else {
             let mut perceived = sensor.perceived();
-            outlet.send(header, sensor.len(), |_| perceived.next().unwrap_or(nothing), stamp)?;
+            outlet.send(head, sensor.len(), |_| perceived.next().unwrap_or(nothing), stamp)?;
         }
         let health = member.health();
         let losses = sensor.losses();

@@ -1,6 +1,6 @@
 use clock::Instant;
 use config::percepts::Percepts;
-use message::{Feature, Perceived, PerceptValue};
+use message::{Feature, Perceived, PerceptValue, SourceSet};
 
 use crate::Unbelievable;
 use crate::cluster::{Population, Symbols};
@@ -72,6 +72,7 @@ const VACANT: Slot = Slot {
         perceived_at: Instant::EPOCH,
         observations: 0,
         held_by: message::NOBODY,
+        seen_by: SourceSet::EMPTY,
     },
     holds: Holds::Nothing,
     pending: None,

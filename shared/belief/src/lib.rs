@@ -49,9 +49,9 @@
 //! let (red, blue) = ([0.80, 0.05, 0.05], [0.05, 0.15, 0.80]);
 //!
 //! let first = Instant::from_nanos(1_000_000_000);
-//! system.step(first, &[see(first, 0.50, red)], 0..1, |_place| true);
+//! system.step(first, &[see(first, 0.50, red)], 0..1, |_seen_by, _place| true);
 //! let then = first + Duration::from_millis(5);
-//! system.step(then, &[see(then, 0.54, red), see(then, 0.55, blue)], 0..2, |_place| true);
+//! system.step(then, &[see(then, 0.54, red), see(then, 0.55, blue)], 0..2, |_seen_by, _place| true);
 //!
 //! let beliefs: Vec<_> = system.beliefs().collect();
 //! assert_eq!(beliefs.iter().map(|belief| (belief.id, belief.observations)).collect::<Vec<_>>(), [(1, 2), (2, 1)]);

@@ -1,5 +1,5 @@
 use clock::Instant;
-use message::Observation;
+use message::{Observation, SourceSet};
 
 /// What is remembered of one object besides its percepts: its identity, and when and by whom.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -9,12 +9,15 @@ pub(crate) struct Memory {
     pub(crate) perceived_at: Instant,
     pub(crate) observations: u64,
     pub(crate) held_by: u16,
+    /// The sources that ever saw it: they alone can miss it.
+    pub(crate) seen_by: SourceSet,
 }
 
 impl Memory {
     /// Of one observation, taken at `at`.
     pub(crate) fn new(id: u64, at: Instant, observation: &Observation) -> Self {
-        Self { id, born_at: at, perceived_at: at, observations: 1, held_by: observation.held_by }
+        let seen_by = SourceSet::of(observation.source);
+        Self { id, born_at: at, perceived_at: at, observations: 1, held_by: observation.held_by, seen_by }
     }
 
     /// The union with another belief of the same object. The older identity survives.
@@ -29,5 +32,6 @@ impl Memory {
         self.born_at = self.born_at.min(other.born_at);
         self.perceived_at = self.perceived_at.max(other.perceived_at);
         self.observations = self.observations.saturating_add(other.observations);
+        self.seen_by = self.seen_by.union(other.seen_by);
     }
 }

@@ -4,7 +4,7 @@ mod tests;
 use clock::{Duration, Instant};
 use config::percepts::{self, Kernel, Percept, Percepts};
 use geometry::{Pose, Position};
-use message::{Belief, Feature, Perceived, PerceptValue, Remembered};
+use message::{Belief, Feature, Perceived, PerceptValue, Remembered, SourceSet};
 use quantity::number::{saturating_u32, single};
 
 use crate::arena::{Arena, Step};
@@ -39,7 +39,7 @@ const MOST: usize = 1_000_000;
 ///     let now = Instant::from_nanos(1 + millis * 1_000_000);
 ///     let observation = Observation::object(0, now.as_nanos());
 ///     let snapshot = perception.perceive(&observation, &Frame { agent: 0 });
-///     system.step(now, &[Perceived { observation, snapshot }], 0..1, |_place| true);
+///     system.step(now, &[Perceived { observation, snapshot }], 0..1, |_seen_by, _place| true);
 /// }
 /// assert_eq!(system.len(), 1);
 /// let belief = system.beliefs().next().unwrap();
@@ -189,15 +189,15 @@ impl BeliefSystem {
     /// Takes in what the perspective perceived at `now`: creates beliefs, merges them, culls.
     ///
     /// `which` are the indices of the `perceived` things that count, rising. Observations and snapshots are
-    /// in the perspective's frame. `in_view` says of a place in that frame, in metres, whether the
-    /// perspective now sees what is there. An observation whose snapshot is empty creates nothing. An instant
+    /// in the perspective's frame. `in_view` says whether the perspective now sees what is at a place
+    /// in that frame, in metres, with the eyes of a source among those given, which saw the thing before. An observation whose snapshot is empty creates nothing. An instant
     /// before that of the step before is taken as the latter; observations that may not enter are counted.
     pub fn step(
         &mut self,
         now: Instant,
         perceived: &[Perceived],
         which: impl Iterator<Item = usize>,
-        in_view: impl Fn([f32; 3]) -> bool,
+        in_view: impl Fn(SourceSet, [f32; 3]) -> bool,
     ) {
         if now < self.now {
             self.counts.backwards += 1;
@@ -379,7 +379,7 @@ impl BeliefSystem {
     }
 
     /// C: removes the beliefs on which all culling functions agree (Eq. 5).
-    fn cull(&mut self, in_view: impl Fn([f32; 3]) -> bool) {
+    fn cull(&mut self, in_view: impl Fn(SourceSet, [f32; 3]) -> bool) {
         if self.cull.is_empty() {
             return;
         }
@@ -397,8 +397,9 @@ impl BeliefSystem {
     }
 
     /// A culling function c of a belief.
-    fn agrees(&self, cull: &Cull, slot: u32, in_view: impl Fn([f32; 3]) -> bool) -> bool {
+    fn agrees(&self, cull: &Cull, slot: u32, in_view: impl Fn(SourceSet, [f32; 3]) -> bool) -> bool {
         let Some(memory) = self.arena.memory(slot) else { return false };
+        let in_view = |place| in_view(memory.seen_by, place);
         match cull {
             Cull::UnseenLongerThan(limit) => self.now.since(memory.perceived_at) > *limit,
             Cull::ConfidenceBelow { percept, floor } => {

@@ -104,7 +104,7 @@ fn allocates_nothing(percepts: &Percepts, mut system: BeliefSystem) {
         for number in numbers {
             frame(number, perceived, &perception);
             let now = Instant::from_nanos(1_000_000_000 + u64::from(number) * 5_000_000);
-            system.step(now, perceived, 0..perceived.len(), |[x, _, _]| x < 0.9);
+            system.step(now, perceived, 0..perceived.len(), |_, [x, _, _]| x < 0.9);
             for index in 0..system.len() {
                 black_box(system.write(index, now));
             }

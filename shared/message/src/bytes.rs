@@ -301,7 +301,9 @@ pub(crate) use laid_out;
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{Beliefs, Event, EventKind, Events, Header, Observation, Perceived, Percepts, Snapshot};
+    use crate::{
+        Beliefs, Event, EventKind, Events, Header, Observation, Perceived, PerceptHead, Percepts, Snapshot,
+    };
 
     #[test]
     fn what_was_written_is_read() {
@@ -337,7 +339,7 @@ mod tests {
     #[test]
     fn half_an_entry_is_no_frame() {
         let mut bytes = Vec::new();
-        put_frame::<Percepts>(&Header::at(1), &[], &mut bytes);
+        put_frame::<Percepts>(&PerceptHead::default(), &[], &mut bytes);
         assert!(get_frame::<Percepts>(&bytes).is_some());
         assert!(get_frame::<Beliefs>(&bytes).is_none());
         bytes.push(0);

@@ -1,8 +1,8 @@
 use iceoryx2_bb_derive_macros::ZeroCopySend;
 use iceoryx2_bb_elementary_traits::zero_copy_send::ZeroCopySend;
 
-use crate::Observation;
 use crate::bytes::laid_out;
+use crate::{Head, Header, Observation, SourceSet};
 
 /// Percepts that one snapshot holds at most: the size of the percept set P.
 pub const MAX_PERCEPTS: usize = 12;
@@ -161,6 +161,43 @@ impl Snapshot {
     }
 }
 
+/// The head of a percept buffer: who looked.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ZeroCopySend)]
+#[repr(C)]
+#[type_name("leo/PerceptHead/1")]
+pub struct PerceptHead {
+    /// The frame's header.
+    pub header: Header,
+    /// The sources that looked: bit n for source n, the last bit for all beyond.
+    pub looked: u64,
+}
+
+impl PerceptHead {
+    /// Of a frame that holds what these sources saw, be it nothing.
+    #[must_use]
+    pub fn new(header: Header, looked: SourceSet) -> Self {
+        Self { header, looked: looked.raw() }
+    }
+
+    /// The sources that had anything new in this frame, be it an empty table: a thing that one of
+    /// them saw before and that is not among the entries was looked for and not found. Where it was
+    /// nobody, time passes and nothing is taken to have vanished.
+    #[must_use]
+    pub fn looked(&self) -> SourceSet {
+        SourceSet::from_raw(self.looked)
+    }
+}
+
+impl Head for PerceptHead {
+    fn header(&self) -> &Header {
+        &self.header
+    }
+
+    fn header_mut(&mut self) -> &mut Header {
+        &mut self.header
+    }
+}
+
 /// An entry of the percept buffer: an observation and what the robot perceives in it.
 ///
 /// The observation travels along because another perspective perceives it anew in its own frame
@@ -175,6 +212,9 @@ pub struct Perceived {
     pub snapshot: Snapshot,
 }
 
+laid_out!(PerceptHead = "leo/PerceptHead/1" {
+    header, looked
+});
 laid_out!(PerceptValue = "leo/PerceptValue/1" {
     percept, feature_kind, matching, confidence, feature
 });

@@ -4,7 +4,7 @@ use iceoryx2_bb_elementary_traits::zero_copy_send::ZeroCopySend;
 use crate::bytes::laid_out;
 use crate::{
     ActAnswer, Belief, BeliefHead, Difference, DivergenceHead, Event, Head, Header, JointGoal, JointState,
-    Observation, Perceived, SceneHead, SceneObject, TeacherAct, Text,
+    Observation, Perceived, PerceptHead, SceneHead, SceneObject, TeacherAct, Text,
 };
 
 /// A buffer between processes: what it is called and what a frame of it holds. Each has exactly
@@ -39,7 +39,7 @@ topic!(
 );
 topic!(
     /// The percept buffer. Writer: sensor.
-    Percepts = "percepts": Header, Perceived
+    Percepts = "percepts": PerceptHead, Perceived
 );
 topic!(
     /// The belief buffer of one perspective; numbered by perspective. Writer: belief.

@@ -15,7 +15,7 @@ use clock::Instant;
 use config::percepts::Percepts;
 use config::perspective::Perspective;
 use geometry::{Base, Eye, Person, Pose, Position};
-use message::{Observation, ObservationKind, Perceived, State};
+use message::{Observation, ObservationKind, Perceived, SourceSet, State};
 use perception::{Frame, Perception};
 use perspective::{Partner, Robot, observed_from, place_of_thing};
 use quantity::number::{float, single};
@@ -91,7 +91,7 @@ fn main() {
                 })
                 .collect();
             let started = clock::now();
-            robot.step(now, true, &entries);
+            robot.step(now, SourceSet::of(0), &entries);
             let own = clock::now();
             partner.step(now, &entries, robot.awareness(), |place| robot.surveys(place));
             let his = clock::now();

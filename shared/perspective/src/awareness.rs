@@ -1,6 +1,6 @@
 use clock::{Duration, Instant};
 use geometry::{Base, Eye, Pose, Thing};
-use message::{Observation, ObservationKind, Perceived};
+use message::{Observation, ObservationKind, Perceived, SourceSet};
 use scene::Occluders;
 
 use crate::occluders::RememberedOccluders;
@@ -19,7 +19,7 @@ pub struct Awareness {
     eyes: Vec<Option<(Pose<Base, Eye>, Instant)>>,
     absent_after: Duration,
     occluders: RememberedOccluders,
-    looked: bool,
+    looked: SourceSet,
     capacity: usize,
 }
 
@@ -40,18 +40,18 @@ impl Awareness {
             eyes: vec![None; usize::from(partners) + 1],
             absent_after: config.sight.absent_after_ms.duration(),
             occluders: RememberedOccluders::new(&config.occluders),
-            looked: false,
+            looked: SourceSet::EMPTY,
             capacity,
         }
     }
 
     /// Takes note of an instant: of each observation whether it is perceived, and of eyes and
-    /// occluders among them. Observations beyond the capacity are not perceived. Unless anybody
-    /// `looked`, nothing is taken to be gone.
+    /// occluders among them. Observations beyond the capacity are not perceived. What none of those who
+    /// `looked` saw before is not taken to be gone.
     pub(crate) fn note(
         &mut self,
         at: Instant,
-        looked: bool,
+        looked: SourceSet,
         entries: &[Perceived],
         perceives: impl IntoIterator<Item = bool>,
     ) {
@@ -99,7 +99,7 @@ impl Awareness {
         at: Instant,
         glimpses: impl Fn(&Pose<Base, Thing>, [f64; 3]) -> bool,
     ) -> bool {
-        self.looked && self.occluders.forget(at, glimpses)
+        self.occluders.forget(at, self.looked, glimpses)
     }
 
     /// Whether it remembers an occluder there.
@@ -115,14 +115,14 @@ impl Awareness {
     /// He whose perspective it is is absent: he perceives nothing, and all within it freezes.
     pub(crate) fn lose(&mut self) {
         self.own_eye = None;
-        self.looked = false;
+        self.looked = SourceSet::EMPTY;
         self.perceives.clear();
     }
 
-    /// Whether any sensory process observed anything new at this instant: only then does an absence
-    /// say that a thing is gone.
+    /// The sources that observed anything new at this instant: only of what they saw before does an
+    /// absence say that it is gone.
     #[must_use]
-    pub fn looked(&self) -> bool {
+    pub fn looked(&self) -> SourceSet {
         self.looked
     }
 

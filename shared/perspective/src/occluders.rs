@@ -1,6 +1,6 @@
 use clock::{Duration, Instant};
 use geometry::{Base, Pose, Position, Thing};
-use message::Observation;
+use message::{Observation, SourceSet};
 use scene::Occluders;
 
 use crate::transform::place_of_thing;
@@ -13,6 +13,8 @@ struct Remembered {
     observed_at: Instant,
     /// The source that observed it in the present frame.
     taken_by: Option<u16>,
+    /// The sources that ever observed it: they alone can miss it.
+    seen_by: SourceSet,
 }
 
 /// The occluders that a perspective remembers, observed at this instant or not.
@@ -59,7 +61,8 @@ impl RememberedOccluders {
     pub(crate) fn observe(&mut self, observation: &Observation, observed_at: Instant) -> bool {
         let Some((x_base_box, half_extents_m)) = place_of_thing(observation) else { return false };
         let taken_by = Some(observation.source);
-        let new = Remembered { x_base_box, half_extents_m, observed_at, taken_by };
+        let seen_by = SourceSet::of(observation.source);
+        let new = Remembered { x_base_box, half_extents_m, observed_at, taken_by, seen_by };
         let nearest = self
             .remembered
             .iter_mut()
@@ -68,7 +71,7 @@ impl RememberedOccluders {
             .min_by(|a, b| a.0.total_cmp(&b.0))
             .filter(|(distance, _)| *distance <= self.same_within_m);
         if let Some((_, old)) = nearest {
-            *old = new;
+            *old = Remembered { seen_by: old.seen_by.union(seen_by), ..new };
             return true;
         }
         if self.remembered.len() < self.capacity {
@@ -96,16 +99,19 @@ impl RememberedOccluders {
         self.rebuild();
     }
 
-    /// Forgets what has not been observed for long though `glimpses` says that some of the box
-    /// would be seen. Whether it forgot any.
+    /// Forgets what has not been observed for long though a source that saw it before `looked`, and
+    /// `glimpses` says that some of the box would be seen. Whether it forgot any.
     pub(crate) fn forget(
         &mut self,
         at: Instant,
+        looked: SourceSet,
         glimpses: impl Fn(&Pose<Base, Thing>, [f64; 3]) -> bool,
     ) -> bool {
         let gone_after = self.gone_after;
         self.remembered.retain(|old| {
-            at.since(old.observed_at) <= gone_after || !glimpses(&old.x_base_box, old.half_extents_m)
+            at.since(old.observed_at) <= gone_after
+                || !looked.intersects(old.seen_by)
+                || !glimpses(&old.x_base_box, old.half_extents_m)
         });
         let forgot = self.remembered.len() < self.shapes.len();
         if forgot {

@@ -155,9 +155,9 @@ impl Partner {
         self.perceive(entries, parent, &x_base_person);
         self.note(at, entries, parent, x_base_eye);
         let (sight, margin_m) = (&self.sight, self.empty_margin_m);
-        self.system.step(at, &self.perceived, 0..self.perceived.len(), |place_m| {
+        self.system.step(at, &self.perceived, 0..self.perceived.len(), |seen_by, place_m| {
             let place = place_in_base(&x_base_person, place_m);
-            parent.looked() && surveys(sight, &place, margin_m) && surveyed(&place)
+            parent.looked().intersects(seen_by) && surveys(sight, &place, margin_m) && surveyed(&place)
         });
         let agents = parent.eyes(at).map(|(agent, x_base_eye, _)| (agent, x_base_eye.origin()));
         self.owners.judge_system(&self.system, at, &x_base_person, agents);

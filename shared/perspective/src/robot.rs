@@ -4,7 +4,7 @@ use config::number::Coordinate;
 use config::percepts::Percepts;
 use config::perspective::Perspective;
 use geometry::{Base, Eye, Pose, Position};
-use message::{Belief, BeliefHead, Header, ObservationKind, Perceived, PerceptValue};
+use message::{Belief, BeliefHead, Header, ObservationKind, Perceived, PerceptValue, SourceSet};
 use quantity::number::saturating_u32;
 use scene::{Cone, Sight};
 
@@ -92,9 +92,9 @@ impl Robot {
     /// One instant: takes note of eyes and occluders, and believes what was perceived. Unsound
     /// entries are refused and counted, those beyond the capacity left out and counted.
     ///
-    /// `looked` says whether any sensory process observed anything new, be it an empty table.
-    /// Where none did, time passes and nothing is taken to have vanished: silence is no absence.
-    pub fn step(&mut self, at: Instant, looked: bool, entries: &[Perceived]) {
+    /// `looked` are the sources that observed anything new, be it an empty table. What none of them
+    /// saw before is not taken to have vanished: silence is no absence.
+    pub fn step(&mut self, at: Instant, looked: SourceSet, entries: &[Perceived]) {
         self.at = at;
         self.awareness.note(at, looked, entries, entries.iter().map(is_sound));
         let x_base_eye = self.awareness.perceived_eye(0, at).unwrap_or(self.x_base_rest);
@@ -113,8 +113,9 @@ impl Robot {
             noted.filter(|(_, (perceives, entry))| **perceives && is_object(entry)).map(|(index, _)| index)
         };
         self.perceivable = objects().count();
-        self.system.step(at, entries, objects(), |place_m| {
-            looked && self.field.surveys(&place_in_base(&Pose::identity(), place_m), self.empty_margin_m)
+        self.system.step(at, entries, objects(), |seen_by, place_m| {
+            looked.intersects(seen_by)
+                && self.field.surveys(&place_in_base(&Pose::identity(), place_m), self.empty_margin_m)
         });
         let agents = self.awareness.eyes(at).map(|(agent, x_base_eye, _)| (agent, x_base_eye.origin()));
         self.owners.judge_system(&self.system, at, &Pose::<Base, Base>::identity(), agents);

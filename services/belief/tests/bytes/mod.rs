@@ -4,7 +4,10 @@
 
 use belief_process::Believer;
 use clock::{Duration, Instant};
-use message::{Feature, Header, Hop, Observation, ObservationKind, Perceived, PerceptValue, Snapshot};
+use message::{
+    Feature, Header, Hop, Observation, ObservationKind, Perceived, PerceptHead, PerceptValue, Snapshot,
+    SourceSet,
+};
 use perception::{Frame, Perception};
 
 const CAPACITY: usize = 8;
@@ -131,16 +134,17 @@ pub(crate) fn play(bytes: &[u8]) -> Seen {
     while !bytes.0.is_empty() {
         now += Duration::from_micros(u64::from(bytes.word()) / 8);
         let mut header = Header::at(bytes.instant(now));
-        if bytes.byte() < 240 {
-            header.pass(Hop::Observed, bytes.instant(now));
-        }
+        header.pass(Hop::Observed, bytes.instant(now));
+        // Any of the sources that bytes may name, several, or nobody.
+        let looked = (0..bytes.byte() % 4).map(|_| SourceSet::of(u16::from(bytes.byte() % 4))).collect();
+        let head = PerceptHead::new(header, looked);
         let entries: Vec<Perceived> = (0..bytes.byte() % 12)
             .map(|_| {
                 let observation = bytes.observation(now);
                 Perceived { observation, snapshot: bytes.snapshot(&perception, &observation) }
             })
             .collect();
-        believer.step(now, &header, &entries);
+        believer.step(now, &head, &entries);
         seen.frames += 1;
         for (perspective, beliefs) in (0..believer.perspectives()).zip(&mut seen.beliefs) {
             let (head, count) = (believer.head(perspective), believer.len(perspective));

@@ -3,7 +3,7 @@
 
 use clock::{Duration, Instant};
 use geometry::{Base, Eye, Pose, Position};
-use message::{Header, Hop, NOBODY, Observation, ObservationKind, Perceived, State};
+use message::{Header, Hop, NOBODY, Observation, ObservationKind, Perceived, PerceptHead, SourceSet, State};
 use perception::{Frame, Perception};
 use quantity::number::single;
 
@@ -27,8 +27,8 @@ impl Frames {
         Self { perception, things, count: 0, entries: Vec::with_capacity(usize::from(things) + 3) }
     }
 
-    /// The next frame: when it arrives, its header and its entries. Allocates nothing.
-    pub(crate) fn next(&mut self) -> (Instant, Header, &[Perceived]) {
+    /// The next frame: when it arrives, its head and its entries. Allocates nothing.
+    pub(crate) fn next(&mut self) -> (Instant, PerceptHead, &[Perceived]) {
         self.count += 1;
         let now = Instant::EPOCH + Duration::from_millis(5) * u32::from(self.count);
         self.entries.clear();
@@ -53,7 +53,7 @@ impl Frames {
         }
         let mut header = Header::at(now.as_nanos());
         header.pass(Hop::Observed, now.as_nanos());
-        (now, header, &self.entries)
+        (now, PerceptHead::new(header, SourceSet::of(0)), &self.entries)
     }
 
     fn push(&mut self, now: Instant, thing: Observation) {

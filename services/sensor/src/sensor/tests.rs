@@ -36,7 +36,7 @@ fn seen(millis: u64) -> Observation {
 }
 
 /// A cycle at `now` in which each of some sources has sent one frame.
-fn cycle(sensor: &mut Sensor, now: u64, frames: &[(usize, Header, &[Observation])]) -> Header {
+fn cycle(sensor: &mut Sensor, now: u64, frames: &[(usize, Header, &[Observation])]) -> PerceptHead {
     sensor.begin(at(now));
     for (source, header, observations) in frames {
         if sensor.note(*source, header) {
@@ -134,12 +134,19 @@ fn frames_of_all_sources_are_one_frame_of_the_newest_instant_and_all_that_was_le
     let old = Header { left_out: 3, ..header(1, 5) };
     let new = Header { left_out: 4, ..header(1, 8) };
     let merged = cycle(&mut sensor, 10, &[(0, old, &[seen(5)]), (2, new, &[seen(8)])]);
-    assert_eq!((merged.valid_at_ns, merged.passed(Hop::Observed)), (8 * MILLI, Some(8 * MILLI + 1)));
-    assert_eq!((merged.left_out, sensor.len()), (7, 2));
+    let head = merged.header;
+    assert_eq!((head.valid_at_ns, head.passed(Hop::Observed)), (8 * MILLI, Some(8 * MILLI + 1)));
+    assert_eq!((head.left_out, sensor.len()), (7, 2));
+    assert_eq!(merged.looked(), SourceSet::of(0).union(SourceSet::of(2)));
     // Nobody had anything new: time passes.
     let merged = cycle(&mut sensor, 15, &[]);
-    assert_eq!((merged.valid_at_ns, merged.passed(Hop::Observed)), (15 * MILLI, None));
-    assert_eq!((merged.left_out, sensor.len()), (0, 0));
+    let head = merged.header;
+    assert_eq!((head.valid_at_ns, head.passed(Hop::Observed)), (15 * MILLI, None));
+    assert_eq!((head.left_out, sensor.len()), (0, 0));
+    assert_eq!(merged.looked(), SourceSet::EMPTY);
+    // An empty table is a look, and a frame that is refused is none.
+    let looked = cycle(&mut sensor, 20, &[(1, header(1, 18), &[]), (2, header(2, 7), &[])]).looked();
+    assert_eq!(looked, SourceSet::of(1));
 }
 
 #[test]
@@ -147,7 +154,7 @@ fn a_count_of_what_was_left_out_that_is_a_lie_does_not_overflow() {
     let mut sensor = sensor(&["", ""]);
     let lie = Header { left_out: u64::MAX, ..header(1, 8) };
     let merged = cycle(&mut sensor, 10, &[(0, lie, &[seen(8); 9]), (1, lie, &[seen(8); 9])]);
-    assert_eq!(merged.left_out, u64::MAX);
+    assert_eq!(merged.header.left_out, u64::MAX);
 }
 
 #[test]
@@ -158,7 +165,7 @@ fn of_several_frames_in_a_cycle_the_newest_is_taken_and_the_others_are_counted()
         assert!(sensor.note(0, &header(sequence, 6 + sequence)));
     }
     sensor.take(0, &header(3, 9), &[seen(9)]);
-    assert_eq!(sensor.end().valid_at_ns, 9 * MILLI);
+    assert_eq!(sensor.end().header.valid_at_ns, 9 * MILLI);
     assert_eq!(lost(&sensor), [(Loss::Overtaken, 2)]);
 }
 
@@ -238,7 +245,7 @@ fn a_burst_crowds_out_nobodys_share() {
     );
     let of = |number| reported(&sensor).iter().filter(|observation| observation.source == number).count();
     assert_eq!([of(0), of(1), of(2)], [2, 2, 2]);
-    assert_eq!((merged.left_out, lost(&sensor)), (58, vec![(Loss::LeftOut, 58)]));
+    assert_eq!((merged.header.left_out, lost(&sensor)), (58, vec![(Loss::LeftOut, 58)]));
     // What others leave is for whoever needs it.
     let merged = cycle(
         &mut sensor,
@@ -247,7 +254,7 @@ fn a_burst_crowds_out_nobodys_share() {
     );
     let of = |number| reported(&sensor).iter().filter(|observation| observation.source == number).count();
     assert_eq!([of(0), of(1), of(2)], [0, 5, 1]);
-    assert_eq!(merged.left_out, 55);
+    assert_eq!(merged.header.left_out, 55);
 }
 
 /// What is told of the second of two sources, of which 20 frames per second are expected, when it

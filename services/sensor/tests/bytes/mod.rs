@@ -8,7 +8,7 @@ use std::path::Path;
 use clock::{Duration, Instant};
 use config::leo::Source;
 use config::percepts::Percepts;
-use message::{Header, Hop, Loss, Observation, ObservationKind};
+use message::{Header, Hop, Loss, Observation, ObservationKind, SourceSet};
 use sensor_process::Sensor;
 
 const CAPACITY: usize = 12;
@@ -187,7 +187,8 @@ pub(crate) fn play(bytes: &[u8]) -> Seen {
                 }
             }
         }
-        let header = sensor.end();
+        let head = sensor.end();
+        let header = head.header;
         assert!(sensor.len() <= CAPACITY);
         let fits = |instant: u64| {
             let instant = Instant::from_nanos(instant);
@@ -195,6 +196,7 @@ pub(crate) fn play(bytes: &[u8]) -> Seen {
         };
         assert!(fits(header.valid_at_ns) && header.passed(Hop::Observed).is_none_or(fits), "{header:?}");
         assert_eq!(header.passed(Hop::Observed).is_some(), taken > 0);
+        assert_eq!(head.looked() != SourceSet::EMPTY, taken > 0);
         let mut latest = newest.clone();
         let mut count = 0;
         for perceived in sensor.perceived() {

@@ -1,7 +1,7 @@
 use std::sync::Arc;
 
 use config::percepts::{Cull, History, Measure, NoTermApplies};
-use message::{NOBODY, Observation, State};
+use message::{NOBODY, Observation, SourceSet, State};
 use perception::{Frame, Perception};
 
 use super::*;
@@ -47,7 +47,7 @@ impl Robot {
                 Perceived { observation: *observation, snapshot }
             })
             .collect();
-        self.system.step(now, &perceived, 0..perceived.len(), |_| in_view);
+        self.system.step(now, &perceived, 0..perceived.len(), |_, _| in_view);
         let counts = self.system.counts();
         let len = u64::try_from(self.system.len()).unwrap();
         assert_eq!(counts.created - counts.merged - counts.culled - counts.evicted, len);
@@ -121,6 +121,25 @@ fn an_unseen_thing_is_culled_where_the_view_is_free_and_kept_where_it_is_not() {
         assert_eq!(robot.system.len(), left);
         assert_eq!(robot.system.counts().culled, 1 - u64::try_from(left).unwrap());
     }
+}
+
+#[test]
+fn all_who_ever_saw_a_thing_can_miss_it_and_nobody_else() {
+    let mut robot = Robot::new(&Percepts::builtin());
+    let there = [0.5, 0.0, 0.0];
+    for step in 0..10 {
+        let source = if step < 5 { 3 } else { 7 };
+        let seen = Observation { source, ..block(ms(5 * step), there, RED) };
+        robot.see(ms(5 * step), &[seen], true);
+    }
+    assert_eq!(robot.ids(), [1]);
+    let asked = std::cell::Cell::new(SourceSet::EMPTY);
+    robot.system.step(ms(1000), &[], 0..0, |seen_by, _| {
+        asked.set(seen_by);
+        false
+    });
+    assert_eq!(asked.get(), SourceSet::of(3).union(SourceSet::of(7)));
+    assert_eq!(robot.ids(), [1]);
 }
 
 #[test]

@@ -9,9 +9,9 @@ use std::path;
 use message::{
     ActAnswer, Aspect, Belief, BeliefHead, BusHealth, Buses, DEPTH_MOST, Difference, DivergenceHead, Done,
     Event, Header, Health, Histogram, JointGoal, JointState, Joints, LOSSES, LinkHealth, MAX_BUSES,
-    MAX_JOINTS, MAX_PERCEPTS, MAX_PERSPECTIVES, MAX_SOURCES, Observation, Path, Perceived, PerceptValue,
-    PerspectiveHealth, Perspectives, Remembered, Roster, STATES, SceneHead, SceneObject, Snapshot,
-    SourceHealth, Sources, TEXT_CAPACITY, TeacherAct, Text, Turn, Utterance,
+    MAX_JOINTS, MAX_PERCEPTS, MAX_PERSPECTIVES, MAX_SOURCES, Observation, Path, Perceived, PerceptHead,
+    PerceptValue, PerspectiveHealth, Perspectives, Remembered, Roster, STATES, SceneHead, SceneObject,
+    Snapshot, SourceHealth, Sources, TEXT_CAPACITY, TeacherAct, Text, Turn, Utterance,
 };
 
 /// What the compiler says of a type: size, alignment, and the offsets of its public fields.
@@ -72,6 +72,7 @@ pub(crate) fn compiled() -> Vec<Compiled> {
         }
         Path {}
         Perceived { observation, snapshot }
+        PerceptHead { header, looked }
         PerceptValue { percept, matching, confidence }
         PerspectiveHealth { path, steps, beliefs }
         Perspectives { count, perspectives }

@@ -4,7 +4,7 @@ use clock::{Duration, Instant};
 use config::percepts::Percepts;
 use config::perspective::Perspective;
 use geometry::{Base, Pose, Position, Thing};
-use message::{Belief, Feature, Observation, ObservationKind, Perceived, Remembered};
+use message::{Belief, Feature, Observation, ObservationKind, Perceived, Remembered, SourceSet};
 use perception::{Frame, Perception};
 use quantity::number::single;
 
@@ -39,8 +39,9 @@ impl Minds {
         Self { percepts, perception, robot, all, now: Instant::from_nanos(1_000_000_000) }
     }
 
-    /// One step in which these things were observed, or nobody looked; what was perceived of them.
-    pub(super) fn step_looking(&mut self, looked: bool, things: &[Observation]) -> Vec<Perceived> {
+    /// One step in which these sources looked, and these things were observed; what was perceived of
+    /// them.
+    pub(super) fn step_looking(&mut self, looked: SourceSet, things: &[Observation]) -> Vec<Perceived> {
         self.now += STEP;
         let entries: Vec<_> = things
             .iter()
@@ -69,7 +70,7 @@ impl Minds {
     pub(super) fn run(&mut self, time: Duration, things: &[Observation]) {
         let end = self.now + time;
         while self.now < end {
-            self.step_looking(true, things);
+            self.step_looking(SourceSet::ALL, things);
         }
     }
 

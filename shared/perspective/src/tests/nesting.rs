@@ -1,7 +1,7 @@
 use clock::Duration;
 use config::perspective::Perspective;
 use geometry::Pose;
-use message::{Feature, Modality, NOBODY, Observation, Remembered};
+use message::{Feature, Modality, NOBODY, Observation, Remembered, SourceSet};
 use perception::Perception;
 use proptest::prelude::*;
 use proptest::test_runner::RngSeed;
@@ -147,12 +147,15 @@ fn the_robots_head_is_where_it_was_observed_of_late() {
 }
 
 /// What may be there: where he and I look from and to, or nobody there; blocks; walls.
-type Moment = (Option<[f64; 2]>, Option<[f64; 2]>, Vec<[f32; 2]>, Vec<[f32; 2]>, bool);
+type Moment = (Option<[f64; 2]>, Option<[f64; 2]>, Vec<[f32; 2]>, Vec<[f32; 2]>, SourceSet);
 
 fn moment() -> impl Strategy<Value = Moment> {
     let gaze = || prop::option::weighted(0.85, [-0.5..1.8_f64, -1.0..1.0_f64]);
     let places = |most: usize| prop::collection::vec([0.1..1.2_f32, -0.6..0.6_f32], 0..most);
-    (gaze(), gaze(), places(5), places(3), prop::bool::weighted(0.9))
+    // One or two sources look as a rule, or nobody does.
+    let looked = || prop::collection::vec((0..2_u16).prop_map(SourceSet::of), 0..4);
+    let looked = looked().prop_map(|sources| sources.into_iter().collect());
+    (gaze(), gaze(), places(5), places(3), looked)
 }
 
 fn things((his, mine, blocks, walls, _): &Moment) -> Vec<Observation> {
@@ -161,6 +164,9 @@ fn things((his, mine, blocks, walls, _): &Moment) -> Vec<Observation> {
     let second = Observation { partner: 2, ..person([0.7, 1.3, 0.5], [0.6, 0.0, 0.1]) };
     let blocks = blocks.iter().map(|[x, y]| block([*x, *y, 0.03]));
     let walls = walls.iter().map(|[x, y]| wall([*x, *y, 0.125]));
+    // Two sources, which see things by turns.
+    let of = |(number, thing): (u16, _)| Observation { source: number % 2, ..thing };
+    let (blocks, walls) = ((0..).zip(blocks).map(of), (0..).zip(walls).map(of));
     his.into_iter().chain(mine).chain([second]).chain(walls).chain(blocks).collect()
 }
 
@@ -251,8 +257,8 @@ proptest! {
         let elsewhere = carried(&things, &Pose::upright(by.0, by.1, 0.0, by.2));
         let (mut here, mut there) = (Minds::new(1, 3), Minds::new(1, 3));
         for _ in 0..3 {
-            here.step_looking(true, &things);
-            there.step_looking(true, &elsewhere);
+            here.step_looking(SourceSet::ALL, &things);
+            there.step_looking(SourceSet::ALL, &elsewhere);
         }
         let percept = here.percepts.index("position").unwrap();
         for path in [&[1][..], &[1, 0], &[1, 0, 1]] {

@@ -1,6 +1,6 @@
 use clock::Duration;
 use config::perspective::{Field, Perspective};
-use message::{Header, Observation};
+use message::{Header, Observation, SourceSet};
 
 use super::workspace::{EYES, TABLE, Workspace, block, person, wall};
 
@@ -60,6 +60,20 @@ fn a_barrier_that_is_not_where_the_robot_looks_is_gone() {
     assert_eq!(world.his().len(), 0);
     world.run(SECOND, &[person(EYES, TABLE), block(HIDDEN)]);
     assert_eq!(world.his().len(), 1);
+}
+
+#[test]
+fn a_barrier_is_missed_by_the_source_that_saw_it() {
+    let mut world = Workspace::with(&looking_aside([0.5, 0.0, 0.0]));
+    let (simulator, camera) = (SourceSet::of(0), SourceSet::of(1));
+    world.run(SECOND, &[Observation { source: 1, ..wall(WALL) }, person(EYES, TABLE)]);
+    let without = [person(EYES, TABLE), block(HIDDEN)];
+    for _ in 0..600 {
+        world.step_looking(simulator, &without);
+    }
+    assert_eq!((world.robot.awareness().occluders().len(), world.his().len()), (1, 0));
+    world.step_looking(camera, &without);
+    assert_eq!((world.robot.awareness().occluders().len(), world.his().len()), (0, 1));
 }
 
 #[test]

@@ -1,5 +1,5 @@
 use clock::Duration;
-use message::{Modality, Observation};
+use message::{Modality, Observation, SourceSet};
 
 use super::workspace::{AWAY, EYES, TABLE, Workspace, block, button, person, wall};
 
@@ -136,5 +136,23 @@ fn silence_is_no_absence() {
     assert_eq!((world.robots().len(), world.his().len()), (1, 1));
     // The same time with eyes open on an empty table.
     world.run(SECOND * 3, &[person(EYES, TABLE)]);
+    assert_eq!((world.robots().len(), world.his().len()), (0, 0));
+}
+
+#[test]
+fn what_others_saw_is_missed_by_nobody_else() {
+    let mut world = Workspace::new();
+    let (simulator, camera) = (SourceSet::of(0), SourceSet::of(1));
+    let seen = Observation { source: 1, ..block([0.6, 0.0, 0.03]) };
+    let also = block([0.6, 0.3, 0.03]);
+    world.run(SECOND, &[person(EYES, TABLE), seen, also]);
+    // The camera died: that the first source sees an empty table says something of what it saw itself.
+    for _ in 0..600 {
+        world.step_looking(simulator, &[person(EYES, TABLE)]);
+    }
+    assert_eq!((world.robots().len(), world.his().len()), (1, 1));
+    assert!((world.his_place(&world.his()[0]).to_array()[1]).abs() < 1e-3);
+    // It lives again, and the thing is gone.
+    world.step_looking(simulator.union(camera), &[person(EYES, TABLE)]);
     assert_eq!((world.robots().len(), world.his().len()), (0, 0));
 }

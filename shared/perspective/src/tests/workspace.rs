@@ -4,7 +4,7 @@ use clock::{Duration, Instant};
 use config::percepts::Percepts;
 use config::perspective::Perspective;
 use geometry::{Base, Eye, Pose, Position};
-use message::{Belief, Feature, NOBODY, Observation, ObservationKind, Perceived, State};
+use message::{Belief, Feature, NOBODY, Observation, ObservationKind, Perceived, SourceSet, State};
 use perception::{Frame, Perception};
 use quantity::number::single;
 
@@ -40,15 +40,16 @@ impl Workspace {
 
     /// One step in which these things were observed.
     pub(super) fn step(&mut self, things: &[Observation]) {
-        self.step_looking(true, things);
+        self.step_looking(SourceSet::of(0), things);
     }
 
     /// One step in which nobody observed anything.
     pub(super) fn step_blindly(&mut self) {
-        self.step_looking(false, &[]);
+        self.step_looking(SourceSet::EMPTY, &[]);
     }
 
-    fn step_looking(&mut self, looked: bool, things: &[Observation]) {
+    /// One step in which these sources looked, and these things were observed.
+    pub(super) fn step_looking(&mut self, looked: SourceSet, things: &[Observation]) {
         self.now += STEP;
         let entries: Vec<_> = things
             .iter()
