@@ -113,10 +113,8 @@ fn what_two_sources_see_in_their_own_time_and_frame_is_one_belief_of_each_thing(
             assert_eq!((believer.len(0), believer.head(0).culled), (3, 0), "at {now:?}");
             worst_m = errors_m(&believer).into_iter().fold(worst_m, f64::max);
         }
-        if now == camera_lives {
-            let silent =
-                |sensor: &Sensor| sensor.sources().all().iter().map(|source| source.silent).collect();
-            let silent: Vec<u64> = silent(&sensor);
+        if now + PERIOD == camera_lives {
+            let silent: Vec<_> = sensor.sources().all().iter().map(|source| source.silent).collect();
             assert_eq!(silent, [0, 1]);
         }
     }
