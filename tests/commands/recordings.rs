@@ -232,7 +232,7 @@ fn a_recording_is_the_same_bytes_every_time_and_every_difference_of_a_replay_is_
     // A thing that was observed elsewhere is believed elsewhere from the teacher's perspective, for which
     // it is perceived anew; the robot's own percept of it is as it was.
     let mut other_percepts = right.clone();
-    other_percepts[nth(Buffer::Percepts, 300)].bytes[96 + 24] ^= 0x40;
+    other_percepts[nth(Buffer::Percepts, 300)].bytes[size_of::<message::PerceptHead>() + 24] ^= 0x40;
     rewritten(&other_percepts, &wrong);
     let told = tell(&["replay", &wrong]);
     assert_eq!(told.status, Some(1), "{told:?}");
