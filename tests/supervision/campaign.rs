@@ -29,6 +29,12 @@ fn the_robot_goes_on_through_a_bad_day_and_all_its_joints_follow_at_the_end_of_i
     let count = |what: &str| buses().iter().map(|bus| bus[what].as_u64().unwrap_or(0)).sum::<u64>();
     assert!(wait_until(|| count("broken") > 50 && count("missed") > 50), "{:?}", buses());
     assert!(wait_until(|| buses().len() == 5 && count("quarantined") == 0), "{:?}", buses());
+    // Each of them follows, though answers still go wrong.
+    let counted = || {
+        let told = leo(&["top", "--openmetrics", "--domain"]).arg(robot.domain()).output().expect("runs");
+        String::from_utf8(told.stdout).expect("is text")
+    };
+    assert!(wait_until(|| counted().contains("\nleo_joints{mode=\"following\"} 65\n")), "{}", counted());
     // Percepts that are no numbers were refused by whom they were for.
     let rows = robot.rows();
     let belief = rows.iter().find(|row| row["process"] == "belief").expect("runs");
