@@ -323,6 +323,7 @@ const ONTO_A_SMALL_DISK: &str = "mount -t tmpfs -o size=40m tmpfs \"$1\" || exit
     \"$0\" record \"$1/full.mcap\" --domain \"$3\"; status=$?
     df --output=avail \"$1\" | tail -1
     \"$0\" record \"$1/again.mcap\" --domain \"$3\"; test ! -e \"$1/again.mcap\" || exit 3
+    \"$0\" record \"$1/last.mcap\" --last 5 --for 1 --domain \"$3\"; test ! -e \"$1/last.mcap\" || exit 4
     cp \"$1/full.mcap\" \"$2\"; exit $status";
 
 #[test]
@@ -342,8 +343,8 @@ fn a_disk_without_room_ends_the_recording_with_one_error_and_not_the_robot_and_s
     };
     assert_eq!(told.status.code(), Some(1), "{told:?}");
     let err = String::from_utf8_lossy(&told.stderr);
-    let [ended, refused] = err.lines().collect::<Vec<_>>()[..] else { panic!("{err}") };
-    for (said, name) in [(ended, "full.mcap"), (refused, "again.mcap")] {
+    let [ended, refused, last] = err.lines().collect::<Vec<_>>()[..] else { panic!("{err}") };
+    for (said, name) in [(ended, "full.mcap"), (refused, "again.mcap"), (last, "last.mcap")] {
         assert!(said.contains(name) && said.contains("less than 3 MB of its disk are free"), "{said}");
     }
     let left_kb: u64 = String::from_utf8_lossy(&told.stdout).trim().parse().expect("kilobytes");

@@ -86,7 +86,7 @@ impl Recorder {
     /// The file cannot be made, its disk has no room, or the robot cannot be looked at; nothing is recorded
     /// then.
     pub fn start(domain: &Domain, subject: Subject, file: &Path) -> Result<Self, RecordError> {
-        if let Some(bytes) = lacking(file) {
+        if let Some(bytes) = lacking(file, 0) {
             return Err(RecordError::Room { file: file.to_owned(), bytes });
         }
         let out =
@@ -297,7 +297,7 @@ fn keep_in_file(
         let now = clock::now();
         if now >= flush_at {
             writer.flush().map_err(failed)?;
-            left = lacking(file);
+            left = lacking(file, 0);
             flush_at = now + FLUSH_EVERY;
         }
     }

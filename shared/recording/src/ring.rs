@@ -6,6 +6,7 @@ use std::sync::Arc;
 
 use clock::Duration;
 
+use crate::room::lacking;
 use crate::{Frame, NotBegun, ReadError, Reader, RecordError, Subject, Writer};
 
 /// So much time goes into one part: what is forgotten at once.
@@ -149,9 +150,14 @@ impl Last {
     ///
     /// # Errors
     ///
-    /// The file cannot be made or written.
+    /// The file cannot be made or written, or its disk has no room; nothing is written then.
     pub fn write(&self, file: &Path) -> Result<u64, RecordError> {
         let file = file.to_owned();
+        // In the file it is compressed as it is here.
+        let size: usize = self.parts.iter().map(|part| part.bytes.len()).sum();
+        if let Some(bytes) = lacking(&file, u64::try_from(size).unwrap_or(u64::MAX)) {
+            return Err(RecordError::Room { file, bytes });
+        }
         let out = match File::create(&file) {
             Ok(out) => out,
             Err(source) => return Err(RecordError::Create { file, source }),
