@@ -37,6 +37,8 @@ pub struct Member {
     board: HealthWriter,
     health: Health,
     published_at: Instant,
+    /// Whether all memory is asked for to stay, and does.
+    locks_memory: bool,
     faults_at_start: u64,
     account: Option<Account>,
 }
@@ -86,6 +88,7 @@ impl Member {
             board,
             health,
             published_at: now,
+            locks_memory: !launch.lockstep && rights.lock_memory && missing_rights & realtime::MEMORY == 0,
             faults_at_start: 0,
             account: None,
         })
@@ -207,6 +210,10 @@ impl Member {
         }
         self.health.period_ns = period.map_or(0, clock::nanos);
         self.health.set_state(ProcessState::Running);
+        if self.locks_memory {
+            let bytes = realtime::use_huge_pages();
+            tracing::debug!(bytes, "locked memory lies in huge pages");
+        }
         self.faults_at_start = realtime::page_faults();
         self.publish(clock::now());
         Ok(())

@@ -5,11 +5,13 @@
 //! [`Report`] says what is missing and how to grant it.
 #![expect(
     unsafe_code,
-    reason = "the scheduling policy, resource usage and the state of the clock, which rustix does not offer"
+    reason = "the scheduling policy, resource usage, the state of the clock and moving memory into huge pages, which \
+              rustix does not offer"
 )]
 
 mod awake;
 mod faults;
+mod huge_pages;
 mod parent;
 mod report;
 mod rights;
@@ -17,6 +19,7 @@ mod wall_clock;
 
 pub use awake::Awake;
 pub use faults::page_faults;
+pub use huge_pages::use_huge_pages;
 pub use parent::{ParentError, die_with_parent};
 pub use report::{MEMORY, Refusal, Report, advice, grants};
 pub use rights::apply;

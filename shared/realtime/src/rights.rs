@@ -4,6 +4,7 @@ use rustix::mm::{MlockAllFlags, mlockall};
 use rustix::process::{Resource, getrlimit};
 use rustix::thread::{CapabilitySet, CpuSet, capabilities, sched_setaffinity};
 
+use crate::huge_pages::keep_one_heap;
 use crate::{Refusal, Report};
 
 /// How much of the stack is touched ahead of time: far more than a cycle uses, and within the
@@ -49,7 +50,9 @@ fn lock_memory() -> Result<(), Errno> {
     if !unlimited {
         return Err(Errno::NOMEM);
     }
-    mlockall(MlockAllFlags::CURRENT | MlockAllFlags::FUTURE)
+    mlockall(MlockAllFlags::CURRENT | MlockAllFlags::FUTURE)?;
+    keep_one_heap();
+    Ok(())
 }
 
 /// Touches the stack below this frame, so that no cycle is the first to use it.

@@ -1,0 +1,126 @@
+use std::fs;
+use std::ops::Range;
+
+use libc::c_void;
+
+/// Moves the process's own memory into huge pages where the kernel can, at once; how many bytes of it
+/// lie in huge pages then.
+///
+/// A hot path that goes through megabytes in each of its frames otherwise spends much of its time
+/// waiting for the addresses of small pages. To be called once, when all memory is there and locked:
+/// what is moved later, by the kernel on its own, is a page fault in the middle of a cycle, which is
+/// why huge pages are not merely advised. Nothing is moved where the kernel cannot (before Linux 6.1,
+/// or built without huge pages) or has no room: the small pages stay, and are as good as before.
+pub fn use_huge_pages() -> u64 {
+    let size = fs::read_to_string("/sys/kernel/mm/transparent_hugepage/hpage_pmd_size");
+    let size = size.ok().and_then(|size| size.trim().parse::<usize>().ok());
+    let maps = fs::read_to_string("/proc/self/maps");
+    if let (Some(size), Ok(maps)) = (size.filter(|size| size.is_power_of_two()), maps) {
+        for range in maps.lines().filter_map(own_memory) {
+            collapse(&within(&range, size));
+        }
+    }
+    in_huge_pages().unwrap_or(0)
+}
+
+/// From now on what is allocated lies together and stays: between mappings of their own, large pieces
+/// are too short for whole huge pages, and what is given back comes again as new pages. Only where the
+/// allocator is that of the GNU C library; others do as they do.
+pub(crate) fn keep_one_heap() {
+    #[cfg(target_env = "gnu")]
+    for (parameter, value) in [(libc::M_MMAP_MAX, 0), (libc::M_TRIM_THRESHOLD, -1)] {
+        // SAFETY: mallopt(3) takes numbers, and a heap that is never given back is as sound as any.
+        unsafe { libc::mallopt(parameter, value) };
+    }
+}
+
+/// The addresses of a line of `/proc/self/maps` (proc_pid_maps(5)) that maps memory and no file, to be
+/// read and written by this process alone.
+fn own_memory(line: &str) -> Option<Range<usize>> {
+    let mut words = line.split_ascii_whitespace();
+    let (start, end) = words.next()?.split_once('-')?;
+    let is_private = words.next()? == "rw-p";
+    let [_offset, _device, inode] = [words.next()?, words.next()?, words.next()?];
+    let is_memory =
+        inode == "0" && words.next().is_none_or(|name| name == "[heap]" || name.starts_with("[anon"));
+    let address = |text| usize::from_str_radix(text, 16).ok();
+    (is_private && is_memory).then_some(address(start)?..address(end)?)
+}
+
+/// The whole pages of that size within a range.
+fn within(range: &Range<usize>, size: usize) -> Range<usize> {
+    let start = range.start.checked_next_multiple_of(size).unwrap_or(range.end);
+    start..(range.end - range.end % size).max(start)
+}
+
+fn collapse(range: &Range<usize>) {
+    if range.is_empty() {
+        return;
+    }
+    let start = std::ptr::without_provenance_mut::<c_void>(range.start);
+    // SAFETY: MADV_COLLAPSE (madvise(2)) changes on which pages memory lies, and nothing that a program
+    // could read of it; of a range that is no longer mapped it says that it is not. What it answers is
+    // left: pages that could not be moved stay where they are.
+    unsafe { libc::madvise(start, range.len(), libc::MADV_COLLAPSE) };
+}
+
+/// Of this process's own memory, what lies in huge pages, in bytes.
+fn in_huge_pages() -> Option<u64> {
+    let rollup = fs::read_to_string("/proc/self/smaps_rollup").ok()?;
+    let line = rollup.lines().find_map(|line| line.strip_prefix("AnonHugePages:"))?;
+    Some(line.trim().strip_suffix(" kB")?.parse::<u64>().ok()? * 1024)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn memory_is_the_same_in_huge_pages() {
+        const BYTES: usize = 32 << 20;
+        let before = in_huge_pages();
+        let bytes: Vec<u8> = (0..BYTES).map(|index| u8::try_from(index % 251).unwrap()).collect();
+        let after = use_huge_pages();
+        // Where the kernel can move pages at all, all but the ends of so long a range are moved.
+        let page = std::ptr::without_provenance_mut(rustix::param::page_size());
+        // SAFETY: an empty range: the kernel says only whether it knows the advice.
+        let is_known = unsafe { libc::madvise(page, 0, libc::MADV_COLLAPSE) } == 0;
+        if is_known && let Some(before) = before {
+            assert!(after >= before + 16 * (1 << 20), "{before} bytes were in huge pages, {after} are");
+        }
+        assert!((0..BYTES).all(|index| bytes.get(index) == u8::try_from(index % 251).ok().as_ref()));
+    }
+
+    #[test]
+    fn only_memory_of_this_process_alone_is_moved() {
+        let lines = [
+            ("7f00-7f80 rw-p 00000000 00:00 0 ", Some(0x7f00..0x7f80)),
+            (
+                "55aa000-55ab000 rw-p 00000000 00:00 0                          [heap]",
+                Some(0x55a_a000..0x55a_b000),
+            ),
+            (
+                "7f00-7f80 rw-p 00000000 00:00 0                                [anon: glibc: malloc]",
+                Some(0x7f00..0x7f80),
+            ),
+            ("7ffc00-7ffd00 rw-p 00000000 00:00 0                            [stack]", None),
+            ("7f00-7f80 ---p 00000000 00:00 0 ", None),
+            ("7f00-7f80 r-xp 00000000 00:00 0                                [vdso]", None),
+            ("7f00-7f80 rw-s 00000000 00:19 77                               /dev/shm/buffer", None),
+            ("7f00-7f80 rw-p 00001000 fd:00 12                               /usr/lib/libc.so.6", None),
+            ("nonsense", None),
+            ("", None),
+        ];
+        for (line, range) in lines {
+            assert_eq!(own_memory(line), range, "{line}");
+        }
+    }
+
+    #[test]
+    fn a_range_is_cut_to_whole_pages() {
+        assert_eq!(within(&(100..1000), 256), 256..768);
+        assert_eq!(within(&(256..512), 256), 256..512);
+        assert!(within(&(257..511), 256).is_empty());
+        assert!(within(&(usize::MAX - 10..usize::MAX), 256).is_empty());
+    }
+}
