@@ -9,9 +9,11 @@ mod full_disk;
 mod house;
 mod learn;
 mod recordings;
+mod replays;
 mod sources;
 mod study;
 mod tasks;
+mod viewers;
 mod wrong;
 
 use std::fs;

@@ -1,0 +1,197 @@
+//! `leo replay`: what was recorded comes back bit by bit, and what does not is named.
+
+use std::collections::BTreeMap;
+use std::fs::{self, File};
+
+use geometry::Pose;
+use recording::{Buffer, Frame, Subject, Time, Writer};
+
+use crate::assert_refused;
+use crate::house::{read, short_lesson, tell, write};
+use crate::recordings::{equal, file, frames, recorded};
+
+/// Writes a recording of a lesson in lockstep time with these frames.
+fn rewritten(frames: &[Frame], to: &str) {
+    let subject = Subject::load(None, Time::Lockstep, None, Pose::identity(), "a test").expect("built in");
+    let mut writer = Writer::new(File::create(to).expect("makes"), &subject).expect("begins");
+    frames.iter().for_each(|frame| writer.write(frame).expect("writes"));
+    writer.finish().expect("ends");
+}
+
+/// A lesson comes back bit by bit: what is believed of every perspective, how they differ, what is learned,
+/// and where the joints shall be. The recording's file is `to`.
+fn comes_back(lesson: &str, config: Option<&str>, to: &str) {
+    let mut arguments = vec!["teach", lesson, "--record", to];
+    arguments.extend(config.iter().flat_map(|config| ["--config", config]));
+    let told = tell(&arguments);
+    assert_eq!((told.status, told.err.as_str()), (Some(0), ""), "{lesson}: {told:?}");
+    let told = tell(&["replay", to]);
+    assert_eq!((told.status, told.err.as_str()), (Some(0), ""), "{lesson}: {told:?}");
+    assert!(!told.out.contains("not compared"), "{lesson}: {told:?}");
+    let mut counts: BTreeMap<Buffer, usize> = BTreeMap::new();
+    for frame in frames(to).iter().filter(|frame| frame.buffer.is_made_of_others()) {
+        *counts.entry(frame.buffer).or_default() += 1;
+    }
+    for buffer in
+        [Buffer::Beliefs(0), Buffer::Beliefs(1), Buffer::Divergences(1), Buffer::Events, Buffer::JointGoals]
+    {
+        assert!(counts.get(&buffer).is_some_and(|&count| count > 1), "{lesson}: {counts:?}");
+    }
+    for (buffer, count) in counts {
+        assert_eq!(equal(&told, &buffer.to_string()), Some(count), "{lesson}: {buffer}\n{told:?}");
+    }
+}
+
+/// Lessons that need another `leo.toml` than the one that comes with the program to show what they show, and
+/// what is otherwise in it, as `docs/lessons.md` says.
+const OTHERWISE: [(&str, &str, &str); 5] = [
+    ("a_slip", "\nnoise = 0.0 ", "\nnoise = 0.05 "),
+    ("the_far_ones", "\nlanguage = \"paper\"", "\nlanguage = \"extended\""),
+    ("three_of_them", "\nlanguage = \"paper\"", "\nlanguage = \"extended\""),
+    ("two_teachers", "\npartners = 1 ", "\npartners = 2 "),
+    ("you_do_not_know_that_i_saw", "\ndepth = 1 ", "\ndepth = 2 "),
+];
+
+/// A text with one thing changed in it.
+fn changed(text: &str, from: &str, to: &str) -> String {
+    assert_eq!(text.matches(from).count(), 1, "{from}");
+    text.replace(from, to)
+}
+
+/// Parts of the lessons, of which each is a test below: the list is the program's, so that no lesson is
+/// forgotten, and the parts run side by side, none for so long that a runner gives it up.
+const PARTS: usize = 4;
+
+/// Every lesson of a part comes back.
+fn part_comes_back(part: usize) {
+    let folder = tempfile::tempdir().expect("a folder");
+    let to = file(&folder, "lesson.mcap");
+    let mut names: Vec<&str> = config::lesson::LIBRARY.iter().map(|(name, _)| *name).collect();
+    assert!(OTHERWISE.iter().all(|(lesson, ..)| names.contains(lesson)), "{names:?}");
+    names.sort_unstable();
+    for name in names.into_iter().skip(part).step_by(PARTS) {
+        let otherwise = OTHERWISE.iter().find(|(lesson, ..)| *lesson == name);
+        let config = otherwise
+            .map(|(_, from, to)| write(&folder, "leo.toml", &changed(&read("config/leo.toml"), from, to)));
+        comes_back(&format!("config/lessons/{name}.toml"), config.as_deref(), &to);
+    }
+}
+
+#[test]
+fn every_lesson_of_a_first_part_is_replayed_bit_by_bit() {
+    part_comes_back(0);
+}
+
+#[test]
+fn every_lesson_of_a_second_part_is_replayed_bit_by_bit() {
+    part_comes_back(1);
+}
+
+#[test]
+fn every_lesson_of_a_third_part_is_replayed_bit_by_bit() {
+    part_comes_back(2);
+}
+
+#[test]
+fn every_lesson_of_a_fourth_part_is_replayed_bit_by_bit() {
+    part_comes_back(3);
+}
+
+#[test]
+fn with_another_seed_and_more_noise_a_lesson_is_another_and_is_replayed_bit_by_bit() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let lesson = changed(&short_lesson(), "position_sigma_m = 0.003", "position_sigma_m = 0.02");
+    let seen = [1, 2].map(|seed| {
+        let lesson = changed(&lesson, "seed = 2006", &format!("seed = {seed}"));
+        let to = file(&folder, "seed.mcap");
+        comes_back(&write(&folder, "seed.toml", &lesson), None, &to);
+        let percepts = frames(&to).into_iter().filter(|frame| frame.buffer == Buffer::Percepts);
+        percepts.map(|frame| frame.bytes).collect::<Vec<_>>()
+    });
+    assert!(seen[0] != seen[1], "the seed changes nothing");
+}
+
+#[test]
+fn a_recording_is_the_same_bytes_every_time_and_every_difference_of_a_replay_is_named() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let lesson = write(&folder, "short.toml", &short_lesson());
+    let [one, other, wrong] = ["1.mcap", "2.mcap", "wrong.mcap"].map(|name| file(&folder, name));
+    let told = recorded(&lesson, &one);
+    assert_eq!(told.out, recorded(&lesson, &other).out);
+    assert_eq!(told.out, tell(&["teach", &lesson]).out, "recording changes nothing of the lesson");
+    assert!(fs::read(&one).expect("reads") == fs::read(&other).expect("reads"), "the bytes differ");
+
+    // Of a replay it is the same file once more.
+    let told = tell(&["replay", &one, "--record", &other]);
+    assert_eq!((told.status, told.err.as_str()), (Some(0), ""), "{told:?}");
+    assert!(fs::read(&one).expect("reads") == fs::read(&other).expect("reads"), "the bytes differ");
+    assert_refused(&tell(&["replay", &one, "--record", &one]), 2, &["write over what is played"]);
+
+    // One bit of what the teacher was taken to believe: the confidence in the second percept of the
+    // first belief.
+    let right = frames(&one);
+    let nth = |buffer: Buffer, nth: usize| {
+        let found = right.iter().enumerate().filter(|(_, frame)| frame.buffer == buffer).nth(nth);
+        found.map(|(index, _)| index).expect("there are so many")
+    };
+    let index = nth(Buffer::Beliefs(1), 1000);
+    let mut changed = right.clone();
+    changed[index].bytes[280 + 40 + 40 + 16] ^= 1;
+    rewritten(&changed, &wrong);
+    let told = tell(&["replay", &wrong]);
+    assert_eq!(told.status, Some(1), "{told:?}");
+    assert_eq!(equal(&told, "leo/beliefs/1"), Some(1000), "{told:?}");
+    let at = std::time::Duration::from_nanos(right[index].at_ns - right[0].at_ns);
+    let at = format!("{:.3} s", at.as_secs_f64());
+    for words in [
+        "leo/beliefs/1, frame 1001, at ",
+        &at,
+        ": entries[0].percepts[1].confidence: recorded ",
+        ", replayed ",
+    ] {
+        assert!(told.err.contains(words), "{words}: {told:?}");
+    }
+    // Before it, nothing is wrong; and behind it, what is compared is right.
+    for window in [["--to", "4"], ["--from", "6"]] {
+        let told = tell(&[&["replay", wrong.as_str()][..], &window].concat());
+        assert_eq!((told.status, told.err.as_str()), (Some(0), ""), "{window:?} {told:?}");
+        assert!(equal(&told, "leo/beliefs/1").is_some_and(|frames| frames > 500), "{told:?}");
+    }
+
+    // A frame too few, and one too many.
+    let index = nth(Buffer::Divergences(1), 500);
+    let mut fewer = right.clone();
+    fewer.remove(index);
+    rewritten(&fewer, &wrong);
+    let told = tell(&["replay", &wrong]);
+    assert_eq!(told.status, Some(1), "{told:?}");
+    assert!(told.err.contains("leo/divergences/1, frame 50"), "{told:?}");
+    let mut more = right.clone();
+    more.insert(index, right[index].clone());
+    rewritten(&more, &wrong);
+    let told = tell(&["replay", &wrong]);
+    assert_eq!(told.status, Some(1), "{told:?}");
+    assert!(told.err.contains("leo/divergences/1, frame 50"), "{told:?}");
+
+    // A thing that was observed elsewhere is believed elsewhere from the teacher's perspective, for which
+    // it is perceived anew; the robot's own percept of it is as it was.
+    let mut other_percepts = right.clone();
+    other_percepts[nth(Buffer::Percepts, 300)].bytes[size_of::<message::PerceptHead>() + 24] ^= 0x40;
+    rewritten(&other_percepts, &wrong);
+    let told = tell(&["replay", &wrong]);
+    assert_eq!(told.status, Some(1), "{told:?}");
+    assert!(told.err.contains("leo/beliefs/1, frame 301"), "{told:?}");
+
+    // Without its last third.
+    let bytes = fs::read(&one).expect("reads");
+    fs::write(&wrong, &bytes[..bytes.len() * 2 / 3]).expect("writes");
+    let told = tell(&["replay", &wrong]);
+    assert_eq!((told.status, told.err.as_str()), (Some(0), ""), "{told:?}");
+    assert!(told.out.contains("the file ends in the middle, after "), "{told:?}");
+    assert!(equal(&told, "leo/beliefs/0").is_some_and(|frames| frames > 500), "{told:?}");
+
+    // In the time of the machine it is the same, and it is told.
+    let told = tell(&["replay", &one, "--speed", "20"]);
+    assert_eq!((told.status, told.err.as_str()), (Some(0), ""), "{told:?}");
+    assert!(told.out.contains("the teacher: \"") && told.out.contains("frames equal"), "{told:?}");
+}
