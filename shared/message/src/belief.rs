@@ -2,7 +2,7 @@ use iceoryx2_bb_derive_macros::ZeroCopySend;
 use iceoryx2_bb_elementary_traits::zero_copy_send::ZeroCopySend;
 
 use crate::bytes::laid_out;
-use crate::{Feature, Head, Header, MAX_PERCEPTS, NOBODY, Path};
+use crate::{Feature, Header, MAX_PERCEPTS, NOBODY, Path};
 
 /// The head of a belief buffer: whose beliefs, and the frame they are in.
 #[derive(Clone, Copy, Debug, Default, PartialEq, ZeroCopySend)]
@@ -78,16 +78,6 @@ impl BeliefHead {
     #[must_use]
     pub fn eye(&self) -> Option<geometry::Pose<geometry::Base, geometry::Eye>> {
         geometry::Pose::from_parts(self.eye_position_m, self.eye_orientation_xyzw)
-    }
-}
-
-impl Head for BeliefHead {
-    fn header(&self) -> &Header {
-        &self.header
-    }
-
-    fn header_mut(&mut self) -> &mut Header {
-        &mut self.header
     }
 }
 

@@ -2,7 +2,7 @@ use iceoryx2_bb_derive_macros::ZeroCopySend;
 use iceoryx2_bb_elementary_traits::zero_copy_send::ZeroCopySend;
 
 use crate::bytes::laid_out;
-use crate::{Feature, Head, Header, MAX_PERCEPTS, Path};
+use crate::{Feature, Header, MAX_PERCEPTS, Path};
 
 /// The head of a divergence buffer: which two perspectives are compared. Of the same instant and
 /// number as the belief buffers of both.
@@ -23,16 +23,6 @@ pub struct DivergenceHead {
     pub compared: u32,
     /// Whose the other perspective is, and within whose.
     pub path: Path,
-}
-
-impl Head for DivergenceHead {
-    fn header(&self) -> &Header {
-        &self.header
-    }
-
-    fn header_mut(&mut self) -> &mut Header {
-        &mut self.header
-    }
 }
 
 /// A feature that is not known, where features are written as a kind and four numbers.

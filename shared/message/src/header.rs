@@ -2,7 +2,7 @@ use iceoryx2_bb_derive_macros::ZeroCopySend;
 use iceoryx2_bb_elementary_traits::zero_copy_send::ZeroCopySend;
 
 use crate::bytes::laid_out;
-use crate::numbered;
+use crate::{BeliefHead, DivergenceHead, PerceptHead, SceneHead, numbered};
 
 numbered! {
     /// A point on the way of a frame, in the direction the data flows.
@@ -92,6 +92,23 @@ impl Head for Header {
         self
     }
 }
+
+/// Heads that have a header and say more beside it.
+macro_rules! headed {
+    ($($head:ty),*) => {$(
+        impl Head for $head {
+            fn header(&self) -> &Header {
+                &self.header
+            }
+
+            fn header_mut(&mut self) -> &mut Header {
+                &mut self.header
+            }
+        }
+    )*};
+}
+
+headed!(BeliefHead, DivergenceHead, PerceptHead, SceneHead);
 
 laid_out!(Header = "leo/Header/1" {
     valid_at_ns, sequence, incarnation, hops_ns, left_out

@@ -2,7 +2,7 @@ use iceoryx2_bb_derive_macros::ZeroCopySend;
 use iceoryx2_bb_elementary_traits::zero_copy_send::ZeroCopySend;
 
 use crate::bytes::laid_out;
-use crate::{Head, Header, Observation, SourceSet};
+use crate::{Header, Observation, SourceSet};
 
 /// Percepts that one snapshot holds at most: the size of the percept set P.
 pub const MAX_PERCEPTS: usize = 12;
@@ -185,16 +185,6 @@ impl PerceptHead {
     #[must_use]
     pub fn looked(&self) -> SourceSet {
         SourceSet::from_raw(self.looked)
-    }
-}
-
-impl Head for PerceptHead {
-    fn header(&self) -> &Header {
-        &self.header
-    }
-
-    fn header_mut(&mut self) -> &mut Header {
-        &mut self.header
     }
 }
 

@@ -2,7 +2,7 @@ use iceoryx2_bb_derive_macros::ZeroCopySend;
 use iceoryx2_bb_elementary_traits::zero_copy_send::ZeroCopySend;
 
 use crate::bytes::laid_out;
-use crate::{Head, Header, NOBODY, STATES, Text, numbered};
+use crate::{Header, NOBODY, STATES, Text, numbered};
 
 numbered! {
     /// Who moves what is on the table.
@@ -79,16 +79,6 @@ impl SceneHead {
     #[must_use]
     pub fn mode(&self) -> Option<SceneMode> {
         SceneMode::from_raw(self.mode)
-    }
-}
-
-impl Head for SceneHead {
-    fn header(&self) -> &Header {
-        &self.header
-    }
-
-    fn header_mut(&mut self) -> &mut Header {
-        &mut self.header
     }
 }
 
