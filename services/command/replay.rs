@@ -15,7 +15,7 @@ use recording::{Buffer, Frame, Reader, Subject, Time};
 use supervisor_process::{Paired, Record, ReplayError, Replaying};
 
 use super::failure::Failed;
-use super::{domain, output, seconds};
+use super::{body, domain, output, seconds};
 
 /// The files of a robot's configuration.
 const FILES: [&str; 5] = ["leo.toml", "percepts.toml", "perspective.toml", "motor.toml", "leo.urdf"];
@@ -79,7 +79,12 @@ impl Replay {
             })?;
         }
         let config = folder.path().join("leo.toml");
-        let robot = Robot::load(Some(&config)).map_err(Failed::usage)?;
+        // What it says of a file is of the one in the recording.
+        let refused = |error: &dyn std::fmt::Display| {
+            Failed::usage(error.to_string().replace(&folder.path().display().to_string(), &name.to_string()))
+        };
+        let robot = Robot::load(Some(&config)).map_err(|error| refused(&error))?;
+        body::check(&robot, Some(&config)).map_err(|error| refused(&error))?;
         let narrator = self.speed.map(|_| (Narrator::new(&robot.leo.belief.names), Transcript::default()));
         let mut narration = Narration { narrator };
         let replaying = Replaying {

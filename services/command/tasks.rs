@@ -113,7 +113,12 @@ impl Tasks {
             }
             What::Forget { name } => {
                 let task = memory.task(name)?;
-                memory.memory.forget(name).map_err(Failed::because)?;
+                if !memory.memory.forget(name).map_err(Failed::because)? {
+                    return Err(Failed::because(format!(
+                        "somebody else has just forgotten \"{}\"",
+                        task.name
+                    )));
+                }
                 output::print(&format!("forgot {} and its {}\n", task.name, examples(task.examples.len())))?;
             }
             What::Export { names } => {

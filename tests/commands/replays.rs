@@ -195,3 +195,25 @@ fn a_recording_is_the_same_bytes_every_time_and_every_difference_of_a_replay_is_
     assert_eq!((told.status, told.err.as_str()), (Some(0), ""), "{told:?}");
     assert!(told.out.contains("the teacher: \"") && told.out.contains("frames equal"), "{told:?}");
 }
+
+/// A file that its recording names a robot's configuration by is refused as that file would be.
+#[test]
+fn a_recording_of_a_body_that_no_robot_can_have_is_refused() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let wrong = file(&folder, "wrong.mcap");
+    let mut subject =
+        Subject::load(None, Time::Lockstep, None, Pose::identity(), "a test").expect("built in");
+    for (name, from, to, words) in [
+        ("leo.urdf", "lower=\"-0.8\"", "lower=\"-0.9\"", "wrong.mcap/leo.urdf"),
+        ("leo.toml", "[belief]", "[relief]", "wrong.mcap/leo.toml"),
+    ] {
+        let whole = subject.files.clone();
+        let text = subject.files.iter_mut().find(|(file, _)| *file == name).expect("is there");
+        assert!(text.1.contains(from), "{name}");
+        text.1 = text.1.replacen(from, to, 1);
+        let writer = Writer::new(File::create(&wrong).expect("makes"), &subject).expect("begins");
+        writer.finish().expect("ends");
+        assert_refused(&tell(&["replay", &wrong]), 2, &[words]);
+        subject.files = whole;
+    }
+}

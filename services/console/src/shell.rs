@@ -48,7 +48,8 @@ pub fn run(launch: &Launch, robot: &Robot, lesson: &Lesson) -> Result<(), Failur
     member.begin(Some(leo.console.rate_hz.period()))?;
     if let Some(web) = &stage.web {
         // Never waits and never fails: what nobody reads is left out.
-        let _taken = writeln!(out, "the page is at {}", web.url);
+        let everywhere = if web.everywhere { ", and at every other address of this machine" } else { "" };
+        let _taken = writeln!(out, "the page is at {}{everywhere}", web.url);
     }
     while let Some(now) = member.next_cycle()? {
         let mut told = ear.hear()?;

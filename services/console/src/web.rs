@@ -9,7 +9,7 @@ mod pace;
 #[cfg(test)]
 mod tests;
 
-use std::net::{SocketAddr, TcpListener};
+use std::net::{IpAddr, Ipv4Addr, Ipv6Addr, SocketAddr, TcpListener};
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::{io, thread};
@@ -123,6 +123,8 @@ pub(crate) struct Web {
     pub(crate) wishes: Receiver<Asked>,
     /// The address that people open.
     pub(crate) url: String,
+    /// Whether it is served at every other address of this machine too.
+    pub(crate) everywhere: bool,
     /// What the next life needs for pages to find it.
     pub(crate) door: Door,
     _stop: tokio::sync::oneshot::Sender<()>,
@@ -187,7 +189,18 @@ impl Web {
                 }
             });
         })?;
-        Ok(Self { shared, wishes: asked, url: format!("http://{at}/{query}"), door, _stop: stop })
+        // Where it is served at every address of this machine, this is the one that it has for sure.
+        let here = SocketAddr::new(
+            match at.ip() {
+                any if !any.is_unspecified() => any,
+                IpAddr::V4(_) => Ipv4Addr::LOCALHOST.into(),
+                IpAddr::V6(_) => Ipv6Addr::LOCALHOST.into(),
+            },
+            at.port(),
+        );
+        let everywhere = here != at;
+        let url = format!("http://{here}/{query}");
+        Ok(Self { shared, wishes: asked, url, everywhere, door, _stop: stop })
     }
 
     /// What was refused, or malformed.

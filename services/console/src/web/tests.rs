@@ -81,6 +81,19 @@ fn answered(mut stream: TcpStream) -> String {
 }
 
 #[test]
+fn where_it_is_served_at_every_address_one_that_can_be_opened_is_said() {
+    for (every, said) in [("0.0.0.0:0", "http://127.0.0.1:"), ("[::]:0", "http://[::1]:")] {
+        let served = Web::serve(every.parse().unwrap(), Door::default(), "<robot/>", 1, ENDLESS);
+        // Not every machine speaks both.
+        let Ok(web) = served else { continue };
+        assert!(web.everywhere && web.url.starts_with(said) && web.url.contains("/?token="), "{}", web.url);
+        let host = web.url.trim_start_matches("http://").split('/').next().unwrap();
+        TcpStream::connect(host).unwrap();
+    }
+    assert!(!served(ENDLESS).everywhere);
+}
+
+#[test]
 fn who_does_not_say_what_he_wants_is_shut_and_keeps_nobody_out() {
     let web = served(Patience { question: Duration::from_millis(200), ..ENDLESS });
     let silent: Vec<_> = (0..200)
