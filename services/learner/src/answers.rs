@@ -2,12 +2,9 @@
 
 use std::collections::BTreeMap;
 
-use tasks::{Language, Settings, Snapshot, Task, describe_object, listed};
+use tasks::{Language, Object, Settings, Snapshot, Task, counterparts, describe_object, listed};
 
 use crate::report::{Verdict, like, sight_among, spoken};
-
-/// The furthest that two perspectives put one thing apart, in metres.
-const SAME_PLACE_M: f64 = 0.08;
 
 /// What each task comes to, task by task: its name, and what is said.
 pub(crate) fn learned<'a>(
@@ -59,9 +56,9 @@ pub(crate) fn seen_by(language: &Language, views: &BTreeMap<u16, Snapshot>, part
     let (Some(own), Some(theirs)) = (views.get(&0), views.get(&partner)) else {
         return "I do not think about what others see: perspective taking is switched off".to_owned();
     };
-    let unknown = own.objects.iter().filter(|object| {
-        object.position_m.is_some_and(|place| theirs.nearest(&object.features, place, SAME_PLACE_M).is_none())
-    });
+    let known = counterparts(own, theirs);
+    let is_unknown = |object: &&Object| object.position_m.is_some() && !known.contains_key(&object.id);
+    let unknown = own.objects.iter().filter(is_unknown);
     let unknown: Vec<String> = unknown
         .map(|object| format!("the {}", describe_object(language, object, like(own, object))))
         .collect();

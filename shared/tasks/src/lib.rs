@@ -25,6 +25,7 @@ mod action;
 mod bits;
 mod case;
 mod change;
+mod counterpart;
 mod deed;
 mod describe;
 mod dialogue;
@@ -55,6 +56,7 @@ mod weight;
 
 pub use action::{Act, ActionParser};
 pub use change::{Change, Effect, Signature, changes, vanished};
+pub use counterpart::counterparts;
 pub use deed::{Course, Deed, deeds};
 pub use describe::{describe_change, describe_classes, describe_object, listed};
 pub use dialogue::{Sentence, key};

@@ -181,6 +181,22 @@ fn a_block_that_he_knew_and_left_out_is_not_explained() {
 }
 
 #[test]
+fn what_lies_hidden_beside_one_of_its_kind_that_he_sees_is_not_known_to_him() {
+    let mut task = task_1();
+    for view in task.examples.iter_mut().flat_map(|example| &mut example.views) {
+        for (snapshot, filled) in [(&mut view.before, false), (&mut view.after, true)] {
+            // 6 cm beside the hidden one, and filled.
+            let beside = object(50, "medium blue square", [0.24, 0.7, 0.03], &[("filled", filled)]);
+            snapshot.objects.push(beside);
+        }
+    }
+    let rule = learned(&task_1(), 1).primary().next().unwrap().clone();
+    let explanation = explain(&language(), &task, &[0, 1], &rule);
+    assert_eq!(explanation.unseen, ["blue square"], "{explanation:?}");
+    assert!(explanation.is_complete(), "{explanation:?}");
+}
+
+#[test]
 fn he_knows_of_what_was_only_spoken_of() {
     let rule = learned(&task_1(), 1).primary().next().unwrap().clone();
     let mut spoken_of = object(1, "medium blue square", [0.0; 3], &[("filled", false)]);
