@@ -6,7 +6,7 @@ use std::collections::BTreeMap;
 
 /// A demonstration of Task 1: squares with holes (the last one hidden from the teacher by a
 /// barrier), and seven pegs of which as many are used as there are holes that he sees.
-fn fill_all_holes(colours: &[&str]) -> Vec<View> {
+pub(super) fn fill_all_holes(colours: &[&str]) -> Vec<View> {
     let at = |index: usize, y: f64| [quantity::number::float_of_count(index).mul_add(0.12, -0.3), y, 0.03];
     let hidden = colours.len() - 1;
     let squares = |filled: bool| {
