@@ -1,3 +1,4 @@
+mod conflict;
 mod table;
 mod wrong;
 
