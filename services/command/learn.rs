@@ -14,7 +14,8 @@ use std::process::ExitCode;
 use clap::Args;
 use config::Robot;
 use tasks::{
-    Hypotheses, Inquiry, Learned, Learning, Noise, Object, Settings, Signature, Snapshot, View, decide,
+    Decision, Doubt, Example, Hypotheses, Inquiry, Learned, Learning, Noise, Object, Settings, Signature,
+    Snapshot, Task, View, decide_with,
 };
 
 use super::failure::Failed;
@@ -82,6 +83,8 @@ struct Answer {
 struct Conclusion {
     /// Whose rules Leo would follow, and what they are.
     followed: Option<(u16, Learned)>,
+    /// What would have to be asked before anybody's rules are followed.
+    doubt: Option<Doubt>,
     /// What to ask the teacher, and what to have him show, goal by goal.
     inquiries: Vec<(Signature, Option<Inquiry>, Option<Inquiry>)>,
 }
@@ -132,8 +135,12 @@ impl Learn {
             let text = if self.json { json::example(&told)? } else { text::example(examples, &told) };
             out.write_all(text.as_bytes())?;
         }
-        let conclusion = conclude(examples, &newest, &mut by_perspective);
-        let text = if self.json { json::closing(&conclusion)? } else { text::closing(examples, &conclusion) };
+        let conclusion = conclude(examples, &newest, &mut by_perspective, settings);
+        let text = if self.json {
+            json::closing(examples, &conclusion)?
+        } else {
+            text::closing(examples, &conclusion)
+        };
         out.write_all(text.as_bytes())?;
         out.flush()
     }
@@ -158,8 +165,16 @@ fn conclude(
     examples: &Examples,
     newest: &BTreeMap<u16, Learned>,
     by_perspective: &mut BTreeMap<u16, Learning>,
+    settings: &Settings,
 ) -> Conclusion {
-    let followed = decide(newest, examples.teacher);
+    let (teacher, language) = (examples.teacher, &examples.language);
+    let shown = examples.shown.iter().map(|shown| Example { teacher, views: shown.views.clone() });
+    let task = Task { name: examples.title.clone().unwrap_or_default(), examples: shown.collect() };
+    let (followed, doubt) = match decide_with(language, &task, newest, teacher, settings.on_conflict) {
+        Decision::Nobody => (None, None),
+        Decision::Followed(perspective) => (Some(perspective), None),
+        Decision::Open(doubt) => (None, Some(doubt)),
+    };
     let followed = followed.and_then(|perspective| Some((perspective, newest.get(&perspective)?.clone())));
     let mut inquiries = Vec::new();
     if let Some((perspective, learned)) = &followed
@@ -171,7 +186,7 @@ fn conclude(
             inquiries.push((goal, question, showing.filter(|showing| showing.objects.len() > 1)));
         }
     }
-    Conclusion { followed, inquiries }
+    Conclusion { followed, doubt, inquiries }
 }
 
 /// Reads a file, or standard input.

@@ -4,6 +4,7 @@
 mod acts;
 mod believe;
 mod check;
+mod conflict;
 mod emergency;
 mod full_disk;
 mod house;
@@ -121,6 +122,7 @@ fn a_wrong_configuration_is_one_error_that_names_the_place() {
         ("rate_hz = 250.0", "rate_hz = -250.0", "-250"),
         ("objects = 64 ", "objects = 5000 ", "4096"),
         ("partners = 1", "", "missing field `partners`"),
+        ("on_conflict = \"human\"", "on_conflict = \"humna\"", "did you mean `human`?"),
         ("objects = 64 ", "objects = ", "expected"),
         ("listen = []", "listen = [\"tcp/0.0.0.0:7447\"]", "in the clear"),
         ("side = \"off\"", "side = \"robot\"", "neither `listen` nor `connect` says where"),

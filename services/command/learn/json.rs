@@ -4,7 +4,7 @@ use serde_json::{Value, json};
 use tasks::{Hypotheses, Inquiry, Learned, Rule, Selection, Settings};
 
 use super::examples::Examples;
-use super::text::expectation;
+use super::text::{asked_first, expectation};
 use super::{Conclusion, Told};
 
 /// The document up to its first example.
@@ -42,7 +42,7 @@ pub(super) fn example(told: &Told<'_>) -> serde_json::Result<String> {
 }
 
 /// The document from its last example on.
-pub(super) fn closing(conclusion: &Conclusion) -> serde_json::Result<String> {
+pub(super) fn closing(examples: &Examples, conclusion: &Conclusion) -> serde_json::Result<String> {
     let followed = conclusion.followed.as_ref().map(|(perspective, learned)| {
         let rules: Vec<&str> = learned.primary().map(|rule| rule.name.as_str()).collect();
         json!({ "perspective": perspective, "rules": rules })
@@ -56,7 +56,11 @@ pub(super) fn closing(conclusion: &Conclusion) -> serde_json::Result<String> {
     });
     let followed = serde_json::to_string(&followed)?;
     let inquiries = serde_json::to_string(&inquiries.collect::<Vec<_>>())?;
-    Ok(format!("\n],\"followed\":{followed},\"inquiries\":{inquiries}}}\n"))
+    let open = match &conclusion.doubt {
+        Some(doubt) => format!("\"open\":{},", serde_json::to_string(&asked_first(examples, doubt))?),
+        None => String::new(),
+    };
+    Ok(format!("\n],\"followed\":{followed},{open}\"inquiries\":{inquiries}}}\n"))
 }
 
 fn learned_by(perspective: u16, learned: &Learned) -> Value {

@@ -2,7 +2,10 @@
 
 use std::fmt::Write as _;
 
-use tasks::{Change, Inquiry, Signature, describe_change, describe_object, listed};
+use tasks::{
+    Change, Doubt, Inquiry, Object, Signature, ask_about, describe_change, describe_object, listed,
+    with_article,
+};
 
 use super::examples::Examples;
 use super::{Conclusion, Told};
@@ -54,9 +57,12 @@ pub(super) fn example(examples: &Examples, told: &Told<'_>) -> String {
 /// What is told at the end.
 pub(super) fn closing(examples: &Examples, conclusion: &Conclusion) -> String {
     let mut text = String::new();
-    match &conclusion.followed {
-        None => text.push_str("No perspective explains what changed.\n"),
-        Some((perspective, learned)) => {
+    match (&conclusion.doubt, &conclusion.followed) {
+        (Some(doubt), _) => {
+            let _ = writeln!(text, "Leo follows nobody yet: \"{}\"", asked_first(examples, doubt));
+        }
+        (None, None) => text.push_str("No perspective explains what changed.\n"),
+        (None, Some((perspective, learned))) => {
             let spoken =
                 learned.primary().map(|rule| format!("{} {}", rule.name, expectation(&rule.expectation)));
             let _ =
@@ -83,6 +89,13 @@ pub(super) fn closing(examples: &Examples, conclusion: &Conclusion) -> String {
         }
     }
     text
+}
+
+/// What has to be asked before anybody's rules are followed.
+pub(super) fn asked_first(examples: &Examples, doubt: &Doubt) -> String {
+    let thing = Object { features: doubt.kind.clone(), ..Object::default() };
+    let shown = examples.shown.iter().flat_map(|shown| &shown.views).flat_map(|view| &view.after.objects);
+    ask_about(&with_article(&describe_object(&examples.language, &thing, shown)), &doubt.goal)
 }
 
 pub(super) fn expectation(signature: &Signature) -> String {

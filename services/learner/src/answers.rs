@@ -2,12 +2,10 @@
 
 use std::collections::BTreeMap;
 
-use tasks::{Language, Settings, Snapshot, Task, describe_object, listed};
+use tasks::{Language, Object, Settings, Snapshot, Task, counterparts, describe_object, listed};
 
-use crate::report::{Verdict, like, sight_among, spoken};
-
-/// The furthest that two perspectives put one thing apart, in metres.
-const SAME_PLACE_M: f64 = 0.08;
+use crate::report::{like, sight_among, spoken};
+use crate::verdict::Verdict;
 
 /// What each task comes to, task by task: its name, and what is said.
 pub(crate) fn learned<'a>(
@@ -19,9 +17,13 @@ pub(crate) fn learned<'a>(
     let mut known: Vec<(String, String)> = tasks
         .map(|task| {
             let verdict = Verdict::of(language, task, perspectives, settings);
-            let text = match verdict.learned() {
-                Some(learned) => format!("{} is: {}", task.name, spoken(learned)),
-                None => format!("I know no rule for {}; please show it again", task.name),
+            let text = match (verdict.doubt(), verdict.learned()) {
+                (None, Some(learned)) => format!("{} is: {}", task.name, spoken(learned)),
+                (None, None) => format!("I know no rule for {}; please show it again", task.name),
+                (Some(_), Some(learned)) => {
+                    format!("I am not sure of {}; until I am, it is: {}", task.name, spoken(learned))
+                }
+                (Some(_), None) => format!("I do not know yet what {} is", task.name),
             };
             (task.name.clone(), text)
         })
@@ -35,7 +37,11 @@ pub(crate) fn learned<'a>(
 /// Why a task is taken for what it is taken for.
 pub(crate) fn why(language: &Language, task: &Task, perspectives: &[u16], settings: &Settings) -> String {
     let verdict = Verdict::of(language, task, perspectives, settings);
-    let (Some(chosen), Some(learned)) = (verdict.chosen, verdict.learned()) else {
+    let explanation = verdict.explanation(language, task);
+    if verdict.doubt().is_some() {
+        return unsure(task, explanation.as_deref());
+    }
+    let Some(learned) = verdict.learned() else {
         return format!(
             "I know no rule for {}: nothing that I can think of explains what changed",
             task.name
@@ -48,10 +54,16 @@ pub(crate) fn why(language: &Language, task: &Task, perspectives: &[u16], settin
         (None, None) => (0, learned.examples),
     };
     let shown = format!("\"{}\" is what {tally} of {examples} showings say", spoken(learned));
-    match verdict.explanation(language, task, chosen, learned) {
+    match explanation {
         Some(explanation) => format!("{shown}; {explanation}"),
         None => shown,
     }
+}
+
+/// That it is open what a task is, and why.
+pub(crate) fn unsure(task: &Task, why: Option<&str>) -> String {
+    let why = why.map(|why| format!(": {why}")).unwrap_or_default();
+    format!("I do not know yet what {} is{why}", task.name)
 }
 
 /// What the robot takes a partner to know of, and of what not.
@@ -59,9 +71,9 @@ pub(crate) fn seen_by(language: &Language, views: &BTreeMap<u16, Snapshot>, part
     let (Some(own), Some(theirs)) = (views.get(&0), views.get(&partner)) else {
         return "I do not think about what others see: perspective taking is switched off".to_owned();
     };
-    let unknown = own.objects.iter().filter(|object| {
-        object.position_m.is_some_and(|place| theirs.nearest(&object.features, place, SAME_PLACE_M).is_none())
-    });
+    let known = counterparts(own, theirs);
+    let is_unknown = |object: &&Object| object.position_m.is_some() && !known.contains_key(&object.id);
+    let unknown = own.objects.iter().filter(is_unknown);
     let unknown: Vec<String> = unknown
         .map(|object| format!("the {}", describe_object(language, object, like(own, object))))
         .collect();

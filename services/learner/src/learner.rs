@@ -4,14 +4,15 @@ use std::collections::{BTreeMap, VecDeque};
 
 use clock::{Duration, Instant};
 use message::{Belief, BeliefHead, Event, EventKind, JointGoal, Utterance};
-use tasks::{Example, Language, Learned, Noise, Prior, Sentence, Snapshot, Task, key};
+use tasks::{Example, Language, Learned, Noise, OnConflict, Prior, Sentence, Snapshot, Task, key};
 
 use crate::performance::{HalfHeights, Performance, Stage};
 use crate::question::Question;
-use crate::report::{Verdict, sight, spoken};
+use crate::report::{sight, spoken};
 use crate::teaching::Teaching;
+use crate::verdict::Verdict;
 use crate::views::{Continuity, Views};
-use crate::{Body, Motion, Skill, Vocabulary};
+use crate::{Body, Motion, Skill, Vocabulary, answers};
 use quantity::number::{counted, saturating_u32};
 
 /// What the learner does not decide for itself.
@@ -56,6 +57,11 @@ pub fn learning(learner: &config::leo::Learner) -> tasks::Settings {
         // The configuration refuses what is none.
         noise: Noise::try_from(learner.noise.get()).unwrap_or(Noise::NONE),
         high_likelihood: learner.high_likelihood.get(),
+        on_conflict: match learner.on_conflict {
+            config::leo::OnConflict::Human => OnConflict::Human,
+            config::leo::OnConflict::Own => OnConflict::Own,
+            config::leo::OnConflict::Resolve => OnConflict::Resolve,
+        },
     }
 }
 
@@ -316,7 +322,11 @@ impl<B: Body> Learner<B> {
         output.events.push(Event { examples, ..Event::new(EventKind::DemonstrationEnded, &name, &name) });
         let verdict = Verdict::of(language, task, &self.perspectives, settings);
         output.events.extend(verdict.events(language, task));
+        // As it comes, why is said when somebody asks.
+        let is_said = settings.on_conflict != OnConflict::Human;
+        let explanation = is_said.then(|| verdict.explanation(language, task)).flatten();
         let text = match verdict.learned() {
+            _ if verdict.doubt().is_some() => answers::unsure(task, explanation.as_deref()),
             Some(learned) => {
                 let rule = spoken(learned);
                 let doubt = doubt(learned, settings);
@@ -327,9 +337,30 @@ impl<B: Body> Learner<B> {
             }
         };
         say(output, &name, &text);
+        match (verdict.doubt(), verdict.learned(), explanation) {
+            (Some(_), Some(learned), _) => say(output, &name, &until_then(learned)),
+            (None, _, Some(why)) => say(output, &name, &why),
+            _ => {}
+        }
         self.question = Question::about(language, task_key, task, &verdict, settings);
         if let Some(question) = &self.question {
             say(output, &name, &question.text);
+        }
+    }
+
+    /// Asks once more what the task in question leaves open, where nobody's rules can be followed before.
+    fn ask_again(&mut self, output: &mut Output) {
+        let (language, settings) = (&self.vocabulary.language, &self.settings.learning);
+        let Some((key, task)) = self.in_question.as_ref().and_then(|key| self.tasks.get_key_value(key))
+        else {
+            return;
+        };
+        let verdict = Verdict::of(language, task, &self.perspectives, settings);
+        if verdict.doubt().is_some() {
+            self.question = Question::about(language, key, task, &verdict, settings);
+            if let Some(question) = &self.question {
+                say(output, &task.name, &question.text);
+            }
         }
     }
 
@@ -347,10 +378,21 @@ impl<B: Body> Learner<B> {
         };
         let language: &Language = &self.vocabulary.language;
         let verdict = Verdict::of(language, task, &self.perspectives, &self.settings.learning);
+        let doubtful = verdict.doubt().is_some();
         let Some(learned) = verdict.learned() else {
-            decline(output, name, &format!("I know no rule for {name}; please show it again"));
+            let text = if doubtful {
+                answers::unsure(task, None)
+            } else {
+                format!("I know no rule for {name}; please show it again")
+            };
+            decline(output, name, &text);
+            self.in_question = Some(key(name));
+            self.ask_again(output);
             return;
         };
+        if doubtful {
+            say(output, &task.name, &until_then(learned));
+        }
         output.events.push(Event::new(EventKind::PerformanceStarted, &task.name, &task.name));
         if let Some(view) = self.views.own(language) {
             output.events.push(seen(language, &task.name, 0, &view));
@@ -413,6 +455,12 @@ fn say(output: &mut Output, task: &str, text: &str) {
 fn decline(output: &mut Output, task: &str, text: &str) {
     say(output, task, text);
     output.events.push(Event::new(EventKind::Declined, task, text));
+}
+
+/// What is followed while it is open what a task is.
+fn until_then(learned: &Learned) -> String {
+    let examples = counted(saturating_u32(learned.examples), "example");
+    format!("until I know, I go by what I learned from {examples}: {}", spoken(learned))
 }
 
 /// What speaks against what was learned, where not all examples are explained. From teachers who slip,

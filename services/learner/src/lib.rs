@@ -15,6 +15,7 @@ mod report;
 mod reports;
 mod shell;
 mod teaching;
+mod verdict;
 mod views;
 mod vocabulary;
 

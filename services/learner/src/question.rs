@@ -1,11 +1,11 @@
 use std::collections::BTreeMap;
 
 use tasks::{
-    Effect, Example, Language, Learning, Object, Selection, Settings, Signature, Snapshot, Task, View,
+    Doubt, Effect, Example, Language, Learning, Object, Selection, Settings, Signature, Snapshot, Task, View,
     ask_about, describe_object, explain, key, with_article,
 };
 
-use crate::report::{Verdict, attended, perspectives};
+use crate::verdict::{Verdict, attended, perspectives};
 
 /// A question that is expected to tell less than this, in bits, is not asked: whoever teaches would be
 /// asked about what is all but certain.
@@ -24,7 +24,7 @@ pub(crate) struct Question {
 }
 
 impl Question {
-    /// What to ask about a task: first what speaks against the teacher's rule although he knew of it,
+    /// What to ask about a task: first what has to be answered before anybody's rule can be followed, then what speaks against the teacher's rule although he knew of it,
     /// else what is expected to tell most; about each kind of thing once. `None` where there is nothing
     /// to ask: what speaks against the rule is explained by what he could not know or was asked about,
     /// and no question would tell much.
@@ -35,7 +35,10 @@ impl Question {
         verdict: &Verdict,
         settings: &Settings,
     ) -> Option<Self> {
-        let (chosen, learned) = (verdict.chosen?, verdict.learned()?);
+        if let Some(Doubt { kind, goal }) = verdict.doubt() {
+            return Some(Self::of_kind(language, key, task, kind.clone(), goal.clone()));
+        }
+        let (chosen, learned) = verdict.followed()?;
         let first = learned.primary().next()?;
         let goal = first.expectation.clone();
         let perspectives = verdict.perspectives();
@@ -46,8 +49,7 @@ impl Question {
         if is_comparable {
             let unexplained = explain(language, task, &perspectives, first).unexplained_kinds;
             if let Some(features) = unexplained.into_iter().find(|kind| !is_answered(task, kind, &goal)) {
-                let text = ask_about(&with_article(&named(language, task, &features, &goal)), &goal);
-                return Some(Self { task: key.to_owned(), text, features, goal });
+                return Some(Self::of_kind(language, key, task, features, goal));
             }
         }
         let mut learning = Learning::new(language, settings);
@@ -55,6 +57,18 @@ impl Question {
         let inquiry = learning.inquire(&goal, 1).filter(|inquiry| inquiry.bits >= WORTH_ASKING_BITS)?;
         let features = inquiry.objects.into_iter().next().filter(|kind| !is_answered(task, kind, &goal))?;
         Some(Self { task: key.to_owned(), text: inquiry.text, features, goal })
+    }
+
+    /// Whether a thing of a kind should become as a goal wants.
+    fn of_kind(
+        language: &Language,
+        key: &str,
+        task: &Task,
+        features: BTreeMap<String, String>,
+        goal: Signature,
+    ) -> Self {
+        let text = ask_about(&with_article(&named(language, task, &features, &goal)), &goal);
+        Self { task: key.to_owned(), text, features, goal }
     }
 
     /// The answer as an example: such a thing became as the goal wants, or was left as it is.
@@ -96,12 +110,9 @@ fn named(language: &Language, task: &Task, kind: &BTreeMap<String, String>, goal
     describe_object(language, &Object { features: kind.clone(), ..Object::default() }, shown)
 }
 
-/// Whether a question about a kind of thing was answered: the example has it alone, and it is nowhere.
+/// Whether a question about a kind of thing was answered.
 fn is_answered(task: &Task, kind: &BTreeMap<String, String>, goal: &Signature) -> bool {
-    task.views(0).any(|view| match view.after.objects.as_slice() {
-        [only] => only.position_m.is_none() && only.features == *kind && is_eligible(only, goal),
-        _ => false,
-    })
+    task.answers().any(|answer| answer.features == *kind && is_eligible(answer, goal))
 }
 
 /// What Leo would ask about a task, where its examples leave open what is meant.

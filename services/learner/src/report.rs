@@ -1,153 +1,19 @@
 //! Events about what was learned.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 
 use message::{Event, EventKind};
 use quantity::number::saturating_u32;
 use tasks::{
-    Change, Deed, Executable, Language, Learned, Object, Rule, Selection, Settings, Snapshot, Standing, Task,
-    View, decide, describe_change, describe_object, explain, learn_with, listed,
+    Change, Deed, Executable, Language, Learned, Object, Rule, Settings, Snapshot, Standing, Task,
+    describe_change, describe_object, listed,
 };
 
 use crate::Vocabulary;
+use crate::verdict::{Verdict, perspectives};
 
 /// Rules reported per perspective and goal at most, beyond those of high likelihood.
-const REPORTED: usize = 8;
-
-/// What all perspectives make of a task, and whose rules are followed.
-#[derive(Clone, Debug)]
-pub(crate) struct Verdict {
-    pub(crate) by_perspective: BTreeMap<u16, Learned>,
-    pub(crate) chosen: Option<u16>,
-}
-
-impl Verdict {
-    /// Learns a task anew from all its examples.
-    pub(crate) fn of(language: &Language, task: &Task, perspectives: &[u16], settings: &Settings) -> Self {
-        let by_perspective: BTreeMap<u16, Learned> = perspectives
-            .iter()
-            .map(|&perspective| {
-                let views = attended(language, task, perspectives, perspective);
-                let views: Vec<&View> = views.iter().collect();
-                (perspective, learn_with(language, &views, settings))
-            })
-            .collect();
-        let chosen = decide(&by_perspective, spokesman(task, perspectives).unwrap_or(0));
-        Self { by_perspective, chosen }
-    }
-
-    /// Whose perspectives are taken.
-    pub(crate) fn perspectives(&self) -> Vec<u16> {
-        self.by_perspective.keys().copied().collect()
-    }
-
-    /// What the chosen perspective learned.
-    pub(crate) fn learned(&self) -> Option<&Learned> {
-        self.chosen.and_then(|perspective| self.by_perspective.get(&perspective))
-    }
-
-    /// The events that tell of it: every perspective's hypotheses, the rule chosen, and why
-    /// another perspective sees it differently.
-    pub(crate) fn events(&self, language: &Language, task: &Task) -> Vec<Event> {
-        let mut events = Vec::new();
-        for (&perspective, learned) in &self.by_perspective {
-            let several = learned.goals.len() > 1;
-            for rules in &learned.goals {
-                let reported = rules.iter().enumerate();
-                for (_, rule) in
-                    reported.filter(|(index, rule)| *index < REPORTED || rule.standing.high_likelihood)
-                {
-                    let text = if several { with_expectation(rule) } else { rule.name.clone() };
-                    events.push(standing_event(
-                        EventKind::Hypothesis,
-                        task,
-                        perspective,
-                        &rule.standing,
-                        &text,
-                    ));
-                }
-            }
-        }
-        for (&perspective, learned) in &self.by_perspective {
-            let reported = learned.figures.iter().take(REPORTED);
-            events.extend(reported.map(|figure| {
-                standing_event(EventKind::Hypothesis, task, perspective, &figure.standing, &figure.name)
-            }));
-        }
-        let (Some(chosen), Some(learned)) = (self.chosen, self.learned()) else { return events };
-        if let Some(first) = learned.figures.first() {
-            events.push(standing_event(EventKind::RuleChosen, task, chosen, &first.standing, &first.name));
-        }
-        if let Some(first) = learned.primary().next() {
-            let text = if learned.goals.len() > 1 { spoken(learned) } else { first.name.clone() };
-            events.push(standing_event(EventKind::RuleChosen, task, chosen, &first.standing, &text));
-        }
-        if let Some(text) = self.explanation(language, task, chosen, learned) {
-            let mut event = Event::new(EventKind::Explained, &task.name, &text);
-            event.perspective = chosen;
-            events.push(event);
-        }
-        events
-    }
-
-    /// Why the robot's own view speaks against the rule that it follows.
-    pub(crate) fn explanation(
-        &self,
-        language: &Language,
-        task: &Task,
-        chosen: u16,
-        learned: &Learned,
-    ) -> Option<String> {
-        if chosen == 0 {
-            return None;
-        }
-        if let Some(figure) = learned.figures.first() {
-            let own = self.by_perspective.get(&0).and_then(|own| own.figures.first());
-            return own.filter(|own| !own.figure.looks_like(&figure.figure)).map(|own| {
-                format!("to me it looked like \"{}\", but you see it from where you are", own.name)
-            });
-        }
-        let rule = learned.primary().next()?;
-        let own = self.by_perspective.get(&0).and_then(|own| own.primary().next());
-        if own.is_some_and(|own| own.agrees_with(rule)) {
-            return None;
-        }
-        // Far from him is near to the robot: nothing speaks against a rule about where things stand.
-        if let (Selection::Standing(_), Some(own)) = (rule.selection, own) {
-            return Some(format!("to me it looked like \"{}\", but you see it from where you are", own.name));
-        }
-        let why = explain(language, task, &self.perspectives(), rule).text();
-        if why.is_empty() {
-            return None;
-        }
-        Some(match own {
-            Some(own) => format!("to me it looked like \"{}\", but {why}", own.name),
-            None => why,
-        })
-    }
-}
-
-/// He who stands for all teachers of a task: of those whose perspectives are taken, the one who taught last.
-fn spokesman(task: &Task, perspectives: &[u16]) -> Option<u16> {
-    let teachers = task.examples.iter().rev().map(|example| example.teacher);
-    teachers.into_iter().find(|teacher| perspectives.contains(teacher))
-}
-
-/// What a perspective has of a task's examples, and attends to. His who stands for all teachers has of each
-/// example what its own teacher saw: it is he who meant something by it.
-pub(crate) fn attended(
-    language: &Language,
-    task: &Task,
-    perspectives: &[u16],
-    perspective: u16,
-) -> Vec<View> {
-    let views: Vec<&View> = if spokesman(task, perspectives) == Some(perspective) {
-        task.taught(perspectives).collect()
-    } else {
-        task.views(perspective).collect()
-    };
-    views.into_iter().map(|view| view.attended(language.moved_m)).collect()
-}
+pub(crate) const REPORTED: usize = 8;
 
 /// The events that tell what a task comes to, as they were told when it was learned: hypotheses of
 /// every perspective that has examples of it, the rule chosen, and why another sees it differently.
@@ -157,13 +23,6 @@ pub fn retell(language: &Language, task: &Task, settings: &Settings) -> Vec<Even
     let ended = Event { examples, ..Event::new(EventKind::DemonstrationEnded, &task.name, &task.name) };
     let verdict = Verdict::of(language, task, &perspectives(task), settings);
     std::iter::once(ended).chain(verdict.events(language, task)).collect()
-}
-
-/// The perspectives that have examples of a task.
-pub(crate) fn perspectives(task: &Task) -> Vec<u16> {
-    let views = task.examples.iter().flat_map(|example| &example.views);
-    let perspectives: BTreeSet<u16> = views.map(|view| view.perspective).collect();
-    perspectives.into_iter().collect()
 }
 
 /// What a task is, in words: "all filled".
@@ -184,7 +43,13 @@ pub(crate) fn expectation(rule: &Rule) -> String {
     describe_change(&Change { signature: rule.expectation.clone(), displaced: false })
 }
 
-fn standing_event(kind: EventKind, task: &Task, perspective: u16, standing: &Standing, text: &str) -> Event {
+pub(crate) fn standing_event(
+    kind: EventKind,
+    task: &Task,
+    perspective: u16,
+    standing: &Standing,
+    text: &str,
+) -> Event {
     Event {
         perspective,
         posterior: standing.posterior,

@@ -1,3 +1,4 @@
+mod conflict;
 mod table;
 mod wrong;
 
@@ -300,6 +301,18 @@ fn questions_are_answered() {
     ] {
         assert!(said.iter().any(|text| text == expected), "{expected:?} is not in {said:#?}");
     }
+}
+
+#[test]
+fn what_is_hidden_beside_one_of_its_kind_is_not_taken_for_known() {
+    let mut run = Run::new(1, Vec::new());
+    run.table.borrow_mut().lay(&["blue", "blue"], Some(1));
+    let [x, y, z] = run.table.borrow().things[0].place_m;
+    run.table.borrow_mut().things[1].place_m = [x, y + 0.06, z];
+    run.steps(5);
+    run.say("What do you think I see?");
+    let said = run.texts(EventKind::Said);
+    assert_eq!(said, ["I think you know of square and 7 × peg, and not of the square"]);
 }
 
 #[test]

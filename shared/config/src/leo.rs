@@ -171,6 +171,8 @@ pub struct Learner {
     pub selection_nats: NotNegative,
     /// How often a teacher slips.
     pub noise: Slips,
+    /// What is done where the schema from the robot's own view and the teacher's differ.
+    pub on_conflict: OnConflict,
     /// Hypotheses are reported whose posterior is at least this share of the best.
     pub high_likelihood: Unit,
     /// Joint goals are repeated this often while Leo performs or rests.
@@ -187,6 +189,19 @@ pub enum Hypotheses {
     Paper,
     /// Also negations, mixed templates, numbers and relations.
     Extended,
+}
+
+/// What is done on conflict between the schema from the robot's own view and the one from the teacher's
+/// perspective.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum OnConflict {
+    /// The teacher's is followed.
+    Human,
+    /// The robot's own is.
+    Own,
+    /// The teacher's is where what contradicts it is explained; else he is asked first.
+    Resolve,
 }
 
 /// The motor process.

@@ -2,6 +2,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use serde::{Deserialize, Serialize};
 
+use crate::counterpart::nearest_first;
 use crate::{Object, Snapshot};
 
 /// One thing that is different afterwards: an expectation percept of a goal belief.
@@ -77,21 +78,14 @@ pub fn vanished<'a>(before: &'a Snapshot, after: &Snapshot) -> Vec<&'a Object> {
 fn found_again(before: &Snapshot, after: &Snapshot) -> BTreeMap<u64, u64> {
     let gone = || before.objects.iter().filter(|then| after.object(then.id).is_none());
     let come = after.objects.iter().filter(|now| before.object(now.id).is_none());
-    let mut pairs: Vec<(f64, u64, u64)> = come
+    let pairs = come
         .flat_map(|now| {
             let same = gone()
                 .filter(|then| then.features == now.features && then.states.keys().eq(now.states.keys()));
             same.filter_map(|then| Some((now.distance(then.position_m?)?, now.id, then.id)))
         })
         .collect();
-    pairs.sort_by(|a, b| a.0.total_cmp(&b.0).then((a.1, a.2).cmp(&(b.1, b.2))));
-    let (mut found, mut taken) = (BTreeMap::new(), BTreeSet::new());
-    for (_, now, then) in pairs {
-        if !found.contains_key(&now) && taken.insert(then) {
-            found.insert(now, then);
-        }
-    }
-    found
+    nearest_first(pairs)
 }
 
 fn change(then: &Object, now: &Object, moved_m: f64) -> Option<Change> {

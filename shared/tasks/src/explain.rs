@@ -1,12 +1,10 @@
 use std::collections::BTreeMap;
 
 use crate::change::{changes, has_percepts};
+use crate::counterpart::counterparts;
 use crate::describe::{describe_object, listed};
 use crate::hypothesis::Evidence;
-use crate::{Language, Object, Rule, Snapshot, Task, View};
-
-/// Objects of two perspectives further apart than this are two objects, in metres.
-const SAME_PLACE_M: f64 = 0.08;
+use crate::{Language, Object, Rule, Task, View};
 
 /// Why its teachers' rule does not hold in the robot's view, in words that name the objects. A partner
 /// is he who gave the example.
@@ -71,10 +69,15 @@ pub fn explain(language: &Language, task: &Task, simulated: &[u16], rule: &Rule)
     let addressed = task.examples.last().map(|example| example.teacher);
     for example in &task.examples {
         let (Some(own), Some(theirs)) = (example.view(0), example.taught(simulated)) else { continue };
-        for object in contradicting(language, own, rule) {
+        let against = contradicting(language, own, rule);
+        if against.is_empty() {
+            continue;
+        }
+        let known = counterparts(&own.after, &theirs.after);
+        for object in against {
             let eligible = own.after.objects.iter().filter(|other| has_percepts(other, &rule.expectation));
             let name = describe_object(language, object, eligible);
-            let list = match counterpart(object, &theirs.after) {
+            let list = match known.get(&object.id) {
                 None => &mut explanation.unseen,
                 Some(believed) if believed.owner.is_some_and(|owner| owner != example.teacher) => {
                     &mut explanation.foreign
@@ -106,15 +109,4 @@ fn contradicting<'a>(language: &Language, view: &'a View, rule: &Rule) -> Vec<&'
         .filter(|object| rule.is_about(object) && !evidence.achieved(object, &rule.expectation));
     let unexpected = evidence.changed(&rule.expectation).filter(|object| !rule.is_about(object));
     undone.chain(unexpected).collect()
-}
-
-/// What a partner takes an object to be, if he knows of it. What was only spoken of is nowhere.
-fn counterpart<'a>(object: &Object, theirs: &'a Snapshot) -> Option<&'a Object> {
-    match object.position_m {
-        Some(place) => theirs.nearest(&object.features, place, SAME_PLACE_M),
-        None => theirs
-            .objects
-            .iter()
-            .find(|believed| believed.position_m.is_none() && believed.features == object.features),
-    }
 }

@@ -1,6 +1,7 @@
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 
 use crate::Snapshot;
+use crate::counterpart::nearest_first;
 
 /// Identities of beliefs stay below this: each life of the belief process has a range of its own.
 const LIFE: u64 = 1 << 40;
@@ -62,15 +63,7 @@ impl Identities {
                 }
             }
         }
-        pairs.sort_by(|a, b| a.0.total_cmp(&b.0).then((a.1, a.2).cmp(&(b.1, b.2))));
-        let mut taken = BTreeSet::new();
-        let mut found: BTreeMap<u64, u64> = BTreeMap::new();
-        for (_, then, now) in pairs {
-            if !taken.contains(&now) && !found.contains_key(&then) {
-                taken.insert(now);
-                found.insert(then, now);
-            }
-        }
+        let found = nearest_first(pairs);
         let complete = found.len() == old.objects.len();
         if complete {
             self.found_again = found.into_iter().map(|(then, now)| (now, then)).collect();

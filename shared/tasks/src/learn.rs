@@ -270,12 +270,3 @@ impl Group<'_> {
         self.rules.first().map_or(0, |rule| rule.standing.tally)
     }
 }
-
-/// The perspective whose rules Leo follows: the teacher's, or his who stands for all teachers where there
-/// were several ([`Task::taught`](crate::Task::taught)), if he is simulated and what he saw explains anything
-/// ("take the perspective of the teacher, and assume that their schema is correct"), else Leo's own (0).
-/// `None` where neither explains anything.
-#[must_use]
-pub fn decide(learned: &BTreeMap<u16, Learned>, teacher: u16) -> Option<u16> {
-    [teacher, 0].into_iter().find(|perspective| learned.get(perspective).is_some_and(Learned::explains))
-}

@@ -13,8 +13,8 @@
 //!    [`Learning`] does so example by example, predicts, and says what to ask next. Where things
 //!    were moved about and nothing else became of them, what counts is where they stand in the
 //!    end: a [`Figure`];
-//! 5. [`decide`] picks the perspective whose rule is followed, and [`explain`] says in words why
-//!    two perspectives differ;
+//! 5. [`decide`] picks the perspective whose rule is followed, [`decide_with`] does so with what is to
+//!    be done on conflict, and [`explain`] says in words why two perspectives differ;
 //! 6. [`Rule::open`] says which objects still lack what the rule wants, for performing it.
 //!
 //! Everything here is pure: no clock, no files, no randomness. Features and states are kept by
@@ -25,6 +25,8 @@ mod action;
 mod bits;
 mod case;
 mod change;
+mod conflict;
+mod counterpart;
 mod deed;
 mod describe;
 mod dialogue;
@@ -55,6 +57,8 @@ mod weight;
 
 pub use action::{Act, ActionParser};
 pub use change::{Change, Effect, Signature, changes, vanished};
+pub use conflict::{Decision, Doubt, decide, decide_with, differ};
+pub use counterpart::counterparts;
 pub use deed::{Course, Deed, deeds};
 pub use describe::{describe_change, describe_classes, describe_object, listed};
 pub use dialogue::{Sentence, key};
@@ -64,12 +68,12 @@ pub use hypothesis::{Class, Prior, Template};
 pub use identity::{Identities, Moment};
 pub use inquiry::{Inquiry, ask_about, with_article};
 pub use language::{FeatureWords, Language, StateWords};
-pub use learn::{Learned, Learning, Means, decide, learn, learn_with};
+pub use learn::{Learned, Learning, Means, learn, learn_with};
 pub use lexicon::{FEATURES_MOST, VALUES_MOST};
 pub use recording::{Example, Executable, NothingChanged, Recording, Task, View};
 pub use rule::Rule;
 pub use selection::{Relation, Selection};
-pub use settings::{Hypotheses, Noise, NoiseOutOfRange, Settings};
+pub use settings::{Hypotheses, Noise, NoiseOutOfRange, OnConflict, Settings};
 pub use snapshot::{Object, Snapshot};
 pub use standing::Standing;
 

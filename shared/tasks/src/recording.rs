@@ -19,6 +19,15 @@ impl Task {
         self.examples.iter().filter_map(move |example| example.view(perspective))
     }
 
+    /// The things that were only asked about, as the answers left them: each is alone in its example, and
+    /// nowhere.
+    pub fn answers(&self) -> impl Iterator<Item = &Object> {
+        self.views(0).filter_map(|view| match view.after.objects.as_slice() {
+            [only] => Some(only).filter(|only| only.position_m.is_none()),
+            _ => None,
+        })
+    }
+
     /// The teachers' examples: each as its own teacher saw it, see [`Example::taught`].
     pub fn taught<'a>(&'a self, simulated: &'a [u16]) -> impl Iterator<Item = &'a View> {
         self.examples.iter().filter_map(move |example| example.taught(simulated))

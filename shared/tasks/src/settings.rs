@@ -12,7 +12,21 @@ pub enum Hypotheses {
     Extended,
 }
 
-/// How hypotheses are made and weighed.
+/// What is done on conflict between the schema learned from the robot's own view and the one learned from the
+/// teacher's perspective: the three policies that the paper names ("Task and Goal Learning").
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum OnConflict {
+    /// The teacher's schema is followed, whatever speaks against it: the paper's evaluation.
+    #[default]
+    Human,
+    /// The robot's own is.
+    Own,
+    /// The teacher's is where all that contradicts it is explained by what he could not know, or by what he
+    /// says when he is asked; until then neither is.
+    Resolve,
+}
+
+/// How hypotheses are made and weighed, and whose are followed.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Settings {
     /// What a hypothesis can say.
@@ -26,6 +40,8 @@ pub struct Settings {
     pub noise: Noise,
     /// The share of the best posterior that a high-likelihood rule has at least.
     pub high_likelihood: f64,
+    /// What is done where the robot's own view and the teacher's perspective differ.
+    pub on_conflict: OnConflict,
 }
 
 impl Default for Settings {
@@ -37,6 +53,7 @@ impl Default for Settings {
             selection_nats: 4.0,
             noise: Noise::NONE,
             high_likelihood: 0.01,
+            on_conflict: OnConflict::Human,
         }
     }
 }

@@ -2,6 +2,7 @@
 
 mod beyond;
 mod brute;
+mod conflict;
 mod paper;
 mod properties;
 

@@ -79,6 +79,7 @@ impl<B: Body> Learner<B> {
                     None => ("", "I have learned nothing and done nothing yet".to_owned()),
                 };
                 say(output, task, &text);
+                self.ask_again(output);
             }
             Sentence::WhatDoISee => {
                 let language = &self.vocabulary.language;

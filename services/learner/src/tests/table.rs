@@ -11,7 +11,7 @@ use geometry::{Base, Person, Pose, Position};
 use message::{
     Belief, BeliefHead, Event, EventKind, Feature, Header, JointGoal, NOBODY, Remembered, Text, Utterance,
 };
-use tasks::{Task, key};
+use tasks::{OnConflict, Task, key};
 
 use crate::{Body, Input, Kept, Learner, Motion, Output, Settings, Skill, Vocabulary};
 
@@ -148,9 +148,13 @@ pub(super) struct Run {
 
 impl Run {
     pub(super) fn new(partners: u16, tasks: Vec<Task>) -> Self {
+        Self::with(partners, tasks, OnConflict::Human)
+    }
+
+    pub(super) fn with(partners: u16, tasks: Vec<Task>, on_conflict: OnConflict) -> Self {
         let table = Rc::new(RefCell::new(Table::default()));
         let settings = Settings {
-            learning: tasks::Settings::default(),
+            learning: tasks::Settings { on_conflict, ..tasks::Settings::default() },
             goal_period: Duration::from_millis(20),
             block_half_height_m: 0.03,
             peg_half_height_m: 0.025,

@@ -6,7 +6,7 @@ use std::collections::BTreeMap;
 
 /// A demonstration of Task 1: squares with holes (the last one hidden from the teacher by a
 /// barrier), and seven pegs of which as many are used as there are holes that he sees.
-fn fill_all_holes(colours: &[&str]) -> Vec<View> {
+pub(super) fn fill_all_holes(colours: &[&str]) -> Vec<View> {
     let at = |index: usize, y: f64| [quantity::number::float_of_count(index).mul_add(0.12, -0.3), y, 0.03];
     let hidden = colours.len() - 1;
     let squares = |filled: bool| {
@@ -178,6 +178,22 @@ fn a_block_that_he_knew_and_left_out_is_not_explained() {
     let explanation = explain(&language(), &task, &[0, 1], &rule);
     assert!(!explanation.is_complete(), "{explanation:?}");
     assert_eq!(explanation.unexplained, ["blue square"]);
+}
+
+#[test]
+fn what_lies_hidden_beside_one_of_its_kind_that_he_sees_is_not_known_to_him() {
+    let mut task = task_1();
+    for view in task.examples.iter_mut().flat_map(|example| &mut example.views) {
+        for (snapshot, filled) in [(&mut view.before, false), (&mut view.after, true)] {
+            // 6 cm beside the hidden one, and filled.
+            let beside = object(50, "medium blue square", [0.24, 0.7, 0.03], &[("filled", filled)]);
+            snapshot.objects.push(beside);
+        }
+    }
+    let rule = learned(&task_1(), 1).primary().next().unwrap().clone();
+    let explanation = explain(&language(), &task, &[0, 1], &rule);
+    assert_eq!(explanation.unseen, ["blue square"], "{explanation:?}");
+    assert!(explanation.is_complete(), "{explanation:?}");
 }
 
 #[test]

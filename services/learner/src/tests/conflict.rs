@@ -1,0 +1,156 @@
+//! What is done where Leo's own view and the teacher's perspective give different rules.
+
+use message::EventKind;
+use tasks::OnConflict;
+
+use super::table::Run;
+
+/// Who is followed at last, with what rule, and why the other differs.
+fn outcome(run: &Run) -> (Option<u16>, String, String) {
+    let chosen = run.events.iter().rfind(|event| event.kind() == Some(EventKind::RuleChosen));
+    let last = |kind| run.texts(kind).pop().unwrap_or_default();
+    (chosen.map(|event| event.perspective), last(EventKind::RuleChosen), last(EventKind::Explained))
+}
+
+/// What Leo said last, `count` sentences.
+fn said(run: &Run, count: usize) -> Vec<String> {
+    let mut said = run.texts(EventKind::Said);
+    said.split_off(said.len() - count)
+}
+
+/// Task 1 is shown twice as in the paper, and then once with a red one left out that the teacher sees.
+fn with_a_slip(on_conflict: OnConflict) -> Run {
+    let mut run = Run::with(1, Vec::new(), on_conflict);
+    run.teach();
+    slip(&mut run);
+    run
+}
+
+fn slip(run: &mut Run) {
+    run.lay_anew(&["green", "yellow", "red", "blue"], Some(3));
+    run.say("Leo, I can teach you to do task 1");
+    run.steps(20);
+    run.insert(0, 0);
+    run.insert(1, 1);
+    run.say("Task 1 is done");
+    run.steps(10);
+}
+
+const UNSURE: &str = "I do not know yet what task 1 is: to me it looked like \"all but blue filled\", to you like \"all \
+                      filled\", and you could not see the blue square and I do not know why you treated the red \
+                      square differently";
+const ASKED: &str = "Should a red square be filled, too?";
+const UNTIL_THEN: &str = "until I know, I go by what I learned from 2 examples: all filled";
+
+#[test]
+fn on_conflict_leo_goes_by_its_own_view_where_it_is_told_to_and_says_what_the_teachers_would_be() {
+    let mut run = Run::with(1, Vec::new(), OnConflict::Own);
+    run.teach();
+    let why = "to you it looked like \"all filled\": you could not see the blue square; I go by what I saw";
+    assert_eq!(outcome(&run), (Some(0), "all but blue".to_owned(), why.to_owned()));
+    assert_eq!(said(&run, 2), ["I learned task 1 from 2 examples: all but blue filled", why]);
+    run.perform(&[]);
+    assert_eq!(run.texts(EventKind::PerformanceEnded), ["filled 3 of 3"]);
+    run.say("Why?");
+    assert_eq!(said(&run, 1), [format!("\"all but blue filled\" is what 2 of 2 showings say; {why}")]);
+}
+
+#[test]
+fn a_conflict_that_is_explained_is_resolved_for_the_teacher_and_the_explanation_is_said() {
+    let mut run = Run::with(1, Vec::new(), OnConflict::Resolve);
+    run.teach();
+    let why = "to me it looked like \"all but blue\", but you could not see the blue square";
+    assert_eq!(outcome(&run), (Some(1), "all".to_owned(), why.to_owned()));
+    assert_eq!(said(&run, 2), ["I learned task 1 from 2 examples: all filled", why]);
+    run.perform(&[]);
+    assert_eq!(run.texts(EventKind::PerformanceEnded), ["filled 5 of 5"]);
+}
+
+#[test]
+fn as_it_comes_the_teacher_is_followed_whatever_speaks_against_it_and_leo_asks_beside() {
+    let mut run = with_a_slip(OnConflict::Human);
+    assert_eq!(outcome(&run).1, "all");
+    assert_eq!(said(&run, 1), [ASKED]);
+    run.perform(&[]);
+    assert_eq!(run.texts(EventKind::PerformanceEnded), ["filled 5 of 5"]);
+}
+
+#[test]
+fn where_the_teacher_knew_what_contradicts_him_leo_asks_and_goes_by_what_was_settled_before() {
+    let mut run = with_a_slip(OnConflict::Resolve);
+    assert_eq!(said(&run, 3), [UNSURE, UNTIL_THEN, ASKED]);
+    let explained = outcome(&run).2;
+    assert!(UNSURE.ends_with(&explained), "{explained}");
+    run.say("What did you learn?");
+    assert_eq!(said(&run, 1), ["I am not sure of task 1; until I am, it is: all filled"]);
+    run.perform(&[]);
+    assert!(run.texts(EventKind::Said).ends_with(&[UNTIL_THEN.to_owned()]));
+    assert_eq!(run.texts(EventKind::PerformanceEnded), ["filled 5 of 5"]);
+    // Nobody answered; whoever asks why is asked again, and may answer then.
+    run.say("Why?");
+    assert_eq!(said(&run, 2), [UNSURE, ASKED]);
+    run.say("Yes");
+    assert_eq!(run.task("task 1").examples.len(), 4);
+    assert_eq!(outcome(&run).0, Some(1));
+}
+
+#[test]
+fn the_answer_decides_whose_schema_is_kept() {
+    let decided = |answer: &str| {
+        let mut run = with_a_slip(OnConflict::Resolve);
+        run.say(answer);
+        let (followed, rule, why) = outcome(&run);
+        assert!(!run.texts(EventKind::Said).last().unwrap().starts_with("I do not know"), "{answer}");
+        run.perform(&[]);
+        (followed, rule, why, run.texts(EventKind::PerformanceEnded).pop().unwrap())
+    };
+    let (followed, rule, why, done) = decided("Yes");
+    assert_eq!((followed, rule.as_str(), done.as_str()), (Some(1), "all", "filled 5 of 5"));
+    assert_eq!(
+        why,
+        "to me it looked like \"all but blue\", but you could not see the blue square and you told me about the red \
+         square"
+    );
+    let (followed, rule, why, done) = decided("No");
+    assert_eq!((followed, rule.as_str(), done.as_str()), (Some(0), "all green and yellow", "filled 2 of 2"));
+    assert_eq!(why, "to you it looked like \"all filled\", but what you answered speaks for what I saw");
+}
+
+#[test]
+fn where_nothing_was_settled_before_leo_declines_and_asks_again() {
+    let mut run = Run::with(1, Vec::new(), OnConflict::Resolve);
+    run.lay_anew(&["red", "yellow"], Some(1));
+    run.say("Leo, I can teach you to do task 1");
+    run.steps(20);
+    run.insert(0, 0);
+    run.insert(1, 1);
+    // The teacher sees the yellow one when it is filled already.
+    run.table.borrow_mut().things[1].hidden = false;
+    run.steps(20);
+    run.say("Task 1 is done");
+    run.steps(10);
+    let asked = "Should a yellow square be filled, too?";
+    assert_eq!(said(&run, 1), [asked]);
+    assert_eq!(run.texts(EventKind::RuleChosen), [""; 0]);
+    run.say("Leo, do task 1");
+    assert_eq!(said(&run, 2), ["I do not know yet what task 1 is", asked]);
+    assert_eq!(run.texts(EventKind::Declined).len(), 1);
+    run.say("What did you learn?");
+    assert_eq!(said(&run, 1), ["I do not know yet what task 1 is"]);
+    run.say("Yes");
+    assert_eq!(run.texts(EventKind::RuleChosen), ["all"]);
+}
+
+#[test]
+fn where_both_views_agree_no_policy_makes_a_difference() {
+    let taught = |on_conflict| {
+        let mut run = Run::with(1, Vec::new(), on_conflict);
+        run.hidden_from = Some(2);
+        run.teach();
+        run.events
+    };
+    let human = taught(OnConflict::Human);
+    for on_conflict in [OnConflict::Own, OnConflict::Resolve] {
+        assert!(taught(on_conflict) == human, "{on_conflict:?}");
+    }
+}

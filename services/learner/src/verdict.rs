@@ -1,0 +1,258 @@
+//! What a task comes to: what every perspective makes of it, and whose rules are followed.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use message::{Event, EventKind};
+use tasks::{
+    Decision, Doubt, Explanation, Language, Learned, OnConflict, Rule, Selection, Settings, Task, View,
+    decide_with, differ, explain, learn_with, listed,
+};
+
+use crate::report::{REPORTED, spoken, standing_event, with_expectation};
+
+/// So many showings back it is looked for what was settled before a conflict that is open.
+const LOOKED_BACK: usize = 16;
+
+/// What all perspectives make of a task, and whose rules are followed.
+#[derive(Clone, Debug)]
+pub(crate) struct Verdict {
+    pub(crate) by_perspective: BTreeMap<u16, Learned>,
+    /// He who stands for all teachers; 0 where nobody's perspective is taken.
+    teacher: u16,
+    on_conflict: OnConflict,
+    decision: Decision,
+    /// While the decision is open: what was settled by the showings before.
+    settled: Option<(u16, Learned)>,
+}
+
+impl Verdict {
+    /// Learns a task anew from all its examples.
+    pub(crate) fn of(language: &Language, task: &Task, perspectives: &[u16], settings: &Settings) -> Self {
+        let mut verdict = Self::of_these(language, task, perspectives, settings);
+        if matches!(verdict.decision, Decision::Open(_)) {
+            let before = (1..task.examples.len()).rev().take(LOOKED_BACK);
+            verdict.settled = before.into_iter().find_map(|count| {
+                let examples = task.examples.iter().take(count).cloned().collect();
+                let earlier = Task { name: task.name.clone(), examples };
+                let mut verdict = Self::of_these(language, &earlier, perspectives, settings);
+                let Decision::Followed(followed) = verdict.decision else { return None };
+                Some((followed, verdict.by_perspective.remove(&followed)?))
+            });
+        }
+        verdict
+    }
+
+    fn of_these(language: &Language, task: &Task, perspectives: &[u16], settings: &Settings) -> Self {
+        let by_perspective: BTreeMap<u16, Learned> = perspectives
+            .iter()
+            .map(|&perspective| {
+                let views = attended(language, task, perspectives, perspective);
+                let views: Vec<&View> = views.iter().collect();
+                (perspective, learn_with(language, &views, settings))
+            })
+            .collect();
+        let teacher = spokesman(task, perspectives).unwrap_or(0);
+        let on_conflict = settings.on_conflict;
+        let decision = decide_with(language, task, &by_perspective, teacher, on_conflict);
+        Self { by_perspective, teacher, on_conflict, decision, settled: None }
+    }
+
+    /// Whose perspectives are taken.
+    pub(crate) fn perspectives(&self) -> Vec<u16> {
+        self.by_perspective.keys().copied().collect()
+    }
+
+    /// What has to be asked before anybody's rules can be followed.
+    pub(crate) fn doubt(&self) -> Option<&Doubt> {
+        match &self.decision {
+            Decision::Open(doubt) => Some(doubt),
+            Decision::Followed(_) | Decision::Nobody => None,
+        }
+    }
+
+    /// The perspective that is followed, and what it learned; while that is open, what was settled before.
+    pub(crate) fn followed(&self) -> Option<(u16, &Learned)> {
+        match self.decision {
+            Decision::Nobody => None,
+            Decision::Followed(perspective) => Some((perspective, self.by_perspective.get(&perspective)?)),
+            Decision::Open(_) => self.settled.as_ref().map(|(perspective, learned)| (*perspective, learned)),
+        }
+    }
+
+    /// What the perspective learned that is followed.
+    pub(crate) fn learned(&self) -> Option<&Learned> {
+        self.followed().map(|(_, learned)| learned)
+    }
+
+    /// The events that tell of it: every perspective's hypotheses, the rule chosen, and why
+    /// another perspective sees it differently.
+    pub(crate) fn events(&self, language: &Language, task: &Task) -> Vec<Event> {
+        let mut events = Vec::new();
+        for (&perspective, learned) in &self.by_perspective {
+            let several = learned.goals.len() > 1;
+            for rules in &learned.goals {
+                let reported = rules.iter().enumerate();
+                for (_, rule) in
+                    reported.filter(|(index, rule)| *index < REPORTED || rule.standing.high_likelihood)
+                {
+                    let text = if several { with_expectation(rule) } else { rule.name.clone() };
+                    events.push(standing_event(
+                        EventKind::Hypothesis,
+                        task,
+                        perspective,
+                        &rule.standing,
+                        &text,
+                    ));
+                }
+            }
+        }
+        for (&perspective, learned) in &self.by_perspective {
+            let reported = learned.figures.iter().take(REPORTED);
+            events.extend(reported.map(|figure| {
+                standing_event(EventKind::Hypothesis, task, perspective, &figure.standing, &figure.name)
+            }));
+        }
+        let followed = self.followed();
+        if let Some((chosen, learned)) = followed {
+            if let Some(first) = learned.figures.first() {
+                events.push(standing_event(
+                    EventKind::RuleChosen,
+                    task,
+                    chosen,
+                    &first.standing,
+                    &first.name,
+                ));
+            }
+            if let Some(first) = learned.primary().next() {
+                let text = if learned.goals.len() > 1 { spoken(learned) } else { first.name.clone() };
+                events.push(standing_event(EventKind::RuleChosen, task, chosen, &first.standing, &text));
+            }
+        }
+        if let Some(text) = self.explanation(language, task) {
+            let mut event = Event::new(EventKind::Explained, &task.name, &text);
+            event.perspective = followed.map_or(self.teacher, |(chosen, _)| chosen);
+            events.push(event);
+        }
+        events
+    }
+
+    /// Why the robot's own view and the teacher's perspective differ, and what comes of it.
+    pub(crate) fn explanation(&self, language: &Language, task: &Task) -> Option<String> {
+        match &self.decision {
+            Decision::Nobody => None,
+            Decision::Followed(0) => self.why_his_is_not_followed(language, task),
+            Decision::Followed(perspective) => self.why_his_is_followed(language, task, *perspective),
+            Decision::Open(doubt) => self.why_it_is_open(language, task, doubt),
+        }
+    }
+
+    /// Why the robot's own view speaks against the rule that it follows.
+    fn why_his_is_followed(&self, language: &Language, task: &Task, chosen: u16) -> Option<String> {
+        let learned = self.by_perspective.get(&chosen)?;
+        if let Some(figure) = learned.figures.first() {
+            let own = self.by_perspective.get(&0).and_then(|own| own.figures.first());
+            return own.filter(|own| !own.figure.looks_like(&figure.figure)).map(|own| {
+                format!("to me it looked like \"{}\", but you see it from where you are", own.name)
+            });
+        }
+        let rule = learned.primary().next()?;
+        let own = self.by_perspective.get(&0).and_then(|own| own.primary().next());
+        if own.is_some_and(|own| own.agrees_with(rule)) {
+            return None;
+        }
+        // Far from him is near to the robot: nothing speaks against a rule about where things stand.
+        if let (Selection::Standing(_), Some(own)) = (rule.selection, own) {
+            return Some(format!("to me it looked like \"{}\", but you see it from where you are", own.name));
+        }
+        let explanation = explain(language, task, &self.perspectives(), rule);
+        let why = match self.on_conflict {
+            OnConflict::Resolve if own.is_some() => answered(explanation),
+            OnConflict::Resolve | OnConflict::Human | OnConflict::Own => explanation.text(),
+        };
+        if why.is_empty() {
+            return None;
+        }
+        Some(match own {
+            Some(own) => format!("to me it looked like \"{}\", but {why}", own.name),
+            None => why,
+        })
+    }
+
+    /// What the teacher's perspective would have given where the robot's own view is followed.
+    fn why_his_is_not_followed(&self, language: &Language, task: &Task) -> Option<String> {
+        let (own, theirs) = self.rivals()?;
+        let looked = format!("to you it looked like \"{}\"", spoken(theirs));
+        if self.on_conflict == OnConflict::Resolve {
+            return Some(format!("{looked}, but what you answered speaks for what I saw"));
+        }
+        let is_own = |rule: &Rule| own.primary().any(|own| own.agrees_with(rule));
+        let rule = theirs.primary().find(|rule| !is_own(rule) && is_about_things(rule));
+        let why = rule.map(|rule| explain(language, task, &self.perspectives(), rule).text());
+        Some(match why.filter(|why| !why.is_empty()) {
+            Some(why) => format!("{looked}: {why}; I go by what I saw"),
+            None => format!("{looked}; I go by what I saw"),
+        })
+    }
+
+    /// Both rules, and what speaks against the teacher's.
+    fn why_it_is_open(&self, language: &Language, task: &Task, doubt: &Doubt) -> Option<String> {
+        let (own, theirs) = self.rivals()?;
+        let rule = theirs.primary().find(|rule| rule.expectation == doubt.goal)?;
+        let why = explain(language, task, &self.perspectives(), rule).text();
+        let (own, theirs) = (spoken(own), spoken(theirs));
+        Some(format!("to me it looked like \"{own}\", to you like \"{theirs}\", and {why}"))
+    }
+
+    /// What the robot's own view and the teacher's perspective learned, where they differ.
+    fn rivals(&self) -> Option<(&Learned, &Learned)> {
+        let (own, theirs) = (self.by_perspective.get(&0)?, self.by_perspective.get(&self.teacher)?);
+        (own.explains() && theirs.explains() && differ(own, theirs)).then_some((own, theirs))
+    }
+}
+
+/// Whether things can contradict a rule one by one: any may be among a number of them, and what stands where it does
+/// looks otherwise from elsewhere.
+fn is_about_things(rule: &Rule) -> bool {
+    rule.selection == Selection::All
+}
+
+/// An explanation in which all that was left unexplained was asked about and answered.
+fn answered(mut explanation: Explanation) -> String {
+    let asked = std::mem::take(&mut explanation.unexplained);
+    let mut parts = vec![explanation.text()];
+    if !asked.is_empty() {
+        let asked: Vec<String> = asked.iter().map(|object| format!("the {object}")).collect();
+        parts.push(format!("you told me about {}", listed(&asked)));
+    }
+    parts.retain(|part| !part.is_empty());
+    listed(&parts)
+}
+
+/// He who stands for all teachers of a task: of those whose perspectives are taken, the one who taught last.
+fn spokesman(task: &Task, perspectives: &[u16]) -> Option<u16> {
+    let teachers = task.examples.iter().rev().map(|example| example.teacher);
+    teachers.into_iter().find(|teacher| perspectives.contains(teacher))
+}
+
+/// What a perspective has of a task's examples, and attends to. His who stands for all teachers has of each
+/// example what its own teacher saw: it is he who meant something by it.
+pub(crate) fn attended(
+    language: &Language,
+    task: &Task,
+    perspectives: &[u16],
+    perspective: u16,
+) -> Vec<View> {
+    let views: Vec<&View> = if spokesman(task, perspectives) == Some(perspective) {
+        task.taught(perspectives).collect()
+    } else {
+        task.views(perspective).collect()
+    };
+    views.into_iter().map(|view| view.attended(language.moved_m)).collect()
+}
+
+/// The perspectives that have examples of a task.
+pub(crate) fn perspectives(task: &Task) -> Vec<u16> {
+    let views = task.examples.iter().flat_map(|example| &example.views);
+    let perspectives: BTreeSet<u16> = views.map(|view| view.perspective).collect();
+    perspectives.into_iter().collect()
+}

@@ -1,0 +1,93 @@
+//! Which objects of two snapshots are one.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use crate::{Object, Snapshot};
+
+/// Objects of two perspectives further apart than this are two objects, in metres.
+const SAME_PLACE_M: f64 = 0.08;
+
+/// What another perspective takes the objects of a view to be, by their identities in this view; those that
+/// it knows nothing of are missing.
+///
+/// An object and its counterpart have the same class features and are believed to be 8 cm apart at most.
+/// Each object stands for one alone, the nearest pairs first: of two that are alike and side by side, one may be
+/// known and the other not. What was only spoken of is nowhere, and stands for what was spoken of likewise.
+#[must_use]
+pub fn counterparts<'a>(view: &Snapshot, theirs: &'a Snapshot) -> BTreeMap<u64, &'a Object> {
+    let mut pairs = Vec::new();
+    for object in &view.objects {
+        for believed in &theirs.objects {
+            let apart_m = match (object.position_m, believed.position_m) {
+                (None, None) => Some(0.0),
+                (Some(place_m), _) => believed.distance(place_m),
+                (None, Some(_)) => None,
+            };
+            if let Some(apart_m) = apart_m.filter(|apart_m| *apart_m <= SAME_PLACE_M)
+                && object.features == believed.features
+            {
+                pairs.push((apart_m, object.id, believed.id));
+            }
+        }
+    }
+    let believed = |(object, believed)| Some((object, theirs.object(believed)?));
+    nearest_first(pairs).into_iter().filter_map(believed).collect()
+}
+
+/// Pairs of identities one to one, those with the least distance first; of ties those of the lowest identities.
+pub(crate) fn nearest_first(mut pairs: Vec<(f64, u64, u64)>) -> BTreeMap<u64, u64> {
+    pairs.sort_by(|a, b| a.0.total_cmp(&b.0).then((a.1, a.2).cmp(&(b.1, b.2))));
+    let (mut found, mut taken) = (BTreeMap::new(), BTreeSet::new());
+    for (_, one, other) in pairs {
+        if !found.contains_key(&one) && taken.insert(other) {
+            found.insert(one, other);
+        }
+    }
+    found
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn view(objects: &[(u64, &str, f64)]) -> Snapshot {
+        let object = |&(id, colour, x): &(u64, &str, f64)| Object {
+            id,
+            features: BTreeMap::from([("colour".to_owned(), colour.to_owned())]),
+            position_m: Some([x, 0.0, 0.0]),
+            ..Object::default()
+        };
+        Snapshot { objects: objects.iter().map(object).collect(), ..Snapshot::default() }
+    }
+
+    fn pairs(view: &Snapshot, theirs: &Snapshot) -> Vec<(u64, u64)> {
+        counterparts(view, theirs).into_iter().map(|(object, believed)| (object, believed.id)).collect()
+    }
+
+    #[test]
+    fn what_he_knows_stands_for_one_thing_alone_and_for_the_nearest() {
+        let own = view(&[(1, "blue", 0.0), (2, "blue", 0.06), (3, "red", 0.06)]);
+        assert_eq!(pairs(&own, &view(&[(7, "blue", 0.05)])), [(2, 7)]);
+        assert_eq!(pairs(&own, &view(&[(7, "blue", 0.01)])), [(1, 7)]);
+        assert_eq!(pairs(&own, &view(&[(7, "blue", 0.04), (8, "blue", 0.07)])), [(1, 7), (2, 8)]);
+        assert_eq!(pairs(&own, &view(&[(7, "blue", 0.15), (8, "green", 0.0), (9, "red", f64::NAN)])), []);
+    }
+
+    #[test]
+    fn where_two_are_equally_near_the_lowest_identities_are_paired_whatever_the_order() {
+        let alike = [(1, "blue", 0.02), (2, "blue", 0.02)];
+        let theirs = [(8, "blue", 0.0), (7, "blue", 0.0)];
+        assert_eq!(pairs(&view(&alike), &view(&theirs)), [(1, 7), (2, 8)]);
+        assert_eq!(pairs(&view(&alike), &view(&theirs[..1])), [(1, 8)]);
+    }
+
+    #[test]
+    fn what_was_only_spoken_of_stands_for_the_same_once() {
+        let mut own = view(&[(1, "blue", 0.0), (2, "blue", 0.0)]);
+        own.objects.iter_mut().for_each(|object| object.position_m = None);
+        let mut theirs = view(&[(7, "blue", 0.0)]);
+        assert_eq!(pairs(&own, &theirs), [], "his lies somewhere");
+        theirs.objects[0].position_m = None;
+        assert_eq!(pairs(&own, &theirs), [(1, 7)]);
+    }
+}

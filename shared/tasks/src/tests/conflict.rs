@@ -1,0 +1,99 @@
+//! Whose rules are followed where the robot's own view and the teacher's perspective contradict each other.
+
+use std::collections::BTreeMap;
+
+use super::paper::{fill_all_holes, task_1, task_2};
+use super::{language, learned, object, view};
+use crate::{Decision, Example, OnConflict, Task, decide_with, differ};
+
+fn decided(task: &Task, on_conflict: OnConflict) -> Decision {
+    let by_perspective: BTreeMap<u16, _> = [0, 1].into_iter().map(|p| (p, learned(task, p))).collect();
+    decide_with(&language(), task, &by_perspective, 1, on_conflict)
+}
+
+/// Task 1, and a showing in which he leaves a red one that he knows of.
+fn with_a_slip() -> Task {
+    let mut task = task_1();
+    let mut views = fill_all_holes(&["green", "yellow", "red", "blue"]);
+    for object in views.iter_mut().flat_map(|view| &mut view.after.objects) {
+        if object.features["colour"] == "red" {
+            object.states.insert("filled".to_owned(), false);
+        }
+    }
+    task.examples.push(Example { teacher: 1, views });
+    task
+}
+
+/// Whether such a thing should be filled, too, as he answered.
+fn answer(task: &mut Task, words: &str, yes: bool) {
+    let thing = |filled| {
+        let thing = object(1, words, [0.0; 3], &[("filled", filled)]);
+        vec![crate::Object { position_m: None, ..thing }]
+    };
+    let views = [0, 1].map(|perspective| view(perspective, thing(false), thing(yes)));
+    task.examples.push(Example { teacher: 1, views: views.to_vec() });
+}
+
+#[test]
+fn what_he_could_not_know_resolves_a_conflict_for_him() {
+    for task in [task_1(), task_2()] {
+        assert!(differ(&learned(&task, 0), &learned(&task, 1)));
+        assert_eq!(decided(&task, OnConflict::Human), Decision::Followed(1));
+        assert_eq!(decided(&task, OnConflict::Own), Decision::Followed(0));
+        assert_eq!(decided(&task, OnConflict::Resolve), Decision::Followed(1));
+    }
+}
+
+#[test]
+fn what_he_knew_leaves_it_open_until_he_is_asked_and_the_answer_decides() {
+    let task = with_a_slip();
+    assert_eq!(decided(&task, OnConflict::Human), Decision::Followed(1));
+    let Decision::Open(doubt) = decided(&task, OnConflict::Resolve) else { panic!("it was chosen silently") };
+    assert_eq!(doubt.kind["colour"], "red");
+    for (yes, followed) in [(true, 1), (false, 0)] {
+        let mut task = task.clone();
+        answer(&mut task, "medium red square", yes);
+        assert_eq!(decided(&task, OnConflict::Resolve), Decision::Followed(followed), "{yes}");
+    }
+    // Another thing is not what he was asked about.
+    let mut task = task;
+    answer(&mut task, "medium green square", true);
+    assert_eq!(decided(&task, OnConflict::Resolve), Decision::Open(doubt));
+}
+
+#[test]
+fn a_thing_hidden_beside_one_that_he_left_explains_no_more_than_itself() {
+    // In each showing he leaves a blue one that he sees, 6 cm beside the hidden one: of one of them he knew.
+    let mut task = task_1();
+    let seen = || object(50, "medium blue square", [0.24, 0.7, 0.03], &[("filled", false)]);
+    for view in task.examples.iter_mut().flat_map(|example| &mut example.views) {
+        view.before.objects.push(seen());
+        view.after.objects.push(seen());
+    }
+    let rule = learned(&task_1(), 1).primary().next().unwrap().clone();
+    let explanation = crate::explain(&language(), &task, &[0, 1], &rule);
+    assert_eq!((explanation.unseen.len(), explanation.unexplained.len()), (1, 1), "{explanation:?}");
+}
+
+#[test]
+fn where_the_views_agree_or_one_explains_nothing_there_is_no_conflict() {
+    let mut agreed = task_1();
+    for example in &mut agreed.examples {
+        let own = example.views[0].clone();
+        example.views[1] = crate::View { perspective: 1, ..own };
+    }
+    let mut absent = task_1();
+    absent.examples.iter_mut().for_each(|example| example.views.truncate(1));
+    let mut blind = task_1();
+    for view in blind.examples.iter_mut().flat_map(|example| &mut example.views) {
+        if view.perspective == 0 {
+            view.after = view.before.clone();
+        }
+    }
+    for on_conflict in [OnConflict::Human, OnConflict::Own, OnConflict::Resolve] {
+        assert_eq!(decided(&agreed, on_conflict), Decision::Followed(1));
+        assert_eq!(decided(&absent, on_conflict), Decision::Followed(0));
+        assert_eq!(decided(&blind, on_conflict), Decision::Followed(1));
+        assert_eq!(decided(&super::task(Vec::new()), on_conflict), Decision::Nobody);
+    }
+}
