@@ -25,7 +25,7 @@ fn taught(lesson: &str, on_conflict: &str) -> Taught {
     let lessons: Value = serde_json::from_str(&told.out).expect("is JSON");
     let text = |field: &str| {
         let value = lessons.pointer(&format!("/0/account{field}"));
-        value.and_then(Value::as_str).unwrap_or_else(|| panic!("no {field} in {lessons}")).to_owned()
+        value.and_then(Value::as_str).expect("a text").to_owned()
     };
     let said = lessons.pointer("/0/account/said").and_then(Value::as_array).expect("a list");
     Taught {
