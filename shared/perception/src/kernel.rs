@@ -1,10 +1,10 @@
 use std::sync::Arc;
 
-use config::percepts::{self, Region};
-use message::{Feature, Observation, State};
+use config::percepts::{self, Range, Region};
+use message::{Feature, State};
 
 use crate::prototypes::Prototypes;
-use crate::{Classify, Evaluation, Frame, Own, Unperceivable};
+use crate::{Classify, Evaluation, Given, Own, Unperceivable};
 
 /// How a percept classifies.
 #[derive(Clone)]
@@ -15,6 +15,7 @@ pub(crate) enum Kernel {
     State(State),
     Nearest(Prototypes),
     Region(Region),
+    Range(Range),
     Own(Arc<dyn Classify>),
 }
 
@@ -27,6 +28,7 @@ impl Kernel {
             percepts::Kernel::State(name) => Self::State(name.state()),
             percepts::Kernel::Nearest(nearest) => Self::Nearest(Prototypes::new(nearest)),
             percepts::Kernel::Region(region) => Self::Region(*region),
+            percepts::Kernel::Range(range) => Self::Range(*range),
             percepts::Kernel::Own(name) => {
                 let found = own.iter().find(|(known, _)| known == name);
                 let (_, classifier) = found.ok_or_else(|| Unperceivable::NoSuchClassifier {
@@ -39,16 +41,26 @@ impl Kernel {
     }
 
     /// Whether it sees the frame: where a thing is and how it is turned, or whose perspective it is.
-    /// The program's own may.
+    /// The program's own may. A range sees what its parent saw.
     pub(crate) fn is_indexical(&self) -> bool {
         match self {
             Self::Position | Self::Orientation | Self::Region(_) | Self::Own(_) => true,
-            Self::Extents | Self::State(_) | Self::Nearest(_) => false,
+            Self::Extents | Self::State(_) | Self::Nearest(_) | Self::Range(_) => false,
         }
     }
 
+    /// Whether it can read a feature that its parent derived, where the configuration has it read one: a
+    /// range looks for itself, all others read vectors.
     #[inline]
-    pub(crate) fn classify(&self, observation: &Observation, frame: &Frame) -> Evaluation {
+    pub(crate) fn can_read(&self, feature: Feature) -> bool {
+        matches!((self, feature), (Self::Range(_), _) | (_, Feature::Vector(_)))
+    }
+
+    /// Classifies what it is given; `read` is the feature of the parent that it reads in the place of the
+    /// observation, if it does.
+    #[inline]
+    pub(crate) fn classify(&self, given: &Given<'_>, read: Option<Feature>) -> Evaluation {
+        let observation = given.observation;
         match self {
             Self::Position => Evaluation::certain(Feature::Vector(observation.position_m)),
             Self::Orientation => Evaluation::certain(Feature::Orientation(observation.orientation_xyzw)),
@@ -56,14 +68,30 @@ impl Kernel {
             Self::State(state) => observation
                 .state(*state)
                 .map_or(Evaluation::NONE, |degree| Evaluation::certain(Feature::Number(degree))),
-            Self::Nearest(prototypes) => prototypes.classify(observation),
+            Self::Nearest(prototypes) => prototypes.classify(observation, read.and_then(vector)),
             Self::Region(region) => {
                 // Outside is a degree too, not an absence: what has left the region must be
                 // remembered as outside.
-                let degree = if region.holds(observation.position_m) { 1.0 } else { 0.0 };
+                let place_m = read.and_then(vector).unwrap_or(observation.position_m);
+                let degree = if region.holds(place_m) { 1.0 } else { 0.0 };
                 Evaluation::certain(Feature::Number(degree))
             }
-            Self::Own(classifier) => classifier.classify(observation, frame),
+            Self::Range(range) => {
+                let degree = read.and_then(|feature| range.degree(feature));
+                degree.map_or(Evaluation::NONE, |degree| Evaluation {
+                    matching: Range::matching(degree),
+                    ..Evaluation::certain(Feature::Number(degree))
+                })
+            }
+            Self::Own(classifier) => classifier.classify(given),
         }
+    }
+}
+
+#[inline]
+fn vector(feature: Feature) -> Option<[f32; 3]> {
+    match feature {
+        Feature::Vector(vector) => Some(vector),
+        Feature::None | Feature::Symbol(_) | Feature::Number(_) | Feature::Orientation(_) => None,
     }
 }

@@ -30,9 +30,10 @@ impl Prototypes {
 
     /// With d₁ and d₂ the distances of the nearest and the second nearest prototype: match
     /// 1 − d₁ / scale, but not below 0, and confidence 1 − (d₁ / d₂)², which is 0 half way between
-    /// two and 1 for an only one. Of equally near ones the first is named.
-    pub(crate) fn classify(&self, observation: &Observation) -> Evaluation {
-        let point = self.point(observation);
+    /// two and 1 for an only one. Of equally near ones the first is named. `read` is the vector that a parent
+    /// derived, where the prototypes are nearest to that.
+    pub(crate) fn classify(&self, observation: &Observation, read: Option<[f32; 3]>) -> Evaluation {
+        let point = self.point(observation, read);
         let (mut symbol, mut nearest, mut second) = (None, f64::INFINITY, f64::INFINITY);
         for (candidate, prototype) in &self.points {
             let squared = squared_distance(prototype, &point);
@@ -54,16 +55,16 @@ impl Prototypes {
         }
     }
 
-    fn point(&self, observation: &Observation) -> [f64; DIMENSIONS] {
+    fn point(&self, observation: &Observation, read: Option<[f32; 3]>) -> [f64; DIMENSIONS] {
         match self.space {
             Space::Shape => observation.shape.map(f64::from),
             Space::Colour => {
-                let [red, green, blue] = observation.colour_rgb.map(f64::from);
+                let [red, green, blue] = read.unwrap_or(observation.colour_rgb).map(f64::from);
                 [red, green, blue, 0.0]
             }
             Space::EdgeM => {
-                let volume: f64 =
-                    observation.half_extents_m.iter().map(|half| 2.0 * f64::from(*half)).product();
+                let half_extents_m = read.unwrap_or(observation.half_extents_m);
+                let volume: f64 = half_extents_m.iter().map(|half| 2.0 * f64::from(*half)).product();
                 [volume.cbrt(), 0.0, 0.0, 0.0]
             }
         }
