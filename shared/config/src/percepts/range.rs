@@ -105,7 +105,7 @@ impl Range {
     /// To what degree the number of a feature lies within the limits: 1 inside, and outside falling
     /// linearly to 0 over the softness. `None` where the feature has no such number.
     ///
-    /// Limits count in single precision, as what is observed does: 0.7 is within a range to 0.7.
+    /// Limits count in single precision, as what is observed does: 0.7 is within a range from 0.7.
     #[must_use]
     pub fn degree(&self, feature: Feature) -> Option<f32> {
         Some(self.degree_of(self.of.of(feature)?))

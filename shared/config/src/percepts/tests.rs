@@ -119,9 +119,10 @@ fn range(parent: &str, range: &str) -> Range {
 
 #[test]
 fn a_range_holds_its_limits_and_nothing_beyond_nor_nan() {
-    let raised = range("position", "of = \"z_m\", from = 0.1, to = 0.7");
+    // In double precision, what is observed as 0.7 is less than 0.7, and what is observed as 1.1 is more.
+    let raised = range("position", "of = \"z_m\", from = 0.7, to = 1.1");
     let degree = |z| raised.degree(Feature::Vector([9.0, 9.0, z]));
-    for (z, expected) in [(0.1, 1.0), (0.4, 1.0), (0.7, 1.0), (0.099, 0.0), (0.701, 0.0), (f32::NAN, 0.0)] {
+    for (z, expected) in [(0.7, 1.0), (0.9, 1.0), (1.1, 1.0), (0.699, 0.0), (1.101, 0.0), (f32::NAN, 0.0)] {
         assert_eq!(degree(z), Some(expected), "{z}");
     }
     for (z, expected) in [(f32::INFINITY, 0.0), (f32::NEG_INFINITY, 0.0)] {
