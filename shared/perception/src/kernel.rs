@@ -49,17 +49,9 @@ impl Kernel {
         }
     }
 
-    /// Whether it can read a feature that its parent derived, where the configuration has it read one: a
-    /// range looks for itself, all others read vectors.
+    /// Classifies what it is given, of which it reads the observation.
     #[inline]
-    pub(crate) fn can_read(&self, feature: Feature) -> bool {
-        matches!((self, feature), (Self::Range(_), _) | (_, Feature::Vector(_)))
-    }
-
-    /// Classifies what it is given; `read` is the feature of the parent that it reads in the place of the
-    /// observation, if it does.
-    #[inline]
-    pub(crate) fn classify(&self, given: &Given<'_>, read: Option<Feature>) -> Evaluation {
+    pub(crate) fn classify(&self, given: &Given<'_>) -> Evaluation {
         let observation = given.observation;
         match self {
             Self::Position => Evaluation::certain(Feature::Vector(observation.position_m)),
@@ -68,24 +60,36 @@ impl Kernel {
             Self::State(state) => observation
                 .state(*state)
                 .map_or(Evaluation::NONE, |degree| Evaluation::certain(Feature::Number(degree))),
-            Self::Nearest(prototypes) => prototypes.classify(observation, read.and_then(vector)),
-            Self::Region(region) => {
-                // Outside is a degree too, not an absence: what has left the region must be
-                // remembered as outside.
-                let place_m = read.and_then(vector).unwrap_or(observation.position_m);
-                let degree = if region.holds(place_m) { 1.0 } else { 0.0 };
-                Evaluation::certain(Feature::Number(degree))
-            }
-            Self::Range(range) => {
-                let degree = read.and_then(|feature| range.degree(feature));
-                degree.map_or(Evaluation::NONE, |degree| Evaluation {
-                    matching: Range::matching(degree),
-                    ..Evaluation::certain(Feature::Number(degree))
-                })
-            }
+            Self::Nearest(prototypes) => prototypes.classify(observation),
+            Self::Region(region) => within(region, observation.position_m),
+            // An observation has many numbers: the parent says which.
+            Self::Range(_) => Evaluation::NONE,
             Self::Own(classifier) => classifier.classify(given),
         }
     }
+
+    /// Classifies what its parent derived, where the configuration has it [read](percepts::Kernel::reads) that; `None`
+    /// where it cannot be read.
+    #[inline]
+    pub(crate) fn read(&self, feature: Feature) -> Option<Evaluation> {
+        match self {
+            Self::Nearest(prototypes) => prototypes.read(vector(feature)?),
+            Self::Region(region) => Some(within(region, vector(feature)?)),
+            Self::Range(range) => range.degree(feature).map(|degree| Evaluation {
+                matching: Range::matching(degree),
+                ..Evaluation::certain(Feature::Number(degree))
+            }),
+            Self::Position | Self::Orientation | Self::Extents | Self::State(_) | Self::Own(_) => None,
+        }
+    }
+}
+
+#[inline]
+fn within(region: &Region, place_m: [f32; 3]) -> Evaluation {
+    // Outside is a degree too, not an absence: what has left the region must be
+    // remembered as outside.
+    let degree = if region.holds(place_m) { 1.0 } else { 0.0 };
+    Evaluation::certain(Feature::Number(degree))
 }
 
 #[inline]

@@ -241,7 +241,7 @@ impl Perception {
         let mut snapshot = Snapshot::default();
         let given = Given::new(observation, *frame);
         self.fill(observation, &mut snapshot, |percept, parent, snapshot| {
-            self.evaluate(percept, &Given { parent, ..given }, snapshot)
+            self.ask(percept, &given, parent, snapshot)
         });
         snapshot
     }
@@ -291,7 +291,7 @@ impl Perception {
         let given = Given::new(observation, *frame);
         self.fill(observation, snapshot, |percept, parent, snapshot| {
             if percept.is_indexical {
-                return self.evaluate(percept, &Given { parent, ..given }, snapshot);
+                return self.ask(percept, &given, parent, snapshot);
             }
             while let [first, after @ ..] = rest {
                 if first.percept > percept.number {
@@ -334,17 +334,43 @@ impl Perception {
         }
     }
 
-    /// Adds the evaluation if it passes. There is room: the configuration holds no more percepts than
-    /// a snapshot.
+    /// Adds what a percept says if it passes. Most have no parent: those are asked at once.
     #[inline]
-    fn evaluate(&self, percept: &Percept, given: &Given<'_>, snapshot: &mut Snapshot) -> bool {
-        let read = if percept.reads_parent { given.parent } else { None };
-        let read = read.filter(|parent| percept.kernel.can_read(parent.feature));
-        let Evaluation { matching, confidence, feature } =
-            percept.kernel.classify(given, read.map(|parent| parent.feature));
+    fn ask(
+        &self,
+        percept: &Percept,
+        given: &Given<'_>,
+        parent: Option<Evaluation>,
+        snapshot: &mut Snapshot,
+    ) -> bool {
+        match parent {
+            None => self.add(percept, percept.kernel.classify(given), given.observation.confidence, snapshot),
+            Some(parent) => self.ask_child(percept, &given.under(parent), parent, snapshot),
+        }
+    }
+
+    #[inline(never)]
+    fn ask_child(
+        &self,
+        percept: &Percept,
+        given: &Given<'_>,
+        parent: Evaluation,
+        snapshot: &mut Snapshot,
+    ) -> bool {
+        let read = if percept.reads_parent { percept.kernel.read(parent.feature) } else { None };
+        match read {
+            Some(read) => self.add(percept, read, parent.confidence, snapshot),
+            None => self.add(percept, percept.kernel.classify(given), given.observation.confidence, snapshot),
+        }
+    }
+
+    /// Adds an evaluation of what is known with a confidence, if it passes. There is room: the
+    /// configuration holds no more percepts than a snapshot.
+    #[inline]
+    fn add(&self, percept: &Percept, said: Evaluation, of_confidence: f32, snapshot: &mut Snapshot) -> bool {
+        let Evaluation { matching, confidence, feature } = said;
         let is_confidence = (0.0..=1.0).contains(&confidence);
-        let confidence = read.map_or(given.observation.confidence, |parent| parent.confidence) * confidence;
-        let value = PerceptValue::new(percept.number, matching, confidence, feature);
+        let value = PerceptValue::new(percept.number, matching, of_confidence * confidence, feature);
         is_confidence && self.passes(&value) && snapshot.push(value)
     }
 
@@ -356,7 +382,7 @@ impl Perception {
 }
 
 /// What a percept says in a snapshot, if it passed: there is one value for each bit of `passed`, in order.
-#[inline]
+#[inline(never)]
 fn evaluated(snapshot: &Snapshot, passed: u32, percept: u16) -> Option<Evaluation> {
     let bit = bit(percept);
     if passed & bit == 0 {
