@@ -69,7 +69,11 @@ impl Vocabulary {
                     }
                     states.push(StateWords { percept: index, name: percept.name.clone() });
                 }
-                Kernel::State(_) | Kernel::Nearest(_) | Kernel::Region(_) | Kernel::Own(_) => {}
+                Kernel::State(_)
+                | Kernel::Nearest(_)
+                | Kernel::Region(_)
+                | Kernel::Range(_)
+                | Kernel::Own(_) => {}
             }
         }
         features.append(&mut nouns);

@@ -1,11 +1,11 @@
+mod reanchor;
 #[cfg(test)]
 mod tests;
 
 use clock::{Duration, Instant};
 use config::percepts::{self, Kernel, Percept, Percepts};
-use geometry::{Pose, Position};
 use message::{Belief, Feature, Perceived, PerceptValue, Remembered, SourceSet};
-use quantity::number::{saturating_u32, single};
+use quantity::number::saturating_u32;
 
 use crate::arena::{Arena, Step};
 use crate::cluster::Clustering;
@@ -48,6 +48,8 @@ const MOST: usize = 1_000_000;
 #[derive(Clone, Debug)]
 pub struct BeliefSystem {
     percepts: Vec<Percept>,
+    /// k of Eq. 2.
+    threshold: f64,
     /// The percept that says where a thing is.
     place: Option<u16>,
     cull: Vec<Cull>,
@@ -173,6 +175,7 @@ impl BeliefSystem {
         let arena = Arena::new(percepts, own, saturating_u32(2 * capacity))?;
         Ok(Self {
             percepts: percepts.percepts.clone(),
+            threshold: percepts.threshold,
             place: place.and_then(|index| u16::try_from(index).ok()),
             cull: percepts.belief.cull.iter().map(|cull| Cull::new(cull, own)).collect::<Result<_, _>>()?,
             capacity,
@@ -291,51 +294,10 @@ impl BeliefSystem {
         self.place_of(*self.arena.live().get(index)?)
     }
 
-    /// The perspective's frame has moved: expresses all remembered places and orientations in
-    /// the new one. `x_new_old` is the pose of the old frame in the new.
-    ///
-    /// Regions are indexical, so they begin anew with what they say of the remembered place now.
-    /// Of a program's own percepts, vectors are taken as they are.
-    pub fn reanchor<New, Old>(&mut self, x_new_old: &Pose<New, Old>) {
-        // Rounding may have brought two closer than they were.
-        self.settled = false;
-        for index in 0..self.len() {
-            let Some(&slot) = self.arena.live().get(index) else { return };
-            for (number, percept) in (0..).zip(&self.percepts) {
-                let Some((histories, row)) = self.arena.histories_mut(slot) else { return };
-                match &percept.kernel {
-                    Kernel::Position => histories.map(row, number, |feature| moved(x_new_old, feature)),
-                    Kernel::Orientation => histories.map(row, number, |feature| turned(x_new_old, feature)),
-                    Kernel::Region(_)
-                    | Kernel::Extents
-                    | Kernel::State(_)
-                    | Kernel::Nearest(_)
-                    | Kernel::Own(_) => {}
-                }
-            }
-            self.see_regions_anew(slot);
-            self.arena.refresh(slot);
-            self.place(index);
-        }
-    }
-
     /// The belief at `index` is where its features say.
     fn place(&mut self, index: usize) {
         if let Some(&slot) = self.arena.live().get(index) {
             self.clustering.place(&Step { arena: &mut self.arena, perceived: &[] }, slot);
-        }
-    }
-
-    fn see_regions_anew(&mut self, slot: u32) {
-        let place = self.place_of(slot);
-        for (number, percept) in (0..).zip(&self.percepts) {
-            let Kernel::Region(region) = &percept.kernel else { continue };
-            let Some((histories, row)) = self.arena.histories_mut(slot) else { return };
-            let sample = place.zip(histories.newest(row, number)).map(|(place, newest)| {
-                let degree = if region.holds(place) { 1.0 } else { 0.0 };
-                Sample { feature: Feature::Number(degree), ..newest }
-            });
-            histories.begin(row, number, sample);
         }
     }
 
@@ -464,23 +426,13 @@ impl BeliefSystem {
 
     fn place_of(&self, slot: u32) -> Option<[f32; 3]> {
         let (histories, row) = self.arena.histories(slot)?;
-        match histories.newest(row, self.place?)?.feature {
-            Feature::Vector(place) => Some(place),
-            Feature::None | Feature::Symbol(_) | Feature::Number(_) | Feature::Orientation(_) => None,
-        }
+        vector(histories.newest(row, self.place?)?.feature)
     }
 }
 
-fn moved<New, Old>(x_new_old: &Pose<New, Old>, feature: Feature) -> Feature {
-    let Feature::Vector([x, y, z]) = feature else { return feature };
-    let p_old = Position::<Old>::new(f64::from(x), f64::from(y), f64::from(z));
-    Feature::Vector((*x_new_old * p_old).to_array().map(single))
-}
-
-fn turned<New, Old>(x_new_old: &Pose<New, Old>, feature: Feature) -> Feature {
-    let Feature::Orientation(xyzw) = feature else { return feature };
-    match Pose::<Old, geometry::Thing>::from_parts([0.0; 3], xyzw.map(f64::from)) {
-        Some(x_old_thing) => Feature::Orientation((*x_new_old * x_old_thing).orientation_xyzw().map(single)),
-        None => feature,
+fn vector(feature: Feature) -> Option<[f32; 3]> {
+    match feature {
+        Feature::Vector(vector) => Some(vector),
+        Feature::None | Feature::Symbol(_) | Feature::Number(_) | Feature::Orientation(_) => None,
     }
 }

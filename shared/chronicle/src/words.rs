@@ -33,7 +33,11 @@ impl Words {
                     Space::EdgeM => {}
                 },
                 Kernel::State(_) => states.push(number),
-                Kernel::Orientation | Kernel::Extents | Kernel::Region(_) | Kernel::Own(_) => {}
+                Kernel::Orientation
+                | Kernel::Extents
+                | Kernel::Region(_)
+                | Kernel::Range(_)
+                | Kernel::Own(_) => {}
             }
         }
         class.append(&mut nouns);

@@ -4,6 +4,7 @@
 //! one need not doubt it. Equations are those of Berlin et al. 2006, "Belief Modeling".
 
 mod file;
+mod range;
 #[cfg(test)]
 mod tests;
 
@@ -16,6 +17,8 @@ use serde::Deserialize;
 
 use crate::ConfigError;
 use crate::number::{Capacity, Positive, Unit};
+
+pub use range::{Component, Range, is_inside, origin};
 
 const BUILTIN: &str = include_str!("../../../config/percepts.toml");
 
@@ -35,7 +38,9 @@ pub struct Percepts {
 pub struct Percept {
     /// What it is called.
     pub name: String,
-    /// The earlier percept that must have passed for this one to be evaluated.
+    /// The earlier percept that must have passed for this one to be evaluated, and, where it is a region
+    /// or a range, have said inside ([`Kernel::opens`]). What it derived is what this one reads, where
+    /// it [can](Kernel::reads).
     pub parent: Option<u16>,
     /// What it may be to a goal belief.
     pub role: Role,
@@ -112,6 +117,8 @@ pub enum Kernel {
     Nearest(Nearest),
     /// 1 inside a box of the perspective's frame and 0 outside: an indexical percept.
     Region(Region),
+    /// Whether a number that the parent derived is within limits: indexical where the number is.
+    Range(Range),
     /// A classifier that the program supplies under this name.
     Own(String),
 }
@@ -288,8 +295,9 @@ impl Percepts {
     ///
     /// # Errors
     ///
-    /// As [`crate::load`]; also a name that is given twice or meant and not given, and a history
-    /// or measure that does not fit the percept's feature.
+    /// As [`crate::load`]; also a name that is given twice or meant and not given, a history or
+    /// measure that does not fit the percept's feature, and a range of a number that its parent does not
+    /// derive.
     pub fn load(file: &Path) -> Result<Self, ConfigError> {
         let text =
             fs::read_to_string(file).map_err(|source| ConfigError::Read { file: file.to_owned(), source })?;
@@ -373,6 +381,7 @@ impl Percept {
             | Kernel::Extents
             | Kernel::State(_)
             | Kernel::Region(_)
+            | Kernel::Range(_)
             | Kernel::Own(_) => &[],
         };
         prototypes.iter().map(|prototype| prototype.name.as_str())

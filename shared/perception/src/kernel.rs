@@ -1,10 +1,10 @@
 use std::sync::Arc;
 
-use config::percepts::{self, Region};
-use message::{Feature, Observation, State};
+use config::percepts::{self, Range, Region};
+use message::{Feature, State};
 
 use crate::prototypes::Prototypes;
-use crate::{Classify, Evaluation, Frame, Own, Unperceivable};
+use crate::{Classify, Evaluation, Given, Own, Unperceivable};
 
 /// How a percept classifies.
 #[derive(Clone)]
@@ -15,6 +15,7 @@ pub(crate) enum Kernel {
     State(State),
     Nearest(Prototypes),
     Region(Region),
+    Range(Range),
     Own(Arc<dyn Classify>),
 }
 
@@ -27,6 +28,7 @@ impl Kernel {
             percepts::Kernel::State(name) => Self::State(name.state()),
             percepts::Kernel::Nearest(nearest) => Self::Nearest(Prototypes::new(nearest)),
             percepts::Kernel::Region(region) => Self::Region(*region),
+            percepts::Kernel::Range(range) => Self::Range(*range),
             percepts::Kernel::Own(name) => {
                 let found = own.iter().find(|(known, _)| known == name);
                 let (_, classifier) = found.ok_or_else(|| Unperceivable::NoSuchClassifier {
@@ -39,16 +41,18 @@ impl Kernel {
     }
 
     /// Whether it sees the frame: where a thing is and how it is turned, or whose perspective it is.
-    /// The program's own may.
+    /// The program's own may. A range sees what its parent saw.
     pub(crate) fn is_indexical(&self) -> bool {
         match self {
             Self::Position | Self::Orientation | Self::Region(_) | Self::Own(_) => true,
-            Self::Extents | Self::State(_) | Self::Nearest(_) => false,
+            Self::Extents | Self::State(_) | Self::Nearest(_) | Self::Range(_) => false,
         }
     }
 
+    /// Classifies what it is given, of which it reads the observation.
     #[inline]
-    pub(crate) fn classify(&self, observation: &Observation, frame: &Frame) -> Evaluation {
+    pub(crate) fn classify(&self, given: &Given<'_>) -> Evaluation {
+        let observation = given.observation;
         match self {
             Self::Position => Evaluation::certain(Feature::Vector(observation.position_m)),
             Self::Orientation => Evaluation::certain(Feature::Orientation(observation.orientation_xyzw)),
@@ -57,13 +61,41 @@ impl Kernel {
                 .state(*state)
                 .map_or(Evaluation::NONE, |degree| Evaluation::certain(Feature::Number(degree))),
             Self::Nearest(prototypes) => prototypes.classify(observation),
-            Self::Region(region) => {
-                // Outside is a degree too, not an absence: what has left the region must be
-                // remembered as outside.
-                let degree = if region.holds(observation.position_m) { 1.0 } else { 0.0 };
-                Evaluation::certain(Feature::Number(degree))
-            }
-            Self::Own(classifier) => classifier.classify(observation, frame),
+            Self::Region(region) => within(region, observation.position_m),
+            // An observation has many numbers: the parent says which.
+            Self::Range(_) => Evaluation::NONE,
+            Self::Own(classifier) => classifier.classify(given),
         }
+    }
+
+    /// Classifies what its parent derived, where the configuration has it [read](percepts::Kernel::reads) that; `None`
+    /// where it cannot be read.
+    #[inline]
+    pub(crate) fn read(&self, feature: Feature) -> Option<Evaluation> {
+        match self {
+            Self::Nearest(prototypes) => prototypes.read(vector(feature)?),
+            Self::Region(region) => Some(within(region, vector(feature)?)),
+            Self::Range(range) => range.degree(feature).map(|degree| Evaluation {
+                matching: Range::matching(degree),
+                ..Evaluation::certain(Feature::Number(degree))
+            }),
+            Self::Position | Self::Orientation | Self::Extents | Self::State(_) | Self::Own(_) => None,
+        }
+    }
+}
+
+#[inline]
+fn within(region: &Region, place_m: [f32; 3]) -> Evaluation {
+    // Outside is a degree too, not an absence: what has left the region must be
+    // remembered as outside.
+    let degree = if region.holds(place_m) { 1.0 } else { 0.0 };
+    Evaluation::certain(Feature::Number(degree))
+}
+
+#[inline]
+fn vector(feature: Feature) -> Option<[f32; 3]> {
+    match feature {
+        Feature::Vector(vector) => Some(vector),
+        Feature::None | Feature::Symbol(_) | Feature::Number(_) | Feature::Orientation(_) => None,
     }
 }

@@ -41,7 +41,7 @@ mod prototypes;
 
 use std::sync::Arc;
 
-use config::percepts::Percepts;
+use config::percepts::{Percepts, is_inside};
 use kernel::Kernel;
 use message::{Feature, Observation, PerceptValue, Snapshot};
 
@@ -74,31 +74,86 @@ impl Evaluation {
     }
 }
 
+/// What a percept is given to classify.
+#[derive(Clone, Copy, Debug)]
+#[non_exhaustive]
+pub struct Given<'a> {
+    /// A sound observation, in the perspective's frame.
+    pub observation: &'a Observation,
+    /// Whose perspective it is.
+    pub frame: Frame,
+    /// What the parent says of the same observation, as it stands in the snapshot: it passed, its numbers
+    /// are sound, and its confidence has that of the observation in it. `None` where the percept has no
+    /// parent.
+    pub parent: Option<Evaluation>,
+}
+
+impl<'a> Given<'a> {
+    /// What a percept without a parent is given.
+    #[must_use]
+    pub const fn new(observation: &'a Observation, frame: Frame) -> Self {
+        Self { observation, frame, parent: None }
+    }
+
+    /// The same below a parent.
+    #[must_use]
+    pub const fn under(self, parent: Evaluation) -> Self {
+        Self { parent: Some(parent), ..self }
+    }
+}
+
 /// A percept of the program's own, for the kernel `{ own = "NAME" }`.
 ///
 /// ```
 /// use message::{Feature, Observation};
-/// use perception::{Classify, Evaluation, Frame};
+/// use perception::{Classify, Evaluation, Frame, Given};
 ///
 /// /// Whether I hold it: "mine" means another thing to each perspective.
 /// struct Mine;
 ///
 /// impl Classify for Mine {
-///     fn classify(&self, observation: &Observation, frame: &Frame) -> Evaluation {
-///         let mine = observation.held_by == frame.agent;
+///     fn classify(&self, given: &Given<'_>) -> Evaluation {
+///         let mine = given.observation.held_by == given.frame.agent;
 ///         Evaluation::certain(Feature::Number(if mine { 1.0 } else { 0.0 }))
 ///     }
 /// }
 ///
 /// let mut held = Observation::object(0, 1);
 /// held.held_by = 1;
-/// assert_eq!(Mine.classify(&held, &Frame { agent: 1 }).feature, Feature::Number(1.0));
-/// assert_eq!(Mine.classify(&held, &Frame { agent: 0 }).feature, Feature::Number(0.0));
+/// assert_eq!(Mine.classify(&Given::new(&held, Frame { agent: 1 })).feature, Feature::Number(1.0));
+/// assert_eq!(Mine.classify(&Given::new(&held, Frame { agent: 0 })).feature, Feature::Number(0.0));
+/// ```
+///
+/// Below a parent it sees what that one extracted. What it derives itself, its children see in their turn:
+/// a region below it, for one, asks of the place that it derived.
+///
+/// ```
+/// use message::{Feature, Observation};
+/// use perception::{Classify, Evaluation, Frame, Given};
+///
+/// /// Where the top of a thing is, from the position that its parent extracted.
+/// struct Top;
+///
+/// impl Classify for Top {
+///     fn classify(&self, given: &Given<'_>) -> Evaluation {
+///         let Some(Evaluation { feature: Feature::Vector([x, y, z]), .. }) = given.parent else {
+///             return Evaluation::NONE;
+///         };
+///         let [_, _, half] = given.observation.half_extents_m;
+///         Evaluation::certain(Feature::Vector([x, y, z + half]))
+///     }
+/// }
+///
+/// let thing = Observation { half_extents_m: [0.25; 3], ..Observation::object(0, 1) };
+/// let given = Given::new(&thing, Frame { agent: 0 });
+/// assert_eq!(Top.classify(&given), Evaluation::NONE);
+/// let position = Evaluation::certain(Feature::Vector([0.5, 0.0, 0.5]));
+/// assert_eq!(Top.classify(&given.under(position)).feature, Feature::Vector([0.5, 0.0, 0.75]));
 /// ```
 pub trait Classify: Send + Sync {
-    /// Evaluates a sound observation, given in the perspective's frame. A match or confidence
-    /// outside [0, 1], NaN included, or a feature that is not finite counts as no match.
-    fn classify(&self, observation: &Observation, frame: &Frame) -> Evaluation;
+    /// Evaluates what it is given; the confidence of the observation is multiplied to its own. A match or
+    /// confidence outside [0, 1], NaN included, or a feature that is not finite counts as no match.
+    fn classify(&self, given: &Given<'_>) -> Evaluation;
 }
 
 /// A program's own percepts, by the name that the configuration calls them.
@@ -130,6 +185,10 @@ pub struct Perception {
 struct Percept {
     number: u16,
     parent: Option<u16>,
+    /// Whether its parent is a region or a range: it is asked only of what is inside.
+    is_asked_inside: bool,
+    /// Whether it reads what its parent derived in the place of the observation.
+    reads_parent: bool,
     kernel: Kernel,
     /// Whether it, or an ancestor, sees the frame: it may say something else to another
     /// perspective.
@@ -157,19 +216,32 @@ impl Perception {
             let kernel = Kernel::new(percept, own)?;
             let parent = percept.parent.and_then(|parent| ready.get(usize::from(parent)));
             let is_indexical = kernel.is_indexical() || parent.is_some_and(|parent| parent.is_indexical);
-            ready.push(Percept { number, parent: percept.parent, kernel, is_indexical });
+            let above = percept.parent.and_then(|parent| percepts.get(parent)).map(|parent| &parent.kernel);
+            ready.push(Percept {
+                number,
+                parent: percept.parent,
+                is_asked_inside: above.is_some_and(config::percepts::Kernel::is_gate),
+                reads_parent: above.is_some_and(|above| percept.kernel.reads(above)),
+                kernel,
+                is_indexical,
+            });
         }
         Ok(Self { threshold: percepts.threshold, percepts: ready })
     }
 
     /// The percept snapshot of an observation given in the perspective's frame (Eq. 2): the
-    /// evaluations with m·c > k, in the order of the percepts. A percept with a parent is
-    /// evaluated only where its parent passed. An unsound observation has an empty snapshot.
+    /// evaluations with m·c > k, in the order of the percepts. An unsound observation has an empty snapshot.
+    ///
+    /// A percept with a parent is evaluated only where its parent passed, and below a region or a range
+    /// only of what is inside. What it reads from its parent ([`config::percepts::Kernel::reads`]) it is as sure of
+    /// as that is: the confidence of the parent's evaluation, not that of the observation, is multiplied to
+    /// its own.
     #[must_use]
     pub fn perceive(&self, observation: &Observation, frame: &Frame) -> Snapshot {
         let mut snapshot = Snapshot::default();
-        self.fill(observation, &mut snapshot, |percept, snapshot| {
-            self.evaluate(percept, observation, frame, snapshot)
+        let given = Given::new(observation, *frame);
+        self.fill(observation, &mut snapshot, |percept, parent, snapshot| {
+            self.ask(percept, &given, parent, snapshot)
         });
         snapshot
     }
@@ -177,7 +249,7 @@ impl Perception {
     /// [`Self::perceive`], of an observation that another perspective has perceived already with
     /// the same percepts: P of Eq. 9 moves and turns a thing, and leaves as it is what is seen of
     /// its extents, shape, colour and states. Only the percepts that see the frame (position,
-    /// orientation, regions, the program's own), and their children, are evaluated anew; the
+    /// orientation, regions, the program's own), and their children, such as a range of a position, are evaluated anew; the
     /// others are taken over from `known`.
     ///
     /// `known` is an allegation: of its values those are left out that could not be of a snapshot
@@ -216,9 +288,10 @@ impl Perception {
         snapshot: &mut Snapshot,
     ) {
         let mut rest = known.values();
-        self.fill(observation, snapshot, |percept, snapshot| {
+        let given = Given::new(observation, *frame);
+        self.fill(observation, snapshot, |percept, parent, snapshot| {
             if percept.is_indexical {
-                return self.evaluate(percept, observation, frame, snapshot);
+                return self.ask(percept, &given, parent, snapshot);
             }
             while let [first, after @ ..] = rest {
                 if first.percept > percept.number {
@@ -233,13 +306,14 @@ impl Perception {
         });
     }
 
-    /// Fills a snapshot as `add` does, percept by percept: it says whether it added one.
+    /// Fills a snapshot as `add` does, percept by percept, with what their parents say: it says whether it
+    /// added one.
     #[inline]
     fn fill(
         &self,
         observation: &Observation,
         snapshot: &mut Snapshot,
-        mut add: impl FnMut(&Percept, &mut Snapshot) -> bool,
+        mut add: impl FnMut(&Percept, Option<Evaluation>, &mut Snapshot) -> bool,
     ) {
         if !observation.is_sound() {
             return;
@@ -247,27 +321,56 @@ impl Perception {
         // One bit for each percept that passed: a snapshot has fewer than there are bits.
         let mut passed = 0_u32;
         for percept in &self.percepts {
-            let is_asked = percept.parent.is_none_or(|parent| passed & bit(parent) != 0);
-            if is_asked && add(percept, snapshot) {
+            let parent = match percept.parent {
+                None => None,
+                Some(parent) => match evaluated(snapshot, passed, parent) {
+                    Some(parent) if !percept.is_asked_inside || is_inside(parent.feature) => Some(parent),
+                    Some(_) | None => continue,
+                },
+            };
+            if add(percept, parent, snapshot) {
                 passed |= bit(percept.number);
             }
         }
     }
 
-    /// Adds the evaluation if it passes. There is room: the configuration holds no more percepts than
-    /// a snapshot.
+    /// Adds what a percept says if it passes. Most have no parent: those are asked at once.
     #[inline]
-    fn evaluate(
+    fn ask(
         &self,
         percept: &Percept,
-        observation: &Observation,
-        frame: &Frame,
+        given: &Given<'_>,
+        parent: Option<Evaluation>,
         snapshot: &mut Snapshot,
     ) -> bool {
-        let Evaluation { matching, confidence, feature } = percept.kernel.classify(observation, frame);
+        match parent {
+            None => self.add(percept, percept.kernel.classify(given), given.observation.confidence, snapshot),
+            Some(parent) => self.ask_child(percept, &given.under(parent), parent, snapshot),
+        }
+    }
+
+    #[inline(never)]
+    fn ask_child(
+        &self,
+        percept: &Percept,
+        given: &Given<'_>,
+        parent: Evaluation,
+        snapshot: &mut Snapshot,
+    ) -> bool {
+        let read = if percept.reads_parent { percept.kernel.read(parent.feature) } else { None };
+        match read {
+            Some(read) => self.add(percept, read, parent.confidence, snapshot),
+            None => self.add(percept, percept.kernel.classify(given), given.observation.confidence, snapshot),
+        }
+    }
+
+    /// Adds an evaluation of what is known with a confidence, if it passes. There is room: the
+    /// configuration holds no more percepts than a snapshot.
+    #[inline]
+    fn add(&self, percept: &Percept, said: Evaluation, of_confidence: f32, snapshot: &mut Snapshot) -> bool {
+        let Evaluation { matching, confidence, feature } = said;
         let is_confidence = (0.0..=1.0).contains(&confidence);
-        let confidence = observation.confidence * confidence;
-        let value = PerceptValue::new(percept.number, matching, confidence, feature);
+        let value = PerceptValue::new(percept.number, matching, of_confidence * confidence, feature);
         is_confidence && self.passes(&value) && snapshot.push(value)
     }
 
@@ -276,6 +379,19 @@ impl Perception {
     fn passes(&self, value: &PerceptValue) -> bool {
         value.is_sound() && f64::from(value.matching) * f64::from(value.confidence) > self.threshold
     }
+}
+
+/// What a percept says in a snapshot, if it passed: there is one value for each bit of `passed`, in order.
+#[inline(never)]
+fn evaluated(snapshot: &Snapshot, passed: u32, percept: u16) -> Option<Evaluation> {
+    let bit = bit(percept);
+    if passed & bit == 0 {
+        return None;
+    }
+    let before = usize::try_from((passed & (bit - 1)).count_ones()).ok()?;
+    let value = snapshot.values().get(before)?;
+    let PerceptValue { matching, confidence, .. } = *value;
+    Some(Evaluation { matching, confidence, feature: value.feature()? })
 }
 
 /// The bit that stands for a percept; none where there are too many of them.

@@ -32,10 +32,23 @@ impl Prototypes {
     /// 1 − d₁ / scale, but not below 0, and confidence 1 − (d₁ / d₂)², which is 0 half way between
     /// two and 1 for an only one. Of equally near ones the first is named.
     pub(crate) fn classify(&self, observation: &Observation) -> Evaluation {
-        let point = self.point(observation);
+        self.nearest(&self.point(observation))
+    }
+
+    /// The same of what a parent derived: half extents, or linear red, green and blue.
+    pub(crate) fn read(&self, vector: [f32; 3]) -> Option<Evaluation> {
+        match self.space {
+            Space::Shape => None,
+            Space::Colour => Some(self.nearest(&colour(vector))),
+            Space::EdgeM => Some(self.nearest(&edge(vector))),
+        }
+    }
+
+    #[inline]
+    fn nearest(&self, point: &[f64; DIMENSIONS]) -> Evaluation {
         let (mut symbol, mut nearest, mut second) = (None, f64::INFINITY, f64::INFINITY);
         for (candidate, prototype) in &self.points {
-            let squared = squared_distance(prototype, &point);
+            let squared = squared_distance(prototype, point);
             if squared < nearest {
                 second = nearest;
                 nearest = squared;
@@ -57,17 +70,20 @@ impl Prototypes {
     fn point(&self, observation: &Observation) -> [f64; DIMENSIONS] {
         match self.space {
             Space::Shape => observation.shape.map(f64::from),
-            Space::Colour => {
-                let [red, green, blue] = observation.colour_rgb.map(f64::from);
-                [red, green, blue, 0.0]
-            }
-            Space::EdgeM => {
-                let volume: f64 =
-                    observation.half_extents_m.iter().map(|half| 2.0 * f64::from(*half)).product();
-                [volume.cbrt(), 0.0, 0.0, 0.0]
-            }
+            Space::Colour => colour(observation.colour_rgb),
+            Space::EdgeM => edge(observation.half_extents_m),
         }
     }
+}
+
+fn colour(rgb: [f32; 3]) -> [f64; DIMENSIONS] {
+    let [red, green, blue] = rgb.map(f64::from);
+    [red, green, blue, 0.0]
+}
+
+fn edge(half_extents_m: [f32; 3]) -> [f64; DIMENSIONS] {
+    let volume: f64 = half_extents_m.iter().map(|half| 2.0 * f64::from(*half)).product();
+    [volume.cbrt(), 0.0, 0.0, 0.0]
 }
 
 fn squared_distance(a: &[f64; DIMENSIONS], b: &[f64; DIMENSIONS]) -> f64 {

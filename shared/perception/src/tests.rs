@@ -27,7 +27,7 @@ fn cube() -> Observation {
 struct Always(Evaluation);
 
 impl Classify for Always {
-    fn classify(&self, _observation: &Observation, _frame: &Frame) -> Evaluation {
+    fn classify(&self, _given: &Given<'_>) -> Evaluation {
         self.0
     }
 }
@@ -160,14 +160,31 @@ proptest! {
 struct Near;
 
 impl Classify for Near {
-    fn classify(&self, observation: &Observation, frame: &Frame) -> Evaluation {
-        let [x, y, _] = observation.position_m;
+    fn classify(&self, given: &Given<'_>) -> Evaluation {
+        let [x, y, _] = given.observation.position_m;
         let degree = (1.0 - x.hypot(y) / 2.0).clamp(0.0, 1.0);
-        Evaluation { confidence: degree, ..Evaluation::certain(Feature::Number(f32::from(frame.agent))) }
+        Evaluation {
+            confidence: degree,
+            ..Evaluation::certain(Feature::Number(f32::from(given.frame.agent)))
+        }
     }
 }
 
-const KERNELS: [&str; 9] = [
+/// The program's own: the place of something at the thing, and a child that says what its parent said.
+struct Told;
+
+impl Classify for Told {
+    fn classify(&self, given: &Given<'_>) -> Evaluation {
+        let [x, y, z] = given.observation.position_m;
+        given.parent.unwrap_or(Evaluation {
+            confidence: 0.9,
+            ..Evaluation::certain(Feature::Vector([x, y + 0.5, z]))
+        })
+    }
+}
+
+const KERNELS: [&str; 10] = [
+    "{ own = \"told\" }",
     "\"position\"",
     "\"orientation\"",
     "\"extents\"",
@@ -179,24 +196,41 @@ const KERNELS: [&str; 9] = [
     "{ nearest = { of = \"shape\", scale = 1.0, prototypes = [{ name = \"a\", at = [0.0, 0.0, 0.0, 0.0] }] } }",
 ];
 
-/// A random set of percepts, each with any kernel and any earlier percept, or none, for a parent.
+/// A range of what a percept with this kernel derives, if it can.
+fn range_of(kernel: &str) -> Option<&'static str> {
+    match kernel {
+        "\"position\"" => Some("{ range = { of = \"distance_m\", to = 1.0, softness = 1.0 } }"),
+        "\"extents\"" => Some("{ range = { of = \"longest_m\", from = 0.1, softness = 0.05 } }"),
+        "\"orientation\"" => None,
+        own if own.contains("told") => Some("{ range = { of = \"y_m\", from = 0.0, to = 1.0 } }"),
+        nearest if nearest.contains("nearest") => None,
+        _number => Some("{ range = { of = \"number\", from = 0.6, softness = 0.4 } }"),
+    }
+}
+
+/// A random set of percepts, each with any kernel and any earlier percept, or none, for a parent; some of
+/// them ranges.
 fn tree() -> impl Strategy<Value = Percepts> {
-    prop::collection::vec((0..KERNELS.len(), any::<prop::sample::Index>()), 1..=12).prop_map(|nodes| {
-        let text: String = (0..nodes.len())
-            .zip(&nodes)
-            .map(|(number, (kernel, parent))| {
-                let parent = parent.index(number + 1);
-                let parent =
-                    if parent < number { format!("parent = \"p{parent}\"\n") } else { String::new() };
-                percept(&format!("p{number}"), &format!("{parent}kernel = {}", KERNELS[*kernel]))
-            })
-            .collect();
+    let node = (0..KERNELS.len(), any::<prop::sample::Index>(), any::<bool>());
+    prop::collection::vec(node, 1..=12).prop_map(|nodes| {
+        let mut kernels: Vec<&str> = Vec::new();
+        let mut text = String::new();
+        for (number, (kernel, parent, is_range)) in nodes.iter().enumerate() {
+            let parent = parent.index(number + 1);
+            let above = kernels.get(parent).copied();
+            let range = above.filter(|_| *is_range).and_then(range_of);
+            let kernel = range.unwrap_or(KERNELS[*kernel]);
+            let parent = above.map(|_| format!("parent = \"p{parent}\"\n")).unwrap_or_default();
+            text += &percept(&format!("p{number}"), &format!("{parent}kernel = {kernel}"));
+            kernels.push(kernel);
+        }
         percepts(&text)
     })
 }
 
 fn perceiving(percepts: &Percepts) -> Perception {
-    Perception::with_own(percepts, &vec![("near".to_owned(), Arc::new(Near))]).unwrap()
+    let own: Own = vec![("near".to_owned(), Arc::new(Near)), ("told".to_owned(), Arc::new(Told))];
+    Perception::with_own(percepts, &own).unwrap()
 }
 
 fn thing() -> impl Strategy<Value = Observation> {
@@ -272,4 +306,120 @@ fn what_does_not_see_the_frame_is_taken_over_and_not_evaluated() {
     assert!(known.push(alleged));
     assert_eq!(perception.perceive_again(&cube(), &known, &ROBOT).values(), [alleged]);
     assert!(perception.perceive_again(&cube(), &Snapshot::default(), &ROBOT).values().is_empty());
+}
+
+/// What a set of percepts with the program's own says of a thing, by the name of a percept.
+fn said(text: &str, thing: &Observation, name: &str) -> Option<(f32, f32, Feature)> {
+    let percepts = percepts(text);
+    let snapshot = perceiving(&percepts).perceive(thing, &ROBOT);
+    let value = snapshot.value(percepts.index(name).unwrap())?;
+    Some((value.matching, value.confidence, value.feature().unwrap()))
+}
+
+#[test]
+fn a_range_says_inside_and_outside_and_nothing_half_way() {
+    let text = percept("position", "kernel = \"position\"")
+        + &percept(
+            "raised",
+            "parent = \"position\"\nkernel = { range = { of = \"z_m\", from = 0.5, softness = 0.25 } }",
+        );
+    let at =
+        |z| said(&text, &Observation { position_m: [0.0, 0.0, z], confidence: 0.75, ..cube() }, "raised");
+    assert_eq!(at(0.5), Some((1.0, 0.75, Feature::Number(1.0))));
+    assert_eq!(at(0.4375), Some((0.75, 0.75, Feature::Number(0.75))));
+    // A match of one half, times 0.75.
+    assert_eq!(at(0.375), None);
+    assert_eq!(at(0.3125), Some((0.75, 0.75, Feature::Number(0.25))));
+    assert_eq!(at(0.25), Some((1.0, 0.75, Feature::Number(0.0))));
+    assert_eq!(at(-9.0), Some((1.0, 0.75, Feature::Number(0.0))));
+}
+
+#[test]
+fn a_range_of_extents_is_of_whole_sides_and_one_of_a_state_of_its_degree() {
+    let text = percept("extents", "kernel = \"extents\"")
+        + &percept("filled", "kernel = { state = \"filled\" }")
+        + &percept("long", "parent = \"extents\"\nkernel = { range = { of = \"longest_m\", from = 0.1 } }")
+        + &percept("full", "parent = \"filled\"\nkernel = { range = { of = \"number\", from = 0.75 } }");
+    let mut block = Observation { half_extents_m: [0.03, 0.05, 0.03], ..cube() };
+    assert_eq!(said(&text, &block, "long").unwrap().2, Feature::Number(1.0));
+    assert_eq!(said(&text, &cube(), "long").unwrap().2, Feature::Number(0.0));
+    assert_eq!(said(&text, &block, "full"), None);
+    for (degree, full) in [(0.75, 1.0), (0.5, 0.0)] {
+        block.set_state(State::Filled, degree);
+        assert_eq!(said(&text, &block, "full").unwrap().2, Feature::Number(full));
+    }
+}
+
+#[test]
+fn children_of_regions_and_ranges_are_asked_only_of_what_is_inside() {
+    for kernel in [
+        "{ range = { of = \"distance_m\", to = 0.5 } }",
+        "{ region = { minimum_m = [-0.5, -0.5, -0.5], maximum_m = [0.5, 0.5, 0.5] } }",
+    ] {
+        let text = percept("position", "kernel = \"position\"")
+            + &percept("near", &format!("parent = \"position\"\nkernel = {kernel}"))
+            + &percept("extents", "parent = \"near\"\nkernel = \"extents\"");
+        let at = |x, name| said(&text, &Observation { position_m: [x, 0.0, 0.0], ..cube() }, name);
+        assert!(at(0.4, "extents").is_some());
+        // What is outside is perceived to be so, and nothing below it.
+        assert_eq!(at(0.6, "near").unwrap().2, Feature::Number(0.0));
+        assert_eq!(at(0.6, "extents"), None);
+    }
+}
+
+#[test]
+fn a_child_of_ones_own_reads_what_its_parent_extracted() {
+    let text = percept("extents", "kernel = \"extents\"") + &percept("size", NEAREST_EDGE);
+    let text = text + &percept("told", "parent = \"size\"\nkernel = { own = \"told\" }");
+    let thing = Observation { half_extents_m: [0.016; 3], confidence: 0.9, ..cube() };
+    let size = said(&text, &thing, "size").unwrap();
+    assert!(size.0 < 1.0 && size.1 < 0.9, "{size:?}");
+    let told = said(&text, &thing, "told").unwrap();
+    // The parent's confidence has the observation's in it, which every percept's gets once more.
+    assert_eq!(told, (size.0, size.1 * 0.9, size.2));
+}
+
+const NEAREST_EDGE: &str = "parent = \"extents\"\nkernel = { nearest = { of = \"edge_m\", scale = 0.1, prototypes = \
+    [{ name = \"a\", at = [0.03] }, { name = \"b\", at = [0.1] }] } }";
+
+#[test]
+fn what_ones_own_extracted_is_what_its_children_read_as_sure_as_it_is() {
+    // The place half a metre to the left of the thing, with a confidence of 0.9.
+    let text = percept("beside", "kernel = { own = \"told\" }")
+        + &percept(
+            "left",
+            "parent = \"beside\"\nkernel = { region = { minimum_m = [-9.0, 0.0, -9.0], maximum_m = [9.0, 9.0, 9.0] } }",
+        )
+        + &percept("right", "parent = \"beside\"\nkernel = { range = { of = \"y_m\", to = 0.0 } }")
+        + &percept("edge", &NEAREST_EDGE.replace("extents", "beside"))
+        + &percept("red", &NEAREST_RED.replace("extents", "beside"));
+    let at = |position_m, name| {
+        let colour_rgb = [0.0, 1.0, 0.0];
+        said(&text, &Observation { position_m, colour_rgb, confidence: 0.8, ..cube() }, name)
+    };
+    let sure = 0.8 * 0.9;
+    assert_eq!(at([0.0, -0.25, 0.0], "left"), Some((1.0, sure, Feature::Number(1.0))));
+    assert_eq!(at([0.0, -0.25, 0.0], "right"), Some((1.0, sure, Feature::Number(0.0))));
+    assert_eq!(at([0.0, -0.75, 0.0], "left"), Some((1.0, sure, Feature::Number(0.0))));
+    assert_eq!(at([0.0, -0.75, 0.0], "right"), Some((1.0, sure, Feature::Number(1.0))));
+    // Read as half extents, [0.05, 0.05, 0.05] is a cube of 0.1; read as a colour, [1, 0, 0] is red.
+    let (_, _, edge) = at([0.05, -0.45, 0.05], "edge").unwrap();
+    assert_eq!(edge, Feature::Symbol(1));
+    assert_eq!(at([1.0, -0.5, 0.0], "red"), Some((1.0, sure, Feature::Symbol(0))));
+}
+
+const NEAREST_RED: &str = "parent = \"extents\"\nkernel = { nearest = { of = \"colour\", scale = 0.5, prototypes = \
+    [{ name = \"a\", at = [1.0, 0.0, 0.0] }] } }";
+
+#[test]
+fn where_ones_own_extracted_no_vector_its_children_read_the_observation() {
+    let text = percept("number", "kernel = { own = \"near\" }")
+        + &percept(
+            "left",
+            "parent = \"number\"\nkernel = { region = { minimum_m = [-9.0, 0.0, -9.0], maximum_m = [9.0, 9.0, 9.0] } }",
+        )
+        + &percept("high", "parent = \"number\"\nkernel = { range = { of = \"z_m\", from = 0.0 } }");
+    let thing = Observation { position_m: [0.0, 0.25, 0.0], confidence: 0.8, ..cube() };
+    assert_eq!(said(&text, &thing, "left"), Some((1.0, 0.8, Feature::Number(1.0))));
+    assert_eq!(said(&text, &thing, "high"), None, "a number has no z");
 }

@@ -5,7 +5,7 @@ mod pairing;
 mod tests;
 mod thing;
 
-use config::percepts::{self, Kernel, Percepts};
+use config::percepts::{Kernel, Percept, Percepts, origin};
 use message::{Belief, BeliefHead, Difference};
 
 use pairing::{Measure, Pairing};
@@ -44,8 +44,8 @@ pub struct Side<'a> {
 ///
 /// Among equal things the second rule may err: if a red block is taken away behind his back and
 /// another put down elsewhere, his belief in the first is paired with the second. A belief that has a
-/// place is never paired by observation with one that has none. Indexical percepts (regions, a program's own)
-/// are not compared: "left" is another question for each. Who holds a thing is not compared.
+/// place is never paired by observation with one that has none. Indexical percepts (regions, ranges of a place, a
+/// program's own) are not compared: "left" is another question for each. Who holds a thing is not compared.
 ///
 /// Of a pile, more things than 64 to each side of it along one line, a belief may fail to be paired,
 /// or be paired an instant later.
@@ -182,13 +182,23 @@ enum Meaning {
 }
 
 impl Meaning {
-    fn of(percept: &percepts::Percept) -> Option<Self> {
+    fn of(percepts: &Percepts, percept: &Percept) -> Option<Self> {
         match &percept.kernel {
             Kernel::Position => Some(Self::Place),
             Kernel::Orientation => Some(Self::Orientation),
             Kernel::Extents => Some(Self::Extents),
             Kernel::State(_) => Some(Self::Degree),
             Kernel::Nearest(_) => Some(Self::Symbol),
+            Kernel::Range(_) => match origin(&percepts.percepts, percept).kernel {
+                // How long a thing is, is as long for everybody.
+                Kernel::Extents | Kernel::State(_) => Some(Self::Degree),
+                Kernel::Position
+                | Kernel::Orientation
+                | Kernel::Nearest(_)
+                | Kernel::Region(_)
+                | Kernel::Range(_)
+                | Kernel::Own(_) => None,
+            },
             Kernel::Region(_) | Kernel::Own(_) => None,
         }
     }

@@ -72,7 +72,11 @@ impl Minds {
                 }
                 Kernel::Orientation => orientation = Some(number),
                 Kernel::Extents => extents = Some(number),
-                Kernel::Position | Kernel::Region(_) | Kernel::State(_) | Kernel::Own(_) => {}
+                Kernel::Position
+                | Kernel::Region(_)
+                | Kernel::Range(_)
+                | Kernel::State(_)
+                | Kernel::Own(_) => {}
             }
         }
         let words = Words::of(percepts);

@@ -1,6 +1,8 @@
 use std::sync::Arc;
 
-use config::percepts::{Cull, History, Measure, NoTermApplies};
+use config::number::NotNegative;
+use config::percepts::{Component, Cull, History, Measure, NoTermApplies, Range, Region};
+use geometry::Pose;
 use message::{NOBODY, Observation, SourceSet, State};
 use perception::{Frame, Perception};
 
@@ -281,6 +283,98 @@ fn a_moved_frame_moves_what_is_remembered_and_turns_left_into_right() {
     // In the new frame it is seen where it is remembered.
     robot.see(ms(5), &[block(ms(5), [0.5, -0.3, 0.1], RED)], false);
     assert_eq!(robot.ids(), [1]);
+}
+
+/// A percept of position, and percepts that come from it: ranges, a region, and what is below those.
+fn placed() -> Percepts {
+    let mut percepts = Percepts::builtin();
+    let history = percepts.get(6).unwrap().history.clone();
+    percepts.percepts.truncate(6);
+    let soft = NotNegative::try_from(0.5).ok();
+    let range = |of, from, to, softness| Kernel::Range(Range { of, from, to, softness });
+    let (minimum_m, maximum_m) = ([f64::NEG_INFINITY, 0.0, f64::NEG_INFINITY], [f64::INFINITY; 3]);
+    for (name, parent, kernel) in [
+        ("near", "position", range(Component::DistanceM, None, Some(1.0), soft)),
+        ("very near", "near", range(Component::Number, Some(0.9), None, None)),
+        ("left", "position", Kernel::Region(Region { minimum_m, maximum_m })),
+        ("near left", "near", Kernel::Region(Region { minimum_m, maximum_m })),
+        ("far ahead", "left", range(Component::Number, Some(0.5), None, None)),
+        ("long", "extents", range(Component::LongestM, Some(0.1), None, None)),
+    ] {
+        let parent = percepts.index(parent);
+        let percept = percepts.get(0).unwrap().clone();
+        let (name, history) = (name.to_owned(), history.clone());
+        percepts.percepts.push(Percept { name, parent, kernel, history, ..percept });
+    }
+    percepts
+}
+
+#[test]
+fn after_a_moved_frame_ranges_and_regions_say_what_they_would_of_what_is_seen_there() {
+    let percepts = placed();
+    let said = |robot: &Robot| -> Vec<Option<(f32, f32, Feature)>> {
+        let belief = robot.system.beliefs().next().unwrap();
+        let said = (6..12).map(|number| {
+            let remembered = belief.percept(number)?;
+            Some((remembered.matching, remembered.confidence, remembered.feature()?))
+        });
+        said.collect()
+    };
+    let mut different = 0;
+    for (x, y) in [(0.5, 0.25), (1.3, -0.3), (2.5, 0.5), (-0.75, -0.25), (-1.0, 0.7), (1.25, 0.0)] {
+        for (ahead, heading) in [(1.0, std::f64::consts::PI), (0.5, 1.0), (-2.0, -0.5), (0.25, 0.0)] {
+            let mut robot = Robot::new(&percepts);
+            let seen = block(ms(0), [x, y, 0.0], RED);
+            robot.see(ms(0), &[seen], false);
+            let before = said(&robot);
+            let x_new_old =
+                Pose::<geometry::Base, geometry::Person>::upright(ahead, 0.0, 0.0, heading).inverse();
+            robot.system.reanchor(&x_new_old);
+            let mut anew = Robot::new(&percepts);
+            let position_m = robot.system.position(0).unwrap();
+            anew.see(ms(0), &[Observation { position_m, ..seen }], false);
+            assert_eq!(said(&robot), said(&anew), "({x}, {y}) from {ahead} m ahead, turned by {heading}");
+            different += usize::from(said(&robot) != before);
+        }
+    }
+    assert!(different > 12, "{different} of 24 frames make a difference");
+}
+
+#[test]
+fn what_a_range_cannot_tell_in_a_moved_frame_is_not_remembered() {
+    let percepts = placed();
+    let near = percepts.index("near").unwrap();
+    let mut robot = Robot::new(&percepts);
+    robot.see(ms(0), &[block(ms(0), [0.75, 0.0, 0.0], RED)], false);
+    let newest = |robot: &Robot| {
+        let belief = robot.system.beliefs().next().unwrap();
+        belief.percept(near).and_then(Remembered::feature)
+    };
+    assert_eq!(newest(&robot), Some(Feature::Number(1.0)));
+    // Half a metre back, it is half way out of range: neither answer passes.
+    let x_old_new = Pose::<geometry::Base, geometry::Person>::upright(-0.5, 0.0, 0.0, 0.0);
+    robot.system.reanchor(&x_old_new.inverse());
+    assert_eq!(newest(&robot), None);
+    // One more, and it is outside.
+    robot.system.reanchor(&x_old_new.inverse());
+    assert_eq!(newest(&robot), Some(Feature::Number(0.0)));
+}
+
+#[test]
+fn what_leaves_a_range_is_remembered_as_outside() {
+    let percepts = placed();
+    let near = percepts.index("near").unwrap();
+    let mut robot = Robot::new(&percepts);
+    let mut x = 0.9;
+    for step in 0..20 {
+        robot.see(ms(5 * step), &[block(ms(5 * step), [x, 0.0, 0.0], RED)], false);
+        x += 0.04;
+    }
+    assert_eq!(robot.ids(), [1]);
+    let belief = robot.system.beliefs().next().unwrap();
+    assert_eq!(belief.percept(near).unwrap().feature(), Some(Feature::Number(0.0)));
+    let then = robot.system.write(0, ms(0)).unwrap();
+    assert_eq!(then.percept(near).unwrap().feature(), Some(Feature::Number(1.0)));
 }
 
 #[test]

@@ -1,18 +1,19 @@
 //! The file as it is written, before its names are resolved.
 
-use std::ops::Range;
+use std::ops;
 
 use message::MAX_PERCEPTS;
 use serde::Deserialize;
 use toml::Spanned;
 
 use super::{
-    Belief, Cull, Distance, History, Kernel, Measure, Nearest, NoTermApplies, Percept, Percepts, Region, Role,
+    Belief, Cull, Distance, History, Kernel, Measure, Nearest, NoTermApplies, Percept, Percepts, Range,
+    Region, Role,
 };
 use crate::number::{Milliseconds, NotNegative, Unit};
 
 /// What is wrong, and where.
-type Fault = (Range<usize>, String);
+type Fault = (ops::Range<usize>, String);
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -95,7 +96,8 @@ impl WrittenPercept {
         let parent = self.parent.map(|parent| number(&parent, earlier)).transpose()?;
         let kernel_span = self.kernel.span();
         let kernel = self.kernel.into_inner();
-        check_kernel(&kernel).map_err(|reason| (kernel_span, reason))?;
+        let above = parent.and_then(|parent| earlier.get(usize::from(parent)));
+        check_kernel(&kernel, above).map_err(|reason| (kernel_span, reason))?;
         let history = self.history.get_ref().clone();
         if matches!(kernel, Kernel::Nearest(_)) && matches!(history, History::LowPass { .. }) {
             let reason = "symbols cannot be filtered: use lossless or log_timescale".to_owned();
@@ -122,7 +124,7 @@ impl WrittenBelief {
             if !kernel.is_some_and(|kernel| fits(&measure, kernel)) {
                 let reason = format!(
                     "this measure does not fit what `{}` derives: metres for positions and extents, angle_rad \
-                     for orientations, difference for states and regions, differs for symbols",
+                     for orientations, difference for states, regions and ranges, differs for symbols",
                     term.percept.get_ref()
                 );
                 return Err((term.measure.span(), reason));
@@ -168,17 +170,18 @@ fn fits(measure: &Measure, kernel: &Kernel) -> bool {
     match kernel {
         Kernel::Position | Kernel::Extents => *measure == Measure::Metres,
         Kernel::Orientation => *measure == Measure::AngleRad,
-        Kernel::State(_) | Kernel::Region(_) => *measure == Measure::Difference,
+        Kernel::State(_) | Kernel::Region(_) | Kernel::Range(_) => *measure == Measure::Difference,
         Kernel::Nearest(_) => *measure == Measure::Differs,
         // What a program's own percept derives is its own affair.
         Kernel::Own(_) => true,
     }
 }
 
-fn check_kernel(kernel: &Kernel) -> Result<(), String> {
+fn check_kernel(kernel: &Kernel, parent: Option<&Percept>) -> Result<(), String> {
     match kernel {
         Kernel::Nearest(nearest) => check_prototypes(nearest),
         Kernel::Region(region) => check_region(region),
+        Kernel::Range(range) => check_range(range, parent),
         Kernel::Position | Kernel::Orientation | Kernel::Extents | Kernel::State(_) | Kernel::Own(_) => {
             Ok(())
         }
@@ -215,5 +218,36 @@ fn check_region(region: &Region) -> Result<(), String> {
         Ok(())
     } else {
         Err("an empty region: every minimum must be below its maximum".to_owned())
+    }
+}
+
+fn check_range(range: &Range, parent: Option<&Percept>) -> Result<(), String> {
+    let of = range.of.name();
+    let Some(parent) = parent else {
+        return Err(format!(
+            "a range without a parent, from which it takes its `{of}`: name an earlier percept with `parent`"
+        ));
+    };
+    if !range.of.is_of(&parent.kernel) {
+        return Err(format!(
+            "the parent `{}` derives no `{of}`: a position has x_m, y_m, z_m and distance_m, extents have \
+             longest_m and shortest_m, a state, a region and a range have number; a program's own may have any \
+             but longest_m and shortest_m",
+            parent.name
+        ));
+    }
+    let limits = [("from", range.from), ("to", range.to)];
+    if let Some((key, limit)) =
+        limits.into_iter().find_map(|(key, limit)| Some((key, limit.filter(|limit| !limit.is_finite())?)))
+    {
+        return Err(format!("`{key}` is {limit}: it must be finite; leave out a limit that is not there"));
+    }
+    match (range.from, range.to) {
+        (None, None) => Err("a range without limits holds everything: give `from`, `to` or both".to_owned()),
+        (Some(from), Some(to)) if from < to => Ok(()),
+        (Some(from), Some(to)) => {
+            Err(format!("an empty range from {from} to {to}: `from` must be below `to`"))
+        }
+        (Some(_), None) | (None, Some(_)) => Ok(()),
     }
 }

@@ -1,7 +1,7 @@
 use std::collections::BTreeSet;
 use std::sync::LazyLock;
 
-use config::percepts::Percepts;
+use config::percepts::{Component, Kernel, Percept, Percepts, Range};
 use geometry::{Base, Person, Pose, Position};
 use message::{Aspect, Belief, BeliefHead, Difference, Feature, Header, NOBODY, Remembered};
 use proptest::prelude::*;
@@ -341,4 +341,36 @@ fn a_pile_is_paired_a_part_at_each_instant() {
     }
     // Few looks at each instant are what keeps the robot's time.
     assert!(agreed.len() > 1, "{agreed:?}");
+}
+
+#[test]
+fn how_long_a_thing_is_is_compared_and_how_near_it_is_to_whom_is_not() {
+    let mut percepts = Percepts::builtin();
+    let state = percepts.percepts[8].clone();
+    percepts.percepts.truncate(6);
+    let range = |of| Kernel::Range(Range { of, from: None, to: Some(0.5), softness: None });
+    for (name, parent, kernel) in [
+        ("near", "position", range(Component::DistanceM)),
+        ("short", "extents", range(Component::LongestM)),
+        ("very short", "short", range(Component::Number)),
+        ("very near", "near", range(Component::Number)),
+        ("not near", "very near", range(Component::Number)),
+    ] {
+        let parent = percepts.index(parent);
+        percepts.percepts.push(Percept { name: name.to_owned(), parent, kernel, ..state.clone() });
+    }
+    let believes = |id, degree| {
+        let mut belief = Belief::new(id, 1, 9, 9, NOBODY);
+        assert!(belief.push(Remembered::new(0, 9, 1.0, 1.0, Feature::Vector([0.0; 3]))));
+        for number in 6..11 {
+            assert!(belief.push(Remembered::new(number, 9, 1.0, 1.0, Feature::Number(degree))));
+        }
+        let mut head = BeliefHead::of(1, Header::at(9));
+        head.frame_orientation_xyzw = [0.0, 0.0, 0.0, 1.0];
+        Mind { head, beliefs: vec![belief] }
+    };
+    let (one, other) = (believes(1, 1.0), believes(101, 0.0));
+    let mut divergence = Divergence::new(&percepts, CAPACITY);
+    let told = told(divergence.compare(one.side(), other.side()));
+    assert_eq!(told, [(Some(1), Some(101), vec![7, 8])]);
 }

@@ -70,7 +70,7 @@ pub(super) struct Aspects(Vec<Option<Meaning>>);
 
 impl Aspects {
     pub(super) fn of(percepts: &Percepts) -> Self {
-        Self(percepts.percepts.iter().map(Meaning::of).collect())
+        Self(percepts.percepts.iter().map(|percept| Meaning::of(percepts, percept)).collect())
     }
 
     pub(super) fn meaning(&self, percept: u16) -> Option<Meaning> {

@@ -1,5 +1,7 @@
 use clock::Duration;
-use message::{Modality, Observation, SourceSet};
+use config::percepts::{Component, Kernel, Percept, Percepts, Range, Role};
+use config::perspective::Perspective;
+use message::{Belief, Modality, Observation, SourceSet};
 
 use super::workspace::{AWAY, EYES, TABLE, Workspace, block, button, person, wall};
 
@@ -155,4 +157,58 @@ fn what_others_saw_is_missed_by_nobody_else() {
     // It lives again, and the thing is gone.
     world.step_looking(simulator.union(camera), &[person(EYES, TABLE)]);
     assert_eq!((world.robots().len(), world.his().len()), (0, 0));
+}
+
+/// The built-in percepts, ranges in the place of some.
+fn ranged() -> Percepts {
+    let mut percepts = Percepts::builtin();
+    let of_state = percepts.percepts[8].clone();
+    percepts.percepts.truncate(8);
+    for (name, parent, range) in [
+        (
+            "near_me",
+            "position",
+            Range { of: Component::DistanceM, from: None, to: Some(0.5), softness: None },
+        ),
+        ("long", "extents", Range { of: Component::LongestM, from: Some(0.1), to: None, softness: None }),
+    ] {
+        percepts.percepts.push(Percept {
+            name: name.to_owned(),
+            parent: percepts.index(parent),
+            role: Role::Neither,
+            kernel: Kernel::Range(range),
+            ..of_state.clone()
+        });
+    }
+    percepts
+}
+
+#[test]
+fn near_him_is_not_near_the_robot_and_long_is_long_for_both() {
+    let mut world = Workspace::perceiving(ranged(), &Perspective::builtin());
+    let mut plank = block([0.3, 0.1, 0.03]);
+    plank.half_extents_m = [0.03, 0.06, 0.03];
+    world.step(&[person(EYES, TABLE), plank, block([1.2, 0.0, 0.03])]);
+    let said = |percept: &str| {
+        let of = |beliefs: Vec<Belief>| -> Vec<_> {
+            beliefs.iter().map(|belief| world.number(belief, percept)).collect()
+        };
+        (of(world.robots()), of(world.his()))
+    };
+    assert_eq!(said("near_me"), (vec![Some(1.0), Some(0.0)], vec![Some(0.0), Some(1.0)]));
+    assert_eq!(said("long"), (vec![Some(1.0), Some(0.0)], vec![Some(1.0), Some(0.0)]));
+}
+
+#[test]
+fn what_he_remembers_comes_near_him_when_he_walks_there() {
+    let mut world = Workspace::perceiving(ranged(), &Perspective::builtin());
+    let things = [block([0.3, 0.6, 0.03]), block([1.2, 0.0, 0.03])];
+    world.run(SECOND, &[person(EYES, TABLE), things[0], things[1]]);
+    let near = |world: &Workspace| -> Vec<_> {
+        world.his().iter().map(|belief| world.number(belief, "near_me")).collect()
+    };
+    assert_eq!(near(&world), [Some(0.0), Some(1.0)]);
+    // He walks with his back to the table: nothing is perceived anew.
+    world.run(SECOND, &[person([0.3, 0.9, 0.55], [0.3, 3.0, 0.55])]);
+    assert_eq!(near(&world), [Some(1.0), Some(0.0)]);
 }

@@ -31,7 +31,11 @@ impl Workspace {
     }
 
     pub(super) fn with(config: &Perspective) -> Self {
-        let percepts = Percepts::builtin();
+        Self::perceiving(Percepts::builtin(), config)
+    }
+
+    /// With other percepts than the built-in ones.
+    pub(super) fn perceiving(percepts: Percepts, config: &Perspective) -> Self {
         let perception = Perception::new(&percepts).unwrap();
         let robot = Robot::new(&percepts, config, 1, 16).unwrap();
         let partner = Partner::new(1, perception.clone(), &percepts, config, 16).unwrap();

@@ -1,0 +1,106 @@
+//! What is remembered, in a frame that has moved.
+
+use config::percepts::{Kernel, Range, Region, origin};
+use geometry::{Pose, Position};
+use message::Feature;
+use quantity::number::single;
+
+use super::{BeliefSystem, vector};
+use crate::sample::Sample;
+
+impl BeliefSystem {
+    /// The perspective's frame has moved: expresses all remembered places and orientations in
+    /// the new one. `x_new_old` is the pose of the old frame in the new.
+    ///
+    /// Regions, and ranges of a place, are indexical, so they begin anew with what they say of the
+    /// remembered place now. Of a program's own percepts, vectors are taken as they are.
+    pub fn reanchor<New, Old>(&mut self, x_new_old: &Pose<New, Old>) {
+        // Rounding may have brought two closer than they were.
+        self.settled = false;
+        for index in 0..self.len() {
+            let Some(&slot) = self.arena.live().get(index) else { return };
+            for (number, percept) in (0..).zip(&self.percepts) {
+                let Some((histories, row)) = self.arena.histories_mut(slot) else { return };
+                match &percept.kernel {
+                    Kernel::Position => histories.map(row, number, |feature| moved(x_new_old, feature)),
+                    Kernel::Orientation => histories.map(row, number, |feature| turned(x_new_old, feature)),
+                    Kernel::Region(_)
+                    | Kernel::Range(_)
+                    | Kernel::Extents
+                    | Kernel::State(_)
+                    | Kernel::Nearest(_)
+                    | Kernel::Own(_) => {}
+                }
+            }
+            self.see_places_anew(slot);
+            self.arena.refresh(slot);
+            self.place(index);
+        }
+    }
+
+    /// Has regions, and ranges of a place, say anew of what is remembered what they would say of a thing
+    /// perceived so. Parents stand before their children: they are of the new frame already.
+    fn see_places_anew(&mut self, slot: u32) {
+        for (number, percept) in (0..).zip(&self.percepts) {
+            let Some((histories, row)) = self.arena.histories_mut(slot) else { return };
+            let above = percept.parent.and_then(|parent| self.percepts.get(usize::from(parent)));
+            let parent = percept.parent.and_then(|parent| histories.newest(row, parent));
+            let read = parent.filter(|_| above.is_some_and(|above| percept.kernel.reads(&above.kernel)));
+            let sample = match &percept.kernel {
+                Kernel::Region(region) => {
+                    let of_thing = self.place.and_then(|place| histories.newest(row, place));
+                    let of_place = read.filter(|read| vector(read.feature).is_some()).or(of_thing);
+                    region_anew(region, of_place, histories.newest(row, number))
+                }
+                Kernel::Range(range) => match origin(&self.percepts, percept).kernel {
+                    Kernel::Position | Kernel::Region(_) => range_anew(range, read, self.threshold),
+                    Kernel::Orientation
+                    | Kernel::Extents
+                    | Kernel::State(_)
+                    | Kernel::Nearest(_)
+                    | Kernel::Range(_)
+                    | Kernel::Own(_) => continue,
+                },
+                Kernel::Position
+                | Kernel::Orientation
+                | Kernel::Extents
+                | Kernel::State(_)
+                | Kernel::Nearest(_)
+                | Kernel::Own(_) => continue,
+            };
+            let is_asked =
+                above.is_none_or(|above| parent.is_some_and(|parent| above.kernel.opens(parent.feature)));
+            histories.begin(row, number, sample.filter(|_| is_asked));
+        }
+    }
+}
+
+/// A region of a place, as sure as it was, or where nobody asked it until now as the place is.
+fn region_anew(region: &Region, of_place: Option<Sample>, newest: Option<Sample>) -> Option<Sample> {
+    let of_place = of_place?;
+    let degree = if region.holds(vector(of_place.feature)?) { 1.0 } else { 0.0 };
+    Some(Sample { feature: Feature::Number(degree), ..newest.unwrap_or(of_place) })
+}
+
+/// A range of what its parent derived, as sure as that, if it passes (Eq. 2).
+fn range_anew(range: &Range, read: Option<Sample>, threshold: f64) -> Option<Sample> {
+    let read = read?;
+    let degree = range.degree(read.feature)?;
+    let matching = Range::matching(degree);
+    let passes = f64::from(matching) * f64::from(read.confidence) > threshold;
+    passes.then_some(Sample { matching, feature: Feature::Number(degree), ..read })
+}
+
+fn moved<New, Old>(x_new_old: &Pose<New, Old>, feature: Feature) -> Feature {
+    let Feature::Vector([x, y, z]) = feature else { return feature };
+    let p_old = Position::<Old>::new(f64::from(x), f64::from(y), f64::from(z));
+    Feature::Vector((*x_new_old * p_old).to_array().map(single))
+}
+
+fn turned<New, Old>(x_new_old: &Pose<New, Old>, feature: Feature) -> Feature {
+    let Feature::Orientation(xyzw) = feature else { return feature };
+    match Pose::<Old, geometry::Thing>::from_parts([0.0; 3], xyzw.map(f64::from)) {
+        Some(x_old_thing) => Feature::Orientation((*x_new_old * x_old_thing).orientation_xyzw().map(single)),
+        None => feature,
+    }
+}
