@@ -98,8 +98,8 @@ fn robot() -> Robot {
     Robot(robot, domain)
 }
 
-/// Records onto a disk of its own, of forty megabytes of which six are free, and then onto what is left of it;
-/// the disk goes with the script, a copy of the file stays.
+/// Records onto a disk of its own, of forty megabytes of which six are free, and then onto what is left of
+/// it; the disk goes with the script, a copy of the file stays.
 const ONTO_A_SMALL_DISK: &str = "mount -t tmpfs -o size=40m tmpfs \"$1\" || exit 77
     head -c 34m /dev/zero > \"$1/others\"
     \"$0\" record \"$1/full.mcap\" --domain \"$3\"; status=$?
@@ -197,7 +197,8 @@ fn a_running_robot_is_recorded_and_notices_nothing() {
     assert!(equal(&told, "leo/beliefs/1").is_some_and(|frames| frames > 50), "{told:?}");
     assert!(!told.out.contains("not compared"), "{told:?}");
 
-    // With the robot, the recording ends, and so does one that keeps the last while in memory: it is written down then.
+    // With the robot, the recording ends, and so does one that keeps the last while in memory: it is written
+    // down then.
     let last = file(&folder, "last.mcap");
     let (command, files) = leo(&["record", &last, "--domain", &domain, "--last", "1"]);
     let third = record(&to_the_end);

@@ -4,8 +4,8 @@
 //! Things on a grid of 11 cm that wobble by a few millimetres and are tracked at 200 Hz, each of
 //! them unseen for a while now and then; for the robot alone, and for the robot and a partner who
 //! sees all of them; of the latter also what it costs to read what both believe, as the belief buffers
-//! get it, and to compare the two. Beside it, in the same run, one frame's clustering alone: as it is done here,
-//! as the paper's loop does it, and as agglomerative clustering by an independent library (average
+//! get it, and to compare the two. Beside it, in the same run, one frame's clustering alone: as it is done
+//! here, as the paper's loop does it, and as agglomerative clustering by an independent library (average
 //! linkage) over the same points.
 
 #![expect(

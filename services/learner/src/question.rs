@@ -24,10 +24,10 @@ pub(crate) struct Question {
 }
 
 impl Question {
-    /// What to ask about a task: first what has to be answered before anybody's rule can be followed, then what speaks against the teacher's rule although he knew of it,
-    /// else what is expected to tell most; about each kind of thing once. `None` where there is nothing
-    /// to ask: what speaks against the rule is explained by what he could not know or was asked about,
-    /// and no question would tell much.
+    /// What to ask about a task: first what has to be answered before anybody's rule can be followed, then
+    /// what speaks against the teacher's rule although he knew of it, else what is expected to tell most;
+    /// about each kind of thing once. `None` where there is nothing to ask: what speaks against the rule is
+    /// explained by what he could not know or was asked about, and no question would tell much.
     pub(crate) fn about(
         language: &Language,
         key: &str,

@@ -210,8 +210,8 @@ impl Verdict {
     }
 }
 
-/// Whether things can contradict a rule one by one: any may be among a number of them, and what stands where it does
-/// looks otherwise from elsewhere.
+/// Whether things can contradict a rule one by one: any may be among a number of them, and what stands where
+/// it does looks otherwise from elsewhere.
 fn is_about_things(rule: &Rule) -> bool {
     rule.selection == Selection::All
 }

@@ -193,8 +193,9 @@ impl BeliefSystem {
     ///
     /// `which` are the indices of the `perceived` things that count, rising. Observations and snapshots are
     /// in the perspective's frame. `in_view` says whether the perspective now sees what is at a place
-    /// in that frame, in metres, with the eyes of a source among those given, which saw the thing before. An observation whose snapshot is empty creates nothing. An instant
-    /// before that of the step before is taken as the latter; observations that may not enter are counted.
+    /// in that frame, in metres, with the eyes of a source among those given, which saw the thing before. An
+    /// observation whose snapshot is empty creates nothing. An instant before that of the step before is
+    /// taken as the latter; observations that may not enter are counted.
     pub fn step(
         &mut self,
         now: Instant,

@@ -313,8 +313,8 @@ pub struct Supervisor {
     pub keep_cores_awake: bool,
     /// A process that is not ready after this long has failed to start.
     pub ready_within_ms: Milliseconds,
-    /// A process of the hot path (sensor, belief, motor, mock servo bus) whose heart has not beaten for this long
-    /// hangs.
+    /// A process of the hot path (sensor, belief, motor, mock servo bus) whose heart has not beaten for this
+    /// long hangs.
     pub heartbeat_timeout_ms: Milliseconds,
     /// The same of a process that is not on the hot path.
     pub heartbeat_timeout_others_ms: Milliseconds,

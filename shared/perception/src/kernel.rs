@@ -68,8 +68,8 @@ impl Kernel {
         }
     }
 
-    /// Classifies what its parent derived, where the configuration has it [read](percepts::Kernel::reads) that; `None`
-    /// where it cannot be read.
+    /// Classifies what its parent derived, where the configuration has it [read](percepts::Kernel::reads)
+    /// that; `None` where it cannot be read.
     #[inline]
     pub(crate) fn read(&self, feature: Feature) -> Option<Evaluation> {
         match self {

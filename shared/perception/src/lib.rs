@@ -233,9 +233,9 @@ impl Perception {
     /// evaluations with m·c > k, in the order of the percepts. An unsound observation has an empty snapshot.
     ///
     /// A percept with a parent is evaluated only where its parent passed, and below a region or a range
-    /// only of what is inside. What it reads from its parent ([`config::percepts::Kernel::reads`]) it is as sure of
-    /// as that is: the confidence of the parent's evaluation, not that of the observation, is multiplied to
-    /// its own.
+    /// only of what is inside. What it reads from its parent ([`config::percepts::Kernel::reads`]) it is as
+    /// sure of as that is: the confidence of the parent's evaluation, not that of the observation, is
+    /// multiplied to its own.
     #[must_use]
     pub fn perceive(&self, observation: &Observation, frame: &Frame) -> Snapshot {
         let mut snapshot = Snapshot::default();
@@ -249,8 +249,8 @@ impl Perception {
     /// [`Self::perceive`], of an observation that another perspective has perceived already with
     /// the same percepts: P of Eq. 9 moves and turns a thing, and leaves as it is what is seen of
     /// its extents, shape, colour and states. Only the percepts that see the frame (position,
-    /// orientation, regions, the program's own), and their children, such as a range of a position, are evaluated anew; the
-    /// others are taken over from `known`.
+    /// orientation, regions, the program's own), and their children, such as a range of a position, are
+    /// evaluated anew; the others are taken over from `known`.
     ///
     /// `known` is an allegation: of its values those are left out that could not be of a snapshot
     /// in order, which is what [`Self::perceive`] makes.

@@ -44,8 +44,9 @@ pub struct Side<'a> {
 ///
 /// Among equal things the second rule may err: if a red block is taken away behind his back and
 /// another put down elsewhere, his belief in the first is paired with the second. A belief that has a
-/// place is never paired by observation with one that has none. Indexical percepts (regions, ranges of a place, a
-/// program's own) are not compared: "left" is another question for each. Who holds a thing is not compared.
+/// place is never paired by observation with one that has none. Indexical percepts (regions, ranges of a
+/// place, a program's own) are not compared: "left" is another question for each. Who holds a thing is not
+/// compared.
 ///
 /// Of a pile, more things than 64 to each side of it along one line, a belief may fail to be paired,
 /// or be paired an instant later.

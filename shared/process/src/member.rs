@@ -339,7 +339,8 @@ impl Member {
         }
     }
 
-    /// Does work that takes long in a thread of its own, with the heart beating: what is left to do at the end.
+    /// Does work that takes long in a thread of its own, with the heart beating: what is left to do at the
+    /// end.
     pub fn beat_while<T: Send>(&mut self, work: impl FnOnce() -> T + Send) -> T {
         std::thread::scope(|scope| {
             let work = scope.spawn(work);

@@ -5,8 +5,8 @@
 //! [`Report`] says what is missing and how to grant it.
 #![expect(
     unsafe_code,
-    reason = "the scheduling policy, resource usage, the state of the clock and moving memory into huge pages, which \
-              rustix does not offer"
+    reason = "the scheduling policy, resource usage, the state of the clock and moving memory into huge pages, \
+              which rustix does not offer"
 )]
 
 mod awake;

@@ -35,14 +35,14 @@ pub fn decide(learned: &BTreeMap<u16, Learned>, teacher: u16) -> Option<u16> {
     [teacher, 0].into_iter().find(|perspective| learned.get(perspective).is_some_and(Learned::explains))
 }
 
-/// The same, with what is done on conflict between the schema from the robot's own view and the teacher's ("Task and
-/// Goal Learning"). There is a conflict where both explain what changed and [differ](differ).
+/// The same, with what is done on conflict between the schema from the robot's own view and the teacher's
+/// ("Task and Goal Learning"). There is a conflict where both explain what changed and [differ](differ).
 ///
 /// To *resolve* it, every thing that contradicts the teacher's rule in the robot's view has to be one that he
-/// could not know of, or not as it is, or that is not his ([`explain`]), or he has to say what shall become of such a
-/// thing. Where all that is settled, his schema is followed unless what he said speaks more against it than against
-/// the robot's. About numbers of things, and about where things stand or are moved to, nobody can be asked by naming
-/// one thing: there his schema is followed.
+/// could not know of, or not as it is, or that is not his ([`explain`]), or he has to say what shall become
+/// of such a thing. Where all that is settled, his schema is followed unless what he said speaks more against
+/// it than against the robot's. About numbers of things, and about where things stand or are moved to, nobody
+/// can be asked by naming one thing: there his schema is followed.
 #[must_use]
 pub fn decide_with(
     language: &Language,
@@ -88,7 +88,8 @@ pub fn differ(one: &Learned, other: &Learned) -> bool {
         || other.primary().any(|rule| !has(one, rule))
 }
 
-/// The first thing that speaks against a teacher's rules although he knew of it, and about which he was not asked.
+/// The first thing that speaks against a teacher's rules although he knew of it, and about which he was not
+/// asked.
 fn doubt(language: &Language, task: &Task, simulated: &[u16], theirs: &Learned) -> Option<Doubt> {
     let can_be_asked =
         |rule: &&Rule| rule.selection == Selection::All && !rule.expectation.contains(&Effect::Moved);
@@ -111,7 +112,8 @@ fn contradicted(task: &Task, learned: &Learned, rival: &Learned) -> usize {
         let done = is_achieved(answer, goal, false);
         match learned.primary().find(|rule| rule.expectation == *goal) {
             Some(rule) if rule.selection == Selection::All => rule.is_about(answer) != done,
-            // Of a number of things, and of those that stand somewhere, one that is nowhere may be one or not.
+            // Of a number of things, and of those that stand somewhere, one that is nowhere may be one or
+            // not.
             Some(_) => false,
             None => done,
         }

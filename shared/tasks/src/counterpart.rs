@@ -11,8 +11,9 @@ const SAME_PLACE_M: f64 = 0.08;
 /// it knows nothing of are missing.
 ///
 /// An object and its counterpart have the same class features and are believed to be 8 cm apart at most.
-/// Each object stands for one alone, the nearest pairs first: of two that are alike and side by side, one may be
-/// known and the other not. What was only spoken of is nowhere, and stands for what was spoken of likewise.
+/// Each object stands for one alone, the nearest pairs first: of two that are alike and side by side, one may
+/// be known and the other not. What was only spoken of is nowhere, and stands for what was spoken of
+/// likewise.
 #[must_use]
 pub fn counterparts<'a>(view: &Snapshot, theirs: &'a Snapshot) -> BTreeMap<u64, &'a Object> {
     let mut pairs = Vec::new();
@@ -34,7 +35,8 @@ pub fn counterparts<'a>(view: &Snapshot, theirs: &'a Snapshot) -> BTreeMap<u64, 
     nearest_first(pairs).into_iter().filter_map(believed).collect()
 }
 
-/// Pairs of identities one to one, those with the least distance first; of ties those of the lowest identities.
+/// Pairs of identities one to one, those with the least distance first; of ties those of the lowest
+/// identities.
 pub(crate) fn nearest_first(mut pairs: Vec<(f64, u64, u64)>) -> BTreeMap<u64, u64> {
     pairs.sort_by(|a, b| a.0.total_cmp(&b.0).then((a.1, a.2).cmp(&(b.1, b.2))));
     let (mut found, mut taken) = (BTreeMap::new(), BTreeSet::new());
