@@ -7,7 +7,7 @@
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell;
 use std::collections::BTreeMap;
-use std::fs;
+use std::fs::{self, File};
 use std::process::{Child, Command, Stdio};
 use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering::Relaxed};
 use std::thread::JoinHandle;
@@ -320,7 +320,7 @@ fn after_warm_up_a_cycle_allocates_once_per_frame_and_only_in_the_middleware() {
 struct Running {
     leo: Child,
     domain: String,
-    _state: tempfile::TempDir,
+    state: tempfile::TempDir,
 }
 
 impl Running {
@@ -330,10 +330,17 @@ impl Running {
         let leo = Command::new(env!("CARGO_BIN_EXE_leo"))
             .args(["run", "--for", "600", "--domain", &domain])
             .env("XDG_STATE_HOME", state.path())
+            .env("RUST_LOG", "process=debug")
             .stdout(Stdio::null())
+            .stderr(File::create(state.path().join("err")).expect("makes"))
             .spawn()
             .expect("leo starts");
-        Self { leo, domain, _state: state }
+        Self { leo, domain, state }
+    }
+
+    /// What was said on standard error.
+    fn err(&self) -> String {
+        fs::read_to_string(self.state.path().join("err")).expect("reads")
     }
 
     /// Cycles and page faults of the hot processes, once all of them run.
@@ -387,5 +394,11 @@ fn after_warm_up_no_cycle_meets_a_page_fault() {
     for ((process, before), after) in ["sensor", "belief", "motor"].iter().zip(before).zip(after) {
         assert!(after.0 > before.0 + 900, "{process} did not go on");
         assert_eq!(after.1 - before.1, 0, "page faults of {process} in {} cycles", after.0 - before.0);
+    }
+    // It was moved into huge pages before, as far as this kernel can.
+    let err = running.err();
+    for process in ["sensor", "belief", "motor"] {
+        let is_moved = |line: &str| line.contains("huge pages") && line.contains(&format!("={process} "));
+        assert!(err.lines().any(is_moved), "{process}: {err}");
     }
 }

@@ -212,7 +212,7 @@ impl Member {
         self.health.set_state(ProcessState::Running);
         if self.locks_memory {
             let bytes = realtime::use_huge_pages();
-            tracing::debug!(bytes, "locked memory lies in huge pages");
+            tracing::debug!(process = %self.process, bytes, "locked memory lies in huge pages");
         }
         self.faults_at_start = realtime::page_faults();
         self.publish(clock::now());
