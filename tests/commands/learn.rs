@@ -3,7 +3,7 @@
 use serde_json::Value;
 
 use crate::assert_refused;
-use crate::house::{Told, tell, write};
+use crate::house::{Told, read, tell, write};
 
 /// Task 1 of the study as before-and-after examples.
 const SQUARES: &str = "config/examples/squares.jsonl";
@@ -31,6 +31,51 @@ fn each_perspective_learns_its_own_rule_and_the_teachers_is_followed() {
         let document = document(arguments);
         assert_eq!(winners(&document), ["all but blue", "all"]);
         assert_eq!(document.pointer("/followed/perspective"), Some(&Value::from(1)));
+    }
+}
+
+/// What is concluded of the built-in examples and of the second of them once more, changed, under a policy.
+fn concluded(on_conflict: &str, change: impl Fn(&mut Value)) -> Value {
+    let files = tempfile::tempdir().expect("a folder");
+    let key = format!("on_conflict = \"{on_conflict}\"");
+    let config = read("config/leo.toml").replace("on_conflict = \"human\"", &key);
+    assert!(config.contains(&key));
+    let config = write(&files, "leo.toml", &config);
+    let examples = read(SQUARES);
+    let last = examples.lines().rfind(|line| line.starts_with('{')).expect("an example");
+    let mut more: Value = serde_json::from_str(last).expect("JSON");
+    change(&mut more);
+    let examples = write(&files, "examples.jsonl", &format!("{examples}\n{more}\n"));
+    let told = tell(&["learn", &examples, "--json", "--config", &config]);
+    assert_eq!((told.status, told.err.as_str()), (Some(0), ""), "{told:?}");
+    serde_json::from_str(&told.out).expect("one JSON document")
+}
+
+/// A green square stays empty that both see.
+fn leave_one_out(more: &mut Value) {
+    let perspectives = more["perspectives"].as_array_mut().expect("a list");
+    for perspective in perspectives {
+        let changed = perspective["changed"].as_array_mut().expect("a list");
+        let before = changed.len();
+        changed.retain(|thing| thing["id"] != 1);
+        assert_eq!(changed.len() + 1, before);
+    }
+}
+
+#[test]
+fn on_conflict_it_is_followed_or_asked_as_configured() {
+    for (on_conflict, followed) in [("human", 1), ("own", 0), ("resolve", 1)] {
+        let document = concluded(on_conflict, |_| {});
+        assert_eq!(document["followed"]["perspective"], followed, "{on_conflict}");
+        assert_eq!(document["open"], Value::Null, "he could not know of the blue square: {on_conflict}");
+    }
+    for (on_conflict, followed) in
+        [("human", Value::from(1)), ("own", Value::from(0)), ("resolve", Value::Null)]
+    {
+        let document = concluded(on_conflict, leave_one_out);
+        assert_eq!(document["followed"]["perspective"], followed, "{on_conflict}");
+        let is_open = document["open"].as_str().is_some_and(|asked| asked.contains("green square"));
+        assert_eq!(is_open, on_conflict == "resolve", "{on_conflict}: {}", document["open"]);
     }
 }
 
