@@ -51,16 +51,7 @@ pub(crate) fn nearest_first(mut pairs: Vec<(f64, u64, u64)>) -> BTreeMap<u64, u6
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    fn view(objects: &[(u64, &str, f64)]) -> Snapshot {
-        let object = |&(id, colour, x): &(u64, &str, f64)| Object {
-            id,
-            features: BTreeMap::from([("colour".to_owned(), colour.to_owned())]),
-            position_m: Some([x, 0.0, 0.0]),
-            ..Object::default()
-        };
-        Snapshot { objects: objects.iter().map(object).collect(), ..Snapshot::default() }
-    }
+    use crate::identity::tests::snapshot as view;
 
     fn pairs(view: &Snapshot, theirs: &Snapshot) -> Vec<(u64, u64)> {
         counterparts(view, theirs).into_iter().map(|(object, believed)| (object, believed.id)).collect()

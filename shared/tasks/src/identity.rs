@@ -73,11 +73,12 @@ impl Identities {
 }
 
 #[cfg(test)]
-mod tests {
+pub(crate) mod tests {
     use super::*;
     use crate::Object;
 
-    fn snapshot(objects: &[(u64, &str, f64)]) -> Snapshot {
+    /// Objects by identity, colour and place along one line, in metres.
+    pub(crate) fn snapshot(objects: &[(u64, &str, f64)]) -> Snapshot {
         let object = |&(id, colour, x): &(u64, &str, f64)| Object {
             id,
             features: BTreeMap::from([("colour".to_owned(), colour.to_owned())]),
