@@ -38,7 +38,7 @@ const LAYERS: [&[&str]; 6] = [
         "tasks",
     ],
     &["config", "message"],
-    &["clock", "geometry", "quantity", "testkit"],
+    &["clock", "geometry", "prefetch", "quantity", "testkit"],
 ];
 
 /// Arrows within a layer, from the crate to those of its own layer that it may know.
@@ -74,7 +74,7 @@ const WRAPPED: [(&str, &[&str]); 16] = [
 ];
 
 /// Crates that may hold unsafe code.
-const MAY_BE_UNSAFE: [&str; 2] = ["shared/realtime", "shared/testkit"];
+const MAY_BE_UNSAFE: [&str; 3] = ["shared/prefetch", "shared/realtime", "shared/testkit"];
 
 /// Files of a service's shell, which may open, read and wait; everything else of it is core.
 const SHELL_FILES: [&str; 3] = ["lib.rs", "run.rs", "shell.rs"];

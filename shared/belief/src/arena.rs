@@ -54,6 +54,10 @@ struct Slot {
     next: u32,
 }
 
+/// A belief's histories are fetched while those before it take their samples in: so many, that their
+/// memory has come by then.
+const AHEAD: usize = 4;
+
 /// Where the percepts of a belief are.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Holds {
@@ -268,6 +272,9 @@ impl Arena {
         let old = self.live.len();
         for index in 0..old {
             let Some(&slot) = self.live.get(index) else { break };
+            if let Some(row) = self.live.get(index + AHEAD).and_then(|&slot| self.row(slot)) {
+                self.histories.prefetch(row);
+            }
             self.remember(slot, perceived);
         }
         for index in 0..self.fresh.len() {

@@ -1,17 +1,21 @@
 //! History functions h and their generators G (Eq. 3): what beliefs remember of their percepts.
 
+mod cells;
 mod low_pass;
 mod series;
+mod table;
 #[cfg(test)]
 mod tests;
 
 use std::ops::Range;
 
+use cells::{Column, side_by_side};
 use clock::Instant;
 use config::percepts::{self, Percept, WhenFull};
 use low_pass::LowPass;
 use message::{Feature, PerceptValue};
 use series::{Series, Thinning};
+use table::Table;
 
 use crate::Unbelievable;
 use crate::own::{Functions, History, Samples, Supplied};
@@ -51,7 +55,7 @@ enum Generator {
     /// The filtered present; a is the share of the newest sample.
     LowPass { index: usize, share: f64 },
     /// Samples as they were: lossless, or thinned on a logarithmic time scale.
-    Series { index: usize, cells: Range<usize>, thinning: Thinning },
+    Series { index: usize, cells: Column, thinning: Thinning },
     /// The program's own, over samples that are kept for it.
     Own { index: usize, cells: Range<usize>, history: Supplied<dyn History> },
 }
@@ -59,21 +63,19 @@ enum Generator {
 impl Histories {
     /// Room for `rows` beliefs.
     pub(crate) fn new(percepts: &[Percept], own: &Functions, rows: usize) -> Result<Self, Unbelievable> {
-        let (mut low_passes, mut series, mut kept, mut cells, mut own_cells, mut most) = (0, 0, 0, 0, 0, 0);
+        let rings: Vec<_> = percepts.iter().map(|percept| ring(&percept.history)).collect();
+        let (columns, cells) = side_by_side(&rings);
+        let (mut low_passes, mut series, mut kept, mut own_cells) = (0, 0, 0, 0);
         let mut generators = Vec::with_capacity(percepts.len());
-        for percept in percepts {
-            let thinned = match &percept.history {
-                percepts::History::Lossless { samples, when_full: WhenFull::ForgetOldest } => {
-                    (samples.get(), Thinning::ForgetOldest)
-                }
-                percepts::History::Lossless { samples, when_full: WhenFull::Thin } => {
-                    (samples.get(), Thinning::ShortestGap)
-                }
-                percepts::History::LogTimescale { samples } => (samples.get(), Thinning::Octaves),
+        for (percept, column) in percepts.iter().zip(columns) {
+            if let Some((cells, thinning)) = column {
+                generators.push(Generator::Series { index: series, cells, thinning });
+                series += 1;
+            }
+            match &percept.history {
                 percepts::History::LowPass { share } => {
                     generators.push(Generator::LowPass { index: low_passes, share: share.get() });
                     low_passes += 1;
-                    continue;
                 }
                 percepts::History::Own(name) => {
                     let history = own.history(name)?;
@@ -85,16 +87,12 @@ impl Histories {
                     generators.push(Generator::Own { index: kept, cells, history });
                     kept += 1;
                     own_cells += samples;
-                    continue;
                 }
-            };
-            let (samples, thinning) = thinned;
-            let samples = samples.max(1);
-            generators.push(Generator::Series { index: series, cells: cells..cells + samples, thinning });
-            series += 1;
-            cells += samples;
-            most = most.max(samples);
+                // Pushed above.
+                percepts::History::Lossless { .. } | percepts::History::LogTimescale { .. } => {}
+            }
         }
+        let most = rings.iter().flatten().map(|(samples, _)| *samples).max().unwrap_or(0);
         Ok(Self {
             generators: generators.into_boxed_slice(),
             rows,
@@ -147,6 +145,18 @@ impl Histories {
         row.take(generators.get(usize::from(percept)), Taken { at, value: &value }, phase);
     }
 
+    /// Fetches the cells that the next snapshot of a row will be written into.
+    pub(crate) fn prefetch(&self, row: u32) {
+        let Some(row_of_cells) = self.cells.row(row) else { return };
+        for generator in &self.generators {
+            if let Generator::Series { index, cells, .. } = generator
+                && let Some(series) = self.series.get(row, *index)
+            {
+                series.prefetch(&cells.of(row_of_cells));
+            }
+        }
+    }
+
     /// Takes the evaluations of one snapshot, made at an instant; how many were nonsense and left
     /// out.
     pub(crate) fn take_all(&mut self, row: u32, values: &[PerceptValue], at: Instant, phase: u64) -> u64 {
@@ -196,20 +206,22 @@ impl Histories {
                         mine.merge(&other, *share);
                     }
                 }
-                Generator::Series { index, cells: range, thinning } => {
+                Generator::Series { index, cells: column, thinning } => {
                     let other = series.get(gone, *index).copied();
                     if let (Some(mine), Some(other), Some((cells, of_other))) =
-                        (series.get_mut(kept, *index), other, cells.two_ranges_mut(kept, gone, range))
+                        (series.get_mut(kept, *index), other, cells.two_rows_mut(kept, gone))
                     {
+                        let (cells, of_other) = (column.of(cells), column.of(of_other));
                         mine.merge(cells, *thinning, (other, of_other), phase, scratch);
                     }
                 }
                 Generator::Own { index, cells: range, history } => {
                     let others = lens.get(gone, *index).map_or(0, |len| *len as usize);
                     if let (Some(len), Some((cells, of_other))) =
-                        (lens.get_mut(kept, *index), own_cells.two_ranges_mut(kept, gone, range))
+                        (lens.get_mut(kept, *index), own_cells.two_rows_mut(kept, gone))
                     {
-                        let others = of_other.get(..others).unwrap_or(&[]);
+                        let others = of_other.get(range.start..range.start + others).unwrap_or(&[]);
+                        let Some(cells) = cells.get_mut(range.clone()) else { continue };
                         history.merge(&mut Samples { cells, len }, others);
                     }
                 }
@@ -239,7 +251,7 @@ impl Histories {
         match self.generators.get(usize::from(percept))? {
             Generator::LowPass { index, .. } => self.low_passes.get(row, *index)?.at(instant, decay_per_s),
             Generator::Series { index, cells, .. } => {
-                self.series.get(row, *index)?.at(self.cells.range(row, cells)?, instant, decay_per_s)
+                self.series.get(row, *index)?.at(cells.of(self.cells.row(row)?), instant, decay_per_s)
             }
             Generator::Own { index, cells, history } => {
                 let kept = self.kept(row, *index, cells)?;
@@ -259,11 +271,9 @@ impl Histories {
                     low_pass.map(change);
                 }
             }
-            Some(Generator::Series { index, cells: range, .. }) => {
-                if let (Some(series), Some(cells)) =
-                    (series.get_mut(row, *index), cells.range_mut(row, range))
-                {
-                    series.map(cells, change);
+            Some(Generator::Series { index, cells: column, .. }) => {
+                if let (Some(series), Some(cells)) = (series.get_mut(row, *index), cells.row_mut(row)) {
+                    series.map(column.of(cells), change);
                 }
             }
             Some(Generator::Own { index, cells: range, .. }) => {
@@ -309,8 +319,8 @@ impl Histories {
         match &self.generators[usize::from(percept)] {
             Generator::LowPass { .. } => self.newest(row, percept).into_iter().collect(),
             Generator::Series { index, cells, .. } => {
-                let cells = self.cells.range(row, cells).unwrap();
-                self.series.get(row, *index).unwrap().samples(cells).map(|kept| kept.sample()).collect()
+                let cells = cells.of(self.cells.row(row).unwrap());
+                self.series.get(row, *index).unwrap().samples(&cells).map(|kept| kept.sample()).collect()
             }
             Generator::Own { index, cells, .. } => self.kept(row, *index, cells).unwrap().to_vec(),
         }
@@ -352,10 +362,8 @@ impl RowMut<'_> {
                 }
             }
             Some(Generator::Series { index, cells, thinning }) => {
-                if let (Some(series), Some(cells)) =
-                    (self.series.get_mut(*index), self.cells.get_mut(cells.start..cells.end))
-                {
-                    series.take(cells, *thinning, sample, phase, self.scratch);
+                if let Some(series) = self.series.get_mut(*index) {
+                    series.take(cells.of(self.cells), *thinning, sample, phase, self.scratch);
                 }
             }
             Some(Generator::Own { index, cells, history }) => {
@@ -370,67 +378,17 @@ impl RowMut<'_> {
     }
 }
 
-/// Rows of equal width, one after the other, that grow within their room.
-#[derive(Clone, Debug)]
-struct Table<T> {
-    width: usize,
-    entries: Room<T>,
-}
-
-impl<T: Copy> Table<T> {
-    fn new(width: usize, rows: usize) -> Self {
-        Self { width, entries: Room::for_most(width * rows) }
-    }
-
-    fn grow_with(&mut self, entry: T) {
-        self.entries.extend(std::iter::repeat_n(entry, self.width));
-    }
-
-    fn get(&self, row: u32, index: usize) -> Option<&T> {
-        self.entries.get(row as usize * self.width + index)
-    }
-
-    fn get_mut(&mut self, row: u32, index: usize) -> Option<&mut T> {
-        self.entries.get_mut(row as usize * self.width + index)
-    }
-
-    #[inline]
-    fn row_mut(&mut self, row: u32) -> Option<&mut [T]> {
-        let start = row as usize * self.width;
-        self.entries.get_mut(start..start + self.width)
-    }
-
-    fn range(&self, row: u32, range: &Range<usize>) -> Option<&[T]> {
-        self.entries.get(self.of(row, range))
-    }
-
-    fn range_mut(&mut self, row: u32, range: &Range<usize>) -> Option<&mut [T]> {
-        let range = self.of(row, range);
-        self.entries.get_mut(range)
-    }
-
-    /// The same range of two rows, the second to be read only.
-    fn two_ranges_mut(&mut self, one: u32, other: u32, range: &Range<usize>) -> Option<(&mut [T], &[T])> {
-        let ranges = [self.of(one, range), self.of(other, range)];
-        let [one, other] = self.entries.get_disjoint_mut(ranges).ok()?;
-        Some((one, other))
-    }
-
-    fn of(&self, row: u32, range: &Range<usize>) -> Range<usize> {
-        let start = row as usize * self.width;
-        start + range.start..start + range.end
-    }
-}
-
-impl<T: Copy + Default> Table<T> {
-    fn grow(&mut self) {
-        self.grow_with(T::default());
-    }
-
-    fn reset(&mut self, row: usize) {
-        let start = row * self.width;
-        if let Some(entries) = self.entries.get_mut(start..start + self.width) {
-            entries.fill(T::default());
+/// How many samples a history keeps as a ring, and what it gives up when that is full; `None` where it is
+/// no ring.
+fn ring(history: &percepts::History) -> Option<(usize, Thinning)> {
+    match history {
+        percepts::History::Lossless { samples, when_full: WhenFull::ForgetOldest } => {
+            Some((samples.get().max(1), Thinning::ForgetOldest))
         }
+        percepts::History::Lossless { samples, when_full: WhenFull::Thin } => {
+            Some((samples.get().max(1), Thinning::ShortestGap))
+        }
+        percepts::History::LogTimescale { samples } => Some((samples.get().max(1), Thinning::Octaves)),
+        percepts::History::LowPass { .. } | percepts::History::Own(_) => None,
     }
 }

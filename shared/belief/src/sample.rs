@@ -51,10 +51,9 @@ impl Sample {
     }
 }
 
-/// A sample as a history keeps it, in half a cache line, which it shares with one other at most: there
-/// are many, and each step writes one or two of every history.
+/// A sample as a history keeps it, small: there are many, and each step writes one or two of every
+/// history.
 #[derive(Clone, Copy, Debug, PartialEq)]
-#[repr(align(32))]
 pub(crate) struct Kept {
     pub(crate) at: Instant,
     /// The match, with [`FOUR_NUMBERS`] where the feature has so many.

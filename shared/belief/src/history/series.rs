@@ -1,9 +1,10 @@
-use std::cell::Cell;
+use std::ops::Deref;
 
 use clock::Instant;
 use message::Feature;
 use quantity::number::saturating_u32;
 
+use super::cells::Cells;
 use crate::sample::{Kept, Sample, Taken};
 
 /// What a series gives up when it is full.
@@ -20,10 +21,7 @@ pub(crate) enum Thinning {
 
 /// Samples in the order of their instants, at most one per instant: a ring over cells that are
 /// kept elsewhere and handed to every call, always the same ones.
-///
-/// It has a cache line to itself.
 #[derive(Clone, Copy, Debug)]
-#[repr(align(64))]
 pub(crate) struct Series {
     /// The cell of the oldest sample.
     first: u32,
@@ -46,7 +44,7 @@ impl Series {
         (self.len > 0).then(|| self.newest.sample())
     }
 
-    pub(crate) fn at(&self, cells: &[Kept], instant: Instant, decay_per_s: f64) -> Option<Sample> {
+    pub(crate) fn at(&self, cells: Cells<&[Kept]>, instant: Instant, decay_per_s: f64) -> Option<Sample> {
         let newest = self.newest()?;
         if newest.at <= instant {
             return Some(newest.decayed(instant, decay_per_s));
@@ -54,13 +52,21 @@ impl Series {
         let (mut until, mut beyond) = (0, self.len as usize);
         while until < beyond {
             let middle = usize::midpoint(until, beyond);
-            if self.get(cells, middle)?.at <= instant {
+            if self.get(&cells, middle)?.at <= instant {
                 until = middle + 1;
             } else {
                 beyond = middle;
             }
         }
-        Some(self.get(cells, until.checked_sub(1)?)?.sample())
+        Some(self.get(&cells, until.checked_sub(1)?)?.sample())
+    }
+
+    /// Fetches the cell of the next sample, as a rule.
+    #[inline]
+    pub(crate) fn prefetch(&self, cells: &Cells<&[Kept]>) {
+        if let Some(cell) = cells.get(self.cell(cells.len(), self.len as usize)) {
+            prefetch::prefetch(cell);
+        }
     }
 
     /// Samples ever taken in.
@@ -70,11 +76,11 @@ impl Series {
     }
 
     /// From the oldest to the newest.
-    pub(crate) fn samples(&self, cells: &[Kept]) -> impl Iterator<Item = Kept> {
+    pub(crate) fn samples<C: Deref<Target = [Kept]>>(&self, cells: &Cells<C>) -> impl Iterator<Item = Kept> {
         (0..self.len as usize).filter_map(move |index| self.get(cells, index))
     }
 
-    pub(crate) fn map(&mut self, cells: &mut [Kept], change: impl Fn(Feature) -> Feature) {
+    pub(crate) fn map(&mut self, mut cells: Cells<&mut [Kept]>, change: impl Fn(Feature) -> Feature) {
         for index in 0..self.len as usize {
             if let Some(sample) = cells.get_mut(self.cell(cells.len(), index)) {
                 *sample = sample.with(change(sample.feature()));
@@ -88,7 +94,7 @@ impl Series {
     #[inline]
     pub(crate) fn take(
         &mut self,
-        cells: &mut [Kept],
+        mut cells: Cells<&mut [Kept]>,
         thinning: Thinning,
         sample: Taken<'_>,
         phase: u64,
@@ -96,19 +102,19 @@ impl Series {
     ) {
         // What comes every time.
         if self.len == 0 || self.newest.at < sample.at {
-            self.append(cells, thinning, sample.kept(), phase, scratch);
+            self.append(&mut cells, thinning, sample.kept(), phase, scratch);
             return;
         }
         self.taken = self.taken.wrapping_add(1);
-        self.unite(cells, thinning, [sample.kept()].into_iter(), scratch);
+        self.unite(&mut cells, thinning, [sample.kept()].into_iter(), scratch);
     }
 
     /// The union with another series, in cells of its own. `scratch` has room for both.
     pub(crate) fn merge(
         &mut self,
-        cells: &mut [Kept],
+        mut cells: Cells<&mut [Kept]>,
         thinning: Thinning,
-        (other, of_other): (Self, &[Kept]),
+        (other, of_other): (Self, Cells<&[Kept]>),
         phase: u64,
         scratch: &mut Vec<Kept>,
     ) {
@@ -119,26 +125,23 @@ impl Series {
             // One sample, newer than all: as if it had come by itself, whichever is merged into
             // which.
             (Some(mine), Some(others)) if other.len == 1 && mine < others => {
-                if let Some(sample) = other.get(of_other, 0) {
-                    self.append(cells, thinning, sample, phase, scratch);
+                if let Some(sample) = other.get(&of_other, 0) {
+                    self.append(&mut cells, thinning, sample, phase, scratch);
                 }
                 self.taken = self.taken.wrapping_add(other.taken.wrapping_sub(1));
             }
             (Some(mine), Some(others)) if self.len == 1 && others < mine => {
-                let (sample, taken) = (self.get(cells, 0), self.taken);
-                (self.len, self.taken) = (0, other.taken);
-                for (cell, sample) in cells.iter_mut().zip(other.samples(of_other)) {
-                    *cell = sample;
-                }
-                (self.first, self.len) = (0, other.len);
+                let (sample, taken) = (self.get(&cells, 0), self.taken);
+                self.taken = other.taken;
+                self.replace(&mut cells, other.samples(&of_other));
                 if let Some(sample) = sample {
-                    self.append(cells, thinning, sample, phase, scratch);
+                    self.append(&mut cells, thinning, sample, phase, scratch);
                 }
                 self.taken = self.taken.wrapping_add(taken.wrapping_sub(1));
             }
             (_, Some(_)) => {
                 self.taken = self.taken.wrapping_add(other.taken);
-                self.unite(cells, thinning, other.samples(of_other), scratch);
+                self.unite(&mut cells, thinning, other.samples(&of_other), scratch);
             }
         }
     }
@@ -147,7 +150,7 @@ impl Series {
     #[inline(always)]
     fn append(
         &mut self,
-        cells: &mut [Kept],
+        cells: &mut Cells<&mut [Kept]>,
         thinning: Thinning,
         sample: Kept,
         phase: u64,
@@ -163,7 +166,7 @@ impl Series {
                     scratch.extend(self.samples(cells));
                     scratch.push(sample);
                     thin(scratch, cells.len(), thinning);
-                    self.replace(cells, scratch);
+                    self.replace(cells, scratch.iter().copied());
                     return;
                 }
             }
@@ -185,52 +188,41 @@ impl Series {
 
     /// Drops, among the `most` newest samples that have a neighbour on each side, those that the
     /// older neighbour may stand for.
-    fn thin_newest(&mut self, cells: &mut [Kept], most: u32) {
-        if let Some(samples) = cells.get_mut(self.first as usize..self.first as usize + self.len as usize) {
-            self.len = thin_row(samples, most);
-            return;
-        }
-        let series = &*self;
-        let at = |cells: &[Kept], index: u32| {
-            let cell = cells.get(series.cell(cells.len(), index as usize));
-            cell.map_or(0, |sample| sample.at.as_nanos())
-        };
+    fn thin_newest(&mut self, cells: &mut Cells<&mut [Kept]>, most: u32) {
         let last = self.len.saturating_sub(1);
-        let newest = at(cells, last);
-        let start = 1 + last.saturating_sub(1).saturating_sub(most);
-        let mut kept = start - 1;
-        let mut older = at(cells, kept);
-        let mut next = at(cells, start);
-        for index in start..last {
-            let this = std::mem::replace(&mut next, at(cells, index + 1));
-            if stands_for(newest.saturating_sub(older), newest.saturating_sub(next)) {
-                continue;
+        let newest = self.newest.at.as_nanos();
+        let looked_at = last.saturating_sub(1).min(most);
+        let oldest = last.saturating_sub(1) - looked_at;
+        // Those that stay move up behind each other.
+        let mut place = cells.place(self.cell(cells.len(), oldest as usize));
+        let mut this = cells.behind(place);
+        let at = |cells: &Cells<&mut [Kept]>, place| cells.at(place).map_or(0, |sample| sample.at.as_nanos());
+        let mut older = at(cells, place);
+        let mut stay = 0;
+        for _ in 0..looked_at {
+            let next = cells.behind(this);
+            if !stands_for(newest.saturating_sub(older), newest.saturating_sub(at(cells, next))) {
+                older = at(cells, this);
+                place = cells.behind(place);
+                cells.shift(this, place);
+                stay += 1;
             }
-            kept += 1;
-            older = this;
-            self.shift(cells, index, kept);
+            this = next;
         }
-        if kept + 1 < last {
-            self.shift(cells, last, kept + 1);
-            self.len = kept + 2;
-        }
-    }
-
-    fn shift(&self, cells: &mut [Kept], from: u32, to: u32) {
-        if from != to
-            && let Some(sample) = self.get(cells, from as usize)
-        {
-            self.set(cells, to, sample);
+        if stay < looked_at {
+            let behind = cells.behind(place);
+            cells.shift(this, behind);
+            self.len -= looked_at - stay;
         }
     }
 
     #[inline]
-    fn get(&self, cells: &[Kept], index: usize) -> Option<Kept> {
+    fn get<C: Deref<Target = [Kept]>>(&self, cells: &Cells<C>, index: usize) -> Option<Kept> {
         cells.get(self.cell(cells.len(), index)).copied().filter(|_| index < self.len as usize)
     }
 
     #[inline]
-    fn set(&self, cells: &mut [Kept], index: u32, sample: Kept) {
+    fn set(&self, cells: &mut Cells<&mut [Kept]>, index: u32, sample: Kept) {
         if let Some(cell) = cells.get_mut(self.cell(cells.len(), index as usize)) {
             *cell = sample;
         }
@@ -244,7 +236,7 @@ impl Series {
 
     fn unite(
         &mut self,
-        cells: &mut [Kept],
+        cells: &mut Cells<&mut [Kept]>,
         thinning: Thinning,
         others: impl Iterator<Item = Kept>,
         scratch: &mut Vec<Kept>,
@@ -252,15 +244,17 @@ impl Series {
         scratch.clear();
         union(self.samples(cells), others, scratch);
         thin(scratch, cells.len(), thinning);
-        self.replace(cells, scratch);
+        self.replace(cells, scratch.iter().copied());
     }
 
-    fn replace(&mut self, cells: &mut [Kept], samples: &[Kept]) {
+    fn replace(&mut self, cells: &mut Cells<&mut [Kept]>, samples: impl Iterator<Item = Kept>) {
         (self.first, self.len) = (0, 0);
-        for (cell, sample) in cells.iter_mut().zip(samples) {
-            *cell = *sample;
-            self.len += 1;
-            self.newest = *sample;
+        for (index, sample) in (0..cells.len()).zip(samples) {
+            if let Some(cell) = cells.get_mut(index) {
+                *cell = sample;
+                self.len += 1;
+                self.newest = sample;
+            }
         }
     }
 }
@@ -308,36 +302,10 @@ fn thin(samples: &mut Vec<Kept>, room: usize, thinning: Thinning) {
 
 /// Drops each sample that its older neighbour may stand for.
 fn thin_octaves(samples: &mut Vec<Kept>) {
-    let len = saturating_u32(samples.len());
-    let mut series = Series { len, ..Series::default() };
-    series.thin_newest(samples, u32::MAX);
+    let newest = samples.last().copied().unwrap_or(Kept::NONE);
+    let mut series = Series { len: saturating_u32(samples.len()), newest, ..Series::default() };
+    series.thin_newest(&mut Cells::of(samples.as_mut_slice()), u32::MAX);
     samples.truncate(series.len as usize);
-}
-
-/// [`Series::thin_newest`] of samples that lie in a row; how many are left.
-fn thin_row(samples: &mut [Kept], most: u32) -> u32 {
-    let before = samples.len().saturating_sub(2).saturating_sub(most as usize);
-    let samples = Cell::from_mut(samples).as_slice_of_cells();
-    let looked_at = samples.get(before..).unwrap_or(&[]);
-    let (Some(last), Some((oldest, inner))) = (samples.last(), looked_at.split_first()) else { return 0 };
-    let newest = last.get().at.as_nanos();
-    let mut older = oldest.get().at.as_nanos();
-    // Those that stay move up behind each other.
-    let mut places = inner.iter();
-    for pair in inner.windows(2) {
-        let [this, next] = pair else { break };
-        let age = newest.saturating_sub(older);
-        if !stands_for(age, newest.saturating_sub(next.get().at.as_nanos())) {
-            older = this.get().at.as_nanos();
-            if let Some(place) = places.next() {
-                place.set(this.get());
-            }
-        }
-    }
-    if let (Some(place), Some(last)) = (places.next(), inner.last()) {
-        place.set(last.get());
-    }
-    saturating_u32(samples.len() - places.len())
 }
 
 /// Whether a sample of the age `older` may stand for those between it and one of the age

@@ -1,0 +1,132 @@
+use std::ops::{Deref, DerefMut};
+
+/// The cells of one series among those of a row: every so manieth.
+///
+/// What series that are filled alike take in one step lies side by side: the step fetches a few whole
+/// cache lines in a row, not a part of one from each series.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Column {
+    first: usize,
+    step: usize,
+    len: usize,
+}
+
+impl Column {
+    /// Its cells in a row.
+    #[inline]
+    pub(crate) fn of<C>(self, row: C) -> Cells<C> {
+        Cells { row, column: self }
+    }
+}
+
+/// Where in a row each of several series has its cells, by how many it keeps and what it gives up then
+/// (`None` where it is no series); and how many cells a row has. Those of equal ones lie side by side.
+pub(crate) fn side_by_side<T: Copy + PartialEq>(
+    series: &[Option<(usize, T)>],
+) -> (Vec<Option<(Column, T)>>, usize) {
+    let mut columns = vec![None; series.len()];
+    let mut cells = 0;
+    for one in series.iter().flatten() {
+        let (len, kind) = *one;
+        let alike = series.iter().zip(&mut columns).filter(|(other, _)| **other == Some(*one));
+        let placed_now: Vec<_> = alike.map(|(_, column)| column).filter(|column| column.is_none()).collect();
+        let step = placed_now.len();
+        for (first, column) in (cells..).zip(placed_now) {
+            *column = Some((Column { first, step, len }, kind));
+        }
+        cells += step * len;
+    }
+    (columns, cells)
+}
+
+/// A row of cells, seen through a column.
+#[derive(Clone, Copy)]
+pub(crate) struct Cells<C> {
+    row: C,
+    column: Column,
+}
+
+impl<T, C: Deref<Target = [T]>> Cells<C> {
+    /// All cells of a row.
+    pub(crate) fn of(row: C) -> Self {
+        let column = Column { first: 0, step: 1, len: row.len() };
+        Self { row, column }
+    }
+
+    #[inline]
+    pub(crate) const fn len(&self) -> usize {
+        self.column.len
+    }
+
+    #[inline]
+    pub(crate) fn get(&self, index: usize) -> Option<&T> {
+        self.row.get(self.column.first + index * self.column.step)
+    }
+
+    #[inline]
+    pub(crate) fn get_mut(&mut self, index: usize) -> Option<&mut T>
+    where
+        C: DerefMut,
+    {
+        self.row.get_mut(self.column.first + index * self.column.step)
+    }
+}
+
+/// Places are those in the row.
+impl<T: Copy, C: DerefMut<Target = [T]>> Cells<C> {
+    /// Where the cell at `index` is.
+    #[inline]
+    pub(crate) const fn place(&self, index: usize) -> usize {
+        self.column.first + index * self.column.step
+    }
+
+    /// Where the cell behind that at `place` is, the first being behind the last.
+    #[inline]
+    pub(crate) const fn behind(&self, place: usize) -> usize {
+        let Column { first, step, len } = self.column;
+        if place + step < first + len * step { place + step } else { first }
+    }
+
+    #[inline]
+    pub(crate) fn at(&self, place: usize) -> Option<&T> {
+        self.row.get(place)
+    }
+
+    /// Copies a cell into another.
+    #[inline]
+    pub(crate) fn shift(&mut self, from: usize, to: usize) {
+        if from != to
+            && let Some(&cell) = self.row.get(from)
+            && let Some(place) = self.row.get_mut(to)
+        {
+            *place = cell;
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn each_series_has_its_own_cells_and_equal_ones_share_lines() {
+        let series = [Some((4, 'a')), None, Some((4, 'b')), Some((4, 'a')), Some((2, 'a')), Some((4, 'a'))];
+        let (columns, count) = side_by_side(&series);
+        assert_eq!(count, 4 * 4 + 2);
+        let mut row = vec![None; count];
+        for (number, (column, asked)) in columns.iter().zip(&series).enumerate() {
+            assert_eq!(column.map(|(column, kind)| (column.len, kind)), *asked);
+            let Some((column, _)) = column else { continue };
+            let mut cells = column.of(row.as_mut_slice());
+            for index in 0..cells.len() {
+                assert_eq!(cells.get_mut(index).unwrap().replace((number, index)), None, "a cell of two");
+            }
+            assert_eq!(cells.len(), column.len);
+        }
+        let of = |number, index| row.iter().position(|cell| *cell == Some((number, index))).unwrap();
+        for index in 0..4 {
+            assert_eq!([of(3, index), of(5, index)], [of(0, index) + 1, of(0, index) + 2]);
+        }
+        assert!(row.iter().all(Option::is_some), "a cell of nobody");
+    }
+}

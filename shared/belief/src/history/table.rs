@@ -1,0 +1,73 @@
+use std::ops::Range;
+
+use crate::room::Room;
+
+/// Rows of equal width, one after the other, that grow within their room.
+#[derive(Clone, Debug)]
+pub(super) struct Table<T> {
+    width: usize,
+    entries: Room<T>,
+}
+
+impl<T: Copy> Table<T> {
+    pub(super) fn new(width: usize, rows: usize) -> Self {
+        Self { width, entries: Room::for_most(width * rows) }
+    }
+
+    pub(super) fn grow_with(&mut self, entry: T) {
+        self.entries.extend(std::iter::repeat_n(entry, self.width));
+    }
+
+    pub(super) fn get(&self, row: u32, index: usize) -> Option<&T> {
+        self.entries.get(row as usize * self.width + index)
+    }
+
+    pub(super) fn get_mut(&mut self, row: u32, index: usize) -> Option<&mut T> {
+        self.entries.get_mut(row as usize * self.width + index)
+    }
+
+    pub(super) fn row(&self, row: u32) -> Option<&[T]> {
+        let start = row as usize * self.width;
+        self.entries.get(start..start + self.width)
+    }
+
+    #[inline]
+    pub(super) fn row_mut(&mut self, row: u32) -> Option<&mut [T]> {
+        let start = row as usize * self.width;
+        self.entries.get_mut(start..start + self.width)
+    }
+
+    pub(super) fn range(&self, row: u32, range: &Range<usize>) -> Option<&[T]> {
+        self.entries.get(self.of(row, range))
+    }
+
+    pub(super) fn range_mut(&mut self, row: u32, range: &Range<usize>) -> Option<&mut [T]> {
+        let range = self.of(row, range);
+        self.entries.get_mut(range)
+    }
+
+    /// Two rows, the second to be read only.
+    pub(super) fn two_rows_mut(&mut self, one: u32, other: u32) -> Option<(&mut [T], &[T])> {
+        let row = |row: u32| row as usize * self.width..(row as usize + 1) * self.width;
+        let [one, other] = self.entries.get_disjoint_mut([row(one), row(other)]).ok()?;
+        Some((one, other))
+    }
+
+    fn of(&self, row: u32, range: &Range<usize>) -> Range<usize> {
+        let start = row as usize * self.width;
+        start + range.start..start + range.end
+    }
+}
+
+impl<T: Copy + Default> Table<T> {
+    pub(super) fn grow(&mut self) {
+        self.grow_with(T::default());
+    }
+
+    pub(super) fn reset(&mut self, row: usize) {
+        let start = row * self.width;
+        if let Some(entries) = self.entries.get_mut(start..start + self.width) {
+            entries.fill(T::default());
+        }
+    }
+}
