@@ -337,6 +337,10 @@ impl<B: Body> Learner<B> {
             }
         };
         say(output, &name, &text);
+        // Better now than when it is asked to.
+        if let Some(why) = verdict.learned().and_then(|learned| self.vocabulary.beyond(learned)) {
+            say(output, &name, &format!("{why}: I know what you mean, and cannot do it"));
+        }
         match (verdict.doubt(), verdict.learned(), explanation) {
             (Some(_), Some(learned), _) => say(output, &name, &until_then(learned)),
             (None, _, Some(why)) => say(output, &name, &why),

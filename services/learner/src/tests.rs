@@ -106,6 +106,35 @@ fn an_act_tells_who_did_what() {
 }
 
 #[test]
+fn what_leo_has_no_skill_for_it_says_when_it_learns_it() {
+    let mut run = Run::new(1, Vec::new());
+    run.table.borrow_mut().lay(&["red", "green"], None);
+    run.table.borrow_mut().things.iter_mut().take(2).for_each(|thing| thing.shape = "cylinder");
+    run.steps(20);
+    run.say("Leo, I can teach you to do lights.");
+    run.steps(20);
+    for button in 0..2 {
+        run.table.borrow_mut().things[button].on = true;
+        run.steps(50);
+    }
+    run.say("Lights is done!");
+    run.steps(10);
+    let said = run.texts(EventKind::Said);
+    let told = "I have no skill that makes a thing on: I know what you mean, and cannot do it";
+    assert_eq!(said[said.len() - 2..], ["I learned lights from 1 example: all on", told]);
+    run.table.borrow_mut().things[0].on = false;
+    run.steps(50);
+    run.say("Leo, do lights.");
+    run.steps(200);
+    assert_eq!(run.texts(EventKind::StepFailed), ["red cylinder: I have no skill that makes a thing on"]);
+
+    // What it can do, goes without saying.
+    let mut run = Run::new(1, Vec::new());
+    run.teach();
+    assert!(run.texts(EventKind::Said).iter().all(|said| !said.contains("no skill")));
+}
+
+#[test]
 fn a_demonstration_is_saved_in_the_step_that_says_so() {
     let mut run = Run::new(1, Vec::new());
     run.teach();

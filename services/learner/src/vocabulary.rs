@@ -1,6 +1,8 @@
 use config::Names;
 use config::percepts::{Kernel, Percepts, Role, Space, StateName};
-use tasks::{FeatureWords, Language, StateWords};
+use tasks::{Effect, FeatureWords, Language, Learned, Signature, StateWords};
+
+use crate::report::expectation;
 
 /// The words in which the learner speaks of percepts, from the percepts' configuration.
 #[derive(Clone, Debug, PartialEq)]
@@ -91,6 +93,38 @@ impl Vocabulary {
     pub fn with_names(self, names: &Names) -> Self {
         Self { names: names.clone(), ..self }
     }
+
+    /// What the skill that fills holes does, where that is what is expected.
+    pub(crate) fn fills(&self, expected: &Signature) -> Option<&Insertion> {
+        self.insertion.as_ref().filter(|insertion| is_only(expected, &insertion.filled))
+    }
+
+    /// The state that the skill that marks things brings about, where that is what is expected.
+    pub(crate) fn marks(&self, expected: &Signature) -> Option<&String> {
+        self.marked.as_ref().filter(|marked| is_only(expected, marked))
+    }
+
+    /// What of a task Leo has no skill for, in words; `None` where it can do it all.
+    pub(crate) fn beyond(&self, learned: &Learned) -> Option<String> {
+        if !learned.figures.is_empty() {
+            return None;
+        }
+        let mut rules = learned.primary();
+        let rule = rules.find(|rule| {
+            self.fills(&rule.expectation).is_none() && self.marks(&rule.expectation).is_none()
+        })?;
+        Some(no_skill(&expectation(rule)))
+    }
+}
+
+/// What Leo says of what it has no skill for.
+pub(crate) fn no_skill(wanted: &str) -> String {
+    format!("I have no skill that makes a thing {wanted}")
+}
+
+fn is_only(expected: &Signature, state: &str) -> bool {
+    let is_it = |effect: &Effect| matches!(effect, Effect::State { name, on: true } if name == state);
+    expected.len() == 1 && expected.iter().all(is_it)
 }
 
 #[cfg(test)]

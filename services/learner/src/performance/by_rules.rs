@@ -2,12 +2,12 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use geometry::Position;
 use quantity::number::{counted, saturating_u32};
-use tasks::{Effect, Learned, Object, Rule, Snapshot, describe_object, listed};
+use tasks::{Learned, Object, Rule, Snapshot, describe_object, listed};
 
 use super::{HalfHeights, SAME_PLACE_M, Step, Work, half_height_m};
 use crate::Skill;
 use crate::report::{expectation, with_expectation};
-use crate::vocabulary::{Insertion, Vocabulary};
+use crate::vocabulary::{Insertion, Vocabulary, no_skill};
 
 /// The objects that rules are about and that are not as they should be are worked off, the nearest
 /// first.
@@ -121,13 +121,8 @@ impl Work for ByRules {
         let lost = || "I do not know where things are".to_owned();
         let [x, y, z] = block.position().ok_or_else(lost)?.to_array();
         let top_m = z + half_height_m(block).unwrap_or(self.half_heights.block_m);
-        let is_wanted = |state: &str| {
-            let effect = Effect::State { name: state.to_owned(), on: true };
-            self.chosen.as_ref().is_some_and(|rule| rule.expectation.iter().eq([&effect]))
-        };
-        if let Some(Insertion { filled, inserted }) = &vocabulary.insertion
-            && is_wanted(filled)
-        {
+        let expected = self.chosen.as_ref().map(|rule| &rule.expectation);
+        if let Some(Insertion { inserted, .. }) = expected.and_then(|expected| vocabulary.fills(expected)) {
             let is_loose = |object: &Object| object.states.get(inserted) == Some(&false);
             let peg = self.means(own, step, is_loose);
             let peg = peg.ok_or_else(|| format!("I see nothing that could still be {inserted}"))?;
@@ -137,9 +132,7 @@ impl Work for ByRules {
                 hole: Position::new(x, y, top_m),
             });
         }
-        if let Some(marked) = &vocabulary.marked
-            && is_wanted(marked)
-        {
+        if let Some(marked) = expected.and_then(|expected| vocabulary.marks(expected)) {
             // A marker that lies on something marked is what marks it.
             let lies_on = |marker: &Object, thing: &Object| {
                 let places = marker.position().zip(thing.position());
@@ -162,14 +155,14 @@ impl Work for ByRules {
                 turn: None,
             });
         }
-        Err(format!("I have no skill that makes a thing {}", step.wanted))
+        Err(no_skill(&step.wanted))
     }
 }
 
 #[cfg(test)]
 mod tests {
     use config::percepts::Percepts;
-    use tasks::{Selection, Signature, Standing};
+    use tasks::{Effect, Selection, Signature, Standing};
 
     use super::*;
 

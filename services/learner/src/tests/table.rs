@@ -22,7 +22,7 @@ pub(super) struct Thing {
     pub(super) colour: &'static str,
     pub(super) shape: &'static str,
     pub(super) place_m: [f64; 3],
-    /// Filled for a block, inserted for a peg.
+    /// Filled for a block, inserted for a peg, on for a cylinder.
     pub(super) on: bool,
     pub(super) held_by: u16,
     pub(super) hidden: bool,
@@ -241,7 +241,11 @@ impl Run {
                 push("colour", symbol(percepts, "colour", thing.colour));
                 push("shape", symbol(percepts, "shape", thing.shape));
                 push("size", symbol(percepts, "size", if thing.shape == "peg" { "small" } else { "medium" }));
-                let state = if thing.shape == "peg" { "inserted" } else { "filled" };
+                let state = match thing.shape {
+                    "peg" => "inserted",
+                    "cylinder" => "on",
+                    _ => "filled",
+                };
                 push(state, Feature::Number(if thing.on { 1.0 } else { 0.0 }));
                 belief
             })
