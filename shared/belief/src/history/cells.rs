@@ -17,6 +17,19 @@ impl Column {
     pub(crate) fn of<C>(self, row: C) -> Cells<C> {
         Cells { row, column: self }
     }
+
+    /// Where in the row the cell at `index` is.
+    #[inline]
+    const fn place(self, index: usize) -> usize {
+        self.first + index * self.step
+    }
+
+    /// Where the cell behind that at `place` is, the first being behind the last.
+    #[inline]
+    const fn behind(self, place: usize) -> usize {
+        let behind = place + self.step;
+        if behind < self.place(self.len) { behind } else { self.first }
+    }
 }
 
 /// Where in a row each of several series has its cells, by how many it keeps and what it gives up then
@@ -28,10 +41,10 @@ pub(crate) fn side_by_side<T: Copy + PartialEq>(
     let mut cells = 0;
     for one in series.iter().flatten() {
         let (len, kind) = *one;
-        let alike = series.iter().zip(&mut columns).filter(|(other, _)| **other == Some(*one));
-        let placed_now: Vec<_> = alike.map(|(_, column)| column).filter(|column| column.is_none()).collect();
-        let step = placed_now.len();
-        for (first, column) in (cells..).zip(placed_now) {
+        let to_be_placed = series.iter().zip(&mut columns).filter(|(_, column)| column.is_none());
+        let alike: Vec<_> = to_be_placed.filter(|(other, _)| **other == Some(*one)).collect();
+        let step = alike.len();
+        for (first, (_, column)) in (cells..).zip(alike) {
             *column = Some((Column { first, step, len }, kind));
         }
         cells += step * len;
@@ -60,7 +73,7 @@ impl<T, C: Deref<Target = [T]>> Cells<C> {
 
     #[inline]
     pub(crate) fn get(&self, index: usize) -> Option<&T> {
-        self.row.get(self.column.first + index * self.column.step)
+        self.row.get(self.column.place(index))
     }
 
     #[inline]
@@ -68,7 +81,7 @@ impl<T, C: Deref<Target = [T]>> Cells<C> {
     where
         C: DerefMut,
     {
-        self.row.get_mut(self.column.first + index * self.column.step)
+        self.row.get_mut(self.column.place(index))
     }
 }
 
@@ -77,14 +90,13 @@ impl<T: Copy, C: DerefMut<Target = [T]>> Cells<C> {
     /// Where the cell at `index` is.
     #[inline]
     pub(crate) const fn place(&self, index: usize) -> usize {
-        self.column.first + index * self.column.step
+        self.column.place(index)
     }
 
     /// Where the cell behind that at `place` is, the first being behind the last.
     #[inline]
     pub(crate) const fn behind(&self, place: usize) -> usize {
-        let Column { first, step, len } = self.column;
-        if place + step < first + len * step { place + step } else { first }
+        self.column.behind(place)
     }
 
     #[inline]
