@@ -48,20 +48,47 @@ fn systemd_takes_the_unit_and_calls_it_safe() {
     assert!(said.status.success(), "{}", String::from_utf8_lossy(&said.stdout));
 }
 
+/// The words that the unit gives to a key.
+fn of_key(unit: &str, key: &str) -> Vec<String> {
+    let values = unit.lines().filter_map(|line| line.strip_prefix(key)?.strip_prefix('='));
+    values.flat_map(str::split_whitespace).map(str::to_owned).collect()
+}
+
 /// Which devices a unit may open is found out as it starts: a driver that is loaded later is not among them.
 #[test]
 fn the_drivers_of_adapters_that_are_plugged_in_are_loaded_before_the_unit_starts() {
-    let text = read("package/leo.service");
-    let of_key = |key: &str| -> Vec<&str> {
-        let values = text.lines().filter_map(|line| line.strip_prefix(key)?.strip_prefix('='));
-        values.flat_map(str::split_whitespace).collect()
-    };
+    let unit = read("package/leo.service");
     for (device, driver) in [("char-ttyUSB", "usbserial"), ("char-ttyACM", "cdc_acm")] {
-        assert!(of_key("DeviceAllow").contains(&device), "{device}");
+        assert!(of_key(&unit, "DeviceAllow").contains(&device.to_owned()), "{device}");
         let loads = format!("modprobe@{driver}.service");
         for key in ["Wants", "After"] {
-            assert!(of_key(key).contains(&loads.as_str()), "{key}={loads}");
+            assert!(of_key(&unit, key).contains(&loads), "{key}={loads}");
         }
+    }
+}
+
+/// What is measured above as one number, word by word: what a change would cost without failing there.
+#[test]
+fn the_unit_may_do_what_it_needs_and_no_more() {
+    let unit = read("package/leo.service");
+    for (key, words) in [
+        ("User", &["leo"][..]),
+        ("NoNewPrivileges", &["yes"]),
+        ("CapabilityBoundingSet", &[]),
+        ("AmbientCapabilities", &[]),
+        ("ProtectSystem", &["strict"]),
+        ("ReadWritePaths", &["/dev/shm"]),
+        ("DevicePolicy", &["closed"]),
+        // The page, for this machine alone.
+        ("IPAddressDeny", &["any"]),
+        ("IPAddressAllow", &["localhost"]),
+        ("RestrictAddressFamilies", &["AF_UNIX", "AF_INET", "AF_INET6"]),
+        // The buffers stay when somebody logs out.
+        ("RemoveIPC", &["no"]),
+        ("LimitMEMLOCK", &["infinity"]),
+        ("LimitRTPRIO", &["99"]),
+    ] {
+        assert_eq!(of_key(&unit, key), words, "{key}");
     }
 }
 

@@ -1,6 +1,6 @@
 //! Answers to questions about what Leo believes and has learned.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use tasks::{Language, Object, Settings, Snapshot, Task, counterparts, describe_object, listed};
 
@@ -73,10 +73,19 @@ pub(crate) fn seen_by(language: &Language, views: &BTreeMap<u16, Snapshot>, part
     };
     let known = counterparts(own, theirs);
     let is_unknown = |object: &&Object| object.position_m.is_some() && !known.contains_key(&object.id);
-    let unknown = own.objects.iter().filter(is_unknown);
-    let unknown: Vec<String> = unknown
-        .map(|object| format!("the {}", describe_object(language, object, like(own, object))))
-        .collect();
+    let name = |object: &Object| describe_object(language, object, like(own, object));
+    let names: BTreeSet<String> = theirs.objects.iter().map(name).collect();
+    let mut unknown: BTreeMap<String, u32> = BTreeMap::new();
+    for object in own.objects.iter().filter(is_unknown) {
+        *unknown.entry(name(object)).or_default() += 1;
+    }
+    let unknown = unknown.into_iter().map(|(name, count)| match (names.contains(&name), count) {
+        (false, 1) => format!("the {name}"),
+        (true, 1) => format!("another {name}"),
+        (false, _) => format!("{count} × {name}"),
+        (true, _) => format!("another {count} × {name}"),
+    });
+    let unknown: Vec<String> = unknown.collect();
     let known = format!("I think you know of {}", sight_among(language, theirs, own));
     if unknown.is_empty() { known } else { format!("{known}, and not of {}", listed(&unknown)) }
 }

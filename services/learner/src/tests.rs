@@ -341,7 +341,16 @@ fn what_is_hidden_beside_one_of_its_kind_is_not_taken_for_known() {
     run.steps(5);
     run.say("What do you think I see?");
     let said = run.texts(EventKind::Said);
-    assert_eq!(said, ["I think you know of square and 7 × peg, and not of the square"]);
+    assert_eq!(said, ["I think you know of square and 7 × peg, and not of another square"]);
+
+    let mut run = Run::new(1, Vec::new());
+    run.table.borrow_mut().lay(&["blue", "red", "red", "blue", "blue"], Some(1));
+    run.table.borrow_mut().things.iter_mut().skip(2).take(3).for_each(|thing| thing.hidden = true);
+    run.steps(5);
+    run.say("What do you think I see?");
+    let told =
+        "I think you know of blue square and 7 × peg, and not of another 2 × blue square and 2 × red square";
+    assert_eq!(run.texts(EventKind::Said), [told]);
 }
 
 #[test]
