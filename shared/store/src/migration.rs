@@ -6,7 +6,7 @@ use crate::MigrationError;
 use crate::contents::Contents;
 
 /// The version of the schema that this code reads and writes.
-pub const VERSION: u64 = 2;
+pub const VERSION: u64 = 3;
 
 /// How the contents of one version become those of the next: pure, over JSON values, so that it
 /// goes on working whatever becomes of the types of today.
@@ -19,7 +19,8 @@ pub(crate) struct Migration {
 
 /// Every migration there is, in order. A new version adds one at the end, and leaves the others
 /// alone.
-pub(crate) const MIGRATIONS: [Migration; 1] = [Migration { from: 1, apply: items_apart }];
+pub(crate) const MIGRATIONS: [Migration; 2] =
+    [Migration { from: 1, apply: items_apart }, Migration { from: 2, apply: numbers_in_digits }];
 
 /// How far a migration is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -48,6 +49,55 @@ fn items_apart(mut contents: Contents) -> Result<Contents, MigrationError> {
     Ok(contents)
 }
 
+/// In version 2 a key had numbers as they were said. In version 3 they are digits: who said "task one" and
+/// "task 1" meant one task, which has the examples of both, first those of the latter.
+fn numbers_in_digits(contents: Contents) -> Result<Contents, MigrationError> {
+    let Contents { heads, mut items } = contents;
+    let stays = |key: &str| in_digits(key) == key;
+    let (mut heads, renamed): (BTreeMap<_, _>, BTreeMap<_, _>) =
+        heads.into_iter().partition(|(key, _)| stays(key));
+    for (old, head) in renamed {
+        let key = in_digits(&old);
+        let moved = items.remove(&old).unwrap_or_default();
+        let all = items.entry(key.clone()).or_default();
+        let next = all.last_key_value().map_or(0, |(place, _)| place + 1);
+        all.extend((next..).zip(moved.into_values()));
+        heads.entry(key).or_insert(head);
+    }
+    Ok(Contents { heads, items })
+}
+
+fn in_digits(key: &str) -> String {
+    let number = |word: &str| {
+        Some(match word {
+            "zero" => "0",
+            "one" => "1",
+            "two" => "2",
+            "three" => "3",
+            "four" => "4",
+            "five" => "5",
+            "six" => "6",
+            "seven" => "7",
+            "eight" => "8",
+            "nine" => "9",
+            "ten" => "10",
+            "eleven" => "11",
+            "twelve" => "12",
+            "thirteen" => "13",
+            "fourteen" => "14",
+            "fifteen" => "15",
+            "sixteen" => "16",
+            "seventeen" => "17",
+            "eighteen" => "18",
+            "nineteen" => "19",
+            "twenty" => "20",
+            _ => return None,
+        })
+    };
+    let words: Vec<&str> = key.split(' ').map(|word| number(word).unwrap_or(word)).collect();
+    words.join(" ")
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -72,6 +122,30 @@ mod tests {
             items,
             [serde_json::json!({ "x": 0.123_456_789_012_345_68 }), serde_json::json!({ "x": -2e-300 })]
         );
+    }
+
+    #[test]
+    fn what_was_taught_by_two_spellings_is_one_task_with_all_examples() {
+        let item = |text: &str| text.as_bytes().to_vec();
+        let listed = |items: &[(u64, &str)]| items.iter().map(|(place, text)| (*place, item(text))).collect();
+        let of = |heads: &[(&str, &str)], items: &[(&str, &[(u64, &str)])]| Contents {
+            heads: heads.iter().map(|(key, head)| ((*key).to_owned(), item(head))).collect(),
+            items: items.iter().map(|(key, items)| ((*key).to_owned(), listed(items))).collect(),
+        };
+        let before = of(
+            &[("someone", "s"), ("task 1", "digits"), ("task one", "words"), ("two of ten", "t")],
+            &[
+                ("task 1", &[(0, "a"), (1, "b")]),
+                ("task one", &[(0, "c")]),
+                ("two of ten", &[(0, "d"), (1, "e")]),
+            ],
+        );
+        let after = of(
+            &[("someone", "s"), ("task 1", "digits"), ("2 of 10", "t")],
+            &[("task 1", &[(0, "a"), (1, "b"), (2, "c")]), ("2 of 10", &[(0, "d"), (1, "e")])],
+        );
+        assert_eq!(numbers_in_digits(before).unwrap(), after);
+        assert_eq!(numbers_in_digits(after.clone()).unwrap(), after);
     }
 
     #[test]

@@ -77,7 +77,9 @@ fn a_file_of_a_newer_version_is_refused_and_left_as_it_is() {
     drop(store);
     for _ in 0..2 {
         let refused = Store::open(&path).unwrap_err();
-        assert!(matches!(refused, OpenError::Version { found: 3, known: 2, .. }), "{refused}");
+        let is_newer =
+            matches!(refused, OpenError::Version { found, known: VERSION, .. } if found == VERSION + 1);
+        assert!(is_newer, "{refused}");
     }
     let kept = Database::open(&path).unwrap().begin_read().unwrap();
     assert!(kept.open_table(ITEMS).unwrap().get(("task 1", 0)).unwrap().is_some());

@@ -69,6 +69,26 @@ fn a_file_of_version_1_is_taken_over_and_a_copy_of_it_kept() {
 }
 
 #[test]
+fn a_file_of_version_2_is_taken_over_and_a_copy_of_it_kept() {
+    let (_folder, path) = file();
+    // Version 2 had the same tables, and numbers in words in its keys.
+    let store = Store::open(&path).unwrap();
+    for (key, place) in [("task 1", 0), ("task one", 0), ("task one", 1)] {
+        store.put(key, &key, place, &format!("{key}, {place}")).unwrap();
+    }
+    let transaction = store.database.begin_write().unwrap();
+    transaction.open_table(ABOUT).unwrap().insert(VERSION_KEY, 2).unwrap();
+    transaction.commit().unwrap();
+    drop(store);
+    let store = Store::open(&path).unwrap();
+    let all: Vec<Entry<String, String>> = store.load().unwrap();
+    let [Entry { key, head, items }] = &all[..] else { panic!("one task") };
+    assert_eq!((key.as_str(), head.as_str()), ("task 1", "task 1"));
+    assert_eq!(items[..], ["task 1, 0", "task one, 0", "task one, 1"]);
+    assert_eq!(beside(&path), ["tasks.redb", "tasks.v2.redb"]);
+}
+
+#[test]
 fn a_copy_that_is_there_is_left_alone() {
     let (_folder, path) = old_file();
     let copy = path.with_file_name("tasks.v1.redb");
