@@ -239,6 +239,21 @@ fn the_end_of_a_demonstration_waits_until_its_objects_are_found_again() {
 }
 
 #[test]
+fn whoever_writes_down_what_is_said_may_write_numbers_as_words() {
+    let mut run = Run::new(1, Vec::new());
+    run.lay_anew(&["red", "blue"], Some(1));
+    run.say("Leo, I can teach you to do Task One.");
+    run.steps(20);
+    run.insert(0, 0);
+    run.say("task 1 is done");
+    run.steps(10);
+    run.perform(&[]);
+    assert_eq!(run.texts(EventKind::PerformanceStarted), ["Task One"], "the first name stays its name");
+    assert_eq!(run.saved.len(), 1);
+    assert_eq!(run.saved[0].0, "task 1");
+}
+
+#[test]
 fn sentences_at_the_wrong_time_are_answered() {
     let mut run = Run::new(1, Vec::new());
     run.table.borrow_mut().lay(&["red", "blue"], None);
