@@ -141,4 +141,21 @@ mod tests {
         }
         assert!(row.iter().all(Option::is_some), "a cell of nobody");
     }
+    #[test]
+    fn who_goes_on_behind_the_last_cell_comes_to_the_first() {
+        let (columns, count) = side_by_side(&[Some((3, 'a')), Some((3, 'a')), Some((1, 'b'))]);
+        let mut row: Vec<usize> = (0..count).collect();
+        for (column, _) in columns.into_iter().flatten() {
+            let mut cells = column.of(row.as_mut_slice());
+            let mut place = cells.place(0);
+            for index in (0..cells.len()).chain([0]) {
+                assert_eq!(cells.at(place), cells.get(index));
+                place = cells.behind(place);
+            }
+            let last = cells.place(cells.len() - 1);
+            let first = *cells.get(0).unwrap();
+            cells.shift(cells.place(0), last);
+            assert_eq!(cells.at(last), Some(&first));
+        }
+    }
 }
