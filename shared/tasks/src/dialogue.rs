@@ -113,35 +113,14 @@ impl Sentence {
 pub fn key(name: &str) -> String {
     let in_digits = |word: &str| {
         let word = word.to_lowercase();
-        NUMBERS.iter().position(|number| *number == word).map_or(word, |number| number.to_string())
+        NUMBERS.split(' ').position(|number| number == word).map_or(word, |number| number.to_string())
     };
     words(name).into_iter().map(in_digits).collect::<Vec<_>>().join(" ")
 }
 
 /// The words for the numbers from 0.
-const NUMBERS: [&str; 21] = [
-    "zero",
-    "one",
-    "two",
-    "three",
-    "four",
-    "five",
-    "six",
-    "seven",
-    "eight",
-    "nine",
-    "ten",
-    "eleven",
-    "twelve",
-    "thirteen",
-    "fourteen",
-    "fifteen",
-    "sixteen",
-    "seventeen",
-    "eighteen",
-    "nineteen",
-    "twenty",
-];
+const NUMBERS: &str = "zero one two three four five six seven eight nine ten eleven twelve thirteen \
+    fourteen fifteen sixteen seventeen eighteen nineteen twenty";
 
 fn words(text: &str) -> Vec<&str> {
     text.split(|letter: char| !letter.is_alphanumeric() && letter != '\'')

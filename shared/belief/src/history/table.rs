@@ -27,8 +27,7 @@ impl<T: Copy> Table<T> {
     }
 
     pub(super) fn row(&self, row: u32) -> Option<&[T]> {
-        let start = row as usize * self.width;
-        self.entries.get(start..start + self.width)
+        self.range(row, &(0..self.width))
     }
 
     #[inline]
@@ -48,8 +47,8 @@ impl<T: Copy> Table<T> {
 
     /// Two rows, the second to be read only.
     pub(super) fn two_rows_mut(&mut self, one: u32, other: u32) -> Option<(&mut [T], &[T])> {
-        let row = |row: u32| row as usize * self.width..(row as usize + 1) * self.width;
-        let [one, other] = self.entries.get_disjoint_mut([row(one), row(other)]).ok()?;
+        let rows = [one, other].map(|row| self.of(row, &(0..self.width)));
+        let [one, other] = self.entries.get_disjoint_mut(rows).ok()?;
         Some((one, other))
     }
 
