@@ -482,7 +482,8 @@ struct leo_belief_head {
     uint64_t merged;
     /* Beliefs culled, since the process started. */
     uint64_t culled;
-    /* Observations dropped because no belief was free, since the process started. */
+    /* Observations dropped because no belief was free, and those of occluders that hide nothing because
+     * more stood there at once than are remembered, since the process started. */
     uint64_t overflowed;
     /* Whose beliefs, and within whose. */
     struct leo_path path;

@@ -460,7 +460,8 @@ class BeliefHead(ctypes.Structure):
         ("merged", ctypes.c_uint64),
         # Beliefs culled, since the process started.
         ("culled", ctypes.c_uint64),
-        # Observations dropped because no belief was free, since the process started.
+        # Observations dropped because no belief was free, and those of occluders that hide nothing because
+        # more stood there at once than are remembered, since the process started.
         ("overflowed", ctypes.c_uint64),
         # Whose beliefs, and within whose.
         ("path", Path),

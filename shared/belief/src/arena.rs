@@ -74,6 +74,8 @@ const VACANT: Slot = Slot {
         id: 0,
         born_at: Instant::EPOCH,
         perceived_at: Instant::EPOCH,
+        noticed_at: Instant::EPOCH,
+        empty_since: None,
         observations: 0,
         held_by: message::NOBODY,
         seen_by: SourceSet::EMPTY,
@@ -161,12 +163,18 @@ impl Arena {
         self.features.get(start..start + self.terms.len()).unwrap_or(&[])
     }
 
-    /// Creates a belief (N, Eq. 6) of an entry of what was perceived, remembered at `at`; its `id`
-    /// is higher than that of every other. `None` when no slot is free.
-    pub(crate) fn create(&mut self, id: u64, at: Instant, entry: u32, perceived: &Perceived) -> Option<u32> {
+    /// Creates a belief (N, Eq. 6) of an entry of what was perceived, remembered at `at` and taken in at
+    /// `now`; its `id` is higher than that of every other. `None` when no slot is free.
+    pub(crate) fn create(
+        &mut self,
+        id: u64,
+        [at, now]: [Instant; 2],
+        entry: u32,
+        perceived: &Perceived,
+    ) -> Option<u32> {
         let number = self.free.pop()?;
         let slot = self.slots.get_mut(number as usize)?;
-        slot.memory = Memory::new(id, at, &perceived.observation);
+        slot.memory = Memory::new(id, at, now, &perceived.observation);
         (slot.holds, slot.entry, slot.pending) = (Holds::Snapshot, entry, None);
         let features = self.features.iter_mut().skip(number as usize * self.terms.len());
         for (feature, percept) in features.zip(&self.terms) {

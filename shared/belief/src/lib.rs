@@ -30,7 +30,7 @@
 //! use belief::BeliefSystem;
 //! use clock::{Duration, Instant};
 //! use config::percepts::Percepts;
-//! use message::{Feature, Observation, Perceived};
+//! use message::{Feature, Observation, Perceived, SourceSet};
 //! use perception::{Frame, Perception};
 //!
 //! let percepts = Percepts::builtin();
@@ -49,9 +49,10 @@
 //! let (red, blue) = ([0.80, 0.05, 0.05], [0.05, 0.15, 0.80]);
 //!
 //! let first = Instant::from_nanos(1_000_000_000);
-//! system.step(first, &[see(first, 0.50, red)], 0..1, |_seen_by, _place| true);
+//! system.step(first, &[see(first, 0.50, red)], 0..1, SourceSet::of(0), |_place| true);
 //! let then = first + Duration::from_millis(5);
-//! system.step(then, &[see(then, 0.54, red), see(then, 0.55, blue)], 0..2, |_seen_by, _place| true);
+//! let seen = [see(then, 0.54, red), see(then, 0.55, blue)];
+//! system.step(then, &seen, 0..2, SourceSet::of(0), |_place| true);
 //!
 //! let beliefs: Vec<_> = system.beliefs().collect();
 //! assert_eq!(beliefs.iter().map(|belief| (belief.id, belief.observations)).collect::<Vec<_>>(), [(1, 2), (2, 1)]);

@@ -7,6 +7,11 @@ pub(crate) struct Memory {
     pub(crate) id: u64,
     pub(crate) born_at: Instant,
     pub(crate) perceived_at: Instant,
+    /// The step that last took in an observation of it: later than `perceived_at` by as much as its source
+    /// takes to understand what it sees.
+    pub(crate) noticed_at: Instant,
+    /// Since when its place is found empty, if it is.
+    pub(crate) empty_since: Option<Instant>,
     pub(crate) observations: u64,
     pub(crate) held_by: u16,
     /// The sources that ever saw it: they alone can miss it.
@@ -14,10 +19,18 @@ pub(crate) struct Memory {
 }
 
 impl Memory {
-    /// Of one observation, taken at `at`.
-    pub(crate) fn new(id: u64, at: Instant, observation: &Observation) -> Self {
-        let seen_by = SourceSet::of(observation.source);
-        Self { id, born_at: at, perceived_at: at, observations: 1, held_by: observation.held_by, seen_by }
+    /// Of one observation, made at `at` and taken in at `now`.
+    pub(crate) fn new(id: u64, at: Instant, now: Instant, observation: &Observation) -> Self {
+        Self {
+            id,
+            born_at: at,
+            perceived_at: at,
+            noticed_at: now,
+            empty_since: None,
+            observations: 1,
+            held_by: observation.held_by,
+            seen_by: SourceSet::of(observation.source),
+        }
     }
 
     /// The union with another belief of the same object. The older identity survives.
@@ -31,6 +44,9 @@ impl Memory {
         self.id = self.id.min(other.id);
         self.born_at = self.born_at.min(other.born_at);
         self.perceived_at = self.perceived_at.max(other.perceived_at);
+        self.noticed_at = self.noticed_at.max(other.noticed_at);
+        // Of one that is noticed the place is not empty.
+        self.empty_since = self.empty_since.zip(other.empty_since).map(|(mine, others)| mine.max(others));
         self.observations = self.observations.saturating_add(other.observations);
         self.seen_by = self.seen_by.union(other.seen_by);
     }

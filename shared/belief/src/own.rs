@@ -182,10 +182,24 @@ impl Doubtful<'_> {
         self.memory.born_at
     }
 
-    /// When it was last perceived.
+    /// When the thing was last observed: earlier than [`Self::now`] by as much as its source takes to
+    /// understand what it sees.
     #[must_use]
     pub const fn perceived_at(&self) -> Instant {
         self.memory.perceived_at
+    }
+
+    /// Whether an observation of it has been taken in now.
+    #[must_use]
+    pub fn is_perceived(&self) -> bool {
+        self.memory.noticed_at >= self.now
+    }
+
+    /// Since when its place is found empty, in view of a source that saw it before; `None` where it is not,
+    /// or no culling function of the configuration asks for it.
+    #[must_use]
+    pub const fn empty_since(&self) -> Option<Instant> {
+        self.memory.empty_since
     }
 
     /// Observations behind the belief.
@@ -206,7 +220,7 @@ impl Doubtful<'_> {
         self.place
     }
 
-    /// Whether the perspective now sees what is at that place; `None` where it has no place.
+    /// Whether the perspective now sees what is at that place, with a source that saw it before; `None` where it has no place.
     #[must_use]
     pub fn is_in_view(&self) -> Option<bool> {
         self.place.map(|place| (self.in_view)(place))

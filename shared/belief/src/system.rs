@@ -29,7 +29,7 @@ const MOST: usize = 1_000_000;
 /// use belief::BeliefSystem;
 /// use clock::Instant;
 /// use config::percepts::Percepts;
-/// use message::{Observation, Perceived};
+/// use message::{Observation, Perceived, SourceSet};
 /// use perception::{Frame, Perception};
 ///
 /// let percepts = Percepts::builtin();
@@ -39,7 +39,7 @@ const MOST: usize = 1_000_000;
 ///     let now = Instant::from_nanos(1 + millis * 1_000_000);
 ///     let observation = Observation::object(0, now.as_nanos());
 ///     let snapshot = perception.perceive(&observation, &Frame { agent: 0 });
-///     system.step(now, &[Perceived { observation, snapshot }], 0..1, |_seen_by, _place| true);
+///     system.step(now, &[Perceived { observation, snapshot }], 0..1, SourceSet::of(0), |_place| true);
 /// }
 /// assert_eq!(system.len(), 1);
 /// let belief = system.beliefs().next().unwrap();
@@ -62,6 +62,8 @@ pub struct BeliefSystem {
     sources: Sources,
     next_id: u64,
     now: Instant,
+    /// Since when the perspective looks without a break.
+    looks_since: Instant,
     counts: Counts,
 }
 
@@ -105,7 +107,7 @@ impl Counts {
 enum Cull {
     UnseenLongerThan(Duration),
     ConfidenceBelow { percept: u16, floor: f64 },
-    PlaceInViewAndEmpty,
+    PlaceEmptyFor(Duration),
     Own(Supplied<dyn own::Cull>),
 }
 
@@ -116,7 +118,7 @@ impl Cull {
             percepts::Cull::ConfidenceBelow { percept, floor } => {
                 Self::ConfidenceBelow { percept: *percept, floor: *floor }
             }
-            percepts::Cull::PlaceInViewAndEmpty => Self::PlaceInViewAndEmpty,
+            percepts::Cull::PlaceEmptyFor(time) => Self::PlaceEmptyFor(*time),
             percepts::Cull::Own(name) => Self::Own(own.cull(name)?),
         })
     }
@@ -185,6 +187,7 @@ impl BeliefSystem {
             sources: Sources::new(),
             next_id: 1,
             now: Instant::EPOCH,
+            looks_since: Instant::EPOCH,
             counts: Counts::default(),
         })
     }
@@ -192,8 +195,9 @@ impl BeliefSystem {
     /// Takes in what the perspective perceived at `now`: creates beliefs, merges them, culls.
     ///
     /// `which` are the indices of the `perceived` things that count, rising. Observations and snapshots are
-    /// in the perspective's frame. `in_view` says whether the perspective now sees what is at a place
-    /// in that frame, in metres, with the eyes of a source among those given, which saw the thing before. An
+    /// in the perspective's frame. `looked` are the sources that observed anything new, be it an empty table,
+    /// and `in_view` says whether the perspective now sees what is at a place in that frame, in metres: what
+    /// was seen before by one that looked, and is not perceived at its place in view, is missed there. An
     /// observation whose snapshot is empty creates nothing. An instant before that of the step before is
     /// taken as the latter; observations that may not enter are counted.
     pub fn step(
@@ -201,7 +205,8 @@ impl BeliefSystem {
         now: Instant,
         perceived: &[Perceived],
         which: impl Iterator<Item = usize>,
-        in_view: impl Fn(SourceSet, [f32; 3]) -> bool,
+        looked: SourceSet,
+        in_view: impl Fn([f32; 3]) -> bool,
     ) {
         if now < self.now {
             self.counts.backwards += 1;
@@ -224,7 +229,7 @@ impl BeliefSystem {
         for stayed in self.len() - stayed..self.len() {
             self.place(stayed);
         }
-        self.cull(in_view);
+        self.cull(looked, in_view);
         self.evict();
         self.number(first_new);
     }
@@ -332,7 +337,7 @@ impl BeliefSystem {
                 return;
             }
         }
-        match self.arena.create(self.next_id, at, entry, perceived) {
+        match self.arena.create(self.next_id, [at, self.now], entry, perceived) {
             Some(_) => {
                 self.counts.created += 1;
                 self.next_id += 1;
@@ -341,15 +346,25 @@ impl BeliefSystem {
         }
     }
 
+    /// The perspective looks again after it did not: that a place is empty is of now, whatever was found
+    /// before.
+    pub fn look_anew(&mut self, now: Instant) {
+        self.looks_since = self.looks_since.max(now);
+    }
+
     /// C: removes the beliefs on which all culling functions agree (Eq. 5).
-    fn cull(&mut self, in_view: impl Fn(SourceSet, [f32; 3]) -> bool) {
+    fn cull(&mut self, looked: SourceSet, in_view: impl Fn([f32; 3]) -> bool) {
         if self.cull.is_empty() {
             return;
         }
+        let watches = self.cull.iter().any(|cull| matches!(cull, Cull::PlaceEmptyFor(_)));
         let culled = self.counts.culled;
         for index in 0..self.len() {
             let Some(&slot) = self.arena.live().get(index) else { break };
-            if self.cull.iter().all(|cull| self.agrees(cull, slot, &in_view)) {
+            if watches {
+                self.watch(slot, looked, &in_view);
+            }
+            if self.cull.iter().all(|cull| self.agrees(cull, slot, looked, &in_view)) {
                 self.release(slot);
                 self.counts.culled += 1;
             }
@@ -359,12 +374,27 @@ impl BeliefSystem {
         }
     }
 
+    /// Looks whether the place of a belief is empty. Where nobody looks who ever saw the thing, as between
+    /// two pictures of a slow camera, that is as it was.
+    fn watch(&mut self, slot: u32, looked: SourceSet, in_view: impl Fn([f32; 3]) -> bool) {
+        let (now, looks_since) = (self.now, self.looks_since);
+        let Some(memory) = self.arena.memory(slot) else { return };
+        // What stands there now, if anything, was not taken for this belief: its place is empty of it.
+        if memory.noticed_at >= now || !looked.intersects(memory.seen_by) {
+            return;
+        }
+        let is_empty = self.place_of(slot).is_some_and(in_view);
+        if let Some(memory) = self.arena.memory_mut(slot) {
+            let since = memory.empty_since.filter(|since| *since >= looks_since).unwrap_or(now);
+            memory.empty_since = is_empty.then_some(since);
+        }
+    }
+
     /// A culling function c of a belief.
-    fn agrees(&self, cull: &Cull, slot: u32, in_view: impl Fn(SourceSet, [f32; 3]) -> bool) -> bool {
+    fn agrees(&self, cull: &Cull, slot: u32, looked: SourceSet, in_view: impl Fn([f32; 3]) -> bool) -> bool {
         let Some(memory) = self.arena.memory(slot) else { return false };
-        let in_view = |place| in_view(memory.seen_by, place);
         match cull {
-            Cull::UnseenLongerThan(limit) => self.now.since(memory.perceived_at) > *limit,
+            Cull::UnseenLongerThan(limit) => self.now.since(memory.noticed_at) > *limit,
             Cull::ConfidenceBelow { percept, floor } => {
                 let decay =
                     self.percepts.get(usize::from(*percept)).map_or(0.0, |percept| percept.decay_per_s);
@@ -373,10 +403,10 @@ impl BeliefSystem {
                     histories.and_then(|(histories, row)| histories.at(row, *percept, self.now, decay));
                 remembered.is_none_or(|sample| f64::from(sample.confidence) < *floor)
             }
-            // What stands there now, if anything, was not taken for this belief: its place is
-            // empty of it.
-            Cull::PlaceInViewAndEmpty => {
-                memory.perceived_at < self.now && self.place_of(slot).is_some_and(in_view)
+            // While nobody looks, it may have come back.
+            Cull::PlaceEmptyFor(time) => {
+                let is_empty_for = |since| self.now.since(since) >= *time;
+                looked.intersects(memory.seen_by) && memory.empty_since.is_some_and(is_empty_for)
             }
             Cull::Own(own) => {
                 let remembered = |number: u16| {
@@ -389,7 +419,7 @@ impl BeliefSystem {
                     memory,
                     place: self.place_of(slot),
                     remembered: &remembered,
-                    in_view: &in_view,
+                    in_view: &|place| looked.intersects(memory.seen_by) && in_view(place),
                 })
             }
         }

@@ -9,7 +9,7 @@ use belief::{BeliefSystem, Cull, Distance, Doubtful, Functions, History, Sample,
 use clock::Instant;
 use config::percepts::Percepts;
 use geometry::{Base, Person, Pose};
-use message::{Feature, Observation, Perceived, State};
+use message::{Feature, Observation, Perceived, SourceSet, State};
 use perception::{Frame, Perception};
 use testkit::allocations_in;
 
@@ -104,7 +104,7 @@ fn allocates_nothing(percepts: &Percepts, mut system: BeliefSystem) {
         for number in numbers {
             frame(number, perceived, &perception);
             let now = Instant::from_nanos(1_000_000_000 + u64::from(number) * 5_000_000);
-            system.step(now, perceived, 0..perceived.len(), |_, [x, _, _]| x < 0.9);
+            system.step(now, perceived, 0..perceived.len(), SourceSet::ALL, |[x, _, _]| x < 0.9);
             for index in 0..system.len() {
                 black_box(system.write(index, now));
             }

@@ -5,7 +5,7 @@
 use belief::BeliefSystem;
 use clock::{Duration, Instant};
 use config::percepts::Percepts;
-use message::{Feature, Observation, Perceived, PerceptValue, STATES, Snapshot};
+use message::{Feature, Observation, Perceived, PerceptValue, STATES, Snapshot, SourceSet};
 use perception::{Frame, Perception};
 use proptest::prelude::*;
 
@@ -125,7 +125,7 @@ proptest! {
             // A clock that jumps.
             let at = if jump.abs() > 15 { shifted(jump) } else { now };
             let at = at.min(now + Duration::from_secs(3_600));
-            system.step(at, &perceived, 0..perceived.len(), |_, _| in_view);
+            system.step(at, &perceived, 0..perceived.len(), SourceSet::ALL, |_| in_view);
             assert_sound(&system, capacity)?;
 
             let after = system.counts();

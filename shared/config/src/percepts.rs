@@ -275,7 +275,7 @@ pub enum Measure {
 /// A culling function (Eq. 5).
 #[derive(Clone, Debug, PartialEq)]
 pub enum Cull {
-    /// Not perceived for longer than this.
+    /// Nothing of it taken in for longer than this.
     UnseenLongerThan(Duration),
     /// The remembered confidence of a percept has fallen below a floor.
     ConfidenceBelow {
@@ -284,8 +284,9 @@ pub enum Cull {
         /// The floor.
         floor: f64,
     },
-    /// Its place is in view and it is not perceived there; a belief without a place disagrees.
-    PlaceInViewAndEmpty,
+    /// Its place has been in view without a break for so long, of a source that saw it before, and it was not
+    /// perceived there; a belief without a place disagrees.
+    PlaceEmptyFor(Duration),
     /// A culling function that the program supplies under this name.
     Own(String),
 }

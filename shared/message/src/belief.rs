@@ -37,7 +37,8 @@ pub struct BeliefHead {
     pub merged: u64,
     /// Beliefs culled, since the process started.
     pub culled: u64,
-    /// Observations dropped because no belief was free, since the process started.
+    /// Observations dropped because no belief was free, and those of occluders that hide nothing because
+    /// more stood there at once than are remembered, since the process started.
     pub overflowed: u64,
     /// Whose beliefs, and within whose.
     pub path: Path,

@@ -15,12 +15,23 @@ pub struct Awareness {
     /// Whose perspective it is, and where he has his own eye; nowhere while he is absent.
     agent: u16,
     own_eye: Option<Pose<Base, Eye>>,
-    /// The eyes of the robot and of its partners, and when they were last perceived.
-    eyes: Vec<Option<(Pose<Base, Eye>, Instant)>>,
+    /// The eyes of the robot and of its partners.
+    eyes: Vec<Option<Met>>,
     absent_after: Duration,
     occluders: RememberedOccluders,
     looked: SourceSet,
     capacity: usize,
+}
+
+/// Somebody's eye as it was last perceived.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Met {
+    pub(crate) x_base_eye: Pose<Base, Eye>,
+    /// When it was there: of two the later one counts.
+    pub(crate) observed_at: Instant,
+    /// When it was taken in, later by what its source takes to understand what it sees: he is absent when
+    /// nothing of him has come for a while.
+    pub(crate) noticed_at: Instant,
 }
 
 impl Awareness {
@@ -73,33 +84,35 @@ impl Awareness {
         match observation.kind() {
             Some(ObservationKind::Person) => {
                 if let Some(x_base_eye) = place_of(observation) {
-                    self.meet(observation.partner, x_base_eye, observed_at);
+                    self.meet(observation.partner, Met { x_base_eye, observed_at, noticed_at: at });
                 }
             }
             Some(ObservationKind::Occluder) => {
-                let _remembered = self.occluders.observe(observation, observed_at);
+                self.occluders.observe(observation, at);
             }
             Some(ObservationKind::Object) | None => {}
         }
     }
 
     /// The eye of an agent is perceived.
-    pub(crate) fn meet(&mut self, agent: u16, x_base_eye: Pose<Base, Eye>, observed_at: Instant) {
+    pub(crate) fn meet(&mut self, agent: u16, met: Met) {
         if let Some(slot) = self.eyes.get_mut(usize::from(agent))
-            && slot.is_none_or(|(_, noted_at)| noted_at <= observed_at)
+            && slot.is_none_or(|before| before.observed_at <= met.observed_at)
         {
-            *slot = Some((x_base_eye, observed_at));
+            *slot = Some(met);
         }
     }
 
     /// Forgets the occluders that are gone: not observed for long, though `glimpses` says that
-    /// some of the box would be seen if it were there. Whether it forgot any.
+    /// some of the box would be seen if it were there; unless it `stands` there for another reason. Whether it
+    /// forgot any.
     pub(crate) fn forget(
         &mut self,
         at: Instant,
         glimpses: impl Fn(&Pose<Base, Thing>, [f64; 3]) -> bool,
+        stands: impl Fn(&Pose<Base, Thing>) -> bool,
     ) -> bool {
-        self.occluders.forget(at, self.looked, glimpses)
+        self.occluders.forget(at, self.looked, glimpses, stands)
     }
 
     /// Whether it remembers an occluder there.
@@ -117,6 +130,7 @@ impl Awareness {
         self.own_eye = None;
         self.looked = SourceSet::EMPTY;
         self.perceives.clear();
+        self.occluders.look_anew();
     }
 
     /// The sources that observed anything new at this instant: only of what they saw before does an
@@ -149,23 +163,27 @@ impl Awareness {
 
     /// The eye of an agent as it was perceived of late, be it his own.
     pub(crate) fn perceived_eye(&self, agent: u16, at: Instant) -> Option<Pose<Base, Eye>> {
-        self.perceived(agent, at).map(|(x_base_eye, _)| x_base_eye)
+        self.perceived(agent, at).map(|met| met.x_base_eye)
     }
 
-    fn perceived(&self, agent: u16, at: Instant) -> Option<(Pose<Base, Eye>, Instant)> {
-        let noted = self.eyes.get(usize::from(agent)).copied().flatten();
-        noted.filter(|(_, noted_at)| at.since(*noted_at) <= self.absent_after)
+    fn perceived(&self, agent: u16, at: Instant) -> Option<Met> {
+        let met = self.eyes.get(usize::from(agent)).copied().flatten();
+        met.filter(|met| at.since(met.noticed_at) <= self.absent_after)
     }
 
-    /// All agents whose eyes it knows, its own among them, with when they were perceived.
-    pub(crate) fn eyes(&self, at: Instant) -> impl Iterator<Item = (u16, Pose<Base, Eye>, Instant)> + Clone {
+    /// All agents whose eyes it knows, its own among them.
+    pub(crate) fn eyes(&self, at: Instant) -> impl Iterator<Item = (u16, Met)> + Clone {
         let known = move |agent| {
-            let own_eye = self.own_eye?;
-            let own = (agent == self.agent).then_some((own_eye, at));
-            let (x_base_eye, noted_at) = own.or_else(|| self.perceived(agent, at))?;
-            Some((agent, x_base_eye, noted_at))
+            let own = Met { x_base_eye: self.own_eye?, observed_at: at, noticed_at: at };
+            let met = (agent == self.agent).then_some(own).or_else(|| self.perceived(agent, at))?;
+            Some((agent, met))
         };
         (0..).take(self.eyes.len()).filter_map(known)
+    }
+
+    /// Observations of occluders that hide nothing, because more stood there at once than are remembered.
+    pub(crate) fn left_out(&self) -> u64 {
+        self.occluders.left_out()
     }
 
     /// The occluders that it remembers, in the base frame.

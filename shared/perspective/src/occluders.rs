@@ -10,7 +10,11 @@ use crate::transform::place_of_thing;
 struct Remembered {
     x_base_box: Pose<Base, Thing>,
     half_extents_m: [f64; 3],
-    observed_at: Instant,
+    /// The frame that brought it last: later than it was observed by what its source takes to understand
+    /// what it sees.
+    noticed_at: Instant,
+    /// Since when its place is found empty, if it is.
+    empty_since: Option<Instant>,
     /// The source that observed it in the present frame.
     taken_by: Option<u16>,
     /// The sources that ever observed it: they alone can miss it.
@@ -28,6 +32,8 @@ pub(crate) struct RememberedOccluders {
     same_within_m: f64,
     gone_after: Duration,
     shapes: Occluders,
+    /// Observations of occluders for which there was no room.
+    left_out: u64,
 }
 
 impl RememberedOccluders {
@@ -39,6 +45,7 @@ impl RememberedOccluders {
             same_within_m: config.same_within_m.get(),
             gone_after: config.gone_after_ms.duration(),
             shapes: Occluders::new(capacity),
+            left_out: 0,
         }
     }
 
@@ -54,15 +61,21 @@ impl RememberedOccluders {
         }
     }
 
-    /// An occluder was observed: the nearest one that this source has not yet observed in this
-    /// frame is the same, if it is near enough. When there is no room, the one longest not
-    /// observed is forgotten for it; `false` when all were observed in this frame, and the new
-    /// one is left out.
-    pub(crate) fn observe(&mut self, observation: &Observation, observed_at: Instant) -> bool {
-        let Some((x_base_box, half_extents_m)) = place_of_thing(observation) else { return false };
+    /// Observations of occluders that hide nothing, because there was no room for them.
+    pub(crate) const fn left_out(&self) -> u64 {
+        self.left_out
+    }
+
+    /// An occluder was observed, and is taken in at `at`: the nearest one that this source has not yet
+    /// observed in this frame is the same, if it is near enough. When there is no room, the one longest not
+    /// observed is forgotten for it; when all were observed in this frame, the new one is left out and
+    /// counted.
+    pub(crate) fn observe(&mut self, observation: &Observation, at: Instant) {
+        let Some((x_base_box, half_extents_m)) = place_of_thing(observation) else { return };
         let taken_by = Some(observation.source);
         let seen_by = SourceSet::of(observation.source);
-        let new = Remembered { x_base_box, half_extents_m, observed_at, taken_by, seen_by };
+        let (noticed_at, empty_since) = (at, None);
+        let new = Remembered { x_base_box, half_extents_m, noticed_at, empty_since, taken_by, seen_by };
         let nearest = self
             .remembered
             .iter_mut()
@@ -72,20 +85,14 @@ impl RememberedOccluders {
             .filter(|(distance, _)| *distance <= self.same_within_m);
         if let Some((_, old)) = nearest {
             *old = Remembered { seen_by: old.seen_by.union(seen_by), ..new };
-            return true;
-        }
-        if self.remembered.len() < self.capacity {
+        } else if self.remembered.len() < self.capacity {
             self.remembered.push(new);
-            return true;
-        }
-        let oldest =
-            self.remembered.iter_mut().filter(|old| old.taken_by.is_none()).min_by_key(|old| old.observed_at);
-        match oldest {
-            Some(old) => {
-                *old = new;
-                true
+        } else {
+            let not_taken = self.remembered.iter_mut().filter(|old| old.taken_by.is_none());
+            match not_taken.min_by_key(|old| old.noticed_at) {
+                Some(old) => *old = new,
+                None => self.left_out += 1,
             }
-            None => false,
         }
     }
 
@@ -99,19 +106,31 @@ impl RememberedOccluders {
         self.rebuild();
     }
 
-    /// Forgets what has not been observed for long though a source that saw it before `looked`, and
-    /// `glimpses` says that some of the box would be seen. Whether it forgot any.
+    /// He whose perspective it is was absent: what was found empty before counts anew.
+    pub(crate) fn look_anew(&mut self) {
+        for remembered in &mut self.remembered {
+            remembered.empty_since = None;
+        }
+    }
+
+    /// Forgets what has not been observed for long though sources that saw it before `looked`, and
+    /// `glimpses` said all the while that some of the box would be seen; unless it `stands` there for another
+    /// reason. Whether it forgot any.
     pub(crate) fn forget(
         &mut self,
         at: Instant,
         looked: SourceSet,
         glimpses: impl Fn(&Pose<Base, Thing>, [f64; 3]) -> bool,
+        stands: impl Fn(&Pose<Base, Thing>) -> bool,
     ) -> bool {
         let gone_after = self.gone_after;
-        self.remembered.retain(|old| {
-            at.since(old.observed_at) <= gone_after
-                || !looked.intersects(old.seen_by)
-                || !glimpses(&old.x_base_box, old.half_extents_m)
+        self.remembered.retain_mut(|old| {
+            if old.noticed_at >= at || !looked.intersects(old.seen_by) {
+                return true;
+            }
+            let is_empty = glimpses(&old.x_base_box, old.half_extents_m);
+            old.empty_since = is_empty.then_some(old.empty_since.unwrap_or(at));
+            old.empty_since.is_none_or(|since| at.since(since) < gone_after) || stands(&old.x_base_box)
         });
         let forgot = self.remembered.len() < self.shapes.len();
         if forgot {

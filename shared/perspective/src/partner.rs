@@ -136,7 +136,7 @@ impl Partner {
     ) {
         self.perceived.clear();
         let eye = parent.eye(self.frame.agent, at);
-        self.present = eye.is_some();
+        let was_present = std::mem::replace(&mut self.present, eye.is_some());
         let Some(x_base_eye) = eye else {
             let aware = entries.iter().zip(parent.perceives());
             self.hidden = aware.filter(|(entry, perceives)| **perceives && is_object(entry)).count();
@@ -145,6 +145,9 @@ impl Partner {
             }
             return;
         };
+        if !was_present {
+            self.system.look_anew(at);
+        }
         self.eye = eye;
         self.at = at;
         let (x_base_person, anew) = self.anchor.follow(&x_base_eye);
@@ -155,11 +158,11 @@ impl Partner {
         self.perceive(entries, parent, &x_base_person);
         self.note(at, entries, parent, x_base_eye);
         let (sight, margin_m) = (&self.sight, self.empty_margin_m);
-        self.system.step(at, &self.perceived, 0..self.perceived.len(), |seen_by, place_m| {
+        self.system.step(at, &self.perceived, 0..self.perceived.len(), parent.looked(), |place_m| {
             let place = place_in_base(&x_base_person, place_m);
-            parent.looked().intersects(seen_by) && surveys(sight, &place, margin_m) && surveyed(&place)
+            surveys(sight, &place, margin_m) && surveyed(&place)
         });
-        let agents = parent.eyes(at).map(|(agent, x_base_eye, _)| (agent, x_base_eye.origin()));
+        let agents = parent.eyes(at).map(|(agent, met)| (agent, met.x_base_eye.origin()));
         self.owners.judge_system(&self.system, at, &x_base_person, agents);
     }
 
@@ -225,15 +228,14 @@ impl Partner {
         let Some(awareness) = &mut self.awareness else { return };
         awareness.note(at, parent.looked(), entries, self.visible.iter().copied());
         awareness.have_eye(x_base_eye);
-        for (agent, x_base_other, noted_at) in parent.eyes(at) {
-            if self.sight.sees(&x_base_other.origin()) {
-                awareness.meet(agent, x_base_other, noted_at);
+        for (agent, met) in parent.eyes(at) {
+            if self.sight.sees(&met.x_base_eye.origin()) {
+                awareness.meet(agent, met);
             }
         }
         // What the parent remembers stands there, as far as anybody in his mind is concerned.
-        awareness.forget(at, |x_base_box, half_extents_m| {
-            !parent.remembers(x_base_box) && glimpses(&self.sight, x_base_box, half_extents_m)
-        });
+        let glimpses = |x_base_box: &_, half_extents_m| glimpses(&self.sight, x_base_box, half_extents_m);
+        awareness.forget(at, glimpses, |x_base_box| parent.remembers(x_base_box));
     }
 
     /// Who he is: 1, 2, …, or 0 the robot.

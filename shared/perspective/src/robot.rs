@@ -100,7 +100,8 @@ impl Robot {
         let x_base_eye = self.awareness.perceived_eye(0, at).unwrap_or(self.x_base_rest);
         self.awareness.have_eye(x_base_eye);
         self.field.look(&x_base_eye, self.awareness.occluders());
-        if self.awareness.forget(at, |x_base_box, half| self.field.glimpses(x_base_box, half)) {
+        let glimpses = |x_base_box: &_, half| self.field.glimpses(x_base_box, half);
+        if self.awareness.forget(at, glimpses, |_| false) {
             self.field.look(&x_base_eye, self.awareness.occluders());
         }
         let noted = self.awareness.perceives();
@@ -113,11 +114,10 @@ impl Robot {
             noted.filter(|(_, (perceives, entry))| **perceives && is_object(entry)).map(|(index, _)| index)
         };
         self.perceivable = objects().count();
-        self.system.step(at, entries, objects(), |seen_by, place_m| {
-            looked.intersects(seen_by)
-                && self.field.surveys(&place_in_base(&Pose::identity(), place_m), self.empty_margin_m)
+        self.system.step(at, entries, objects(), looked, |place_m| {
+            self.field.surveys(&place_in_base(&Pose::identity(), place_m), self.empty_margin_m)
         });
-        let agents = self.awareness.eyes(at).map(|(agent, x_base_eye, _)| (agent, x_base_eye.origin()));
+        let agents = self.awareness.eyes(at).map(|(agent, met)| (agent, met.x_base_eye.origin()));
         self.owners.judge_system(&self.system, at, &Pose::<Base, Base>::identity(), agents);
     }
 
@@ -159,7 +159,7 @@ impl Robot {
         head.created = counts.created;
         head.merged = counts.merged;
         head.culled = counts.culled;
-        head.overflowed = self.left_out.saturating_add(counts.overflowed);
+        head.overflowed = self.left_out + self.awareness.left_out() + counts.overflowed;
         head
     }
 

@@ -184,7 +184,7 @@ impl Twins {
         for (entry, perceived) in (0..).zip(&perceived) {
             self.id += 1;
             for arena in [&mut self.reference, &mut self.arena] {
-                arena.create(self.id, Instant::from_nanos(at), entry, perceived).unwrap();
+                arena.create(self.id, [Instant::from_nanos(at); 2], entry, perceived).unwrap();
             }
         }
         for arena in [&mut self.reference, &mut self.arena] {

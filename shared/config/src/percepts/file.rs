@@ -1,6 +1,7 @@
 //! The file as it is written, before its names are resolved.
 
 use std::ops;
+use std::time::Duration;
 
 use message::MAX_PERCEPTS;
 use serde::Deserialize;
@@ -65,7 +66,12 @@ struct WrittenCull {
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
 enum When {
     UnseenLongerThanMs(Milliseconds),
-    ConfidenceBelow { percept: Spanned<String>, floor: Unit },
+    ConfidenceBelow {
+        percept: Spanned<String>,
+        floor: Unit,
+    },
+    PlaceEmptyForMs(Milliseconds),
+    /// The same of one look.
     PlaceInViewAndEmpty,
     Own(String),
 }
@@ -138,7 +144,8 @@ impl WrittenBelief {
                 When::ConfidenceBelow { percept, floor } => {
                     Cull::ConfidenceBelow { percept: number(&percept, percepts)?, floor: floor.get() }
                 }
-                When::PlaceInViewAndEmpty => Cull::PlaceInViewAndEmpty,
+                When::PlaceEmptyForMs(time) => Cull::PlaceEmptyFor(time.duration()),
+                When::PlaceInViewAndEmpty => Cull::PlaceEmptyFor(Duration::ZERO),
                 When::Own(name) => Cull::Own(name),
             });
         }

@@ -213,15 +213,16 @@ proptest! {
                             awareness.note(minds.now, moment.4, &kept, kept.iter().map(|_| true));
                             awareness.have_eye(eye);
                             let sight = Sight::new(eye, cone, grandparent.occluders());
-                            for (agent, other, noted_at) in grandparent.eyes(minds.now) {
-                                if sight.sees(&other.origin()) {
-                                    awareness.meet(agent, other, noted_at);
+                            for (agent, other) in grandparent.eyes(minds.now) {
+                                if sight.sees(&other.x_base_eye.origin()) {
+                                    awareness.meet(agent, other);
                                 }
                             }
-                            awareness.forget(minds.now, |place, half| {
-                                !grandparent.remembers(place)
-                                    && sight.visible_share(place, half, Samples::Surface) > 0.0
-                            });
+                            awareness.forget(
+                                minds.now,
+                                |place, half| sight.visible_share(place, half, Samples::Surface) > 0.0,
+                                |place| grandparent.remembers(place),
+                            );
                             partner.step(minds.now, &kept, awareness, |place| {
                                 minds.survey(&path[..path.len() - 1], place)
                             });

@@ -72,8 +72,23 @@ fn a_barrier_is_missed_by_the_source_that_saw_it() {
         world.step_looking(simulator, &without);
     }
     assert_eq!((world.robot.awareness().occluders().len(), world.his().len()), (1, 0));
+    for _ in 0..100 {
+        world.step_looking(camera, &without);
+        assert_eq!((world.robot.awareness().occluders().len(), world.his().len()), (1, 0));
+    }
     world.step_looking(camera, &without);
-    assert_eq!((world.robot.awareness().occluders().len(), world.his().len()), (0, 1));
+    assert_eq!((world.robot.awareness().occluders().len(), world.his().len()), (0, 1), "half a second");
+}
+
+#[test]
+fn a_barrier_that_was_out_of_view_is_not_gone_at_the_first_glance() {
+    let mut world = Workspace::with(&looking_aside([0.5, 0.0, 0.0]));
+    world.run(SECOND, &[wall(WALL), person(EYES, TABLE)]);
+    let aside = Observation { partner: 0, ..person([0.06, 0.0, 0.62], [0.0, 2.0, 0.5]) };
+    world.run(SECOND * 3, &[aside, person(EYES, TABLE)]);
+    let back = Observation { partner: 0, ..person([0.06, 0.0, 0.62], [0.9, 0.0, 0.0]) };
+    world.step(&[back, person(EYES, TABLE), block(HIDDEN)]);
+    assert_eq!((world.robot.awareness().occluders().len(), world.his().len()), (1, 0));
 }
 
 #[test]
@@ -97,6 +112,27 @@ fn barriers_beyond_those_that_can_be_remembered_replace_the_longest_unseen() {
     world.step(&[wall(WALL), person(EYES, TABLE), block(HIDDEN)]);
     assert_eq!(world.robot.awareness().occluders().len(), 2);
     assert_eq!(world.his().len(), 0);
+    assert_eq!(world.overflowed(), 0);
+    let three = [wall([0.5, 1.0, 0.125]), wall([0.5, 2.0, 0.125]), wall(WALL), person(EYES, TABLE)];
+    world.step(&three);
+    assert_eq!(world.robot.awareness().occluders().len(), 2);
+    assert_eq!(world.overflowed(), 1, "what hides nothing is counted");
+}
+
+#[test]
+fn who_is_understood_late_is_no_less_present_and_what_hides_things_does_no_less() {
+    let mut world = Workspace::new();
+    world.delay = Duration::from_millis(900);
+    for _ in 0..600 {
+        world.step(&[wall(WALL), person(EYES, TABLE), block(HIDDEN), block(OPEN)]);
+        assert!(world.partner.is_present());
+        assert_eq!(world.robot.awareness().occluders().len(), 1);
+    }
+    assert_eq!((world.robots().len(), world.his().len()), (2, 1));
+    world.run(Duration::from_millis(250), &[]);
+    assert!(world.partner.is_present());
+    world.step(&[]);
+    assert!(!world.partner.is_present());
 }
 
 #[test]

@@ -4,7 +4,7 @@ use clock::{Duration, Instant};
 use config::percepts::Percepts;
 use config::perspective::Perspective;
 use geometry::{Base, Eye, Pose, Position};
-use message::{Belief, Feature, NOBODY, Observation, ObservationKind, Perceived, SourceSet, State};
+use message::{Belief, Feature, Header, NOBODY, Observation, ObservationKind, Perceived, SourceSet, State};
 use perception::{Frame, Perception};
 use quantity::number::single;
 
@@ -23,6 +23,8 @@ pub(super) struct Workspace {
     pub(super) robot: Robot,
     pub(super) partner: Partner,
     pub(super) now: Instant,
+    /// How long the source takes to understand what it sees.
+    pub(super) delay: Duration,
 }
 
 impl Workspace {
@@ -39,7 +41,14 @@ impl Workspace {
         let perception = Perception::new(&percepts).unwrap();
         let robot = Robot::new(&percepts, config, 1, 16).unwrap();
         let partner = Partner::new(1, perception.clone(), &percepts, config, 16).unwrap();
-        Self { percepts, perception, robot, partner, now: Instant::from_nanos(1_000_000_000) }
+        Self {
+            percepts,
+            perception,
+            robot,
+            partner,
+            now: Instant::from_nanos(1_000_000_000),
+            delay: Duration::ZERO,
+        }
     }
 
     /// One step in which these things were observed.
@@ -58,7 +67,8 @@ impl Workspace {
         let entries: Vec<_> = things
             .iter()
             .map(|thing| {
-                let observation = Observation { observed_at_ns: self.now.as_nanos(), ..*thing };
+                let observed_at_ns = (self.now - self.delay).as_nanos();
+                let observation = Observation { observed_at_ns, ..*thing };
                 let snapshot = self.perception.perceive(&observation, &Frame { agent: 0 });
                 Perceived { observation, snapshot }
             })
@@ -74,6 +84,11 @@ impl Workspace {
         while self.now < end {
             self.step(things);
         }
+    }
+
+    /// What there was no room for.
+    pub(super) fn overflowed(&self) -> u64 {
+        self.robot.head(Header::default()).overflowed
     }
 
     /// What the robot believes.
