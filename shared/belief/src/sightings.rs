@@ -124,9 +124,13 @@ impl Sightings {
 
     /// Whether two beliefs cannot be of one thing, even when each is sighted once more.
     pub(crate) fn stay_apart(&self, a: usize, b: usize) -> bool {
-        // Without room for one more run, one may be given up.
-        let has_room = |slot| self.runs(slot).len() < RUNS;
-        has_room(a) && has_room(b) && self.are_apart(a, b)
+        // Without room for one more run two of one source are joined, which forgets nothing; one is given up
+        // where there are no such two.
+        let joins = |slot| match self.runs(slot) {
+            runs if runs.len() < RUNS => true,
+            runs => runs.windows(2).any(|pair| matches!(pair, [a, b] if a.source == b.source)),
+        };
+        joins(a) && joins(b) && self.are_apart(a, b)
     }
 
     /// Whether two beliefs cannot be of one thing.
@@ -282,7 +286,8 @@ mod tests {
         runs
     }
 
-    fn apart(a: Runs, b: Runs) -> bool {
+    /// Two beliefs, in slots 0 and 1.
+    fn two(a: Runs, b: Runs) -> Sightings {
         let mut sightings = Sightings::new(4);
         for (slot, runs) in [a, b].iter().enumerate() {
             for run in runs.as_slice() {
@@ -290,7 +295,11 @@ mod tests {
                 sightings.merge(slot, 3);
             }
         }
-        sightings.are_apart(0, 1)
+        sightings
+    }
+
+    fn apart(a: Runs, b: Runs) -> bool {
+        two(a, b).are_apart(0, 1)
     }
 
     proptest! {
@@ -311,6 +320,28 @@ mod tests {
                     }
                 }
             }
+        }
+
+        #[test]
+        fn who_stay_apart_are_apart_whatever_each_is_sighted_in_once_more(
+            of in prop::array::uniform2(prop::collection::vec((0..10_u16, 0..40_u64), 1..24)),
+            more in prop::array::uniform2((0..10_u16, 0..50_u64)),
+            sources in 1..11_u16,
+            numbers in 1..40_u64,
+        ) {
+            let few = |frames: &[(u16, u64)]| -> Vec<_> {
+                frames.iter().map(|(source, number)| (source % sources, number % numbers)).collect()
+            };
+            let [a, b] = of.map(|frames| remembered(&few(&frames)));
+            let mut sightings = two(a, b);
+            let stay_apart = sightings.stay_apart(0, 1);
+            for (slot, frame) in few(&more).iter().enumerate() {
+                for run in remembered(&[*frame]).as_slice() {
+                    sightings.begin(3, *run);
+                    sightings.merge(slot, 3);
+                }
+            }
+            prop_assert!(sightings.are_apart(0, 1) || !stay_apart);
         }
 
         #[test]
@@ -337,6 +368,15 @@ mod tests {
         assert_eq!(runs.len, RUNS);
         assert!(apart(runs, remembered(&[(0, 2)])), "between the first and the second");
         assert!(!apart(runs, remembered(&[(0, 7)])), "between the second and the third");
+    }
+
+    #[test]
+    fn two_that_were_missed_often_stay_apart() {
+        // Every third frame is missed, by turns.
+        let frames = |first| (0..60).filter(move |number| number % 3 != first).map(|number| (0, number));
+        let [a, b] = [0, 1].map(|first| remembered(&frames(first).collect::<Vec<_>>()));
+        assert_eq!([a.len, b.len], [RUNS; 2]);
+        assert!(two(a, b).stay_apart(0, 1));
     }
 
     #[test]
