@@ -25,7 +25,8 @@ struct Source {
 /// Sources that a belief system tells apart.
 const SOURCES: usize = 256;
 
-/// Frames that one step can tell apart.
+/// Frames of one step that are known as such. Who stamps each thing by itself may have more: then a run of
+/// sightings is taken to be without an interruption where it had one.
 const FRAMES: usize = 64;
 
 /// Whether an observation may enter the step.
@@ -35,7 +36,7 @@ pub(crate) enum Admission {
     Enters,
     /// It is not newer than what its source reported in an earlier step.
     Stale,
-    /// There are more sources or frames than can be told apart.
+    /// There are more sources than can be told apart.
     NoRoom,
 }
 
@@ -67,10 +68,10 @@ impl Sources {
         if earlier.is_some_and(|earlier| at <= earlier) {
             return Admission::Stale;
         }
-        if !self.frames.contains(&(number, at)) {
-            if self.frames.len() >= FRAMES || (known.is_none() && self.known.len() >= SOURCES) {
-                return Admission::NoRoom;
-            }
+        if known.is_none() && self.known.len() >= SOURCES {
+            return Admission::NoRoom;
+        }
+        if self.frames.len() < FRAMES && !self.frames.contains(&(number, at)) {
             self.frames.push((number, at));
         }
         match known.and_then(|index| self.known.get_mut(index)) {

@@ -297,6 +297,20 @@ fn a_full_system_keeps_what_it_knows_and_counts_what_it_drops() {
 }
 
 #[test]
+fn things_that_are_each_stamped_by_themselves_are_all_believed() {
+    let mut robot = Robot::new(&Percepts::builtin());
+    robot.system = BeliefSystem::new(&Percepts::builtin(), 200).unwrap();
+    for step in 1..=3_u64 {
+        let at = |thing: u16| Instant::from_nanos(ms(5 * step).as_nanos() - 1000 + u64::from(thing));
+        let row = (0..200).map(|thing| block(at(thing), [0.5, 0.2 * f32::from(thing), 0.0], RED));
+        robot.see(ms(5 * step), &row.collect::<Vec<_>>(), true);
+        assert_eq!(robot.system.len(), 200);
+        assert_eq!(robot.system.counts().overflowed, 0);
+    }
+    assert!(robot.system.beliefs().all(|belief| belief.observations == 3));
+}
+
+#[test]
 fn identities_have_no_gaps() {
     let mut robot = Robot::new(&Percepts::builtin());
     let (here, there) = ([0.5, 0.0, 0.0], [0.5, 0.4, 0.0]);
