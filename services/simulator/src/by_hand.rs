@@ -47,6 +47,13 @@ pub(crate) struct Taken {
     seat: Option<Seat>,
 }
 
+impl Taken {
+    /// Where it sat, and comes back to unless it is put elsewhere.
+    pub(crate) fn seat(&self) -> Option<Seat> {
+        self.seat
+    }
+}
+
 impl World {
     /// Does what a teacher does by hand, at the instant of the next step or after it. What came of
     /// it is said where there is anything to say: the name of a new object.

@@ -76,13 +76,19 @@ pub(crate) fn grasp(things: &mut [Thing], hand: usize, x_world_hand: &Pose<World
     }
 }
 
-/// Lets go what the hand holds: into a hole where the rule says so, else down.
-pub(crate) fn release(things: &mut [Thing], objects: &[Object], hand: usize, now: Instant) {
+/// Lets go what the hand holds: into a hole where the rule says so unless that `is_kept` for another one, else down.
+pub(crate) fn release(
+    things: &mut [Thing],
+    objects: &[Object],
+    hand: usize,
+    now: Instant,
+    is_kept: impl Fn(usize) -> bool,
+) {
     let holds =
         |thing: &Thing| matches!(thing.motion, Motion::Grasped { hand: holder, .. } if holder == hand);
     let Some(index) = things.iter().position(holds) else { return };
-    let rest =
-        settle::hole_below(things, objects, index).or_else(|| settle::support_below(things, objects, index));
+    let rest = settle::hole_below(things, objects, index, is_kept)
+        .or_else(|| settle::support_below(things, objects, index));
     let (Some(rest), Some(thing)) = (rest, things.get_mut(index)) else { return };
     thing.seat = rest.seat;
     thing.motion = Motion::Settling { path: rest.path(thing.pose, now) };

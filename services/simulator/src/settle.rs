@@ -61,12 +61,17 @@ pub(crate) fn is_free(things: &[Thing], block: usize) -> bool {
     !is_filled(things, block) && !things.iter().any(is_coming)
 }
 
-fn is_in(seat: Option<Seat>, block: usize) -> bool {
+pub(crate) fn is_in(seat: Option<Seat>, block: usize) -> bool {
     seat.is_some_and(|seat| seat.on == block && seat.kind == SeatKind::Hole)
 }
 
-/// The free hole into which a peg goes that is let go where it is.
-pub(crate) fn hole_below(things: &[Thing], objects: &[Object], peg: usize) -> Option<Rest> {
+/// The free hole into which a peg goes that is let go where it is; none that `is_kept` for another one.
+pub(crate) fn hole_below(
+    things: &[Thing],
+    objects: &[Object],
+    peg: usize,
+    is_kept: impl Fn(usize) -> bool,
+) -> Option<Rest> {
     let object = objects.get(peg).filter(|object| object.kind.role == Role::Peg)?;
     let pose = things.get(peg)?.pose;
     let half_height_m = half_height_m(object);
@@ -82,7 +87,7 @@ pub(crate) fn hole_below(things: &[Thing], objects: &[Object], peg: usize) -> Op
             ((x - hole_x).hypot(y - hole_y), top_m - lower_end_m, index)
         })
         .filter(|(aside_m, depth_m, _)| *aside_m <= ASIDE_M && DEPTH_M.contains(depth_m))
-        .filter(|(.., index)| is_free(things, *index))
+        .filter(|(.., index)| is_free(things, *index) && !is_kept(*index))
         .min_by(|a, b| a.0.total_cmp(&b.0))?;
     // The hole goes right through. The peg slides on until half of it is in, and stays where it
     // is when it is deeper: nothing lifts it.

@@ -84,8 +84,10 @@ pub fn run(launch: &Launch, robot: &Robot, lesson: &Lesson) -> Result<(), Failur
         drop(sentences);
 
         member.health().drops = joint_states.drops() + acts.drops();
-        member.health().undelivered =
-            observations.undelivered() + scene.undelivered() + utterances.undelivered();
+        member.health().undelivered = observations.undelivered()
+            + scene.undelivered()
+            + utterances.undelivered()
+            + answered.undelivered();
         let is_finished = world.is_finished() && unsaid.is_empty();
         member.end_cycle(if is_finished { Progress::Finished } else { Progress::More })?;
     }

@@ -3,7 +3,7 @@ use std::path::Path;
 use clock::{Duration, Instant};
 use config::lesson::Lesson;
 use geometry::Pose;
-use message::{NOBODY, Observation, ObservationKind, SceneObject, State};
+use message::{NOBODY, Observation, ObservationKind, SceneObject, State, TeacherAct, TeacherActKind, Text};
 
 use crate::{Hand, World};
 
@@ -221,6 +221,29 @@ fn a_hand_that_closes_on_a_peg_and_opens_over_a_hole_fills_it() {
     world.step(at(ms + 5), hand([0.0, 0.40, 0.06], 0.1));
     world.step(at(ms + 10), hand([0.0, 0.40, 0.06], 1.0));
     assert_eq!(truth(&world, "peg").held_by, NOBODY, "a peg in a hole is not taken out");
+}
+
+#[test]
+fn a_hole_out_of_which_a_teacher_holds_the_peg_is_kept_for_it() {
+    let mut world = laid("");
+    let act = |world: &mut World, ms, kind, how: &dyn Fn(&mut TeacherAct)| {
+        let mut act = TeacherAct::new(kind, 1);
+        how(&mut act);
+        world.act(at(ms), &act, 64).unwrap();
+        for step in 1..=100 {
+            world.step(at(ms + 5 * step), NO_HANDS);
+        }
+    };
+    let take = |act: &mut TeacherAct| act.text = Text::new("other");
+    act(&mut world, 400, TeacherActKind::Take, &take);
+    act(&mut world, 1000, TeacherActKind::Put, &|act| act.position_m = [0.0, 0.40, 0.2]);
+    act(&mut world, 2000, TeacherActKind::Take, &take);
+    let ms = take_and_let_go(&mut world, 3000, [0.0, 0.40, 0.06]);
+    let inserted = |world: &World, name| state(&truth(world, name), State::Inserted);
+    assert!(is(inserted(&world, "peg"), 0.0), "it stands on the block");
+    act(&mut world, ms + 100, TeacherActKind::Cancel, &|_| {});
+    assert!(is(inserted(&world, "other"), 1.0));
+    assert!(is(inserted(&world, "peg"), 0.0));
 }
 
 #[test]

@@ -255,7 +255,11 @@ impl World {
         match change {
             Change::None => {}
             Change::Closes => hand::grasp(things, index, &x_world_hand),
-            Change::Opens => hand::release(things, &setting.objects, index, now),
+            Change::Opens => {
+                let taken = &self.state.taken;
+                let is_kept = |block| taken.iter().any(|taken| settle::is_in(taken.seat(), block));
+                hand::release(things, &setting.objects, index, now, is_kept);
+            }
         }
     }
 }

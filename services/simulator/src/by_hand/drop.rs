@@ -5,7 +5,7 @@ use config::lesson::{Destination, Place, Role};
 use super::{Refusal, refuse};
 use crate::World;
 use crate::settle;
-use crate::thing::{Motion, Seat, SeatKind};
+use crate::thing::{Motion, Seat};
 
 /// A peg goes into a hole whose axis is within this distance, in metres.
 const SNAPS_M: f64 = 0.02;
@@ -59,9 +59,8 @@ impl World {
 
     /// Whether a hole is free, and nobody else holds what may be put back into it.
     fn is_free_for(&self, index: usize, block: usize) -> bool {
-        let is_of = |seat: Seat| seat.on == block && seat.kind == SeatKind::Hole;
-        let others = self.state.taken.iter().filter(|taken| taken.index != index);
-        settle::is_free(&self.state.things, block) && !others.filter_map(|taken| taken.seat).any(is_of)
+        let mut others = self.state.taken.iter().filter(|taken| taken.index != index);
+        settle::is_free(&self.state.things, block) && !others.any(|taken| settle::is_in(taken.seat, block))
     }
 
     /// Whether one thing sits on another one, or on what sits there.
