@@ -47,6 +47,11 @@ pub(crate) enum Job {
 }
 
 impl Job {
+    /// Whether it tells a servo something, and asks it nothing.
+    pub(crate) fn is_told(self) -> bool {
+        self.answer_length() == 0
+    }
+
     /// Data bytes of the answer.
     pub(crate) fn answer_length(self) -> usize {
         match self {

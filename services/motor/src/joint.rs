@@ -69,6 +69,10 @@ pub(crate) struct Joint {
     /// Times in a row that it was silent, and that its answer was broken.
     misses: u32,
     spoilt: u32,
+    /// Times in a row that it did not acknowledge what it was told, though it may be read.
+    unacknowledged: u32,
+    /// How long it is left alone when it falls silent the next time.
+    wait: Duration,
     motion: Motion,
     goal: Option<Goal>,
     reading: Option<(Instant, Reading)>,
@@ -110,6 +114,8 @@ impl Joint {
             halt: None,
             misses: 0,
             spoilt: 0,
+            unacknowledged: 0,
+            wait: WAIT_FIRST,
             motion: Motion::at(f64::NAN),
             goal: None,
             reading: None,
@@ -358,13 +364,19 @@ impl Joint {
 
     /// Takes the answer to a job.
     pub(crate) fn answered(&mut self, now: Instant, job: Job, status: &Status<'_>) {
+        if job == Job::Reboot {
+            return;
+        }
         self.misses = 0;
+        if job.is_told() && status.fault == Some(Fault::Checksum) {
+            self.unacknowledged += 1;
+        } else if job.is_told() {
+            (self.unacknowledged, self.wait) = (0, WAIT_FIRST);
+        }
         if self.judge(now, status) {
             self.advance(now, job, status.params);
         } else if job == Job::Torque(false) {
             self.released(now, status.fault);
-        } else if job == Job::Reboot && status.fault.is_none() {
-            self.advance(now, job, status.params);
         } else if job == Job::Look {
             self.looked_at(now, status.params);
         }
@@ -375,12 +387,21 @@ impl Joint {
         self.looked_at(now, status.params);
     }
 
+    /// Notes that its servo did not answer a job, or that its answer arrived broken.
+    pub(crate) fn unanswered(&mut self, now: Instant, job: Job, spoilt: bool) {
+        if job == Job::Reboot {
+            return;
+        }
+        self.unacknowledged += u32::from(job.is_told());
+        self.missed(now, spoilt);
+    }
+
     /// Notes that its servo was not heard when it was asked: that it was silent or, if `spoilt`,
     /// that its answer arrived broken.
     pub(crate) fn missed(&mut self, now: Instant, spoilt: bool) {
-        if let Stage::Absent { ask_at, wait } = &mut self.stage {
-            *ask_at = now + *wait;
-            *wait = (2 * *wait).min(WAIT_MOST);
+        if matches!(self.stage, Stage::Absent { .. }) {
+            self.cause = JointCause::Silent;
+            self.stage = Stage::Absent { ask_at: self.leave_alone(now) };
             return;
         }
         if let Stage::LetGo { confirmed } = &mut self.stage {
@@ -389,11 +410,11 @@ impl Joint {
         }
         self.misses += 1;
         self.spoilt += u32::from(spoilt);
-        if self.misses < MISSES_MOST {
+        if self.misses < MISSES_MOST && self.unacknowledged < MISSES_MOST {
             return;
         }
         if self.spoilt >= MISSES_MOST && !matches!(self.stage, Stage::Failed { .. }) {
-            (self.misses, self.spoilt, self.goal) = (0, 0, None);
+            (self.misses, self.spoilt, self.unacknowledged, self.goal) = (0, 0, 0, None);
             self.had_torque |= self.stage == Stage::Following;
             self.stage = Stage::Doubt(Doubt::default());
             self.cause = JointCause::Silent;
@@ -582,16 +603,28 @@ impl Joint {
     }
 
     fn quarantine(&mut self, now: Instant, cause: JointCause) {
-        (self.misses, self.spoilt) = (0, 0);
+        (self.misses, self.spoilt, self.unacknowledged) = (0, 0, 0);
+        if cause == JointCause::BusLost {
+            // It may answer as soon as its line is back.
+            self.wait = WAIT_FIRST;
+        }
         self.cause = cause;
         self.goal = None;
         self.clock.forget();
         self.had_torque |= self.stage == Stage::Following;
+        let ask_at = self.leave_alone(now);
         // A servo that failed stays failed also when it was away, and is told until it confirms.
         self.stage = if let Stage::Failed { cause, release_at, reboot_at } = self.stage {
-            Stage::Failed { cause, release_at: release_at.map(|_| now + WAIT_FIRST), reboot_at }
+            Stage::Failed { cause, release_at: release_at.map(|_| ask_at), reboot_at }
         } else {
-            Stage::Absent { ask_at: now + WAIT_FIRST, wait: 2 * WAIT_FIRST }
+            Stage::Absent { ask_at }
         };
+    }
+
+    /// Until when a silent servo is left alone: twice as long each time, until it acknowledges something.
+    fn leave_alone(&mut self, now: Instant) -> Instant {
+        let until = now + self.wait;
+        self.wait = (2 * self.wait).min(WAIT_MOST);
+        until
     }
 }

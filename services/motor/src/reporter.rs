@@ -71,6 +71,9 @@ impl Reporter {
 fn explain(state: &JointState) -> Option<&'static str> {
     match (state.mode()?, state.cause()?) {
         (JointMode::Quarantined, JointCause::BusLost) => Some("is quarantined: its bus is lost"),
+        (JointMode::Quarantined, JointCause::Alert) => Some(
+            "is away for a moment: its servo begins anew after a hardware alert. Its group holds meanwhile",
+        ),
         (JointMode::Quarantined, _) => {
             Some("is quarantined: its servo does not answer; is it powered, and on this bus with this id?")
         }
@@ -84,5 +87,17 @@ fn explain(state: &JointState) -> Option<&'static str> {
             Some("moves more slowly: its servo is hot or short of voltage")
         }
         _ => None,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_servo_that_is_rebooted_is_not_said_to_be_silent() {
+        let told = |cause| explain(&JointState::unread(0, JointMode::Quarantined, cause)).unwrap();
+        assert!(told(JointCause::Silent).contains("does not answer"));
+        assert!(told(JointCause::Alert).contains("begins anew"), "{}", told(JointCause::Alert));
     }
 }

@@ -1,4 +1,4 @@
-use clock::{Duration, Instant};
+use clock::Instant;
 use message::JointCause;
 
 use crate::doubt::Doubt;
@@ -6,12 +6,10 @@ use crate::doubt::Doubt;
 /// How far a joint's servo is brought up. From top to bottom on the way up.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Stage {
-    /// It does not answer; asked again at an instant, then after twice the wait.
+    /// It does not answer, or has been told to begin anew.
     Absent {
-        /// When it is asked again.
+        /// When it is asked next whether it is there.
         ask_at: Instant,
-        /// How long after that it is asked once more.
-        wait: Duration,
     },
     /// Its answers arrive broken: are there two servos that answer at once?
     Doubt(Doubt),

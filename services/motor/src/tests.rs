@@ -13,6 +13,7 @@ use super::*;
 
 pub(crate) mod campaign;
 mod faults;
+mod stubborn;
 mod torque;
 
 const PERIOD: Duration = Duration::from_millis(4);

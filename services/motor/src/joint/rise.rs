@@ -4,7 +4,7 @@ use clock::{Duration, Instant};
 use message::JointCause;
 use servo::{Motion, acceleration_count, position_count, velocity_count};
 
-use super::{Joint, LOOK_EVERY, WAIT_FIRST};
+use super::{Joint, LOOK_EVERY};
 use crate::Trouble;
 use crate::doubt::Came;
 use crate::job::{Bounds, Job, foreign, has_torque, is_configured};
@@ -57,18 +57,20 @@ impl Joint {
                 self.settings.velocity_rad_s * VELOCITY_MARGIN,
             ))),
             Stage::Failed { release_at: Some(at), .. } => (now >= at).then_some(Job::Torque(false)),
-            Stage::Failed { reboot_at: Some(at), .. } => (now >= at).then_some(Job::Reboot),
+            Stage::Failed { reboot_at: Some(at), .. } => (now >= at).then(|| self.reboot(now)),
             Stage::Failed { .. } | Stage::LetGo { .. } | Stage::Ready | Stage::Following => None,
         }
     }
 
-    /// Whether it is time to look how its servo is; it counts as done.
-    pub(crate) fn wants_look(&mut self, now: Instant) -> bool {
-        let wants = self.is_read() && now >= self.look_at;
-        if wants {
-            self.look_at = now + LOOK_EVERY;
-        }
-        wants
+    /// Since when it has been time to look how its servo is, if it is.
+    pub(crate) fn look_due(&self, now: Instant) -> Option<Instant> {
+        (self.is_read() && now >= self.look_at).then_some(self.look_at)
+    }
+
+    /// Looks how its servo is.
+    pub(crate) fn look(&mut self, now: Instant) -> Job {
+        self.look_at = now + LOOK_EVERY;
+        Job::Look
     }
 
     /// Goes on after a job was done.
@@ -115,7 +117,6 @@ impl Joint {
                 let Stage::Failed { reboot_at, .. } = self.stage else { return };
                 Stage::Failed { cause, release_at: None, reboot_at }
             }
-            (Stage::Failed { .. }, Job::Reboot) => self.rebooted(now),
             (_, Job::Look) => return self.looked_at(now, answer),
             (stage, _) => stage,
         };
@@ -156,14 +157,17 @@ impl Joint {
         Stage::Following
     }
 
-    fn rebooted(&mut self, now: Instant) -> Stage {
+    /// Has its servo begin anew. It counts as done, whatever is answered: whoever did not hear it says its
+    /// alert once more when it is asked who it is, and whose answer was lost must not be told twice.
+    fn reboot(&mut self, now: Instant) -> Job {
         self.reboots += 1;
         self.trouble = None;
         self.cause = JointCause::Alert;
         // Its group waits until it follows again.
         self.restarted = true;
         self.clock.forget();
-        Stage::Absent { ask_at: now + REBOOT_WAIT, wait: WAIT_FIRST }
+        self.stage = Stage::Absent { ask_at: now + REBOOT_WAIT };
+        Job::Reboot
     }
 }
 
