@@ -15,7 +15,7 @@ pub(crate) enum Stage {
     Doubt(Doubt),
     /// Is it there, and is it the right model?
     Ask,
-    /// What does its EEPROM say?
+    /// It shall answer everything. How is it set up?
     Inspect,
     /// The EEPROM says something else: write it, with torque off.
     Configure(Configure),

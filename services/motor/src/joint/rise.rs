@@ -7,7 +7,7 @@ use servo::{Motion, acceleration_count, position_count, velocity_count};
 use super::{Joint, LOOK_EVERY};
 use crate::Trouble;
 use crate::doubt::Came;
-use crate::job::{Bounds, Job, foreign, has_torque, is_configured};
+use crate::job::{Bounds, Job, answers_all, foreign, has_torque, is_configured};
 use crate::stage::{Arm, Configure, Stage};
 
 /// The servo's own bus watchdog: 200 ms.
@@ -77,6 +77,11 @@ impl Joint {
     pub(super) fn advance(&mut self, now: Instant, job: Job, answer: &[u8]) {
         self.stage = match (self.stage, job) {
             (Stage::Ask | Stage::Absent { .. }, Job::Ping) => self.identified(answer),
+            (Stage::Inspect, Job::Inspect) if !answers_all(answer) => {
+                // It was told in vain.
+                self.unacknowledged += 1;
+                return self.missed(now, false);
+            }
             (Stage::Inspect, Job::Inspect) => {
                 let (min, max) = self.limit_counts();
                 self.bounds = Bounds::parse(answer);

@@ -141,6 +141,31 @@ fn servos_are_looked_at_while_another_has_a_job_in_every_cycle() {
 }
 
 #[test]
+fn a_servo_that_is_not_to_acknowledge_anything_is_told_to_and_follows() {
+    for level in [0, 1] {
+        let mut rig = configured();
+        rig.level(0, 0, level);
+        rig.commanded(150, 0.3, rig.now);
+        assert_eq!(rig.modes(), [Following; 3], "level {level}");
+        assert_eq!(rig.servo(0, 0).status_return_level(), 2);
+    }
+}
+
+#[test]
+fn a_servo_that_no_longer_acknowledges_what_it_is_told_lets_go_all_the_same() {
+    let mut rig = following();
+    rig.level(0, 0, 1);
+    rig.commanded(150, 0.3, rig.now);
+    // Nobody commands.
+    for _ in 0..400 {
+        rig.cycle();
+    }
+    assert_eq!((rig.modes(), rig.torque(0, 0)), (vec![Limp; 3], 0));
+    rig.commanded(150, 0.3, rig.now);
+    assert_eq!(rig.modes(), [Following; 3]);
+}
+
+#[test]
 fn a_servo_that_is_read_and_never_acknowledges_is_quarantined_and_holds_up_no_other_group() {
     let mut rig = configured();
     let mut quarantined = 0;
@@ -154,4 +179,18 @@ fn a_servo_that_is_read_and_never_acknowledges_is_quarantined_and_holds_up_no_ot
     assert_eq!(rig.modes()[1..], [Following; 2]);
     rig.level(0, 0, 2);
     rig.until(1500, 0.3, |rig| rig.modes() == [Following; 3]);
+}
+
+#[test]
+fn whether_a_servo_answers_everything_is_read_back() {
+    let (rig, [mut joint, _]) = (following(), left_joints());
+    let servo = &rig.lines[0].servos()[0];
+    joint.answered(rig.now, Job::Ping, &status(&servo.ping()));
+    let mut setup = servo.read(9, 60).unwrap().to_vec();
+    setup[usize::from(STATUS_RETURN_LEVEL.address - 9)] = 1;
+    for _ in 0..3 {
+        assert_eq!(joint.job(rig.now, true), Some(Job::Inspect), "it did not hear it");
+        joint.answered(rig.now, Job::Inspect, &status(&setup));
+    }
+    assert_eq!(joint.state(true).mode(), Some(Quarantined));
 }
