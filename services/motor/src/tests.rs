@@ -548,3 +548,16 @@ fn after_an_answer_that_is_missing_none_of_its_length_is_awaited_for_long() {
     assert_eq!(lengths(&mut rig, 24), [rotating, rotating].concat());
     assert_eq!(lengths(&mut rig, 3), [0; 3]);
 }
+
+#[test]
+fn a_bus_whose_adapter_gives_back_what_is_said_is_calm() {
+    let mut rig = following();
+    for bus in 0..2 {
+        rig.inject(bus, "echo");
+    }
+    rig.commanded(100, 0.0, rig.now);
+    let part = rig.request.parts().next().unwrap().0;
+    assert_eq!(part.data, usize::from(servo::Reading::ITEM.length));
+    assert_eq!(rig.motor.bus_counts(0).late_bytes, 0);
+    assert_eq!(rig.modes(), [JointMode::Following; 3]);
+}
