@@ -44,6 +44,8 @@ pub(crate) enum Job {
     /// Acceleration and velocity, in counts.
     Profile([i32; 2]),
     Torque(bool),
+    /// Stay where you are, torque on, wherever the goal is.
+    Stay,
     /// How is it?
     Look,
     /// Begin anew: clears a hardware alert.
@@ -69,6 +71,7 @@ impl Job {
             | Self::Aim(_)
             | Self::Profile(_)
             | Self::Torque(_)
+            | Self::Stay
             | Self::Reboot => 0,
         }
     }
@@ -81,7 +84,7 @@ impl Job {
         match self {
             Self::Ping | Self::Doubt { alike: true } => say(Instruction::Ping),
             Self::Doubt { alike: false } => say(read(Reading::ITEM)),
-            Self::Inspect => encode_inspection(id, out),
+            Self::Inspect => encode_two(id, (STATUS_RETURN_LEVEL, ANSWERS_ALL), read(SETUP), out),
             Self::SetMode => say(write(RETURN_DELAY, &MODE)),
             Self::SetLimits { min, max } => say(write(MAX_POSITION_LIMIT, &words([max, min, 0])[..8])),
             Self::SetWatchdog(units) => say(write(BUS_WATCHDOG, &[units])),
@@ -90,20 +93,21 @@ impl Job {
                 say(write(PROFILE_ACCELERATION, &words([acceleration, velocity, 0])[..8]))
             }
             Self::Torque(on) => say(write(TORQUE_ENABLE, &[u8::from(on)])),
+            // A servo whose torque comes on takes where it stands for its goal, beyond its limits too.
+            Self::Stay => encode_two(id, (TORQUE_ENABLE, 0), write(TORQUE_ENABLE, &[1]), out),
             Self::Look => say(read(CONDITION)),
             Self::Reboot => say(Instruction::Reboot),
         }
     }
 }
 
-/// A servo that is told by a sync write does not acknowledge it, whatever its status return level was; what
-/// became of that is read back with the rest.
-fn encode_inspection(id: Id, out: &mut [u8]) -> usize {
-    let Item { address, length } = STATUS_RETURN_LEVEL;
-    let told = Instruction::SyncWrite { address, length, records: &[id.get(), ANSWERS_ALL] };
-    let told = told.encode(Address::All, out).unwrap_or(0);
-    let asked = Instruction::Read { address: SETUP.address, length: SETUP.length };
-    told + asked.encode(Address::One(id), out.get_mut(told..).unwrap_or_default()).unwrap_or(0)
+/// Writes two instructions: a byte, and right behind it another instruction. What is told in a sync write is not
+/// acknowledged, so that there is one answer, and one also from a servo that acknowledges nothing yet.
+fn encode_two(id: Id, (item, byte): (Item, u8), then: Instruction<'_>, out: &mut [u8]) -> usize {
+    let Item { address, length } = item;
+    let first = Instruction::SyncWrite { address, length, records: &[id.get(), byte] };
+    let end = first.encode(Address::All, out).unwrap_or(0);
+    end + then.encode(Address::One(id), out.get_mut(end..).unwrap_or_default()).unwrap_or(0)
 }
 
 fn words([a, b, c]: [i32; 3]) -> [u8; 12] {

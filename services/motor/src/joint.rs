@@ -22,6 +22,8 @@ const FRESH: Duration = Duration::from_millis(100);
 /// No servo turns faster, by its motor or by anybody's hand, and no reading is off by more.
 const SPEED_MOST_RAD_S: f64 = 30.0;
 const JUMP_MOST_RAD: f64 = 0.1;
+/// Who turns no faster stands: two counts of velocity.
+const STILL_RAD_S: f64 = 0.05;
 /// How often it is looked how a servo is.
 const LOOK_EVERY: Duration = Duration::from_millis(500);
 /// How long after an alert a servo is rebooted, where the configuration says so, and how often.
@@ -173,6 +175,7 @@ impl Joint {
     pub(crate) const fn is_rising(&self) -> bool {
         match self.stage {
             Stage::Ask | Stage::Inspect | Stage::Configure(_) | Stage::Ready | Stage::Arm(_) => true,
+            Stage::Held { stays } => stays && self.halt.is_none(),
             Stage::Absent { .. }
             | Stage::Doubt(_)
             | Stage::Following
@@ -189,6 +192,7 @@ impl Joint {
             Stage::Ready | Stage::Arm(_) => !self.clock.is_known(),
             Stage::Absent { .. }
             | Stage::Following
+            | Stage::Held { .. }
             | Stage::Release
             | Stage::LetGo { .. }
             | Stage::Failed { .. } => false,
@@ -201,6 +205,7 @@ impl Joint {
             Stage::Ready
             | Stage::Arm(_)
             | Stage::Following
+            | Stage::Held { .. }
             | Stage::Release
             | Stage::LetGo { confirmed: true } => true,
             Stage::Absent { .. }
@@ -218,9 +223,10 @@ impl Joint {
         self.restarted || matches!(self.stage, Stage::Failed { cause: JointCause::Alert, .. })
     }
 
-    /// Whether it moves by command.
+    /// Whether it moves by command, or on its way back to its limits.
     pub(crate) fn is_moving(&self) -> bool {
-        self.stage == Stage::Following && self.motion.velocity_rad_s.abs() > 0.0
+        let moves = self.returns || self.motion.velocity_rad_s.abs() > 0.0;
+        (self.stage == Stage::Following && moves) || self.stage == Stage::Held { stays: false }
     }
 
     /// Whether its servo has said that its torque is off, since it was told so.
@@ -294,7 +300,7 @@ impl Joint {
 
     /// Switches the torque off, after its commander was gone for long.
     pub(crate) fn release(&mut self) {
-        let may_have_torque = matches!(self.stage, Stage::Following | Stage::Arm(_))
+        let may_have_torque = matches!(self.stage, Stage::Following | Stage::Held { .. } | Stage::Arm(_))
             || (self.stage == Stage::Ready && self.may_have_torque);
         if may_have_torque {
             self.stage = Stage::Release;
@@ -306,6 +312,15 @@ impl Joint {
     pub(crate) fn stop_arming(&mut self) {
         if matches!(self.stage, Stage::Arm(_)) {
             self.stage = Stage::Ready;
+        }
+    }
+
+    /// Stops it on its way back to its limits, which its servo goes by itself: no goal that it would take
+    /// is where it stands.
+    pub(crate) fn stop_returning(&mut self) {
+        if self.stage == Stage::Following && self.returns && self.is_far_from(self.motion.position_rad) {
+            (self.returns, self.may_have_torque) = (false, true);
+            self.stage = Stage::Held { stays: false };
         }
     }
 
@@ -344,11 +359,11 @@ impl Joint {
                 Age::Restarted => self.has_restarted(),
             }
             if taken == Taken::Read {
-                if !self.is_plausible(asked_at, self.settings.joint_rad(servo.position_rad)) {
+                let position_rad = self.settings.joint_rad(servo.position_rad);
+                if !self.is_plausible(asked_at, position_rad) {
                     return Taken::Stale;
                 }
                 let turn = if self.settings.reversed { -1.0 } else { 1.0 };
-                let position_rad = self.settings.joint_rad(servo.position_rad);
                 let (velocity_rad_s, current_a) = (turn * servo.velocity_rad_s, turn * servo.current_a);
                 // It was sampled soon after it was asked for, whenever the answer was taken up.
                 self.reading = Some((asked_at, Reading { current_a, velocity_rad_s, position_rad, ..servo }));
@@ -415,7 +430,7 @@ impl Joint {
         }
         if self.spoilt >= MISSES_MOST && !matches!(self.stage, Stage::Failed { .. }) {
             (self.misses, self.spoilt, self.unacknowledged, self.goal) = (0, 0, 0, None);
-            self.had_torque |= self.stage == Stage::Following;
+            self.had_torque |= self.keeps_torque();
             self.stage = Stage::Doubt(Doubt::default());
             self.cause = JointCause::Silent;
         } else {
@@ -457,6 +472,11 @@ impl Joint {
                 None if self.derating() < 1.0 => (JointMode::Following, JointCause::Derated),
                 None => (JointMode::Following, JointCause::None),
             },
+            Stage::Held { stays } => match self.halt.or((!live).then_some(JointCause::CommandTimeout)) {
+                Some(cause) if stays && self.is_still() => (JointMode::Holding, cause),
+                Some(cause) => (JointMode::Decelerating, cause),
+                None => (JointMode::Starting, JointCause::NotStarted),
+            },
             Stage::Release | Stage::LetGo { confirmed: false } => (JointMode::Releasing, self.cause),
             Stage::LetGo { confirmed: true } => (JointMode::Limp, self.cause),
             Stage::Failed { cause, .. } => (JointMode::Limp, cause),
@@ -490,6 +510,16 @@ impl Joint {
     fn standing(&self, now: Instant) -> Option<f64> {
         let (at, reading) = self.reading?;
         if now.since(at) <= FRESH { self.clamped(reading.position_rad) } else { None }
+    }
+
+    /// Whether it was read to stand.
+    fn is_still(&self) -> bool {
+        self.reading.is_some_and(|(_, reading)| reading.velocity_rad_s.abs() <= STILL_RAD_S)
+    }
+
+    /// Whether its servo has torque, and is to keep it.
+    const fn keeps_torque(&self) -> bool {
+        matches!(self.stage, Stage::Following | Stage::Held { .. })
     }
 
     /// Whether it was read far from there: its command began at its limit, and it stood beyond.
@@ -578,7 +608,7 @@ impl Joint {
 
     /// Its servo began anew by itself: without torque, and with what is kept without power.
     fn has_restarted(&mut self) {
-        if matches!(self.stage, Stage::Following | Stage::Arm(_)) {
+        if self.keeps_torque() || matches!(self.stage, Stage::Arm(_)) {
             self.restarted = true;
             self.goal = None;
             self.cause = JointCause::Restarted;
@@ -591,14 +621,12 @@ impl Joint {
         self.condition = Some(condition);
         if !condition.errors.is_none() {
             self.alert(now, condition.errors);
-        } else if self.stage == Stage::Following {
-            if condition.watchdog_tripped {
-                self.cause = JointCause::Watchdog;
-                self.goal = None;
-                self.stage = Stage::Arm(crate::stage::Arm::Clear);
-            } else if !condition.has_torque {
-                self.has_restarted();
-            }
+        } else if self.stage == Stage::Following && condition.watchdog_tripped {
+            self.cause = JointCause::Watchdog;
+            self.goal = None;
+            self.stage = Stage::Arm(crate::stage::Arm::Clear);
+        } else if self.keeps_torque() && !condition.has_torque {
+            self.has_restarted();
         }
     }
 
@@ -611,7 +639,7 @@ impl Joint {
         self.cause = cause;
         self.goal = None;
         self.clock.forget();
-        self.had_torque |= self.stage == Stage::Following;
+        self.had_torque |= self.keeps_torque();
         let ask_at = self.leave_alone(now);
         // A servo that failed stays failed also when it was away, and is told until it confirms.
         self.stage = if let Stage::Failed { cause, release_at, reboot_at } = self.stage {

@@ -150,9 +150,13 @@ impl Motor {
         let body_stopped = self.buses.iter().any(Bus::is_lost).then_some(JointCause::BodyStopped);
         for joint in &mut self.joints {
             let group_stopped = self.stopped.get(joint.group()).is_some_and(|stopped| *stopped);
-            joint.set_halt(body_stopped.or(group_stopped.then_some(JointCause::GroupStopped)));
+            let halt = body_stopped.or(group_stopped.then_some(JointCause::GroupStopped));
+            joint.set_halt(halt);
             if !self.live {
                 joint.forget_goal();
+            }
+            if !self.live || halt.is_some() {
+                joint.stop_returning();
             }
             if !self.live || body_stopped.is_some() {
                 joint.stop_arming();

@@ -25,6 +25,11 @@ pub(crate) enum Stage {
     Arm(Arm),
     /// Torque is on. Once the soft start is over its servo gets the profile of operation.
     Following,
+    /// It had to stop on its way back to its limits: torque is on, and its servo stays where it is.
+    Held {
+        /// Whether its servo has acknowledged that.
+        stays: bool,
+    },
     /// Torque is going off.
     Release,
     /// The torque of the whole body is switched off.

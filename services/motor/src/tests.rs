@@ -11,6 +11,7 @@ use servo::{Id, Model, table};
 
 use super::*;
 
+mod beyond;
 pub(crate) mod campaign;
 mod faults;
 mod stubborn;

@@ -25,7 +25,8 @@ const REBOOT_WAIT: Duration = Duration::from_millis(500);
 impl Joint {
     /// What its servo is to be told next on the way up or down, if anything.
     pub(crate) fn job(&mut self, now: Instant, may_arm: bool) -> Option<Job> {
-        if self.stage == Stage::Ready && may_arm {
+        let is_held = self.stage == Stage::Held { stays: true } && self.halt.is_none();
+        if may_arm && (self.stage == Stage::Ready || is_held) {
             self.stage = Stage::Arm(Arm::Clear);
         }
         match self.stage {
@@ -41,9 +42,14 @@ impl Joint {
             }
             Stage::Arm(Arm::Clear) => Some(Job::SetWatchdog(0)),
             Stage::Arm(Arm::Aim) => {
-                let goal = position_count(self.settings.servo_rad(self.standing(now)?));
+                let stands_rad = self.standing(now)?;
                 let slow_rad_s = self.policy.soft_start_rad_s.min(self.settings.velocity_rad_s);
                 let [acceleration, velocity] = profile(LOW_ACCELERATION_RAD_S2, slow_rad_s);
+                if self.may_have_torque && self.is_far_from(stands_rad) {
+                    // With its limit for a goal it would move before it follows.
+                    return Some(Job::Profile([acceleration, velocity]));
+                }
+                let goal = position_count(self.settings.servo_rad(stands_rad));
                 Some(Job::Aim([acceleration, velocity, goal]))
             }
             Stage::Arm(Arm::Watch) => Some(Job::SetWatchdog(WATCHDOG)),
@@ -58,6 +64,7 @@ impl Joint {
             ))),
             Stage::Failed { release_at: Some(at), .. } => (now >= at).then_some(Job::Torque(false)),
             Stage::Failed { reboot_at: Some(at), .. } => (now >= at).then(|| self.reboot(now)),
+            Stage::Held { stays } => (!stays).then_some(Job::Stay),
             Stage::Failed { .. } | Stage::LetGo { .. } | Stage::Ready | Stage::Following => None,
         }
     }
@@ -111,9 +118,10 @@ impl Joint {
                 Stage::Ready
             }
             (Stage::Arm(Arm::Clear), Job::SetWatchdog(0)) => Stage::Arm(Arm::Aim),
-            (Stage::Arm(Arm::Aim), Job::Aim(_)) => Stage::Arm(Arm::Watch),
+            (Stage::Arm(Arm::Aim), Job::Aim(_) | Job::Profile(_)) => Stage::Arm(Arm::Watch),
             (Stage::Arm(Arm::Watch), Job::SetWatchdog(_)) => Stage::Arm(Arm::Torque),
             (Stage::Arm(Arm::Torque), Job::Torque(true)) => self.armed(now),
+            (Stage::Held { .. }, Job::Stay) => Stage::Held { stays: true },
             (Stage::Following, Job::Profile(_)) => {
                 self.is_quick = true;
                 Stage::Following
