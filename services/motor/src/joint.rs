@@ -100,16 +100,12 @@ pub(crate) struct Joint {
 
 impl Joint {
     pub(crate) fn new(index: u32, id: Id, settings: &config::motor::Joint, policy: Policy) -> Self {
-        let model = match settings.model {
-            config::motor::Model::Xm430W350 => Model::Xm430W350,
-            config::motor::Model::Xl330M288 => Model::Xl330M288,
-        };
         Self {
             settings: settings.clone(),
             policy,
             index,
             id,
-            model,
+            model: settings.model.into(),
             stage: Stage::Ask,
             cause: JointCause::NotStarted,
             trouble: None,
