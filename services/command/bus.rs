@@ -232,7 +232,7 @@ fn scan(place: &Where<'_>, json: bool) -> Result<ExitCode, Failed> {
             let name =
                 model.map_or_else(|| format!("model {}", servo.model), |model| model.name().to_owned());
             let note = match joint {
-                Some(joint) if whom::model_of(joint.model).number() == servo.model => joint.name.clone(),
+                Some(joint) if Model::from(joint.model).number() == servo.model => joint.name.clone(),
                 Some(joint) => format!("{}, but another model than motor.toml says", joint.name),
                 None if bus.joints.is_empty() => String::new(),
                 None => "not in motor.toml".to_owned(),

@@ -151,11 +151,3 @@ impl<'a> Where<'a> {
         }
     }
 }
-
-/// The servo model of a configured one.
-pub(super) const fn model_of(model: config::motor::Model) -> servo::Model {
-    match model {
-        config::motor::Model::Xm430W350 => servo::Model::Xm430W350,
-        config::motor::Model::Xl330M288 => servo::Model::Xl330M288,
-    }
-}

@@ -1,5 +1,5 @@
 use clock::Instant;
-use config::motor::{Model, Motor};
+use config::motor::Motor;
 use servo::mock::{Line, Servo};
 use servo::table::BAUD_RATE;
 use servo::{Id, baud_number};
@@ -10,13 +10,9 @@ use servo::{Id, baud_number};
 pub fn line(robot: &Motor, bus: usize, now: Instant) -> Line {
     let code = robot.buses.get(bus).and_then(|bus| baud_number(bus.baud)).unwrap_or(1);
     let servos = robot.joints.iter().filter(|joint| joint.bus == bus).filter_map(|joint| {
-        let model = match joint.model {
-            Model::Xm430W350 => servo::Model::Xm430W350,
-            Model::Xl330M288 => servo::Model::Xl330M288,
-        };
         let middle_rad = joint.joint_rad(0.0);
         let rest_rad = joint.servo_rad(middle_rad.max(joint.min_rad).min(joint.max_rad));
-        let mut servo = Servo::new(model, Id::new(joint.id)?, rest_rad, now);
+        let mut servo = Servo::new(joint.model.into(), Id::new(joint.id)?, rest_rad, now);
         // Writable: torque is off.
         servo.write(BAUD_RATE.address, &[code]).ok()?;
         Some(servo)

@@ -23,7 +23,8 @@ const LATE_MOST: u32 = 6;
 const LENGTHS: u16 = 12;
 /// A bus is calm after so many exchanges in which nothing was missing, broken, late or asked again.
 const CALM: u32 = 24;
-/// Of so many requests to a bus that has let go one asks where its servos stand.
+/// Of so many requests to a bus that has let go one asks where its servos stand; of so many others in one a
+/// look at how a servo is comes before what anybody is to be told.
 const ROUNDS: usize = 3;
 /// How often torque off is said to all at once.
 const BROADCASTS: usize = 3;
@@ -344,7 +345,7 @@ impl Bus {
             Some(status) => joint.answered(now, job, &status),
             None if !missing.contains(&Some(index)) && self.blames_servos() => {
                 self.counts.missed += 1;
-                joint.missed(now, replies.spoilt(Topic::Job) > 0);
+                joint.unanswered(now, job, replies.spoilt(Topic::Job) > 0);
             }
             None => {}
         }
@@ -361,14 +362,19 @@ impl Bus {
         joints.get_mut(*index)
     }
 
-    /// The next job on the way up or down, of one joint after the other; without any, a look at
-    /// how one servo is, where it is time for it.
+    /// The next job on the way up or down, of one joint after the other; without any, and now and then
+    /// before it, a look at how one servo is, where it is time for it.
     fn find_job(
         &mut self,
         now: Instant,
         joints: &mut [Joint],
         arm_up_to: Option<usize>,
     ) -> Option<(usize, Job)> {
+        if self.round == 0
+            && let Some(look) = self.find_look(now, joints)
+        {
+            return Some(look);
+        }
         let count = self.joints.len();
         // Torque comes on where it is known who is there.
         let unsettled = |&index: &usize| joints.get(index).is_some_and(Joint::is_unsettled);
@@ -382,11 +388,14 @@ impl Bus {
                 return Some((index, job));
             }
         }
-        let due = self
-            .joints
-            .iter()
-            .find(|&&index| joints.get_mut(index).is_some_and(|joint| joint.wants_look(now)));
-        due.map(|&index| (index, Job::Look))
+        self.find_look(now, joints)
+    }
+
+    /// A look at the servo for which it has been time the longest.
+    fn find_look(&self, now: Instant, joints: &mut [Joint]) -> Option<(usize, Job)> {
+        let due = |index: usize| Some((joints.get(index)?.look_due(now)?, index));
+        let (_, index) = self.joints.iter().filter_map(|&index| due(index)).min()?;
+        Some((index, joints.get_mut(index)?.look(now)))
     }
 }
 

@@ -14,6 +14,9 @@ pub(crate) fn derating(condition: Condition, bounds: Bounds, nominal_v: f64) -> 
     let cool = (below_c - HOT_C) / (WARM_C - HOT_C);
     let spare_v = LOW_VOLTAGE_SHARE * (nominal_v - f64::from(bounds.min_v));
     let fed = (f64::from(condition.input_v) - f64::from(bounds.min_v)) / spare_v;
+    // A lowest voltage above what the servo is made for is set for another supply, of which nothing more is known:
+    // below it the servo says so itself.
+    let fed = if spare_v > 0.0 { fed } else { 1.0 };
     // Where a bound says nothing (a quotient that is no number) it limits nothing.
     [cool, fed].into_iter().filter(|share| !share.is_nan()).fold(1.0, f64::min).max(0.0)
 }
@@ -37,5 +40,15 @@ mod tests {
         assert!((share(40.0, 10.0) - 0.5).abs() < 1e-6);
         assert!(share(40.0, 9.0).abs() < 1e-9);
         assert!((share(f32::NAN, f32::NAN) - 1.0).abs() < 1e-9);
+    }
+
+    #[test]
+    fn a_lowest_voltage_above_what_the_servo_is_made_for_spares_nothing() {
+        // Four cells in series, and a limit that is to keep them from being drained.
+        for min_v in [12.0, 13.0, 14.9] {
+            let condition = Condition { temperature_c: 40.0, input_v: 14.8, ..Condition::default() };
+            let share = derating(condition, Bounds { temperature_c: 80.0, min_v }, 12.0);
+            assert!((share - 1.0).abs() < 1e-9, "{share} at a limit of {min_v} V");
+        }
     }
 }

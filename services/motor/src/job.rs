@@ -1,14 +1,17 @@
 use servo::table::{
     BUS_WATCHDOG, HARDWARE_ERROR_STATUS, HOMING_OFFSET, Item, MAX_POSITION_LIMIT, MIN_VOLTAGE_LIMIT,
     PRESENT_INPUT_VOLTAGE, PRESENT_TEMPERATURE, PROFILE_ACCELERATION, RETURN_DELAY, SHUTDOWN,
-    TEMPERATURE_LIMIT, TORQUE_ENABLE, by_address,
+    STATUS_RETURN_LEVEL, TEMPERATURE_LIMIT, TORQUE_ENABLE, by_address,
 };
 use servo::{Address, HardwareErrors, Id, Instruction, Model, Reading};
 
 use crate::Trouble;
 
-/// From return delay to torque: what is looked at before anything is written.
-const EEPROM: Item = span(RETURN_DELAY, TORQUE_ENABLE);
+/// From return delay to status return level: how it is set up, looked at before anything of it is written but
+/// the last.
+const SETUP: Item = span(RETURN_DELAY, STATUS_RETURN_LEVEL);
+/// The status return level of a servo that answers everything.
+const ANSWERS_ALL: u8 = 2;
 /// Return delay, drive mode, operating mode: none, normal with a profile of velocity, position.
 const MODE: [u8; 3] = [0, 0, 3];
 /// From torque to temperature: how the servo is.
@@ -28,6 +31,7 @@ pub(crate) enum Job {
     Doubt {
         alike: bool,
     },
+    /// Answer everything from now on; and how is it set up?
     Inspect,
     SetMode,
     SetLimits {
@@ -40,6 +44,8 @@ pub(crate) enum Job {
     /// Acceleration and velocity, in counts.
     Profile([i32; 2]),
     Torque(bool),
+    /// Stay where you are, torque on, wherever the goal is.
+    Stay,
     /// How is it?
     Look,
     /// Begin anew: clears a hardware alert.
@@ -47,12 +53,17 @@ pub(crate) enum Job {
 }
 
 impl Job {
+    /// Whether it tells a servo something, and asks it nothing.
+    pub(crate) fn is_told(self) -> bool {
+        self.answer_length() == 0
+    }
+
     /// Data bytes of the answer.
     pub(crate) fn answer_length(self) -> usize {
         match self {
             Self::Ping | Self::Doubt { alike: true } => 3,
             Self::Doubt { alike: false } => usize::from(Reading::ITEM.length),
-            Self::Inspect => usize::from(EEPROM.length),
+            Self::Inspect => usize::from(SETUP.length),
             Self::Look => usize::from(CONDITION.length),
             Self::SetMode
             | Self::SetLimits { .. }
@@ -60,6 +71,7 @@ impl Job {
             | Self::Aim(_)
             | Self::Profile(_)
             | Self::Torque(_)
+            | Self::Stay
             | Self::Reboot => 0,
         }
     }
@@ -72,7 +84,7 @@ impl Job {
         match self {
             Self::Ping | Self::Doubt { alike: true } => say(Instruction::Ping),
             Self::Doubt { alike: false } => say(read(Reading::ITEM)),
-            Self::Inspect => say(read(EEPROM)),
+            Self::Inspect => encode_two(id, (STATUS_RETURN_LEVEL, ANSWERS_ALL), read(SETUP), out),
             Self::SetMode => say(write(RETURN_DELAY, &MODE)),
             Self::SetLimits { min, max } => say(write(MAX_POSITION_LIMIT, &words([max, min, 0])[..8])),
             Self::SetWatchdog(units) => say(write(BUS_WATCHDOG, &[units])),
@@ -81,10 +93,21 @@ impl Job {
                 say(write(PROFILE_ACCELERATION, &words([acceleration, velocity, 0])[..8]))
             }
             Self::Torque(on) => say(write(TORQUE_ENABLE, &[u8::from(on)])),
+            // A servo whose torque comes on takes where it stands for its goal, beyond its limits too.
+            Self::Stay => encode_two(id, (TORQUE_ENABLE, 0), write(TORQUE_ENABLE, &[1]), out),
             Self::Look => say(read(CONDITION)),
             Self::Reboot => say(Instruction::Reboot),
         }
     }
+}
+
+/// Writes two instructions: a byte, and right behind it another instruction. What is told in a sync write is not
+/// acknowledged, so that there is one answer, and one also from a servo that acknowledges nothing yet.
+fn encode_two(id: Id, (item, byte): (Item, u8), then: Instruction<'_>, out: &mut [u8]) -> usize {
+    let Item { address, length } = item;
+    let first = Instruction::SyncWrite { address, length, records: &[id.get(), byte] };
+    let end = first.encode(Address::All, out).unwrap_or(0);
+    end + then.encode(Address::One(id), out.get_mut(end..).unwrap_or_default()).unwrap_or(0)
 }
 
 fn words([a, b, c]: [i32; 3]) -> [u8; 12] {
@@ -96,28 +119,38 @@ fn words([a, b, c]: [i32; 3]) -> [u8; 12] {
 }
 
 /// Whether the answer to [`Job::Inspect`] is what [`Job::SetMode`] and [`Job::SetLimits`] write.
-pub(crate) fn is_configured(eeprom: &[u8], min: i32, max: i32) -> bool {
-    let limits = usize::from(MAX_POSITION_LIMIT.address - EEPROM.address);
-    eeprom.starts_with(&MODE)
-        && eeprom.get(limits..).is_some_and(|found| found.starts_with(&words([max, min, 0])[..8]))
+pub(crate) fn is_configured(setup: &[u8], min: i32, max: i32) -> bool {
+    setup.starts_with(&MODE)
+        && setup
+            .get(at(MAX_POSITION_LIMIT)..)
+            .is_some_and(|found| found.starts_with(&words([max, min, 0])[..8]))
 }
 
 /// What in the answer to [`Job::Inspect`] somebody has set for another robot, and is not for this program to undo.
-pub(crate) fn foreign(model: Model, eeprom: &[u8]) -> Option<Trouble> {
-    let at = |item: Item| usize::from(item.address - EEPROM.address);
-    let offset = i32::from_le_bytes(*eeprom.get(at(HOMING_OFFSET)..)?.first_chunk()?);
+pub(crate) fn foreign(model: Model, setup: &[u8]) -> Option<Trouble> {
+    let offset = i32::from_le_bytes(*setup.get(at(HOMING_OFFSET)..)?.first_chunk()?);
     if offset != 0 {
         return Some(Trouble::HomingOffset(offset));
     }
-    let found = *eeprom.get(at(SHUTDOWN))?;
+    let found = *setup.get(at(SHUTDOWN))?;
     let initial = by_address(model, SHUTDOWN.address)?.initial;
     let expected = u8::try_from(initial).ok()?;
     (found & expected != expected).then_some(Trouble::Shutdown { expected, found })
 }
 
 /// Whether torque is on, by the answer to [`Job::Inspect`].
-pub(crate) fn has_torque(eeprom: &[u8]) -> bool {
-    eeprom.last() == Some(&1)
+pub(crate) fn has_torque(setup: &[u8]) -> bool {
+    setup.get(at(TORQUE_ENABLE)) == Some(&1)
+}
+
+/// Whether it answers everything, by the answer to [`Job::Inspect`].
+pub(crate) fn answers_all(setup: &[u8]) -> bool {
+    setup.get(at(STATUS_RETURN_LEVEL)) == Some(&ANSWERS_ALL)
+}
+
+/// Where an item stands in the answer to [`Job::Inspect`].
+fn at(item: Item) -> usize {
+    usize::from(item.address - SETUP.address)
 }
 
 /// What a servo bears, from the answer to [`Job::Inspect`].
@@ -130,10 +163,9 @@ pub(crate) struct Bounds {
 }
 
 impl Bounds {
-    pub(crate) fn parse(eeprom: &[u8]) -> Option<Self> {
-        let at = |item: Item| usize::from(item.address - EEPROM.address);
-        let temperature = *eeprom.get(at(TEMPERATURE_LIMIT))?;
-        let volts = eeprom.get(at(MIN_VOLTAGE_LIMIT)..)?.first_chunk()?;
+    pub(crate) fn parse(setup: &[u8]) -> Option<Self> {
+        let temperature = *setup.get(at(TEMPERATURE_LIMIT))?;
+        let volts = setup.get(at(MIN_VOLTAGE_LIMIT)..)?.first_chunk()?;
         Some(Self { temperature_c: f32::from(temperature), min_v: decivolts(*volts) })
     }
 }

@@ -22,6 +22,8 @@ const FRESH: Duration = Duration::from_millis(100);
 /// No servo turns faster, by its motor or by anybody's hand, and no reading is off by more.
 const SPEED_MOST_RAD_S: f64 = 30.0;
 const JUMP_MOST_RAD: f64 = 0.1;
+/// Who turns no faster stands: two counts of velocity.
+const STILL_RAD_S: f64 = 0.05;
 /// How often it is looked how a servo is.
 const LOOK_EVERY: Duration = Duration::from_millis(500);
 /// How long after an alert a servo is rebooted, where the configuration says so, and how often.
@@ -69,6 +71,10 @@ pub(crate) struct Joint {
     /// Times in a row that it was silent, and that its answer was broken.
     misses: u32,
     spoilt: u32,
+    /// Times in a row that it did not acknowledge what it was told, though it may be read.
+    unacknowledged: u32,
+    /// How long it is left alone when it falls silent the next time.
+    wait: Duration,
     motion: Motion,
     goal: Option<Goal>,
     reading: Option<(Instant, Reading)>,
@@ -94,22 +100,20 @@ pub(crate) struct Joint {
 
 impl Joint {
     pub(crate) fn new(index: u32, id: Id, settings: &config::motor::Joint, policy: Policy) -> Self {
-        let model = match settings.model {
-            config::motor::Model::Xm430W350 => Model::Xm430W350,
-            config::motor::Model::Xl330M288 => Model::Xl330M288,
-        };
         Self {
             settings: settings.clone(),
             policy,
             index,
             id,
-            model,
+            model: settings.model.into(),
             stage: Stage::Ask,
             cause: JointCause::NotStarted,
             trouble: None,
             halt: None,
             misses: 0,
             spoilt: 0,
+            unacknowledged: 0,
+            wait: WAIT_FIRST,
             motion: Motion::at(f64::NAN),
             goal: None,
             reading: None,
@@ -167,6 +171,7 @@ impl Joint {
     pub(crate) const fn is_rising(&self) -> bool {
         match self.stage {
             Stage::Ask | Stage::Inspect | Stage::Configure(_) | Stage::Ready | Stage::Arm(_) => true,
+            Stage::Held { stays } => stays && self.halt.is_none(),
             Stage::Absent { .. }
             | Stage::Doubt(_)
             | Stage::Following
@@ -183,6 +188,7 @@ impl Joint {
             Stage::Ready | Stage::Arm(_) => !self.clock.is_known(),
             Stage::Absent { .. }
             | Stage::Following
+            | Stage::Held { .. }
             | Stage::Release
             | Stage::LetGo { .. }
             | Stage::Failed { .. } => false,
@@ -195,6 +201,7 @@ impl Joint {
             Stage::Ready
             | Stage::Arm(_)
             | Stage::Following
+            | Stage::Held { .. }
             | Stage::Release
             | Stage::LetGo { confirmed: true } => true,
             Stage::Absent { .. }
@@ -212,9 +219,10 @@ impl Joint {
         self.restarted || matches!(self.stage, Stage::Failed { cause: JointCause::Alert, .. })
     }
 
-    /// Whether it moves by command.
+    /// Whether it moves by command, or on its way back to its limits.
     pub(crate) fn is_moving(&self) -> bool {
-        self.stage == Stage::Following && self.motion.velocity_rad_s.abs() > 0.0
+        let moves = self.returns || self.motion.velocity_rad_s.abs() > 0.0;
+        (self.stage == Stage::Following && moves) || self.stage == Stage::Held { stays: false }
     }
 
     /// Whether its servo has said that its torque is off, since it was told so.
@@ -288,7 +296,7 @@ impl Joint {
 
     /// Switches the torque off, after its commander was gone for long.
     pub(crate) fn release(&mut self) {
-        let may_have_torque = matches!(self.stage, Stage::Following | Stage::Arm(_))
+        let may_have_torque = matches!(self.stage, Stage::Following | Stage::Held { .. } | Stage::Arm(_))
             || (self.stage == Stage::Ready && self.may_have_torque);
         if may_have_torque {
             self.stage = Stage::Release;
@@ -300,6 +308,15 @@ impl Joint {
     pub(crate) fn stop_arming(&mut self) {
         if matches!(self.stage, Stage::Arm(_)) {
             self.stage = Stage::Ready;
+        }
+    }
+
+    /// Stops it on its way back to its limits, which its servo goes by itself: no goal that it would take
+    /// is where it stands.
+    pub(crate) fn stop_returning(&mut self) {
+        if self.stage == Stage::Following && self.returns && self.is_far_from(self.motion.position_rad) {
+            (self.returns, self.may_have_torque) = (false, true);
+            self.stage = Stage::Held { stays: false };
         }
     }
 
@@ -338,11 +355,11 @@ impl Joint {
                 Age::Restarted => self.has_restarted(),
             }
             if taken == Taken::Read {
-                if !self.is_plausible(asked_at, self.settings.joint_rad(servo.position_rad)) {
+                let position_rad = self.settings.joint_rad(servo.position_rad);
+                if !self.is_plausible(asked_at, position_rad) {
                     return Taken::Stale;
                 }
                 let turn = if self.settings.reversed { -1.0 } else { 1.0 };
-                let position_rad = self.settings.joint_rad(servo.position_rad);
                 let (velocity_rad_s, current_a) = (turn * servo.velocity_rad_s, turn * servo.current_a);
                 // It was sampled soon after it was asked for, whenever the answer was taken up.
                 self.reading = Some((asked_at, Reading { current_a, velocity_rad_s, position_rad, ..servo }));
@@ -358,13 +375,19 @@ impl Joint {
 
     /// Takes the answer to a job.
     pub(crate) fn answered(&mut self, now: Instant, job: Job, status: &Status<'_>) {
+        if job == Job::Reboot {
+            return;
+        }
         self.misses = 0;
+        if job.is_told() && status.fault == Some(Fault::Checksum) {
+            self.unacknowledged += 1;
+        } else if job.is_told() {
+            (self.unacknowledged, self.wait) = (0, WAIT_FIRST);
+        }
         if self.judge(now, status) {
             self.advance(now, job, status.params);
         } else if job == Job::Torque(false) {
             self.released(now, status.fault);
-        } else if job == Job::Reboot && status.fault.is_none() {
-            self.advance(now, job, status.params);
         } else if job == Job::Look {
             self.looked_at(now, status.params);
         }
@@ -375,12 +398,21 @@ impl Joint {
         self.looked_at(now, status.params);
     }
 
+    /// Notes that its servo did not answer a job, or that its answer arrived broken.
+    pub(crate) fn unanswered(&mut self, now: Instant, job: Job, spoilt: bool) {
+        if job == Job::Reboot {
+            return;
+        }
+        self.unacknowledged += u32::from(job.is_told());
+        self.missed(now, spoilt);
+    }
+
     /// Notes that its servo was not heard when it was asked: that it was silent or, if `spoilt`,
     /// that its answer arrived broken.
     pub(crate) fn missed(&mut self, now: Instant, spoilt: bool) {
-        if let Stage::Absent { ask_at, wait } = &mut self.stage {
-            *ask_at = now + *wait;
-            *wait = (2 * *wait).min(WAIT_MOST);
+        if matches!(self.stage, Stage::Absent { .. }) {
+            self.cause = JointCause::Silent;
+            self.stage = Stage::Absent { ask_at: self.leave_alone(now) };
             return;
         }
         if let Stage::LetGo { confirmed } = &mut self.stage {
@@ -389,12 +421,12 @@ impl Joint {
         }
         self.misses += 1;
         self.spoilt += u32::from(spoilt);
-        if self.misses < MISSES_MOST {
+        if self.misses < MISSES_MOST && self.unacknowledged < MISSES_MOST {
             return;
         }
         if self.spoilt >= MISSES_MOST && !matches!(self.stage, Stage::Failed { .. }) {
-            (self.misses, self.spoilt, self.goal) = (0, 0, None);
-            self.had_torque |= self.stage == Stage::Following;
+            (self.misses, self.spoilt, self.unacknowledged, self.goal) = (0, 0, 0, None);
+            self.had_torque |= self.keeps_torque();
             self.stage = Stage::Doubt(Doubt::default());
             self.cause = JointCause::Silent;
         } else {
@@ -436,6 +468,11 @@ impl Joint {
                 None if self.derating() < 1.0 => (JointMode::Following, JointCause::Derated),
                 None => (JointMode::Following, JointCause::None),
             },
+            Stage::Held { stays } => match self.halt.or((!live).then_some(JointCause::CommandTimeout)) {
+                Some(cause) if stays && self.is_still() => (JointMode::Holding, cause),
+                Some(cause) => (JointMode::Decelerating, cause),
+                None => (JointMode::Starting, JointCause::NotStarted),
+            },
             Stage::Release | Stage::LetGo { confirmed: false } => (JointMode::Releasing, self.cause),
             Stage::LetGo { confirmed: true } => (JointMode::Limp, self.cause),
             Stage::Failed { cause, .. } => (JointMode::Limp, cause),
@@ -469,6 +506,16 @@ impl Joint {
     fn standing(&self, now: Instant) -> Option<f64> {
         let (at, reading) = self.reading?;
         if now.since(at) <= FRESH { self.clamped(reading.position_rad) } else { None }
+    }
+
+    /// Whether it was read to stand.
+    fn is_still(&self) -> bool {
+        self.reading.is_some_and(|(_, reading)| reading.velocity_rad_s.abs() <= STILL_RAD_S)
+    }
+
+    /// Whether its servo has torque, and is to keep it.
+    const fn keeps_torque(&self) -> bool {
+        matches!(self.stage, Stage::Following | Stage::Held { .. })
     }
 
     /// Whether it was read far from there: its command began at its limit, and it stood beyond.
@@ -557,7 +604,7 @@ impl Joint {
 
     /// Its servo began anew by itself: without torque, and with what is kept without power.
     fn has_restarted(&mut self) {
-        if matches!(self.stage, Stage::Following | Stage::Arm(_)) {
+        if self.keeps_torque() || matches!(self.stage, Stage::Arm(_)) {
             self.restarted = true;
             self.goal = None;
             self.cause = JointCause::Restarted;
@@ -570,28 +617,38 @@ impl Joint {
         self.condition = Some(condition);
         if !condition.errors.is_none() {
             self.alert(now, condition.errors);
-        } else if self.stage == Stage::Following {
-            if condition.watchdog_tripped {
-                self.cause = JointCause::Watchdog;
-                self.goal = None;
-                self.stage = Stage::Arm(crate::stage::Arm::Clear);
-            } else if !condition.has_torque {
-                self.has_restarted();
-            }
+        } else if self.stage == Stage::Following && condition.watchdog_tripped {
+            self.cause = JointCause::Watchdog;
+            self.goal = None;
+            self.stage = Stage::Arm(crate::stage::Arm::Clear);
+        } else if self.keeps_torque() && !condition.has_torque {
+            self.has_restarted();
         }
     }
 
     fn quarantine(&mut self, now: Instant, cause: JointCause) {
-        (self.misses, self.spoilt) = (0, 0);
+        (self.misses, self.spoilt, self.unacknowledged) = (0, 0, 0);
+        if cause == JointCause::BusLost {
+            // It may answer as soon as its line is back.
+            self.wait = WAIT_FIRST;
+        }
         self.cause = cause;
         self.goal = None;
         self.clock.forget();
-        self.had_torque |= self.stage == Stage::Following;
+        self.had_torque |= self.keeps_torque();
+        let ask_at = self.leave_alone(now);
         // A servo that failed stays failed also when it was away, and is told until it confirms.
         self.stage = if let Stage::Failed { cause, release_at, reboot_at } = self.stage {
-            Stage::Failed { cause, release_at: release_at.map(|_| now + WAIT_FIRST), reboot_at }
+            Stage::Failed { cause, release_at: release_at.map(|_| ask_at), reboot_at }
         } else {
-            Stage::Absent { ask_at: now + WAIT_FIRST, wait: 2 * WAIT_FIRST }
+            Stage::Absent { ask_at }
         };
+    }
+
+    /// Until when a silent servo is left alone: twice as long each time, until it acknowledges something.
+    fn leave_alone(&mut self, now: Instant) -> Instant {
+        let until = now + self.wait;
+        self.wait = (2 * self.wait).min(WAIT_MOST);
+        until
     }
 }

@@ -48,8 +48,8 @@ pub struct Motor {
     stepped_at: Option<Instant>,
     period: Duration,
     live: bool,
-    /// Nobody commands any more.
-    is_dismissed: bool,
+    /// Nobody commands any more: when every torque is switched off, whatever moves still.
+    let_go_at: Option<Instant>,
     /// Why the torque of the whole body is switched off, if it is.
     letting_go: Option<JointCause>,
     /// By group, whether one of its joints is in trouble that stops the others.
@@ -95,7 +95,7 @@ impl Motor {
             stepped_at: None,
             period: settings.rate_hz.period(),
             live: false,
-            is_dismissed: false,
+            let_go_at: None,
             letting_go: None,
             stopped: vec![false; robot.groups.len()],
             counts: Counts::default(),
@@ -133,10 +133,14 @@ impl Motor {
         self.decided_at = self.decided_at.map(|decided_at| decided_at.min(now));
         let unled_since = *self.unled_since.get_or_insert(now);
         let age = self.decided_at.map(|decided_at| now.since(decided_at));
-        self.live = !self.is_dismissed && age.is_some_and(|age| age <= self.command_timeout);
+        let is_dismissed = self.let_go_at.is_some();
+        self.live = !is_dismissed && age.is_some_and(|age| age <= self.command_timeout);
         // A servo that was found with its torque on keeps it as long as one whose commander fell silent.
         let unled = age.unwrap_or_else(|| now.since(unled_since));
-        let limp = !self.is_dismissed && unled > self.command_timeout + self.limp_after;
+        let limp = !is_dismissed && unled > self.command_timeout + self.limp_after;
+        if self.let_go_at.is_some_and(|let_go_at| now >= let_go_at || !self.is_moving()) {
+            self.let_go(JointCause::Stopped);
+        }
         self.stopped.fill(false);
         for joint in self.joints.iter().filter(|joint| joint.stops_group()) {
             if let Some(stopped) = self.stopped.get_mut(joint.group()) {
@@ -146,9 +150,13 @@ impl Motor {
         let body_stopped = self.buses.iter().any(Bus::is_lost).then_some(JointCause::BodyStopped);
         for joint in &mut self.joints {
             let group_stopped = self.stopped.get(joint.group()).is_some_and(|stopped| *stopped);
-            joint.set_halt(body_stopped.or(group_stopped.then_some(JointCause::GroupStopped)));
+            let halt = body_stopped.or(group_stopped.then_some(JointCause::GroupStopped));
+            joint.set_halt(halt);
             if !self.live {
                 joint.forget_goal();
+            }
+            if !self.live || halt.is_some() {
+                joint.stop_returning();
             }
             if !self.live || body_stopped.is_some() {
                 joint.stop_arming();
@@ -165,8 +173,8 @@ impl Motor {
     }
 
     /// Switches every torque off from the next request on, and keeps it off: goals do nothing
-    /// until [`start_anew`](Self::start_anew). For an emergency stop or, once nothing
-    /// [moves](Self::is_moving) any more, for an orderly end.
+    /// until [`start_anew`](Self::start_anew). For an emergency stop; for an orderly end there is
+    /// [`dismiss`](Self::dismiss).
     pub fn let_go(&mut self, cause: JointCause) {
         // An emergency is not made less of by an end.
         if self.letting_go != Some(JointCause::Emergency) {
@@ -189,8 +197,7 @@ impl Motor {
     }
 
     /// Whether any joint moves by command.
-    #[must_use]
-    pub fn is_moving(&self) -> bool {
+    fn is_moving(&self) -> bool {
         self.joints.iter().any(Joint::is_moving)
     }
 
@@ -200,9 +207,10 @@ impl Motor {
         self.joints.iter().filter(|joint| !joint.has_let_go()).count()
     }
 
-    /// Heeds no commander any more: the joints slow down and hold.
-    pub fn dismiss(&mut self) {
-        self.is_dismissed = true;
+    /// Heeds no commander any more: the joints slow down and hold, and once nothing moves, or at
+    /// `let_go_at` whatever moves still, every torque is switched off.
+    pub fn dismiss(&mut self, let_go_at: Instant) {
+        self.let_go_at = Some(let_go_at);
     }
 
     /// How many buses there are.

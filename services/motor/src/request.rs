@@ -128,13 +128,12 @@ impl Request {
         who: impl IntoIterator<Item = Id>,
         data: usize,
         write: impl FnOnce(&mut [u8]) -> usize,
-    ) -> bool {
+    ) {
         let sent = write(self.bytes.get_mut(self.end..).unwrap_or_default());
-        let Some(place) = self.parts.get_mut(self.count).filter(|_| sent > 0) else { return false };
+        let Some(place) = self.parts.get_mut(self.count).filter(|_| sent > 0) else { return };
         *place = Some(Part::new(topic, sent, data, who));
         self.end += sent;
         self.count += 1;
-        true
     }
 
     /// The parts with their bytes, in the order in which they go out.

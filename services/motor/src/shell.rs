@@ -1,7 +1,7 @@
 use clock::{Duration, Instant};
 use config::Robot;
 use message::{Header, Hop, JointCause, JointGoals, JointMode, JointState, JointStates, Process};
-use process::{Emergency, Failure, Launch, Member, Progress};
+use process::{Emergency, Failure, Launch, Lookout, Member, Progress};
 use transport::Outlet;
 
 use crate::Motor;
@@ -11,6 +11,8 @@ use crate::threads::Threads;
 
 /// How long an orderly end may take: slow down, hold, let go.
 const END_WITHIN: Duration = Duration::from_secs(1);
+/// After this much of it torque goes off whatever moves still: a process that ends must leave none on.
+const LET_GO_AFTER: Duration = Duration::from_millis(750);
 
 /// Drives the joints until the process is told to stop. Then they slow down, hold, and let go.
 ///
@@ -74,7 +76,7 @@ pub fn run(launch: &Launch, robot: &Robot) -> Result<(), Failure> {
     }
     if !launch.lockstep {
         let (motor, threads) = (&mut motor, &mut threads);
-        lay_down(motor, threads, period, |motor, now| {
+        lay_down(motor, threads, period, &lookout, |motor, now| {
             publish(motor, Header::at(now.as_nanos()), &member, &mut states)
         })?;
     }
@@ -97,24 +99,26 @@ fn publish(
     Ok(())
 }
 
-/// Lets the body slow down, hold, and go limp, for as long as that may take.
-fn lay_down(
+/// Lets the body slow down, hold, and go limp; where an emergency stop is raised, go limp at once.
+pub(crate) fn lay_down(
     motor: &mut Motor,
     threads: &mut Threads,
     period: Duration,
+    lookout: &Lookout,
     mut tell: impl FnMut(&Motor, Instant) -> Result<(), Failure>,
 ) -> Result<(), Failure> {
     let mut now = clock::now();
     let until = now + END_WITHIN;
-    motor.dismiss();
+    motor.dismiss(now + LET_GO_AFTER);
+    // Whatever the period is, the last cycle comes when torque is to be off.
     while now < until && (motor.letting_go().is_none() || motor.unconfirmed() > 0) {
         clock::sleep_until(now + period);
         now = clock::now();
         threads.collect(motor).map_err(Failure::own)?;
-        motor.step(now);
-        if !motor.is_moving() {
-            motor.let_go(JointCause::Stopped);
+        if lookout.is_raised() {
+            motor.let_go(JointCause::Emergency);
         }
+        motor.step(now);
         threads.send(motor, now).map_err(Failure::own)?;
         tell(motor, now)?;
     }

@@ -1,4 +1,4 @@
-use clock::{Duration, Instant};
+use clock::Instant;
 use message::JointCause;
 
 use crate::doubt::Doubt;
@@ -6,18 +6,16 @@ use crate::doubt::Doubt;
 /// How far a joint's servo is brought up. From top to bottom on the way up.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Stage {
-    /// It does not answer; asked again at an instant, then after twice the wait.
+    /// It does not answer, or has been told to begin anew.
     Absent {
-        /// When it is asked again.
+        /// When it is asked next whether it is there.
         ask_at: Instant,
-        /// How long after that it is asked once more.
-        wait: Duration,
     },
     /// Its answers arrive broken: are there two servos that answer at once?
     Doubt(Doubt),
     /// Is it there, and is it the right model?
     Ask,
-    /// What does its EEPROM say?
+    /// It shall answer everything. How is it set up?
     Inspect,
     /// The EEPROM says something else: write it, with torque off.
     Configure(Configure),
@@ -27,6 +25,11 @@ pub(crate) enum Stage {
     Arm(Arm),
     /// Torque is on. Once the soft start is over its servo gets the profile of operation.
     Following,
+    /// It had to stop on its way back to its limits: torque is on, and its servo stays where it is.
+    Held {
+        /// Whether its servo has acknowledged that.
+        stays: bool,
+    },
     /// Torque is going off.
     Release,
     /// The torque of the whole body is switched off.

@@ -6,13 +6,15 @@ use rand_chacha::rand_core::{Rng as _, SeedableRng as _};
 use clock::{Duration, Instant};
 use message::{JointCause, JointGoal, JointMode, JointState};
 use serial::Lost;
-use servo::mock::{Line, Servo};
+use servo::mock::{Injection, Line, Servo};
 use servo::{Id, Model, table};
 
 use super::*;
 
+mod beyond;
 pub(crate) mod campaign;
 mod faults;
+mod stubborn;
 mod torque;
 
 const PERIOD: Duration = Duration::from_millis(4);
@@ -70,6 +72,8 @@ struct Rig {
     request: Request,
     replies: Replies,
     masters: Vec<Master>,
+    /// Bus, id and first instruction of the jobs of the newest cycle.
+    jobs: Vec<(usize, u8, u8)>,
     /// Bus and id of servos whose answers are lost.
     mute: BTreeSet<(usize, u8)>,
     lost: Option<usize>,
@@ -133,7 +137,11 @@ impl Rig {
     }
 
     fn with(settings: &str) -> Self {
-        let robot = config::motor::parse(ROBOT, "motor.toml".as_ref()).unwrap();
+        Self::of(ROBOT, settings)
+    }
+
+    fn of(robot: &str, settings: &str) -> Self {
+        let robot = config::motor::parse(robot, "motor.toml".as_ref()).unwrap();
         let settings = config::parse(settings, "leo.toml".as_ref()).unwrap();
         let servo = |model, id, at| Servo::new(model, Id::new(id).unwrap(), at, Instant::EPOCH);
         Self {
@@ -146,6 +154,7 @@ impl Rig {
             request: Request::default(),
             replies: Replies::default(),
             masters: vec![Master::new(4_000_000, (PERIOD, PERIOD)); 2],
+            jobs: Vec::new(),
             mute: BTreeSet::new(),
             lost: None,
             noise: None,
@@ -155,8 +164,11 @@ impl Rig {
     fn cycle(&mut self) {
         self.now += PERIOD;
         self.motor.step(self.now);
+        self.jobs.clear();
         for bus in 0..self.motor.buses() {
             self.motor.request(bus, self.now, &mut self.request);
+            let jobs = self.request.parts().filter(|(part, _)| part.topic == Topic::Job);
+            self.jobs.extend(jobs.map(|(part, bytes)| (bus, part.ids()[0], bytes[7])));
             let mute = self.mute.iter().filter(|mute| mute.0 == bus).map(|mute| mute.1).collect();
             let mut wire = Wire {
                 line: &mut self.lines[bus],
@@ -178,6 +190,30 @@ impl Rig {
             self.motor.goals(self.now, &goals);
             self.cycle();
         }
+    }
+
+    /// Cycles with a commander, at most so many, until something holds; how many these were.
+    fn until(&mut self, most: u32, goal_rad: f64, holds: impl Fn(&Self) -> bool) -> u32 {
+        (0..=most)
+            .find(|_| {
+                let done = holds(self);
+                if !done {
+                    self.commanded(1, goal_rad, self.now);
+                }
+                done
+            })
+            .unwrap_or_else(|| panic!("not within {most} cycles: {:?} {:?}", self.modes(), self.causes()))
+    }
+
+    /// The table of a servo.
+    fn servo(&mut self, bus: usize, place: usize) -> &mut Servo {
+        &mut self.lines[bus].servos_mut()[place]
+    }
+
+    /// Puts faults in, in the words of the mock servo bus.
+    fn inject(&mut self, bus: usize, words: &str) {
+        let faults: Vec<Injection> = words.lines().map(|line| line.parse().unwrap()).collect();
+        self.lines[bus].inject(self.now, &faults);
     }
 
     fn state(&self, joint: usize) -> JointState {
@@ -512,4 +548,17 @@ fn after_an_answer_that_is_missing_none_of_its_length_is_awaited_for_long() {
     let rotating = [1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 0];
     assert_eq!(lengths(&mut rig, 24), [rotating, rotating].concat());
     assert_eq!(lengths(&mut rig, 3), [0; 3]);
+}
+
+#[test]
+fn a_bus_whose_adapter_gives_back_what_is_said_is_calm() {
+    let mut rig = following();
+    for bus in 0..2 {
+        rig.inject(bus, "echo");
+    }
+    rig.commanded(100, 0.0, rig.now);
+    let part = rig.request.parts().next().unwrap().0;
+    assert_eq!(part.data, usize::from(servo::Reading::ITEM.length));
+    assert_eq!(rig.motor.bus_counts(0).late_bytes, 0);
+    assert_eq!(rig.modes(), [JointMode::Following; 3]);
 }

@@ -82,6 +82,16 @@ impl Model {
     }
 }
 
+impl From<config::motor::Model> for Model {
+    /// The kind of servo that `motor.toml` says.
+    fn from(configured: config::motor::Model) -> Self {
+        match configured {
+            config::motor::Model::Xm430W350 => Self::Xm430W350,
+            config::motor::Model::Xl330M288 => Self::Xl330M288,
+        }
+    }
+}
+
 /// Speeds in bits per second by their number in item 8.
 const BAUD_RATES: [u32; 8] = [9_600, 57_600, 115_200, 1_000_000, 2_000_000, 3_000_000, 4_000_000, 4_500_000];
 

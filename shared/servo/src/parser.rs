@@ -1,6 +1,7 @@
 use crate::crc::crc;
 use crate::fast::{Begin, Step};
 use crate::frame::{HEADER, PREFIX, SUFFIX, is_stuffed, unstuff};
+use crate::status::STATUS;
 use crate::{Address, FastReply, Frame, Status};
 
 /// Bytes that wait at most; a whole chain of answers fits.
@@ -22,7 +23,7 @@ pub struct Losses {
     pub cut: u64,
     /// Bytes dropped because more came than fit.
     pub overrun: u64,
-    /// Whole frames that were none of those awaited, such as an answer to an earlier question.
+    /// Bytes of whole answers that were none of those awaited, such as one to an earlier question.
     pub stray: u64,
 }
 
@@ -98,8 +99,8 @@ impl Parser {
     }
 
     /// The next servo's part of a frame with which several answer together; `None` when more
-    /// bytes are needed, or when everybody has answered. Frames before it are dropped, and bytes
-    /// behind it stay.
+    /// bytes are needed, or when everybody has answered. Frames before it are dropped, of which an
+    /// instruction is no loss: an adapter that echoes gives it back. Bytes behind it stay.
     pub fn next_part(&mut self, reply: &mut FastReply) -> Option<Status<'_>> {
         loop {
             let step = reply.step(self.origin, self.waiting());
@@ -119,7 +120,9 @@ impl Parser {
                     Begin::Perhaps => return None,
                     Begin::No => match examine(self.waiting()) {
                         Found::Whole(_, length) => {
-                            self.losses.stray += 1;
+                            if self.waiting().get(PREFIX) == Some(&STATUS) {
+                                self.losses.stray += number(length);
+                            }
                             self.skip(length);
                         }
                         Found::Part => return None,

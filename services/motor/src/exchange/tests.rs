@@ -194,6 +194,74 @@ fn one_bad_servo_costs_one_servo_and_one_turn_whatever_is_wrong_with_its_answers
     }
 }
 
+#[test]
+fn what_an_adapter_gives_back_is_not_taken_for_late() {
+    let ids: Vec<u8> = (1..=3).collect();
+    let who = || ids.iter().filter_map(|id| Id::new(*id));
+    let (address, length) = (Reading::ITEM.address, Reading::ITEM.length);
+    let goals = Instruction::SyncWrite { address: 116, length: 4, records: &[1, 0, 8, 0, 0, 2, 0, 8, 0, 0] };
+    for topic in [Topic::Chain, Topic::Each] {
+        let question = if topic == Topic::Chain {
+            Instruction::FastSyncRead { address, length, ids: &ids }
+        } else {
+            Instruction::SyncRead { address, length, ids: &ids }
+        };
+        let mut request = Request::default();
+        request.add(topic, who(), usize::from(length), |out| {
+            let end = goals.encode(Address::All, out).unwrap();
+            end + question.encode(Address::All, &mut out[end..]).unwrap()
+        });
+        let servos = who().map(|id| Servo::new(Model::Xm430W350, id, 0.0, Instant::EPOCH)).collect();
+        let mut line = Line::new(servos).with_injector(Injector::new("only", 1));
+        line.inject(Instant::EPOCH, &["echo".parse().unwrap()]);
+        let mut port = Bare { line, now: Instant::EPOCH, there: Vec::new() };
+        let mut replies = Replies::default();
+        Master::new(4_000_000, PATIENCE).exchange(&mut port, &request, &mut replies);
+        assert_eq!(replies.about(topic).count(), 3);
+        assert!(replies.heard(topic) > 3 * usize::from(length) + request.parts().next().unwrap().1.len());
+        assert_eq!((replies.late, replies.noisy, replies.spoilt(topic)), (0, false, 0), "{topic:?}");
+    }
+}
+
+#[test]
+fn an_answer_to_an_earlier_question_is_late_by_its_bytes() {
+    let (ids, line) = two_servos();
+    let (address, length) = (Reading::ITEM.address, Reading::ITEM.length);
+    let mut port = Bare { line, now: Instant::EPOCH, there: Vec::new() };
+    let mut request = Request::default();
+    request.add(Topic::Chain, ids, usize::from(length), |out| {
+        Instruction::FastSyncRead { address, length, ids: &[1, 2] }.encode(Address::All, out).unwrap()
+    });
+    let mut early = [0; 64];
+    let status = Status { id: ids[0], alert: false, fault: None, params: &[0; 5] };
+    let bytes = status.encode(&mut early).unwrap();
+    let mut port = Before { port: &mut port, first: early[..bytes].to_vec() };
+    let mut replies = Replies::default();
+    Master::new(4_000_000, PATIENCE).exchange(&mut port, &request, &mut replies);
+    assert_eq!((replies.about(Topic::Chain).count(), replies.late), (2, bytes));
+}
+
+/// A line on which something comes before anything else.
+struct Before<'a> {
+    port: &'a mut Bare,
+    first: Vec<u8>,
+}
+
+impl Port for Before<'_> {
+    fn send(&mut self, bytes: &[u8], within: Duration) -> Result<Sent, Lost> {
+        self.port.send(bytes, within)
+    }
+
+    fn receive(&mut self, into: &mut [u8], within: Duration, until: Instant) -> Result<Received, Lost> {
+        if self.first.is_empty() {
+            return self.port.receive(into, within, until);
+        }
+        let first = std::mem::take(&mut self.first);
+        into[..first.len()].copy_from_slice(&first);
+        Ok(Received { count: first.len(), at: self.port.now })
+    }
+}
+
 /// Servos whose answers come late, all of them by as much.
 struct Tardy {
     line: Line,

@@ -4,10 +4,10 @@ use clock::{Duration, Instant};
 use message::JointCause;
 use servo::{Motion, acceleration_count, position_count, velocity_count};
 
-use super::{Joint, LOOK_EVERY, WAIT_FIRST};
+use super::{Joint, LOOK_EVERY};
 use crate::Trouble;
 use crate::doubt::Came;
-use crate::job::{Bounds, Job, foreign, has_torque, is_configured};
+use crate::job::{Bounds, Job, answers_all, foreign, has_torque, is_configured};
 use crate::stage::{Arm, Configure, Stage};
 
 /// The servo's own bus watchdog: 200 ms.
@@ -25,7 +25,8 @@ const REBOOT_WAIT: Duration = Duration::from_millis(500);
 impl Joint {
     /// What its servo is to be told next on the way up or down, if anything.
     pub(crate) fn job(&mut self, now: Instant, may_arm: bool) -> Option<Job> {
-        if self.stage == Stage::Ready && may_arm {
+        let is_held = self.stage == Stage::Held { stays: true } && self.halt.is_none();
+        if may_arm && (self.stage == Stage::Ready || is_held) {
             self.stage = Stage::Arm(Arm::Clear);
         }
         match self.stage {
@@ -41,9 +42,14 @@ impl Joint {
             }
             Stage::Arm(Arm::Clear) => Some(Job::SetWatchdog(0)),
             Stage::Arm(Arm::Aim) => {
-                let goal = position_count(self.settings.servo_rad(self.standing(now)?));
+                let stands_rad = self.standing(now)?;
                 let slow_rad_s = self.policy.soft_start_rad_s.min(self.settings.velocity_rad_s);
                 let [acceleration, velocity] = profile(LOW_ACCELERATION_RAD_S2, slow_rad_s);
+                if self.may_have_torque && self.is_far_from(stands_rad) {
+                    // With its limit for a goal it would move before it follows.
+                    return Some(Job::Profile([acceleration, velocity]));
+                }
+                let goal = position_count(self.settings.servo_rad(stands_rad));
                 Some(Job::Aim([acceleration, velocity, goal]))
             }
             Stage::Arm(Arm::Watch) => Some(Job::SetWatchdog(WATCHDOG)),
@@ -57,24 +63,32 @@ impl Joint {
                 self.settings.velocity_rad_s * VELOCITY_MARGIN,
             ))),
             Stage::Failed { release_at: Some(at), .. } => (now >= at).then_some(Job::Torque(false)),
-            Stage::Failed { reboot_at: Some(at), .. } => (now >= at).then_some(Job::Reboot),
+            Stage::Failed { reboot_at: Some(at), .. } => (now >= at).then(|| self.reboot(now)),
+            Stage::Held { stays } => (!stays).then_some(Job::Stay),
             Stage::Failed { .. } | Stage::LetGo { .. } | Stage::Ready | Stage::Following => None,
         }
     }
 
-    /// Whether it is time to look how its servo is; it counts as done.
-    pub(crate) fn wants_look(&mut self, now: Instant) -> bool {
-        let wants = self.is_read() && now >= self.look_at;
-        if wants {
-            self.look_at = now + LOOK_EVERY;
-        }
-        wants
+    /// Since when it has been time to look how its servo is, if it is.
+    pub(crate) fn look_due(&self, now: Instant) -> Option<Instant> {
+        (self.is_read() && now >= self.look_at).then_some(self.look_at)
+    }
+
+    /// Looks how its servo is.
+    pub(crate) fn look(&mut self, now: Instant) -> Job {
+        self.look_at = now + LOOK_EVERY;
+        Job::Look
     }
 
     /// Goes on after a job was done.
     pub(super) fn advance(&mut self, now: Instant, job: Job, answer: &[u8]) {
         self.stage = match (self.stage, job) {
             (Stage::Ask | Stage::Absent { .. }, Job::Ping) => self.identified(answer),
+            (Stage::Inspect, Job::Inspect) if !answers_all(answer) => {
+                // It was told in vain.
+                self.unacknowledged += 1;
+                return self.missed(now, false);
+            }
             (Stage::Inspect, Job::Inspect) => {
                 let (min, max) = self.limit_counts();
                 self.bounds = Bounds::parse(answer);
@@ -104,9 +118,10 @@ impl Joint {
                 Stage::Ready
             }
             (Stage::Arm(Arm::Clear), Job::SetWatchdog(0)) => Stage::Arm(Arm::Aim),
-            (Stage::Arm(Arm::Aim), Job::Aim(_)) => Stage::Arm(Arm::Watch),
+            (Stage::Arm(Arm::Aim), Job::Aim(_) | Job::Profile(_)) => Stage::Arm(Arm::Watch),
             (Stage::Arm(Arm::Watch), Job::SetWatchdog(_)) => Stage::Arm(Arm::Torque),
             (Stage::Arm(Arm::Torque), Job::Torque(true)) => self.armed(now),
+            (Stage::Held { .. }, Job::Stay) => Stage::Held { stays: true },
             (Stage::Following, Job::Profile(_)) => {
                 self.is_quick = true;
                 Stage::Following
@@ -115,7 +130,6 @@ impl Joint {
                 let Stage::Failed { reboot_at, .. } = self.stage else { return };
                 Stage::Failed { cause, release_at: None, reboot_at }
             }
-            (Stage::Failed { .. }, Job::Reboot) => self.rebooted(now),
             (_, Job::Look) => return self.looked_at(now, answer),
             (stage, _) => stage,
         };
@@ -156,14 +170,17 @@ impl Joint {
         Stage::Following
     }
 
-    fn rebooted(&mut self, now: Instant) -> Stage {
+    /// Has its servo begin anew. It counts as done, whatever is answered: whoever did not hear it says its
+    /// alert once more when it is asked who it is, and whose answer was lost must not be told twice.
+    fn reboot(&mut self, now: Instant) -> Job {
         self.reboots += 1;
         self.trouble = None;
         self.cause = JointCause::Alert;
         // Its group waits until it follows again.
         self.restarted = true;
         self.clock.forget();
-        Stage::Absent { ask_at: now + REBOOT_WAIT, wait: WAIT_FIRST }
+        self.stage = Stage::Absent { ask_at: now + REBOOT_WAIT };
+        Job::Reboot
     }
 }
 

@@ -6,35 +6,9 @@ use super::*;
 use crate::request::Topic;
 
 use servo::Status;
-use servo::mock::{HardwareError, Injection};
+use servo::mock::HardwareError;
 
 use JointMode::{Decelerating, Following, Holding, Limp, Quarantined, Releasing};
-
-impl Rig {
-    /// The table of a servo.
-    fn servo(&mut self, bus: usize, place: usize) -> &mut Servo {
-        &mut self.lines[bus].servos_mut()[place]
-    }
-
-    /// Puts faults in, in the words of the mock servo bus.
-    fn inject(&mut self, bus: usize, words: &str) {
-        let faults: Vec<Injection> = words.lines().map(|line| line.parse().unwrap()).collect();
-        self.lines[bus].inject(self.now, &faults);
-    }
-
-    /// Cycles with a commander, at most so many, until something holds; how many these were.
-    fn until(&mut self, most: u32, goal_rad: f64, holds: impl Fn(&Self) -> bool) -> u32 {
-        (0..=most)
-            .find(|_| {
-                let done = holds(self);
-                if !done {
-                    self.commanded(1, goal_rad, self.now);
-                }
-                done
-            })
-            .unwrap_or_else(|| panic!("not within {most} cycles: {:?} {:?}", self.modes(), self.causes()))
-    }
-}
 
 #[test]
 fn an_alert_is_read_in_its_cycle_and_stops_the_joints_group_and_no_other() {
@@ -201,19 +175,31 @@ fn a_servo_that_does_not_confirm_an_emergency_stop_is_told_until_it_does() {
 fn one_who_is_dismissed_slows_down_before_it_lets_go() {
     let mut rig = following();
     rig.commanded(60, -1.0, rig.now);
-    rig.motor.dismiss();
+    rig.motor.dismiss(rig.now + Duration::from_secs(1));
     let mut trace = Vec::new();
     while rig.motor.unconfirmed() > 0 {
         rig.commanded(1, -1.0, rig.now);
-        if !rig.motor.is_moving() {
-            rig.motor.let_go(JointCause::Stopped);
-        }
         let mode = rig.modes()[0];
         if trace.last() != Some(&mode) {
             trace.push(mode);
         }
     }
     assert_eq!(trace, [Decelerating, Holding, Limp]);
+    assert_eq!(rig.causes(), [JointCause::Stopped; 3]);
+}
+
+#[test]
+fn one_who_is_dismissed_and_cannot_stop_in_time_lets_go_as_it_moves() {
+    let robot = ROBOT.replace("acceleration_rad_s2 = 10.0", "acceleration_rad_s2 = 0.5");
+    let mut rig = Rig::of(&robot, SETTINGS);
+    rig.until(2000, 1.0, |rig| rig.state(0).present_velocity_rad_s() > Some(0.4));
+    let let_go_at = rig.now + Duration::from_millis(500);
+    rig.motor.dismiss(let_go_at);
+    while rig.now < let_go_at {
+        assert_eq!(rig.motor.letting_go(), None);
+        rig.cycle();
+    }
+    assert_eq!([rig.torque(0, 0), rig.torque(0, 1), rig.torque(1, 0)], [0; 3]);
     assert_eq!(rig.causes(), [JointCause::Stopped; 3]);
 }
 

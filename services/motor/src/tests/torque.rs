@@ -3,7 +3,6 @@
 use super::*;
 
 use servo::Status;
-use servo::mock::Injection;
 use servo::table::{GOAL_POSITION, HOMING_OFFSET, PROFILE_VELOCITY, SHUTDOWN};
 
 use JointMode::{Following, Holding, Limp, Starting};
@@ -155,13 +154,9 @@ fn a_servo_that_was_set_up_for_another_robot_gets_no_torque() {
 #[test]
 fn a_servo_that_garbles_its_answers_before_it_begins_anew_holds_its_group_too() {
     let mut rig = following();
-    let inject = |rig: &mut Rig, words: &str| {
-        let faults: Vec<Injection> = words.lines().map(|line| line.parse().unwrap()).collect();
-        rig.lines[0].inject(rig.now, &faults);
-    };
-    inject(&mut rig, "flip id=2");
+    rig.inject(0, "flip id=2");
     rig.commanded(3, 0.4, rig.now);
-    inject(&mut rig, "drop p=0");
+    rig.inject(0, "drop p=0");
     rig.lines[0].servos_mut()[1].reboot();
     let mut held = 0;
     for _ in 0..600 {

@@ -5,6 +5,7 @@ use servo::table::{BUS_WATCHDOG, Item, MOVING, TORQUE_ENABLE};
 use servo::{Id, Instruction, Parser, Status};
 
 mod campaign;
+mod end;
 mod fault_table;
 mod rig;
 

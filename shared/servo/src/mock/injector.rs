@@ -89,11 +89,6 @@ impl Injector {
         self.active.is_empty()
     }
 
-    /// What is switched on.
-    pub fn active(&self) -> impl Iterator<Item = &Injection> {
-        self.active.iter().map(|active| &active.injection)
-    }
-
     /// What happened so far.
     #[must_use]
     pub const fn injected(&self) -> Injected {

@@ -1,11 +1,11 @@
 use clock::{Duration, Instant};
 
+use crate::Parser;
 use crate::mock::answer::{Answer, Answers};
 use crate::mock::exchange::Exchange;
 use crate::mock::injection::Kind;
 use crate::mock::spoil::spoil;
 use crate::mock::{HardwareError, Injected, Injection, Injector, Servo};
-use crate::{Losses, Parser};
 
 /// How far from the servo whose identifier it has a second one stands.
 const TWIN_RAD: f64 = 0.3;
@@ -81,12 +81,6 @@ impl Line {
     /// The servos, to be tampered with.
     pub fn servos_mut(&mut self) -> &mut Vec<Servo> {
         &mut self.servos
-    }
-
-    /// What was lost of the host's bytes.
-    #[must_use]
-    pub const fn losses(&self) -> Losses {
-        self.parser.losses()
     }
 
     /// At what speed the host speaks, in bits per second: servos at another one hear nothing that

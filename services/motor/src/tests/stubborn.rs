@@ -1,0 +1,196 @@
+//! Servos that hear and do not say so, or that nobody hears any more while they are to be told something.
+
+use std::collections::BTreeMap;
+
+use super::*;
+
+use servo::Status;
+use servo::mock::HardwareError;
+use servo::table::{STATUS_RETURN_LEVEL, TORQUE_ENABLE};
+
+use JointMode::{Following, Limp, Quarantined};
+
+use crate::bus::{Bus, Purpose};
+use crate::job::Job;
+use crate::joint::{Joint, Policy};
+
+/// The instruction bytes of a ping, of a read and of a reboot.
+const PING: u8 = 0x01;
+const READ: u8 = 0x02;
+const REBOOT: u8 = 0x08;
+
+impl Rig {
+    /// Cycles with a commander; the jobs of each.
+    fn jobs_of(&mut self, cycles: u32) -> Vec<(usize, u8, u8)> {
+        let mut jobs = Vec::new();
+        for _ in 0..cycles {
+            self.commanded(1, 0.2, self.now);
+            jobs.extend_from_slice(&self.jobs);
+        }
+        jobs
+    }
+
+    /// How much a servo answers.
+    fn level(&mut self, bus: usize, place: usize, level: u8) {
+        self.servo(bus, place).write(STATUS_RETURN_LEVEL.address, &[level]).unwrap();
+    }
+}
+
+/// A new motor process and servos that are configured already, without torque.
+fn configured() -> Rig {
+    let Rig { mut lines, now, .. } = following();
+    for servo in lines.iter_mut().flat_map(Line::servos_mut) {
+        servo.write(TORQUE_ENABLE.address, &[0]).unwrap();
+    }
+    Rig { lines, now, ..Rig::new() }
+}
+
+/// The joints of the left bus, of which nothing is known yet.
+fn left_joints() -> [Joint; 2] {
+    let robot = config::motor::parse(ROBOT, "motor.toml".as_ref()).unwrap();
+    let policy = Policy { soft_start: PERIOD, soft_start_rad_s: 0.5, on_alert: config::leo::OnAlert::Hold };
+    [0_u8, 1].map(|joint| {
+        let settings = &robot.joints[usize::from(joint)];
+        Joint::new(joint.into(), Id::new(settings.id).unwrap(), settings, policy)
+    })
+}
+
+/// What servo 1 answers where all is well.
+fn status(params: &[u8]) -> Status<'_> {
+    Status { id: Id::new(1).unwrap(), alert: false, fault: None, params }
+}
+
+/// A rig that reboots, whose elbow has just confirmed that its torque is off after an alert.
+fn alerted() -> Rig {
+    let mut rig = Rig::with(&SETTINGS.replace("hold", "reboot"));
+    rig.until(200, 0.2, |rig| rig.modes() == [Following; 3]);
+    rig.servo(0, 1).fail(HardwareError::Overheating);
+    rig.until(10, 0.2, |rig| rig.modes()[1] == Limp);
+    rig.commanded(10, 0.2, rig.now);
+    assert_eq!(rig.torque(0, 1), 0);
+    rig
+}
+
+#[test]
+fn a_servo_that_loses_its_power_before_its_reboot_costs_a_question_now_and_then_and_blinds_nobody() {
+    let mut rig = alerted();
+    rig.mute.insert((0, 2));
+    let jobs = rig.jobs_of(1500);
+    let told = |instruction: Option<u8>| {
+        let jobs = jobs.iter().filter(|(bus, id, _)| (*bus, *id) == (0, 2));
+        jobs.filter(|(.., byte)| instruction.is_none_or(|instruction| instruction == *byte)).count()
+    };
+    assert_eq!(told(Some(REBOOT)), 1, "it may have heard it");
+    assert!((4..12).contains(&told(None)), "asked {} times in six seconds", told(None));
+    assert_eq!((rig.modes()[1], rig.causes()[1]), (Quarantined, JointCause::Silent));
+    // The other one is looked at still.
+    rig.servo(0, 0).warm_to(73.0);
+    rig.until(150, 0.2, |rig| rig.causes()[0] == JointCause::Derated);
+    rig.servo(0, 0).warm_to(30.0);
+    rig.mute.clear();
+    rig.servo(0, 1).reboot();
+    rig.until(2000, 0.2, |rig| rig.modes() == [Following; 3]);
+}
+
+#[test]
+fn a_reboot_whose_acknowledgement_is_lost_is_told_once() {
+    let mut rig = alerted();
+    rig.inject(0, "drop id=2");
+    let mut reboots = 0;
+    while reboots == 0 {
+        reboots += rig.jobs_of(1).iter().filter(|(.., byte)| *byte == REBOOT).count();
+    }
+    rig.inject(0, "drop p=0");
+    reboots += rig.jobs_of(500).iter().filter(|(.., byte)| *byte == REBOOT).count();
+    assert_eq!((reboots, rig.modes()), (1, vec![Following; 3]));
+}
+
+#[test]
+fn a_servo_that_cannot_be_told_to_let_go_is_told_later_and_later() {
+    let mut rig = following();
+    rig.mute.insert((0, 2));
+    rig.lines[0].servos_mut()[1].fail(HardwareError::Overheating);
+    // It says so in one answer, and nothing more.
+    rig.mute.clear();
+    rig.commanded(1, 0.2, rig.now);
+    rig.mute.insert((0, 2));
+    assert_eq!(rig.modes()[1], Limp);
+    let told = rig.jobs_of(1500).iter().filter(|(bus, id, _)| (*bus, *id) == (0, 2)).count();
+    assert!((4..30).contains(&told), "told {told} times in six seconds");
+}
+
+#[test]
+fn servos_are_looked_at_while_another_has_a_job_in_every_cycle() {
+    let (rig, mut joints) = (following(), left_joints());
+    // The first is well; of the second nobody says whether it answers, so that it is pinged for ever.
+    let servo = &rig.lines[0].servos()[0];
+    for (job, params) in [(Job::Ping, &servo.ping()[..]), (Job::Inspect, servo.read(9, 60).unwrap())] {
+        joints[0].answered(rig.now, job, &status(params));
+    }
+    let (mut bus, mut request) = (Bus::new(vec![0, 1]), Request::default());
+    let mut asked = BTreeMap::new();
+    for cycle in 0..500 {
+        let now = rig.now + cycle * PERIOD;
+        bus.plan(now, &mut joints, Purpose::Drive { arm_up_to: None }, &mut request);
+        for (part, bytes) in request.parts().filter(|(part, _)| part.topic == Topic::Job) {
+            *asked.entry((part.ids()[0], bytes[7])).or_insert(0) += 1;
+        }
+    }
+    // Twice a second.
+    assert_eq!(asked, BTreeMap::from([((1, READ), 4), ((2, PING), 496)]));
+}
+
+#[test]
+fn a_servo_that_is_not_to_acknowledge_anything_is_told_to_and_follows() {
+    for level in [0, 1] {
+        let mut rig = configured();
+        rig.level(0, 0, level);
+        rig.commanded(150, 0.3, rig.now);
+        assert_eq!(rig.modes(), [Following; 3], "level {level}");
+        assert_eq!(rig.servo(0, 0).status_return_level(), 2);
+    }
+}
+
+#[test]
+fn a_servo_that_no_longer_acknowledges_what_it_is_told_lets_go_all_the_same() {
+    let mut rig = following();
+    rig.level(0, 0, 1);
+    rig.commanded(150, 0.3, rig.now);
+    // Nobody commands.
+    for _ in 0..400 {
+        rig.cycle();
+    }
+    assert_eq!((rig.modes(), rig.torque(0, 0)), (vec![Limp; 3], 0));
+    rig.commanded(150, 0.3, rig.now);
+    assert_eq!(rig.modes(), [Following; 3]);
+}
+
+#[test]
+fn a_servo_that_is_read_and_never_acknowledges_is_quarantined_and_holds_up_no_other_group() {
+    let mut rig = configured();
+    let mut quarantined = 0;
+    for _ in 0..400 {
+        rig.level(0, 0, 1);
+        rig.commanded(1, 0.3, rig.now);
+        quarantined += u32::from(rig.modes()[0] == Quarantined);
+        assert_eq!(rig.torque(0, 0), 0);
+    }
+    assert!(quarantined > 200, "in {quarantined} cycles of 400");
+    assert_eq!(rig.modes()[1..], [Following; 2]);
+    rig.level(0, 0, 2);
+    rig.until(1500, 0.3, |rig| rig.modes() == [Following; 3]);
+}
+
+#[test]
+fn whether_a_servo_answers_everything_is_read_back() {
+    let (rig, [mut joint, _]) = (following(), left_joints());
+    let servo = &rig.lines[0].servos()[0];
+    joint.answered(rig.now, Job::Ping, &status(&servo.ping()));
+    let mut setup = servo.read(9, 60).unwrap().to_vec();
+    setup[usize::from(STATUS_RETURN_LEVEL.address - 9)] = 1;
+    for _ in 0..3 {
+        assert_eq!(joint.job(rig.now, true), Some(Job::Inspect), "it did not hear it");
+        joint.answered(rig.now, Job::Inspect, &status(&setup));
+    }
+    assert_eq!(joint.state(true).mode(), Some(Quarantined));
+}
