@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, VecDeque};
 
 use clock::{Duration, Instant};
 use message::{Belief, BeliefHead, Event, EventKind, JointGoal, Utterance};
-use tasks::{Example, Language, Learned, Noise, OnConflict, Prior, Sentence, Snapshot, Task, key};
+use tasks::{Example, Language, Learned, Noise, OnConflict, Prior, Snapshot, Task, key};
 
 use crate::performance::{HalfHeights, Performance, Stage};
 use crate::question::Question;
@@ -165,12 +165,7 @@ impl<B: Body> Learner<B> {
             (speaker, utterance.text.as_str().to_owned())
         });
         self.heard.extend(heard);
-        // Whoever says stop does not wait until Leo knows again what is where.
-        let is_stop = |(_, text): &(u16, String)| Sentence::of(text) == Sentence::Stop;
-        while let Some(index) = self.heard.iter().position(is_stop) {
-            self.heard.remove(index);
-            self.stop(now, input.present_rad, &mut output);
-        }
+        self.obey_stops(now, input.present_rad, &mut output);
         if self.is_sure_of_objects(now, &mut output) && !self.views.is_settling(now) {
             while let Some((speaker, text)) = self.heard.pop_front() {
                 self.answer(now, speaker, &text, input.present_rad, &mut output);
@@ -456,6 +451,7 @@ fn say(output: &mut Output, task: &str, text: &str) {
     output.events.push(Event::new(EventKind::Said, task, text));
 }
 
+/// Says why a task is not performed, and that it is not.
 fn decline(output: &mut Output, task: &str, text: &str) {
     say(output, task, text);
     output.events.push(Event::new(EventKind::Declined, task, text));

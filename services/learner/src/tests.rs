@@ -405,6 +405,53 @@ fn stop_is_obeyed_while_leo_does_not_know_what_is_where() {
 }
 
 #[test]
+fn what_was_asked_for_before_stop_is_not_begun_after_it() {
+    let mut at_once = Run::new(1, Vec::new());
+    at_once.teach();
+    at_once.lay_anew(&["red", "green"], None);
+    at_once.say_at_once(&["Leo, do task 1", "Stop!"]);
+    let mut queued = Run::new(1, Vec::new());
+    queued.teach();
+    queued.lay_anew(&["red", "green"], None);
+    queued.restart_belief();
+    queued.say("Leo, do task 1");
+    queued.steps(5);
+    queued.say("Stop!");
+    for mut run in [at_once, queued] {
+        run.steps(300);
+        assert_eq!(run.table.borrow().skills.last(), Some(&Skill::Hold));
+        assert_eq!(run.texts(EventKind::PerformanceStarted), [""; 0]);
+        let told = "I do not begin task 1: you said stop";
+        assert!(run.texts(EventKind::Said).ends_with(&["I hold still".to_owned(), told.to_owned()]));
+        assert_eq!(run.texts(EventKind::Declined), [told], "whoever waits for the performance waits no more");
+        // What is asked for afterwards is done, in the same breath too.
+        run.say_at_once(&["Stop!", "Leo, do task 1"]);
+        assert!(run.learner.is_performing());
+    }
+}
+
+#[test]
+fn what_was_taught_before_stop_counts_and_the_task_asked_for_may_be_corrected() {
+    let mut run = Run::new(1, Vec::new());
+    run.teach();
+    run.lay_anew(&["red", "green"], None);
+    run.say("Leo, I can teach you to do task 2");
+    run.insert(0, 0);
+    run.restart_belief();
+    run.say("Task 2 is done");
+    run.say("Leo, do task 1");
+    run.say("Stop!");
+    run.steps(200);
+    assert_eq!(run.task("task 2").examples.len(), 1);
+    assert_eq!(run.texts(EventKind::PerformanceStarted), [""; 0]);
+
+    run.say_at_once(&["Leo, do task 1", "Stop!"]);
+    run.say("No, like this");
+    let said = run.texts(EventKind::Said).pop().unwrap();
+    assert!(said.starts_with("I am watching for one more example of task 1"), "{said}");
+}
+
+#[test]
 fn what_is_not_meant_is_left_alone() {
     let mut run = Run::new(1, Vec::new());
     run.teach();

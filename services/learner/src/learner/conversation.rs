@@ -1,14 +1,39 @@
 //! What Leo answers to what it is told and asked.
 
 use clock::Instant;
-use tasks::{Sentence, Task};
+use tasks::{Sentence, Task, key};
 
-use super::{Learner, Output, say};
+use super::{Learner, Output, decline, say};
 use crate::performance::Performance;
 use crate::question::Question;
 use crate::{Body, Skill, answers};
 
 impl<B: Body> Learner<B> {
+    /// Holds still for everybody who said stop: that does not wait until Leo knows again what is where. What
+    /// was asked for before it is not begun after it; whatever else was said before is answered in its turn.
+    pub(super) fn obey_stops(&mut self, now: Instant, present_rad: &[Option<f64>], output: &mut Output) {
+        let is_stop = |(_, text): &(u16, String)| Sentence::of(text) == Sentence::Stop;
+        while let Some(index) = self.heard.iter().position(is_stop) {
+            self.heard.remove(index);
+            self.stop(now, present_rad, output);
+            let later = self.heard.split_off(index);
+            for (speaker, text) in std::mem::take(&mut self.heard) {
+                match Sentence::of(&text) {
+                    Sentence::Do(name) => self.revoke(&name, output),
+                    _ => self.heard.push_back((speaker, text)),
+                }
+            }
+            self.heard.extend(later);
+        }
+    }
+
+    /// A performance that was asked for is not begun; the task is the one in question all the same.
+    fn revoke(&mut self, name: &str, output: &mut Output) {
+        decline(output, name, &format!("I do not begin {name}: you said stop"));
+        let known = Some(key(name)).filter(|key| self.tasks.contains_key(key));
+        self.in_question = known.or_else(|| self.in_question.take());
+    }
+
     pub(super) fn answer(
         &mut self,
         now: Instant,

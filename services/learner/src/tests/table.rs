@@ -195,6 +195,13 @@ impl Run {
         self.step(&[Utterance { speaker, text: Text::new(text) }]);
     }
 
+    /// Sentences that come in one step.
+    pub(super) fn say_at_once(&mut self, texts: &[&str]) {
+        let said: Vec<Utterance> =
+            texts.iter().map(|text| Utterance { speaker: 1, text: Text::new(text) }).collect();
+        self.step(&said);
+    }
+
     fn step(&mut self, utterances: &[Utterance]) {
         let frames: Vec<(BeliefHead, Vec<Belief>)> = (0..=self.partners).map(|p| self.frame(p)).collect();
         let beliefs: Vec<(&BeliefHead, &[Belief])> =
