@@ -167,6 +167,7 @@ impl<B: Body> Learner<B> {
         self.heard.extend(heard);
         self.obey_stops(now, input.present_rad, &mut output);
         if self.is_sure_of_objects(now, &mut output) && !self.views.is_settling(now) {
+            self.record_performed(now, &mut output);
             while let Some((speaker, text)) = self.heard.pop_front() {
                 self.answer(now, speaker, &text, input.present_rad, &mut output);
             }
@@ -218,7 +219,7 @@ impl<B: Body> Learner<B> {
         // While Leo performs a task, the task as a whole is the executable.
         if let Some(act) = act.filter(|_| self.performance.is_none()) {
             let snapshots = self.views.snapshots(now, language, &self.perspectives);
-            output.events.extend(teaching.record(&self.vocabulary, act.actor, None, &snapshots));
+            output.events.extend(teaching.record(&self.vocabulary, act.actor, &snapshots));
         }
     }
 
@@ -269,7 +270,7 @@ impl<B: Body> Learner<B> {
 
     fn end_teaching(&mut self, now: Instant, name: &str, output: &mut Output) {
         let language = &self.vocabulary.language;
-        let Some(teaching) = self.teaching.take_if(|teaching| key(&teaching.recording.task) == key(name))
+        let Some(mut teaching) = self.teaching.take_if(|teaching| key(&teaching.recording.task) == key(name))
         else {
             let text = match &self.teaching {
                 Some(other) => format!("I am being shown {}, not {name}", other.recording.task),
@@ -287,6 +288,7 @@ impl<B: Body> Learner<B> {
             let gone = tasks::listed(&vanished);
             say(output, &name, &format!("I see no more of {gone}: I go by what is still there"));
         }
+        teaching.performed = self.performance.as_ref().map(|performance| performance.task.clone());
         let (last_act, example) = teaching.finish(&self.vocabulary, &snapshots);
         output.events.extend(last_act);
         let example = match example {
@@ -434,11 +436,23 @@ impl<B: Body> Learner<B> {
             motion,
         };
         self.performance = performance.step(&mut stage, &mut output.events);
-        if self.performance.is_none()
-            && let Some(teaching) = &mut self.teaching
-        {
-            let snapshots = self.views.snapshots(now, language, &self.perspectives);
-            output.events.extend(teaching.record(&self.vocabulary, 0, Some(&task), &snapshots));
+        if self.performance.is_none() {
+            self.note_performed(&task);
+        }
+    }
+
+    /// What Leo performed, to its end or until it was stopped, is an act in the demonstration under way.
+    fn note_performed(&mut self, task: &str) {
+        if let Some(teaching) = &mut self.teaching {
+            teaching.performed = Some(task.to_owned());
+        }
+    }
+
+    /// Records what Leo performed in the demonstration under way, once it is certain what is where.
+    fn record_performed(&mut self, now: Instant, output: &mut Output) {
+        if let Some(teaching) = self.teaching.as_mut().filter(|teaching| teaching.performed.is_some()) {
+            let snapshots = self.views.snapshots(now, &self.vocabulary.language, &self.perspectives);
+            output.events.extend(teaching.record_performed(&self.vocabulary, &snapshots));
         }
     }
 }

@@ -451,6 +451,56 @@ fn what_was_taught_before_stop_counts_and_the_task_asked_for_may_be_corrected() 
     assert!(said.starts_with("I am watching for one more example of task 1"), "{said}");
 }
 
+/// Leo does task 1 while it is shown task 2, until two holes are filled.
+fn a_task_in_a_task() -> Run {
+    let mut run = Run::new(1, Vec::new());
+    run.teach();
+    run.lay_anew(&["red", "green", "yellow", "red"], None);
+    run.say("Leo, I can teach you to do task 2");
+    run.say("Leo, do task 1");
+    for _ in 0..500 {
+        if run.texts(EventKind::StepDone).len() == 2 {
+            break;
+        }
+        run.steps(1);
+    }
+    assert_eq!(run.table.borrow().filled().len(), 2);
+    run
+}
+
+/// Who did what of a task's last example, in the robot's own view: the actor, the task and how many holes.
+fn deeds_of(run: &Run, task: &str) -> Vec<(u16, Option<String>, usize)> {
+    let task = run.task(task);
+    let filled = tasks::Effect::State { name: "filled".to_owned(), on: true };
+    let executables = &task.examples.last().unwrap().view(0).unwrap().executables;
+    let holes = |done: &tasks::Executable| {
+        done.changes.values().filter(|change| change.signature.contains(&filled)).count()
+    };
+    executables.iter().map(|done| (done.actor, done.task.clone(), holes(done))).collect()
+}
+
+#[test]
+fn what_leo_did_until_it_was_stopped_is_its_own_act() {
+    let leos = (0, Some("task 1".to_owned()), 2);
+    let mut run = a_task_in_a_task();
+    run.say("Stop!");
+    run.insert(5, 3);
+    run.say("Task 2 is done");
+    run.steps(10);
+    assert_eq!(deeds_of(&run, "task 2"), [leos.clone(), (1, None, 1)]);
+    let acts = run.texts(EventKind::ActionSeen);
+    assert!(acts[acts.len() - 2].starts_with("I: "), "{acts:?}");
+
+    // The same where it does not know at once what is where, and where the showing ends first.
+    for sentences in [&["Stop!", "Task 2 is done"][..], &["Task 2 is done"]] {
+        let mut run = a_task_in_a_task();
+        run.restart_belief();
+        run.say_at_once(sentences);
+        run.steps(100);
+        assert_eq!(deeds_of(&run, "task 2"), [leos.clone()], "{sentences:?}");
+    }
+}
+
 #[test]
 fn what_is_not_meant_is_left_alone() {
     let mut run = Run::new(1, Vec::new());

@@ -128,6 +128,7 @@ impl<B: Body> Learner<B> {
             Some(mut performance) => {
                 output.events.push(performance.stopped());
                 say(output, &performance.task, "I stopped");
+                self.note_performed(&performance.task);
             }
             None => say(output, "", "I hold still"),
         }
