@@ -268,10 +268,15 @@ impl<B: Body> Learner<B> {
         self.show(now, Skill::Attentive, present_rad);
     }
 
-    fn end_teaching(&mut self, now: Instant, name: &str, output: &mut Output) {
+    /// Ends the demonstration of what can be called by one of these names, the plainest last.
+    fn end_teaching(&mut self, now: Instant, names: &[String], output: &mut Output) {
         let language = &self.vocabulary.language;
-        let Some(mut teaching) = self.teaching.take_if(|teaching| key(&teaching.recording.task) == key(name))
-        else {
+        let is_it = |teaching: &mut Teaching| {
+            let shown = key(&teaching.recording.task);
+            names.iter().any(|name| key(name) == shown)
+        };
+        let Some(mut teaching) = self.teaching.take_if(is_it) else {
+            let name = names.last().map_or("", String::as_str);
             let text = match &self.teaching {
                 Some(other) => format!("I am being shown {}, not {name}", other.recording.task),
                 None => {

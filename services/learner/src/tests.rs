@@ -502,6 +502,28 @@ fn what_leo_did_until_it_was_stopped_is_its_own_act() {
 }
 
 #[test]
+fn whoever_is_polite_ends_a_showing_too() {
+    for done in ["Hey Leo, Task 1 is done", "Please, task one is done!", "Leo, please: task 1 is done"] {
+        let mut run = Run::new(1, Vec::new());
+        run.lay_anew(&["red", "blue"], Some(1));
+        run.say("Leo, I can teach you to do task 1");
+        run.insert(0, 0);
+        run.say("Hey Leo, task 2 is done");
+        assert_eq!(run.texts(EventKind::Said).pop().unwrap(), "I am being shown task 1, not task 2");
+        run.say(done);
+        run.steps(10);
+        assert_eq!(run.task("task 1").examples.len(), 1, "{done}");
+    }
+    let mut run = Run::new(1, Vec::new());
+    run.lay_anew(&["red", "blue"], Some(1));
+    run.say("Leo, I can teach you to do Please me");
+    run.insert(0, 0);
+    run.say("Hey Leo, please me is done");
+    run.steps(10);
+    assert_eq!(run.task("please me").examples.len(), 1);
+}
+
+#[test]
 fn what_is_not_meant_is_left_alone() {
     let mut run = Run::new(1, Vec::new());
     run.teach();

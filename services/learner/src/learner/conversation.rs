@@ -53,7 +53,7 @@ impl<B: Body> Learner<B> {
         }
         match sentence {
             Sentence::Teach(name) => self.begin_teaching(now, speaker, &name, present_rad, output),
-            Sentence::Done(name) => self.end_teaching(now, &name, output),
+            Sentence::Done(names) => self.end_teaching(now, &names, output),
             Sentence::Do(name) => self.begin_performance(&name, output),
             // It was heard before all others.
             Sentence::Stop => {}
