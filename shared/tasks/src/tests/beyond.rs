@@ -206,3 +206,64 @@ fn a_colour_never_seen_is_not_blue() {
     assert!(of(0) < 0.2 && of(1) > 0.9 && of(2) > 0.6, "{answers:?}");
     assert_eq!(answers[3], None, "a peg has no hole");
 }
+
+/// The answer to whether such a thing should be marked, too: alone, and nowhere.
+fn answered(words: &str, yes: bool) -> View {
+    let thing = |marked| {
+        let thing = object(1, words, [0.0; 3], &[("marked", marked)]);
+        vec![Object { position_m: None, ..thing }]
+    };
+    view(0, thing(false), thing(yes))
+}
+
+/// Things in a row to the left, of which these are marked.
+fn row_marked(words: &[&str], chosen: &[usize]) -> View {
+    let row = |done: bool| -> Vec<Object> {
+        let thing = |(index, words): (usize, &&str)| {
+            let left_m = 0.1 * quantity::number::float_of_count(index);
+            let marked = [("marked", done && chosen.contains(&index))];
+            object(u64::try_from(index).unwrap(), words, [0.4, left_m, 0.0], &marked)
+        };
+        words.iter().enumerate().map(thing).collect()
+    };
+    view(0, row(false), row(true))
+}
+
+#[test]
+fn an_answer_says_nothing_of_a_number() {
+    let noise = Noise::try_from(0.05).unwrap();
+    for settings in [extended(), Settings { noise, ..extended() }] {
+        for yes in [false, true] {
+            let (triangle, square) = ("medium red triangle", "medium blue square");
+            let views = [
+                row_marked(&[triangle, square, triangle, square, triangle], &[0, 2, 4]),
+                answered("medium red square", yes),
+                row_marked(&[square; 4], &[0, 2, 3]),
+            ];
+            let learned = learn_with(&language(), &views.iter().collect::<Vec<_>>(), &settings);
+            let rule = learned.goals[0].iter().find(|rule| rule.name == "three of them").unwrap();
+            assert_eq!(rule.standing.tally, 3, "{settings:?}: {yes}");
+            // Where teachers slip, two showings are not enough to be sure that it is no slip.
+            assert!(rule.standing.rank == 1 || settings.noise == noise, "{settings:?}: {yes}");
+        }
+    }
+}
+
+#[test]
+fn an_answer_says_nothing_of_where_things_stand() {
+    let noise = Noise::try_from(0.05).unwrap();
+    for settings in [extended(), Settings { noise, ..extended() }] {
+        for yes in [false, true] {
+            let square = "medium red square";
+            let views = [
+                row_marked(&[square; 3], &[0]),
+                row_marked(&[square; 4], &[0]),
+                row_marked(&[square; 5], &[0]),
+                answered(square, yes),
+            ];
+            let learned = learn_with(&language(), &views.iter().collect::<Vec<_>>(), &settings);
+            let rule = learned.goals[0].iter().find(|rule| rule.name == "the rightmost").unwrap();
+            assert_eq!((rule.standing.tally, rule.standing.rank), (4, 1), "{settings:?}: {yes}");
+        }
+    }
+}
