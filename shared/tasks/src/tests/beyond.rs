@@ -267,3 +267,27 @@ fn an_answer_says_nothing_of_where_things_stand() {
         }
     }
 }
+
+#[test]
+fn a_feature_that_later_things_lack_makes_a_difference_from_then_on() {
+    let mut learning = Learning::new(&language(), &extended());
+    let mut rule = |colours: &[Option<&str>]| {
+        let things = |done: bool| -> Vec<Object> {
+            let thing = |(id, colour): (u64, &Option<&str>)| {
+                let words = format!("medium {} square", colour.unwrap_or("red"));
+                let mut thing = object(id, &words, [0.0; 3], &[("filled", done && colour.is_some())]);
+                if colour.is_none() {
+                    thing.features.remove("colour");
+                }
+                thing
+            };
+            (0..).zip(colours).map(thing).collect()
+        };
+        learning.add(&view(0, things(false), things(true)));
+        let rule = learning.learned().primary().next().unwrap().clone();
+        (rule.name.clone(), rule.standing.tally)
+    };
+    assert_eq!(rule(&[Some("red"), Some("green")]), ("all".to_owned(), 1));
+    // What has no colour was left: not all of them are meant, but those of a colour.
+    assert_eq!(rule(&[Some("red"), Some("green"), None]), ("all red and green".to_owned(), 2));
+}
