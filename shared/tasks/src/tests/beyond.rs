@@ -291,3 +291,18 @@ fn a_feature_that_later_things_lack_makes_a_difference_from_then_on() {
     // What has no colour was left: not all of them are meant, but those of a colour.
     assert_eq!(rule(&[Some("red"), Some("green"), None]), ("all red and green".to_owned(), 2));
 }
+
+#[test]
+fn where_things_have_no_features_all_of_them_are_meant() {
+    let nothing_to_tell_by = crate::Language { features: Vec::new(), ..language() };
+    let things = |done: bool| -> Vec<Object> {
+        let states = || [("filled".to_owned(), done)].into();
+        (0..3).map(|id| Object { id, states: states(), ..Object::default() }).collect()
+    };
+    let shown = view(0, things(false), things(true));
+    for settings in [Settings::default(), extended(), slipping(0.05)] {
+        let learned = learn_with(&nothing_to_tell_by, &[&shown], &settings);
+        let rules = learned.goals[0].iter().filter(|rule| rule.selection == Selection::All);
+        assert_eq!(rules.map(|rule| rule.name.as_str()).collect::<Vec<_>>(), ["all"], "{settings:?}");
+    }
+}
