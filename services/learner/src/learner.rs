@@ -306,11 +306,12 @@ impl<B: Body> Learner<B> {
         let task =
             self.tasks.entry(key(&name)).or_insert_with(|| Task { name: name.clone(), examples: Vec::new() });
         task.examples.push(example);
-        self.conclude(&key(&name), output);
+        self.conclude(&key(&name), EventKind::DemonstrationEnded, &name, output);
     }
 
     /// Saves a task that has a new example, and tells what it comes to; what that leaves open, is asked.
-    fn conclude(&mut self, task_key: &str, output: &mut Output) {
+    /// `kind` and `text` say where the example is from.
+    fn conclude(&mut self, task_key: &str, kind: EventKind, text: &str, output: &mut Output) {
         let (language, settings) = (&self.vocabulary.language, &self.settings.learning);
         let Some(task) = self.tasks.get(task_key) else { return };
         let name = task.name.clone();
@@ -321,7 +322,7 @@ impl<B: Body> Learner<B> {
         }
         self.in_question = Some(task_key.to_owned());
         let examples = saturating_u32(task.examples.len());
-        output.events.push(Event { examples, ..Event::new(EventKind::DemonstrationEnded, &name, &name) });
+        output.events.push(Event { examples, ..Event::new(kind, &name, text) });
         let verdict = Verdict::of(language, task, &self.perspectives, settings);
         output.events.extend(verdict.events(language, task));
         // As it comes, why is said when somebody asks.

@@ -524,6 +524,15 @@ fn whoever_is_polite_ends_a_showing_too() {
 }
 
 #[test]
+fn an_answer_is_no_demonstration() {
+    let mut run = ambiguous();
+    run.say("Yes");
+    assert_eq!(run.saved.last().unwrap().1.examples.len(), 2);
+    assert_eq!(run.texts(EventKind::DemonstrationEnded), ["task 1"]);
+    assert_eq!(run.texts(EventKind::Answered), ["yes"]);
+}
+
+#[test]
 fn what_is_not_meant_is_left_alone() {
     let mut run = Run::new(1, Vec::new());
     run.teach();

@@ -1,6 +1,7 @@
 //! What Leo answers to what it is told and asked.
 
 use clock::Instant;
+use message::EventKind;
 use tasks::{Sentence, Task, key};
 
 use super::{Learner, Output, decline, say};
@@ -158,7 +159,7 @@ impl<B: Body> Learner<B> {
             // Whoever answers: whose perspective is followed is for him to decide who shows.
             let teacher = task.examples.last().map_or(speaker, |example| example.teacher);
             task.examples.push(question.answered(yes, teacher, &self.perspectives));
-            self.conclude(&question.task, output);
+            self.conclude(&question.task, EventKind::Answered, if yes { "yes" } else { "no" }, output);
         }
     }
 }
