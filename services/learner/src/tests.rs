@@ -481,13 +481,13 @@ fn deeds_of(run: &Run, task: &str) -> Vec<(u16, Option<String>, usize)> {
 
 #[test]
 fn what_leo_did_until_it_was_stopped_is_its_own_act() {
-    let leos = (0, Some("task 1".to_owned()), 2);
+    let leos = || (0, Some("task 1".to_owned()), 2);
     let mut run = a_task_in_a_task();
     run.say("Stop!");
     run.insert(5, 3);
     run.say("Task 2 is done");
     run.steps(10);
-    assert_eq!(deeds_of(&run, "task 2"), [leos.clone(), (1, None, 1)]);
+    assert_eq!(deeds_of(&run, "task 2"), [leos(), (1, None, 1)]);
     let acts = run.texts(EventKind::ActionSeen);
     assert!(acts[acts.len() - 2].starts_with("I: "), "{acts:?}");
 
@@ -497,7 +497,7 @@ fn what_leo_did_until_it_was_stopped_is_its_own_act() {
         run.restart_belief();
         run.say_at_once(sentences);
         run.steps(100);
-        assert_eq!(deeds_of(&run, "task 2"), [leos.clone()], "{sentences:?}");
+        assert_eq!(deeds_of(&run, "task 2"), [leos()], "{sentences:?}");
     }
 }
 

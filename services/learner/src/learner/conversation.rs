@@ -19,9 +19,10 @@ impl<B: Body> Learner<B> {
             self.stop(now, present_rad, output);
             let later = self.heard.split_off(index);
             for (speaker, text) in std::mem::take(&mut self.heard) {
-                match Sentence::of(&text) {
-                    Sentence::Do(name) => self.revoke(&name, output),
-                    _ => self.heard.push_back((speaker, text)),
+                if let Sentence::Do(name) = Sentence::of(&text) {
+                    self.revoke(&name, output);
+                } else {
+                    self.heard.push_back((speaker, text));
                 }
             }
             self.heard.extend(later);
