@@ -61,6 +61,8 @@ enum leo_event_kind {
     LEO_EVENT_KIND_SEEN = 14,
     /* Leo was asked to perform a task and does not; the text is what it says about that. */
     LEO_EVENT_KIND_DECLINED = 15,
+    /* What Leo asked about a task was answered, and the answer became an example; the text is "yes" or "no". */
+    LEO_EVENT_KIND_ANSWERED = 16,
 };
 
 /* A point on the way of a frame, in the direction the data flows. */

@@ -52,6 +52,8 @@ class EventKind(enum.IntEnum):
     SEEN = 14
     # Leo was asked to perform a task and does not; the text is what it says about that.
     DECLINED = 15
+    # What Leo asked about a task was answered, and the answer became an example; the text is "yes" or "no".
+    ANSWERED = 16
 
 
 # A point on the way of a frame, in the direction the data flows.

@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, VecDeque};
 
 use clock::{Duration, Instant};
 use message::{Belief, BeliefHead, Event, EventKind, JointGoal, Utterance};
-use tasks::{Example, Language, Learned, Noise, OnConflict, Prior, Sentence, Snapshot, Task, key};
+use tasks::{Example, Language, Learned, Noise, OnConflict, Prior, Snapshot, Task, key};
 
 use crate::performance::{HalfHeights, Performance, Stage};
 use crate::question::Question;
@@ -165,13 +165,9 @@ impl<B: Body> Learner<B> {
             (speaker, utterance.text.as_str().to_owned())
         });
         self.heard.extend(heard);
-        // Whoever says stop does not wait until Leo knows again what is where.
-        let is_stop = |(_, text): &(u16, String)| Sentence::of(text) == Sentence::Stop;
-        while let Some(index) = self.heard.iter().position(is_stop) {
-            self.heard.remove(index);
-            self.stop(now, input.present_rad, &mut output);
-        }
+        self.obey_stops(now, input.present_rad, &mut output);
         if self.is_sure_of_objects(now, &mut output) && !self.views.is_settling(now) {
+            self.record_performed(now, &mut output);
             while let Some((speaker, text)) = self.heard.pop_front() {
                 self.answer(now, speaker, &text, input.present_rad, &mut output);
             }
@@ -223,7 +219,7 @@ impl<B: Body> Learner<B> {
         // While Leo performs a task, the task as a whole is the executable.
         if let Some(act) = act.filter(|_| self.performance.is_none()) {
             let snapshots = self.views.snapshots(now, language, &self.perspectives);
-            output.events.extend(teaching.record(&self.vocabulary, act.actor, None, &snapshots));
+            output.events.extend(teaching.record(&self.vocabulary, act.actor, &snapshots));
         }
     }
 
@@ -272,10 +268,15 @@ impl<B: Body> Learner<B> {
         self.show(now, Skill::Attentive, present_rad);
     }
 
-    fn end_teaching(&mut self, now: Instant, name: &str, output: &mut Output) {
+    /// Ends the demonstration of what can be called by one of these names, the plainest last.
+    fn end_teaching(&mut self, now: Instant, names: &[String], output: &mut Output) {
         let language = &self.vocabulary.language;
-        let Some(teaching) = self.teaching.take_if(|teaching| key(&teaching.recording.task) == key(name))
-        else {
+        let is_it = |teaching: &mut Teaching| {
+            let shown = key(&teaching.recording.task);
+            names.iter().any(|name| key(name) == shown)
+        };
+        let Some(mut teaching) = self.teaching.take_if(is_it) else {
+            let name = names.last().map_or("", String::as_str);
             let text = match &self.teaching {
                 Some(other) => format!("I am being shown {}, not {name}", other.recording.task),
                 None => {
@@ -292,6 +293,7 @@ impl<B: Body> Learner<B> {
             let gone = tasks::listed(&vanished);
             say(output, &name, &format!("I see no more of {gone}: I go by what is still there"));
         }
+        teaching.performed = self.performance.as_ref().map(|performance| performance.task.clone());
         let (last_act, example) = teaching.finish(&self.vocabulary, &snapshots);
         output.events.extend(last_act);
         let example = match example {
@@ -304,11 +306,12 @@ impl<B: Body> Learner<B> {
         let task =
             self.tasks.entry(key(&name)).or_insert_with(|| Task { name: name.clone(), examples: Vec::new() });
         task.examples.push(example);
-        self.conclude(&key(&name), output);
+        self.conclude(&key(&name), EventKind::DemonstrationEnded, &name, output);
     }
 
     /// Saves a task that has a new example, and tells what it comes to; what that leaves open, is asked.
-    fn conclude(&mut self, task_key: &str, output: &mut Output) {
+    /// `kind` and `text` say where the example is from.
+    fn conclude(&mut self, task_key: &str, kind: EventKind, text: &str, output: &mut Output) {
         let (language, settings) = (&self.vocabulary.language, &self.settings.learning);
         let Some(task) = self.tasks.get(task_key) else { return };
         let name = task.name.clone();
@@ -319,7 +322,7 @@ impl<B: Body> Learner<B> {
         }
         self.in_question = Some(task_key.to_owned());
         let examples = saturating_u32(task.examples.len());
-        output.events.push(Event { examples, ..Event::new(EventKind::DemonstrationEnded, &name, &name) });
+        output.events.push(Event { examples, ..Event::new(kind, &name, text) });
         let verdict = Verdict::of(language, task, &self.perspectives, settings);
         output.events.extend(verdict.events(language, task));
         // As it comes, why is said when somebody asks.
@@ -439,11 +442,23 @@ impl<B: Body> Learner<B> {
             motion,
         };
         self.performance = performance.step(&mut stage, &mut output.events);
-        if self.performance.is_none()
-            && let Some(teaching) = &mut self.teaching
-        {
-            let snapshots = self.views.snapshots(now, language, &self.perspectives);
-            output.events.extend(teaching.record(&self.vocabulary, 0, Some(&task), &snapshots));
+        if self.performance.is_none() {
+            self.note_performed(&task);
+        }
+    }
+
+    /// What Leo performed, to its end or until it was stopped, is an act in the demonstration under way.
+    fn note_performed(&mut self, task: &str) {
+        if let Some(teaching) = &mut self.teaching {
+            teaching.performed = Some(task.to_owned());
+        }
+    }
+
+    /// Records what Leo performed in the demonstration under way, once it is certain what is where.
+    fn record_performed(&mut self, now: Instant, output: &mut Output) {
+        if let Some(teaching) = self.teaching.as_mut().filter(|teaching| teaching.performed.is_some()) {
+            let snapshots = self.views.snapshots(now, &self.vocabulary.language, &self.perspectives);
+            output.events.extend(teaching.record_performed(&self.vocabulary, &snapshots));
         }
     }
 }
@@ -456,6 +471,7 @@ fn say(output: &mut Output, task: &str, text: &str) {
     output.events.push(Event::new(EventKind::Said, task, text));
 }
 
+/// Says why a task is not performed, and that it is not.
 fn decline(output: &mut Output, task: &str, text: &str) {
     say(output, task, text);
     output.events.push(Event::new(EventKind::Declined, task, text));

@@ -13,12 +13,15 @@ use crate::{Vocabulary, report};
 #[derive(Clone, Debug)]
 pub(crate) struct Teaching {
     pub(crate) recording: Recording,
+    /// The task that Leo performed, in whole or in part, in the course of it, and that is not recorded yet.
+    pub(crate) performed: Option<String>,
     parser: ActionParser,
 }
 
 impl Teaching {
     pub(crate) fn new(task: &str, teacher: u16, snapshots: &BTreeMap<u16, Snapshot>) -> Self {
-        Self { recording: Recording::new(task, teacher, snapshots), parser: ActionParser::default() }
+        let recording = Recording::new(task, teacher, snapshots);
+        Self { recording, performed: None, parser: ActionParser::default() }
     }
 
     /// The parser's identities are void.
@@ -31,9 +34,27 @@ impl Teaching {
         self.parser.step(now, language, own)
     }
 
-    /// Records an act, or a task that Leo performed in the course of the demonstration; gives the
-    /// event that tells of it.
+    /// Records an act of somebody; gives the event that tells of it.
     pub(crate) fn record(
+        &mut self,
+        vocabulary: &Vocabulary,
+        actor: u16,
+        snapshots: &BTreeMap<u16, Snapshot>,
+    ) -> Option<Event> {
+        self.append(vocabulary, actor, None, snapshots)
+    }
+
+    /// Records the task that Leo performed as one act of its own; gives the event that tells of it.
+    pub(crate) fn record_performed(
+        &mut self,
+        vocabulary: &Vocabulary,
+        snapshots: &BTreeMap<u16, Snapshot>,
+    ) -> Option<Event> {
+        let task = self.performed.take()?;
+        self.append(vocabulary, 0, Some(&task), snapshots)
+    }
+
+    fn append(
         &mut self,
         vocabulary: &Vocabulary,
         actor: u16,
@@ -59,7 +80,8 @@ impl Teaching {
         vocabulary: &Vocabulary,
         snapshots: &BTreeMap<u16, Snapshot>,
     ) -> (Option<Event>, Result<Example, NothingChanged>) {
-        let last = self.record(vocabulary, NOBODY, None, snapshots);
+        let performed = self.record_performed(vocabulary, snapshots);
+        let last = performed.or_else(|| self.record(vocabulary, NOBODY, snapshots));
         (last, self.recording.finish(snapshots, vocabulary.language.moved_m))
     }
 }

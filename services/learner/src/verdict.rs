@@ -166,7 +166,7 @@ impl Verdict {
         }
         let explanation = explain(language, task, &self.perspectives(), rule);
         let why = match self.on_conflict {
-            OnConflict::Resolve if own.is_some() => answered(explanation),
+            OnConflict::Resolve if own.is_some() && is_about_things(rule) => answered(explanation),
             OnConflict::Resolve | OnConflict::Human | OnConflict::Own => explanation.text(),
         };
         if why.is_empty() {

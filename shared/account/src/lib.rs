@@ -27,11 +27,11 @@ pub struct Account {
 pub struct Task {
     /// Its name, as the teacher said it.
     pub name: String,
-    /// Examples seen.
+    /// Examples that it has: demonstrations that were finished, and answers.
     pub examples: u32,
     /// The demonstrations begun, in order.
     pub demonstrations: Vec<Demonstration>,
-    /// The hypotheses after the last demonstration, by perspective: `robot`, `human`, ...
+    /// The hypotheses after the last example, by perspective: `robot`, `human`, ...
     pub hypotheses: BTreeMap<String, Vec<Hypothesis>>,
     /// The rule chosen.
     pub rule: Option<Rule>,
@@ -112,6 +112,10 @@ impl Account {
             self.declined += 1;
             return;
         }
+        if kind == EventKind::ContinuityBroken {
+            // Outside a demonstration it is about no task.
+            return;
+        }
         let task = self.task(event.task.as_str());
         match kind {
             EventKind::TeachingStarted => task.demonstrations.push(Demonstration::default()),
@@ -124,11 +128,9 @@ impl Account {
             EventKind::ActionSeen => task.demonstration().actions.push(text),
             EventKind::DemonstrationEnded => {
                 task.demonstration().counts = true;
-                task.examples = event.examples;
-                task.hypotheses.clear();
-                task.rule = None;
-                task.explanation = None;
+                task.begin_anew(event.examples);
             }
+            EventKind::Answered => task.begin_anew(event.examples),
             EventKind::Hypothesis => {
                 let hypothesis = Hypothesis {
                     name: text,
@@ -180,6 +182,14 @@ impl Account {
 }
 
 impl Task {
+    /// It has one more example: what it comes to is told once more.
+    fn begin_anew(&mut self, examples: u32) {
+        self.examples = examples;
+        self.hypotheses.clear();
+        self.rule = None;
+        self.explanation = None;
+    }
+
     fn demonstration(&mut self) -> &mut Demonstration {
         if self.demonstrations.is_empty() {
             self.demonstrations.push(Demonstration::default());
@@ -201,8 +211,8 @@ impl Task {
     fn write_text(&self, names: &Names, out: &mut String) -> std::fmt::Result {
         match self.examples {
             0 => writeln!(out, "{}: no demonstration was finished", self.name)?,
-            1 => writeln!(out, "{}: 1 demonstration", self.name)?,
-            examples => writeln!(out, "{}: {examples} demonstrations", self.name)?,
+            1 => writeln!(out, "{}: 1 example", self.name)?,
+            examples => writeln!(out, "{}: {examples} examples", self.name)?,
         }
         for (number, demonstration) in (1..).zip(&self.demonstrations) {
             let remark = if demonstration.counts { "" } else { " (not finished, does not count)" };
@@ -303,6 +313,32 @@ mod tests {
     }
 
     #[test]
+    fn what_is_about_no_task_makes_none() {
+        let mut account = Account::default();
+        account.note(&Event::new(EventKind::ContinuityBroken, "", "the belief process began anew"));
+        assert_eq!(account.tasks.len(), 0, "{account:?}");
+    }
+
+    #[test]
+    fn an_answer_is_an_example_and_finishes_no_demonstration() {
+        let mut account = Account::default();
+        let mut note = |kind, examples| {
+            account.note(&Event { examples, ..Event::new(kind, "task 1", "task 1") });
+        };
+        note(EventKind::TeachingStarted, 0);
+        note(EventKind::DemonstrationEnded, 1);
+        note(EventKind::Hypothesis, 1);
+        // One that is never finished; meanwhile what was asked before is answered.
+        note(EventKind::TeachingStarted, 1);
+        note(EventKind::Answered, 2);
+        note(EventKind::Hypothesis, 2);
+        let [task] = account.tasks.as_slice() else { panic!("{account:?}") };
+        assert_eq!(task.demonstrations.iter().map(|one| one.counts).collect::<Vec<_>>(), [true, false]);
+        assert_eq!(task.hypotheses.get("robot").map(Vec::len), Some(1), "the earlier ones are replaced");
+        assert!(account.to_text(&Names::default()).starts_with("task 1: 2 examples\n"));
+    }
+
+    #[test]
     fn a_performance_that_goes_on_has_not_ended() {
         let mut account = Account::default();
         account.note(&Event::new(EventKind::PerformanceStarted, "task 1", "task 1"));
@@ -332,7 +368,7 @@ mod tests {
         note(EventKind::Seen, 0, "green square", 0.0);
         let text = account.to_text(&Names::try_from(vec!["the teacher".to_owned()]).unwrap());
         for line in [
-            "task 1: 2 demonstrations\n",
+            "task 1: 2 examples\n",
             "    Leo had in view: red square and blue square\n    the teacher had in view: red square\n",
             "    the teacher: red square filled\n",
             "    and 2 more, of a posterior of 0.0100 or less\n",

@@ -38,6 +38,8 @@ numbered! {
         Seen = 14,
         /// Leo was asked to perform a task and does not; the text is what it says about that.
         Declined = 15,
+        /// What Leo asked about a task was answered, and the answer became an example; the text is "yes" or "no".
+        Answered = 16,
     }
 }
 

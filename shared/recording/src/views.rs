@@ -350,7 +350,9 @@ fn words(event: &Event, whose: &str) -> Option<String> {
         EventKind::TeachingStarted => format!("watches how to do {task}"),
         EventKind::Seen => format!("sees {text} (as {whose} does)"),
         EventKind::ActionSeen => format!("saw {text}"),
-        EventKind::DemonstrationEnded => format!("{} of {task} so far", counted(event.examples, "example")),
+        EventKind::DemonstrationEnded | EventKind::Answered => {
+            format!("{} of {task} so far", counted(event.examples, "example"))
+        }
         EventKind::Hypothesis => format!(
             "hypothesis {text} as {whose} saw it: posterior {:.4}, tally {}/{}, rank {}",
             event.posterior, event.tally, event.examples, event.rank

@@ -27,6 +27,8 @@ pub(crate) struct Case {
     /// The kinds of what was changed, and of what was left out; each once.
     pub(crate) changed: Vec<Kind>,
     pub(crate) left_out: Vec<Kind>,
+    /// Whether it is what was answered about a single thing that is nowhere.
+    pub(crate) is_answer: bool,
 }
 
 /// Objects that look the same.
@@ -48,7 +50,7 @@ impl Case {
             kinds
         };
         let (changed, left_out) = (kinds(Verdict::Changed), kinds(Verdict::LeftOut));
-        Self { witnesses, changed, left_out }
+        Self { witnesses, changed, left_out, is_answer: false }
     }
 
     /// Whether the demonstration is consistent with a set of kinds: everything in it was changed

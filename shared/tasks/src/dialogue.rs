@@ -3,8 +3,9 @@
 pub enum Sentence {
     /// "Leo, I can teach you to do X": a demonstration of X begins.
     Teach(String),
-    /// "X is done": the demonstration of X ends.
-    Done(String),
+    /// "X is done": the demonstration of X ends. A name may begin with "please" and the like: these are all
+    /// that it can be, with fewer and fewer of such words before it.
+    Done(Vec<String>),
     /// "Leo, do X": Leo shall perform X.
     Do(String),
     /// "Stop", "Please stop it": Leo shall hold still.
@@ -62,7 +63,7 @@ impl Sentence {
     /// ```
     /// use tasks::Sentence;
     /// assert_eq!(Sentence::of("leo - I can teach you to do Task 1!"), Sentence::Teach("Task 1".to_owned()));
-    /// assert_eq!(Sentence::of("Task 1 is done."), Sentence::Done("Task 1".to_owned()));
+    /// assert_eq!(Sentence::of("Task 1 is done."), Sentence::Done(vec!["Task 1".to_owned()]));
     /// assert_eq!(Sentence::of("Leo, do task 1"), Sentence::Do("task 1".to_owned()));
     /// assert_eq!(Sentence::of("No! Like this:"), Sentence::LikeThis);
     /// assert_eq!(Sentence::of("Hey Leo, please stop it!"), Sentence::Stop);
@@ -71,8 +72,6 @@ impl Sentence {
     #[must_use]
     pub fn of(text: &str) -> Self {
         let words = words(text);
-        // A task's name may begin with "hey" or "please".
-        let named = without(&words, &["leo"]).unwrap_or(&words);
         let begin = words.iter().take_while(|word| is_one_of(word, &COURTESIES)).count();
         let rest = words.get(begin..).unwrap_or(&[]);
         let fixed = FIXED.iter().find(|(said, _)| without(rest, said).is_some_and(<[_]>::is_empty));
@@ -80,8 +79,9 @@ impl Sentence {
             sentence.clone()
         } else if let Some(name) = without(rest, &["i", "can", "teach", "you", "to", "do"]) {
             Self::about(name, Self::Teach)
-        } else if let Some((name, ["is", "done"])) = split_end(named) {
-            Self::about(name, Self::Done)
+        } else if let Some(name) = before_is_done(&words).filter(|name| !name.is_empty()) {
+            let names = (0..=begin).filter_map(|left_out| name.get(left_out..));
+            Self::Done(names.filter(|name| !name.is_empty()).map(|name| name.join(" ")).collect())
         } else if let Some(name) = without(rest, &["do"]) {
             Self::about(name, Self::Do)
         } else if says_stop(rest) {
@@ -143,10 +143,10 @@ fn says_stop(words: &[&str]) -> bool {
     is_short || words.first().is_some_and(is_stop) || words.last().is_some_and(is_stop)
 }
 
-fn split_end<'a>(words: &'a [&str]) -> Option<(&'a [&'a str], [&'static str; 2])> {
+/// The words before "is done", where they end so.
+fn before_is_done<'a, 'b>(words: &'a [&'b str]) -> Option<&'a [&'b str]> {
     let (name, end) = words.split_at_checked(words.len().checked_sub(2)?)?;
-    let done = end.iter().zip(["is", "done"]).all(|(word, other)| word.eq_ignore_ascii_case(other));
-    done.then_some((name, ["is", "done"]))
+    without(end, &["is", "done"]).map(|_| name)
 }
 
 #[cfg(test)]
@@ -197,10 +197,20 @@ mod tests {
     fn a_task_may_be_called_the_stop() {
         let name = || "the stop".to_owned();
         assert_eq!(Sentence::of("Leo, I can teach you to do the stop"), Sentence::Teach(name()));
-        assert_eq!(Sentence::of("The stop is done"), Sentence::Done("The stop".to_owned()));
+        assert_eq!(Sentence::of("The stop is done"), Sentence::Done(vec!["The stop".to_owned()]));
         assert_eq!(Sentence::of("Leo, do the stop"), Sentence::Do(name()));
         assert_eq!(Sentence::of("Hey Leo, please do the stop"), Sentence::Do(name()));
-        assert_eq!(Sentence::of("Please me is done"), Sentence::Done("Please me".to_owned()));
+    }
+
+    #[test]
+    fn a_name_may_begin_as_a_courtesy_does() {
+        let done = |names: &[&str]| Sentence::Done(names.iter().map(|&name| name.to_owned()).collect());
+        assert_eq!(Sentence::of("Please me is done"), done(&["Please me", "me"]));
+        assert_eq!(
+            Sentence::of("Hey Leo, task 1 is done"),
+            done(&["Hey Leo task 1", "Leo task 1", "task 1"])
+        );
+        assert_eq!(Sentence::of("Please is done"), done(&["Please"]));
     }
 
     #[test]

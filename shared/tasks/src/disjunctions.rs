@@ -7,7 +7,7 @@ use crate::Selection;
 use crate::bits::{Bits, numbers};
 use crate::case::{Case, Kind};
 use crate::hypothesis::{Hypothesis, Scored};
-use crate::lexicon::{Key, Mask, Seen, key_mask, present};
+use crate::lexicon::{FEATURES_MOST, Key, Mask, Seen, key_mask, present};
 use crate::log_sum::{LogSum, ROUNDING};
 use crate::weight::Weight;
 
@@ -233,7 +233,7 @@ impl Best {
 
 impl Disjunctions {
     pub(crate) fn new(features: usize) -> Self {
-        let mut masks: Vec<Mask> = (0..=Mask::MAX >> (16 - features.min(12))).collect();
+        let mut masks: Vec<Mask> = (0..1 << features.min(FEATURES_MOST)).collect();
         masks.sort_by_key(|mask| (mask.count_ones(), *mask));
         Self { templates: masks.into_iter().map(Node::new).collect(), logs: vec![f64::NEG_INFINITY] }
     }

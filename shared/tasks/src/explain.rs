@@ -4,7 +4,7 @@ use crate::change::{changes, has_percepts};
 use crate::counterpart::counterparts;
 use crate::describe::{describe_object, listed};
 use crate::hypothesis::Evidence;
-use crate::{Language, Object, Rule, Task, View};
+use crate::{Language, Object, Rule, Selection, Task, View};
 
 /// Why its teachers' rule does not hold in the robot's view, in words that name the objects. A partner
 /// is he who gave the example.
@@ -66,6 +66,7 @@ impl Explanation {
 #[must_use]
 pub fn explain(language: &Language, task: &Task, simulated: &[u16], rule: &Rule) -> Explanation {
     let mut explanation = Explanation::default();
+    let is_number = matches!(rule.selection, Selection::Exactly(_) | Selection::AllBut(_));
     let addressed = task.examples.last().map(|example| example.teacher);
     for example in &task.examples {
         let (Some(own), Some(theirs)) = (example.view(0), example.taught(simulated)) else { continue };
@@ -83,6 +84,8 @@ pub fn explain(language: &Language, task: &Task, simulated: &[u16], rule: &Rule)
                     &mut explanation.foreign
                 }
                 Some(believed) if believed.states != object.states => &mut explanation.mistaken,
+                // Which of a number are left, is left to him.
+                Some(_) if is_number && rule.is_about(object) => continue,
                 Some(_) => {
                     if !explanation.unexplained_kinds.contains(&object.features) {
                         explanation.unexplained_kinds.push(object.features.clone());

@@ -105,6 +105,15 @@ impl Extended {
                 standing.slips += slips;
                 standing.tally += usize::from(slips == 0);
             }
+            if case.is_answer {
+                // Of a number of things, and of those that stand somewhere, one that is nowhere may be one or
+                // not: either answer is consistent with it, and as probable as the other.
+                for one in &mut self.selected {
+                    one.tally += 1;
+                    one.log_likelihood -= std::f64::consts::LN_2;
+                }
+                continue;
+            }
             let mut extents: Option<(usize, Extent)> = None;
             for one in &mut self.selected {
                 let begin = one.set * table.words;

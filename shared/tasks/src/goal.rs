@@ -17,6 +17,8 @@ use crate::{Change, Hypotheses, Language, Object, Settings, Signature};
 pub(crate) struct Demonstration {
     /// The objects at its end.
     pub(crate) objects: Vec<Shown>,
+    /// Whether it was not shown, but is what was answered about a single thing.
+    pub(crate) is_answer: bool,
 }
 
 /// An object of a demonstration.
@@ -93,7 +95,7 @@ impl Goal {
             is_new |= self.seen.note(*key);
             witnesses.push(Witness { key: *key, verdict, place: *place });
         }
-        self.cases.push(Case::new(witnesses));
+        self.cases.push(Case { is_answer: demonstration.is_answer, ..Case::new(witnesses) });
         if let Engine::Extended(short, _) = &mut self.engine
             && is_new
         {

@@ -141,7 +141,7 @@ impl Learning {
             },
             object: object.clone(),
         });
-        let new = Demonstration { objects: objects.collect() };
+        let new = Demonstration { objects: objects.collect(), is_answer: view.answer().is_some() };
         let signatures: BTreeSet<&Signature> = new
             .objects
             .iter()

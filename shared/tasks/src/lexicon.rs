@@ -158,7 +158,8 @@ impl Seen {
         Self { values: vec![Vec::new(); features], ..Self::default() }
     }
 
-    /// Takes note of a kind of object; `true` when some value of it was not seen before.
+    /// Takes note of a kind of object; `true` when it has a value that was not seen before, or lacks a feature
+    /// that none lacked.
     pub(crate) fn note(&mut self, key: Key) -> bool {
         if !self.kinds.insert(key) {
             return false;
@@ -166,7 +167,11 @@ impl Seen {
         let mut is_new = false;
         for (index, values) in self.values.iter_mut().enumerate() {
             match field(key, index) {
-                0 => self.lacking |= 1 << index,
+                0 if !has(self.lacking, index) => {
+                    self.lacking |= 1 << index;
+                    is_new = true;
+                }
+                0 => {}
                 value if !values.contains(&value) => {
                     values.push(value);
                     is_new = true;

@@ -19,13 +19,9 @@ impl Task {
         self.examples.iter().filter_map(move |example| example.view(perspective))
     }
 
-    /// The things that were only asked about, as the answers left them: each is alone in its example, and
-    /// nowhere.
+    /// The things that were only asked about, as the answers left them.
     pub fn answers(&self) -> impl Iterator<Item = &Object> {
-        self.views(0).filter_map(|view| match view.after.objects.as_slice() {
-            [only] => Some(only).filter(|only| only.position_m.is_none()),
-            _ => None,
-        })
+        self.views(0).filter_map(View::answer)
     }
 
     /// The teachers' examples: each as its own teacher saw it, see [`Example::taught`].
@@ -74,6 +70,16 @@ pub struct View {
 }
 
 impl View {
+    /// The thing that was only asked about, as the answer left it: it is alone in its example, and nowhere.
+    /// `None` of what was shown.
+    #[must_use]
+    pub fn answer(&self) -> Option<&Object> {
+        match self.after.objects.as_slice() {
+            [only] => Some(only).filter(|only| only.position_m.is_none()),
+            _ => None,
+        }
+    }
+
     /// What of it concerns him whose perspective it is (the resource perspective): what belongs to
     /// him, and what is everybody's.
     ///

@@ -1,14 +1,41 @@
 //! What Leo answers to what it is told and asked.
 
 use clock::Instant;
-use tasks::{Sentence, Task};
+use message::EventKind;
+use tasks::{Sentence, Task, key};
 
-use super::{Learner, Output, say};
+use super::{Learner, Output, decline, say};
 use crate::performance::Performance;
 use crate::question::Question;
 use crate::{Body, Skill, answers};
 
 impl<B: Body> Learner<B> {
+    /// Holds still for everybody who said stop: that does not wait until Leo knows again what is where. What
+    /// was asked for before it is not begun after it; whatever else was said before is answered in its turn.
+    pub(super) fn obey_stops(&mut self, now: Instant, present_rad: &[Option<f64>], output: &mut Output) {
+        let is_stop = |(_, text): &(u16, String)| Sentence::of(text) == Sentence::Stop;
+        while let Some(index) = self.heard.iter().position(is_stop) {
+            self.heard.remove(index);
+            self.stop(now, present_rad, output);
+            let later = self.heard.split_off(index);
+            for (speaker, text) in std::mem::take(&mut self.heard) {
+                if let Sentence::Do(name) = Sentence::of(&text) {
+                    self.revoke(&name, output);
+                } else {
+                    self.heard.push_back((speaker, text));
+                }
+            }
+            self.heard.extend(later);
+        }
+    }
+
+    /// A performance that was asked for is not begun; the task is the one in question all the same.
+    fn revoke(&mut self, name: &str, output: &mut Output) {
+        decline(output, name, &format!("I do not begin {name}: you said stop"));
+        let known = Some(key(name)).filter(|key| self.tasks.contains_key(key));
+        self.in_question = known.or_else(|| self.in_question.take());
+    }
+
     pub(super) fn answer(
         &mut self,
         now: Instant,
@@ -28,7 +55,7 @@ impl<B: Body> Learner<B> {
         }
         match sentence {
             Sentence::Teach(name) => self.begin_teaching(now, speaker, &name, present_rad, output),
-            Sentence::Done(name) => self.end_teaching(now, &name, output),
+            Sentence::Done(names) => self.end_teaching(now, &names, output),
             Sentence::Do(name) => self.begin_performance(&name, output),
             // It was heard before all others.
             Sentence::Stop => {}
@@ -103,6 +130,7 @@ impl<B: Body> Learner<B> {
             Some(mut performance) => {
                 output.events.push(performance.stopped());
                 say(output, &performance.task, "I stopped");
+                self.note_performed(&performance.task);
             }
             None => say(output, "", "I hold still"),
         }
@@ -132,7 +160,7 @@ impl<B: Body> Learner<B> {
             // Whoever answers: whose perspective is followed is for him to decide who shows.
             let teacher = task.examples.last().map_or(speaker, |example| example.teacher);
             task.examples.push(question.answered(yes, teacher, &self.perspectives));
-            self.conclude(&question.task, output);
+            self.conclude(&question.task, EventKind::Answered, if yes { "yes" } else { "no" }, output);
         }
     }
 }

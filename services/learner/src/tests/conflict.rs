@@ -1,7 +1,7 @@
 //! What is done where Leo's own view and the teacher's perspective give different rules.
 
 use message::EventKind;
-use tasks::OnConflict;
+use tasks::{Hypotheses, OnConflict, Settings};
 
 use super::table::Run;
 
@@ -139,6 +139,28 @@ fn where_nothing_was_settled_before_leo_declines_and_asks_again() {
     assert_eq!(said(&run, 1), ["I do not know yet what task 1 is"]);
     run.say("Yes");
     assert_eq!(run.texts(EventKind::RuleChosen), ["all"]);
+}
+
+#[test]
+fn which_of_a_number_he_left_is_no_riddle_and_he_is_not_said_to_have_been_asked() {
+    for on_conflict in [OnConflict::Human, OnConflict::Resolve] {
+        let settings = Settings { on_conflict, language: Hypotheses::Extended, ..Settings::default() };
+        let mut run = Run::learning(1, Vec::new(), settings);
+        let showings: [(&[&str], &[usize]); 2] = [
+            (&["red", "red", "green", "yellow", "blue"], &[0, 2, 3]),
+            (&["green", "yellow", "yellow", "red", "red", "blue"], &[0, 1, 3, 4]),
+        ];
+        for (colours, filled) in showings {
+            run.lay_anew(colours, Some(colours.len() - 1));
+            run.say("Leo, I can teach you to do task 1");
+            run.steps(20);
+            (0..).zip(filled).for_each(|(peg, &block)| run.insert(peg, block));
+            run.say("Task 1 is done");
+            run.steps(10);
+        }
+        let why = "to me it looked like \"all but two\", but you could not see the blue square";
+        assert_eq!(outcome(&run), (Some(1), "all but one".to_owned(), why.to_owned()), "{on_conflict:?}");
+    }
 }
 
 #[test]

@@ -152,9 +152,13 @@ impl Run {
     }
 
     pub(super) fn with(partners: u16, tasks: Vec<Task>, on_conflict: OnConflict) -> Self {
+        Self::learning(partners, tasks, tasks::Settings { on_conflict, ..tasks::Settings::default() })
+    }
+
+    pub(super) fn learning(partners: u16, tasks: Vec<Task>, learning: tasks::Settings) -> Self {
         let table = Rc::new(RefCell::new(Table::default()));
         let settings = Settings {
-            learning: tasks::Settings { on_conflict, ..tasks::Settings::default() },
+            learning,
             goal_period: Duration::from_millis(20),
             block_half_height_m: 0.03,
             peg_half_height_m: 0.025,
@@ -193,6 +197,13 @@ impl Run {
 
     pub(super) fn say_as(&mut self, speaker: u32, text: &str) {
         self.step(&[Utterance { speaker, text: Text::new(text) }]);
+    }
+
+    /// Sentences that come in one step.
+    pub(super) fn say_at_once(&mut self, texts: &[&str]) {
+        let said: Vec<Utterance> =
+            texts.iter().map(|text| Utterance { speaker: 1, text: Text::new(text) }).collect();
+        self.step(&said);
     }
 
     fn step(&mut self, utterances: &[Utterance]) {

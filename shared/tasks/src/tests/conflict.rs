@@ -97,3 +97,29 @@ fn where_the_views_agree_or_one_explains_nothing_there_is_no_conflict() {
         assert_eq!(decided(&super::task(Vec::new()), on_conflict), Decision::Nobody);
     }
 }
+
+#[test]
+fn that_one_of_a_number_was_left_is_what_the_number_says_and_no_riddle() {
+    let thing = |id: u64, words: &str, filled: bool| {
+        object(id, words, [0.1 * quantity::number::float(id), 0.7, 0.03], &[("filled", filled)])
+    };
+    // The first two are alike, and one of them is left; the last is hidden from him.
+    let words = ["medium red square", "medium red square", "medium green square", "medium blue square"];
+    let things = |known: usize, done: bool| -> Vec<_> {
+        (0..)
+            .zip(words)
+            .take(known)
+            .map(|(id, words)| thing(id, words, done && (id == 0 || id == 2)))
+            .collect()
+    };
+    let views = vec![view(0, things(4, false), things(4, true)), view(1, things(3, false), things(3, true))];
+    let task = super::task(vec![views]);
+    let all = learned(&task_1(), 1).primary().next().unwrap().clone();
+    for selection in [crate::Selection::AllBut(1), crate::Selection::Exactly(2)] {
+        let number = crate::Rule { selection, ..all.clone() };
+        let explanation = crate::explain(&language(), &task, &[0, 1], &number);
+        assert_eq!(explanation.text(), "you could not see the blue square", "{selection:?}");
+    }
+    let explanation = crate::explain(&language(), &task, &[0, 1], &all);
+    assert_eq!(explanation.unexplained.len(), 1, "of all of them, none may be left");
+}
