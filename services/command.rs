@@ -215,7 +215,7 @@ impl Run {
         // On a real robot nobody plays the world.
         let plays = robot.leo.sensor.simulator().is_some();
         let orders = Orders {
-            domain: domain::own(self.domain.as_deref())?,
+            domain: domain::to_run_in(self.domain.as_deref())?,
             processes: ORDER
                 .into_iter()
                 .filter(|process| *process != message::Process::Simulator || plays)
@@ -268,7 +268,7 @@ impl Teach {
         let mut accounts = Vec::new();
         for (file, lesson) in lessons {
             let teaching = Teaching {
-                domain: domain::own(None)?,
+                domain: domain::own()?,
                 settings: robot.leo.clone(),
                 config: self.config.clone(),
                 lesson: Some(file.clone()),

@@ -111,3 +111,19 @@ fn a_stop_whose_reason_finds_no_room_is_raised_all_the_same() {
     assert_eq!((status, err.as_str()), (Some(1), ""), "{out}");
     assert!(out.contains("raised, but NOT CONFIRMED"), "{out}");
 }
+
+#[test]
+fn a_stop_of_a_robot_that_is_on_its_way_up_makes_no_buffer_that_a_process_is_about_to_make() {
+    let robot = Robot::of("stop-early");
+    let mut command = Command::new(env!("CARGO_BIN_EXE_leo"));
+    command.args(["emergency-stop", "--domain"]).arg(robot.root()).stdout(Stdio::null());
+    let mut stop = command.spawn().expect("runs");
+    let (mut status, mut looks) = (None, 0);
+    while status.is_none() {
+        let buffers = fs::read_dir(robot.root().join("services")).into_iter().flatten().count();
+        assert_eq!(buffers, 0, "after {looks} looks");
+        looks += 1;
+        status = stop.try_wait().expect("ours");
+    }
+    assert!(looks > 1 && robot.is_stopped(), "{status:?}");
+}

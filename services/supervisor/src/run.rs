@@ -8,7 +8,7 @@ use std::process::ExitStatus;
 use clock::{Duration, Instant};
 use config::leo::Leo;
 use message::{Process, Roster};
-use process::Launch;
+use process::{Launch, emergency};
 use realtime::Awake;
 use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
 use transport::janitor::{ClaimError, Janitor, claim, sweep_stale};
@@ -97,7 +97,8 @@ pub enum RunError {
 }
 
 /// Runs the robot until somebody stops it, a process has nothing left to do, or one cannot be
-/// kept alive. Nothing is left behind, in shared memory or among the processes.
+/// kept alive. Nothing is left behind, in shared memory or among the processes, but an emergency stop
+/// that was not released: a robot that is started anew in its domain is limp until it is.
 ///
 /// # Errors
 ///
@@ -109,6 +110,12 @@ pub fn run(orders: &Orders) -> Result<Outcome, RunError> {
     let partners = orders.partners.unwrap_or(orders.settings.belief.partners);
     room(&orders.settings, partners).map_err(RunError::NoRoom)?;
     let claim = claim(&orders.domain)?;
+    if let Some(reason) = emergency::reason(orders.domain.root()) {
+        tracing::warn!(
+            "the emergency stop was raised before this start ({reason}): the robot stays limp until `leo \
+             emergency-stop --release`"
+        );
+    }
     let outcome = orders.domain.make().map_err(RunError::from).and_then(|()| supervise(orders));
     Janitor::new(&orders.domain).wipe(claim);
     outcome
