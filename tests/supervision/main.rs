@@ -8,6 +8,7 @@ mod live_top;
 mod metrics;
 mod robot;
 mod service_manager;
+mod upgrade;
 #[path = "../sources/venv.rs"]
 mod venv;
 

@@ -1,11 +1,13 @@
 use std::collections::BTreeMap;
+use std::fs;
 use std::io::{self, Read as _};
 use std::os::fd::AsFd as _;
 use std::os::unix::net::UnixStream;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::ExitStatus;
 
 use clock::{Duration, Instant};
+use config::Files;
 use config::leo::Leo;
 use message::{Process, Roster};
 use process::{Launch, emergency};
@@ -51,18 +53,18 @@ pub struct Orders {
     pub processes: Vec<Process>,
     /// The configuration, checked.
     pub settings: Leo,
-    /// The file of the configuration, as the processes read it themselves.
-    pub config: Option<PathBuf>,
-    /// The lesson to play.
-    pub lesson: Option<PathBuf>,
+    /// The files of the configuration: the processes read them as they are now, in every life.
+    pub files: Files,
+    /// The lesson to play, as it is written.
+    pub lesson: Option<String>,
     /// A synthetic lesson of so many objects instead.
     pub synthetic: Option<u32>,
     /// Partners whose perspective is taken; what the configuration says, without.
     pub partners: Option<u32>,
     /// Where Leo remembers what it learned.
     pub state: Option<PathBuf>,
-    /// What goes wrong on purpose: the file, and of it what is done to the processes.
-    pub faults: Option<(PathBuf, ProcessFaults)>,
+    /// What goes wrong on purpose, as it is written, and of it what is done to the processes.
+    pub faults: Option<(String, ProcessFaults)>,
     /// Whether the robot stays up when the lesson is over.
     pub stay: bool,
     /// How long to run once all processes are ready, whether or not there is anything left to do; until
@@ -91,8 +93,8 @@ pub enum RunError {
     /// Signals cannot be watched for.
     #[error("cannot watch for signals: {0}")]
     Signals(io::Error),
-    /// The program's own file cannot be found.
-    #[error("cannot find the file of this program, from which the processes are started: {0}")]
+    /// What the program is called cannot be found out.
+    #[error("cannot find out what this program is called, from which the processes are started: {0}")]
     Executable(io::Error),
 }
 
@@ -116,12 +118,42 @@ pub fn run(orders: &Orders) -> Result<Outcome, RunError> {
              emergency-stop --release`"
         );
     }
-    let outcome = orders.domain.make().map_err(RunError::from).and_then(|()| supervise(orders));
+    let made = orders.domain.make().and_then(|()| Kept::keep(orders));
+    let outcome = made.map_err(RunError::from).and_then(|kept| supervise(orders, &kept));
     Janitor::new(&orders.domain).wipe(claim);
     outcome
 }
 
-fn supervise(orders: &Orders) -> Result<Outcome, RunError> {
+/// Where the files lie that the processes read instead of those they were made from: a life that begins
+/// while somebody edits them, or upgrades the package that brought them, is like the first.
+struct Kept {
+    folder: PathBuf,
+    lesson: Option<PathBuf>,
+    campaign: Option<PathBuf>,
+}
+
+impl Kept {
+    fn keep(orders: &Orders) -> Result<Self, DomainError> {
+        let folder = orders.domain.root().join("configuration");
+        let failed = |path: &Path| {
+            let path = path.to_owned();
+            move |source| DomainError::Write { path, source }
+        };
+        fs::create_dir_all(&folder).and_then(|()| orders.files.keep(&folder)).map_err(failed(&folder))?;
+        let written = |name: &str, text: Option<&String>| {
+            let write = |text| {
+                let file = folder.join(name);
+                fs::write(&file, text).map_err(failed(&file)).map(|()| file)
+            };
+            text.map(write).transpose()
+        };
+        let lesson = written("lesson.toml", orders.lesson.as_ref())?;
+        let campaign = written("campaign.toml", orders.faults.as_ref().map(|(text, _)| text))?;
+        Ok(Self { folder, lesson, campaign })
+    }
+}
+
+fn supervise(orders: &Orders, kept: &Kept) -> Result<Outcome, RunError> {
     let signals = watch_signals().map_err(RunError::Signals)?;
     let queues = Queues { frames: orders.settings.buffers.frames.get(), delivery: Delivery::Newest };
     let node = Node::join(&orders.domain, Process::Supervisor.name(), 1, queues)?;
@@ -131,6 +163,7 @@ fn supervise(orders: &Orders) -> Result<Outcome, RunError> {
     let _awake = orders.settings.supervisor.keep_cores_awake.then(keep_cores_awake);
     let mut house = House {
         orders,
+        kept,
         node,
         children,
         caretaker,
@@ -171,6 +204,7 @@ pub(crate) fn watch_signals() -> io::Result<UnixStream> {
 /// The world that the policy decides about.
 struct House<'orders> {
     orders: &'orders Orders,
+    kept: &'orders Kept,
     node: Node,
     children: Children,
     caretaker: Caretaker,
@@ -277,14 +311,15 @@ impl House<'_> {
             domain: self.orders.domain.root().to_owned(),
             incarnation,
             parent: i32::try_from(std::process::id()).ok(),
-            config: self.orders.config.clone(),
-            lesson: self.orders.lesson.clone(),
+            config: self.orders.files.leo().map(Path::to_owned),
+            kept: Some(self.kept.folder.clone()),
+            lesson: self.kept.lesson.clone(),
             synthetic: self.orders.synthetic,
             partners: self.orders.partners,
             stay: self.orders.stay || self.orders.run_for.is_some(),
             lockstep: false,
             state: self.orders.state.clone(),
-            campaign: self.orders.faults.as_ref().map(|(file, _)| file.clone()),
+            campaign: self.kept.campaign.clone(),
         };
         match self.children.start(process, &launch) {
             Ok(()) => {

@@ -59,6 +59,7 @@ impl Member {
     ) -> Result<Self, Failure> {
         if let Some(parent) = launch.parent {
             realtime::die_with_parent(parent)?;
+            realtime::take_name();
         }
         let stop = stop_flag()?;
         let missing_rights = if launch.lockstep { 0 } else { realtime::apply(rights).missing_bits() };
