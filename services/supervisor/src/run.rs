@@ -259,7 +259,7 @@ impl House<'_> {
         }
         if self.end_at.is_some_and(|end| clock::now() >= end) {
             self.end_at = None;
-            self.events.push(Event::Stop);
+            self.events.push(Event::TimeIsOver);
         }
         for (process, status) in self.children.bury() {
             self.hearts.remove(&process);
@@ -359,5 +359,6 @@ const fn complaint(why: Why) -> &'static str {
         Why::NotReady => "is not ready in time: killed",
         Why::Hangs => "hangs, its heart stands still: killed",
         Why::DoesNotStop => "does not stop in time: killed",
+        Why::Hurry => "was not waited for, the robot was told to stop twice: killed",
     }
 }
