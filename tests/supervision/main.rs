@@ -6,6 +6,7 @@ mod campaign;
 mod emergency;
 mod live_top;
 mod metrics;
+mod onlookers;
 mod robot;
 mod service_manager;
 mod upgrade;

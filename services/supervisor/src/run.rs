@@ -29,6 +29,8 @@ use crate::service_manager::ServiceManager;
 const BUSY: Duration = Duration::from_millis(5);
 /// Hearts are felt this many times within the time that they may stand still.
 const PULSES: u32 = 4;
+/// How often is cleaned up after those that looked on and were killed, while nobody of the robot dies.
+const CLEAN_EVERY: Duration = Duration::from_secs(5);
 /// The exit status of a process that refuses its configuration.
 const REFUSED: i32 = 2;
 /// The order of starting: readers before their writers, so that no frame finds nobody there, and
@@ -172,6 +174,7 @@ fn supervise(orders: &Orders, kept: &Kept) -> Result<Outcome, RunError> {
         hearts: BTreeMap::new(),
         events: Vec::new(),
         end_at: None,
+        clean_at: clock::now() + CLEAN_EVERY,
         faults: orders.faults.as_ref().map(|(_, faults)| faults.clone()).unwrap_or_default(),
         service_manager: ServiceManager::default(),
     };
@@ -215,6 +218,8 @@ struct House<'orders> {
     /// What happened since the policy was told.
     events: Vec<Event>,
     end_at: Option<Instant>,
+    /// When to clean up after onlookers next.
+    clean_at: Instant,
     /// What is done to the processes on purpose.
     faults: ProcessFaults,
     service_manager: ServiceManager,
@@ -239,6 +244,13 @@ impl House<'_> {
                 }
             }
             self.service_manager.stands(policy.standing());
+            if now >= self.clean_at {
+                self.clean_at = now + CLEAN_EVERY;
+                // Never while a process starts; after a death it is done in any case.
+                if !policy.is_busy() {
+                    self.node.clean_up_dead();
+                }
+            }
             for (process, deed) in self.faults.due(now) {
                 match deed {
                     Deed::Kill => self.children.kill(process),
