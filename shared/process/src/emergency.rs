@@ -68,11 +68,10 @@ pub fn reason(domain: &Path) -> Option<String> {
 }
 
 /// Watches for the emergency stop: for the file, and for the signal `SIGUSR1`, which becomes the
-/// file. Reading the watch is one load.
+/// file.
 #[derive(Debug)]
 pub struct Emergency {
-    signalled: Arc<AtomicBool>,
-    raised: Arc<AtomicBool>,
+    lookout: Lookout,
     stop: Arc<AtomicBool>,
     thread: Option<JoinHandle<()>>,
 }
@@ -101,23 +100,17 @@ impl Emergency {
                 move || look(&domain, &signalled, &raised, &stop)
             })
             .map_err(|error| Failure::own(format!("cannot watch for the emergency stop: {error}")))?;
-        Ok(Self { signalled, raised, stop, thread: Some(thread) })
+        Ok(Self { lookout: Lookout { signalled, raised }, stop, thread: Some(thread) })
     }
 
-    /// Whether it is raised.
-    #[must_use]
-    pub fn is_raised(&self) -> bool {
-        self.raised.load(Ordering::Relaxed) || self.signalled.load(Ordering::Relaxed)
-    }
-
-    /// A look at it for another thread.
+    /// A look at it, for any thread.
     #[must_use]
     pub fn lookout(&self) -> Lookout {
-        Lookout { signalled: Arc::clone(&self.signalled), raised: Arc::clone(&self.raised) }
+        self.lookout.clone()
     }
 }
 
-/// A look at the emergency stop, for a thread of its own.
+/// A look at the emergency stop, for any thread: a load or two.
 #[derive(Clone, Debug, Default)]
 pub struct Lookout {
     signalled: Arc<AtomicBool>,
@@ -197,23 +190,22 @@ mod tests {
         raise(domain.path(), "before anybody watched").unwrap();
         let emergency = Emergency::watch(domain.path()).unwrap();
         let lookout = emergency.lookout();
-        assert!(emergency.is_raised() && lookout.is_raised());
+        assert!(lookout.is_raised());
         raise(domain.path(), "again").unwrap();
         let why = || fs::read_to_string(Domain::emergency_stop(domain.path())).unwrap_or_default();
         assert_eq!(why(), "before anybody watched\n");
         assert!(is_raised(domain.path()));
         assert!(release(domain.path()).unwrap());
         assert!(!release(domain.path()).unwrap());
-        until(|| !emergency.is_raised());
-        assert!(!lookout.is_raised());
+        until(|| !lookout.is_raised());
 
         signal_hook::low_level::raise(signal_hook::consts::SIGUSR1).unwrap();
-        assert!(emergency.is_raised(), "at once");
+        assert!(lookout.is_raised(), "at once");
         until(|| Domain::emergency_stop(domain.path()).exists());
-        assert!(emergency.is_raised());
+        assert!(lookout.is_raised());
         until(|| why() == "raised by the signal SIGUSR1\n");
         release(domain.path()).unwrap();
-        until(|| !emergency.is_raised());
+        until(|| !lookout.is_raised());
     }
 
     #[test]

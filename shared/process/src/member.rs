@@ -205,7 +205,7 @@ impl Member {
     pub fn begin(&mut self, period: Option<Duration>) -> Result<(), Failure> {
         if let Pace::Wall { schedule } = &mut self.pace {
             *schedule = match period {
-                Some(period) => Some(Schedule::new(period, None, clock::now() + period)?),
+                Some(period) => Some(Schedule::new(period, clock::now() + period)?),
                 None => None,
             };
         }
