@@ -1,5 +1,7 @@
 //! Where a robot runs and where it remembers; how its end is told.
 
+use std::fs;
+use std::os::unix::fs::MetadataExt as _;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
@@ -17,15 +19,11 @@ pub(crate) fn own() -> Result<Domain, Failed> {
     Domain::named(&std::process::id().to_string()).map_err(Failed::usage)
 }
 
-/// The domain asked for, or one of this program's own for a robot that nobody names: that of an earlier one
-/// whose emergency stop was raised and never released. Who stopped it shall find it stopped.
+/// The domain asked for, or one of this program's own for a robot that nobody names: that of this user's
+/// earlier one whose emergency stop was raised and never released. Who stopped it shall find it stopped.
 pub(crate) fn to_run_in(root: Option<&Path>) -> Result<Domain, Failed> {
     let Some(root) = root else {
-        let is_numbered =
-            |domain: &Domain| name_of(domain.root()).is_some_and(|name| name.parse::<u32>().is_ok());
-        let is_stopped = |domain: &Domain| emergency::is_raised(domain.root()) && !is_claimed(domain);
-        let left = Domain::all().into_iter().find(|domain| is_numbered(domain) && is_stopped(domain));
-        return left.map_or_else(own, Ok);
+        return Domain::all().into_iter().find(was_left_stopped).map_or_else(own, Ok);
     };
     match name_of(root) {
         Some(name) if root.parent() == Some(Path::new("/dev/shm")) => {
@@ -33,6 +31,14 @@ pub(crate) fn to_run_in(root: Option<&Path>) -> Result<Domain, Failed> {
         }
         _ => Err(Failed::usage(format!("{} cannot be a domain: name one /dev/shm/leo-NAME", root.display()))),
     }
+}
+
+/// Whether it is the domain of a robot that nobody named, and nothing is left of that but its stop.
+fn was_left_stopped(domain: &Domain) -> bool {
+    let owner = |path: &Path| fs::metadata(path).map(|there| there.uid()).ok();
+    let is_ours = || owner(domain.root()) == owner(Path::new("/proc/self"));
+    let is_unnamed = name_of(domain.root()).is_some_and(|name| name.parse::<u32>().is_ok());
+    is_unnamed && emergency::is_raised(domain.root()) && !is_claimed(domain) && is_ours()
 }
 
 fn name_of(root: &Path) -> Option<&str> {
