@@ -84,12 +84,12 @@ else
   echo "with its rights: not tried, nobody can be granted any here"
 fi
 
-mv /usr/bin/leo /usr/bin/leo.away
+# Nobody can join the domain any more.
+rm /dev/shm/leo-robot/iceoryx2.toml
 kill -STOP "$(pgrep -P "$supervisor" -f "leo belief")"
 until_is StatusText "6 of 7 processes run, the others are being replaced"
 until_is Result watchdog
 echo "starved: $(show Result)"
-mv /usr/bin/leo.away /usr/bin/leo
 until_is StatusText "all 7 processes run"
 expect restarts "$(show NRestarts)" "[1-5]"
 [ "$(show MainPID)" != "$supervisor" ]

@@ -26,9 +26,9 @@ use std::process::ExitCode;
 use std::time::Duration;
 
 use clap::{Args, Parser, Subcommand};
-use config::Robot;
 use config::campaign::Campaign;
 use config::lesson::Lesson;
+use config::{ConfigError, Files, Robot};
 use recording::{Subject, Time, stands};
 use supervisor_process::{ORDER, Orders, ProcessFaults, Record, Teaching};
 
@@ -202,10 +202,9 @@ impl Command {
 
 impl Run {
     fn run(&self) -> Result<ExitCode, Failure> {
-        let robot = Robot::load(self.config.as_deref()).map_err(Failed::usage)?;
-        if let Some(lesson) = &self.lesson {
-            Lesson::load(lesson).map_err(Failed::usage)?;
-        }
+        let files = Files::read(self.config.as_deref()).map_err(Failed::usage)?;
+        let robot = Robot::of(&files).map_err(Failed::usage)?;
+        let lesson = self.lesson.as_deref().map(lesson_text).transpose()?;
         startable(&robot, self.config.as_deref())?;
         linkable(&robot.leo.link)?;
         let faults = self.faults.as_deref().map(|file| campaign(file, &robot)).transpose()?;
@@ -215,15 +214,15 @@ impl Run {
         // On a real robot nobody plays the world.
         let plays = robot.leo.sensor.simulator().is_some();
         let orders = Orders {
-            domain: domain::own(self.domain.as_deref())?,
+            domain: domain::to_run_in(self.domain.as_deref())?,
             processes: ORDER
                 .into_iter()
                 .filter(|process| *process != message::Process::Simulator || plays)
                 .filter(|process| robot.leo.link.runs_here(*process))
                 .collect(),
             settings: robot.leo,
-            config: self.config.clone(),
-            lesson: self.lesson.clone(),
+            files,
+            lesson,
             synthetic: None,
             partners: None,
             state: Some(state),
@@ -235,11 +234,24 @@ impl Run {
     }
 }
 
-/// What goes wrong on purpose, looked at whole before anything starts.
-fn campaign(file: &Path, robot: &Robot) -> Result<(PathBuf, ProcessFaults), Failure> {
+/// What a lesson says, looked at whole before anything starts.
+fn lesson_text(file: &Path) -> Result<String, Failure> {
+    let text = read(file)?;
+    Lesson::parse(&text, file).map_err(Failed::usage)?;
+    Ok(text)
+}
+
+/// What goes wrong on purpose, looked at whole before anything starts, and what of it the processes suffer.
+fn campaign(file: &Path, robot: &Robot) -> Result<(String, ProcessFaults), Failure> {
+    let text = read(file)?;
     let bus = |words: &str| mock_bus_process::parse(words, &robot.motor).map(drop);
-    let campaign = Campaign::load(file, bus, ProcessFaults::check).map_err(Failed::usage)?;
-    Ok((file.to_owned(), ProcessFaults::new(&campaign.processes).map_err(Failed::usage)?))
+    let campaign = Campaign::checked(&text, file, bus, ProcessFaults::check).map_err(Failed::usage)?;
+    Ok((text, ProcessFaults::new(&campaign.processes).map_err(Failed::usage)?))
+}
+
+fn read(file: &Path) -> Result<String, Failure> {
+    std::fs::read_to_string(file)
+        .map_err(|source| Failed::usage(ConfigError::Read { file: file.to_owned(), source }))
 }
 
 impl Teach {
@@ -268,7 +280,7 @@ impl Teach {
         let mut accounts = Vec::new();
         for (file, lesson) in lessons {
             let teaching = Teaching {
-                domain: domain::own(None)?,
+                domain: domain::own()?,
                 settings: robot.leo.clone(),
                 config: self.config.clone(),
                 lesson: Some(file.clone()),

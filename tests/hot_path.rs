@@ -176,6 +176,7 @@ impl Robots {
             incarnation: 1,
             parent: None,
             config: None,
+            kept: None,
             lesson: None,
             synthetic: None,
             partners: Some(1),

@@ -1,9 +1,12 @@
 //! Where a robot runs and where it remembers; how its end is told.
 
+use std::fs;
+use std::os::unix::fs::MetadataExt as _;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use console_process::top::TopError;
+use process::emergency;
 use supervisor_process::RunError;
 use supervisor_process::policy::Outcome;
 use transport::Domain;
@@ -11,26 +14,35 @@ use transport::janitor::is_claimed;
 
 use super::failure::Failed;
 
-/// The domain asked for, or one of this program's own.
-pub(crate) fn own(root: Option<&Path>) -> Result<Domain, Failed> {
-    let name = match root {
-        None => std::process::id().to_string(),
-        Some(root) => {
-            let name =
-                root.file_name().and_then(|name| name.to_str()).and_then(|name| name.strip_prefix("leo-"));
-            let parent = root.parent();
-            match name {
-                Some(name) if parent == Some(Path::new("/dev/shm")) => name.to_owned(),
-                _ => {
-                    return Err(Failed::usage(format!(
-                        "{} cannot be a domain: name one /dev/shm/leo-NAME",
-                        root.display()
-                    )));
-                }
-            }
-        }
+/// A domain of this program's own.
+pub(crate) fn own() -> Result<Domain, Failed> {
+    Domain::named(&std::process::id().to_string()).map_err(Failed::usage)
+}
+
+/// The domain asked for, or one of this program's own for a robot that nobody names: that of this user's
+/// earlier one whose emergency stop was raised and never released. Who stopped it shall find it stopped.
+pub(crate) fn to_run_in(root: Option<&Path>) -> Result<Domain, Failed> {
+    let Some(root) = root else {
+        return Domain::all().into_iter().find(was_left_stopped).map_or_else(own, Ok);
     };
-    Domain::named(&name).map_err(Failed::usage)
+    match name_of(root) {
+        Some(name) if root.parent() == Some(Path::new("/dev/shm")) => {
+            Domain::named(name).map_err(Failed::usage)
+        }
+        _ => Err(Failed::usage(format!("{} cannot be a domain: name one /dev/shm/leo-NAME", root.display()))),
+    }
+}
+
+/// Whether it is the domain of a robot that nobody named, and nothing is left of that but its stop.
+fn was_left_stopped(domain: &Domain) -> bool {
+    let owner = |path: &Path| fs::metadata(path).map(|there| there.uid()).ok();
+    let is_ours = || owner(domain.root()) == owner(Path::new("/proc/self"));
+    let is_unnamed = name_of(domain.root()).is_some_and(|name| name.parse::<u32>().is_ok());
+    is_unnamed && emergency::is_raised(domain.root()) && !is_claimed(domain) && is_ours()
+}
+
+fn name_of(root: &Path) -> Option<&str> {
+    root.file_name().and_then(|name| name.to_str()).and_then(|name| name.strip_prefix("leo-"))
 }
 
 /// The robot asked for, or the only one that runs on this machine.

@@ -6,10 +6,10 @@ use std::process::{Command, ExitCode};
 use std::time::Duration;
 
 use clap::Args;
-use message::{JointCause, JointMode, JointState, JointStates};
+use message::{JointCause, JointMode, JointState, Joints, Process};
 use process::emergency;
 use transport::janitor::is_claimed;
-use transport::{Delivery, Domain, Inlet, Node, Queues};
+use transport::{Delivery, Domain, JointsReader, Node, Queues, RosterReader};
 
 use super::failure::Failed;
 
@@ -36,12 +36,13 @@ pub(crate) struct EmergencyStop {
 
 impl EmergencyStop {
     pub(crate) fn run(&self) -> Result<ExitCode, Failed> {
-        let robots = match &self.domain {
-            Some(root) => vec![Domain::at(root).map_err(Failed::usage)?],
-            None => Domain::all().into_iter().filter(is_claimed).collect(),
-        };
+        let robots = self.robots()?;
         if robots.is_empty() {
-            return Err(Failed::because("no robot runs here: nothing was stopped"));
+            return Err(Failed::because(if self.release {
+                "no robot runs here, and none was left stopped: nothing was released"
+            } else {
+                "no robot runs here: nothing was stopped"
+            }));
         }
         // First all are stopped, and only then is looked what came of it.
         let told = told(&robots, |root| {
@@ -80,6 +81,22 @@ impl EmergencyStop {
     }
 }
 
+impl EmergencyStop {
+    /// The robots that are meant: those that run, and for a release also those that a stop has outlived.
+    fn robots(&self) -> Result<Vec<Domain>, Failed> {
+        let was_left = |robot: &Domain| self.release && emergency::is_raised(robot.root());
+        let mut all = Domain::all().into_iter();
+        let Some(root) = &self.domain else {
+            return Ok(all.filter(|robot| is_claimed(robot) || was_left(robot)).collect());
+        };
+        let robot = match all.find(|robot| robot.root() == root && was_left(robot)) {
+            Some(robot) => robot,
+            None => Domain::at(root).map_err(Failed::usage)?,
+        };
+        Ok(vec![robot])
+    }
+}
+
 /// Does to every robot what is to be done in its folder, whatever goes wrong with another; what is said of each.
 fn told<T>(robots: &[Domain], act: impl Fn(&Path) -> io::Result<T>) -> Vec<Result<T, String>> {
     let failed =
@@ -98,29 +115,25 @@ fn confirmed_by_another(robot: &Domain) -> Result<String, String> {
 }
 
 /// Waits until every joint of a robot says that its torque is off: what to say of it, or what is
-/// wrong.
+/// wrong. It reads the boards, which look on and are made by nobody but who writes them: whoever else looks on,
+/// and however far the robot is on its way up, the stop stands in nobody's way.
 fn confirmed(robot: &Domain) -> Result<String, String> {
-    let join = || -> Result<(Node, Inlet<JointStates>), Box<dyn std::error::Error>> {
-        let queues = Queues { frames: 2, delivery: Delivery::Newest };
-        let node = Node::join(robot, "emergency-stop", 0, queues)?;
-        let states = node.inlet(None)?;
-        Ok((node, states))
-    };
-    let (_node, mut states) = join().map_err(|error| error.to_string())?;
     let began = clock::now();
+    let node = Node::join(robot, "emergency-stop", 0, Queues { frames: 1, delivery: Delivery::Newest });
+    let mut boards = Boards { node: node.map_err(|error| error.to_string())?, joints: None };
     let mut left = None;
     while clock::now() < began + CONFIRM_WITHIN {
-        if let Some(frame) = states.newest().map_err(|error| error.to_string())? {
-            let joints = frame.entries();
-            let not_yet = joints.iter().filter(|joint| !is_stopped(joint)).count();
-            if not_yet == 0 && !joints.is_empty() {
+        if let Some(board) = boards.joints() {
+            let joints = board.all();
+            // One that was sampled before says what was before: that of a stop that was released since, say.
+            let is_since = |joint: &JointState| joint.sampled_at_ns >= began.as_nanos();
+            let stopped = joints.iter().filter(|joint| is_stopped(joint) && is_since(joint)).count();
+            let all = usize::try_from(board.count).unwrap_or(usize::MAX).max(joints.len());
+            if stopped == all && all > 0 {
                 let after = clock::now().since(began).as_secs_f64() * 1e3;
-                return Ok(format!(
-                    "all {} servos say that their torque is off ({after:.0} ms)",
-                    joints.len()
-                ));
+                return Ok(format!("all {all} servos say that their torque is off ({after:.0} ms)"));
             }
-            left = Some((not_yet, joints.len()));
+            left = Some((all - stopped, all));
         }
         clock::sleep_until(clock::now() + Duration::from_millis(1));
     }
@@ -132,6 +145,24 @@ fn confirmed(robot: &Domain) -> Result<String, String> {
             "no motor process runs: the stop holds once one does; cut the power if anything moves".to_owned()
         }
     })
+}
+
+/// What the joints of a robot do, by the board of the motor process's newest life.
+struct Boards {
+    node: Node,
+    joints: Option<(u64, JointsReader)>,
+}
+
+impl Boards {
+    /// `None` while no motor process has said anything.
+    fn joints(&mut self) -> Option<Joints> {
+        let roster = RosterReader::open(&self.node, Process::Supervisor, 1).ok()?.read();
+        let life = roster.incarnation(Process::Motor)?;
+        if self.joints.as_ref().is_none_or(|(known, _)| *known != life) {
+            self.joints = Some((life, JointsReader::open(&self.node, Process::Motor, life).ok()?));
+        }
+        self.joints.as_ref().map(|(_, board)| board.read()).filter(|joints| joints.count > 0)
+    }
 }
 
 fn is_stopped(joint: &JointState) -> bool {

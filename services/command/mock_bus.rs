@@ -48,12 +48,13 @@ pub(crate) struct MockBus {
 impl MockBus {
     /// Answers on every mock bus until told to stop.
     pub(super) fn run(&self) -> Result<ExitCode, Failed> {
-        let robot = Robot::load(self.config.as_deref()).map_err(Failed::usage)?;
         if let Some(domain) = &self.domain {
             let launch = self.life.launch(domain.clone(), self.config.clone());
+            let robot = launch.files().and_then(|files| Robot::of(&files)).map_err(Failed::usage)?;
             mock_bus_process::run(&launch, &robot).map_err(Failed::because)?;
             return Ok(ExitCode::SUCCESS);
         }
+        let robot = Robot::load(self.config.as_deref()).map_err(Failed::usage)?;
         let mut faults = Faults::configured(&robot.leo.mock_bus, &robot.motor)
             .map_err(|bad| Failed::usage(format!("leo.toml: `faults` of [mock_bus]: {bad}")))?;
         faults.seed = self.seed.unwrap_or(faults.seed);

@@ -59,6 +59,8 @@ pub(super) struct Life {
     #[arg(long, hide = true)]
     parent: Option<i32>,
     #[arg(long, hide = true)]
+    kept: Option<PathBuf>,
+    #[arg(long, hide = true)]
     lesson: Option<PathBuf>,
     #[arg(long, hide = true)]
     synthetic: Option<u32>,
@@ -92,7 +94,7 @@ impl Process {
             }
         };
         let launch = told.life.launch(told.domain.clone(), told.config.clone());
-        let robot = Robot::load(launch.config.as_deref()).map_err(Failed::usage)?;
+        let robot = launch.files().and_then(|files| Robot::of(&files)).map_err(Failed::usage)?;
         match self {
             Self::Simulator(_) => simulator_process::run(&launch, &robot, &lesson(&launch)?),
             Self::Sensor(_) => sensor_process::run(&launch, &robot),
@@ -116,6 +118,7 @@ impl Life {
             incarnation: self.incarnation,
             parent: self.parent,
             config,
+            kept: self.kept.clone(),
             lesson: self.lesson.clone(),
             synthetic: self.synthetic,
             partners: self.partners,

@@ -88,7 +88,7 @@ impl Replay {
         let narrator = self.speed.map(|_| (Narrator::new(&robot.leo.belief.names), Transcript::default()));
         let mut narration = Narration { narrator };
         let replaying = Replaying {
-            domain: domain::own(None)?,
+            domain: domain::own()?,
             settings: robot.leo.clone(),
             config,
             joints: robot.motor.joints.len(),

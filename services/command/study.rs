@@ -83,7 +83,7 @@ impl Study {
     fn play(&self, robot: &Robot, file: &Path, perspective_taking: bool) -> Result<Account, Failed> {
         let lesson = Lesson::load(file).map_err(Failed::because)?;
         let teaching = Teaching {
-            domain: domain::own(None)?,
+            domain: domain::own()?,
             settings: robot.leo.clone(),
             config: self.config.clone(),
             lesson: Some(file.to_owned()),

@@ -111,3 +111,55 @@ fn a_stop_whose_reason_finds_no_room_is_raised_all_the_same() {
     assert_eq!((status, err.as_str()), (Some(1), ""), "{out}");
     assert!(out.contains("raised, but NOT CONFIRMED"), "{out}");
 }
+
+#[test]
+fn a_stop_of_a_robot_that_is_on_its_way_up_makes_no_buffer_that_a_process_is_about_to_make() {
+    let robot = Robot::of("stop-early");
+    let mut command = Command::new(env!("CARGO_BIN_EXE_leo"));
+    command.args(["emergency-stop", "--domain"]).arg(robot.root()).stdout(Stdio::null());
+    let mut stop = command.spawn().expect("runs");
+    let (mut looks, mut buffers) = (0, 0);
+    while stop.try_wait().expect("ours").is_none() {
+        buffers += fs::read_dir(robot.root().join("services")).into_iter().flatten().count();
+        looks += 1;
+    }
+    stop.wait().expect("ours");
+    assert!(looks > 1 && robot.is_stopped());
+    assert_eq!(buffers, 0, "in {looks} looks");
+}
+
+#[test]
+fn a_robot_that_nobody_names_is_limp_where_the_last_such_one_was_left_stopped() {
+    const USER: u32 = 65_532;
+    if !getuid().is_root() {
+        eprintln!("skipped: only root can become another user");
+        return;
+    }
+    let files = tempfile::tempdir().expect("a folder");
+    let leo = public_executable(&files);
+    let state = files.path().join("state");
+    fs::create_dir(&state).and_then(|()| chown(&state, Some(USER), Some(USER))).expect("ours");
+    // No process has this number.
+    let left = Path::new("/dev/shm").join(format!("leo-{}", 4_000_000_000 + std::process::id()));
+    fs::create_dir(&left).expect("makes");
+    fs::write(left.join("emergency-stop"), "a hand is in the arm\n").expect("writes");
+    for path in [&left, &left.join("emergency-stop")] {
+        chown(path, Some(USER), Some(USER)).expect("ours");
+    }
+    let leo = |arguments: &[&str]| {
+        let user = USER.to_string();
+        let mut command = Command::new("/usr/bin/setpriv");
+        command.args(["--reuid", &user, "--regid", &user, "--clear-groups", "env"]);
+        command.arg(format!("XDG_STATE_HOME={}", state.display())).arg(&leo);
+        run(command.args(arguments))
+    };
+    let (status, _, err) = leo(&["run", "--for", "0.1"]);
+    assert_eq!(status, Some(0), "{err}");
+    assert!(err.contains("raised before this start (a hand is in the arm)"), "{err}");
+    assert!(left.join("emergency-stop").exists(), "nobody released it");
+    let (status, out, err) = leo(&["emergency-stop", "--release"]);
+    assert_eq!((status, out), (Some(0), format!("{}: released\n", left.display())), "{err}");
+    assert!(!left.exists());
+    let (status, _, err) = leo(&["run", "--for", "0.1"]);
+    assert!(status == Some(0) && !err.contains("emergency stop"), "{err}");
+}

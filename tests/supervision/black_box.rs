@@ -89,6 +89,7 @@ fn an_emergency_stop_and_a_joint_without_a_servo_are_failures_and_an_end_in_orde
     assert!(robot.works(), "{}", robot.said());
     fs::write(robot.domain().join("emergency-stop"), "a test\n").expect("raised");
     let file = file_of(&robot, "emergency-stop");
+    fs::remove_file(robot.domain().join("emergency-stop")).expect("released");
     assert!(Reader::open(&file).expect("a recording").all(|frame| frame.is_ok()));
     signal(robot.pid(), Signal::INT);
     assert!(robot.end().success(), "{}", robot.said());

@@ -2,13 +2,14 @@
 
 use std::collections::BTreeMap;
 use std::fs;
+use std::process::Stdio;
 
 use clock::{Duration, Instant};
 use message::{JointCause, JointMode, JointState, JointStates};
 use rustix::process::Signal;
 use transport::{Delivery, Domain, Inlet, Node, Queues};
 
-use super::robot::{Robot, is_alive, leo, signal, wait_until};
+use super::robot::{Robot, is_alive, left_behind, leo, signal, wait_until};
 
 const JOINTS: usize = 65;
 
@@ -80,6 +81,87 @@ fn however_the_motor_is_stopped_no_joint_jumps_and_what_shall_be_limp_is_limp() 
     joints.until(&robot, "limp at the end", all_are(JointMode::Limp, JointCause::Stopped));
     let (status, said) = robot.stop(Signal::TERM);
     assert!(status.success(), "{said}");
+}
+
+/// The joints as the metrics tell: a process can look into one domain only, and this asks another one.
+fn metrics(robot: &Robot) -> String {
+    let told = leo(&["top", "--openmetrics", "--domain"]).arg(robot.domain()).output().expect("runs");
+    String::from_utf8(told.stdout).expect("is text")
+}
+
+fn until_told(robot: &Robot, line: &str) {
+    let told = wait_until(|| metrics(robot).lines().any(|told| told == line));
+    assert!(told, "not {line}\n{}\n{}", metrics(robot), robot.said());
+}
+
+#[test]
+fn a_stop_outlives_its_robot_and_the_next_one_of_that_name_is_limp_until_it_is_released() {
+    let name = "stays-stopped";
+    let (following, limp) = ("leo_joints{mode=\"following\"} 65", "leo_joints{mode=\"limp\"} 65");
+    let robot = Robot::ready(name, &[]);
+    until_told(&robot, following);
+    let (status, said) = stop(&robot, &["--reason", "a hand is in the arm"]);
+    assert_eq!(status, Some(0), "{said}\n{}", robot.said());
+    let (status, _) = robot.stop(Signal::KILL);
+    assert!(!status.success());
+
+    // It starts in what the killed one left behind, and the learner commands it in vain.
+    let robot = Robot::ready(name, &[]);
+    assert!(robot.works(), "{}", robot.said());
+    until_told(&robot, limp);
+    until_told(&robot, "leo_joints_in_trouble{cause=\"emergency\"} 65");
+    let said = robot.said();
+    let warned =
+        said.lines().filter(|line| line.contains("before this start (a hand is in the arm)")).count();
+    assert!(warned == 1 && said.contains("leo emergency-stop --release"), "{said}");
+    let (status, said) = stop(&robot, &[]);
+    assert_eq!(status, Some(0), "stopped twice: {said}\n{}", robot.said());
+
+    // An end in order removes all but the stop, which then is released though no robot runs.
+    let domain = robot.domain().to_owned();
+    let (status, said) = robot.stop(Signal::TERM);
+    assert!(status.success(), "{said}");
+    assert_eq!(left_behind(&domain).len(), 1);
+    let left = fs::read_dir(&domain).expect("is kept").flatten().map(|entry| entry.file_name());
+    assert_eq!(left.collect::<Vec<_>>(), ["emergency-stop"]);
+    let robot = Robot::ready(name, &[]);
+    until_told(&robot, limp);
+    assert_eq!(stop(&robot, &["--release"]).0, Some(0));
+    until_told(&robot, following);
+
+    assert_eq!(stop(&robot, &[]).0, Some(0));
+    let (status, said) = robot.stop(Signal::TERM);
+    assert!(status.success(), "{said}");
+    let released = leo(&["emergency-stop", "--release", "--domain"]).arg(&domain).output().expect("runs");
+    let said = String::from_utf8_lossy(&released.stdout).into_owned();
+    assert_eq!((released.status.code(), said), (Some(0), format!("{}: released\n", domain.display())));
+    assert_eq!(left_behind(&domain), [""; 0]);
+}
+
+#[test]
+fn a_stop_is_confirmed_however_short_the_queues_and_however_many_look_on() {
+    let robot = Robot::ready("looked-at", &[("frames", "1")]);
+    let folder = tempfile::tempdir().expect("a folder");
+    let mut recorders: Vec<_> = (0..4)
+        .map(|number| {
+            let file = folder.path().join(format!("{number}.mcap"));
+            let mut command = leo(&["record", "--domain"]);
+            let recorder =
+                command.arg(robot.domain()).arg(&file).stdout(Stdio::null()).spawn().expect("starts");
+            (file, recorder)
+        })
+        .collect();
+    for (file, _) in &recorders {
+        let records = || fs::metadata(file).is_ok_and(|file| file.len() > 100_000);
+        assert!(wait_until(records), "does not record\n{}", robot.said());
+    }
+    let (status, said) = stop(&robot, &[]);
+    assert_eq!(status, Some(0), "{said}\n{}", robot.said());
+    assert!(said.contains("all 65 servos say that their torque is off"), "{said}");
+    assert_eq!(stop(&robot, &["--release"]).0, Some(0));
+    for (_, recorder) in &mut recorders {
+        recorder.kill().and_then(|()| recorder.wait()).expect("ours");
+    }
 }
 
 /// The stop is confirmed, outlives the motor process, and ends when it is released.

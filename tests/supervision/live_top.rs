@@ -9,10 +9,11 @@ use std::sync::{Arc, Mutex};
 use std::thread;
 
 use rustix::fs::{Mode, OFlags, open};
+use rustix::process::Signal;
 use rustix::pty::{OpenptFlags, grantpt, openpt, ptsname, unlockpt};
 use rustix::termios::{Winsize, tcgetattr, tcsetwinsize};
 
-use crate::robot::{Robot, wait_until};
+use crate::robot::{Robot, signal, wait_until};
 
 /// A program on a terminal of 80 columns.
 struct OnTerminal {
@@ -88,5 +89,22 @@ fn leo_top_answers_to_its_keys_and_leaves_the_terminal_as_it_was() {
     assert!(status.is_some_and(|status| status.success()), "{status:?}\n{}", top.seen());
     assert!(wait_until(|| top.seen().contains("\x1b[?1049l")), "the alternate screen stays");
     assert_eq!(tcgetattr(&top.line).expect("a terminal").local_modes, before);
-    robot.stop(rustix::process::Signal::TERM);
+    robot.stop(Signal::TERM);
+}
+
+#[test]
+fn leo_top_ends_in_order_when_its_terminal_hangs_up() {
+    let robot = Robot::ready("hung-up", &[]);
+    let mut command = Command::new(env!("CARGO_BIN_EXE_leo"));
+    command.args(["top", "--domain"]).arg(robot.domain());
+    let mut top = OnTerminal::start(command);
+    assert!(wait_until(|| top.seen().contains("mock-bus")), "{}", top.seen());
+    signal(i32::try_from(top.program.id()).expect("a process number"), Signal::HUP);
+    let mut status = None;
+    wait_until(|| {
+        status = top.program.try_wait().expect("ours");
+        status.is_some()
+    });
+    assert!(status.is_some_and(|status| status.success()), "{status:?}\n{}", top.seen());
+    robot.stop(Signal::TERM);
 }

@@ -6,8 +6,10 @@ mod campaign;
 mod emergency;
 mod live_top;
 mod metrics;
+mod onlookers;
 mod robot;
 mod service_manager;
+mod upgrade;
 #[path = "../sources/venv.rs"]
 mod venv;
 

@@ -126,6 +126,11 @@ impl Robot {
         self.said.lock().expect("nobody panics with it").clone()
     }
 
+    /// Its `leo.toml`.
+    pub(crate) fn config(&self) -> PathBuf {
+        self.files.path().join("leo.toml")
+    }
+
     /// What its black box has written.
     pub(crate) fn black_boxes(&self) -> Vec<PathBuf> {
         let folder = fs::read_dir(self.files.path().join("leo/recordings")).into_iter().flatten();

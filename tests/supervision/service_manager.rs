@@ -3,15 +3,13 @@
 
 use std::fs;
 use std::os::unix::net::UnixDatagram;
-use std::path::PathBuf;
-use std::process::{Command, Stdio};
 use std::sync::{Arc, Mutex};
 use std::thread;
 
 use rustix::process::Signal;
 use tempfile::TempDir;
 
-use crate::robot::{PROCESSES, Robot, signal, wait_until};
+use crate::robot::{PROCESSES, Robot, leo, signal, wait_until};
 
 /// Listens like a service manager.
 struct Manager {
@@ -43,14 +41,11 @@ impl Manager {
         self.heard().iter().filter(|heard| *heard == word).count()
     }
 
-    /// Starts a robot from a file of its own, which is told to report here.
-    fn starts(&self, name: &str, changes: &[(&str, &str)]) -> (Robot, PathBuf) {
-        let file = self.folder.path().join("leo");
-        fs::copy(env!("CARGO_BIN_EXE_leo"), &file).expect("copies");
-        let mut command = Command::new(&file);
-        command.env_remove("RUST_LOG").env("NOTIFY_SOCKET", self.folder.path().join("notify"));
-        command.stdin(Stdio::null());
-        (Robot::by(command, name, changes, &[]), file)
+    /// Starts a robot that is told to report here.
+    fn starts(&self, name: &str, changes: &[(&str, &str)]) -> Robot {
+        let mut command = leo(&[]);
+        command.env("NOTIFY_SOCKET", self.folder.path().join("notify"));
+        Robot::by(command, name, changes, &[])
     }
 }
 
@@ -61,7 +56,7 @@ fn running(robot: &Robot) -> usize {
 #[test]
 fn the_service_manager_hears_when_all_are_ready_that_they_live_and_that_they_stop() {
     let manager = Manager::listens();
-    let (robot, _file) = manager.starts("notify", &[]);
+    let robot = manager.starts("notify", &[]);
     assert!(wait_until(|| manager.count("READY=1") > 0), "{:?}\n{}", manager.heard(), robot.said());
     assert_eq!(running(&robot), PROCESSES.len(), "ready before all are\n{}", robot.said());
     let heard = manager.heard();
@@ -83,11 +78,12 @@ fn the_service_manager_hears_when_all_are_ready_that_they_live_and_that_they_sto
 fn a_process_that_hangs_and_cannot_be_replaced_starves_the_watchdog() {
     let manager = Manager::listens();
     let never_tired = [("deaths_most", "1000000"), ("backoff_most_ms", "40.0")];
-    let (robot, file) = manager.starts("starved", &never_tired);
+    let robot = manager.starts("starved", &never_tired);
     assert!(wait_until(|| manager.count("WATCHDOG=1") > 0), "{:?}\n{}", manager.heard(), robot.said());
-    fs::remove_file(file).expect("was there");
+    // Nobody can join the domain any more.
+    fs::remove_file(robot.domain().join("iceoryx2.toml")).expect("was there");
     signal(robot.processes()["belief"], Signal::STOP);
-    let failed = || robot.said().matches("cannot be started").count();
+    let failed = || robot.said().matches("starts anew").count();
     assert!(wait_until(|| failed() > 0), "{}", robot.said());
     let fed = manager.count("WATCHDOG=1");
     // A beat of the watchdog is due every 250 ms: many are due in the time of these.

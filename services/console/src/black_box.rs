@@ -216,8 +216,9 @@ impl Kept {
         };
         let begin = || {
             let domain = Domain::at(&launch.domain).map_err(|error| error.to_string())?;
-            let config = launch.config.as_deref();
-            let subject = Subject::load(config, Time::Wall, launch.partners, stands(lesson), PROGRAM);
+            let subject = launch
+                .files()
+                .and_then(|files| Subject::of(&files, Time::Wall, launch.partners, stands(lesson), PROGRAM));
             let subject = subject.map_err(|error| error.to_string())?;
             let bytes = console.black_box_mb.get().saturating_mul(1_000_000);
             Recorder::keep(&domain, subject, span, bytes).map_err(|error| error.to_string())

@@ -106,14 +106,16 @@ impl Asker {
 
 impl Tape {
     pub(crate) fn new(launch: &Launch, lesson: &Lesson, domain: Domain) -> Self {
-        let (config, partners, stands) = (launch.config.clone(), launch.partners, stands(lesson));
+        let folder = launch.state.as_deref().map(process::state::recordings);
+        let (launch, stands) = (launch.clone(), stands(lesson));
         let start = move |file: &Path| {
-            let subject = Subject::load(config.as_deref(), Time::Wall, partners, stands, PROGRAM);
+            let files = launch.files().map_err(|error| error.to_string())?;
+            let subject = Subject::of(&files, Time::Wall, launch.partners, stands, PROGRAM);
             let subject = subject.map_err(|error| error.to_string())?;
             let recorder = Recorder::start(&domain, subject, file).map_err(|error| error.to_string())?;
             Ok(Box::new(recorder) as Box<dyn Recording>)
         };
-        Self::with(launch.state.as_deref().map(process::state::recordings), Arc::new(start))
+        Self::with(folder, Arc::new(start))
     }
 
     fn with(folder: Option<PathBuf>, start: Start) -> Self {

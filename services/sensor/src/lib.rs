@@ -10,6 +10,6 @@ mod shell;
 mod source;
 
 pub use disturbance::Disturbance;
-pub use recordings::{Unplayable, check_traces};
+pub use recordings::{Reason, Unplayable, check_traces};
 pub use sensor::{News, Sensor, Unsensing};
 pub use shell::run;

@@ -1,10 +1,15 @@
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use clock::{Duration, Instant};
 use config::leo::{Source, SourceKind};
 use trace::{Playback, PlaybackError};
 
 use crate::Sensor;
+
+/// No source reports more often: `rate_hz` in `leo.toml` goes up to 10 kHz.
+const GAP_LEAST: Duration = Duration::from_micros(100);
+/// So many frames of a trace are looked at in one cycle. Of more only the newest is, and the others are counted.
+const FRAMES_MOST: usize = 100;
 
 /// Why a source of the kind `"trace"` cannot be played.
 #[derive(Debug, thiserror::Error)]
@@ -13,7 +18,27 @@ pub struct Unplayable {
     /// The source.
     pub name: String,
     /// What is wrong with its trace.
-    pub reason: PlaybackError,
+    pub reason: Reason,
+}
+
+/// What is wrong with a trace that cannot be played.
+#[derive(Debug, thiserror::Error)]
+pub enum Reason {
+    /// It cannot be read, or there is nothing to play in it.
+    #[error(transparent)]
+    Playback(#[from] PlaybackError),
+    /// Its frames come in no time.
+    #[error(
+        "the frames of {} are {gap:?} apart on an average, and no source reports that often: `at_ns` and \
+         `observed_at_ns` count nanoseconds (5 ms are 5000000)",
+        file.display()
+    )]
+    TooDense {
+        /// The trace.
+        file: PathBuf,
+        /// From one frame to the next.
+        gap: Duration,
+    },
 }
 
 /// Reads the trace of every source that is one, to its end, as the sensor process will.
@@ -41,8 +66,12 @@ impl Recordings {
         let traces = sources.iter().enumerate().filter(|(_, source)| source.kind == SourceKind::Trace);
         let open = |(number, source): (usize, &Source)| {
             let file = source.file.as_deref().unwrap_or(Path::new(""));
+            let refused = |reason| Unplayable { name: source.name.clone(), reason };
             let playback = Playback::open(file, source.recorded_source, source.repeat.unwrap_or(false))
-                .map_err(|reason| Unplayable { name: source.name.clone(), reason })?;
+                .map_err(|error| refused(Reason::Playback(error)))?;
+            if let Some(gap) = playback.gap().filter(|gap| *gap < GAP_LEAST) {
+                return Err(refused(Reason::TooDense { file: file.to_owned(), gap }));
+            }
             Ok(Recording { source: number, playback, has_started: false, end_is_told: false })
         };
         traces.map(open).collect::<Result<_, _>>().map(Self)
@@ -70,9 +99,13 @@ impl Recordings {
             if !std::mem::replace(has_started, true) {
                 playback.start(now + period / 2);
             }
-            let mut waits = false;
+            let (mut waits, mut frames) = (false, 0);
             while playback.advance(now) {
                 waits = sensor.note(*source, playback.header());
+                frames += 1;
+                if frames == FRAMES_MOST {
+                    playback.skip(now);
+                }
             }
             if waits {
                 sensor.take(*source, playback.header(), playback.observations());
@@ -86,5 +119,57 @@ impl Recordings {
         let recording = self.0.iter_mut().find(ended)?;
         recording.end_is_told = true;
         Some(recording.source)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::fs;
+
+    use config::percepts::Percepts;
+    use message::Loss;
+
+    use super::*;
+
+    /// A trace of empty frames at these instants, as a source that is repeated.
+    fn source(folder: &Path, instants_ns: impl Iterator<Item = u64>) -> Source {
+        let file = folder.join("a.jsonl");
+        let frames =
+            instants_ns.map(|at| format!("{{\"at_ns\": {at}, \"source\": 0, \"observations\": []}}\n"));
+        fs::write(&file, format!("{{\"leo_trace\": 1}}\n{}", frames.collect::<String>())).unwrap();
+        let text = format!("name = \"a\"\nkind = \"trace\"\nrepeat = true\nfile = \"{}\"", file.display());
+        config::parse(&text, Path::new("x.toml")).unwrap()
+    }
+
+    #[test]
+    fn a_trace_whose_instants_are_in_milliseconds_is_refused_and_told_what_they_are() {
+        let folder = tempfile::tempdir().unwrap();
+        let every_5_ms = || (0..200_u64).map(|frame| frame * 5);
+        assert!(check_traces(&[source(folder.path(), every_5_ms().map(|ms| ms * 1_000_000))]).is_ok());
+        let error = check_traces(&[source(folder.path(), every_5_ms())]).unwrap_err().to_string();
+        assert!(error.contains("the source `a`") && error.contains("a.jsonl are 5ns apart"), "{error}");
+        assert!(error.contains("count nanoseconds"), "{error}");
+    }
+
+    #[test]
+    fn of_many_frames_in_one_cycle_the_newest_is_taken_and_all_others_are_counted() {
+        const BURST: u64 = 5000;
+        let folder = tempfile::tempdir().unwrap();
+        let sources = [source(folder.path(), (0..BURST).chain([10_000_000_000]))];
+        let mut sensor = Sensor::new(&Percepts::builtin(), &sources, 4).unwrap();
+        let mut recordings = Recordings::open(&sources).unwrap();
+        let period = Duration::from_millis(4);
+        let mut now = Instant::EPOCH + Duration::from_secs(1);
+        for _cycle in 0..2 {
+            sensor.begin(now);
+            recordings.play(now, period, &mut sensor);
+            sensor.end();
+            now += period;
+        }
+        let [overtaken, missed] =
+            [Loss::Overtaken, Loss::Missed].map(|loss| sensor.losses()[usize::from(loss.raw())]);
+        assert_eq!(sensor.sources().all()[0].frames, 1);
+        assert_eq!(overtaken + missed, BURST - 1);
+        assert!(overtaken <= 100, "{overtaken} frames were looked at");
     }
 }

@@ -13,10 +13,15 @@ use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use rustix::io::Errno;
 use rustix::process::{Pid, PidfdFlags, Signal, pidfd_open, pidfd_send_signal};
 
-/// The processes that live, started from this program's own file. Dropping it kills them.
+/// The program that runs, whatever by now is the file that it was started from: a robot whose package is
+/// upgraded goes on as it was.
+const PROGRAM: &str = "/proc/self/exe";
+
+/// The processes that live, started from this very program. Dropping it kills them.
 #[derive(Debug)]
 pub struct Children {
-    executable: PathBuf,
+    /// What people see the processes called.
+    name: PathBuf,
     living: BTreeMap<Process, Living>,
     helpers: Vec<Child>,
 }
@@ -34,7 +39,7 @@ impl Children {
     ///
     /// The path of this program's file cannot be found out.
     pub fn new() -> io::Result<Self> {
-        Ok(Self { executable: std::env::current_exe()?, living: BTreeMap::new(), helpers: Vec::new() })
+        Ok(Self { name: std::env::current_exe()?, living: BTreeMap::new(), helpers: Vec::new() })
     }
 
     /// Starts a process.
@@ -47,7 +52,8 @@ impl Children {
     ///
     /// The system has no room for another process.
     pub fn start(&mut self, process: Process, launch: &Launch) -> io::Result<()> {
-        let mut child = Command::new(&self.executable)
+        let mut child = Command::new(PROGRAM)
+            .arg0(&self.name)
             .arg(process.name())
             .args(arguments(launch))
             // The service manager is the supervisor's to talk to.
@@ -80,8 +86,9 @@ impl Children {
     ///
     /// The system has no room for another process.
     pub fn start_command(&mut self, arguments: &[&str]) -> io::Result<()> {
-        let child =
-            Command::new(&self.executable).args(arguments).stdin(Stdio::null()).process_group(0).spawn()?;
+        let mut command = Command::new(PROGRAM);
+        command.arg0(&self.name).args(arguments).stdin(Stdio::null()).process_group(0);
+        let child = command.spawn()?;
         self.helpers.push(child);
         Ok(())
     }
@@ -158,6 +165,7 @@ fn arguments(launch: &Launch) -> Vec<OsString> {
     say("--incarnation", launch.incarnation.to_string().into());
     for (key, path) in [
         ("--config", &launch.config),
+        ("--kept", &launch.kept),
         ("--lesson", &launch.lesson),
         ("--state", &launch.state),
         ("--campaign", &launch.campaign),
@@ -193,6 +201,7 @@ mod tests {
             incarnation: 3,
             parent: Some(42),
             config: Some("a b.toml".into()),
+            kept: Some("/dev/shm/leo-7/configuration".into()),
             lesson: None,
             synthetic: None,
             partners: Some(0),
@@ -204,7 +213,8 @@ mod tests {
         let told = arguments(&launch).join(" ".as_ref());
         assert_eq!(
             told,
-            "--domain /dev/shm/leo-7 --incarnation 3 --config a b.toml --parent 42 --partners 0 --lockstep"
+            "--domain /dev/shm/leo-7 --incarnation 3 --config a b.toml --kept /dev/shm/leo-7/configuration \
+             --parent 42 --partners 0 --lockstep"
         );
     }
 }

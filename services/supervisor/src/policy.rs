@@ -88,6 +88,8 @@ pub enum Event {
     CleanedUp,
     /// Somebody wants the run to end. Said twice, it ends at once.
     Stop,
+    /// The run has lasted as long as it was to.
+    TimeIsOver,
 }
 
 /// Why a process is killed.
@@ -99,6 +101,8 @@ pub enum Why {
     Hangs,
     /// It was told to stop and did not.
     DoesNotStop,
+    /// Somebody does not want to wait for it to stop.
+    Hurry,
 }
 
 /// How the run ended.
@@ -176,7 +180,10 @@ pub struct Policy {
     lives: Vec<Life>,
     unclean: Unclean,
     all_were_ready: bool,
+    /// How the run ends, by what ended it first.
     ending: Option<Outcome>,
+    /// Whether somebody has wanted the run to end.
+    was_told: bool,
     looked_at: Instant,
 }
 
@@ -196,7 +203,15 @@ impl Policy {
     #[must_use]
     pub fn new(terms: Terms, order: &[Process], now: Instant) -> Self {
         let lives = order.iter().map(|&process| Life::new(process, now)).collect();
-        Self { terms, lives, unclean: Unclean::No, all_were_ready: false, ending: None, looked_at: now }
+        Self {
+            terms,
+            lives,
+            unclean: Unclean::No,
+            all_were_ready: false,
+            ending: None,
+            was_told: false,
+            looked_at: now,
+        }
     }
 
     /// Takes in what happened, and says what is to be done `now`.
@@ -259,9 +274,13 @@ impl Policy {
                 self.unclean = if self.unclean == Unclean::AskAgain { Unclean::Yes } else { Unclean::No };
             }
             Event::Stop => {
-                if self.ending.replace(Outcome::Stopped).is_some() {
-                    actions.extend(self.lives.iter_mut().filter_map(|life| life.kill(Why::DoesNotStop)));
+                if std::mem::replace(&mut self.was_told, true) {
+                    actions.extend(self.lives.iter_mut().filter_map(|life| life.kill(Why::Hurry)));
                 }
+                self.ending.get_or_insert(Outcome::Stopped);
+            }
+            Event::TimeIsOver => {
+                self.ending.get_or_insert(Outcome::Stopped);
             }
         }
     }

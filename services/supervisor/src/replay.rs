@@ -181,6 +181,7 @@ fn play<R: Read>(
         incarnation: 1,
         parent: i32::try_from(std::process::id()).ok(),
         config: Some(replaying.config.clone()),
+        kept: None,
         lesson: None,
         synthetic: None,
         partners: Some(partners),

@@ -1,14 +1,16 @@
 use std::collections::BTreeMap;
+use std::fs;
 use std::io::{self, Read as _};
 use std::os::fd::AsFd as _;
 use std::os::unix::net::UnixStream;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::ExitStatus;
 
 use clock::{Duration, Instant};
+use config::Files;
 use config::leo::Leo;
 use message::{Process, Roster};
-use process::Launch;
+use process::{Launch, emergency};
 use realtime::Awake;
 use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
 use transport::janitor::{ClaimError, Janitor, claim, sweep_stale};
@@ -27,6 +29,8 @@ use crate::service_manager::ServiceManager;
 const BUSY: Duration = Duration::from_millis(5);
 /// Hearts are felt this many times within the time that they may stand still.
 const PULSES: u32 = 4;
+/// How often is cleaned up after those that looked on and were killed, while nobody of the robot dies.
+const CLEAN_EVERY: Duration = Duration::from_secs(5);
 /// The exit status of a process that refuses its configuration.
 const REFUSED: i32 = 2;
 /// The order of starting: readers before their writers, so that no frame finds nobody there, and
@@ -51,18 +55,18 @@ pub struct Orders {
     pub processes: Vec<Process>,
     /// The configuration, checked.
     pub settings: Leo,
-    /// The file of the configuration, as the processes read it themselves.
-    pub config: Option<PathBuf>,
-    /// The lesson to play.
-    pub lesson: Option<PathBuf>,
+    /// The files of the configuration: the processes read them as they are now, in every life.
+    pub files: Files,
+    /// The lesson to play, as it is written.
+    pub lesson: Option<String>,
     /// A synthetic lesson of so many objects instead.
     pub synthetic: Option<u32>,
     /// Partners whose perspective is taken; what the configuration says, without.
     pub partners: Option<u32>,
     /// Where Leo remembers what it learned.
     pub state: Option<PathBuf>,
-    /// What goes wrong on purpose: the file, and of it what is done to the processes.
-    pub faults: Option<(PathBuf, ProcessFaults)>,
+    /// What goes wrong on purpose, as it is written, and of it what is done to the processes.
+    pub faults: Option<(String, ProcessFaults)>,
     /// Whether the robot stays up when the lesson is over.
     pub stay: bool,
     /// How long to run once all processes are ready, whether or not there is anything left to do; until
@@ -91,13 +95,14 @@ pub enum RunError {
     /// Signals cannot be watched for.
     #[error("cannot watch for signals: {0}")]
     Signals(io::Error),
-    /// The program's own file cannot be found.
-    #[error("cannot find the file of this program, from which the processes are started: {0}")]
+    /// What the program is called cannot be found out.
+    #[error("cannot find out what this program is called, from which the processes are started: {0}")]
     Executable(io::Error),
 }
 
 /// Runs the robot until somebody stops it, a process has nothing left to do, or one cannot be
-/// kept alive. Nothing is left behind, in shared memory or among the processes.
+/// kept alive. Nothing is left behind, in shared memory or among the processes, but an emergency stop
+/// that was not released: a robot that is started anew in its domain is limp until it is.
 ///
 /// # Errors
 ///
@@ -109,12 +114,48 @@ pub fn run(orders: &Orders) -> Result<Outcome, RunError> {
     let partners = orders.partners.unwrap_or(orders.settings.belief.partners);
     room(&orders.settings, partners).map_err(RunError::NoRoom)?;
     let claim = claim(&orders.domain)?;
-    let outcome = orders.domain.make().map_err(RunError::from).and_then(|()| supervise(orders));
+    if let Some(reason) = emergency::reason(orders.domain.root()) {
+        tracing::warn!(
+            "the emergency stop was raised before this start ({reason}): the robot stays limp until `leo \
+             emergency-stop --release`"
+        );
+    }
+    let made = orders.domain.make().and_then(|()| Kept::keep(orders));
+    let outcome = made.map_err(RunError::from).and_then(|kept| supervise(orders, &kept));
     Janitor::new(&orders.domain).wipe(claim);
     outcome
 }
 
-fn supervise(orders: &Orders) -> Result<Outcome, RunError> {
+/// Where the files lie that the processes read instead of those they were made from: a life that begins
+/// while somebody edits them, or upgrades the package that brought them, is like the first.
+struct Kept {
+    folder: PathBuf,
+    lesson: Option<PathBuf>,
+    campaign: Option<PathBuf>,
+}
+
+impl Kept {
+    fn keep(orders: &Orders) -> Result<Self, DomainError> {
+        let folder = orders.domain.root().join("configuration");
+        let failed = |path: &Path| {
+            let path = path.to_owned();
+            move |source| DomainError::Write { path, source }
+        };
+        fs::create_dir_all(&folder).and_then(|()| orders.files.keep(&folder)).map_err(failed(&folder))?;
+        let written = |name: &str, text: Option<&String>| {
+            let write = |text| {
+                let file = folder.join(name);
+                fs::write(&file, text).map_err(failed(&file)).map(|()| file)
+            };
+            text.map(write).transpose()
+        };
+        let lesson = written("lesson.toml", orders.lesson.as_ref())?;
+        let campaign = written("campaign.toml", orders.faults.as_ref().map(|(text, _)| text))?;
+        Ok(Self { folder, lesson, campaign })
+    }
+}
+
+fn supervise(orders: &Orders, kept: &Kept) -> Result<Outcome, RunError> {
     let signals = watch_signals().map_err(RunError::Signals)?;
     let queues = Queues { frames: orders.settings.buffers.frames.get(), delivery: Delivery::Newest };
     let node = Node::join(&orders.domain, Process::Supervisor.name(), 1, queues)?;
@@ -124,6 +165,7 @@ fn supervise(orders: &Orders) -> Result<Outcome, RunError> {
     let _awake = orders.settings.supervisor.keep_cores_awake.then(keep_cores_awake);
     let mut house = House {
         orders,
+        kept,
         node,
         children,
         caretaker,
@@ -132,6 +174,7 @@ fn supervise(orders: &Orders) -> Result<Outcome, RunError> {
         hearts: BTreeMap::new(),
         events: Vec::new(),
         end_at: None,
+        clean_at: clock::now() + CLEAN_EVERY,
         faults: orders.faults.as_ref().map(|(_, faults)| faults.clone()).unwrap_or_default(),
         service_manager: ServiceManager::default(),
     };
@@ -164,6 +207,7 @@ pub(crate) fn watch_signals() -> io::Result<UnixStream> {
 /// The world that the policy decides about.
 struct House<'orders> {
     orders: &'orders Orders,
+    kept: &'orders Kept,
     node: Node,
     children: Children,
     caretaker: Caretaker,
@@ -174,6 +218,8 @@ struct House<'orders> {
     /// What happened since the policy was told.
     events: Vec<Event>,
     end_at: Option<Instant>,
+    /// When to clean up after onlookers next.
+    clean_at: Instant,
     /// What is done to the processes on purpose.
     faults: ProcessFaults,
     service_manager: ServiceManager,
@@ -198,6 +244,13 @@ impl House<'_> {
                 }
             }
             self.service_manager.stands(policy.standing());
+            if now >= self.clean_at {
+                self.clean_at = now + CLEAN_EVERY;
+                // Never while a process starts; after a death it is done in any case.
+                if !policy.is_busy() {
+                    self.node.clean_up_dead();
+                }
+            }
             for (process, deed) in self.faults.due(now) {
                 match deed {
                     Deed::Kill => self.children.kill(process),
@@ -218,7 +271,7 @@ impl House<'_> {
         }
         if self.end_at.is_some_and(|end| clock::now() >= end) {
             self.end_at = None;
-            self.events.push(Event::Stop);
+            self.events.push(Event::TimeIsOver);
         }
         for (process, status) in self.children.bury() {
             self.hearts.remove(&process);
@@ -270,14 +323,15 @@ impl House<'_> {
             domain: self.orders.domain.root().to_owned(),
             incarnation,
             parent: i32::try_from(std::process::id()).ok(),
-            config: self.orders.config.clone(),
-            lesson: self.orders.lesson.clone(),
+            config: self.orders.files.leo().map(Path::to_owned),
+            kept: Some(self.kept.folder.clone()),
+            lesson: self.kept.lesson.clone(),
             synthetic: self.orders.synthetic,
             partners: self.orders.partners,
             stay: self.orders.stay || self.orders.run_for.is_some(),
             lockstep: false,
             state: self.orders.state.clone(),
-            campaign: self.orders.faults.as_ref().map(|(file, _)| file.clone()),
+            campaign: self.kept.campaign.clone(),
         };
         match self.children.start(process, &launch) {
             Ok(()) => {
@@ -317,5 +371,6 @@ const fn complaint(why: Why) -> &'static str {
         Why::NotReady => "is not ready in time: killed",
         Why::Hangs => "hangs, its heart stands still: killed",
         Why::DoesNotStop => "does not stop in time: killed",
+        Why::Hurry => "was not waited for, the robot was told to stop twice: killed",
     }
 }

@@ -111,6 +111,7 @@ fn play(teaching: &Teaching) -> Result<Account, TeachError> {
         incarnation: 1,
         parent: i32::try_from(std::process::id()).ok(),
         config: teaching.config.clone(),
+        kept: None,
         lesson: teaching.lesson.clone(),
         synthetic: None,
         partners: teaching.partners,

@@ -129,13 +129,27 @@ impl Campaign {
     ) -> Result<Self, ConfigError> {
         let text =
             fs::read_to_string(file).map_err(|source| ConfigError::Read { file: file.to_owned(), source })?;
-        let campaign: Self = parse(&text, file)?;
+        Self::checked(&text, file, bus, process)
+    }
+
+    /// Checks the text of a campaign; `file` is what errors call it.
+    ///
+    /// # Errors
+    ///
+    /// As [`Campaign::load`].
+    pub fn checked<B: Display, P: Display>(
+        text: &str,
+        file: &Path,
+        bus: impl Fn(&str) -> Result<(), B>,
+        process: impl Fn(&str) -> Result<(), P>,
+    ) -> Result<Self, ConfigError> {
+        let campaign: Self = parse(text, file)?;
         for words in &campaign.bus {
-            bus(words.get_ref()).map_err(|error| invalid(&text, file, words.span(), error.to_string()))?;
+            bus(words.get_ref()).map_err(|error| invalid(text, file, words.span(), error.to_string()))?;
         }
         for fault in &campaign.processes {
             let name = &fault.process;
-            process(name.get_ref()).map_err(|error| invalid(&text, file, name.span(), error.to_string()))?;
+            process(name.get_ref()).map_err(|error| invalid(text, file, name.span(), error.to_string()))?;
         }
         Ok(campaign)
     }

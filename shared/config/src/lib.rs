@@ -8,6 +8,7 @@
 pub mod campaign;
 mod error;
 pub mod faults;
+mod files;
 mod forward;
 pub mod leo;
 pub mod lesson;
@@ -20,6 +21,7 @@ pub mod perspective;
 mod robot;
 
 pub use error::ConfigError;
+pub use files::Files;
 pub use forward::Forward;
 pub use load::{load, parse, suggest};
 pub use names::Names;

@@ -9,7 +9,7 @@ use crate::load::invalid;
 use crate::motor::{Limit, Motor};
 use crate::percepts::Percepts;
 use crate::perspective::Perspective;
-use crate::{ConfigError, motor, parse};
+use crate::{ConfigError, Files, motor, parse};
 
 /// The whole configuration of a robot: `leo.toml` and the files that lie beside it.
 #[derive(Clone, Debug)]
@@ -27,12 +27,12 @@ pub struct Robot {
 }
 
 /// The files that the executable brings along, so that it runs without a configuration folder.
-mod builtin {
-    pub(super) const LEO: &str = include_str!("../../../config/leo.toml");
-    pub(super) const PERCEPTS: &str = include_str!("../../../config/percepts.toml");
-    pub(super) const PERSPECTIVE: &str = include_str!("../../../config/perspective.toml");
-    pub(super) const MOTOR: &str = include_str!("../../../config/motor.toml");
-    pub(super) const URDF: &str = include_str!("../../../config/leo.urdf");
+pub(crate) mod builtin {
+    pub(crate) const LEO: &str = include_str!("../../../config/leo.toml");
+    pub(crate) const PERCEPTS: &str = include_str!("../../../config/percepts.toml");
+    pub(crate) const PERSPECTIVE: &str = include_str!("../../../config/perspective.toml");
+    pub(crate) const MOTOR: &str = include_str!("../../../config/motor.toml");
+    pub(crate) const URDF: &str = include_str!("../../../config/leo.urdf");
 }
 
 impl Robot {
@@ -43,57 +43,32 @@ impl Robot {
     ///
     /// `leo` cannot be read, or something in a file is wrong.
     pub fn load(leo: Option<&Path>) -> Result<Self, ConfigError> {
-        let folder = leo.and_then(Path::parent);
-        let percepts = text(leo, "percepts.toml", builtin::PERCEPTS)?;
-        let perspective = text(leo, "perspective.toml", builtin::PERSPECTIVE)?;
-        let motor = text(leo, "motor.toml", builtin::MOTOR)?;
-        let urdf = text(leo, "leo.urdf", builtin::URDF)?;
-        let leo = match leo {
-            Some(file) => (read(file)?, file.to_owned()),
-            None => (builtin::LEO.to_owned(), PathBuf::from("leo.toml")),
-        };
-        let (leo_text, leo_file) = leo;
-        let mut leo = consistent(&leo_text, &leo_file)?;
-        if let Some(folder) = folder {
-            leo.sensor.source.iter_mut().for_each(|source| source.relative_to(folder));
-            leo.link.relative_to(folder);
-        }
-        let percepts = Percepts::parse(&percepts.0, &percepts.1)?;
-        perceivable(&leo, &percepts, &leo_text, &leo_file)?;
-        Ok(Self {
-            leo,
-            percepts,
-            perspective: parse(&perspective.0, &perspective.1)?,
-            motor: motor::parse(&motor.0, &motor.1)?,
-            urdf: urdf.0,
-        })
+        Self::of(&Files::read(leo)?)
     }
-}
 
-impl Robot {
-    /// The files that [`Self::load`] reads, by their names in the folder: in a folder of their own they
-    /// are the same robot.
+    /// The robot that files describe.
     ///
     /// # Errors
     ///
-    /// One cannot be read.
-    pub fn files(leo: Option<&Path>) -> Result<Vec<(&'static str, String)>, ConfigError> {
-        let mut files = vec![(
-            "leo.toml",
-            match leo {
-                Some(file) => read(file)?,
-                None => builtin::LEO.to_owned(),
-            },
-        )];
-        for (name, builtin) in [
-            ("percepts.toml", builtin::PERCEPTS),
-            ("perspective.toml", builtin::PERSPECTIVE),
-            ("motor.toml", builtin::MOTOR),
-            ("leo.urdf", builtin::URDF),
-        ] {
-            files.push((name, text(leo, name, builtin)?.0));
+    /// Something in a file is wrong.
+    pub fn of(files: &Files) -> Result<Self, ConfigError> {
+        let [leo, percepts, perspective, motor] =
+            ["leo.toml", "percepts.toml", "perspective.toml", "motor.toml"].map(|name| files.file(name));
+        let (leo_text, leo_file) = leo;
+        let mut leo = consistent(leo_text, &leo_file)?;
+        if let Some(folder) = files.leo().and_then(Path::parent) {
+            leo.sensor.source.iter_mut().for_each(|source| source.relative_to(folder));
+            leo.link.relative_to(folder);
         }
-        Ok(files)
+        let percepts = Percepts::parse(percepts.0, &percepts.1)?;
+        perceivable(&leo, &percepts, leo_text, &leo_file)?;
+        Ok(Self {
+            leo,
+            percepts,
+            perspective: parse(perspective.0, &perspective.1)?,
+            motor: motor::parse(motor.0, &motor.1)?,
+            urdf: files.file("leo.urdf").0.to_owned(),
+        })
     }
 
     /// Where a neighbour of `leo` (a `leo.toml`) is read from; nowhere where the built-in one is taken.
@@ -106,8 +81,11 @@ impl Robot {
     /// what another file says.
     #[must_use]
     pub fn wrong_limit(leo: Option<&Path>, joint: &str, limit: Limit, reason: String) -> ConfigError {
-        match text(leo, "motor.toml", builtin::MOTOR) {
-            Ok((text, file)) => motor::wrong_limit(&text, &file, joint, limit, reason),
+        match Files::read(leo) {
+            Ok(files) => {
+                let (text, file) = files.file("motor.toml");
+                motor::wrong_limit(text, &file, joint, limit, reason)
+            }
             Err(error) => error,
         }
     }
@@ -211,13 +189,6 @@ fn place_of_source(text: &str, index: usize) -> usize {
 
 fn read(file: &Path) -> Result<String, ConfigError> {
     fs::read_to_string(file).map_err(|source| ConfigError::Read { file: file.to_owned(), source })
-}
-
-fn text(leo: Option<&Path>, name: &str, builtin: &str) -> Result<(String, PathBuf), ConfigError> {
-    match Robot::neighbour(leo, name) {
-        Some(file) => Ok((read(&file)?, file)),
-        None => Ok((builtin.to_owned(), PathBuf::from(name))),
-    }
 }
 
 #[cfg(test)]

@@ -1,8 +1,6 @@
 use clock::{Instant, nanos};
 use message::Health;
 
-use crate::Finished;
-
 /// The account of one cycle under way: opened when it starts, closed when it ends.
 #[derive(Debug)]
 #[must_use = "a cycle that is not closed leaves no trace of its execution"]
@@ -22,13 +20,11 @@ impl Account {
         Self { started_at: now }
     }
 
-    /// Notes in `health` that the cycle ended `now`, as `finished` judges it.
-    pub fn close(self, health: &mut Health, finished: Finished, now: Instant) {
+    /// Notes in `health` that the cycle ended `now`, past so many releases.
+    pub fn close(self, health: &mut Health, skipped: u64, now: Instant) {
         self.close_woken(health, now);
-        if let Some(overrun) = finished.overrun() {
-            health.overruns += 1;
-            health.skipped += overrun.skipped;
-        }
+        health.overruns += u64::from(skipped > 0);
+        health.skipped += skipped;
     }
 
     /// Notes in `health` that the cycle of a process that is woken, which has no deadline,
@@ -48,7 +44,7 @@ mod tests {
     #[test]
     fn lateness_execution_overruns_and_skipped_releases_are_told_apart() {
         let mut health = Health::default();
-        let mut schedule = Schedule::new(Duration::from_micros(1000), None, Instant::EPOCH).unwrap();
+        let mut schedule = Schedule::new(Duration::from_micros(1000), Instant::EPOCH).unwrap();
         for (late_us, works_us) in [(10, 100), (900, 200), (0, 3500)] {
             let start = schedule.release() + Duration::from_micros(late_us);
             let account = Account::open(&mut health, schedule.release(), start);

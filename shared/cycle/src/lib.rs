@@ -9,7 +9,7 @@
 //! use clock::{Duration, Instant};
 //! use cycle::{Account, Schedule};
 //! let mut health = message::Health::default();
-//! let mut schedule = Schedule::new(Duration::from_millis(5), None, Instant::from_nanos(0))?;
+//! let mut schedule = Schedule::new(Duration::from_millis(5), Instant::from_nanos(0))?;
 //! // clock::sleep_until(schedule.release());
 //! let account = Account::open(&mut health, schedule.release(), Instant::from_nanos(20_000));
 //! // the work of the cycle
@@ -17,11 +17,11 @@
 //! account.close(&mut health, schedule.finish(end), end);
 //! assert_eq!((health.cycles, health.overruns, health.skipped), (1, 1, 2));
 //! assert_eq!(schedule.release(), Instant::from_nanos(15_000_000));
-//! # Ok::<(), cycle::ScheduleError>(())
+//! # Ok::<(), cycle::ZeroPeriod>(())
 //! ```
 
 mod account;
 mod schedule;
 
 pub use account::Account;
-pub use schedule::{Finished, Overrun, Schedule, ScheduleError};
+pub use schedule::{Schedule, ZeroPeriod};

@@ -34,11 +34,14 @@ impl Joints {
         self.states.get(..count).unwrap_or(&[])
     }
 
-    /// Puts other states in place of these; those that there is no room for are left out.
+    /// Puts other states in place of these; those that there is no room for are counted and left out.
     pub fn set(&mut self, states: impl Iterator<Item = JointState>) {
+        let mut slots = self.states.iter_mut();
         self.count = 0;
-        for (slot, state) in self.states.iter_mut().zip(states) {
-            *slot = state;
+        for state in states {
+            if let Some(slot) = slots.next() {
+                *slot = state;
+            }
             self.count += 1;
         }
     }
@@ -53,7 +56,7 @@ mod tests {
         let state = |joint| JointState::unread(joint, JointMode::Limp, JointCause::NotStarted);
         let mut joints = Joints::default();
         joints.set((0..300).map(state));
-        assert_eq!(joints.all().len(), MAX_JOINTS);
+        assert_eq!((joints.all().len(), joints.count), (MAX_JOINTS, 300));
         joints.set((0..65).map(state));
         assert_eq!((joints.all().len(), joints.all().last().map(|last| last.joint)), (65, Some(64)));
         assert_eq!(Joints { count: u64::MAX, ..Joints::default() }.all().len(), MAX_JOINTS);

@@ -9,24 +9,24 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread::{self, JoinHandle};
 use std::time::Duration;
 
+use transport::Domain;
+
 use crate::Failure;
 
-/// The file that is there while the emergency stop is raised. It says who raised it.
-const FILE: &str = "emergency-stop";
 /// How often the file is looked for.
 const EVERY: Duration = Duration::from_millis(2);
 /// Watching needs little, and a process may have all its memory locked.
 const STACK: usize = 128 << 10;
 
 /// Raises the emergency stop of the robot in a domain's folder, and says why. It stays raised
-/// until it is [released](release), through every restart of a process. Raised twice, the first
-/// reason stands. Where shared memory has no room left for the reason, it is raised without one.
+/// until it is [released](release), through every restart of a process, and of the robot. Raised twice,
+/// the first reason stands. Where shared memory has no room left for the reason, it is raised without one.
 ///
 /// # Errors
 ///
 /// There is no such folder, or this user may not write there.
 pub fn raise(domain: &Path, why: &str) -> io::Result<()> {
-    match OpenOptions::new().write(true).create_new(true).open(domain.join(FILE)) {
+    match OpenOptions::new().write(true).create_new(true).open(Domain::emergency_stop(domain)) {
         Ok(mut file) => {
             // The file is what stops the robot; what it says is for people.
             let _unwritten = writeln!(file, "{why}");
@@ -37,14 +37,18 @@ pub fn raise(domain: &Path, why: &str) -> io::Result<()> {
     }
 }
 
-/// Releases the emergency stop; whether it was raised.
+/// Releases the emergency stop; whether it was raised. Where no robot runs any more, its folder goes too.
 ///
 /// # Errors
 ///
 /// This user may not remove the file.
 pub fn release(domain: &Path) -> io::Result<bool> {
-    match fs::remove_file(domain.join(FILE)) {
-        Ok(()) => Ok(true),
+    match fs::remove_file(Domain::emergency_stop(domain)) {
+        Ok(()) => {
+            // There is more in it where a robot runs.
+            let _gone_if_empty = fs::remove_dir(domain);
+            Ok(true)
+        }
         Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(false),
         Err(error) => Err(error),
     }
@@ -53,15 +57,21 @@ pub fn release(domain: &Path) -> io::Result<bool> {
 /// Whether the emergency stop is raised, for whoever looks now and then.
 #[must_use]
 pub fn is_raised(domain: &Path) -> bool {
-    domain.join(FILE).exists()
+    Domain::emergency_stop(domain).exists()
+}
+
+/// Why the emergency stop is raised, as far as who raised it said so; `None` where it is not raised.
+#[must_use]
+pub fn reason(domain: &Path) -> Option<String> {
+    let said = || fs::read_to_string(Domain::emergency_stop(domain)).unwrap_or_default();
+    is_raised(domain).then(|| said().trim().to_owned())
 }
 
 /// Watches for the emergency stop: for the file, and for the signal `SIGUSR1`, which becomes the
-/// file. Reading the watch is one load.
+/// file.
 #[derive(Debug)]
 pub struct Emergency {
-    signalled: Arc<AtomicBool>,
-    raised: Arc<AtomicBool>,
+    lookout: Lookout,
     stop: Arc<AtomicBool>,
     thread: Option<JoinHandle<()>>,
 }
@@ -73,7 +83,7 @@ impl Emergency {
     ///
     /// No signal can be watched for, or there is no thread.
     pub fn watch(domain: &Path) -> Result<Self, Failure> {
-        let file = domain.join(FILE);
+        let file = Domain::emergency_stop(domain);
         let signalled = Arc::new(AtomicBool::new(false));
         signal_hook::flag::register(signal_hook::consts::SIGUSR1, Arc::clone(&signalled))
             .map_err(|error| Failure::own(format!("cannot watch for the emergency stop: {error}")))?;
@@ -90,23 +100,17 @@ impl Emergency {
                 move || look(&domain, &signalled, &raised, &stop)
             })
             .map_err(|error| Failure::own(format!("cannot watch for the emergency stop: {error}")))?;
-        Ok(Self { signalled, raised, stop, thread: Some(thread) })
+        Ok(Self { lookout: Lookout { signalled, raised }, stop, thread: Some(thread) })
     }
 
-    /// Whether it is raised.
-    #[must_use]
-    pub fn is_raised(&self) -> bool {
-        self.raised.load(Ordering::Relaxed) || self.signalled.load(Ordering::Relaxed)
-    }
-
-    /// A look at it for another thread.
+    /// A look at it, for any thread.
     #[must_use]
     pub fn lookout(&self) -> Lookout {
-        Lookout { signalled: Arc::clone(&self.signalled), raised: Arc::clone(&self.raised) }
+        self.lookout.clone()
     }
 }
 
-/// A look at the emergency stop, for a thread of its own.
+/// A look at the emergency stop, for any thread: a load or two.
 #[derive(Clone, Debug, Default)]
 pub struct Lookout {
     signalled: Arc<AtomicBool>,
@@ -132,7 +136,7 @@ impl Drop for Emergency {
 }
 
 fn look(domain: &Path, signalled: &AtomicBool, raised: &AtomicBool, stop: &AtomicBool) {
-    let file = domain.join(FILE);
+    let file = Domain::emergency_stop(domain);
     let mut told = false;
     while !stop.load(Ordering::Relaxed) {
         if signalled.load(Ordering::Relaxed) {
@@ -181,26 +185,38 @@ mod tests {
     #[test]
     fn it_is_raised_by_anybody_and_by_a_signal_and_stays_so_until_it_is_released() {
         let domain = tempfile::tempdir().unwrap();
+        fs::write(domain.path().join("supervisor.lock"), "").unwrap();
         assert!(raise(&domain.path().join("nowhere"), "x").is_err());
         raise(domain.path(), "before anybody watched").unwrap();
         let emergency = Emergency::watch(domain.path()).unwrap();
         let lookout = emergency.lookout();
-        assert!(emergency.is_raised() && lookout.is_raised());
+        assert!(lookout.is_raised());
         raise(domain.path(), "again").unwrap();
-        let why = || fs::read_to_string(domain.path().join(FILE)).unwrap_or_default();
+        let why = || fs::read_to_string(Domain::emergency_stop(domain.path())).unwrap_or_default();
         assert_eq!(why(), "before anybody watched\n");
         assert!(is_raised(domain.path()));
         assert!(release(domain.path()).unwrap());
         assert!(!release(domain.path()).unwrap());
-        until(|| !emergency.is_raised());
-        assert!(!lookout.is_raised());
+        until(|| !lookout.is_raised());
 
         signal_hook::low_level::raise(signal_hook::consts::SIGUSR1).unwrap();
-        assert!(emergency.is_raised(), "at once");
-        until(|| domain.path().join(FILE).exists());
-        assert!(emergency.is_raised());
+        assert!(lookout.is_raised(), "at once");
+        until(|| Domain::emergency_stop(domain.path()).exists());
+        assert!(lookout.is_raised());
         until(|| why() == "raised by the signal SIGUSR1\n");
         release(domain.path()).unwrap();
-        until(|| !emergency.is_raised());
+        until(|| !lookout.is_raised());
+    }
+
+    #[test]
+    fn a_stop_that_outlived_its_robot_is_released_with_its_folder() {
+        let parent = tempfile::tempdir().unwrap();
+        let domain = parent.path().join("leo-robot");
+        fs::create_dir(&domain).unwrap();
+        assert_eq!(reason(&domain), None);
+        raise(&domain, "a hand is in the arm").unwrap();
+        assert_eq!(reason(&domain).as_deref(), Some("a hand is in the arm"));
+        assert!(release(&domain).unwrap() && !domain.exists());
+        assert!(!release(&domain).unwrap());
     }
 }

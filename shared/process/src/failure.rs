@@ -26,7 +26,7 @@ pub enum Failure {
     Parent(#[from] realtime::ParentError),
     /// The cycle's period is no period.
     #[error(transparent)]
-    Schedule(#[from] cycle::ScheduleError),
+    Schedule(#[from] cycle::ZeroPeriod),
     /// What only one process can fail at.
     #[error("{0}")]
     Own(String),

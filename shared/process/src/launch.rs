@@ -1,5 +1,7 @@
 use std::path::PathBuf;
 
+use config::{ConfigError, Files};
+
 /// What a process is told when it is started.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Launch {
@@ -11,6 +13,9 @@ pub struct Launch {
     pub parent: Option<i32>,
     /// The robot's configuration; the built-in one without it.
     pub config: Option<PathBuf>,
+    /// The folder in which is kept what the files of the configuration said as the robot started: it is
+    /// read in their stead, so that a process that starts anew is as it was.
+    pub kept: Option<PathBuf>,
     /// The lesson to play; the built-in one without it.
     pub lesson: Option<PathBuf>,
     /// The lesson is a synthetic one of so many objects instead.
@@ -25,4 +30,16 @@ pub struct Launch {
     pub state: Option<PathBuf>,
     /// The file that says what goes wrong on purpose; nothing does without it.
     pub campaign: Option<PathBuf>,
+}
+
+impl Launch {
+    /// What the files of the robot's configuration say.
+    ///
+    /// # Errors
+    ///
+    /// One of them cannot be read.
+    pub fn files(&self) -> Result<Files, ConfigError> {
+        let leo = self.config.as_deref();
+        self.kept.as_deref().map_or_else(|| Files::read(leo), |folder| Files::kept(leo, folder))
+    }
 }

@@ -59,6 +59,7 @@ impl Member {
     ) -> Result<Self, Failure> {
         if let Some(parent) = launch.parent {
             realtime::die_with_parent(parent)?;
+            realtime::take_name();
         }
         let stop = stop_flag()?;
         let missing_rights = if launch.lockstep { 0 } else { realtime::apply(rights).missing_bits() };
@@ -204,7 +205,7 @@ impl Member {
     pub fn begin(&mut self, period: Option<Duration>) -> Result<(), Failure> {
         if let Pace::Wall { schedule } = &mut self.pace {
             *schedule = match period {
-                Some(period) => Some(Schedule::new(period, None, clock::now() + period)?),
+                Some(period) => Some(Schedule::new(period, clock::now() + period)?),
                 None => None,
             };
         }

@@ -18,6 +18,7 @@ fn the_heart_beats_while_one_call_goes_on_and_on_and_while_the_end_takes_its_tim
         incarnation: 1,
         parent: None,
         config: None,
+        kept: None,
         lesson: None,
         synthetic: None,
         partners: None,

@@ -20,7 +20,7 @@ mod wall_clock;
 pub use awake::Awake;
 pub use faults::page_faults;
 pub use huge_pages::use_huge_pages;
-pub use parent::{ParentError, die_with_parent};
+pub use parent::{ParentError, die_with_parent, take_name};
 pub use report::{MEMORY, Refusal, Report, advice, grants};
 pub use rights::apply;
 pub use wall_clock::is_wall_clock_kept;

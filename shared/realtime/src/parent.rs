@@ -1,4 +1,8 @@
+use std::ffi::CString;
+use std::path::Path;
+
 use rustix::process::{Pid, Signal, getppid, set_parent_process_death_signal};
+use rustix::thread::set_name;
 
 /// Why a process cannot be tied to its parent.
 #[derive(Debug, thiserror::Error)]
@@ -30,6 +34,17 @@ pub fn die_with_parent(expected: i32) -> Result<(), ParentError> {
     } else {
         Err(ParentError::Gone { expected })
     }
+}
+
+/// Calls this process what its command line does, for `ps` and the like: the kernel calls one that was
+/// started from a running program `exe`, after the link that leads to it.
+///
+/// To be called in the main thread.
+pub fn take_name() {
+    let program = std::env::args_os().next().unwrap_or_default();
+    let name = Path::new(&program).file_name().unwrap_or_default();
+    // It is for people alone.
+    let _called = CString::new(name.as_encoded_bytes()).map(|name| set_name(&name));
 }
 
 #[cfg(test)]

@@ -2,7 +2,7 @@ use std::collections::BTreeMap;
 use std::path::Path;
 
 use config::lesson::Lesson;
-use config::{ConfigError, Robot};
+use config::{ConfigError, Files, Robot};
 use geometry::{Base, Pose, World};
 
 /// What time it was for the robot that was recorded.
@@ -57,10 +57,25 @@ impl Subject {
         x_world_base: Pose<World, Base>,
         program: &str,
     ) -> Result<Self, ConfigError> {
-        let robot = Robot::load(leo)?;
+        Self::of(&Files::read(leo)?, time, partners, x_world_base, program)
+    }
+
+    /// The robot that files describe.
+    ///
+    /// # Errors
+    ///
+    /// Something in them is wrong.
+    pub fn of(
+        files: &Files,
+        time: Time,
+        partners: Option<u32>,
+        x_world_base: Pose<World, Base>,
+        program: &str,
+    ) -> Result<Self, ConfigError> {
+        let robot = Robot::of(files)?;
         let partners = partners.unwrap_or(robot.leo.belief.partners);
-        let files = Robot::files(leo)?;
-        Ok(Self { robot, files, time, partners, x_world_base, program: program.to_owned() })
+        let (files, program) = (files.texts().to_vec(), program.to_owned());
+        Ok(Self { robot, files, time, partners, x_world_base, program })
     }
 }
 

@@ -79,6 +79,19 @@ pub enum RecordError {
         /// What it leaves free.
         bytes: u64,
     },
+    /// The disk has no room for all that was kept.
+    #[error(
+        "{}: with what was kept in it, less than {} MB of its disk are free, and a recording leaves them to others: \
+         make room, or record elsewhere; nothing was written",
+        file.display(),
+        bytes.div_ceil(1_000_000)
+    )]
+    Unsaved {
+        /// The file.
+        file: std::path::PathBuf,
+        /// What it leaves free.
+        bytes: u64,
+    },
     /// The body that viewers are shown cannot be made.
     #[error(transparent)]
     Body(#[from] kinematics::BodyError),

@@ -1,5 +1,5 @@
 use std::collections::VecDeque;
-use std::fs::File;
+use std::fs::{self, File};
 use std::io::{self, Write};
 use std::path::Path;
 use std::sync::Arc;
@@ -150,24 +150,43 @@ impl Last {
     ///
     /// # Errors
     ///
-    /// The file cannot be made or written, or its disk has no room; nothing is written then.
+    /// The file cannot be made or written, or its disk has no room for all of it; no file is left then.
     pub fn write(&self, file: &Path) -> Result<u64, RecordError> {
+        self.write_sparing(file, lacking)
+    }
+
+    /// The same on a disk of which `lacking` says how it would be with so many bytes more. What viewers are
+    /// shown comes to it only here, so that nobody knows before how long the file becomes.
+    fn write_sparing(
+        &self,
+        file: &Path,
+        lacking: impl Fn(&Path, u64) -> Option<u64>,
+    ) -> Result<u64, RecordError> {
         let file = file.to_owned();
-        // In the file it is compressed as it is here.
+        // It is longer than this at any rate: what is there already is not lost for nothing.
         let size: usize = self.parts.iter().map(|part| part.bytes.len()).sum();
         if let Some(bytes) = lacking(&file, u64::try_from(size).unwrap_or(u64::MAX)) {
-            return Err(RecordError::Room { file, bytes });
+            return Err(RecordError::Unsaved { file, bytes });
         }
         let out = match File::create(&file) {
             Ok(out) => out,
             Err(source) => return Err(RecordError::Create { file, source }),
         };
-        match self.save(out) {
-            Ok((_, frames)) => Ok(frames),
-            Err(NotSaved::Begin(error)) => Err(error.of(&file)),
-            Err(NotSaved::Write(source)) => Err(RecordError::Write { file, source }),
-            Err(NotSaved::Read(error)) => Err(RecordError::Write { file, source: io::Error::other(error) }),
-        }
+        let mut sparing = Sparing { out, lacks: |more| lacking(&file, more), left: None };
+        let saved = self.save(&mut sparing).map(|(_, frames)| frames);
+        let left = sparing.left;
+        saved.map_err(|error| {
+            // A device is not ours to remove.
+            if file.is_file() {
+                let _gone = fs::remove_file(&file);
+            }
+            match (error, left) {
+                (_, Some(bytes)) => RecordError::Unsaved { file, bytes },
+                (NotSaved::Begin(error), None) => error.of(&file),
+                (NotSaved::Write(source), None) => RecordError::Write { file, source },
+                (NotSaved::Read(error), None) => RecordError::Write { file, source: io::Error::other(error) },
+            }
+        })
     }
 
     /// Writes a whole recording of it, viewers' messages included; gives back what it was written to,
@@ -185,5 +204,69 @@ impl Last {
         }
         let frames = writer.counts().total().written;
         Ok((writer.finish()?, frames))
+    }
+}
+
+/// A file that is written on as long as its disk has room to spare.
+struct Sparing<L> {
+    out: File,
+    lacks: L,
+    /// What had to be left free when there was no more to spare.
+    left: Option<u64>,
+}
+
+impl<L: Fn(u64) -> Option<u64>> Write for Sparing<L> {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        self.left = self.left.or_else(|| (self.lacks)(u64::try_from(bytes.len()).unwrap_or(u64::MAX)));
+        if self.left.is_some() { Err(io::ErrorKind::StorageFull.into()) } else { self.out.write(bytes) }
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        self.out.flush()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use geometry::Pose;
+    use message::{Header, JointCause, JointMode, JointState, JointStates};
+
+    use super::*;
+    use crate::{Buffer, Time};
+
+    #[test]
+    fn what_was_kept_is_written_whole_with_all_that_viewers_are_shown_or_not_at_all() {
+        const LEFT: u64 = 7_000_000;
+        let subject = Subject::load(None, Time::Wall, None, Pose::identity(), "a test").unwrap();
+        let mut ring = Ring::new(subject, Duration::from_secs(60), usize::MAX);
+        let state = |joint| JointState::unread(joint, JointMode::Starting, JointCause::NotStarted);
+        let states: Vec<JointState> = (0..65).map(state).collect();
+        for sequence in 1..=2000 {
+            let header = Header { sequence, ..Header::at(sequence * 4_000_000) };
+            ring.push(&Frame::of::<JointStates>(Buffer::JointStates, &header, &states)).unwrap();
+        }
+        let last = ring.last().unwrap();
+        let kept = u64::try_from(ring.bytes()).unwrap();
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join("last.mcap");
+        let whole = {
+            assert_eq!(last.write_sparing(&file, |_, _| None).unwrap(), 2000);
+            fs::metadata(&file).unwrap().len()
+        };
+        assert!(whole > kept, "{whole} bytes of {kept}");
+        // On a disk with so much to spare.
+        let on = |spare: u64| {
+            let is_there = |file: &Path| file.metadata().map_or(0, |file| file.len());
+            last.write_sparing(&file, move |file, more| (is_there(file) + more > spare).then_some(LEFT))
+        };
+        fs::remove_file(&file).unwrap();
+        assert_eq!(on(whole).unwrap(), 2000);
+        fs::remove_file(&file).unwrap();
+        let error = on(whole - 1).unwrap_err();
+        assert!(matches!(error, RecordError::Unsaved { bytes: LEFT, .. }), "{error}");
+        assert!(!file.exists(), "a part of it lies about");
+        // What is known before costs no file that is there.
+        fs::write(&file, "").unwrap();
+        assert!(on(kept / 2).is_err() && file.exists());
     }
 }

@@ -159,6 +159,41 @@ impl Playback {
         true
     }
 
+    /// Passes over all frames whose instant has come but the newest, in a time that does not hang on how many
+    /// they are. By the numbers of the frames they are missed.
+    pub fn skip(&mut self, now: Instant) {
+        let frames = count(self.frames.len());
+        let span_ns = self.repeats_after_ns.unwrap_or(u64::MAX);
+        let mut rounds = now.as_nanos().saturating_sub(self.start_ns).checked_div(span_ns).unwrap_or(0);
+        let began_ns = self.start_ns;
+        self.start_ns = began_ns.saturating_add(rounds.saturating_mul(span_ns));
+        let mut due = self.due(now);
+        if due == 0 && rounds > 0 {
+            // It has begun anew, and the newest is the last of the round before.
+            (rounds, self.start_ns, due) = (rounds - 1, self.start_ns - span_ns, frames);
+        }
+        // Counted from the beginning of the round in which it is now.
+        let newest = rounds.saturating_mul(frames).saturating_add(due).saturating_sub(1);
+        let passed = newest.saturating_sub(count(self.next));
+        self.header.sequence = self.header.sequence.saturating_add(passed);
+        if rounds > 0 || passed > 0 {
+            self.next = usize::try_from(due.saturating_sub(1)).unwrap_or(usize::MAX);
+        }
+    }
+
+    /// How many frames of this round have come.
+    fn due(&self, now: Instant) -> u64 {
+        count(self.frames.partition_point(|frame| self.restamped(frame.at_ns) <= now.as_nanos()))
+    }
+
+    /// From one frame to the next, on an average; `None` where there is one alone.
+    #[must_use]
+    pub fn gap(&self) -> Option<Duration> {
+        let (first, last) = (self.frames.first()?, self.frames.last()?);
+        let gaps = count(self.frames.len() - 1);
+        last.at_ns.saturating_sub(first.at_ns).checked_div(gaps).map(Duration::from_nanos)
+    }
+
     /// The header of the frame that was reached last: numbered from one, and of the present.
     #[must_use]
     pub fn header(&self) -> &Header {
@@ -193,6 +228,10 @@ impl Playback {
         let (later, earlier) = (at_ns.saturating_sub(self.begins_ns), self.begins_ns.saturating_sub(at_ns));
         self.start_ns.saturating_add(later).saturating_sub(earlier)
     }
+}
+
+fn count(frames: usize) -> u64 {
+    u64::try_from(frames).unwrap_or(u64::MAX)
 }
 
 #[cfg(test)]
@@ -261,6 +300,29 @@ mod tests {
         one.start(Instant::EPOCH);
         assert!(one.advance(Instant::EPOCH) && !one.advance(Instant::EPOCH + PAUSE / 2));
         assert!(one.advance(Instant::EPOCH + PAUSE));
+    }
+
+    #[test]
+    fn what_is_passed_over_is_counted_as_if_it_had_been_reached() {
+        let frames = [frame(100, 0, ""), frame(103, 0, ""), frame(112, 0, "")];
+        let frames = frames.each_ref().map(String::as_str);
+        for repeats in [false, true] {
+            let opened = open(&frames, None, repeats).unwrap();
+            assert_eq!(opened.gap(), Some(Duration::from_nanos(6)));
+            for (begun, now) in (0..40).flat_map(|begun| (begun..60).map(move |now| (begun, now))) {
+                let [mut reaching, mut skipping] = [opened.clone(), opened.clone()];
+                for playback in [&mut reaching, &mut skipping] {
+                    playback.start(Instant::from_nanos(5));
+                    while playback.advance(Instant::from_nanos(begun)) {}
+                }
+                let now = Instant::from_nanos(now);
+                while reaching.advance(now) {}
+                skipping.skip(now);
+                let reached = usize::from(skipping.advance(now)) + usize::from(skipping.advance(now));
+                assert!(reached <= 1 && skipping.header() == reaching.header(), "{begun} {now:?}");
+            }
+        }
+        assert_eq!(open(&[&frame(5, 0, "")], None, true).unwrap().gap(), None);
     }
 
     #[test]

@@ -52,6 +52,8 @@ pub enum DomainError {
 
 /// The middleware's configuration, which makes a directory a domain.
 const ROOT_FILE: &str = "iceoryx2.toml";
+/// The file that is there while the emergency stop is raised.
+const EMERGENCY_STOP: &str = "emergency-stop";
 
 impl Domain {
     /// Names a domain `/dev/shm/leo-<name>`; nothing is written yet.
@@ -82,7 +84,8 @@ impl Domain {
         Ok(Self { root: root.to_owned() })
     }
 
-    /// All domains on this machine that this user may see, by name.
+    /// All domains on this machine that this user may see, by name: also those of which nothing is left but
+    /// an emergency stop that was not released.
     #[must_use]
     pub fn all() -> Vec<Self> {
         let mut roots: Vec<PathBuf> = fs::read_dir(PARENT)
@@ -92,7 +95,8 @@ impl Domain {
             .map(|entry| entry.path())
             .filter(|path| {
                 let name = path.file_name().and_then(|name| name.to_str());
-                name.is_some_and(|name| name.starts_with(NAME)) && path.join(ROOT_FILE).is_file()
+                let is_one = [ROOT_FILE, EMERGENCY_STOP].iter().any(|file| path.join(file).is_file());
+                name.is_some_and(|name| name.starts_with(NAME)) && is_one
             })
             .collect();
         roots.sort();
@@ -126,6 +130,13 @@ impl Domain {
     #[must_use]
     pub fn root(&self) -> &Path {
         &self.root
+    }
+
+    /// The file that is there while the emergency stop of the domain whose root this is is raised. It stays
+    /// when the rest of the domain is removed: who raised it has not released it.
+    #[must_use]
+    pub fn emergency_stop(root: &Path) -> PathBuf {
+        root.join(EMERGENCY_STOP)
     }
 
     /// What the names of all shared-memory files of the domain begin with.

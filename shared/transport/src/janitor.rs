@@ -96,7 +96,7 @@ impl Janitor {
         look
     }
 
-    /// Removes everything of the domain: for the last one out.
+    /// Removes everything of the domain but an emergency stop that was not released: for the last one out.
     ///
     /// Gives up the claim at the end. What cannot be removed is left to the next
     /// [`sweep_stale`].

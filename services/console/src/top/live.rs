@@ -1,6 +1,7 @@
 //! The terminal: draws the screen every second and after every key.
 
 use std::io;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
 use ratatui::DefaultTerminal;
@@ -13,18 +14,19 @@ use super::screen::{Key, Screen};
 /// How often it looks.
 const EVERY: Duration = Duration::from_secs(1);
 
-/// Shows the live table until somebody quits. The terminal is as it was before, afterwards.
+/// Shows the live table until somebody quits, or the terminal is gone. The terminal is as it was before, afterwards.
 pub(super) fn show(top: &mut Top) -> io::Result<()> {
+    let stop = process::stop_flag().map_err(io::Error::other)?;
     let mut terminal = ratatui::try_init()?;
-    let outcome = watch(top, &mut terminal);
+    let outcome = watch(top, &mut terminal, &stop);
     ratatui::try_restore()?;
     outcome
 }
 
-fn watch(top: &mut Top, terminal: &mut DefaultTerminal) -> io::Result<()> {
+fn watch(top: &mut Top, terminal: &mut DefaultTerminal, stop: &AtomicBool) -> io::Result<()> {
     let mut screen = Screen::default();
     let mut next = clock::now();
-    loop {
+    while !stop.load(Ordering::Relaxed) {
         let now = clock::now();
         if now >= next {
             let (readings, rows) = top.look();
@@ -42,6 +44,7 @@ fn watch(top: &mut Top, terminal: &mut DefaultTerminal) -> io::Result<()> {
             return Ok(());
         }
     }
+    Ok(())
 }
 
 fn key(event: KeyEvent) -> Option<Key> {

@@ -224,7 +224,43 @@ fn whoever_asks_twice_is_obeyed_at_once() {
     let mut policy = running();
     policy.step(at(0), &[Event::Stop]);
     let killed = policy.step(at(1), &[Event::Stop]);
-    assert_eq!(killed, ORDER.map(|process| Action::Kill(process, Why::DoesNotStop)));
+    assert_eq!(killed, ORDER.map(|process| Action::Kill(process, Why::Hurry)));
+}
+
+#[test]
+fn time_that_is_over_hurries_nobody() {
+    for (first, second) in [(Event::Stop, Event::TimeIsOver), (Event::TimeIsOver, Event::Stop)] {
+        let mut policy = running();
+        assert_eq!(policy.step(at(0), &[first]), [Action::Terminate(Process::Sensor)]);
+        assert_eq!(policy.step(at(1), &[second]), []);
+        let hurried = policy.step(at(2), &[Event::Stop]);
+        assert_eq!(hurried, ORDER.map(|process| Action::Kill(process, Why::Hurry)));
+    }
+}
+
+#[test]
+fn a_run_that_fails_ends_as_it_would_whoever_stops_it_meanwhile() {
+    for (ended, outcome, deaths) in [
+        (Ended::Refused, Outcome::Refused(Process::Motor), 1),
+        (Ended::Failed, Outcome::GaveUp(Process::Motor), TERMS.deaths_most),
+    ] {
+        let mut policy = running();
+        let mut actions = Vec::new();
+        for death in 1..=deaths {
+            actions = policy.step(at(0), &[Event::Died(Process::Motor, ended)]);
+            if death < deaths {
+                policy.step(at(0), &[Event::CleanedUp]);
+                policy.step(at(0), &[pulse(Process::Motor, 1)]);
+            }
+        }
+        assert_eq!(actions, [Action::Terminate(Process::Sensor)], "the others stop in order");
+        // That is a first wish, and kills nobody.
+        assert_eq!(policy.step(at(1), &[Event::Stop]), []);
+        let next = policy.step(at(2), &[Event::Died(Process::Sensor, Ended::Done)]);
+        assert_eq!(next, [Action::Terminate(Process::Belief)]);
+        let end = policy.step(at(3), &[Event::Died(Process::Belief, Ended::Done)]);
+        assert_eq!(end, [Action::End(outcome)]);
+    }
 }
 
 #[test]

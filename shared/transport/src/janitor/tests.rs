@@ -27,6 +27,7 @@ impl Place {
 
 impl Drop for Place {
     fn drop(&mut self) {
+        let _released = fs::remove_file(Domain::emergency_stop(self.domain.root()));
         if let Some(claim) = self.claim.take() {
             Janitor::new(&self.domain).wipe(claim);
         }
@@ -130,4 +131,28 @@ fn a_wipe_leaves_nothing() {
     let claim = place.claim.take().unwrap();
     Janitor::new(&place.domain).wipe(claim);
     assert!(!place.domain.root().exists() && !place.shared("a.data").exists());
+}
+
+#[test]
+fn an_emergency_stop_outlives_a_wipe_and_a_sweep_and_nothing_else_does() {
+    for ends_in_order in [true, false] {
+        let mut place = Place::new("stopped");
+        let stop = Domain::emergency_stop(place.domain.root());
+        file(&stop, b"a hand is in the arm\n", 0o600);
+        file(&place.shared("a.data"), b"whole", 0o600);
+        let claim = place.claim.take().unwrap();
+        if ends_in_order {
+            Janitor::new(&place.domain).wipe(claim);
+        } else {
+            drop(claim);
+            sweep_stale();
+        }
+        assert_eq!(fs::read(&stop).unwrap(), b"a hand is in the arm\n");
+        let left: Vec<PathBuf> = entries(place.domain.root()).map(|entry| entry.path()).collect();
+        assert!(left == [stop.clone()] && !place.shared("a.data").exists(), "{left:?}");
+        assert!(Domain::all().contains(&place.domain) && !is_claimed(&place.domain));
+        assert!(sweep_stale().iter().all(|name| !name.starts_with("janitor-stopped")), "it is no leftover");
+        place.claim = Some(super::claim(&place.domain).unwrap());
+        assert!(stop.exists());
+    }
 }

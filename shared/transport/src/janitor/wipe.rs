@@ -10,23 +10,26 @@ const NAME: &str = "leo-";
 
 /// Removes the shared memory of a domain, then its files, then the claim and the directory: a
 /// wipe that is itself killed leaves the claim for the next sweep to find.
+///
+/// An emergency stop that was not released stays, and the directory with it: the next robot of that
+/// name must find it.
 pub(super) fn wipe(domain: &Domain, claim: Claim) {
     if !claim.is_on(domain.root()) {
         return;
     }
     let prefix = domain.prefix();
     remove_shared_memory(|name| name.starts_with(&prefix));
-    for entry in entries(domain.root()).filter(|entry| entry.file_name() != CLAIM_FILE) {
-        let path = entry.path();
+    let kept = [domain.root().join(CLAIM_FILE), Domain::emergency_stop(domain.root())];
+    for path in entries(domain.root()).map(|entry| entry.path()).filter(|path| !kept.contains(path)) {
         let _gone = if path.is_dir() { fs::remove_dir_all(&path) } else { fs::remove_file(&path) };
     }
     let _gone = fs::remove_file(domain.root().join(CLAIM_FILE));
-    let _gone = fs::remove_dir(domain.root());
+    let _gone_unless_stopped = fs::remove_dir(domain.root());
     drop(claim);
 }
 
 /// Removes the domains of this user whose supervisor is dead, and shared memory whose domain is
-/// gone; gives the names of those domains.
+/// gone; gives the names of those domains. Their emergency stops stay.
 ///
 /// Domains that nobody ever claimed are left alone: they may be about to be.
 pub fn sweep_stale() -> Vec<String> {

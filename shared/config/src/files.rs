@@ -1,0 +1,120 @@
+use std::fs;
+use std::io;
+use std::path::{Path, PathBuf};
+
+use crate::ConfigError;
+use crate::robot::builtin;
+
+/// What the files of a robot's configuration say: `leo.toml` and those that lie beside it.
+///
+/// Read once and kept, they are the same robot however the files change meanwhile, and errors still name
+/// those that a person has.
+#[derive(Clone, Debug)]
+pub struct Files {
+    leo: Option<PathBuf>,
+    texts: Vec<(&'static str, String)>,
+}
+
+/// Their names, and what the executable brings along of each.
+const ALL: [(&str, &str); 5] = [
+    ("leo.toml", builtin::LEO),
+    ("percepts.toml", builtin::PERCEPTS),
+    ("perspective.toml", builtin::PERSPECTIVE),
+    ("motor.toml", builtin::MOTOR),
+    ("leo.urdf", builtin::URDF),
+];
+
+impl Files {
+    /// Reads `leo` (a `leo.toml`) and its neighbours. A neighbour that is not there is the built-in one;
+    /// without `leo`, all are.
+    ///
+    /// # Errors
+    ///
+    /// One of them is there and cannot be read.
+    pub fn read(leo: Option<&Path>) -> Result<Self, ConfigError> {
+        let mut files = Self { leo: leo.map(Path::to_owned), texts: Vec::new() };
+        for (name, builtin) in ALL {
+            let text = match files.place(name) {
+                Some(file) => text(&file)?,
+                None => builtin.to_owned(),
+            };
+            files.texts.push((name, text));
+        }
+        Ok(files)
+    }
+
+    /// Reads in a folder what was [kept](Self::keep) of `leo` and its neighbours there.
+    ///
+    /// # Errors
+    ///
+    /// One of them cannot be read.
+    pub fn kept(leo: Option<&Path>, folder: &Path) -> Result<Self, ConfigError> {
+        let read = |(name, _)| Ok((name, text(&folder.join(name))?));
+        let texts = ALL.into_iter().map(read).collect::<Result<_, ConfigError>>()?;
+        Ok(Self { leo: leo.map(Path::to_owned), texts })
+    }
+
+    /// Keeps them in a folder that is there.
+    ///
+    /// # Errors
+    ///
+    /// One of them cannot be written.
+    pub fn keep(&self, folder: &Path) -> io::Result<()> {
+        self.texts.iter().try_for_each(|(name, text)| fs::write(folder.join(name), text))
+    }
+
+    /// Each by its name in the folder: in a folder of their own they are the same robot.
+    #[must_use]
+    pub fn texts(&self) -> &[(&'static str, String)] {
+        &self.texts
+    }
+
+    /// The `leo.toml`; none where all is built in.
+    #[must_use]
+    pub fn leo(&self) -> Option<&Path> {
+        self.leo.as_deref()
+    }
+
+    /// One of them, and what errors call it.
+    pub(crate) fn file(&self, name: &str) -> (&str, PathBuf) {
+        let text = self.texts.iter().find(|(known, _)| *known == name).map_or("", |(_, text)| text.as_str());
+        (text, self.place(name).unwrap_or_else(|| name.into()))
+    }
+
+    fn place(&self, name: &str) -> Option<PathBuf> {
+        let leo = self.leo.as_deref()?;
+        if name == "leo.toml" { Some(leo.to_owned()) } else { crate::Robot::neighbour(Some(leo), name) }
+    }
+}
+
+fn text(file: &Path) -> Result<String, ConfigError> {
+    fs::read_to_string(file).map_err(|source| ConfigError::Read { file: file.to_owned(), source })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Robot;
+
+    #[test]
+    fn what_was_kept_is_the_same_robot_however_the_files_change_and_errors_name_the_files() {
+        let [own, folder] = [(); 2].map(|()| tempfile::tempdir().unwrap());
+        let leo = own.path().join("robot.toml");
+        fs::write(&leo, builtin::LEO.replace("frames = 4 ", "frames = 3 ")).unwrap();
+        fs::write(own.path().join("percepts.toml"), builtin::PERCEPTS).unwrap();
+        let files = Files::read(Some(&leo)).unwrap();
+        files.keep(folder.path()).unwrap();
+        for name in ["robot.toml", "percepts.toml", "motor.toml"] {
+            fs::write(own.path().join(name), "[sens").unwrap();
+        }
+        let kept = Files::kept(Some(&leo), folder.path()).unwrap();
+        assert_eq!(kept.texts(), files.texts());
+        assert_eq!(Robot::of(&kept).unwrap().leo.buffers.frames.get(), 3);
+        assert!(Robot::load(Some(&leo)).is_err());
+
+        fs::write(folder.path().join("percepts.toml"), "threshhold = 0.5\n").unwrap();
+        let error = Robot::of(&Files::kept(Some(&leo), folder.path()).unwrap()).unwrap_err().to_string();
+        let named = own.path().join("percepts.toml");
+        assert!(error.starts_with(&format!("{}:1:1", named.display())), "{error}");
+    }
+}

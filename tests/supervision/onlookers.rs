@@ -1,0 +1,31 @@
+//! Whoever looks on at a robot and is killed leaves nothing in the way of others.
+
+use std::fs;
+use std::process::Stdio;
+
+use rustix::process::Signal;
+
+use super::robot::{Robot, leo, wait_until};
+
+/// Those who are in the domain.
+fn nodes(robot: &Robot) -> usize {
+    let entries = fs::read_dir(robot.domain().join("nodes")).expect("is there").flatten();
+    entries.filter(|entry| entry.path().is_dir()).count()
+}
+
+#[test]
+fn an_onlooker_that_is_killed_is_cleaned_up_while_nobody_of_the_robot_dies() {
+    let robot = Robot::ready("onlooker", &[]);
+    let before = nodes(&robot);
+    assert!(before > 0, "{}", robot.said());
+    let folder = tempfile::tempdir().expect("a folder");
+    let mut command = leo(&["record", "--domain"]);
+    command.arg(robot.domain()).arg(folder.path().join("a.mcap")).stdout(Stdio::null());
+    let mut onlooker = command.spawn().expect("starts");
+    assert!(wait_until(|| nodes(&robot) > before), "nobody looks on\n{}", robot.said());
+    onlooker.kill().and_then(|()| onlooker.wait()).expect("ours");
+    assert!(wait_until(|| nodes(&robot) == before), "{} of {before}\n{}", nodes(&robot), robot.said());
+    assert!(!robot.said().contains("starts anew"), "{}", robot.said());
+    let (status, said) = robot.stop(Signal::TERM);
+    assert!(status.success(), "{said}");
+}

@@ -1,0 +1,55 @@
+//! The program and its files may be replaced under a robot that runs: it goes on as it was.
+
+use std::fs;
+use std::os::unix::fs::PermissionsExt as _;
+use std::process::{Command, Stdio};
+
+use rustix::process::Signal;
+
+use super::robot::{PROCESSES, Robot, left_behind, signal, wait_until};
+
+#[test]
+fn a_process_starts_anew_as_it_was_started_though_the_program_and_its_files_are_others_by_now() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let program = folder.path().join("leo");
+    fs::copy(env!("CARGO_BIN_EXE_leo"), &program).expect("copies");
+    let (lesson, campaign) = (folder.path().join("lesson.toml"), folder.path().join("campaign.toml"));
+    let root = env!("CARGO_MANIFEST_DIR");
+    fs::copy(format!("{root}/config/lessons/task1.toml"), &lesson).expect("copies");
+    fs::write(&campaign, "seed = 7\n").expect("writes");
+    let mut command = Command::new(&program);
+    command.env_remove("RUST_LOG").stdin(Stdio::null());
+    let [played, faults] = [&lesson, &campaign].map(|file| file.to_str().expect("is text"));
+    let robot = Robot::by(command, "upgraded", &[], &["--lesson", played, "--faults", faults]);
+    assert!(wait_until(|| robot.said().contains("the robot runs")), "{}", robot.said());
+
+    // As a package manager does: another file of that name.
+    let other = folder.path().join("other");
+    fs::write(&other, "#!/bin/sh\nexit 2\n").expect("writes");
+    fs::set_permissions(&other, fs::Permissions::from_mode(0o755)).expect("ours");
+    fs::rename(&other, &program).expect("replaces");
+    // And somebody is in the middle of a word.
+    for file in [robot.config(), lesson, campaign] {
+        fs::write(file, "[sens").expect("writes");
+    }
+    fs::write(robot.config().with_file_name("percepts.toml"), "[sens").expect("writes");
+
+    for name in PROCESSES {
+        let before = robot.processes().get(name).copied().expect("lives");
+        signal(before, Signal::KILL);
+        let anew = || robot.processes().get(name).is_some_and(|&pid| pid != before);
+        assert!(wait_until(anew), "`{name}` does not start anew\n{}", robot.said());
+    }
+    assert!(robot.works(), "{}", robot.said());
+    // Whoever looks at them sees what they are.
+    for (name, pid) in robot.processes() {
+        let line = fs::read_to_string(format!("/proc/{pid}/cmdline")).expect("lives");
+        let expected = format!("{}\0{name}\0", program.display());
+        assert!(line.starts_with(&expected), "{line}");
+        assert_eq!(fs::read_to_string(format!("/proc/{pid}/comm")).expect("lives"), "leo\n");
+    }
+    let domain = robot.domain().to_owned();
+    let (status, said) = robot.stop(Signal::TERM);
+    assert!(status.success(), "{said}");
+    assert_eq!(left_behind(&domain), [""; 0]);
+}
