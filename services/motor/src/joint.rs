@@ -171,7 +171,7 @@ impl Joint {
     pub(crate) const fn is_rising(&self) -> bool {
         match self.stage {
             Stage::Ask | Stage::Inspect | Stage::Configure(_) | Stage::Ready | Stage::Arm(_) => true,
-            Stage::Held { stays } => stays && self.halt.is_none(),
+            Stage::Held { told_at } => told_at.is_some() && self.halt.is_none(),
             Stage::Absent { .. }
             | Stage::Doubt(_)
             | Stage::Following
@@ -222,7 +222,7 @@ impl Joint {
     /// Whether it moves by command, or on its way back to its limits.
     pub(crate) fn is_moving(&self) -> bool {
         let moves = self.returns || self.motion.velocity_rad_s.abs() > 0.0;
-        (self.stage == Stage::Following && moves) || self.stage == Stage::Held { stays: false }
+        (self.stage == Stage::Following && moves) || self.stage == Stage::Held { told_at: None }
     }
 
     /// Whether its servo has said that its torque is off, since it was told so.
@@ -316,7 +316,7 @@ impl Joint {
     pub(crate) fn stop_returning(&mut self) {
         if self.stage == Stage::Following && self.returns && self.is_far_from(self.motion.position_rad) {
             (self.returns, self.may_have_torque) = (false, true);
-            self.stage = Stage::Held { stays: false };
+            self.stage = Stage::Held { told_at: None };
         }
     }
 
@@ -468,8 +468,8 @@ impl Joint {
                 None if self.derating() < 1.0 => (JointMode::Following, JointCause::Derated),
                 None => (JointMode::Following, JointCause::None),
             },
-            Stage::Held { stays } => match self.halt.or((!live).then_some(JointCause::CommandTimeout)) {
-                Some(cause) if stays && self.is_still() => (JointMode::Holding, cause),
+            Stage::Held { told_at } => match self.halt.or((!live).then_some(JointCause::CommandTimeout)) {
+                Some(cause) if told_at.is_some() && self.is_still() => (JointMode::Holding, cause),
                 Some(cause) => (JointMode::Decelerating, cause),
                 None => (JointMode::Starting, JointCause::NotStarted),
             },

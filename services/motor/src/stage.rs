@@ -27,8 +27,8 @@ pub(crate) enum Stage {
     Following,
     /// It had to stop on its way back to its limits: torque is on, and its servo stays where it is.
     Held {
-        /// Whether its servo has acknowledged that.
-        stays: bool,
+        /// When its servo acknowledged that, if it has.
+        told_at: Option<Instant>,
     },
     /// Torque is going off.
     Release,

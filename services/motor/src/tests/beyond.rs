@@ -3,6 +3,7 @@
 use super::*;
 
 use servo::mock::HardwareError;
+use servo::table::GOAL_POSITION;
 
 use JointMode::{Decelerating, Following, Holding, Limp, Releasing, Starting};
 
@@ -76,6 +77,18 @@ fn it_is_said_to_slow_down_until_its_servo_has_said_that_it_stays() {
     rig.lost = Some(1);
     rig.commanded(2, 0.0, rig.now);
     assert_eq!((rig.modes()[0], rig.causes()[0]), (Decelerating, JointCause::BodyStopped));
+}
+
+#[test]
+fn it_is_told_again_to_stay_where_it_goes_on() {
+    let mut rig = coming_back();
+    rig.lost = Some(1);
+    stops(&mut rig, JointCause::BodyStopped, |rig| rig.commanded(1, 0.0, rig.now));
+    // As if it had heard but the second half of it.
+    rig.servo(0, 0).write(GOAL_POSITION.address, &2048_i32.to_le_bytes()).unwrap();
+    rig.until(60, 0.0, |rig| rig.modes()[0] == Decelerating);
+    rig.until(60, 0.0, |rig| rig.modes()[0] == Holding);
+    stops(&mut rig, JointCause::BodyStopped, |rig| rig.commanded(1, 0.0, rig.now));
 }
 
 #[test]
