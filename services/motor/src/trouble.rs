@@ -35,8 +35,8 @@ pub enum Trouble {
     Refused(servo::Fault),
     /// The servo reports a hardware alert.
     #[error(
-        "hardware alert: {0}; its group holds, and its torque stays off until the motor process or a released \
-         emergency stop brings it up again"
+        "hardware alert: {0}; its group holds, and its torque stays off until its servo begins anew, where `on_alert` \
+         says so, or the motor process or a released emergency stop brings it up again"
     )]
     Alert(HardwareErrors),
     /// Two servos answer to one identifier.
