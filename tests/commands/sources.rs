@@ -91,7 +91,7 @@ fn a_function_that_this_program_lacks_is_refused_before_anything_starts() {
     let percepts = read("config/percepts.toml");
     for (from, to, words) in [
         ("measure = \"metres\"", "measure = { own = \"mine\" }", "own distance `mine`"),
-        ("when = { place_empty_for_ms = 600.0 }", "when = { own = \"mine\" }", "own culling function `mine`"),
+        ("when = \"place_in_view_and_empty\"", "when = { own = \"mine\" }", "own culling function `mine`"),
         ("history = { low_pass = { share = 0.5 } }", "history = { own = \"mine\" }", "own history `mine`"),
         ("kernel = \"orientation\"", "kernel = { own = \"mine\" }", "own classifier `mine`"),
     ] {

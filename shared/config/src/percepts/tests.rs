@@ -20,14 +20,15 @@ fn the_built_in_percepts_are_sound_and_numbered_in_order() {
     assert_eq!(colour.symbols().nth(2), Some("blue"));
     assert_eq!(percepts.get(10).unwrap().parent, Some(0));
     assert_eq!(percepts.belief.distance.len(), 3);
-    assert_eq!(percepts.belief.cull, [Cull::PlaceEmptyFor(Duration::from_millis(600))]);
+    let culls = [Cull::UnseenLongerThan(Duration::from_millis(600)), Cull::PlaceEmptyFor(Duration::ZERO)];
+    assert_eq!(percepts.belief.cull, culls);
 }
 
 #[test]
 fn an_empty_place_is_found_by_one_look_or_for_a_while() {
-    let text = BUILTIN.replace("{ place_empty_for_ms = 600.0 }", "\"place_in_view_and_empty\"");
+    let text = BUILTIN.replace("when = \"place_in_view_and_empty\"", "when = { place_empty_for_ms = 400.0 }");
     let percepts = Percepts::parse(&text, Path::new("p.toml")).unwrap();
-    assert_eq!(percepts.belief.cull, [Cull::PlaceEmptyFor(Duration::ZERO)]);
+    assert_eq!(percepts.belief.cull[1], Cull::PlaceEmptyFor(Duration::from_millis(400)));
 }
 
 #[test]
