@@ -21,8 +21,9 @@ const FRESH: Duration = Duration::from_millis(100);
 /// No servo turns faster, by its motor or by anybody's hand, and no reading is off by more.
 const SPEED_MOST_RAD_S: f64 = 30.0;
 const JUMP_MOST_RAD: f64 = 0.1;
-/// Who turns no faster stands: two counts of velocity.
+/// Who turns no faster stands: two counts of velocity. Who was told to stay is no further from there.
 const STILL_RAD_S: f64 = 0.05;
+const STAYS_RAD: f64 = 0.05;
 /// How often it is looked how a servo is.
 const LOOK_EVERY: Duration = Duration::from_millis(500);
 
@@ -167,7 +168,7 @@ impl Joint {
     pub(crate) const fn is_rising(&self) -> bool {
         match self.stage {
             Stage::Ask | Stage::Inspect | Stage::Configure(_) | Stage::Ready | Stage::Arm(_) => true,
-            Stage::Held { told_at } => told_at.is_some() && self.halt.is_none(),
+            Stage::Held { told } => told.is_some() && self.halt.is_none(),
             Stage::Absent { .. }
             | Stage::Doubt(_)
             | Stage::Following
@@ -218,7 +219,7 @@ impl Joint {
     /// Whether it moves by command, or on its way back to its limits.
     pub(crate) fn is_moving(&self) -> bool {
         let moves = self.returns || self.motion.velocity_rad_s.abs() > 0.0;
-        (self.stage == Stage::Following && moves) || self.stage == Stage::Held { told_at: None }
+        (self.stage == Stage::Following && moves) || self.stage == Stage::Held { told: None }
     }
 
     /// Whether its servo has said that its torque is off, since it was told so.
@@ -312,7 +313,7 @@ impl Joint {
     pub(crate) fn stop_returning(&mut self) {
         if self.stage == Stage::Following && self.returns && self.is_far_from(self.motion.position_rad) {
             (self.returns, self.may_have_torque) = (false, true);
-            self.stage = Stage::Held { told_at: None };
+            self.stage = Stage::Held { told: None };
         }
     }
 
@@ -360,8 +361,8 @@ impl Joint {
                 None if self.derating() < 1.0 => (JointMode::Following, JointCause::Derated),
                 None => (JointMode::Following, JointCause::None),
             },
-            Stage::Held { told_at } => match self.halt.or((!live).then_some(JointCause::CommandTimeout)) {
-                Some(cause) if told_at.is_some() && self.is_still() => (JointMode::Holding, cause),
+            Stage::Held { .. } => match self.halt.or((!live).then_some(JointCause::CommandTimeout)) {
+                Some(cause) if self.stays() => (JointMode::Holding, cause),
                 Some(cause) => (JointMode::Decelerating, cause),
                 None => (JointMode::Starting, JointCause::NotStarted),
             },
@@ -400,9 +401,13 @@ impl Joint {
         if now.since(at) <= FRESH { self.clamped(reading.position_rad) } else { None }
     }
 
-    /// Whether it was read to stand.
-    fn is_still(&self) -> bool {
-        self.reading.is_some_and(|(_, reading)| reading.velocity_rad_s.abs() <= STILL_RAD_S)
+    /// Whether it was read to stand since its servo was told to stay, and where it was told to.
+    fn stays(&self) -> bool {
+        let Stage::Held { told: Some((told_at, stood_rad)) } = self.stage else { return false };
+        self.reading.is_some_and(|(at, reading)| {
+            let is_there = (reading.position_rad - stood_rad).abs() <= STAYS_RAD;
+            at >= told_at && reading.velocity_rad_s.abs() <= STILL_RAD_S && is_there
+        })
     }
 
     /// Whether its servo has torque, and is to keep it.

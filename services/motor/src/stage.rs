@@ -4,7 +4,7 @@ use message::JointCause;
 use crate::doubt::Doubt;
 
 /// How far a joint's servo is brought up. From top to bottom on the way up.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Stage {
     /// It does not answer, or has been told to begin anew.
     Absent {
@@ -27,8 +27,8 @@ pub(crate) enum Stage {
     Following,
     /// It had to stop on its way back to its limits: torque is on, and its servo stays where it is.
     Held {
-        /// When its servo acknowledged that, if it has.
-        told_at: Option<Instant>,
+        /// When its servo acknowledged that, and where it stood then; `None` until it has.
+        told: Option<(Instant, f64)>,
     },
     /// Torque is going off.
     Release,

@@ -21,13 +21,13 @@ const VELOCITY_MARGIN: f64 = 1.5;
 const ACCELERATION_MARGIN: f64 = 8.0;
 /// How long a servo hears nothing after it was told to begin anew.
 const REBOOT_WAIT: Duration = Duration::from_millis(500);
-/// Who turns still so long after it was told to stay has not heard all of it, and is told again.
+/// Who does not stand so long after it was told to stay has not heard all of it, and is told again.
 const STANDS_AFTER: Duration = Duration::from_millis(200);
 
 impl Joint {
     /// What its servo is to be told next on the way up or down, if anything.
     pub(crate) fn job(&mut self, now: Instant, may_arm: bool) -> Option<Job> {
-        let is_held = matches!(self.stage, Stage::Held { told_at: Some(_) }) && self.halt.is_none();
+        let is_held = matches!(self.stage, Stage::Held { told: Some(_) }) && self.halt.is_none();
         if may_arm && (self.stage == Stage::Ready || is_held) {
             self.stage = Stage::Arm(Arm::Clear);
         }
@@ -66,9 +66,9 @@ impl Joint {
             ))),
             Stage::Failed { release_at: Some(at), .. } => (now >= at).then_some(Job::Torque(false)),
             Stage::Failed { reboot_at: Some(at), .. } => (now >= at).then(|| self.reboot(now)),
-            Stage::Held { told_at } => {
-                let moves_on = |told_at| now >= told_at + STANDS_AFTER && !self.is_still();
-                told_at.is_none_or(moves_on).then_some(Job::Stay)
+            Stage::Held { told } => {
+                let goes_on = |(told_at, _)| now >= told_at + STANDS_AFTER && !self.stays();
+                told.is_none_or(goes_on).then_some(Job::Stay)
             }
             Stage::Failed { .. } | Stage::LetGo { .. } | Stage::Ready | Stage::Following => None,
         }
@@ -126,7 +126,10 @@ impl Joint {
             (Stage::Arm(Arm::Aim), Job::Aim(_) | Job::Profile(_)) => Stage::Arm(Arm::Watch),
             (Stage::Arm(Arm::Watch), Job::SetWatchdog(_)) => Stage::Arm(Arm::Torque),
             (Stage::Arm(Arm::Torque), Job::Torque(true)) => self.armed(now),
-            (Stage::Held { .. }, Job::Stay) => Stage::Held { told_at: Some(now) },
+            (Stage::Held { .. }, Job::Stay) => {
+                Stage::Held { told: self.reading.map(|(_, reading)| (now, reading.position_rad)) }
+            }
+
             (Stage::Following, Job::Profile(_)) => {
                 self.is_quick = true;
                 Stage::Following

@@ -3,7 +3,7 @@
 use super::*;
 
 use servo::mock::HardwareError;
-use servo::table::GOAL_POSITION;
+use servo::table::{GOAL_POSITION, PROFILE_VELOCITY};
 
 use JointMode::{Decelerating, Following, Holding, Limp, Releasing, Starting};
 
@@ -87,6 +87,12 @@ fn it_is_told_again_to_stay_where_it_goes_on() {
     // As if it had heard but the second half of it.
     rig.servo(0, 0).write(GOAL_POSITION.address, &2048_i32.to_le_bytes()).unwrap();
     rig.until(60, 0.0, |rig| rig.modes()[0] == Decelerating);
+    rig.until(60, 0.0, |rig| rig.modes()[0] == Holding);
+    stops(&mut rig, JointCause::BodyStopped, |rig| rig.commanded(1, 0.0, rig.now));
+    // And as slowly as nobody can tell from standing by its velocity.
+    rig.servo(0, 0).write(PROFILE_VELOCITY.address, &1_u32.to_le_bytes()).unwrap();
+    rig.servo(0, 0).write(GOAL_POSITION.address, &2048_i32.to_le_bytes()).unwrap();
+    rig.until(800, 0.0, |rig| rig.modes()[0] == Decelerating);
     rig.until(60, 0.0, |rig| rig.modes()[0] == Holding);
     stops(&mut rig, JointCause::BodyStopped, |rig| rig.commanded(1, 0.0, rig.now));
 }

@@ -49,4 +49,5 @@ fn an_orderly_end_leaves_no_torque_on_where_a_joint_cannot_stop_in_time() {
     .unwrap();
     assert_eq!(causes.first(), Some(&None), "they slow down first");
     assert_eq!(causes.last(), Some(&Some(JointCause::Stopped)));
+    assert_eq!(motor.unconfirmed(), 0, "each servo has said that its torque is off");
 }
