@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 
 use rustix::fs::{FlockOperation, flock};
 use rustix::io::Errno;
+use rustix::process::getuid;
 
 use crate::Domain;
 
@@ -28,6 +29,19 @@ pub enum ClaimError {
     Held {
         /// The root of the domain.
         root: PathBuf,
+    },
+    /// It is another user's.
+    #[error(
+        "the domain {} belongs to the user with the number {owner}: a robot of his runs there, or an emergency stop \
+         of his was never released. He or root releases it (`leo emergency-stop --release`); or give this robot \
+         another name with --domain",
+        root.display()
+    )]
+    OfAnother {
+        /// The root of the domain.
+        root: PathBuf,
+        /// Its user's number.
+        owner: u32,
     },
     /// It cannot be made or locked.
     #[error("cannot claim {}: {source}; is it this user's, and is /dev/shm writable and not full?", path.display())]
@@ -55,7 +69,7 @@ pub fn claim(domain: &Domain) -> Result<Claim, ClaimError> {
             Ok(file) => file,
             // Somebody swept the stale directory away under us.
             Err(error) if error.kind() == io::ErrorKind::NotFound => continue,
-            Err(error) => return Err(failed(error)),
+            Err(error) => return Err(of_another(root, getuid().as_raw()).unwrap_or_else(|| failed(error))),
         };
         match flock(&file, FlockOperation::NonBlockingLockExclusive) {
             Ok(()) => {}
@@ -67,6 +81,12 @@ pub fn claim(domain: &Domain) -> Result<Claim, ClaimError> {
             return Ok(Claim { file });
         }
     }
+}
+
+/// Why somebody cannot open a file in a domain that is another user's; `None` where it is his.
+pub(super) fn of_another(root: &Path, user: u32) -> Option<ClaimError> {
+    let owner = fs::metadata(root).ok()?.uid();
+    (owner != user).then(|| ClaimError::OfAnother { root: root.to_owned(), owner })
 }
 
 /// Whether somebody holds the claim on a domain: whether its supervisor lives.

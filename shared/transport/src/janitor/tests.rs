@@ -156,3 +156,13 @@ fn an_emergency_stop_outlives_a_wipe_and_a_sweep_and_nothing_else_does() {
         assert!(stop.exists());
     }
 }
+
+#[test]
+fn a_domain_that_another_user_left_stopped_is_said_to_be_his() {
+    let place = Place::new("his");
+    let ours = rustix::process::getuid().as_raw();
+    assert!(claim::of_another(place.domain.root(), ours).is_none());
+    let said = claim::of_another(place.domain.root(), ours + 1).unwrap().to_string();
+    assert!(said.contains(&format!("the user with the number {ours}")), "{said}");
+    assert!(said.contains("`leo emergency-stop --release`"), "{said}");
+}
