@@ -19,8 +19,9 @@ pub(super) fn show(top: &mut Top) -> io::Result<()> {
     let stop = process::stop_flag().map_err(io::Error::other)?;
     let mut terminal = ratatui::try_init()?;
     let outcome = watch(top, &mut terminal, &stop);
-    ratatui::try_restore()?;
-    outcome
+    let restored = ratatui::try_restore();
+    // One that hung up takes nothing any more.
+    if stop.load(Ordering::Relaxed) { Ok(()) } else { outcome.and(restored) }
 }
 
 fn watch(top: &mut Top, terminal: &mut DefaultTerminal, stop: &AtomicBool) -> io::Result<()> {
