@@ -144,9 +144,13 @@ function beliefOf(key) {
   return nearest !== undefined && nearest.far < 0.06 ? nearest.id : null;
 }
 
+/** The name of what is selected. @type {string | null} */
+let chosen = null;
+
 /** @param {string | null} key */
 function select(key) {
   world.selected = key;
+  chosen = key === null ? null : cells.get(key)?.name ?? null;
   world.mark();
   removable();
   follow(beliefOf(key));
@@ -362,9 +366,19 @@ cells.on('robot', perspectives);
 cells.on('mind/0', () => {
   if (view === 'leo') stage.request(main);
 });
-cells.on('thing/', () => {
-  if (world.selected !== null && cells.get(world.selected) === undefined) select(null);
-  else if (world.selected !== null && timeline.id === null) follow(beliefOf(world.selected));
+cells.on(['thing/', 'history/'], () => {
+  if (chosen === null) return;
+  const key = cells.thing(chosen);
+  if (key === null) return select(null);
+  if (key !== world.selected) {
+    world.selected = key;
+    world.mark();
+    removable();
+    stage.request(main);
+  }
+  if (timeline.id !== null && cells.get(`history/${timeline.id}`) !== undefined) return;
+  const id = beliefOf(key);
+  if (id !== timeline.id) follow(id);
 });
 
 // The theme.
