@@ -49,7 +49,9 @@ function connectionChanged(state) {
   document.body.dataset.connection = state;
   const words = { connecting: 'Connecting…', connected: 'Connected', lost: 'Leo is away. Trying again…' };
   write(/** @type {Element} */ (find('connection').querySelector('.label')), words[state]);
-  if (state === 'lost') hand.cancel();
+  if (state !== 'lost') return;
+  hand.cancel();
+  keys.forget();
 }
 
 // The scenes and the views on them.
@@ -257,7 +259,7 @@ const desk = {
   undo: () => ask('undo'),
 };
 const pointer = new Pointer(desk);
-new Keys(desk);
+const keys = new Keys(desk);
 find('marks').addEventListener('focusin', (event) => {
   const key = /** @type {HTMLElement} */ (event.target).dataset.key ?? null;
   if (/** @type {HTMLElement} */ (event.target).matches(':focus-visible')) hover(key);
