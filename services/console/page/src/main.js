@@ -16,6 +16,7 @@ import { Lessons } from './lessons.js';
 import { Marks } from './marks.js';
 import { repaint } from './paint.js';
 import { Palette } from './palette.js';
+import { People } from './people.js';
 import { Pointer } from './pointer.js';
 import { apart } from './pose.js';
 import { probe } from './probe.js';
@@ -124,12 +125,14 @@ const who = /** @type {HTMLSelectElement} */ (find('who'));
 const acting = () => (who.hidden ? {} : { teacher: Number(who.value) });
 /** @param {string} what @param {Record<string, any>} [content] */
 const act = (what, content) => ask(what, what === 'take' ? { ...content, ...acting() } : content);
-cells.on(['thing/', 'robot'], () => {
-  const people = cells.under('thing/').filter(([, thing]) => thing.kind === 'person').map(([, thing]) => thing.agent).sort();
-  if (who.dataset.people === people.join()) return;
-  who.dataset.people = people.join();
-  who.replaceChildren(...people.map((agent) => make('option', { value: agent, text: nameOf(agent), selected: agent === chair.agent })));
-  who.hidden = people.length < 2;
+const people = new People(cells);
+cells.on(['thing/', 'robot', 'workspace'], () => {
+  here();
+  const all = people.all();
+  if (who.dataset.people === all.join()) return;
+  who.dataset.people = all.join();
+  who.replaceChildren(...all.map((agent) => make('option', { value: agent, text: nameOf(agent), selected: agent === chair.agent })));
+  who.hidden = all.length < 2;
   // Who acted may not be at the new table.
   actAs(who.hidden ? 1 : Number(who.value));
 });
@@ -198,14 +201,13 @@ async function remove(key) {
 find('remove').addEventListener('click', () => {
   if (world.selected !== null) remove(world.selected);
 });
-/** Whether who acts here is away. */
-const isAway = () => cells.get(`mind/${chair.agent}`)?.present === false;
-find('leave').addEventListener('click', () => ask(isAway() ? 'return' : 'leave', acting()));
-cells.on('mind/', here);
+find('leave').addEventListener('click', () => ask(people.isAway(chair.agent) ? 'return' : 'leave', acting()));
 
+/** Whether who acts here is there. */
 function here() {
-  if (find('leave').ariaPressed !== String(isAway())) find('leave').ariaPressed = String(isAway());
-  write(find('leave'), isAway() ? 'Come back' : 'Leave');
+  const away = String(people.isAway(chair.agent));
+  if (find('leave').ariaPressed !== away) find('leave').ariaPressed = away;
+  write(find('leave'), away === 'true' ? 'Come back' : 'Leave');
 }
 
 who.addEventListener('change', () => actAs(Number(who.value)));
