@@ -25,7 +25,7 @@ import { lightFor } from './surface.js';
 import { Tasks } from './tasks.js';
 import { Timeline } from './timeline.js';
 import { Toasts } from './toasts.js';
-import { believes } from './words.js';
+import { agrees, believes } from './words.js';
 import { World } from './world.js';
 
 const software = isSoftware();
@@ -320,9 +320,12 @@ function thought() {
       ...minds.flatMap(({ beliefs }) => cells.under(`belief/${beliefs.perspective}/`).map(([, belief]) => belief))]);
     stage.request(...minds.map((mind) => mind.view));
     listDivides(find('divides'), cells, partner, follow);
-    const differs = cells.under(`divide/${partner}/`).length > 0;
-    find('divides-empty').hidden = differs;
-    find('divides').hidden = !differs;
+    const robot = cells.get('robot');
+    const shown = robot?.perspectives?.find((/** @type {any} */ each) => each.number === partner);
+    const none = find('divides').children.length > 0 ? '' : agrees(shown, cells.get(`mind/${partner}`), robot?.agents ?? {});
+    write(find('divides-empty'), none);
+    find('divides-empty').hidden = none === '';
+    find('divides').hidden = none !== '';
     count();
   }, software ? BELIEFS_EVERY_MS.software : BELIEFS_EVERY_MS.card);
 }
@@ -342,17 +345,25 @@ function perspectives() {
   if (all.length > 0 && !all.some((/** @type {any} */ each) => each.number === partner)) partner = all[0].number;
   const tabs = find('perspectives');
   tabs.hidden = all.length < 2;
-  tabs.replaceChildren(...all.map((/** @type {any} */ each) => make('button', {
-    type: 'button',
-    role: 'tab',
-    'aria-selected': String(each.number === partner),
-    title: believes(each, robot.agents ?? {}),
-    text: each.name,
-    onclick: () => {
-      partner = each.number;
-      perspectives();
-    },
-  })));
+  const said = JSON.stringify([all, robot?.agents]);
+  // Who chose a tab stays on it.
+  if (tabs.dataset.said !== said) {
+    tabs.dataset.said = said;
+    tabs.replaceChildren(...all.map((/** @type {any} */ each) => make('button', {
+      type: 'button',
+      role: 'tab',
+      data: { perspective: each.number },
+      title: believes(each, robot.agents ?? {}),
+      text: each.name,
+      onclick: () => {
+        partner = each.number;
+        perspectives();
+      },
+    })));
+  }
+  for (const tab of tabs.children) {
+    tab.setAttribute('aria-selected', String(Number(/** @type {HTMLElement} */ (tab).dataset.perspective) === partner));
+  }
   const shown = all.find((/** @type {any} */ each) => each.number === partner);
   if (shown !== undefined) write(find('mind-1-title'), believes(shown, robot.agents ?? {}));
   minds[1].beliefs.perspective = partner;
