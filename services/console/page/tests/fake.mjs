@@ -62,7 +62,6 @@ export class Fake {
   teaching = null;
   performing = [];
   recording = { on: false, file: null, seconds: 0, bytes: 0, dropped: 0, error: null };
-  note = null;
   saved = null;
 
   constructor() {
@@ -261,7 +260,7 @@ export class Fake {
       workspace: {
         lesson: 'task1', title: 'Task 1: fill the holes', mode: this.mode, table: this.table, tables: TABLES.length, steps: 6,
         watch: 'A blue block lies behind a wall. Leo sees it, the teacher does not. Does Leo learn "all" or "all but blue"?',
-        kinds: KINDS, colours: COLOURS, simulated: true, saved: this.saved, note: this.note,
+        kinds: KINDS, colours: COLOURS, simulated: true, saved: this.saved,
       },
       lessons: [
         { id: 'task1', title: 'Task 1: fill the holes', watch: '' }, { id: 'task2', title: 'Task 2: mark the blocks', watch: '' },
