@@ -27,7 +27,10 @@ export class Cells {
     return found.sort(([a], [b]) => a.localeCompare(b, 'en', { numeric: true }));
   }
 
-  /** The key of the thing of a name: what stands under a key changes whenever things come and go. @param {string} name */
+  /**
+   * The key of the thing of a name: what stands under a key changes whenever things come and go.
+   * @param {string} name
+   */
   thing(name) {
     for (const [key, value] of this.#values) if (key.startsWith('thing/') && value.name === name) return key;
     return null;

@@ -41,7 +41,8 @@ export function summary(processes, buses, trouble) {
   const dead = processes.filter((process) => process.state !== 'running').length;
   const lost = buses.filter((bus) => bus.lost).length;
   const parts = [`${processes.length} processes${dead === 0 ? '' : `, ${dead} not running`}`];
-  if (buses.length > 0) parts.push(`${buses.length} ${buses.length === 1 ? 'bus' : 'buses'}${lost === 0 ? '' : `, ${lost} LOST`}`);
+  const plural = buses.length === 1 ? 'bus' : 'buses';
+  if (buses.length > 0) parts.push(`${buses.length} ${plural}${lost === 0 ? '' : `, ${lost} LOST`}`);
   if (trouble.length > 0) parts.push(`${trouble.length} joints in trouble`);
   return { words: parts.join(' · '), bad: dead + lost + trouble.length > 0 };
 }

@@ -322,7 +322,8 @@ function thought() {
     listDivides(find('divides'), cells, partner, follow);
     const robot = cells.get('robot');
     const shown = robot?.perspectives?.find((/** @type {any} */ each) => each.number === partner);
-    const none = find('divides').children.length > 0 ? '' : agrees(shown, cells.get(`mind/${partner}`), robot?.agents ?? {});
+    const differs = find('divides').children.length > 0;
+    const none = differs ? '' : agrees(shown, cells.get(`mind/${partner}`), robot?.agents ?? {});
     write(find('divides-empty'), none);
     find('divides-empty').hidden = none === '';
     find('divides').hidden = none !== '';
