@@ -28,6 +28,15 @@ export class Cells {
   }
 
   /**
+   * The key of the thing of a name: what stands under a key changes whenever things come and go.
+   * @param {string} name
+   */
+  thing(name) {
+    for (const [key, value] of this.#values) if (key.startsWith('thing/') && value.name === name) return key;
+    return null;
+  }
+
+  /**
    * Calls `hear` once per message in which a cell under the prefix changed.
    * @param {string | string[]} prefixes
    * @param {(changes: Changes) => void} hear

@@ -16,23 +16,40 @@ export class Health {
     const processes = this.#cells.under('process/').map(([, process]) => process);
     const buses = processes.flatMap((process) => process.buses ?? []);
     const trouble = this.#cells.get('joint-trouble') ?? [];
-    const bad = processes.filter((process) => process.state !== 'running').length;
-    const parts = [`${processes.length} processes${bad === 0 ? '' : `, ${bad} not running`}`];
-    if (buses.length > 0) parts.push(`${buses.length} ${buses.length === 1 ? 'bus' : 'buses'}`);
-    if (trouble.length > 0) parts.push(`${trouble.length} joints in trouble`);
-    write(find('health-summary'), parts.join(' · '));
-    this.#details.classList.toggle('bad', bad + trouble.length > 0);
+    const { words, bad } = summary(processes, buses, trouble);
+    write(find('health-summary'), words);
+    this.#details.classList.toggle('bad', bad);
     if (!this.#details.open) return;
     find('health-body').replaceChildren(
       table(['process', 'state', 'Hz', 'p50', 'p99', 'overruns', 'drops'], processes.map((process) => [
         process.process, state(process), number(process.rate_hz), number(process.execution_us?.p50),
         number(process.execution_us?.p99), number(process.overruns), number(process.drops)])),
       make('p', { class: 'quiet', text: 'p50 and p99: how long a cycle took, µs' }),
-      table(['bus', 'cycles', 'errors', 'quarantined'], buses.map((bus, at) => [
-        bus.name ?? String(bus.bus ?? at), number(bus.cycles), number(bus.errors), number(bus.quarantined)])),
+      table(['bus', 'exchanges', 'errors', 'quarantined'], buses.map(busRow)),
       make('ul', {}, ...trouble.map((/** @type {any} */ each) => make('li', { text: `${each.joint}: ${each.mode}, ${each.cause}` }))),
     );
   }
+}
+
+/**
+ * How all that stands, in a line, and whether something is amiss. Pure.
+ * @param {any[]} processes
+ * @param {any[]} buses
+ * @param {any[]} trouble joints in trouble
+ */
+export function summary(processes, buses, trouble) {
+  const dead = processes.filter((process) => process.state !== 'running').length;
+  const lost = buses.filter((bus) => bus.lost).length;
+  const parts = [`${processes.length} processes${dead === 0 ? '' : `, ${dead} not running`}`];
+  const plural = buses.length === 1 ? 'bus' : 'buses';
+  if (buses.length > 0) parts.push(`${buses.length} ${plural}${lost === 0 ? '' : `, ${lost} LOST`}`);
+  if (trouble.length > 0) parts.push(`${trouble.length} joints in trouble`);
+  return { words: parts.join(' · '), bad: dead + lost + trouble.length > 0 };
+}
+
+/** Errors: answers that did not come, were broken, or were of another cycle. Pure. @param {any} bus */
+export function busRow({ name, lost, exchanges, missed, broken, stale, quarantined }) {
+  return [lost ? `${name} LOST` : name, number(exchanges), number(missed + broken + stale), number(quarantined)];
 }
 
 /** @param {any} process */
@@ -42,7 +59,6 @@ function state(process) {
 
 /** @param {any} value */
 function number(value) {
-  if (Array.isArray(value)) return String(value.length);
   return typeof value === 'number' ? String(Math.round(value)) : '–';
 }
 

@@ -16,13 +16,21 @@ const AROUND = { ...ARROWS, a: [-1, 0], d: [1, 0] };
 
 export class Keys {
   #desk;
-  /** A screen that is carried by the keyboard. @type {string | null} */
+  /** A screen that is carried by the keyboard, and where it was taken. @type {{name: string, at: number[]} | null} */
   #screen = null;
+  #table = '';
 
   /** @param {Desk} desk */
   constructor(desk) {
     this.#desk = desk;
     desk.element.addEventListener('keydown', (event) => this.#press(event));
+    desk.cells.on('workspace', () => {
+      const { lesson, table } = desk.cells.get('workspace') ?? {};
+      const now = `${lesson} ${table}`;
+      // Another table may have a screen of the same name.
+      if (now !== this.#table) this.forget();
+      this.#table = now;
+    });
     document.addEventListener('keydown', (event) => {
       // While the mouse carries something, the focus may be anywhere.
       const beside = !desk.element.contains(/** @type {Node} */ (event.target));
@@ -48,15 +56,17 @@ export class Keys {
 
   /** What is in the hand. @param {KeyboardEvent} event */
   #carry(event) {
-    const { hand, world } = this.#desk;
+    const { ask, cells, hand, world } = this.#desk;
     if (hand.held === null && this.#screen === null) return false;
     const arrow = ARROWS[event.key];
     if (arrow !== undefined) {
       const [x, y] = this.#across(arrow, event.shiftKey ? STRIDE_M : STEP_M);
       if (hand.held !== null) hand.carry(hand.held.at[0] + x, hand.held.at[1] + y);
       else if (this.#screen !== null) {
-        const pose = world.pose(this.#screen);
-        if (pose !== null) this.#slide(this.#screen, pose.p[0] + x, pose.p[1] + y, pose.p[2]);
+        const { name } = this.#screen;
+        const key = cells.thing(name);
+        const pose = key === null ? null : world.pose(key);
+        if (pose !== null) ask('screen', { name, at: [pose.p[0] + x, pose.p[1] + y, pose.p[2]] });
       }
       return true;
     }
@@ -70,27 +80,28 @@ export class Keys {
 
   #put() {
     if (this.#desk.hand.held !== null) this.#desk.hand.put();
-    this.#screen = null;
+    this.forget();
   }
 
   #cancel() {
     this.#desk.hand.cancel();
-    this.#screen = null;
+    if (this.#screen !== null) this.#desk.ask('screen', this.#screen);
+    this.forget();
   }
 
-  /** @param {string} key @param {number} x @param {number} y @param {number} z */
-  #slide(key, x, y, z) {
-    this.#desk.ask('screen', { name: this.#desk.cells.get(key)?.name, at: [x, y, z] });
+  /** No screen is carried any more: it stays where it is. */
+  forget() {
+    this.#screen = null;
   }
 
   /** What has the focus. @param {KeyboardEvent} event @param {string} key */
   #thing(event, key) {
     const { cells, hand, movable, remove, select } = this.#desk;
-    const kind = cells.get(key)?.kind;
+    const { kind, name, p } = cells.get(key) ?? {};
     if (event.key === 'Enter') {
       select(key);
       if (movable() && kind === 'object') hand.take(key);
-      if (movable() && kind === 'occluder') this.#screen = key;
+      if (movable() && kind === 'occluder') this.#screen = { name, at: p };
     } else if (event.key === ' ') select(key);
     else if (event.key === 'Delete' || event.key === 'Backspace') remove(key);
     else if (event.key === 'Escape') select(null);

@@ -20,7 +20,6 @@ export class Lessons {
   #cells;
   #ask;
   #toasts;
-  #noted = -1;
   #saved = '';
 
   /**
@@ -82,10 +81,6 @@ export class Lessons {
     document.body.dataset.simulated = String(workspace.simulated);
     for (const id of ['play', 'clear', 'lay', 'undo', 'save', 'lesson']) {
       /** @type {HTMLButtonElement} */ (find(id)).disabled = !workspace.simulated;
-    }
-    if (workspace.note && workspace.note.serial !== this.#noted) {
-      this.#noted = workspace.note.serial;
-      this.#toasts.show(workspace.note.text);
     }
     if (workspace.saved && workspace.saved !== this.#saved) this.#toasts.show(`Saved as ${workspace.saved}`);
     this.#saved = workspace.saved ?? '';

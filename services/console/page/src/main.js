@@ -16,6 +16,7 @@ import { Lessons } from './lessons.js';
 import { Marks } from './marks.js';
 import { repaint } from './paint.js';
 import { Palette } from './palette.js';
+import { People } from './people.js';
 import { Pointer } from './pointer.js';
 import { apart } from './pose.js';
 import { probe } from './probe.js';
@@ -24,7 +25,7 @@ import { lightFor } from './surface.js';
 import { Tasks } from './tasks.js';
 import { Timeline } from './timeline.js';
 import { Toasts } from './toasts.js';
-import { believes } from './words.js';
+import { agrees, believes } from './words.js';
 import { World } from './world.js';
 
 const software = isSoftware();
@@ -49,7 +50,9 @@ function connectionChanged(state) {
   document.body.dataset.connection = state;
   const words = { connecting: 'Connecting…', connected: 'Connected', lost: 'Leo is away. Trying again…' };
   write(/** @type {Element} */ (find('connection').querySelector('.label')), words[state]);
-  if (state === 'lost') hand.cancel();
+  if (state !== 'lost') return;
+  hand.cancel();
+  keys.forget();
 }
 
 // The scenes and the views on them.
@@ -122,12 +125,14 @@ const who = /** @type {HTMLSelectElement} */ (find('who'));
 const acting = () => (who.hidden ? {} : { teacher: Number(who.value) });
 /** @param {string} what @param {Record<string, any>} [content] */
 const act = (what, content) => ask(what, what === 'take' ? { ...content, ...acting() } : content);
-cells.on(['thing/', 'robot'], () => {
-  const people = cells.under('thing/').filter(([, thing]) => thing.kind === 'person').map(([, thing]) => thing.agent).sort();
-  if (who.dataset.people === people.join()) return;
-  who.dataset.people = people.join();
-  who.replaceChildren(...people.map((agent) => make('option', { value: agent, text: nameOf(agent), selected: agent === chair.agent })));
-  who.hidden = people.length < 2;
+const people = new People(cells);
+cells.on(['thing/', 'robot', 'workspace'], () => {
+  here();
+  const all = people.all();
+  if (who.dataset.people === all.join()) return;
+  who.dataset.people = all.join();
+  who.replaceChildren(...all.map((agent) => make('option', { value: agent, text: nameOf(agent), selected: agent === chair.agent })));
+  who.hidden = all.length < 2;
   // Who acted may not be at the new table.
   actAs(who.hidden ? 1 : Number(who.value));
 });
@@ -144,9 +149,13 @@ function beliefOf(key) {
   return nearest !== undefined && nearest.far < 0.06 ? nearest.id : null;
 }
 
+/** The name of what is selected. @type {string | null} */
+let chosen = null;
+
 /** @param {string | null} key */
 function select(key) {
   world.selected = key;
+  chosen = key === null ? null : cells.get(key)?.name ?? null;
   world.mark();
   removable();
   follow(beliefOf(key));
@@ -192,14 +201,13 @@ async function remove(key) {
 find('remove').addEventListener('click', () => {
   if (world.selected !== null) remove(world.selected);
 });
-/** Whether who acts here is away. */
-const isAway = () => cells.get(`mind/${chair.agent}`)?.present === false;
-find('leave').addEventListener('click', () => ask(isAway() ? 'return' : 'leave', acting()));
-cells.on('mind/', here);
+find('leave').addEventListener('click', () => ask(people.isAway(chair.agent) ? 'return' : 'leave', acting()));
 
+/** Whether who acts here is there. */
 function here() {
-  if (find('leave').ariaPressed !== String(isAway())) find('leave').ariaPressed = String(isAway());
-  write(find('leave'), isAway() ? 'Come back' : 'Leave');
+  const away = String(people.isAway(chair.agent));
+  if (find('leave').ariaPressed !== away) find('leave').ariaPressed = away;
+  write(find('leave'), away === 'true' ? 'Come back' : 'Leave');
 }
 
 who.addEventListener('change', () => actAs(Number(who.value)));
@@ -253,7 +261,7 @@ const desk = {
   undo: () => ask('undo'),
 };
 const pointer = new Pointer(desk);
-new Keys(desk);
+const keys = new Keys(desk);
 find('marks').addEventListener('focusin', (event) => {
   const key = /** @type {HTMLElement} */ (event.target).dataset.key ?? null;
   if (/** @type {HTMLElement} */ (event.target).matches(':focus-visible')) hover(key);
@@ -312,9 +320,13 @@ function thought() {
       ...minds.flatMap(({ beliefs }) => cells.under(`belief/${beliefs.perspective}/`).map(([, belief]) => belief))]);
     stage.request(...minds.map((mind) => mind.view));
     listDivides(find('divides'), cells, partner, follow);
-    const differs = cells.under(`divide/${partner}/`).length > 0;
-    find('divides-empty').hidden = differs;
-    find('divides').hidden = !differs;
+    const robot = cells.get('robot');
+    const shown = robot?.perspectives?.find((/** @type {any} */ each) => each.number === partner);
+    const differs = find('divides').children.length > 0;
+    const none = differs ? '' : agrees(shown, cells.get(`mind/${partner}`), robot?.agents ?? {});
+    write(find('divides-empty'), none);
+    find('divides-empty').hidden = none === '';
+    find('divides').hidden = none !== '';
     count();
   }, software ? BELIEFS_EVERY_MS.software : BELIEFS_EVERY_MS.card);
 }
@@ -334,17 +346,25 @@ function perspectives() {
   if (all.length > 0 && !all.some((/** @type {any} */ each) => each.number === partner)) partner = all[0].number;
   const tabs = find('perspectives');
   tabs.hidden = all.length < 2;
-  tabs.replaceChildren(...all.map((/** @type {any} */ each) => make('button', {
-    type: 'button',
-    role: 'tab',
-    'aria-selected': String(each.number === partner),
-    title: believes(each, robot.agents ?? {}),
-    text: each.name,
-    onclick: () => {
-      partner = each.number;
-      perspectives();
-    },
-  })));
+  const said = JSON.stringify([all, robot?.agents]);
+  // Who chose a tab stays on it.
+  if (tabs.dataset.said !== said) {
+    tabs.dataset.said = said;
+    tabs.replaceChildren(...all.map((/** @type {any} */ each) => make('button', {
+      type: 'button',
+      role: 'tab',
+      data: { perspective: each.number },
+      title: believes(each, robot.agents ?? {}),
+      text: each.name,
+      onclick: () => {
+        partner = each.number;
+        perspectives();
+      },
+    })));
+  }
+  for (const tab of tabs.children) {
+    tab.setAttribute('aria-selected', String(Number(/** @type {HTMLElement} */ (tab).dataset.perspective) === partner));
+  }
   const shown = all.find((/** @type {any} */ each) => each.number === partner);
   if (shown !== undefined) write(find('mind-1-title'), believes(shown, robot.agents ?? {}));
   minds[1].beliefs.perspective = partner;
@@ -362,9 +382,19 @@ cells.on('robot', perspectives);
 cells.on('mind/0', () => {
   if (view === 'leo') stage.request(main);
 });
-cells.on('thing/', () => {
-  if (world.selected !== null && cells.get(world.selected) === undefined) select(null);
-  else if (world.selected !== null && timeline.id === null) follow(beliefOf(world.selected));
+cells.on(['thing/', 'history/'], () => {
+  if (chosen === null) return;
+  const key = cells.thing(chosen);
+  if (key === null) return select(null);
+  if (key !== world.selected) {
+    world.selected = key;
+    world.mark();
+    removable();
+    stage.request(main);
+  }
+  if (timeline.id !== null && cells.get(`history/${timeline.id}`) !== undefined) return;
+  const id = beliefOf(key);
+  if (id !== timeline.id) follow(id);
 });
 
 // The theme.

@@ -198,7 +198,7 @@ export class Pointer {
     const { cells, world, ask, hover } = this.#desk;
     const thing = cells.get(key);
     const pose = world.pose(key);
-    if (thing === undefined || pose === null) return;
+    if (thing === undefined || pose === null) return world.echo(key, null);
     world.echo(key, { p: [x, y, pose.p[2]], q: pose.q });
     hover(key);
     if (!last && performance.now() - this.#told < SCREEN_EVERY_MS) return;
@@ -228,17 +228,28 @@ export class Pointer {
     this.#drag = null;
     if (!drag.begun) return this.#desk.select(drag.key);
     if (drag.kind === 'thing') this.#desk.hand.put();
-    if ((drag.kind === 'screen' || drag.kind === 'person') && drag.key !== null) {
-      const pose = this.#desk.world.pose(drag.key);
-      if (pose !== null) this.#slide(drag.key, pose.p[0], pose.p[1], true);
-    }
+    this.#leave(drag);
+  }
+
+  /** A screen or a head that was dragged stays where it is, and is drawn as the cells say again. @param {Drag} drag */
+  #leave({ kind, key, begun }) {
+    if (!begun || key === null || (kind !== 'screen' && kind !== 'person')) return;
+    const pose = this.#desk.world.pose(key);
+    if (pose !== null) this.#slide(key, pose.p[0], pose.p[1], true);
+  }
+
+  /** The drag ends without being let go. */
+  #abandon() {
+    const drag = this.#drag;
+    this.#drag = null;
+    if (drag?.kind === 'thing') this.#desk.hand.cancel();
+    if (drag !== null) this.#leave(drag);
   }
 
   /** @param {PointerEvent} event */
   #lose(event) {
     this.#down.delete(event.pointerId);
-    if (this.#drag?.kind === 'thing') this.#desk.hand.cancel();
-    this.#drag = null;
+    this.#abandon();
   }
 
   /** The angle of two fingers to each other, clockwise on the page. */
@@ -256,8 +267,7 @@ export class Pointer {
   }
 
   #begin2() {
-    if (this.#drag?.kind === 'thing') this.#desk.hand.cancel();
-    this.#drag = null;
+    this.#abandon();
     const [a, b] = [...this.#down.values()];
     this.#pinch = a.distanceTo(b);
   }

@@ -19,7 +19,6 @@ export function probe({ cells, connection, stage, marks, main, world, chair, han
     const rect = main.getBoundingClientRect();
     return spot === null ? null : { x: rect.left + spot.x, y: rect.top + spot.y };
   };
-  const keyOf = (/** @type {string} */ name) => cells.under('thing/').find(([, thing]) => thing.name === name)?.[0];
   const leo = {
     cells,
     connection,
@@ -28,12 +27,12 @@ export function probe({ cells, connection, stage, marks, main, world, chair, han
     look,
     /** Where a thing is on the page, in CSS pixels, by its name. @param {string} name */
     screen(name) {
-      const key = keyOf(name);
-      const pose = key === undefined ? null : world.pose(key);
+      const key = cells.thing(name);
+      const pose = key === null ? null : world.pose(key);
       return pose === null ? null : at(pose.p[0], pose.p[1], pose.p[2]);
     },
     /** @param {string} name */
-    thing: (name) => cells.get(keyOf(name) ?? ''),
+    thing: (name) => cells.get(cells.thing(name) ?? ''),
     /** All cells under a prefix, as an object. @param {string} prefix */
     under: (prefix) => Object.fromEntries(cells.under(prefix)),
     seat: () => chair.seat,

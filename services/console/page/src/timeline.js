@@ -69,6 +69,7 @@ export class Timeline {
     if (history === undefined) {
       this.#picture.replaceChildren();
       this.#words.replaceChildren();
+      delete this.#words.dataset.text;
       return;
     }
     const robot = this.#cells.get('robot');

@@ -52,6 +52,19 @@ export function believes(perspective, names) {
 }
 
 /**
+ * What to say where a perspective differs in nothing from Leo's own; nothing where the two are not compared: it is
+ * nested, or he whose it is has not been here.
+ * @param {{number: number, agents: number[]} | undefined} perspective
+ * @param {{present: boolean, beliefs: number} | undefined} mind
+ * @param {Record<string, string>} names
+ */
+export function agrees(perspective, mind, names) {
+  if (perspective?.agents.length !== 1 || mind === undefined || (!mind.present && mind.beliefs === 0)) return '';
+  const [agent] = perspective.agents;
+  return `None: ${whom(agent, names)} ${agent === 1 ? 'know' : 'knows'} what ${names[0] ?? 'Leo'} knows.`;
+}
+
+/**
  * How an example or hypothesis was seen: "as Leo saw it", "as you could see it".
  * @param {number[]} path whose perspective, within whose
  * @param {Record<string, string>} names

@@ -35,3 +35,12 @@ test('cells come in the order of their numbers', () => {
   cells.apply(message({ 'line/10': 1, 'line/9': 1, 'line/100': 1 }));
   assert.deepEqual(cells.under('line/').map(([key]) => key), ['line/9', 'line/10', 'line/100']);
 });
+
+test('a thing is found by its name wherever it stands in the list', () => {
+  const cells = new Cells();
+  cells.apply(message({ 'thing/0': { name: 'red square' }, 'thing/1': { name: 'green square' } }));
+  assert.equal(cells.thing('green square'), 'thing/1');
+  cells.apply(message({ 'thing/0': { name: 'green square' }, 'thing/1': null }));
+  assert.equal(cells.thing('green square'), 'thing/0');
+  assert.equal(cells.thing('red square'), null);
+});

@@ -62,7 +62,6 @@ export class Fake {
   teaching = null;
   performing = [];
   recording = { on: false, file: null, seconds: 0, bytes: 0, dropped: 0, error: null };
-  note = null;
   saved = null;
 
   constructor() {
@@ -261,7 +260,7 @@ export class Fake {
       workspace: {
         lesson: 'task1', title: 'Task 1: fill the holes', mode: this.mode, table: this.table, tables: TABLES.length, steps: 6,
         watch: 'A blue block lies behind a wall. Leo sees it, the teacher does not. Does Leo learn "all" or "all but blue"?',
-        kinds: KINDS, colours: COLOURS, simulated: true, saved: this.saved, note: this.note,
+        kinds: KINDS, colours: COLOURS, simulated: true, saved: this.saved,
       },
       lessons: [
         { id: 'task1', title: 'Task 1: fill the holes', watch: '' }, { id: 'task2', title: 'Task 2: mark the blocks', watch: '' },
@@ -273,7 +272,7 @@ export class Fake {
       recording: this.recording,
     };
     ['sensor', 'belief', 'learner', 'motor', 'simulator', 'mock-bus'].forEach((name, at) => {
-      cells[`process/${name}`] = { process: name, state: 'running', restarts: 0, rate_hz: [200, null, null, 250, 200, 250][at], wakeup_us: { p50: 90, p99: 400 }, execution_us: { p50: 40 + at, p99: 120 }, overruns: 0, drops: 0, buses: name === 'motor' ? [{ name: 'torso', cycles: Math.round(this.t * 250), errors: 0, quarantined: [] }] : [] };
+      cells[`process/${name}`] = { process: name, state: 'running', restarts: 0, rate_hz: [200, null, null, 250, 200, 250][at], wakeup_us: { p50: 90, p99: 400 }, execution_us: { p50: 40 + at, p99: 120 }, overruns: 0, drops: 0, buses: name === 'motor' ? [{ name: 'torso', lost: false, joints: 9, quarantined: 0, exchanges: Math.round(this.t * 250), skipped: 0, missed: 0, broken: 0, stale: 0, late_bytes: 0, exchange_us: { p50: 900, p99: 1400 } }] : [] };
     });
     let n = 0;
     for (const object of this.objects) {

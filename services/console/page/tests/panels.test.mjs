@@ -6,7 +6,7 @@ import { tableName } from '../src/lessons.js';
 import { css } from '../src/palette.js';
 import { pathOf, percent, ranking } from '../src/tasks.js';
 import { segmentWords, segments, stateWords } from '../src/timeline.js';
-import { asSeenBy, believes, describe, toYou } from '../src/words.js';
+import { agrees, asSeenBy, believes, describe, toYou } from '../src/words.js';
 
 const NAMES = { 0: 'Leo', 1: 'the teacher', 2: 'the other' };
 const belief = (p, twin, more = {}) => ({ p, q: [0, 0, 0, 1], half: [0.03, 0.03, 0.03], rgb: [1, 0, 0], states: {}, unseen_s: 0, twin, ...more });
@@ -62,6 +62,18 @@ test('whose beliefs, however deep', () => {
   assert.equal(believes({ number: 1, agents: [1] }, NAMES), 'Leo thinks you believe');
   assert.equal(believes({ number: 2, agents: [2] }, NAMES), 'Leo thinks the other believes');
   assert.equal(believes({ number: 3, agents: [1, 0] }, NAMES), 'Leo thinks you think Leo believes');
+});
+
+test('that a perspective differs in nothing is said only where it was compared', () => {
+  const here = { present: true, beliefs: 0 };
+  const [first, second, nested] = [{ number: 1, agents: [1] }, { number: 2, agents: [2] }, { number: 3, agents: [1, 0] }];
+  assert.equal(agrees(first, here, NAMES), 'None: you know what Leo knows.');
+  assert.equal(agrees(second, here, NAMES), 'None: the other knows what Leo knows.');
+  assert.equal(agrees(first, { present: false, beliefs: 3 }, NAMES), 'None: you know what Leo knows.');
+  assert.equal(agrees(first, { present: false, beliefs: 0 }, NAMES), '');
+  assert.equal(agrees(nested, here, NAMES), '');
+  assert.equal(agrees(first, undefined, NAMES), '');
+  assert.equal(agrees(undefined, here, NAMES), '');
 });
 
 test('what is said of the teacher is said to him', () => {

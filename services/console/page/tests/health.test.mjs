@@ -1,0 +1,21 @@
+import assert from 'node:assert/strict';
+import { test } from 'node:test';
+import { busRow, summary } from '../src/health.js';
+
+const BUS = { name: 'torso', lost: false, joints: 9, quarantined: 1, exchanges: 500, skipped: 0, missed: 3, broken: 2, stale: 1, late_bytes: 0 };
+const RUNS = { process: 'motor', state: 'running', restarts: 0 };
+
+test('a bus shows its exchanges and every answer that was no use', () => {
+  assert.deepEqual(busRow(BUS), ['torso', '500', '6', '1']);
+});
+
+test('a lost bus says so, and is trouble', () => {
+  const lost = { ...BUS, lost: true };
+  assert.deepEqual(busRow(lost), ['torso LOST', '500', '6', '1']);
+  assert.deepEqual(summary([RUNS], [BUS, lost], []), { words: '1 processes · 2 buses, 1 LOST', bad: true });
+});
+
+test('where all is well nothing is said of trouble', () => {
+  assert.deepEqual(summary([RUNS, RUNS], [BUS], []), { words: '2 processes · 1 bus', bad: false });
+  assert.deepEqual(summary([{ ...RUNS, state: 'dead' }], [], [{}]), { words: '1 processes, 1 not running · 1 joints in trouble', bad: true });
+});

@@ -1,0 +1,38 @@
+import assert from 'node:assert/strict';
+import { test } from 'node:test';
+import { Cells } from '../src/cells.js';
+import { People } from '../src/people.js';
+
+const person = (agent) => ({ kind: 'person', agent });
+const workspace = (lesson, simulated = true) => ({ lesson, title: '', simulated });
+
+/** Two people at the table of a lesson. */
+function table() {
+  const cells = new Cells();
+  const people = new People(cells);
+  const apply = (changed) => cells.apply({ version: 1, fresh: false, cells: changed });
+  apply({ workspace: workspace('two'), 'thing/0': { kind: 'object' }, 'thing/1': person(2), 'thing/2': person(1) });
+  return { people, apply };
+}
+
+test('who left is away, and can still be chosen', () => {
+  const { people, apply } = table();
+  assert.deepEqual([people.all(), people.isAway(2)], [[1, 2], false]);
+  apply({ 'thing/1': person(1), 'thing/2': null });
+  assert.deepEqual([people.all(), people.isAway(2), people.isAway(1)], [[1, 2], true, false]);
+  apply({ 'thing/1': person(1), 'thing/2': person(2) });
+  assert.equal(people.isAway(2), false);
+});
+
+test('another lesson has people of its own', () => {
+  const { people, apply } = table();
+  apply({ workspace: workspace('one'), 'thing/1': person(1), 'thing/2': null });
+  assert.deepEqual(people.all(), [1]);
+});
+
+test('of a real table, and before anything is known, nobody is said to be away', () => {
+  const { people, apply } = table();
+  apply({ workspace: workspace('', false), 'thing/1': null, 'thing/2': null });
+  assert.equal(people.isAway(1), false);
+  assert.equal(new People(new Cells()).isAway(1), false);
+});
