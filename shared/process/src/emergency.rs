@@ -1,8 +1,8 @@
 //! The emergency stop: a file in the domain's folder, so that any process in any language can
 //! raise it, also while the motor process is just starting anew; and a signal, which needs no file.
 
-use std::fs::{self, OpenOptions};
-use std::io::{self, Write as _};
+use std::fs::{self, File};
+use std::io;
 use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -26,14 +26,15 @@ const STACK: usize = 128 << 10;
 ///
 /// There is no such folder, or this user may not write there.
 pub fn raise(domain: &Path, why: &str) -> io::Result<()> {
-    match OpenOptions::new().write(true).create_new(true).open(Domain::emergency_stop(domain)) {
-        Ok(mut file) => {
-            // The file is what stops the robot; what it says is for people.
-            let _unwritten = writeln!(file, "{why}");
-            Ok(())
-        }
-        Err(error) if error.kind() == io::ErrorKind::AlreadyExists => Ok(()),
-        Err(error) => Err(error),
+    let file = Domain::emergency_stop(domain);
+    // Whoever sees the file sees the reason too: it is written elsewhere first, where there is room.
+    let draft = domain.join(format!("emergency-stop.{}", std::process::id()));
+    let written = fs::write(&draft, format!("{why}\n")).and_then(|()| fs::hard_link(&draft, &file));
+    let _gone = fs::remove_file(&draft);
+    // The file is what stops the robot; what it says is for people.
+    match written.or_else(|_| File::create_new(&file).map(drop)) {
+        Err(error) if error.kind() != io::ErrorKind::AlreadyExists => Err(error),
+        Ok(()) | Err(_) => Ok(()),
     }
 }
 
@@ -206,6 +207,28 @@ mod tests {
         until(|| why() == "raised by the signal SIGUSR1\n");
         release(domain.path()).unwrap();
         until(|| !lookout.is_raised());
+    }
+
+    #[test]
+    fn whoever_sees_a_stop_sees_its_reason() {
+        let domain = tempfile::tempdir().unwrap();
+        fs::write(domain.path().join("supervisor.lock"), "").unwrap();
+        let over = AtomicBool::new(false);
+        thread::scope(|scope| {
+            scope.spawn(|| {
+                while !over.load(Ordering::Relaxed) {
+                    let said = fs::read_to_string(Domain::emergency_stop(domain.path()));
+                    assert!(said.is_err() || said.is_ok_and(|why| why == "a test\n"));
+                }
+            });
+            for _ in 0..2000 {
+                raise(domain.path(), "a test").unwrap();
+                raise(domain.path(), "another").unwrap();
+                assert!(release(domain.path()).unwrap());
+            }
+            over.store(true, Ordering::Relaxed);
+        });
+        assert_eq!(fs::read_dir(domain.path()).unwrap().count(), 1, "drafts stay");
     }
 
     #[test]
