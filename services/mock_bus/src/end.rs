@@ -21,8 +21,6 @@ const UNREAD: Duration = Duration::from_millis(100);
 /// Answers within so long go out together: a thread cannot wake for every few bytes, and no adapter
 /// hands them on one by one.
 const TOGETHER: Duration = Duration::from_micros(1500);
-/// Bytes that are sent through a pseudo-terminal to learn how long they take: some milliseconds of them.
-const PROBES: usize = 101;
 
 /// The servos of one bus, and what time it is for them.
 #[derive(Debug)]
@@ -37,8 +35,6 @@ pub(crate) struct Servos {
 pub(crate) struct End {
     pub(crate) link: PathBuf,
     pub(crate) baud: u32,
-    /// How long bytes are on their way through a pseudo-terminal: see [`hears_after`].
-    pub(crate) hears_after: Duration,
     pub(crate) servos: Arc<Mutex<Servos>>,
     pub(crate) stop: Arc<AtomicBool>,
 }
@@ -80,7 +76,6 @@ impl End {
             answers: Answers::default(),
             said: Vec::with_capacity(4096),
             lateness: Lateness::default(),
-            hears_after: self.hears_after,
         };
         while !self.stop.load(Ordering::Relaxed) {
             let hangs = self.hangs_up();
@@ -164,15 +159,13 @@ struct Voice {
     said: Vec<u8>,
     /// How late this thread is woken, be it by a clock or by bytes.
     lateness: Lateness,
-    /// How long bytes are on their way to this thread through a pseudo-terminal.
-    hears_after: Duration,
 }
 
 impl Voice {
     /// Says the answers as a wire would bring them. One that nobody takes is lost, as on a wire.
     fn say(&mut self, pty: &Pty, pacer: &mut Pacer, heard_at: Instant, heard: usize, paced: bool) {
         self.said.clear();
-        let written_at = heard_at - self.hears_after.max(self.lateness.usual());
+        let written_at = heard_at - self.lateness.usual();
         let mut first_at = pacer.leave_at(written_at, heard, Duration::ZERO, 0);
         let mut leaves_at = first_at;
         for answer in self.answers.get() {
@@ -194,15 +187,6 @@ impl Voice {
         }
         let _taken = pty.write(&self.said, clock::now() + UNREAD);
     }
-}
-
-/// How long bytes are on their way through a pseudo-terminal to a thread that waits for them: the median of a
-/// few. A wire has them when they are written. None where it cannot be told.
-pub(crate) fn hears_after() -> Duration {
-    let Ok(pty) = Pty::new(1_000_000) else { return Duration::ZERO };
-    let mut took: Vec<Duration> = (0..PROBES).map_while(|_| pty.latency().ok()).collect();
-    took.sort_unstable();
-    took.get(took.len() / 2).copied().unwrap_or_default()
 }
 
 /// Sleeps so that it ends at `at` as a rule.

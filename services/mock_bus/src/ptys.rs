@@ -3,11 +3,11 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::thread::JoinHandle;
 
-use clock::{Duration, Instant};
+use clock::Instant;
 use config::motor::{Device, Motor};
 use servo::mock::{Injected, Injection, Injector, Servo};
 
-use crate::end::{End, PlugError, Servos, hears_after};
+use crate::end::{End, PlugError, Servos};
 use crate::{Faults, line};
 
 /// Why a mock bus cannot be put up.
@@ -69,8 +69,6 @@ impl Ptys {
         lockstep: bool,
         faults: &Faults,
     ) -> Result<Self, PtysError> {
-        // In simulated time nothing is paced.
-        let hears_after = if lockstep { Duration::ZERO } else { hears_after() };
         let mut ptys = Self { buses: Vec::new(), stop: Arc::new(AtomicBool::new(false)) };
         for (index, bus) in robot.buses.iter().enumerate().filter(|(_, bus)| bus.device == Device::Mock) {
             let name = || bus.name.clone();
@@ -83,7 +81,6 @@ impl Ptys {
             let end = Arc::new(End {
                 link: folder.join(format!("bus-{}", bus.name)),
                 baud: bus.baud,
-                hears_after,
                 servos: Arc::new(Mutex::new(Servos { line, simulated })),
                 stop: Arc::clone(&ptys.stop),
             });

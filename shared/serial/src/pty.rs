@@ -2,7 +2,7 @@ use std::ffi::OsString;
 use std::os::unix::ffi::OsStringExt;
 use std::path::{Path, PathBuf};
 
-use clock::{Duration, Instant};
+use clock::Instant;
 use rustix::fd::OwnedFd;
 use rustix::fs::{Mode, OFlags, fcntl_getfl, fcntl_setfl, open};
 use rustix::io::Errno;
@@ -18,7 +18,7 @@ use crate::{Lost, OpenError};
 pub struct Pty {
     master: OwnedFd,
     /// Held open, so that the line does not hang up between two users of the other end.
-    slave: OwnedFd,
+    _slave: OwnedFd,
     path: PathBuf,
 }
 
@@ -41,7 +41,7 @@ impl Pty {
         let slave = open(&path, OFlags::RDWR | OFlags::NOCTTY | OFlags::CLOEXEC, Mode::empty())?;
         make_raw(&slave, baud)?;
         fcntl_setfl(&master, fcntl_getfl(&master)? | OFlags::NONBLOCK)?;
-        Ok(Self { master, slave, path })
+        Ok(Self { master, _slave: slave, path })
     }
 
     /// Where the other end is.
@@ -57,22 +57,6 @@ impl Pty {
     /// The line is gone.
     pub fn baud(&self) -> Result<u32, Lost> {
         tcgetattr(&self.master).map(|mode| mode.output_speed()).map_err(Lost::Failed)
-    }
-
-    /// How long after it was written a byte from the other end is read by a thread that waits for it: what
-    /// a pseudo-terminal takes, and a wire does not. To be asked before anybody uses the other end.
-    ///
-    /// # Errors
-    ///
-    /// The line is gone, or takes more than a second.
-    pub fn latency(&self) -> Result<Duration, Lost> {
-        let begun = clock::now();
-        let until = begun + Duration::from_secs(1);
-        write_until(&self.slave, &[0], until)?;
-        match self.read(&mut [0; 8], until)? {
-            0 => Err(Lost::Stuck),
-            _ => Ok(clock::now().since(begun)),
-        }
     }
 
     /// Reads what is there, or waits for the first of it until `until`: zero when none came.
