@@ -44,14 +44,7 @@ pub(crate) struct Taken {
     index: usize,
     at: Instant,
     from: Pose<geometry::World, Frame>,
-    seat: Option<Seat>,
-}
-
-impl Taken {
-    /// Where it sat, and comes back to unless it is put elsewhere.
-    pub(crate) fn seat(&self) -> Option<Seat> {
-        self.seat
-    }
+    pub(crate) seat: Option<Seat>,
 }
 
 impl World {

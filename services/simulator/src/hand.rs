@@ -76,7 +76,8 @@ pub(crate) fn grasp(things: &mut [Thing], hand: usize, x_world_hand: &Pose<World
     }
 }
 
-/// Lets go what the hand holds: into a hole where the rule says so unless that `is_kept` for another one, else down.
+/// Lets go what the hand holds: into a hole where the rule says so, unless that `is_kept` for another thing, else
+/// down.
 pub(crate) fn release(
     things: &mut [Thing],
     objects: &[Object],

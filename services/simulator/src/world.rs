@@ -257,7 +257,7 @@ impl World {
             Change::Closes => hand::grasp(things, index, &x_world_hand),
             Change::Opens => {
                 let taken = &self.state.taken;
-                let is_kept = |block| taken.iter().any(|taken| settle::is_in(taken.seat(), block));
+                let is_kept = |block| taken.iter().any(|taken| settle::is_in(taken.seat, block));
                 hand::release(things, &setting.objects, index, now, is_kept);
             }
         }

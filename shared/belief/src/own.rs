@@ -220,7 +220,8 @@ impl Doubtful<'_> {
         self.place
     }
 
-    /// Whether the perspective now sees what is at that place, with a source that saw it before; `None` where it has no place.
+    /// Whether the perspective now sees what is at that place, with a source that saw it before; `None` where
+    /// it has no place.
     #[must_use]
     pub fn is_in_view(&self) -> Option<bool> {
         self.place.map(|place| (self.in_view)(place))

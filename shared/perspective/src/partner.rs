@@ -289,7 +289,7 @@ impl Partner {
         head.created = counts.created;
         head.merged = counts.merged;
         head.culled = counts.culled;
-        head.overflowed = counts.overflowed;
+        head.overflowed = counts.overflowed + self.awareness.as_ref().map_or(0, Awareness::left_out);
         head
     }
 

@@ -156,18 +156,24 @@ impl Port for Bare {
     }
 }
 
+/// The question to servos for their measurements: in one chain, or each for itself.
+fn measurements_of(topic: Topic, ids: &[u8]) -> Instruction<'_> {
+    let (address, length) = (Reading::ITEM.address, Reading::ITEM.length);
+    if topic == Topic::Chain {
+        Instruction::FastSyncRead { address, length, ids }
+    } else {
+        Instruction::SyncRead { address, length, ids }
+    }
+}
+
 #[test]
 fn one_bad_servo_costs_one_servo_and_one_turn_whatever_is_wrong_with_its_answers() {
     const BAUD: u32 = 4_000_000;
     let ids: Vec<u8> = (1..=13).collect();
     let who = || ids.iter().filter_map(|id| Id::new(*id));
-    let (address, length) = (Reading::ITEM.address, Reading::ITEM.length);
+    let length = Reading::ITEM.length;
     for topic in [Topic::Chain, Topic::Each] {
-        let question = if topic == Topic::Chain {
-            Instruction::FastSyncRead { address, length, ids: &ids }
-        } else {
-            Instruction::SyncRead { address, length, ids: &ids }
-        };
+        let question = measurements_of(topic, &ids);
         let mut request = Request::default();
         request.add(topic, who(), usize::from(length), |out| question.encode(Address::All, out).unwrap());
         let answer = Part::new(Topic::Again, 0, usize::from(length), who()).time_to_answer(BAUD);
@@ -198,14 +204,10 @@ fn one_bad_servo_costs_one_servo_and_one_turn_whatever_is_wrong_with_its_answers
 fn what_an_adapter_gives_back_is_not_taken_for_late() {
     let ids: Vec<u8> = (1..=3).collect();
     let who = || ids.iter().filter_map(|id| Id::new(*id));
-    let (address, length) = (Reading::ITEM.address, Reading::ITEM.length);
+    let length = Reading::ITEM.length;
     let goals = Instruction::SyncWrite { address: 116, length: 4, records: &[1, 0, 8, 0, 0, 2, 0, 8, 0, 0] };
     for topic in [Topic::Chain, Topic::Each] {
-        let question = if topic == Topic::Chain {
-            Instruction::FastSyncRead { address, length, ids: &ids }
-        } else {
-            Instruction::SyncRead { address, length, ids: &ids }
-        };
+        let question = measurements_of(topic, &ids);
         let mut request = Request::default();
         request.add(topic, who(), usize::from(length), |out| {
             let end = goals.encode(Address::All, out).unwrap();
