@@ -1,4 +1,6 @@
+mod asking;
 mod conflict;
+mod stop;
 mod table;
 mod wrong;
 
@@ -378,130 +380,6 @@ fn without_perspective_taking_leo_does_not_know_what_others_see() {
 }
 
 #[test]
-fn whoever_says_stop_is_obeyed_at_once() {
-    let mut run = Run::new(1, Vec::new());
-    run.teach();
-    run.perform_with(&[], |run| {
-        run.steps(3);
-        run.say("Stop!");
-        assert!(!run.learner.is_performing());
-        assert_eq!(run.table.borrow().skills.last(), Some(&Skill::Hold));
-    });
-    assert_eq!(run.texts(EventKind::PerformanceEnded), ["stopped: filled 0"]);
-}
-
-#[test]
-fn stop_is_obeyed_while_leo_does_not_know_what_is_where() {
-    let mut run = Run::new(1, Vec::new());
-    run.teach();
-    run.perform_with(&[], |run| {
-        run.steps(3);
-        run.restart_belief();
-        run.missing = (0..12).collect();
-        run.say("Leo, stop!");
-        assert!(!run.learner.is_performing());
-        assert_eq!(run.table.borrow().skills.last(), Some(&Skill::Hold));
-    });
-}
-
-#[test]
-fn what_was_asked_for_before_stop_is_not_begun_after_it() {
-    let mut at_once = Run::new(1, Vec::new());
-    at_once.teach();
-    at_once.lay_anew(&["red", "green"], None);
-    at_once.say_at_once(&["Leo, do task 1", "Stop!"]);
-    let mut queued = Run::new(1, Vec::new());
-    queued.teach();
-    queued.lay_anew(&["red", "green"], None);
-    queued.restart_belief();
-    queued.say("Leo, do task 1");
-    queued.steps(5);
-    queued.say("Stop!");
-    for mut run in [at_once, queued] {
-        run.steps(300);
-        assert_eq!(run.table.borrow().skills.last(), Some(&Skill::Hold));
-        assert_eq!(run.texts(EventKind::PerformanceStarted), [""; 0]);
-        let told = "I do not begin task 1: you said stop";
-        assert!(run.texts(EventKind::Said).ends_with(&["I hold still".to_owned(), told.to_owned()]));
-        assert_eq!(run.texts(EventKind::Declined), [told], "whoever waits for the performance waits no more");
-        // What is asked for afterwards is done, in the same breath too.
-        run.say_at_once(&["Stop!", "Leo, do task 1"]);
-        assert!(run.learner.is_performing());
-    }
-}
-
-#[test]
-fn what_was_taught_before_stop_counts_and_the_task_asked_for_may_be_corrected() {
-    let mut run = Run::new(1, Vec::new());
-    run.teach();
-    run.lay_anew(&["red", "green"], None);
-    run.say("Leo, I can teach you to do task 2");
-    run.insert(0, 0);
-    run.restart_belief();
-    run.say("Task 2 is done");
-    run.say("Leo, do task 1");
-    run.say("Stop!");
-    run.steps(200);
-    assert_eq!(run.task("task 2").examples.len(), 1);
-    assert_eq!(run.texts(EventKind::PerformanceStarted), [""; 0]);
-
-    run.say_at_once(&["Leo, do task 1", "Stop!"]);
-    run.say("No, like this");
-    let said = run.texts(EventKind::Said).pop().unwrap();
-    assert!(said.starts_with("I am watching for one more example of task 1"), "{said}");
-}
-
-/// Leo does task 1 while it is shown task 2, until two holes are filled.
-fn a_task_in_a_task() -> Run {
-    let mut run = Run::new(1, Vec::new());
-    run.teach();
-    run.lay_anew(&["red", "green", "yellow", "red"], None);
-    run.say("Leo, I can teach you to do task 2");
-    run.say("Leo, do task 1");
-    for _ in 0..500 {
-        if run.texts(EventKind::StepDone).len() == 2 {
-            break;
-        }
-        run.steps(1);
-    }
-    assert_eq!(run.table.borrow().filled().len(), 2);
-    run
-}
-
-/// Who did what of a task's last example, in the robot's own view: the actor, the task and how many holes.
-fn deeds_of(run: &Run, task: &str) -> Vec<(u16, Option<String>, usize)> {
-    let task = run.task(task);
-    let filled = tasks::Effect::State { name: "filled".to_owned(), on: true };
-    let executables = &task.examples.last().unwrap().view(0).unwrap().executables;
-    let holes = |done: &tasks::Executable| {
-        done.changes.values().filter(|change| change.signature.contains(&filled)).count()
-    };
-    executables.iter().map(|done| (done.actor, done.task.clone(), holes(done))).collect()
-}
-
-#[test]
-fn what_leo_did_until_it_was_stopped_is_its_own_act() {
-    let leos = || (0, Some("task 1".to_owned()), 2);
-    let mut run = a_task_in_a_task();
-    run.say("Stop!");
-    run.insert(5, 3);
-    run.say("Task 2 is done");
-    run.steps(10);
-    assert_eq!(deeds_of(&run, "task 2"), [leos(), (1, None, 1)]);
-    let acts = run.texts(EventKind::ActionSeen);
-    assert!(acts[acts.len() - 2].starts_with("I: "), "{acts:?}");
-
-    // The same where it does not know at once what is where, and where the showing ends first.
-    for sentences in [&["Stop!", "Task 2 is done"][..], &["Task 2 is done"]] {
-        let mut run = a_task_in_a_task();
-        run.restart_belief();
-        run.say_at_once(sentences);
-        run.steps(100);
-        assert_eq!(deeds_of(&run, "task 2"), [leos()], "{sentences:?}");
-    }
-}
-
-#[test]
 fn whoever_is_polite_ends_a_showing_too() {
     for done in ["Hey Leo, Task 1 is done", "Please, task one is done!", "Leo, please: task 1 is done"] {
         let mut run = Run::new(1, Vec::new());
@@ -521,15 +399,6 @@ fn whoever_is_polite_ends_a_showing_too() {
     run.say("Hey Leo, please me is done");
     run.steps(10);
     assert_eq!(run.task("please me").examples.len(), 1);
-}
-
-#[test]
-fn an_answer_is_no_demonstration() {
-    let mut run = ambiguous();
-    run.say("Yes");
-    assert_eq!(run.saved.last().unwrap().1.examples.len(), 2);
-    assert_eq!(run.texts(EventKind::DemonstrationEnded), ["task 1"]);
-    assert_eq!(run.texts(EventKind::Answered), ["yes"]);
 }
 
 #[test]
@@ -576,89 +445,4 @@ fn whoever_is_pleased_says_so() {
     run.perform(&[]);
     run.say("Yes");
     assert!(run.texts(EventKind::Said).last().unwrap().starts_with("good"));
-}
-
-/// A showing that leaves open whether the red ones or the triangles are meant.
-fn ambiguous() -> Run {
-    let mut run = Run::new(1, Vec::new());
-    run.table.borrow_mut().lay(&["red", "blue"], None);
-    run.table.borrow_mut().things[0].shape = "triangle";
-    run.steps(10);
-    run.say("Leo, I can teach you to do task 1");
-    run.insert(0, 0);
-    run.say("Task 1 is done");
-    run.steps(5);
-    run
-}
-
-#[test]
-fn what_a_showing_leaves_open_is_asked_and_the_answer_is_an_example() {
-    let rule = |answer: &str| {
-        let mut run = ambiguous();
-        let asked = run.texts(EventKind::Said).pop().unwrap();
-        assert!(asked.starts_with("Should a ") && asked.ends_with(" be filled, too?"), "{asked}");
-        run.say(answer);
-        assert_eq!(run.saved.last().unwrap().1.examples.len(), 2);
-        let about_red = asked.contains("red square");
-        (about_red, run.texts(EventKind::RuleChosen).pop().unwrap())
-    };
-    let (about_red, yes) = rule("Yes");
-    assert_eq!(yes, if about_red { "all red" } else { "all triangle" });
-    let (_, no) = rule("No.");
-    assert!(no != yes, "{no}");
-}
-
-#[test]
-fn a_yes_to_what_leo_did_is_no_answer_to_what_it_asked_before() {
-    let mut run = ambiguous();
-    run.say("Leo, do task 1");
-    for _ in 0..100 {
-        run.steps(50);
-        if !run.learner.is_performing() {
-            break;
-        }
-    }
-    run.say("Yes");
-    assert_eq!(run.saved.last().unwrap().1.examples.len(), 1);
-    assert!(run.texts(EventKind::Said).last().unwrap().starts_with("good"));
-}
-
-#[test]
-fn whoever_answers_the_teacher_stays_the_teacher() {
-    let mut run = ambiguous();
-    run.say_as(2, "Yes");
-    let teachers: Vec<u16> =
-        run.saved.last().unwrap().1.examples.iter().map(|example| example.teacher).collect();
-    assert_eq!(teachers, [1, 1]);
-}
-
-#[test]
-fn a_question_that_was_not_answered_is_dropped_when_a_showing_begins() {
-    let mut run = ambiguous();
-    run.say("Leo, I can teach you to do task 1");
-    run.say("Yes");
-    assert_eq!(run.saved.last().unwrap().1.examples.len(), 1);
-}
-
-#[test]
-fn an_answer_is_what_is_said_next_and_a_stray_no_later_is_none() {
-    for between in ["Leo, do task too", "What a nice day", "Task 2 is done", "not that one", "Stop!"] {
-        let mut run = ambiguous();
-        run.say(between);
-        run.say("No!");
-        assert_eq!(run.task("task 1").examples.len(), 1, "after {between:?}");
-        let said = run.texts(EventKind::Said).pop().unwrap();
-        assert!(said.starts_with("what is wrong?"), "after {between:?}: {said}");
-    }
-}
-
-#[test]
-fn whoever_asks_back_may_answer_then() {
-    let mut run = ambiguous();
-    for back in ["Why?", "What did you learn?", "What do you think I see?"] {
-        run.say(back);
-        assert_eq!(run.task("task 1").examples.len(), 1);
-    }
-    run.say("No");
-    assert_eq!(run.task("task 1").examples.len(), 2);
 }

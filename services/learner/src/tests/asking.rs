@@ -1,0 +1,99 @@
+//! What a showing leaves open is asked, and the answer is an example.
+
+use message::EventKind;
+
+use super::table::Run;
+
+/// A showing that leaves open whether the red ones or the triangles are meant.
+fn ambiguous() -> Run {
+    let mut run = Run::new(1, Vec::new());
+    run.table.borrow_mut().lay(&["red", "blue"], None);
+    run.table.borrow_mut().things[0].shape = "triangle";
+    run.steps(10);
+    run.say("Leo, I can teach you to do task 1");
+    run.insert(0, 0);
+    run.say("Task 1 is done");
+    run.steps(5);
+    run
+}
+
+#[test]
+fn an_answer_is_no_demonstration() {
+    let mut run = ambiguous();
+    run.say("Yes");
+    assert_eq!(run.saved.last().unwrap().1.examples.len(), 2);
+    assert_eq!(run.texts(EventKind::DemonstrationEnded), ["task 1"]);
+    assert_eq!(run.texts(EventKind::Answered), ["yes"]);
+}
+
+#[test]
+fn what_a_showing_leaves_open_is_asked_and_the_answer_is_an_example() {
+    let rule = |answer: &str| {
+        let mut run = ambiguous();
+        let asked = run.texts(EventKind::Said).pop().unwrap();
+        assert!(asked.starts_with("Should a ") && asked.ends_with(" be filled, too?"), "{asked}");
+        run.say(answer);
+        assert_eq!(run.saved.last().unwrap().1.examples.len(), 2);
+        let about_red = asked.contains("red square");
+        (about_red, run.texts(EventKind::RuleChosen).pop().unwrap())
+    };
+    let (about_red, yes) = rule("Yes");
+    assert_eq!(yes, if about_red { "all red" } else { "all triangle" });
+    let (_, no) = rule("No.");
+    assert!(no != yes, "{no}");
+}
+
+#[test]
+fn a_yes_to_what_leo_did_is_no_answer_to_what_it_asked_before() {
+    let mut run = ambiguous();
+    run.say("Leo, do task 1");
+    for _ in 0..100 {
+        run.steps(50);
+        if !run.learner.is_performing() {
+            break;
+        }
+    }
+    run.say("Yes");
+    assert_eq!(run.saved.last().unwrap().1.examples.len(), 1);
+    assert!(run.texts(EventKind::Said).last().unwrap().starts_with("good"));
+}
+
+#[test]
+fn whoever_answers_the_teacher_stays_the_teacher() {
+    let mut run = ambiguous();
+    run.say_as(2, "Yes");
+    let teachers: Vec<u16> =
+        run.saved.last().unwrap().1.examples.iter().map(|example| example.teacher).collect();
+    assert_eq!(teachers, [1, 1]);
+}
+
+#[test]
+fn a_question_that_was_not_answered_is_dropped_when_a_showing_begins() {
+    let mut run = ambiguous();
+    run.say("Leo, I can teach you to do task 1");
+    run.say("Yes");
+    assert_eq!(run.saved.last().unwrap().1.examples.len(), 1);
+}
+
+#[test]
+fn an_answer_is_what_is_said_next_and_a_stray_no_later_is_none() {
+    for between in ["Leo, do task too", "What a nice day", "Task 2 is done", "not that one", "Stop!"] {
+        let mut run = ambiguous();
+        run.say(between);
+        run.say("No!");
+        assert_eq!(run.task("task 1").examples.len(), 1, "after {between:?}");
+        let said = run.texts(EventKind::Said).pop().unwrap();
+        assert!(said.starts_with("what is wrong?"), "after {between:?}: {said}");
+    }
+}
+
+#[test]
+fn whoever_asks_back_may_answer_then() {
+    let mut run = ambiguous();
+    for back in ["Why?", "What did you learn?", "What do you think I see?"] {
+        run.say(back);
+        assert_eq!(run.task("task 1").examples.len(), 1);
+    }
+    run.say("No");
+    assert_eq!(run.task("task 1").examples.len(), 2);
+}

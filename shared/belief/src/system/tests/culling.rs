@@ -1,0 +1,147 @@
+//! What is missed is given up, and nothing else.
+
+use config::percepts::Cull;
+
+use super::*;
+
+#[test]
+fn an_unseen_thing_is_culled_where_the_view_is_free_and_kept_where_it_is_not() {
+    for (in_view, left) in [(true, 0), (false, 1)] {
+        let mut robot = Robot::new(&Percepts::builtin());
+        robot.see(ms(0), &[block(ms(0), [0.5, 0.0, 0.0], RED)], true);
+        for step in 1..=120 {
+            robot.see(ms(5 * step), &[], in_view);
+        }
+        assert_eq!(robot.system.len(), 1, "600 ms are not longer than 600 ms");
+        robot.see(ms(605), &[], in_view);
+        assert_eq!(robot.system.len(), left);
+        assert_eq!(robot.system.counts().culled, 1 - u64::try_from(left).unwrap());
+    }
+}
+
+/// A robot that gives up what it has found missing for 600 ms.
+fn patient() -> Robot {
+    let mut percepts = Percepts::builtin();
+    percepts.belief.cull = vec![Cull::PlaceEmptyFor(Duration::from_millis(600))];
+    let mut robot = Robot::new(&percepts);
+    robot.see(ms(0), &[block(ms(0), [0.5, 0.0, 0.0], RED)], true);
+    robot
+}
+
+/// Steps of 5 ms with nothing to be seen, in view or not; when the belief was given up.
+fn culled_at(robot: &mut Robot, from_ms: u64, in_view: impl Fn(u64) -> bool) -> Option<u64> {
+    (from_ms..from_ms + 2000).step_by(5).find(|at| {
+        robot.see(ms(*at), &[], in_view(*at));
+        robot.system.is_empty()
+    })
+}
+
+#[test]
+fn what_was_long_out_of_view_is_given_up_at_the_first_glance_or_not_as_configured() {
+    let mut robot = Robot::new(&Percepts::builtin());
+    robot.see(ms(0), &[block(ms(0), [0.5, 0.0, 0.0], RED)], true);
+    assert_eq!(culled_at(&mut robot, 5, |_| false), None);
+    assert_eq!(culled_at(&mut robot, 3000, |_| true), Some(3000));
+
+    let mut robot = patient();
+    assert_eq!(culled_at(&mut robot, 5, |_| false), None);
+    // A detector that misses it in one picture, after which it is there as before.
+    robot.see(ms(3000), &[], true);
+    robot.see(ms(3005), &[block(ms(3005), [0.5, 0.0, 0.0], RED)], true);
+    assert_eq!(robot.ids(), [1]);
+    assert_eq!(culled_at(&mut robot, 3010, |_| true), Some(3610), "empty from 3010 on");
+}
+
+#[test]
+fn a_place_is_found_empty_anew_after_it_was_hidden_or_nobody_looked() {
+    assert_eq!(culled_at(&mut patient(), 5, |at| at != 500), Some(505 + 600), "somebody stood before it");
+    assert_eq!(culled_at(&mut patient(), 5, |at| at < 500), None);
+    let mut robot = patient();
+    for at in (5..500).step_by(5) {
+        robot.see(ms(at), &[], true);
+    }
+    robot.system.look_anew(ms(5000));
+    assert_eq!(culled_at(&mut robot, 5000, |_| true), Some(5600), "he was away");
+}
+
+#[test]
+fn a_source_that_is_slow_to_understand_does_not_lose_what_it_sees() {
+    for cull in [Percepts::builtin().belief.cull, vec![Cull::PlaceEmptyFor(Duration::from_millis(600))]] {
+        let mut configured = Percepts::builtin();
+        configured.belief.cull = cull;
+        let mut robot = Robot::new(&configured);
+        // A picture is taken every 100 ms, and understood 900 ms later.
+        for at in (1000..4000).step_by(5) {
+            if at % 100 == 0 {
+                robot.see(ms(at), &[block(ms(at - 900), [0.5, 0.0, 0.0], RED)], true);
+            } else {
+                robot.system.step(ms(at), &[], 0..0, SourceSet::EMPTY, |_| true);
+            }
+            assert_eq!(robot.ids(), [1], "{at}");
+        }
+        // It is found empty by pictures alone.
+        for at in (4000..=4600).step_by(100) {
+            assert_eq!(robot.ids(), [1], "{at}");
+            robot.system.step(ms(at), &[], 0..0, SourceSet::of(0), |_| true);
+        }
+        assert!(robot.system.is_empty());
+    }
+}
+
+#[test]
+fn a_source_that_died_misses_nothing_though_it_found_a_place_empty_at_last() {
+    let mut robot = patient();
+    robot.see(ms(5), &[], true);
+    for at in (10..5000).step_by(5) {
+        robot.system.step(ms(at), &[], 0..0, SourceSet::of(1), |_| true);
+    }
+    assert_eq!(robot.ids(), [1]);
+    assert_eq!(culled_at(&mut robot, 5000, |_| true), Some(5000), "its next picture finds it empty still");
+}
+
+#[test]
+fn all_who_ever_saw_a_thing_can_miss_it_and_nobody_else() {
+    let there = [0.5, 0.0, 0.0];
+    for (looks, left) in [(3, 0), (7, 0), (5, 1)] {
+        let mut robot = Robot::new(&Percepts::builtin());
+        for step in 0..10 {
+            let source = if step < 5 { 3 } else { 7 };
+            let seen = Observation { source, ..block(ms(5 * step), there, RED) };
+            robot.see(ms(5 * step), &[seen], true);
+        }
+        assert_eq!(robot.ids(), [1]);
+        for at in (50..=650).step_by(5) {
+            robot.system.step(ms(at), &[], 0..0, SourceSet::of(looks), |_| true);
+        }
+        assert_eq!(robot.system.len(), left, "source {looks}");
+    }
+}
+
+#[test]
+fn without_culling_functions_nothing_is_culled() {
+    let mut percepts = Percepts::builtin();
+    percepts.belief.cull.clear();
+    let mut robot = Robot::new(&percepts);
+    robot.see(ms(0), &[block(ms(0), [0.5, 0.0, 0.0], RED)], true);
+    robot.see(ms(100_000), &[], true);
+    assert_eq!(robot.system.len(), 1);
+}
+
+#[test]
+fn confidence_decays_and_may_cull() {
+    let mut percepts = Percepts::builtin();
+    let position = percepts.index("position").unwrap();
+    percepts.belief.cull = vec![Cull::ConfidenceBelow { percept: position, floor: 0.5 }];
+    let mut robot = Robot::new(&percepts);
+    robot.see(ms(0), &[block(ms(0), [0.5, 0.0, 0.0], RED)], true);
+    let confidence = |robot: &Robot, instant| {
+        robot.system.write(0, instant).unwrap().percept(position).unwrap().confidence
+    };
+    assert!((confidence(&robot, ms(0)) - 0.9).abs() < 1e-6);
+    let expected = 0.9 * (-0.2_f32 * 2.0).exp();
+    assert!((confidence(&robot, ms(2000)) - expected).abs() < 1e-6);
+    robot.see(ms(2900), &[], true);
+    assert_eq!(robot.system.len(), 1);
+    robot.see(ms(2950), &[], true);
+    assert_eq!(robot.system.len(), 0);
+}
