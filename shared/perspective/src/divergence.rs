@@ -34,7 +34,8 @@ pub struct Side<'a> {
 /// 2. *Likeness.* Where a belief has no pair by observation, it is paired with one that is closer
 ///    than the threshold in D without places, unless both could have been observed at once and
 ///    were not: one of the two must have begun after the other was last perceived, or both before
-///    anything was compared.
+///    anything was compared. Where both were perceived within half a second, D with places decides: the robot
+///    perceives what it also feels a little later than who only sees it.
 ///
 /// Of several possible pairs the closest is taken first, one to one: by D, or of those that look
 /// alike the nearest; among equal ones that of the lowest identities. A newer common observation

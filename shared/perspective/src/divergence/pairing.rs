@@ -1,5 +1,6 @@
 use std::cmp::Ordering;
 
+use clock::Duration;
 use config::percepts;
 
 use super::Meaning;
@@ -96,6 +97,8 @@ const LOOKS_TO_A_SIDE: usize = 64;
 /// for a pair. More are looked at only by the round that is under way.
 const LOOKS_MOST: usize = 4096;
 const LOOKS_EACH: usize = 192;
+/// Within a moment nothing is put where something like it has just been taken from.
+const MOMENT: Duration = Duration::from_millis(500);
 /// What rounding may add to a distance along the line, in metres.
 const ROUNDING_M: f64 = 1e-6;
 
@@ -229,7 +232,8 @@ impl Pairing {
         self.run(&possible, one, other);
     }
 
-    /// Pairs those without a pair that are alike and could not have been observed at once.
+    /// Pairs those without a pair that are alike, where they could not have been observed at once, or were
+    /// perceived within a moment at one place.
     pub(super) fn by_likeness(
         &mut self,
         measure: &Measure,
@@ -244,10 +248,13 @@ impl Pairing {
                 let apart_in_time =
                     one.born_at_ns > other.perceived_at_ns || other.born_at_ns > one.perceived_at_ns;
                 let earlier = one.born_at_ns < began_at_ns && other.born_at_ns < began_at_ns;
-                if !apart_in_time && !earlier {
+                // Whoever also feels a thing has perceived it later than who sees it, again and again.
+                let in_a_moment = one.perceived_at_ns.abs_diff(other.perceived_at_ns) <= clock::nanos(MOMENT);
+                let places = one.place_m.zip(other.place_m);
+                let at_one_place = || places.is_some() && measure.distance(one, other).is_some();
+                if !(apart_in_time || earlier || in_a_moment && at_one_place()) {
                     return None;
                 }
-                let places = one.place_m.zip(other.place_m);
                 let metres = places.map_or(f64::INFINITY, |(one, other)| distance(&one, &other));
                 Some(Closeness::new(metres, measure.likeness(one, other)?, one, other))
             },

@@ -10,16 +10,18 @@ use quantity::number::single;
 use super::{Divergence, Side};
 
 const CAPACITY: usize = 32;
+/// Tests tell time in ticks, three of which are no moment any more.
+const TICK_NS: u64 = 200_000_000;
 static PERCEPTS: LazyLock<Percepts> = LazyLock::new(Percepts::builtin);
 
-/// A thing of a test: where it is in the base frame, what it looks like, and since when it is known.
+/// A thing of a test: where it is in the base frame, what it looks like, and since which tick it is known.
 #[derive(Clone, Copy, Debug)]
 struct Known {
     place_m: [f64; 3],
     colour: u16,
     on: f32,
-    born_at_ns: u64,
-    perceived_at_ns: u64,
+    born_at: u64,
+    perceived_at: u64,
 }
 
 /// A perspective of a test.
@@ -31,8 +33,8 @@ struct Mind {
 
 impl Mind {
     /// Beliefs numbered from `first_id`, in a frame of their own.
-    fn new(at_ns: u64, x_base_person: &Pose<Base, Person>, first_id: u64, things: &[Known]) -> Self {
-        let mut head = BeliefHead::of(1, Header::at(at_ns));
+    fn new(at: u64, x_base_person: &Pose<Base, Person>, first_id: u64, things: &[Known]) -> Self {
+        let mut head = BeliefHead::of(1, Header::at(at * TICK_NS));
         head.frame_position_m = x_base_person.position_m();
         head.frame_orientation_xyzw = x_base_person.orientation_xyzw();
         let beliefs = (first_id..).zip(things).map(|(id, thing)| thing.believed(id, x_base_person));
@@ -48,7 +50,7 @@ impl Known {
     fn believed(&self, id: u64, x_base_person: &Pose<Base, Person>) -> Belief {
         let [x, y, z] = self.place_m;
         let place = (x_base_person.inverse() * Position::new(x, y, z)).to_array();
-        let mut belief = Belief::new(id, self.born_at_ns, self.perceived_at_ns, 9, NOBODY);
+        let mut belief = Belief::new(id, self.born_at * TICK_NS, self.perceived_at * TICK_NS, 9, NOBODY);
         for (percept, feature) in [
             ("position", Feature::Vector(place.map(single))),
             ("shape", Feature::Symbol(0)),
@@ -58,14 +60,14 @@ impl Known {
             ("left", Feature::Number(if place[1] > 0.0 { 1.0 } else { 0.0 })),
         ] {
             let number = PERCEPTS.index(percept).unwrap();
-            assert!(belief.push(Remembered::new(number, self.perceived_at_ns, 1.0, 1.0, feature)));
+            assert!(belief.push(Remembered::new(number, self.perceived_at * TICK_NS, 1.0, 1.0, feature)));
         }
         belief
     }
 }
 
-fn red(place_m: [f64; 3], born_at_ns: u64, perceived_at_ns: u64) -> Known {
-    Known { place_m, colour: 0, on: 0.0, born_at_ns, perceived_at_ns }
+fn red(place_m: [f64; 3], born_at: u64, perceived_at: u64) -> Known {
+    Known { place_m, colour: 0, on: 0.0, born_at, perceived_at }
 }
 
 /// The robot's frame, and that of somebody opposite.
@@ -74,9 +76,9 @@ fn frames() -> (Pose<Base, Person>, Pose<Base, Person>) {
 }
 
 /// Compares beliefs of the robot, numbered from 1, with those of somebody opposite, from 101.
-fn compare(divergence: &mut Divergence, at_ns: u64, robots: &[Known], his: &[Known]) -> Vec<Difference> {
+fn compare(divergence: &mut Divergence, at: u64, robots: &[Known], his: &[Known]) -> Vec<Difference> {
     let (base, opposite) = frames();
-    let (robot, partner) = (Mind::new(at_ns, &base, 1, robots), Mind::new(at_ns, &opposite, 101, his));
+    let (robot, partner) = (Mind::new(at, &base, 1, robots), Mind::new(at, &opposite, 101, his));
     divergence.compare(robot.side(), partner.side()).to_vec()
 }
 
@@ -99,10 +101,10 @@ prop_compose! {
         place_m in prop::array::uniform3(-0.6..0.6_f64),
         colour in 0..2_u16,
         on in prop::sample::select(vec![0.0, 1.0_f32]),
-        born_at_ns in 1..20_u64,
+        born_at in 1..20_u64,
         lasts in 0..3_u64,
     ) -> Known {
-        Known { place_m, colour, on, born_at_ns, perceived_at_ns: born_at_ns + lasts }
+        Known { place_m, colour, on, born_at, perceived_at: born_at + lasts }
     }
 }
 
@@ -134,7 +136,7 @@ fn minds() -> impl Strategy<Value = (Vec<Known>, Vec<Known>)> {
 }
 
 /// Every pair of both rules, the closest first: what the pairing does, written plainly.
-fn paired_plainly(began_at_ns: u64, robots: &[Known], his: &[Known]) -> BTreeSet<(u64, u64)> {
+fn paired_plainly(began_at: u64, robots: &[Known], his: &[Known]) -> BTreeSet<(u64, u64)> {
     let far = |one: &Known, other: &Known| {
         let squares = one.place_m.iter().zip(&other.place_m).map(|(a, b)| (a - b).powi(2));
         squares.sum::<f64>().sqrt()
@@ -146,11 +148,12 @@ fn paired_plainly(began_at_ns: u64, robots: &[Known], his: &[Known]) -> BTreeSet
             for (j, other) in (101..).zip(his) {
                 let alike = one.colour == other.colour;
                 let may = if by_observation {
-                    one.perceived_at_ns == other.perceived_at_ns && far(one, other) < 0.15
+                    one.perceived_at == other.perceived_at && far(one, other) < 0.15
                 } else {
-                    one.born_at_ns > other.perceived_at_ns
-                        || other.born_at_ns > one.perceived_at_ns
-                        || (one.born_at_ns < began_at_ns && other.born_at_ns < began_at_ns)
+                    one.born_at > other.perceived_at
+                        || other.born_at > one.perceived_at
+                        || (one.perceived_at.abs_diff(other.perceived_at) <= 2 && far(one, other) < 0.15)
+                        || (one.born_at < began_at && other.born_at < began_at)
                 };
                 if alike && may {
                     candidates.push((far(one, other), i, j));
@@ -182,8 +185,8 @@ proptest! {
     ) {
         let (mut there, mut back) = (new(), new());
         let (base, opposite) = frames();
-        for (at_ns, (robots, his)) in (10..).zip(&instants) {
-            let (robot, partner) = (Mind::new(at_ns, &base, 1, robots), Mind::new(at_ns, &opposite, 1, his));
+        for (at, (robots, his)) in (10..).zip(&instants) {
+            let (robot, partner) = (Mind::new(at, &base, 1, robots), Mind::new(at, &opposite, 1, his));
             let there = there.compare(robot.side(), partner.side());
             let back = back.compare(partner.side(), robot.side());
             let mut mirrored: Vec<_> = back
@@ -229,10 +232,10 @@ proptest! {
         his in pose(),
     ) {
         let (mut here, mut there) = (new(), new());
-        for (at_ns, (robots, partners)) in (10..).zip(&instants) {
-            let expected = compare(&mut here, at_ns, robots, partners);
-            let robot = Mind::new(at_ns, &base, 1, robots);
-            let partner = Mind::new(at_ns, &his, 101, partners);
+        for (at, (robots, partners)) in (10..).zip(&instants) {
+            let expected = compare(&mut here, at, robots, partners);
+            let robot = Mind::new(at, &base, 1, robots);
+            let partner = Mind::new(at, &his, 101, partners);
             let found = there.compare(robot.side(), partner.side());
             prop_assert_eq!(told(found), told(&expected));
             for (found, expected) in found.iter().zip(&expected) {
@@ -297,13 +300,30 @@ fn a_belief_begun_anew_is_paired_by_likeness_and_one_that_stood_beside_it_is_not
 }
 
 #[test]
+fn what_the_robot_also_feels_is_one_thing_though_he_saw_it_a_moment_before() {
+    let place = [0.6, 0.0, 0.03];
+    let aside = [0.6, 0.3, 0.03];
+    for (his, moments_before, is_one) in [(place, 2, true), (place, 3, false), (aside, 1, false)] {
+        let mut divergence = new();
+        let _ = compare(&mut divergence, 3, &[red(place, 2, 3)], &[]);
+        for now in [10, 11, 12] {
+            // He came a while ago; what it holds it has known for longer, and perceives more often.
+            let differences =
+                compare(&mut divergence, now, &[red(place, 2, now)], &[red(his, 7, now - moments_before)]);
+            let two = [(Some(1), None, vec![]), (None, Some(101), vec![])];
+            assert_eq!(told(&differences), if is_one { &[][..] } else { &two }, "{his:?} {now}");
+        }
+    }
+}
+
+#[test]
 fn what_only_one_has_seen_of_a_thing_is_a_difference_too() {
     let on = PERCEPTS.index("on").unwrap();
     let thing = red([0.6, 0.0, 0.03], 5, 5);
     let (base, opposite) = frames();
     let robot = Mind::new(5, &base, 1, &[thing]);
     let mut partner = Mind::new(5, &opposite, 101, &[thing]);
-    let mut without = Belief::new(101, 5, 5, 9, NOBODY);
+    let mut without = Belief::new(101, 5 * TICK_NS, 5 * TICK_NS, 9, NOBODY);
     for remembered in partner.beliefs[0].percepts().iter().filter(|remembered| remembered.percept != on) {
         assert!(without.push(*remembered));
     }
