@@ -29,7 +29,7 @@ pub(super) struct File {
 struct WrittenPercept {
     name: Spanned<String>,
     parent: Option<Spanned<String>>,
-    role: Role,
+    role: Spanned<Role>,
     decay_per_s: NotNegative,
     history: Spanned<History>,
     kernel: Spanned<Kernel>,
@@ -104,6 +104,7 @@ impl WrittenPercept {
         let kernel = self.kernel.into_inner();
         let above = parent.and_then(|parent| earlier.get(usize::from(parent)));
         check_kernel(&kernel, above).map_err(|reason| (kernel_span, reason))?;
+        check_role(*self.role.get_ref(), &kernel).map_err(|reason| (self.role.span(), reason))?;
         let history = self.history.get_ref().clone();
         if matches!(kernel, Kernel::Nearest(_)) && matches!(history, History::LowPass { .. }) {
             let reason = "symbols cannot be filtered: use lossless or log_timescale".to_owned();
@@ -112,7 +113,7 @@ impl WrittenPercept {
         Ok(Percept {
             name: self.name.into_inner(),
             parent,
-            role: self.role,
+            role: self.role.into_inner(),
             decay_per_s: self.decay_per_s.get(),
             history,
             kernel,
@@ -193,6 +194,22 @@ fn check_kernel(kernel: &Kernel, parent: Option<&Percept>) -> Result<(), String>
             Ok(())
         }
     }
+}
+
+/// What goals cannot read would never be learned, and nobody would know why.
+fn check_role(role: Role, kernel: &Kernel) -> Result<(), String> {
+    let (is_read, reason) = match role {
+        Role::Neither => return Ok(()),
+        Role::Criteria => (
+            matches!(kernel, Kernel::Nearest(_)),
+            "only the nearest of prototypes says which things are meant: make the role \"neither\"",
+        ),
+        Role::Expectation => (
+            matches!(kernel, Kernel::State(_) | Kernel::Position | Kernel::Orientation),
+            "only states, positions and orientations are what is to become of things: make the role \"neither\"",
+        ),
+    };
+    if is_read { Ok(()) } else { Err(reason.to_owned()) }
 }
 
 fn check_prototypes(nearest: &Nearest) -> Result<(), String> {

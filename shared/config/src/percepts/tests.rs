@@ -49,6 +49,30 @@ fn a_name_that_is_given_twice_is_refused() {
 }
 
 #[test]
+fn a_role_that_goals_cannot_give_is_refused() {
+    let of = |name: &str, role: &str| {
+        let (before, after) = BUILTIN.split_once(&format!("name = \"{name}\"")).unwrap();
+        let (_, rest) = after.split_once("role = \"").unwrap();
+        let (_, rest) = rest.split_once('"').unwrap();
+        let text = format!("{before}name = \"{name}\"\nrole = \"{role}\"{rest}");
+        // Between the name and the role stands a parent at most, which is not needed here.
+        Percepts::parse(&text, Path::new("p.toml")).map(drop).map_err(|error| error.to_string())
+    };
+    for (name, role) in [("marked", "criteria"), ("position", "criteria")] {
+        let said = of(name, role).unwrap_err();
+        assert!(said.contains("only the nearest of prototypes says which things are meant"), "{said}");
+        assert!(!said.starts_with("p.toml:1:"), "{said}");
+    }
+    for name in ["colour", "extents"] {
+        let said = of(name, "expectation").unwrap_err();
+        assert!(said.contains("only states, positions and orientations are what is to become"), "{said}");
+    }
+    for (name, role) in [("colour", "neither"), ("marked", "neither"), ("orientation", "expectation")] {
+        assert_eq!(of(name, role), Ok(()), "{name}");
+    }
+}
+
+#[test]
 fn a_measure_that_does_not_fit_is_refused() {
     let said = refusal("measure = \"differs\"", "measure = \"metres\"");
     assert!(said.contains("does not fit what `shape` derives"), "{said}");
