@@ -1,14 +1,16 @@
 //! The processes of a robot in lockstep time.
 
 use std::collections::BTreeMap;
-use std::io::Read as _;
+use std::io::{self, Read as _};
 use std::os::fd::AsFd as _;
 use std::os::unix::net::UnixStream;
 use std::process::ExitStatus;
 use std::time::Duration;
 
+use config::leo::Leo;
 use message::{Process, ProcessState};
 use process::Launch;
+use realtime::Awake;
 use transport::{HealthReader, Node};
 
 use crate::Children;
@@ -27,7 +29,7 @@ pub enum ClassError {
         /// The process.
         process: Process,
         /// What the system said.
-        source: std::io::Error,
+        source: io::Error,
     },
     /// A process ended, or was not ready in time.
     #[error("the process `{process}` did not get ready: {how}")]
@@ -48,12 +50,15 @@ pub(crate) struct Class {
     signals: UnixStream,
     ended: BTreeMap<Process, ExitStatus>,
     interrupted: bool,
+    /// Turns are many, and each wakes a process: where that is refused, everything takes longer.
+    _awake: Option<io::Result<Awake>>,
 }
 
 impl Class {
-    /// Nobody yet.
-    pub(crate) fn new() -> Result<Self, RunError> {
+    /// Nobody yet; the cores are kept awake for them where the settings say so.
+    pub(crate) fn new(settings: &Leo) -> Result<Self, RunError> {
         Ok(Self {
+            _awake: settings.supervisor.keep_cores_awake.then(Awake::ask),
             signals: watch_signals().map_err(RunError::Signals)?,
             children: Children::new().map_err(RunError::Executable)?,
             ended: BTreeMap::new(),

@@ -168,7 +168,7 @@ fn play<R: Read>(
     tell: impl FnMut(&Frame),
 ) -> Result<Played, ReplayError> {
     let settings = &replaying.settings;
-    let mut class = Class::new()?;
+    let mut class = Class::new(settings)?;
     let queues = process::queues(&settings.buffers, true);
     let node =
         Node::join(&replaying.domain, Process::Supervisor.name(), 1, queues).map_err(RunError::from)?;

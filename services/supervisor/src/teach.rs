@@ -98,7 +98,7 @@ pub fn teach(teaching: &Teaching) -> Result<Account, TeachError> {
 
 fn play(teaching: &Teaching) -> Result<Account, TeachError> {
     let settings = &teaching.settings;
-    let mut class = Class::new()?;
+    let mut class = Class::new(settings)?;
     let queues = process::queues(&settings.buffers, true);
     let node = Node::join(&teaching.domain, Process::Supervisor.name(), 1, queues).map_err(RunError::from)?;
     let processes: Vec<Process> =
