@@ -6,7 +6,8 @@ use transport::{BusesWriter, JointsWriter};
 use crate::Motor;
 use crate::threads::Threads;
 
-/// How often the board is written: people are slow, and it is some pages long.
+/// How often the board is written: people are slow, and it is some pages long. Whoever raised an emergency stop
+/// need not wait for it.
 const EVERY: Duration = Duration::from_millis(100);
 
 /// Keeps the board that says how each bus fares.
@@ -16,6 +17,8 @@ pub(crate) struct Ledger {
     joints: Joints,
     buses: Buses,
     write_at: Instant,
+    /// Of the newest writing: the servos that let go and had not confirmed it; none where nobody let go.
+    unconfirmed: Option<usize>,
 }
 
 impl Ledger {
@@ -27,13 +30,22 @@ impl Ledger {
             place.joints = u64::try_from(joints.count()).unwrap_or(0);
             buses.count += 1;
         }
-        Self { board, joints_board, joints: Joints::default(), buses, write_at: Instant::EPOCH }
+        Self {
+            board,
+            joints_board,
+            joints: Joints::default(),
+            buses,
+            write_at: Instant::EPOCH,
+            unconfirmed: None,
+        }
     }
 
     pub(crate) fn keep(&mut self, motor: &Motor, threads: &Threads, now: Instant) {
-        if now < self.write_at {
+        let unconfirmed = motor.letting_go().map(|_| motor.unconfirmed());
+        if now < self.write_at && unconfirmed == self.unconfirmed {
             return;
         }
+        self.unconfirmed = unconfirmed;
         self.write_at = now + EVERY;
         for (index, (bus, (skipped, took))) in self.buses.buses.iter_mut().zip(threads.fared()).enumerate() {
             let counts = motor.bus_counts(index);
