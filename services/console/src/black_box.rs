@@ -251,9 +251,15 @@ impl Waiting {
         (!askers.is_empty()).then(|| Self { askers, ..Self::default() })
     }
 
-    /// A word for the name of its file.
+    /// A word for the name of its file; of several failures a word of each kind, in the order of the first.
     fn word(&self) -> String {
-        self.failed.first().map_or_else(|| ASKED.to_owned(), |failed| failed.word.clone())
+        let mut words: Vec<&str> = Vec::new();
+        for Failed { word, .. } in &self.failed {
+            if !words.contains(&word.as_str()) {
+                words.push(word);
+            }
+        }
+        if words.is_empty() { ASKED.to_owned() } else { words.join("_") }
     }
 }
 
@@ -306,6 +312,10 @@ mod tests {
         waiting.since = Some(at(5000));
         assert_eq!(asked_and_due(&mut waiting, 9000, Some(at(4000))).word(), ASKED);
         assert!(waiting.due(at(33_999), Some(at(4000))).is_none());
-        assert_eq!(waiting.due(at(34_000), Some(at(4000))).unwrap().word(), "motor");
+        // Whoever looks for one of several that failed finds it by its name.
+        for word in ["quarantine", "motor", "quarantine"] {
+            waiting.failed.push(Failed { word: word.to_owned(), what: "failed".to_owned() });
+        }
+        assert_eq!(waiting.due(at(34_000), Some(at(4000))).unwrap().word(), "motor_quarantine");
     }
 }

@@ -2,7 +2,7 @@ use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
 
-/// How their names begin; a number, and a word of what failed follow.
+/// How their names begin; a number, and words of what failed follow.
 const PREFIX: &str = "black_box_";
 /// The word of one that somebody asked for.
 pub(super) const ASKED: &str = "asked";
