@@ -17,8 +17,8 @@ pub(crate) struct Ledger {
     joints: Joints,
     buses: Buses,
     write_at: Instant,
-    /// Of the newest writing: the servos that let go and had not confirmed it; none where nobody let go.
-    unconfirmed: Option<usize>,
+    /// The servos that let go and have not confirmed it, none where nobody lets go; and since when.
+    unconfirmed: (Option<usize>, Instant),
 }
 
 impl Ledger {
@@ -36,16 +36,20 @@ impl Ledger {
             joints: Joints::default(),
             buses,
             write_at: Instant::EPOCH,
-            unconfirmed: None,
+            unconfirmed: (None, Instant::EPOCH),
         }
     }
 
     pub(crate) fn keep(&mut self, motor: &Motor, threads: &Threads, now: Instant) {
         let unconfirmed = motor.letting_go().map(|_| motor.unconfirmed());
-        if now < self.write_at && unconfirmed == self.unconfirmed {
+        if unconfirmed != self.unconfirmed.0 {
+            self.unconfirmed = (unconfirmed, now);
+        }
+        // A joint is believed to be limp once it was sampled since: a cycle or two after its servo said so.
+        let is_news = now.since(self.unconfirmed.1) < EVERY;
+        if now < self.write_at && !is_news {
             return;
         }
-        self.unconfirmed = unconfirmed;
         self.write_at = now + EVERY;
         for (index, (bus, (skipped, took))) in self.buses.buses.iter_mut().zip(threads.fared()).enumerate() {
             let counts = motor.bus_counts(index);
