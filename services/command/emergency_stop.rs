@@ -11,10 +11,14 @@ use process::emergency;
 use transport::janitor::is_claimed;
 use transport::{Delivery, Domain, JointsReader, Node, Queues, RosterReader};
 
+use super::domain::to_run_in;
 use super::failure::Failed;
 
 /// How long the servos may take to confirm. A healthy bus needs two cycles.
 const CONFIRM_WITHIN: Duration = Duration::from_secs(2);
+const LOOK_EVERY: Duration = Duration::from_millis(1);
+const NONE_RUNS: &str =
+    "no motor process runs: the stop holds once one does; cut the power if anything moves";
 
 /// Stop every robot, or release one.
 #[derive(Args, Clone, Debug)]
@@ -26,7 +30,7 @@ pub(crate) struct EmergencyStop {
     /// Let the joints start anew, once somebody commands
     #[arg(long)]
     release: bool,
-    /// The robot [default: all of this user's]
+    /// The robot, which need not run yet [default: all of this user's that run]
     #[arg(long, value_name = "DIRECTORY")]
     domain: Option<PathBuf>,
     /// Who stops it and why, for the robot's log
@@ -41,7 +45,8 @@ impl EmergencyStop {
             return Err(Failed::because(if self.release {
                 "no robot runs here, and none was left stopped: nothing was released"
             } else {
-                "no robot runs here: nothing was stopped"
+                "no robot runs here: nothing was stopped; one that is about to start is stopped by its name, \
+                 `--domain /dev/shm/leo-NAME`"
             }));
         }
         // First all are stopped, and only then is looked what came of it.
@@ -82,7 +87,8 @@ impl EmergencyStop {
 }
 
 impl EmergencyStop {
-    /// The robots that are meant: those that run, and for a release also those that a stop has outlived.
+    /// The robots that are meant: those that run, and for a release also those that a stop has outlived. One that
+    /// is named need not run: it may be starting anew just now, and shall find itself stopped.
     fn robots(&self) -> Result<Vec<Domain>, Failed> {
         let was_left = |robot: &Domain| self.release && emergency::is_raised(robot.root());
         let mut all = Domain::all().into_iter();
@@ -91,7 +97,8 @@ impl EmergencyStop {
         };
         let robot = match all.find(|robot| robot.root() == root && was_left(robot)) {
             Some(robot) => robot,
-            None => Domain::at(root).map_err(Failed::usage)?,
+            None if self.release => Domain::at(root).map_err(Failed::usage)?,
+            None => Domain::at(root).or_else(|_| to_run_in(Some(root)))?,
         };
         Ok(vec![robot])
     }
@@ -119,6 +126,13 @@ fn confirmed_by_another(robot: &Domain) -> Result<String, String> {
 /// and however far the robot is on its way up, the stop stands in nobody's way.
 fn confirmed(robot: &Domain) -> Result<String, String> {
     let began = clock::now();
+    let runs = || Domain::at(robot.root()).is_ok() && is_claimed(robot);
+    while !runs() {
+        if clock::now() >= began + CONFIRM_WITHIN {
+            return Err(NONE_RUNS.to_owned());
+        }
+        clock::sleep_until(clock::now() + LOOK_EVERY);
+    }
     let node = Node::join(robot, "emergency-stop", 0, Queues { frames: 1, delivery: Delivery::Newest });
     let mut boards = Boards { node: node.map_err(|error| error.to_string())?, joints: None };
     let mut left = None;
@@ -135,15 +149,13 @@ fn confirmed(robot: &Domain) -> Result<String, String> {
             }
             left = Some((all - stopped, all));
         }
-        clock::sleep_until(clock::now() + Duration::from_millis(1));
+        clock::sleep_until(clock::now() + LOOK_EVERY);
     }
     Err(match left {
         Some((left, all)) => {
             format!("{left} of {all} servos do not say that their torque is off: cut the power")
         }
-        None => {
-            "no motor process runs: the stop holds once one does; cut the power if anything moves".to_owned()
-        }
+        None => NONE_RUNS.to_owned(),
     })
 }
 
@@ -175,16 +187,19 @@ mod tests {
 
     #[test]
     fn a_robot_that_cannot_be_stopped_keeps_no_other_from_being_stopped() {
-        let folders = ["gone", "here"].map(|_| tempfile::tempdir().unwrap());
-        let robots = folders.each_ref().map(|folder| {
-            std::fs::write(folder.path().join("iceoryx2.toml"), "").unwrap();
-            Domain::at(folder.path()).unwrap()
+        let folder = tempfile::tempdir().unwrap();
+        let [gone, here] = ["gone", "here"].map(|name| {
+            let root = folder.path().join(name);
+            std::fs::create_dir(&root).and_then(|()| std::fs::write(root.join("iceoryx2.toml"), "")).unwrap();
+            Domain::at(&root).unwrap()
         });
-        let [gone, here] = folders;
-        gone.close().unwrap();
+        // A file is no place for a robot.
+        std::fs::remove_dir_all(gone.root()).and_then(|()| std::fs::write(gone.root(), "")).unwrap();
+        let robots = [gone, here];
         let told = told(&robots, |root| emergency::raise(root, "a test"));
         let [Err(error), Ok(())] = told.as_slice() else { panic!("{told:?}") };
-        assert!(error.starts_with(&robots[0].root().display().to_string()), "{error}");
-        assert!(emergency::is_raised(here.path()));
+        let [gone, here] = robots.each_ref().map(Domain::root);
+        assert!(error.starts_with(&gone.display().to_string()), "{error}");
+        assert!(emergency::is_raised(here));
     }
 }

@@ -163,3 +163,34 @@ fn a_robot_that_nobody_names_is_limp_where_the_last_such_one_was_left_stopped() 
     let (status, _, err) = leo(&["run", "--for", "0.1"]);
     assert!(status == Some(0) && !err.contains("emergency stop"), "{err}");
 }
+
+#[test]
+fn a_robot_that_is_named_is_stopped_before_it_runs() {
+    let files = tempfile::tempdir().expect("a folder");
+    let leo = |arguments: &[&str]| {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_leo"));
+        command.args(arguments);
+        let told = command.env("XDG_STATE_HOME", files.path()).stdin(Stdio::null()).output().expect("runs");
+        let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
+        (told.status.code(), text(&told.stdout), text(&told.stderr))
+    };
+    let root = format!("/dev/shm/leo-stop-first-{}", std::process::id());
+    let (status, out, err) = leo(&["emergency-stop", "--domain", &root, "--reason", "a hand is in the arm"]);
+    assert_eq!((status, err.as_str()), (Some(1), ""), "{out}");
+    let raised =
+        format!("{root}: raised, but NOT CONFIRMED: no motor process runs: the stop holds once one does");
+    assert!(out.starts_with(&raised), "{out}");
+    assert_eq!(fs::read_dir(&root).expect("is there").count(), 1, "there is the stop, and nothing else");
+    let (status, _, err) = leo(&["run", "--domain", &root, "--for", "0.1"]);
+    assert_eq!(status, Some(0), "{err}");
+    assert!(err.contains("raised before this start (a hand is in the arm)"), "{err}");
+    let (status, out, err) = leo(&["emergency-stop", "--release", "--domain", &root]);
+    assert_eq!((status, out), (Some(0), format!("{root}: released\n")), "{err}");
+    assert!(!Path::new(&root).exists());
+
+    // No robot could ever run there.
+    let elsewhere = files.path().join("leo-robot");
+    let (status, _, err) = leo(&["emergency-stop", "--domain", elsewhere.to_str().expect("text")]);
+    assert!(status == Some(2) && err.contains("cannot be a domain"), "{err}");
+    assert!(!elsewhere.exists());
+}

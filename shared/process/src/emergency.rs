@@ -1,8 +1,9 @@
 //! The emergency stop: a file in the domain's folder, so that any process in any language can
 //! raise it, also while the motor process is just starting anew; and a signal, which needs no file.
 
-use std::fs::{self, File};
+use std::fs::{self, DirBuilder, File};
 use std::io;
+use std::os::unix::fs::DirBuilderExt as _;
 use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -20,12 +21,23 @@ const STACK: usize = 128 << 10;
 
 /// Raises the emergency stop of the robot in a domain's folder, and says why. It stays raised
 /// until it is [released](release), through every restart of a process, and of the robot. Raised twice,
-/// the first reason stands. Where shared memory has no room left for the reason, it is raised without one.
+/// the first reason stands. Where shared memory has no room left for the reason, it is raised without one. A folder
+/// that is not there is made: the robot is just starting anew, or not there yet, and shall find itself stopped.
 ///
 /// # Errors
 ///
-/// There is no such folder, or this user may not write there.
+/// This user may not write there.
 pub fn raise(domain: &Path, why: &str) -> io::Result<()> {
+    match raise_in(domain, why) {
+        Err(error) if error.kind() == io::ErrorKind::NotFound => {
+            DirBuilder::new().recursive(true).mode(0o700).create(domain)?;
+            raise_in(domain, why)
+        }
+        raised => raised,
+    }
+}
+
+fn raise_in(domain: &Path, why: &str) -> io::Result<()> {
     let file = Domain::emergency_stop(domain);
     // Whoever sees the file sees the reason too: it is written elsewhere first, where there is room.
     let draft = domain.join(format!("emergency-stop.{}", std::process::id()));
@@ -187,7 +199,7 @@ mod tests {
     fn it_is_raised_by_anybody_and_by_a_signal_and_stays_so_until_it_is_released() {
         let domain = tempfile::tempdir().unwrap();
         fs::write(domain.path().join("supervisor.lock"), "").unwrap();
-        assert!(raise(&domain.path().join("nowhere"), "x").is_err());
+        assert!(raise(&domain.path().join("supervisor.lock"), "x").is_err());
         raise(domain.path(), "before anybody watched").unwrap();
         let emergency = Emergency::watch(domain.path()).unwrap();
         let lookout = emergency.lookout();
