@@ -1,8 +1,9 @@
 //! What ten open pages cost the robot: tails of the hot path with and without them, in turns in one run, and what
-//! a page is sent: of Task 1, and of a table with a hundred blocks.
+//! a page is sent: of Task 1, and of a table with a hundred blocks. Each round has two turns without: how far these
+//! are apart is what the machine does by itself.
 //!
-//! `cargo bench --bench pages [-- SECONDS [ROUNDS]]`: so long per turn, and so many turns with and without;
-//! ten and nine without.
+//! `cargo bench --bench pages [-- SECONDS [ROUNDS]]`: so long per turn, and so many rounds of three turns; ten
+//! and nine without.
 #![expect(
     clippy::expect_used,
     clippy::print_stdout,
@@ -22,7 +23,8 @@ use std::thread;
 
 use clock::Duration;
 use config::lesson::{Act, Lesson, Step};
-use console_process::top::{About, Row, Top};
+use console_process::top::{About, Top};
+use message::Histogram;
 use quantity::number::{float, float_of_count};
 use robot::{Robot, wait_until};
 use transport::Domain;
@@ -56,6 +58,7 @@ fn main() {
 
 fn measure(has_blocks: bool, mut numbers: impl Iterator<Item = u64>) {
     let (seconds, rounds) = (numbers.next().unwrap_or(10), numbers.next().unwrap_or(9));
+    let rounds = usize::try_from(rounds).expect("a number of rounds");
     let folder = tempfile::tempdir().expect("a folder");
     let folder = folder.path();
     let capacity = if has_blocks { CAPACITY } else { 64.0 };
@@ -87,42 +90,99 @@ fn measure(has_blocks: bool, mut numbers: impl Iterator<Item = u64>) {
     let table = if has_blocks { "a hundred blocks" } else { "Task 1" };
     println!("\n{table}: p99 in us of wake-up, or of age where a process is woken; {seconds} s per turn\n");
     println!("{:<6} {:>9} {:>9} {:>9} {:>22}", "pages", "sensor", "belief", "motor", "kB/s to a page");
-    let mut ratios: [Vec<f64>; 3] = Default::default();
+    let mut all = Vec::new();
     for round in 0..rounds {
-        let mut tails = ([0.0; 3], [0.0; 3]);
-        // What the machine does besides is the same for both, on the whole, if neither is always first.
-        for with in [round % 2 == 1, round % 2 == 0] {
-            let mut opened = with.then(|| Opened::new(&host));
+        let mut turns = Vec::new();
+        // What the machine does besides is the same for all, on the whole, if none is always first.
+        for turn in 0..TURNS {
+            let turn = (round + turn) % TURNS;
+            let mut opened = (turn == WITH).then(|| Opened::new(&host));
             wait(1);
             // Whatever there is goes out once; then what changes.
             opened.iter_mut().for_each(Opened::begin);
-            let _before = top.look();
+            let before = late(&mut top);
             wait(seconds);
-            let (_, rows) = top.look();
-            let sent = opened.map(|opened| opened.shut() / 1e3 / float_of_count(PAGES));
-            let tail = HOT.map(|name| rows.iter().find(|row| row.process == name).map_or(f64::NAN, late));
-            let [sensor, belief, motor] = tail;
-            let pages = if with { PAGES } else { 0 };
-            let sent = sent.map_or(String::new(), |sent| format!("{sent:.0}"));
-            println!("{pages:<6} {sensor:>9.0} {belief:>9.0} {motor:>9.0} {sent:>22}");
-            *(if with { &mut tails.1 } else { &mut tails.0 }) = tail;
+            let late: Vec<_> =
+                late(&mut top).iter().zip(&before).map(|(after, before)| after.since(before)).collect();
+            let sent = opened.map(|opened| format!("{:.0}", opened.shut() / 1e3 / float_of_count(PAGES)));
+            let tails: String = late.iter().map(|late| format!(" {:>9.0}", p99_us([late]))).collect();
+            let (pages, sent) = (if turn == WITH { PAGES } else { 0 }, sent.unwrap_or_default());
+            println!("{pages:<6}{tails} {sent:>22}");
+            turns.push((turn, late));
         }
-        let (without, with) = tails;
-        for ((ratios, with), without) in ratios.iter_mut().zip(with).zip(without) {
-            ratios.push(with / without);
-        }
+        turns.sort_by_key(|(turn, _)| *turn);
+        all.push(turns);
     }
-    println!("\np99 with {PAGES} pages / without: median of {rounds} rounds, and the quartiles");
-    for (name, mut ratios) in HOT.iter().zip(ratios) {
-        ratios.sort_by(f64::total_cmp);
-        let at = |quarter: usize| ratios.get((ratios.len() - 1) * quarter / 4).copied().unwrap_or(f64::NAN);
-        println!("{name:<8} {:.2}  ({:.2} to {:.2})", at(2), at(1), at(3));
+    println!(
+        "\np99 of {rounds} rounds together, and where it lies in 90 of 100 draws of as many rounds of them"
+    );
+    println!("{:<8} {:>28} {:>28}", "", "with / without", "without / without");
+    for (hot, name) in HOT.iter().enumerate() {
+        let of_this = |turns: &Vec<(usize, Vec<Histogram>)>| {
+            let late: Vec<Histogram> = turns.iter().filter_map(|(_, late)| late.get(hot).copied()).collect();
+            <[Histogram; TURNS]>::try_from(late).expect("every turn of every process")
+        };
+        let rounds: Vec<_> = all.iter().map(of_this).collect();
+        let pages = ratio(&rounds, |[one, another, with]| (vec![with], vec![one, another]));
+        let machine = ratio(&rounds, |[one, another, _]| (vec![another], vec![one]));
+        println!("{name:<8} {pages:>28} {machine:>28}");
     }
 }
 
-/// A woken process has an age, one with a period a wake-up.
-fn late(row: &Row) -> f64 {
-    row.wakeup_us.p99.max(row.age_us.p99)
+/// Turns of a round: two without any page, and one with.
+const TURNS: usize = 3;
+const WITH: usize = 2;
+
+/// How late each process of the hot path has been since its life began: a woken process by the age of its frame,
+/// one with a period by its wake-up.
+fn late(top: &mut Top) -> [Histogram; 3] {
+    let (readings, _) = top.look();
+    HOT.map(|name| {
+        let health = readings.processes.iter().find(|(process, _)| process.name() == name);
+        let (_, health) = health.expect("all run");
+        if health.period_ns > 0 { health.wakeup } else { health.latency }
+    })
+}
+
+/// The 99th percentile of several histograms together, in microseconds: within a bucket, which is a sixteenth of what
+/// it holds wide, by its share.
+fn p99_us<'a>(histograms: impl IntoIterator<Item = &'a Histogram>) -> f64 {
+    let mut sum = Histogram::default();
+    histograms.into_iter().for_each(|histogram| sum.add(histogram));
+    let rank = 0.99 * float(sum.count());
+    let mut before = 0.0;
+    for (bound, count) in sum.buckets() {
+        let count = f64::from(count);
+        if before + count >= rank {
+            let lowest = float(bound + 1) - float(1 << bound.ilog2().saturating_sub(4));
+            return (lowest + (float(bound + 1) - lowest) * (rank - before) / count) / 1e3;
+        }
+        before += count;
+    }
+    f64::NAN
+}
+
+/// The ratio of two p99 over all rounds, of each of which `sides` says what goes into the one and the other; and
+/// between which values it lies in 90 of 100 draws of as many rounds, each of which may be drawn again.
+fn ratio<'a, R>(
+    rounds: &'a [R],
+    sides: impl Fn(&'a R) -> (Vec<&'a Histogram>, Vec<&'a Histogram>),
+) -> String {
+    let of = |rounds: &[&'a R]| {
+        let (one, other): (Vec<_>, Vec<_>) = rounds.iter().map(|round| sides(round)).unzip();
+        p99_us(one.into_iter().flatten()) / p99_us(other.into_iter().flatten())
+    };
+    let mut seed = 2006_u64;
+    let mut draw = || {
+        seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        let index = usize::try_from(seed >> 33).expect("31 bits") % rounds.len();
+        rounds.get(index).expect("within")
+    };
+    let mut drawn: Vec<f64> =
+        (0..1000).map(|_| of(&rounds.iter().map(|_| draw()).collect::<Vec<_>>())).collect();
+    drawn.sort_by(f64::total_cmp);
+    let at = |index: usize| drawn.get(index).copied().unwrap_or(f64::NAN);
+    format!("{:.3} ({:.3} to {:.3})", of(&rounds.iter().collect::<Vec<_>>()), at(50), at(949))
 }
 
 /// How often pages take what they were sent: pages are elsewhere, and what taking it costs is not the robot's.
