@@ -74,6 +74,7 @@ impl Shelf {
             .collect();
         let colours: Vec<Value> =
             lesson.colours.iter().map(|(name, rgb)| json!({ "name": name, "rgb": numbers(*rgb) })).collect();
+        let people: Vec<u16> = lesson.teachers.iter().map(|teacher| teacher.number).collect();
         let mode = head.map(|head| match head.mode() {
             Some(SceneMode::Script | SceneMode::Over) | None => "script",
             Some(SceneMode::SetUp) => "set-up",
@@ -90,7 +91,22 @@ impl Shelf {
             "steps": head.map_or(0, |head| head.steps),
             "kinds": kinds,
             "colours": colours,
+            "people": people,
             "saved": saved,
         })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn all_whom_a_lesson_has_are_told_whoever_is_there() {
+        let lesson = |name: &str| Lesson::named(name, Path::new("")).unwrap();
+        let mut shelf = Shelf::new(None, &lesson("task1"));
+        assert_eq!(shelf.workspace(None, None)["people"], json!([1]));
+        let head = SceneHead { lesson: message::Text::new("two_teachers"), ..SceneHead::default() };
+        assert_eq!(shelf.workspace(Some(&head), None)["people"], json!([1, 2]));
     }
 }

@@ -1,4 +1,4 @@
-// Who is at the table of the lesson, and who was and may come back: the scene has only those who are there.
+// Who is at the table, and who left and may come back: the scene has only those who are there, the lesson all.
 
 export class People {
   #cells;
@@ -25,9 +25,10 @@ export class People {
     return things.filter(({ kind }) => kind === 'person').map(({ agent }) => agent);
   }
 
-  /** Everyone who was there since the lesson was opened, by their numbers. */
+  /** Everyone whom the lesson has, and who was there since it was opened, by their numbers. */
   all() {
-    return [...this.#seen].sort((a, b) => a - b);
+    const { simulated, people = [] } = this.#cells.get('workspace') ?? {};
+    return [...new Set([...(simulated ? people : []), ...this.#seen])].sort((a, b) => a - b);
   }
 
   /** Whether somebody has left, or never came: of a real table nobody tells. @param {number} agent */

@@ -24,6 +24,17 @@ test('who left is away, and can still be chosen', () => {
   assert.equal(people.isAway(2), false);
 });
 
+test('who left before the page was opened can come back', () => {
+  const cells = new Cells();
+  const people = new People(cells);
+  const opened = { ...workspace('two'), people: [1, 2] };
+  cells.apply({ version: 1, fresh: false, cells: { workspace: opened, 'thing/1': person(1) } });
+  assert.deepEqual([people.all(), people.isAway(2)], [[1, 2], true]);
+  // A real table has whom it has.
+  cells.apply({ version: 1, fresh: false, cells: { workspace: { ...opened, simulated: false } } });
+  assert.deepEqual(people.all(), [1]);
+});
+
 test('another lesson has people of its own', () => {
   const { people, apply } = table();
   apply({ workspace: workspace('one'), 'thing/1': person(1), 'thing/2': null });
