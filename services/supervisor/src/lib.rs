@@ -11,6 +11,7 @@ pub mod policy;
 pub mod readiness;
 mod replay;
 mod run;
+mod serial_lines;
 mod service_manager;
 mod tape;
 mod teach;

@@ -23,6 +23,7 @@ use crate::caretaker::Caretaker;
 use crate::check::room;
 use crate::faults::{Deed, ProcessFaults};
 use crate::policy::{Action, Ended, Event, Outcome, Policy, Terms, Why};
+use crate::serial_lines::SerialLines;
 use crate::service_manager::ServiceManager;
 
 /// How soon to look again while a process is on its way up or down.
@@ -160,6 +161,9 @@ fn supervise(orders: &Orders, kept: &Kept) -> Result<Outcome, RunError> {
     let queues = Queues { frames: orders.settings.buffers.frames.get(), delivery: Delivery::Newest };
     let node = Node::join(&orders.domain, Process::Supervisor.name(), 1, queues)?;
     let roster = RosterWriter::create(&node, Process::Supervisor, 1)?;
+    // What the supervisor was granted for itself, such as to change the kernel's threads, is not for those that it
+    // starts. A kernel that knows nothing of it has granted nothing.
+    let _cleared = rustix::thread::clear_ambient_capability_set();
     let children = Children::new().map_err(RunError::Executable)?;
     let caretaker = Caretaker::hire(&orders.domain);
     let _awake = orders.settings.supervisor.keep_cores_awake.then(keep_cores_awake);
@@ -177,6 +181,7 @@ fn supervise(orders: &Orders, kept: &Kept) -> Result<Outcome, RunError> {
         clean_at: clock::now() + CLEAN_EVERY,
         faults: orders.faults.as_ref().map(|(_, faults)| faults.clone()).unwrap_or_default(),
         service_manager: ServiceManager::default(),
+        serial_lines: SerialLines::new(orders.settings.supervisor.keep_serial_lines_prompt),
     };
     let outcome = house.live(signals);
     house.caretaker.dismiss();
@@ -223,6 +228,7 @@ struct House<'orders> {
     /// What is done to the processes on purpose.
     faults: ProcessFaults,
     service_manager: ServiceManager,
+    serial_lines: SerialLines,
 }
 
 struct Heart {
@@ -244,6 +250,7 @@ impl House<'_> {
                 }
             }
             self.service_manager.stands(policy.standing());
+            self.serial_lines.attend(now);
             if now >= self.clean_at {
                 self.clean_at = now + CLEAN_EVERY;
                 // Never while a process starts; after a death it is done in any case.

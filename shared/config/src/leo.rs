@@ -311,6 +311,9 @@ impl PageAddress {
 pub struct Supervisor {
     /// Whether the cores are kept from sleeping while the robot runs.
     pub keep_cores_awake: bool,
+    /// Whether the kernel's workers that carry the bytes of serial lines come before ordinary threads while the
+    /// robot runs.
+    pub keep_serial_lines_prompt: bool,
     /// A process that is not ready after this long has failed to start.
     pub ready_within_ms: Milliseconds,
     /// A process of the hot path (sensor, belief, motor, mock servo bus) whose heart has not beaten for this

@@ -1,5 +1,6 @@
-//! Real-time rights of a process: scheduling, affinity, locked memory; and what must be asked of
-//! the kernel so that no process outlives the one that started it.
+//! Real-time rights of a process: scheduling, affinity, locked memory; what is asked of the kernel
+//! besides, so that its cores stay awake and its workers are prompt; and so that no process outlives the one
+//! that started it.
 //!
 //! Nothing here is a condition: without rights everything goes on, more slowly, and the
 //! [`Report`] says what is missing and how to grant it.
@@ -15,6 +16,7 @@ mod huge_pages;
 mod parent;
 mod report;
 mod rights;
+mod serial_workers;
 mod wall_clock;
 
 pub use awake::Awake;
@@ -23,4 +25,5 @@ pub use huge_pages::use_huge_pages;
 pub use parent::{ParentError, die_with_parent, take_name};
 pub use report::{MEMORY, Refusal, Report, advice, grants};
 pub use rights::apply;
+pub use serial_workers::{SerialWorkers, SerialWorkersError};
 pub use wall_clock::is_wall_clock_kept;
