@@ -188,6 +188,39 @@ fn the_cores_are_kept_awake_while_the_robot_runs_where_that_is_wanted() {
     }
 }
 
+/// The scheduling policy of every worker of the kernel's unbound queues that has the kernel's own niceness: 0 is
+/// ordinary, 1 real-time.
+fn policies_of_serial_workers() -> Vec<String> {
+    let processes = fs::read_dir("/proc").expect("reads").flatten();
+    let policy = |stat: String| {
+        let (name, rest) = stat.rsplit_once(')')?;
+        let fields: Vec<&str> = rest.split_whitespace().collect();
+        let is_worker =
+            name.contains("(kworker/u") && fields.get(1) == Some(&"2") && fields.get(16) == Some(&"0");
+        is_worker.then(|| fields.get(38).map(ToString::to_string))?
+    };
+    processes.filter_map(|process| policy(fs::read_to_string(process.path().join("stat")).ok()?)).collect()
+}
+
+#[test]
+fn who_carries_the_bytes_of_serial_lines_does_not_wait_for_ordinary_work() {
+    let check = leo(&["check", "--seconds", "0", "--json"]).output().expect("runs");
+    if !String::from_utf8_lossy(&check.stdout).contains("what they carry goes before other work") {
+        eprintln!("SKIPPED: needs CAP_SYS_NICE, and to see the kernel's threads");
+        return;
+    }
+    let robot = Robot::ready("carriers", &[]);
+    let mut policies = Vec::new();
+    // Another robot that ends on this machine leaves them ordinary for a moment.
+    let prompt = wait_until(|| {
+        policies = policies_of_serial_workers();
+        !policies.is_empty() && policies.iter().all(|policy| policy == "1")
+    });
+    assert!(prompt, "{policies:?}\n{}", robot.said());
+    let (status, said) = robot.stop(Signal::INT);
+    assert!(status.success(), "{status}\n{said}");
+}
+
 #[test]
 fn a_run_ends_when_its_time_is_over_and_leaves_nothing() {
     let domain = domain("timed");

@@ -1,27 +1,57 @@
+use std::fmt;
+
 use clock::{Duration, Instant};
 use config::Robot;
+use config::motor::Bus;
 use message::{JointCause, JointMode, JointState};
 
-use crate::Motor;
+use crate::{Motor, Trouble};
 
 /// Looking is spared most cycles: people are slow.
 const EVERY: Duration = Duration::from_millis(100);
 
-/// Tells people which joints are not as they should be, once each, and of an emergency stop.
+/// Tells people which joints are not as they should be, once each, and of an emergency stop. Where a whole bus
+/// is silent or lost it is the bus that is named: its servos have hardly all failed at once.
 pub(crate) struct Reporter {
     names: Vec<String>,
-    known: Vec<Option<(JointMode, JointCause)>>,
+    buses: Vec<Joints>,
+    known: Vec<Known>,
     all_follow: bool,
     /// Whether people know that every torque is off, in this emergency.
     told_limp: bool,
     look_at: Instant,
 }
 
+/// The joints of a bus.
+struct Joints {
+    bus: String,
+    indices: Vec<usize>,
+}
+
+/// How a joint was last, and whether people have yet to be told.
+#[derive(Clone, Copy, Debug, Default)]
+struct Known {
+    state: Option<(JointMode, JointCause)>,
+    is_new: bool,
+}
+
 impl Reporter {
     pub(crate) fn new(robot: &Robot) -> Self {
-        let names: Vec<_> = robot.motor.joints.iter().map(|joint| joint.name.clone()).collect();
-        let known = vec![None; names.len()];
-        Self { names, known, all_follow: false, told_limp: false, look_at: Instant::EPOCH }
+        let joints = &robot.motor.joints;
+        let of_bus = |(number, bus): (usize, &Bus)| Joints {
+            bus: bus.name.clone(),
+            indices: (0..joints.len())
+                .filter(|&index| joints.get(index).is_some_and(|joint| joint.bus == number))
+                .collect(),
+        };
+        Self {
+            names: joints.iter().map(|joint| joint.name.clone()).collect(),
+            buses: robot.motor.buses.iter().enumerate().map(of_bus).collect(),
+            known: vec![Known::default(); joints.len()],
+            all_follow: false,
+            told_limp: false,
+            look_at: Instant::EPOCH,
+        }
     }
 
     pub(crate) fn look(&mut self, motor: &Motor, now: Instant) {
@@ -32,27 +62,45 @@ impl Reporter {
         if self.tell_emergency(motor) {
             return;
         }
-        let mut following = 0;
-        for (index, state) in motor.states().enumerate() {
-            following += usize::from(state.mode() == Some(JointMode::Following));
-            let (Some(known), Some(name)) = (self.known.get_mut(index), self.names.get(index)) else {
-                continue;
-            };
-            let (Some(mode), Some(cause)) = (state.mode(), state.cause()) else { continue };
-            if known.replace((mode, cause)) == Some((mode, cause)) {
-                continue;
-            }
-            if let Some(trouble) = motor.trouble(index) {
-                tracing::warn!("{name}: {trouble}");
-            } else if let Some(what) = explain(&state) {
-                tracing::warn!("{name} {what}");
-            }
-        }
+        self.tell_joints(motor.states(), |index| motor.trouble(index), |line| tracing::warn!("{line}"));
+        let follow = |known: &&Known| matches!(known.state, Some((JointMode::Following, _)));
+        let following = self.known.iter().filter(follow).count();
         let all_follow = following == self.names.len();
         if all_follow && !self.all_follow {
             tracing::info!("all {following} joints follow");
         }
         self.all_follow = all_follow;
+    }
+
+    fn tell_joints(
+        &mut self,
+        states: impl Iterator<Item = JointState>,
+        trouble: impl Fn(usize) -> Option<Trouble>,
+        mut tell: impl FnMut(fmt::Arguments<'_>),
+    ) {
+        for (known, state) in self.known.iter_mut().zip(states) {
+            if let (Some(mode), Some(cause)) = (state.mode(), state.cause()) {
+                known.is_new = known.state.replace((mode, cause)) != Some((mode, cause));
+            }
+        }
+        for Joints { bus, indices } in &self.buses {
+            let all = || indices.iter().filter_map(|&index| self.known.get(index));
+            let is_new = all().any(|known| known.is_new);
+            if let Some(what) = explain_bus(all()).filter(|_| is_new) {
+                tell(format_args!("bus `{bus}`: {what}"));
+                for &index in indices {
+                    self.known.get_mut(index).into_iter().for_each(|known| known.is_new = false);
+                }
+            }
+        }
+        for (index, (known, name)) in self.known.iter().zip(&self.names).enumerate() {
+            let Some(state) = known.state.filter(|_| known.is_new) else { continue };
+            if let Some(trouble) = trouble(index) {
+                tell(format_args!("{name}: {trouble}"));
+            } else if let Some(what) = explain(state) {
+                tell(format_args!("{name} {what}"));
+            }
+        }
     }
 
     /// Tells once that every torque is off after an emergency stop; whether there is one.
@@ -75,9 +123,25 @@ impl Reporter {
     }
 }
 
+/// What people are told of a bus all of whose joints are away for the same reason.
+fn explain_bus<'a>(mut joints: impl Iterator<Item = &'a Known>) -> Option<&'static str> {
+    let first = joints.next()?.state?;
+    let is_one = joints.all(|known| known.state == Some(first));
+    match first {
+        (JointMode::Quarantined, JointCause::BusLost) if is_one => {
+            Some("its line is lost, and its joints with it")
+        }
+        (JointMode::Quarantined, JointCause::Silent) if is_one => Some(
+            "none of its servos answers, and its joints are quarantined; has it power, and is its cable in? If so, this \
+             machine was too busy to carry its bytes: see `leo check`",
+        ),
+        _ => None,
+    }
+}
+
 /// What people are told of a joint that is not as it should be.
-fn explain(state: &JointState) -> Option<&'static str> {
-    match (state.mode()?, state.cause()?) {
+const fn explain(state: (JointMode, JointCause)) -> Option<&'static str> {
+    match state {
         (JointMode::Quarantined, JointCause::BusLost) => Some("is quarantined: its bus is lost"),
         (JointMode::Quarantined, JointCause::Alert) => Some(
             "is away for a moment: its servo begins anew after a hardware alert. Its group holds meanwhile",
@@ -113,8 +177,39 @@ mod tests {
 
     #[test]
     fn a_servo_that_is_rebooted_is_not_said_to_be_silent() {
-        let told = |cause| explain(&JointState::unread(0, JointMode::Quarantined, cause)).unwrap();
+        let told = |cause| explain((JointMode::Quarantined, cause)).unwrap();
         assert!(told(JointCause::Silent).contains("does not answer"));
         assert!(told(JointCause::Alert).contains("begins anew"), "{}", told(JointCause::Alert));
+    }
+
+    #[test]
+    fn a_bus_that_is_away_as_a_whole_is_named_once_and_a_servo_by_itself() {
+        let robot = Robot::load(None).unwrap();
+        let mut reporter = Reporter::new(&robot);
+        let bus_of = |index: usize| robot.motor.joints[index].bus;
+        let mut look = |is_away: &dyn Fn(usize) -> Option<JointCause>| {
+            let state = |index| match is_away(index) {
+                Some(cause) => JointState::unread(0, JointMode::Quarantined, cause),
+                None => JointState::unread(0, JointMode::Following, JointCause::None),
+            };
+            let mut told = Vec::new();
+            let states = (0..robot.motor.joints.len()).map(state);
+            reporter.tell_joints(states, |_| None, |line| told.push(line.to_string()));
+            told
+        };
+        let silent = |is_away: bool| is_away.then_some(JointCause::Silent);
+        assert!(look(&|_| None).is_empty());
+        let one = look(&|index| silent(index == 0));
+        assert!(one.len() == 1 && one[0].starts_with("torso_yaw_joint is quarantined"), "{one:?}");
+        // The others of its bus too: now it is the bus.
+        let all = look(&|index| silent(bus_of(index) == bus_of(0)));
+        let bus = &robot.motor.buses[bus_of(0)].name;
+        assert!(all.len() == 1 && all[0].starts_with(&format!("bus `{bus}`: none of its servos")), "{all:?}");
+        assert!(look(&|index| silent(bus_of(index) == bus_of(0))).is_empty(), "once");
+        let every = look(&|_| Some(JointCause::BusLost));
+        assert_eq!(every.len(), robot.motor.buses.len(), "{every:?}");
+        // All but one are back.
+        assert!(look(&|index| (index == 0).then_some(JointCause::BusLost)).is_empty());
+        assert!(look(&|_| None).is_empty());
     }
 }

@@ -10,12 +10,13 @@ use std::time::Duration;
 
 use config::leo::{Leo, Rights};
 use config::{ConfigError, Robot};
-use realtime::Awake;
+use realtime::{Awake, SerialWorkers};
 use rustix::process::{Resource, getrlimit};
 use rustix::thread::{CpuSet, sched_getaffinity};
 
 use crate::readiness::{
-    Finding, Hot, Machine, Sleep, System, Verdict, judge, judge_wakeup, shared_memory, shared_memory_needed,
+    Carriers, Finding, Hot, Machine, Sleep, System, Verdict, judge, judge_wakeup, shared_memory,
+    shared_memory_needed,
 };
 pub use apply::ApplyError;
 
@@ -140,8 +141,14 @@ fn machine(leo: &Leo) -> Machine {
         missing_rights: missing_rights(leo),
         is_wall_clock_kept: realtime::is_wall_clock_kept(),
         hot: Hot::all(leo),
+        carriers: if leo.supervisor.keep_serial_lines_prompt { carriers() } else { Carriers::Ordinary },
         sleep: if leo.supervisor.keep_cores_awake { sleep(Awake::ask().err()) } else { Sleep::Allowed },
     }
+}
+
+/// Whether the kernel's workers may be made prompt.
+fn carriers() -> Carriers {
+    SerialWorkers::default().may().map_or_else(Carriers::Refused, |()| Carriers::Prompt)
 }
 
 /// What the kernel's answer to the request means.

@@ -14,7 +14,7 @@ mod wakeup;
 use serde::Serialize;
 
 pub use change::Change;
-pub use machine::{Hot, Machine, Sleep};
+pub use machine::{Carriers, Hot, Machine, Sleep};
 pub(crate) use memory::shared_memory;
 pub use memory::shared_memory_needed;
 pub use system::System;
@@ -100,6 +100,7 @@ pub fn judge(system: &System, machine: &Machine) -> Vec<Finding> {
         cores::idle_states(system, &machine.cores, &machine.sleep),
         interrupts::of_adapters(system, hot, &machine.cores),
         serial::latency_timers(system),
+        serial::carriers(machine.carriers),
         kernel::clock_source(system),
         kernel::wall_clock(machine.is_wall_clock_kept),
         memory::swap(system),

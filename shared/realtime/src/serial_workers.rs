@@ -23,15 +23,15 @@ pub struct SerialWorkers {
     proc: PathBuf,
     /// Processes that are none, as long as they are there.
     others: BTreeSet<i32>,
-    /// Workers that were made prompt here.
+    /// Workers that are prompt.
     prompt: BTreeSet<i32>,
 }
 
 /// Why serial lines are not carried promptly.
-#[derive(Debug, thiserror::Error)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum SerialWorkersError {
     /// This process may not change the kernel's threads.
-    #[error("it takes the capability CAP_SYS_NICE")]
+    #[error("changing the kernel's threads takes the capability CAP_SYS_NICE")]
     Forbidden,
     /// They are not to be seen, as in a container.
     #[error("the kernel's threads are not to be seen from here")]
@@ -67,7 +67,10 @@ impl SerialWorkers {
     ///
     /// They cannot be.
     pub fn look(&mut self) -> Result<(), SerialWorkersError> {
-        for worker in self.find()?.into_iter().filter(|worker| worker.is_ordinary) {
+        let found = self.find()?;
+        // Those too that a robot left behind that was killed.
+        self.prompt = found.iter().filter(|worker| worker.is_ours).map(|worker| worker.pid).collect();
+        for worker in found.into_iter().filter(|worker| worker.is_ordinary) {
             match schedule(worker.pid, libc::SCHED_FIFO, PRIORITY) {
                 Ok(()) => {
                     self.prompt.insert(worker.pid);
@@ -105,7 +108,7 @@ impl SerialWorkers {
 }
 
 impl Drop for SerialWorkers {
-    /// They are as they were. A robot that is killed leaves them prompt for as long as they live.
+    /// They are ordinary again. A robot that is killed leaves them prompt until they end, or the next robot does.
     fn drop(&mut self) {
         let ours = std::mem::take(&mut self.prompt);
         for pid in ours.into_iter().filter(|&pid| self.read(pid).is_some_and(|worker| worker.is_ours)) {

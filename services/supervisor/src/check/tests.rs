@@ -47,8 +47,8 @@ fn what_is_found_is_one_json_document() {
     let findings: serde_json::Value = serde_json::from_slice(&out).unwrap();
     let abouts: Vec<&str> =
         findings.as_array().unwrap().iter().map(|finding| finding["about"].as_str().unwrap()).collect();
-    assert_eq!(abouts.len(), 19, "{abouts:?}");
-    assert_eq!(abouts[17..], ["wake-up of sensor", "wake-up of motor"]);
+    assert_eq!(abouts.len(), 20, "{abouts:?}");
+    assert_eq!(abouts[18..], ["wake-up of sensor", "wake-up of motor"]);
     assert_eq!(findings[0]["verdict"], "good");
 }
 

@@ -1,5 +1,6 @@
 use clock::Duration;
 use config::leo::{Leo, Rights};
+use realtime::SerialWorkersError;
 
 /// A process of the hot path, as it is configured.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -54,6 +55,8 @@ pub struct Machine {
     pub hot: Vec<Hot>,
     /// Whether the cores may sleep while the robot runs.
     pub sleep: Sleep,
+    /// Who carries the bytes of serial lines while the robot runs.
+    pub carriers: Carriers,
 }
 
 /// Whether cores sleep between the cycles of a running robot.
@@ -66,4 +69,16 @@ pub enum Sleep {
     Prevented,
     /// They should be kept awake, and that is not granted: why.
     Refused(String),
+}
+
+/// Whether the kernel's workers that carry the bytes of serial lines wait for ordinary work while a robot runs.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Carriers {
+    /// They do, as the kernel has it.
+    #[default]
+    Ordinary,
+    /// They go before it.
+    Prompt,
+    /// They should go before it, and that is not granted: why.
+    Refused(SerialWorkersError),
 }

@@ -1,6 +1,8 @@
-//! Serial adapters: how long they keep what they received.
+//! Serial lines: how long adapters keep what they received, and who in the kernel carries it on.
 
-use super::{Change, Finding, System};
+use realtime::SerialWorkersError;
+
+use super::{Carriers, Change, Finding, System};
 
 const ADAPTERS: &str = "/sys/bus/usb-serial/devices";
 /// Milliseconds after which an adapter hands over what it has. Answers of a servo are shorter than what
@@ -33,4 +35,28 @@ pub(super) fn latency_timers(system: &System) -> Finding {
             Finding::slower(about, text, mend).with_changes(changes)
         }
     }
+}
+
+pub(super) fn carriers(carriers: Carriers) -> Finding {
+    let about = "serial lines";
+    let refused = match carriers {
+        Carriers::Ordinary => {
+            return Finding::good(about, "what they carry waits for other work, as `leo.toml` has it");
+        }
+        Carriers::Prompt => {
+            return Finding::good(about, "what they carry goes before other work while the robot runs");
+        }
+        Carriers::Refused(refused) => refused,
+    };
+    let mend = match refused {
+        SerialWorkersError::Forbidden => {
+            "`AmbientCapabilities=CAP_SYS_NICE` in the systemd unit, as in the package's, or start the robot as root"
+        }
+        SerialWorkersError::Hidden => {
+            "start the robot outside of the container; or there, as root, now and then: `for worker in $(pgrep \
+             kworker/u); do chrt --fifo --pid 1 $worker; done`"
+        }
+    };
+    let text = format!("other programs may keep what they carry waiting for tens of milliseconds: {refused}");
+    Finding::slower(about, text, mend)
 }

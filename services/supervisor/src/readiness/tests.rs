@@ -5,6 +5,7 @@ use std::path::Path;
 use clock::Duration;
 use config::leo::Buffers;
 use message::Histogram;
+use realtime::SerialWorkersError;
 use tempfile::TempDir;
 
 use super::*;
@@ -46,6 +47,7 @@ fn good() -> (TempDir, Machine) {
         is_wall_clock_kept: Some(true),
         hot: vec![hot("sensor", &[1]), hot("belief", &[2]), hot("motor", &[2, 3])],
         sleep: Sleep::Allowed,
+        carriers: Carriers::Prompt,
     };
     (root, machine)
 }
@@ -58,7 +60,7 @@ fn put(root: &TempDir, file: &str, text: &str) {
 
 fn bad(root: &TempDir, machine: &Machine) -> Vec<Finding> {
     let findings = judge(&System::below(root.path()), machine);
-    assert_eq!(findings.len(), 16);
+    assert_eq!(findings.len(), 17);
     findings.into_iter().filter(|finding| finding.verdict != Verdict::Good).collect()
 }
 
@@ -72,7 +74,7 @@ fn a_machine_as_it_should_be_has_nothing_to_mend() {
 fn a_machine_that_says_nothing_of_itself_is_judged_without_a_panic() {
     let root = tempfile::tempdir().unwrap();
     let findings = judge(&System::below(root.path()), &Machine::default());
-    assert_eq!(findings.len(), 16);
+    assert_eq!(findings.len(), 17);
     assert!(findings.iter().all(|finding| finding.changes.is_empty()), "{findings:?}");
     assert_eq!(judge(&System::below(Path::new("/nowhere")), &Machine::default()), findings);
 }
@@ -110,6 +112,16 @@ fn every_shortcoming_of_what_is_granted_is_found_alone_and_says_what_mends_it() 
             Machine { sleep: Sleep::Refused("not you".to_owned()), ..good.clone() },
             Verdict::Slower,
             "cpu_dma_latency",
+        ),
+        (
+            Machine { carriers: Carriers::Refused(SerialWorkersError::Forbidden), ..good.clone() },
+            Verdict::Slower,
+            "CAP_SYS_NICE",
+        ),
+        (
+            Machine { carriers: Carriers::Refused(SerialWorkersError::Hidden), ..good.clone() },
+            Verdict::Slower,
+            "chrt --fifo",
         ),
         (
             Machine { cores: vec![1, 2, 3, 4, 5], hot: pinned([&[2], &[2], &[3]]), ..good.clone() },
