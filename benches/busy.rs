@@ -1,0 +1,145 @@
+//! What a busy machine costs the servo buses: how long their requests take, which answers come too late and which
+//! buses are given up, with nothing else to do, and with threads all around that wake each other, as those of a
+//! browser or a compiler do; there with `supervisor.keep_serial_lines_prompt` and without it, in turns in one run.
+//!
+//! `cargo bench --bench busy [-- SECONDS [ROUNDS]]`: so long per turn, and so many rounds of three turns; ten and
+//! three without.
+#![expect(
+    clippy::expect_used,
+    clippy::print_stdout,
+    reason = "a bench that cannot measure has failed, and prints"
+)]
+
+#[expect(dead_code, reason = "other benches use the rest")]
+mod robot;
+
+use std::fs;
+use std::io::{Read as _, Write as _};
+use std::net::Shutdown;
+use std::os::unix::net::UnixStream;
+use std::path::Path;
+use std::process::Command;
+use std::sync::Arc;
+use std::thread::{self, JoinHandle};
+
+use clock::Duration;
+use console_process::top::{About, Top};
+use message::{BusHealth, Histogram};
+use robot::{Robot, pause, wait_until};
+use rustix::process::Signal;
+use transport::Domain;
+
+/// Groups of threads, and in each so many that write a message to each of as many that read.
+const GROUPS: usize = 8;
+const MEMBERS: usize = 20;
+const MESSAGE: [u8; 100] = [0; 100];
+
+/// What a turn is like: its name, whether the machine is busy, and whether serial lines are kept prompt.
+const TURNS: [(&str, bool, bool); 3] = [
+    ("nothing else to do", false, true),
+    ("busy, lines prompt", true, true),
+    ("busy, lines ordinary", true, false),
+];
+
+fn main() {
+    let arguments: Vec<u64> = std::env::args().skip(1).filter_map(|argument| argument.parse().ok()).collect();
+    let seconds = arguments.first().copied().unwrap_or(10);
+    // A process looks into one domain in its life: each turn has a process of its own.
+    if let Some(turn) = arguments.get(2) {
+        return measure(usize::try_from(*turn).expect("a turn"), seconds);
+    }
+    println!(
+        "\nrequests of five buses, in us, and those whose servos were not all heard; {seconds} s per turn\n"
+    );
+    println!(
+        "{:<22} {:>8} {:>8} {:>8} {:>8} {:>11} {:>14}",
+        "", "p50", "p99", "p99.9", "max", "not heard", "buses given up"
+    );
+    let program = std::env::current_exe().expect("this program");
+    for _round in 0..arguments.get(1).copied().unwrap_or(3) {
+        for turn in 0..TURNS.len() {
+            let numbers = [seconds.to_string(), "1".to_owned(), turn.to_string()];
+            let ended = Command::new(&program).args(numbers).status().expect("starts");
+            assert!(ended.success(), "the turn failed");
+        }
+    }
+}
+
+fn measure(turn: usize, seconds: u64) {
+    let (what, is_busy, are_prompt) = *TURNS.get(turn).expect("a turn");
+    let folder = tempfile::tempdir().expect("a folder");
+    let wanted = config::Robot::leo_text_with(&[]).replace("\"127.0.0.1:7780\"", "\"none\"");
+    let key = "keep_serial_lines_prompt = ";
+    let text = wanted.replace(&format!("{key}true"), &format!("{key}{are_prompt}"));
+    assert!(are_prompt == (text == wanted), "the key is there");
+    fs::write(folder.path().join("leo.toml"), text).expect("writes");
+    let domain = format!("/dev/shm/leo-busy-{}", std::process::id());
+    let domain = Path::new(&domain);
+    let mut robot = Robot::start(domain, folder.path(), &[]);
+    let came = wait_until(Duration::from_secs(60), || robot.is_back(&[]));
+    assert!(came.is_some(), "it does not start: {}", robot.said());
+    let mut top = Top::open(Some(Domain::at(domain).expect("a domain")), About::default()).expect("a robot");
+    let mut look = || top.look().0.buses;
+    // Its servos are brought up, and the first questions are over.
+    pause(Duration::from_secs(5));
+    let load = is_busy.then(Load::new);
+    let before = look();
+    pause(Duration::from_secs(seconds));
+    let after = look();
+    drop(load);
+    let mut took = Histogram::default();
+    let pairs = || after.iter().zip(&before);
+    pairs().for_each(|(after, before)| took.add(&after.exchange.since(&before.exchange)));
+    let count =
+        |of: fn(&BusHealth) -> u64| pairs().map(|(after, before)| of(after) - of(before)).sum::<u64>();
+    let said = robot.said();
+    let given_up = said.lines().filter(|line| line.contains("none of its servos answers")).count();
+    let us = |quantile| took.quantile_ns(quantile) / 1000;
+    println!(
+        "{what:<22} {:>8} {:>8} {:>8} {:>8} {:>11} {given_up:>14}",
+        us(0.5),
+        us(0.99),
+        us(0.999),
+        took.max_ns() / 1000,
+        count(|bus| bus.missed),
+    );
+    assert!(robot.end(Signal::INT), "it does not end in order: {}", robot.said());
+}
+
+/// Threads that write to each other, until it is dropped.
+struct Load {
+    ends: Vec<Arc<UnixStream>>,
+    threads: Vec<JoinHandle<()>>,
+}
+
+impl Load {
+    fn new() -> Self {
+        let mut load = Self { ends: Vec::new(), threads: Vec::new() };
+        for _group in 0..GROUPS {
+            let mut ends = Vec::new();
+            for _reader in 0..MEMBERS {
+                let (to, mut from) = UnixStream::pair().expect("a pair");
+                ends.push(Arc::new(to));
+                load.threads.push(thread::spawn(move || {
+                    let mut message = MESSAGE;
+                    while from.read_exact(&mut message).is_ok() {}
+                }));
+            }
+            load.ends.extend(ends.iter().cloned());
+            for _writer in 0..MEMBERS {
+                let ends = ends.clone();
+                load.threads.push(thread::spawn(move || {
+                    while ends.iter().all(|end| end.as_ref().write_all(&MESSAGE).is_ok()) {}
+                }));
+            }
+        }
+        load
+    }
+}
+
+impl Drop for Load {
+    fn drop(&mut self) {
+        self.ends.iter().for_each(|end| end.shutdown(Shutdown::Both).expect("a stream"));
+        self.threads.drain(..).for_each(|thread| thread.join().expect("ends"));
+    }
+}
