@@ -74,6 +74,11 @@ expect status "$(show StatusText)" "all 7 processes run"
 expect user "$(show User)" leo
 supervisor="$(show MainPID)"
 expect seccomp "$(grep Seccomp: "/proc/$supervisor/status")" "*2"
+# Bit 23 is CAP_SYS_NICE: the supervisor may change the kernel's workers, and nobody else anything.
+expect "the supervisor's capabilities" "$(grep CapEff: "/proc/$supervisor/status")" "*0000000000800000"
+for child in $(pgrep -P "$supervisor"); do
+  expect "a process's capabilities" "$(grep CapEff: "/proc/$child/status")" "*0000000000000000"
+done
 echo "started: $(show StatusText)"
 # What systemd itself may not raise, it cannot grant: bit 24 is CAP_SYS_RESOURCE.
 if (( 0x$(sed -n 's/^CapEff:\s*//p' /proc/1/status) >> 24 & 1 )); then
@@ -99,7 +104,7 @@ changed() { mkdir -p /etc/systemd/system/leo.service.d; cat >/etc/systemd/system
 # Who starts it by hand begins to count anew: nothing of what follows may make systemd start it again.
 passed() { expect restarts "$(show NRestarts)" 0; echo "$1: $(show StatusText)"; }
 
-printf '[Service]\nLimitRTPRIO=0\nLimitMEMLOCK=65536\n' | changed
+printf '[Service]\nLimitRTPRIO=0\nLimitMEMLOCK=65536\nAmbientCapabilities=\n' | changed
 systemctl restart leo
 until_is StatusText "all 7 processes run"
 until_said "timing is not guaranteed"

@@ -74,8 +74,8 @@ fn the_unit_may_do_what_it_needs_and_no_more() {
     for (key, words) in [
         ("User", &["leo"][..]),
         ("NoNewPrivileges", &["yes"]),
-        ("CapabilityBoundingSet", &[]),
-        ("AmbientCapabilities", &[]),
+        ("CapabilityBoundingSet", &["CAP_SYS_NICE"]),
+        ("AmbientCapabilities", &["CAP_SYS_NICE"]),
         ("ProtectSystem", &["strict"]),
         ("ReadWritePaths", &["/dev/shm"]),
         ("DevicePolicy", &["closed"]),
