@@ -149,6 +149,8 @@ fn every_fault_in_the_docs_is_tested_by_tests_that_are_here() {
         include_str!("fault_table/answers.rs"),
         include_str!("fault_table/body.rs"),
         include_str!("fault_table/servos.rs"),
+        include_str!("../../reporter.rs"),
+        include_str!("../../tests.rs"),
         include_str!("../../tests/faults.rs"),
         include_str!("../../tests/stubborn.rs"),
         include_str!("../tests.rs"),
