@@ -1,14 +1,14 @@
 use clock::Duration;
 use config::perspective::Perspective;
 use geometry::Pose;
-use message::{Feature, Modality, NOBODY, Observation, Remembered, SourceSet};
+use message::{Feature, Header, Modality, NOBODY, Observation, Remembered, SourceSet};
 use perception::Perception;
 use proptest::prelude::*;
 use proptest::test_runner::RngSeed;
 use scene::{Cone, Samples, Sight};
 
 use super::minds::{CAPACITY, Minds, believed, carried, head};
-use super::workspace::{AWAY, EYES, TABLE, block, button, person, wall};
+use super::workspace::{AWAY, EYES, STEP, TABLE, block, button, person, wall};
 use crate::{Awareness, Partner};
 
 const SECOND: Duration = Duration::from_secs(1);
@@ -47,6 +47,20 @@ fn he_sees_that_a_wall_keeps_it_from_me_though_i_know_by_other_senses() {
     assert_eq!((minds.on(&[]), minds.on(&[1]), minds.on(&[1, 0])), (Some(1.0), Some(1.0), None));
     minds.run(SECOND, &[person(EYES, TABLE), button(1.0)]);
     assert_eq!(minds.on(&[1, 0]), Some(1.0));
+}
+
+#[test]
+fn walls_that_he_sees_beyond_those_that_are_remembered_are_counted_with_what_he_believes() {
+    let mut config = Perspective::builtin();
+    config.occluders.most = 1.try_into().unwrap();
+    let mut minds = Minds::with(&config, 1, 2);
+    let overflowed = |minds: &Minds| minds.at(&[1]).head(Header::default()).overflowed;
+    let before_him = wall([0.9, 0.2, 0.1]);
+    minds.run(STEP, &[person(EYES, TABLE), before_him]);
+    assert_eq!(overflowed(&minds), 0);
+    minds.run(STEP, &[person(EYES, TABLE), before_him, wall([0.9, -0.2, 0.1])]);
+    assert_eq!(minds.awareness(&[1]).occluders().len(), 1);
+    assert_eq!(overflowed(&minds), 1);
 }
 
 #[test]
@@ -142,7 +156,7 @@ fn the_robots_head_is_where_it_was_observed_of_late() {
     let turned = head(person([0.06, 0.0, 0.62], [0.0, 0.9, 0.03]));
     minds.run(SECOND, &[person(EYES, [0.3, 0.3, 0.2]), turned, beside]);
     assert_eq!(minds.on(&[1, 0]), Some(1.0));
-    let eye = minds.robot.head(message::Header::at(0)).eye().unwrap();
+    let eye = minds.robot.head(Header::at(0)).eye().unwrap();
     assert!(eye.difference(&minds.awareness(&[1]).eye(0, minds.now).unwrap()).1 < 1e-6);
 }
 
