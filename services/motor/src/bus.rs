@@ -177,7 +177,7 @@ impl Bus {
             // Where two may answer, two answers are waited for.
             let answers = if matches!(job, Job::Doubt { .. }) { 2 } else { 1 };
             let who = std::iter::repeat_n(joint.id(), answers);
-            request.add(Topic::Job, who, job.answer_length(), |out| job.encode(joint.id(), out));
+            request.add(job.topic(), who, job.answer_length(), |out| job.encode(joint.id(), out));
         }
     }
 
@@ -320,7 +320,7 @@ impl Bus {
     ) {
         let Some((index, job)) = job else { return };
         let Some(joint) = joints.get_mut(index) else { return };
-        self.counts.broken += u64::from(replies.spoilt(Topic::Job));
+        self.counts.broken += u64::from(replies.spoilt(job.topic()));
         let fits = |status: &servo::Status<'_>| {
             let length = status.params.len();
             status.id == joint.id() && (length == job.answer_length() || status.fault.is_some())
@@ -341,11 +341,11 @@ impl Bus {
             }
             return;
         }
-        match replies.about(Topic::Job).find(fits) {
+        match replies.about(job.topic()).find(fits) {
             Some(status) => joint.answered(now, job, &status),
             None if !missing.contains(&Some(index)) && self.blames_servos() => {
                 self.counts.missed += 1;
-                joint.unanswered(now, job, replies.spoilt(Topic::Job) > 0);
+                joint.unanswered(now, job, replies.spoilt(job.topic()) > 0);
             }
             None => {}
         }

@@ -14,6 +14,8 @@ use crate::{Replies, Request};
 const MUTE_MOST: u32 = 3;
 /// How often torque off is said at once.
 const CUTS: u32 = 3;
+/// Servos of a chain that a wrong sum costs: whose it is, and who is verified from it.
+const SUM_COSTS: usize = 2;
 /// Bytes of an instruction to one servo, or to all on a bus.
 const INSTRUCTION: usize = 2 * SERVOS_MOST + 32;
 
@@ -71,6 +73,12 @@ struct Heard {
     is_silent: bool,
 }
 
+impl Heard {
+    fn missing(&self, part: &Part) -> usize {
+        part.ids().iter().zip(&self.who).filter(|(_, heard)| !**heard).count()
+    }
+}
+
 impl Master {
     /// The master of a line of `baud` bits per second, on which a servo may be silent for
     /// `patience.0` beyond the time on the wire, and for up to `patience.1` where answers come
@@ -88,8 +96,9 @@ impl Master {
 
     /// Carries out a request: sends each part and collects its answers until all are there, or
     /// until the turn of a servo is over that does not answer. Then those behind it, who may have
-    /// waited for it, are asked again without it; where nobody's turn ran out, those whose answers
-    /// arrived broken are. So one bad servo costs one turn at most. A servo that reports an alert is
+    /// waited for it, are asked again without it; so are those behind one whose answer was cut short.
+    /// Where nobody's turn ran out, those whose answers arrived broken are asked again, and who was not
+    /// heard is not asked how it is. So one bad servo costs one turn at most. A servo that reports an alert is
     /// asked at once how it is.
     pub fn exchange(&mut self, port: &mut impl Port, request: &Request, replies: &mut Replies) {
         replies.clear();
@@ -121,10 +130,17 @@ impl Master {
     ) -> Result<(), Lost> {
         let mut again = None;
         for (part, bytes) in request.parts() {
+            if part.topic == Topic::Look && !part.ids().iter().any(|id| replies.has_from(*id)) {
+                // Its turn ran out already.
+                continue;
+            }
             let heard = self.ask(port, part, bytes, replies)?;
             if matches!(part.topic, Topic::Chain | Topic::Each) && again.is_none() && self.mute < MUTE_MOST {
                 // Where a turn ran out, one more shall not: the first who is missing is whom all waited for.
-                again = self.ask_again(part, &heard, usize::from(heard.is_silent));
+                // And who said too little for those behind him to be understood may say nothing next time.
+                let is_cut = part.topic == Topic::Chain && heard.missing(part) > SUM_COSTS;
+                let but = heard.is_silent || is_cut;
+                again = self.ask_again(part, &heard, usize::from(but));
                 if let Some((again, bytes)) = &again {
                     let first_at = replies.asked_at(part.topic);
                     let heard = self.ask(port, again, bytes.get(..again.sent).unwrap_or_default(), replies);
@@ -219,7 +235,7 @@ impl Master {
                 }
                 replies.add(part.topic, status);
             });
-            has_all = self.all_spoke(part.topic, missing, awaited, broken);
+            has_all = self.all_spoke(part, missing, awaited, broken);
             within = match awaited {
                 _ if has_all => quiet,
                 0 => turn.min(rest),
@@ -242,13 +258,15 @@ impl Master {
 
     /// Whether everybody has said something, well or broken, where so many have not been heard, so many
     /// bytes are still awaited, and so many answers were broken before.
-    fn all_spoke(&self, topic: Topic, missing: usize, awaited: usize, broken_before: u64) -> bool {
-        if topic == Topic::Chain {
-            return self.chain.is_over();
+    fn all_spoke(&self, part: &Part, missing: usize, awaited: usize, broken_before: u64) -> bool {
+        let broken = broken_since(&self.parser, broken_before);
+        // Of several whose last answer has begun one was cut short; of one the rest may be on its way.
+        let is_cut = part.ids().len() > 1 && awaited < part.bytes_of_answer();
+        if part.topic == Topic::Chain {
+            return self.chain.is_over() || (is_cut && broken > 0);
         }
         // Noise may look like broken answers: so many bytes must be there as well.
-        let broken = broken_since(&self.parser, broken_before);
-        awaited == 0 && usize::try_from(broken).is_ok_and(|broken| broken >= missing)
+        (is_cut || awaited == 0) && usize::try_from(broken).is_ok_and(|broken| broken >= missing)
     }
 }
 

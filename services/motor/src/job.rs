@@ -5,7 +5,7 @@ use servo::table::{
 };
 use servo::{Address, HardwareErrors, Id, Instruction, Model, Reading};
 
-use crate::Trouble;
+use crate::{Topic, Trouble};
 
 /// From return delay to status return level: how it is set up, looked at before anything of it is written but
 /// the last.
@@ -56,6 +56,11 @@ impl Job {
     /// Whether it tells a servo something, and asks it nothing.
     pub(crate) fn is_told(self) -> bool {
         self.answer_length() == 0
+    }
+
+    /// What it is in a request.
+    pub(crate) fn topic(self) -> Topic {
+        if self == Self::Look { Topic::Look } else { Topic::Job }
     }
 
     /// Data bytes of the answer.

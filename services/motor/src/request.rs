@@ -31,12 +31,14 @@ pub enum Topic {
     Torque,
     /// What one servo is told or asked besides.
     Job,
+    /// How one servo is that was asked for its measurements too: only who gave them is asked.
+    Look,
     /// How a servo is that has just reported an alert.
     Alarm,
 }
 
 impl Topic {
-    const COUNT: usize = 6;
+    const COUNT: usize = 7;
 }
 
 /// What a part of a request waits for before the next part may go out.
@@ -68,15 +70,18 @@ impl Part {
         self.ids.get(..self.count).unwrap_or_default()
     }
 
+    /// Bytes of one answer.
+    #[must_use]
+    pub const fn bytes_of_answer(&self) -> usize {
+        let around = if matches!(self.topic, Topic::Chain) { LINK_BYTES } else { STATUS_BYTES };
+        around + self.data
+    }
+
     /// Bytes of all answers together.
     #[must_use]
     pub const fn bytes_of_answers(&self) -> usize {
-        match self.topic {
-            Topic::Chain => CHAIN_BYTES + self.count * (LINK_BYTES + self.data),
-            Topic::Each | Topic::Again | Topic::Torque | Topic::Job | Topic::Alarm => {
-                self.count * (STATUS_BYTES + self.data)
-            }
-        }
+        let before = if matches!(self.topic, Topic::Chain) { CHAIN_BYTES } else { 0 };
+        before + self.count * self.bytes_of_answer()
     }
 
     /// How long the instruction takes on a wire of `baud` bits per second, ten bits a byte.
@@ -88,8 +93,7 @@ impl Part {
     /// How long one answer takes.
     #[must_use]
     pub fn time_to_answer(&self, baud: u32) -> Duration {
-        let around = if self.topic == Topic::Chain { LINK_BYTES } else { STATUS_BYTES };
-        time_on_wire(around + self.data, baud)
+        time_on_wire(self.bytes_of_answer(), baud)
     }
 }
 
@@ -276,6 +280,10 @@ impl Replies {
 
     pub(crate) fn about(&self, topic: Topic) -> impl Iterator<Item = Status<'_>> {
         self.answers.iter().filter(move |answer| answer.topic == topic).map(Answer::status)
+    }
+
+    pub(crate) fn has_from(&self, id: u8) -> bool {
+        self.answers.iter().any(|answer| answer.id.get() == id)
     }
 
     pub(crate) fn is_empty(&self) -> bool {

@@ -167,7 +167,8 @@ impl Rig {
         self.jobs.clear();
         for bus in 0..self.motor.buses() {
             self.motor.request(bus, self.now, &mut self.request);
-            let jobs = self.request.parts().filter(|(part, _)| part.topic == Topic::Job);
+            let jobs =
+                self.request.parts().filter(|(part, _)| matches!(part.topic, Topic::Job | Topic::Look));
             self.jobs.extend(jobs.map(|(part, bytes)| (bus, part.ids()[0], bytes[7])));
             let mute = self.mute.iter().filter(|mute| mute.0 == bus).map(|mute| mute.1).collect();
             let mut wire = Wire {

@@ -2,6 +2,7 @@ use servo::mock::{Injector, Line, Servo};
 use servo::{Address, Id, Instruction, Model, Reading};
 
 use super::*;
+use crate::job::Job;
 
 /// Two servos whose answers to a question come when the next one has been asked.
 struct Laggard {
@@ -174,9 +175,8 @@ fn one_bad_servo_costs_one_servo_and_one_turn_whatever_is_wrong_with_its_answers
     let length = Reading::ITEM.length;
     for topic in [Topic::Chain, Topic::Each] {
         let question = measurements_of(topic, &ids);
-        let mut request = Request::default();
-        request.add(topic, who(), usize::from(length), |out| question.encode(Address::All, out).unwrap());
         let answer = Part::new(Topic::Again, 0, usize::from(length), who()).time_to_answer(BAUD);
+        let look = Part::new(Topic::Look, 0, Job::Look.answer_length(), who()).time_to_answer(BAUD);
         for fault in ["drop", "flip", "truncate", "length", "noise", "duplicate", "swap"] {
             for (bad, seed) in [1, 5, 13].into_iter().flat_map(|bad| (0..50).map(move |seed| (bad, seed))) {
                 let mut line = Line::new(
@@ -185,7 +185,12 @@ fn one_bad_servo_costs_one_servo_and_one_turn_whatever_is_wrong_with_its_answers
                 .with_injector(Injector::new("only", seed));
                 line.inject(Instant::EPOCH, &[format!("{fault} id={bad}").parse().unwrap()]);
                 let mut port = Bare { line, now: Instant::EPOCH, there: Vec::new() };
-                let mut replies = Replies::default();
+                let (mut request, mut replies) = (Request::default(), Replies::default());
+                let encode = |out: &mut [u8]| question.encode(Address::All, out).unwrap();
+                request.add(topic, who(), usize::from(length), encode);
+                let bad_one = Id::new(bad).unwrap();
+                let encode = |out: &mut [u8]| Job::Look.encode(bad_one, out);
+                request.add(Topic::Look, [bad_one], Job::Look.answer_length(), encode);
                 Master::new(BAUD, PATIENCE).exchange(&mut port, &request, &mut replies);
 
                 let told = |id: u8| replies.all().iter().any(|answer| answer.status().id.get() == id);
@@ -194,7 +199,8 @@ fn one_bad_servo_costs_one_servo_and_one_turn_whatever_is_wrong_with_its_answers
                 assert!(lost.iter().all(|id| *id == bad), "{context}");
                 // A turn, and a moment of quiet after each question.
                 let waited = port.now.since(Instant::EPOCH);
-                assert!(waited <= answer + PATIENCE.0 + 2 * answer, "{context}, waited {waited:?}");
+                assert!(waited <= answer + PATIENCE.0 + 2 * answer + look, "{context}, waited {waited:?}");
+                assert_eq!(replies.heard(Topic::Look) == 0, lost == [bad], "{context}");
             }
         }
     }
