@@ -63,6 +63,8 @@ enum leo_event_kind {
     LEO_EVENT_KIND_DECLINED = 15,
     /* What Leo asked about a task was answered, and the answer became an example; the text is "yes" or "no". */
     LEO_EVENT_KIND_ANSWERED = 16,
+    /* A movement of somebody's is one of Leo's own; the text says whose, and what he is about to do. */
+    LEO_EVENT_KIND_MOVEMENT_SEEN = 17,
 };
 
 /* A point on the way of a frame, in the direction the data flows. */

@@ -54,6 +54,8 @@ class EventKind(enum.IntEnum):
     DECLINED = 15
     # What Leo asked about a task was answered, and the answer became an example; the text is "yes" or "no".
     ANSWERED = 16
+    # A movement of somebody's is one of Leo's own; the text says whose, and what he is about to do.
+    MOVEMENT_SEEN = 17
 
 
 # A point on the way of a frame, in the direction the data flows.

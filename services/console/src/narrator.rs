@@ -104,6 +104,7 @@ impl Narrator {
             }
             EventKind::TeachingStarted => (LineKind::Note, format!("watches how to do {task}")),
             EventKind::Seen => (LineKind::Sees, format!("{text} ({whose})")),
+            EventKind::MovementSeen => (LineKind::Sees, text.to_owned()),
             EventKind::ActionSeen => (LineKind::Saw, text.to_owned()),
             EventKind::DemonstrationEnded | EventKind::Answered => {
                 (LineKind::Note, format!("{} of {task} so far", counted(event.examples, "example")))

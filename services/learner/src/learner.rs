@@ -210,11 +210,12 @@ impl<B: Body> Learner<B> {
         }
     }
 
-    /// Looks for acts of the demonstration under way.
+    /// Looks for movements and acts of the demonstration under way.
     fn watch(&mut self, now: Instant, output: &mut Output) {
         let Some(teaching) = &mut self.teaching else { return };
         let language = &self.vocabulary.language;
-        self.views.remember(now, language, &self.perspectives);
+        let glance = self.views.remember(now, language, &self.perspectives);
+        output.events.extend(glance.and_then(|own| teaching.mirror(&self.vocabulary, own)));
         let act = teaching.parse(now, language, self.views.own_beliefs());
         // While Leo performs a task, the task as a whole is the executable.
         if let Some(act) = act.filter(|_| self.performance.is_none()) {

@@ -2,7 +2,9 @@
 
 use std::collections::BTreeMap;
 
+use geometry::{Base, Position};
 use message::{Event, EventKind};
+use motion::Movement;
 use quantity::number::saturating_u32;
 use tasks::{
     Change, Deed, Executable, Language, Learned, Object, Rule, Settings, Snapshot, Standing, Task,
@@ -124,4 +126,49 @@ pub(crate) fn act(vocabulary: &Vocabulary, act: &Executable, now: &Snapshot) -> 
     };
     let what: Vec<String> = act.changes.iter().filter_map(done).collect();
     format!("{who}: {}", listed(&what))
+}
+
+/// What somebody is about to do, in words: "the teacher: putting the small peg into the red square".
+/// `None` where the thing is not seen.
+pub(crate) fn movement(vocabulary: &Vocabulary, movement: &Movement, now: &Snapshot) -> Option<String> {
+    let Vocabulary { language, names, insertion, .. } = vocabulary;
+    let thing = now.object(movement.thing)?;
+    let name = |object: &Object| describe_object(language, object, like(now, object));
+    // A peg goes for a hole that is free, whatever else stands there.
+    let goes_into = |below: &Object| {
+        insertion.as_ref().is_some_and(|insertion| {
+            thing.states.contains_key(&insertion.inserted)
+                && below.states.get(&insertion.filled) == Some(&false)
+        })
+    };
+    let below = below(movement, now);
+    let hole = below.iter().find(|below| goes_into(below));
+    let (who, what) = (names.of(movement.actor), name(thing));
+    Some(match (hole, below.first()) {
+        (Some(hole), _) => format!("{who}: putting the {what} into the {}", name(hole)),
+        (None, Some(below)) => {
+            let below = name(below);
+            let article = if below == what { "another" } else { "the" };
+            format!("{who}: putting the {what} onto {article} {below}")
+        }
+        (None, None) => format!("{who}: putting the {what} down"),
+    })
+}
+
+/// A thing comes down on another when it is no further to the side of its middle, in metres.
+const OVER_M: f64 = 0.04;
+
+/// What is below the place where a movement comes down, the highest first.
+fn below<'a>(movement: &Movement, now: &'a Snapshot) -> Vec<&'a Object> {
+    let over = movement.above.point();
+    let height_m = |object: &Object| object.position_m.map_or(f64::NEG_INFINITY, |[.., height_m]| height_m);
+    let is_below = |object: &&Object| {
+        let place = object.position().as_ref().map(Position::<Base>::point);
+        let is_under = place
+            .is_some_and(|place| place.z < over.z && (place.x - over.x).hypot(place.y - over.y) <= OVER_M);
+        object.id != movement.thing && object.held_by.is_none() && is_under
+    };
+    let mut below: Vec<&Object> = now.objects.iter().filter(is_below).collect();
+    below.sort_by(|one, other| height_m(other).total_cmp(&height_m(one)));
+    below
 }

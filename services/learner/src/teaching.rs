@@ -2,6 +2,7 @@ use std::collections::BTreeMap;
 
 use clock::Instant;
 use message::{Belief, Event, EventKind, NOBODY};
+use motion::{Handled, Mirror};
 use tasks::{
     Act, ActionParser, Example, Language, NothingChanged, Object, Recording, Snapshot, describe_object,
     vanished,
@@ -9,24 +10,37 @@ use tasks::{
 
 use crate::{Vocabulary, report};
 
-/// A demonstration under way, and the parser that finds its acts.
+/// A demonstration under way, and what finds the movements and the acts in it.
 #[derive(Clone, Debug)]
 pub(crate) struct Teaching {
     pub(crate) recording: Recording,
     /// The task that Leo performed, in whole or in part, in the course of it, and that is not recorded yet.
     pub(crate) performed: Option<String>,
+    mirror: Mirror,
     parser: ActionParser,
 }
 
 impl Teaching {
     pub(crate) fn new(task: &str, teacher: u16, snapshots: &BTreeMap<u16, Snapshot>) -> Self {
         let recording = Recording::new(task, teacher, snapshots);
-        Self { recording, performed: None, parser: ActionParser::default() }
+        Self { recording, performed: None, mirror: Mirror::default(), parser: ActionParser::default() }
     }
 
-    /// The parser's identities are void.
+    /// The parser's identities are void, and what moved meanwhile was not seen.
     pub(crate) fn break_off(&mut self) {
+        self.mirror = Mirror::default();
         self.parser.reset();
+    }
+
+    /// Looks for a movement like Leo's own; gives the event that tells of one, before it is completed.
+    pub(crate) fn mirror(&mut self, vocabulary: &Vocabulary, own: &Snapshot) -> Option<Event> {
+        let things = own.objects.iter().filter_map(|object| {
+            let held_by = object.held_by.unwrap_or(NOBODY);
+            Some(Handled { id: object.id, centre: object.position()?, held_by })
+        });
+        let movement = self.mirror.step(things)?;
+        let text = report::movement(vocabulary, &movement, own)?;
+        Some(Event::new(EventKind::MovementSeen, &self.recording.task, &text))
     }
 
     /// Looks for an act that has just been completed.

@@ -108,6 +108,36 @@ fn an_act_tells_who_did_what() {
 }
 
 #[test]
+fn a_movement_like_leos_own_is_told_before_its_act_is_complete() {
+    let mut run = Run::new(1, Vec::new());
+    run.demonstrate(&["red", "green", "blue"], |_| {});
+    let (movements, acts) = (run.texts(EventKind::MovementSeen), run.texts(EventKind::ActionSeen));
+    assert_eq!(movements.len(), acts.len());
+    assert_eq!(movements[0], "the teacher: putting the peg into the red square");
+    let watched = [EventKind::MovementSeen, EventKind::ActionSeen];
+    let watched: Vec<_> = kinds(&run.events).into_iter().filter(|kind| watched.contains(kind)).collect();
+    assert!(watched.chunks(2).all(|both| both == [EventKind::MovementSeen, EventKind::ActionSeen]));
+}
+
+#[test]
+fn what_is_pushed_along_is_no_movement_of_leos() {
+    let mut run = Run::new(1, Vec::new());
+    run.table.borrow_mut().lay(&["red", "green"], None);
+    run.steps(20);
+    run.say("Leo, I can teach you to do rows.");
+    run.steps(20);
+    run.table.borrow_mut().things[0].held_by = 1;
+    for _ in 0..40 {
+        run.table.borrow_mut().things[0].place_m[0] += 0.005;
+        run.steps(1);
+    }
+    run.table.borrow_mut().things[0].held_by = message::NOBODY;
+    run.steps(50);
+    assert_eq!(run.texts(EventKind::MovementSeen), [""; 0]);
+    assert_eq!(run.texts(EventKind::ActionSeen), ["the teacher: red square moved"]);
+}
+
+#[test]
 fn what_leo_has_no_skill_for_it_says_when_it_learns_it() {
     let mut run = Run::new(1, Vec::new());
     run.table.borrow_mut().lay(&["red", "green"], None);

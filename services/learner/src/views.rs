@@ -129,11 +129,13 @@ impl Views {
         snapshots
     }
 
-    /// Remembers the present every now and then.
-    pub(crate) fn remember(&mut self, now: Instant, language: &Language, of: &[u16]) {
-        if now.since(self.known_at) >= REMEMBER {
-            self.snapshots(now, language, of);
+    /// Remembers the present every now and then; what the robot believes then.
+    pub(crate) fn remember(&mut self, now: Instant, language: &Language, of: &[u16]) -> Option<&Snapshot> {
+        if now.since(self.known_at) < REMEMBER {
+            return None;
         }
+        self.snapshots(now, language, of);
+        self.known.get(&0)
     }
 
     /// What the robot believes now.

@@ -149,7 +149,11 @@ impl Account {
             EventKind::StepDone => task.performance().done.push(text),
             EventKind::StepFailed => task.performance().failed.push(text),
             EventKind::PerformanceEnded => task.performance().result = Some(text),
-            EventKind::Said | EventKind::Declined | EventKind::StepStarted | EventKind::ContinuityBroken => {}
+            EventKind::Said
+            | EventKind::Declined
+            | EventKind::StepStarted
+            | EventKind::ContinuityBroken
+            | EventKind::MovementSeen => {}
         }
     }
 

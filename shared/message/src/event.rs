@@ -40,6 +40,8 @@ numbered! {
         Declined = 15,
         /// What Leo asked about a task was answered, and the answer became an example; the text is "yes" or "no".
         Answered = 16,
+        /// A movement of somebody's is one of Leo's own; the text says whose, and what he is about to do.
+        MovementSeen = 17,
     }
 }
 

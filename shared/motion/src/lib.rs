@@ -7,6 +7,7 @@
 mod draft;
 mod face;
 mod gaze;
+mod mirror;
 mod model;
 mod parts;
 mod performer;
@@ -15,6 +16,7 @@ mod routes;
 mod skill;
 
 pub use face::Face;
+pub use mirror::{Handled, Mirror, Movement};
 pub use parts::MissingJoint;
 pub use performer::Performer;
 pub use skill::{Phase, Progress, Refusal, Skill, Turn, Why};

@@ -350,6 +350,7 @@ fn words(event: &Event, whose: &str) -> Option<String> {
         EventKind::TeachingStarted => format!("watches how to do {task}"),
         EventKind::Seen => format!("sees {text} (as {whose} does)"),
         EventKind::ActionSeen => format!("saw {text}"),
+        EventKind::MovementSeen => format!("sees {text}"),
         EventKind::DemonstrationEnded | EventKind::Answered => {
             format!("{} of {task} so far", counted(event.examples, "example"))
         }

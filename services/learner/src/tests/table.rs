@@ -16,6 +16,9 @@ use tasks::{OnConflict, Task, key};
 use crate::{Body, Input, Kept, Learner, Motion, Output, Settings, Skill, Vocabulary};
 
 const STEP: Duration = Duration::from_millis(10);
+/// How high the teacher lifts a peg, in metres.
+const LIFT_M: f64 = 0.12;
+const BLOCK_HALF_HEIGHT_M: f64 = 0.03;
 
 #[derive(Clone)]
 pub(super) struct Thing {
@@ -160,7 +163,7 @@ impl Run {
         let settings = Settings {
             learning,
             goal_period: Duration::from_millis(20),
-            block_half_height_m: 0.03,
+            block_half_height_m: BLOCK_HALF_HEIGHT_M,
             peg_half_height_m: 0.025,
             marker_half_height_m: 0.005,
         };
@@ -276,10 +279,14 @@ impl Run {
         let pegs = self.table.borrow().things.iter().position(|thing| thing.shape == "peg").unwrap();
         let (from, to) = {
             let table = self.table.borrow();
-            (table.things[pegs + peg].place_m, table.things[block].place_m)
+            let [x, y, middle_m] = table.things[block].place_m;
+            (table.things[pegs + peg].place_m, [x, y, middle_m + BLOCK_HALF_HEIGHT_M])
         };
         for step in 1..=40_i32 {
-            let share = f64::from(step) / 40.0;
+            // Up in the first quarter, across, and down in the last.
+            let gone = f64::from(step) / 40.0;
+            let share = gone.mul_add(2.0, -0.5).clamp(0.0, 1.0);
+            let lifted = (4.0 * gone.min(1.0 - gone)).clamp(0.0, 1.0);
             {
                 let mut table = self.table.borrow_mut();
                 let thing = &mut table.things[pegs + peg];
@@ -287,6 +294,7 @@ impl Run {
                 for (place, (from, to)) in thing.place_m.iter_mut().zip(from.iter().zip(&to)) {
                     *place = (to - from).mul_add(share, *from);
                 }
+                thing.place_m[2] += LIFT_M * lifted;
             }
             self.step(&[]);
         }

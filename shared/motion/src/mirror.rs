@@ -1,0 +1,277 @@
+use std::collections::BTreeMap;
+
+use geometry::{Base, Position};
+use message::NOBODY;
+
+use crate::Phase;
+
+/// A thing has been lifted when it is this much higher than where it was taken, in metres …
+const LIFTED_M: f64 = 0.03;
+/// … and pushed along, not lifted, when it went so far to the side first.
+const PUSHED_M: f64 = 0.05;
+/// A lifted thing has been carried when it is this far to the side of where it was taken, in metres.
+const CARRIED_M: f64 = 0.03;
+/// Which way it goes is judged over so much of its way, in metres: more than noise makes of rest.
+const STRETCH_M: f64 = 0.015;
+
+/// A thing, and who has it in hand.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Handled {
+    /// Its identity.
+    pub id: u64,
+    /// Its centre.
+    pub centre: Position<Base>,
+    /// 0 the robot, partner 1, 2, …, or [`NOBODY`].
+    pub held_by: u16,
+}
+
+/// A movement of somebody else's that is one of Leo's own.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Movement {
+    /// Whose it is: partner 1, 2, …
+    pub actor: u16,
+    /// The thing that he moves.
+    pub thing: u64,
+    /// Where its centre was when he took it, or first seen in his hand.
+    pub from: Position<Base>,
+    /// Where its centre is as it begins to come down. Leo's own hand lowers straight down, so the
+    /// place that the thing is meant for lies below.
+    pub above: Position<Base>,
+}
+
+/// Finds Leo's own movements in those of others: the motor level of three on which a partner is
+/// monitored by what the robot would do itself (Berlin et al. 2006, "Architecture", after Gray et al.
+/// 2005).
+///
+/// Leo carries a thing up, across and down ([`Phase::Lift`], [`Phase::Carry`], [`Phase::Lower`]) to
+/// [insert](crate::Skill::Insert) or to [place](crate::Skill::Place) it. Whose thing takes this way is doing
+/// the same; what he is going to do with it is known as it begins to come down, before he has done it. What is
+/// pushed along the table is no movement of Leo's, and neither is what is lifted and put back.
+///
+/// How fast or how evenly somebody moves makes no difference, and neither does where he sits.
+///
+/// ```
+/// use geometry::Position;
+/// use motion::{Handled, Mirror};
+///
+/// let mut mirror = Mirror::default();
+/// let way = [[0.5, 0.1, 0.02], [0.5, 0.1, 0.15], [0.6, -0.2, 0.15], [0.6, -0.2, 0.12]];
+/// let seen = way.map(|[x, y, z]| {
+///     let peg = Handled { id: 7, centre: Position::new(x, y, z), held_by: 1 };
+///     mirror.step([peg])
+/// });
+/// assert_eq!(seen[..3], [None; 3]);
+/// let movement = seen[3].expect("a movement of Leo's own");
+/// assert_eq!((movement.actor, movement.thing), (1, 7));
+/// ```
+#[derive(Clone, Debug, Default)]
+pub struct Mirror {
+    ways: BTreeMap<u64, Way>,
+}
+
+/// The way of one thing in one hand.
+#[derive(Clone, Copy, Debug)]
+struct Way {
+    actor: u16,
+    from: Position<Base>,
+    /// Where the stretch began over which its direction is judged.
+    stretch: Position<Base>,
+    /// The phase of Leo's own carrying; `None` for what is none.
+    phase: Option<Phase>,
+    /// Where it began to come down last, as far as it was told.
+    told: Option<Position<Base>>,
+}
+
+impl Mirror {
+    /// Takes where things are and who has them in hand; gives the movement that can just be told. Of two at
+    /// once the other is told in the next step.
+    pub fn step(&mut self, things: impl IntoIterator<Item = Handled>) -> Option<Movement> {
+        let mut told = None;
+        for Handled { id, centre, held_by } in things {
+            let way = self.ways.entry(id).or_insert_with(|| Way::begun(held_by, centre));
+            if way.actor != held_by {
+                // What lay still was taken where it was seen last; whoever takes it from another's hand begins
+                // a movement of his own.
+                let from = if way.actor == NOBODY { way.from } else { centre };
+                *way = Way::begun(held_by, from);
+            }
+            if held_by == NOBODY || held_by == 0 {
+                way.from = centre;
+            } else if told.is_none() && way.comes_down_at(centre) {
+                told = Some(Movement { actor: held_by, thing: id, from: way.from, above: centre });
+            }
+        }
+        told
+    }
+}
+
+impl Way {
+    fn begun(actor: u16, from: Position<Base>) -> Self {
+        Self { actor, from, stretch: from, phase: Some(Phase::Close), told: None }
+    }
+
+    /// Follows the thing; `true` when it has just begun to come down where it did not before.
+    fn comes_down_at(&mut self, centre: Position<Base>) -> bool {
+        let so_far = Stretch::between(&self.from, &centre);
+        self.phase = match self.phase {
+            Some(Phase::Close) if so_far.up_m >= LIFTED_M => Some(Phase::Lift),
+            Some(Phase::Close) if so_far.aside_m > PUSHED_M => None,
+            other => other,
+        };
+        if self.phase == Some(Phase::Lift) && so_far.aside_m > CARRIED_M {
+            self.phase = Some(Phase::Carry);
+        }
+        let last = Stretch::between(&self.stretch, &centre);
+        if last.aside_m.hypot(last.up_m) < STRETCH_M {
+            return false;
+        }
+        self.stretch = centre;
+        match self.phase {
+            Some(Phase::Carry) if last.goes_down() => {
+                self.phase = Some(Phase::Lower);
+                let is_elsewhere =
+                    self.told.is_none_or(|told| Stretch::between(&told, &centre).aside_m > PUSHED_M);
+                if is_elsewhere {
+                    self.told = Some(centre);
+                }
+                is_elsewhere
+            }
+            // He thought better of it, and carries it on.
+            Some(Phase::Lower) if !last.goes_down() => {
+                self.phase = Some(Phase::Carry);
+                false
+            }
+            _ => false,
+        }
+    }
+}
+
+/// From one place to another: how far to the side, and how far up.
+#[derive(Clone, Copy, Debug)]
+struct Stretch {
+    aside_m: f64,
+    up_m: f64,
+}
+
+impl Stretch {
+    fn between(from: &Position<Base>, to: &Position<Base>) -> Self {
+        let way = to.point() - from.point();
+        Self { aside_m: way.x.hypot(way.y), up_m: way.z }
+    }
+
+    /// More down than to the side.
+    fn goes_down(self) -> bool {
+        -self.up_m > self.aside_m
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+
+    const TAKEN: [f64; 3] = [0.5, 0.1, 0.025];
+    const OVER: [f64; 3] = [0.6, -0.2, 0.16];
+
+    fn at([x, y, z]: [f64; 3]) -> Position<Base> {
+        Position::new(x, y, z)
+    }
+
+    /// A way through these points in steps of so many metres.
+    fn through(points: &[[f64; 3]], step_m: f64) -> Vec<[f64; 3]> {
+        let mut way = Vec::new();
+        for ends in points.windows(2) {
+            let (from, to) = (at(ends[0]), at(ends[1]));
+            let steps = (from.distance(&to) / step_m).ceil().max(1.0);
+            let mut step = 0.0;
+            while step < steps {
+                way.push((from.point() + (to.point() - from.point()) * (step / steps)).into());
+                step += 1.0;
+            }
+        }
+        way.extend(points.last());
+        way
+    }
+
+    fn seen(way: &[[f64; 3]], held_by: u16) -> Vec<Movement> {
+        let mut mirror = Mirror::default();
+        way.iter().filter_map(|place| mirror.step([Handled { id: 7, centre: at(*place), held_by }])).collect()
+    }
+
+    fn carried(step_m: f64) -> Vec<[f64; 3]> {
+        through(&[TAKEN, [0.5, 0.1, 0.16], OVER, [0.6, -0.2, 0.06]], step_m)
+    }
+
+    #[test]
+    fn what_is_lifted_carried_and_lowered_is_told_once_as_it_comes_down() {
+        for step_m in [0.001, 0.004, 0.02, 0.05] {
+            let movements = seen(&carried(step_m), 2);
+            let [Movement { actor: 2, thing: 7, from, above }] = movements[..] else {
+                panic!("{step_m}: {movements:?}");
+            };
+            assert_eq!(from, at(TAKEN));
+            assert!(above.distance(&at(OVER)) < STRETCH_M + step_m, "{above:?}");
+        }
+    }
+
+    #[test]
+    fn what_leo_would_not_do_and_what_leo_does_is_not_told() {
+        let pushed = through(&[TAKEN, [0.6, -0.2, 0.025], [0.6, -0.2, 0.01]], 0.004);
+        assert_eq!(seen(&pushed, 1), []);
+        let put_back = through(&[TAKEN, [0.5, 0.1, 0.16], TAKEN], 0.004);
+        assert_eq!(seen(&put_back, 1), []);
+        let held_up = through(&[TAKEN, [0.5, 0.1, 0.16], OVER], 0.004);
+        assert_eq!(seen(&held_up, 1), []);
+        assert_eq!(seen(&carried(0.004), 0), []);
+        assert_eq!(seen(&carried(0.004), NOBODY), []);
+    }
+
+    #[test]
+    fn who_thinks_better_of_it_is_told_of_again_where_it_comes_down_then() {
+        let twice = [TAKEN, [0.5, 0.1, 0.16], OVER, [0.6, -0.2, 0.1], [0.4, 0.3, 0.1], [0.4, 0.3, 0.05]];
+        let above: Vec<f64> = seen(&through(&twice, 0.004), 1).iter().map(|it| it.above.point().y).collect();
+        assert!(
+            matches!(above[..], [first, second] if (first + 0.2).abs() < 0.02 && (second - 0.3).abs() < 0.02)
+        );
+    }
+
+    #[test]
+    fn what_passes_to_another_hand_is_a_movement_of_his() {
+        let mut mirror = Mirror::default();
+        let way = carried(0.004);
+        let half = way.len() / 2;
+        let step = |(count, place): (usize, [f64; 3])| {
+            let held_by = if count < half { 1 } else { 2 };
+            mirror.step([Handled { id: 7, centre: at(place), held_by }])
+        };
+        // The second never lifted it: where he was going is not known.
+        assert_eq!(way.into_iter().enumerate().filter_map(step).collect::<Vec<_>>(), []);
+    }
+
+    #[test]
+    fn places_that_are_no_numbers_tell_nothing() {
+        let nowhere = [TAKEN, [f64::NAN, 0.0, 0.2], [0.6, f64::INFINITY, 0.2], [f64::NAN; 3]];
+        assert_eq!(seen(&nowhere, 1), []);
+    }
+
+    proptest! {
+        #[test]
+        fn neither_noise_nor_where_one_sits_makes_a_difference(
+            turn in 0.0..std::f64::consts::TAU,
+            noise in prop::collection::vec(prop::array::uniform3(-0.003..0.003), 256),
+        ) {
+            let (sin, cos) = turn.sin_cos();
+            let way: Vec<[f64; 3]> = carried(0.008)
+                .iter()
+                .zip(noise.iter().cycle())
+                .map(|([x, y, z], [dx, dy, dz])| [x * cos - y * sin + dx, x * sin + y * cos + dy, z + dz])
+                .collect();
+            let movements = seen(&way, 1);
+            prop_assert_eq!(movements.len(), 1);
+            let [x, y, _] = OVER;
+            let over = Position::new(x * cos - y * sin, x * sin + y * cos, movements[0].above.point().z);
+            prop_assert!(movements[0].above.distance(&over) < 0.03);
+        }
+    }
+}
