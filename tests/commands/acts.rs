@@ -1,5 +1,7 @@
 //! The acts that Leo tells apart, over the real processes.
 
+use message::{Event, EventKind, Events};
+use recording::{Buffer, Frame};
 use serde_json::Value;
 
 use crate::house::tell;
@@ -45,4 +47,40 @@ fn a_figure_is_built_by_placing_things_on_one_another() {
         "the teacher: blue slab moved",
     ];
     assert_eq!(acts("config/lessons/task3.toml"), should);
+}
+
+/// The acts of others that Leo told in the frames of a recording, each behind the movements that it told since
+/// the one before; at the end those that no act followed.
+pub(crate) fn movements(frames: &[Frame]) -> Vec<(Vec<String>, Option<String>)> {
+    let told = frames.iter().filter(|frame| frame.buffer == Buffer::Events);
+    let told = told.flat_map(|frame| frame.read::<Events>().expect("events of this version").1);
+    let mut acts = vec![(Vec::new(), None)];
+    for event in told {
+        let text = event.text.as_str().to_owned();
+        let (since, act) = acts.last_mut().expect("never empty");
+        match event.kind() {
+            Some(EventKind::MovementSeen) => since.push(text),
+            Some(EventKind::ActionSeen) if !text.starts_with("I: ") => {
+                *act = Some(text);
+                acts.push((Vec::new(), None));
+            }
+            _ => {}
+        }
+    }
+    acts
+}
+
+/// Whether an act is what the movement before it was told to be for.
+pub(crate) fn comes_true(movement: &str, act: &str) -> bool {
+    let Some((who, what)) = movement.split_once(": putting the ") else { return false };
+    let Some(done) = act.strip_prefix(who).and_then(|done| done.strip_prefix(": ")) else { return false };
+    if let Some((_, hole)) = what.split_once(" into the ") {
+        done.contains(&format!("{hole} filled"))
+    } else if let Some((thing, below)) = what.split_once(" onto ") {
+        done.contains(&format!("{thing} placed on {below}"))
+    } else {
+        // Whether what is laid down somewhere is a gift, the movement does not say.
+        let Some(thing) = what.strip_suffix(" down") else { return false };
+        ["moved", "handed to"].iter().any(|act| done.starts_with(&format!("{thing} {act}")))
+    }
 }

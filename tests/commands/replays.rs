@@ -6,6 +6,7 @@ use std::fs::{self, File};
 use geometry::Pose;
 use recording::{Buffer, Frame, Subject, Time, Writer};
 
+use crate::acts::{comes_true, movements};
 use crate::assert_refused;
 use crate::house::{read, short_lesson, tell, write};
 use crate::recordings::{equal, file, frames, recorded};
@@ -19,7 +20,8 @@ fn rewritten(frames: &[Frame], to: &str) {
 }
 
 /// A lesson comes back bit by bit: what is believed of every perspective, how they differ, what is learned,
-/// and where the joints shall be. The recording's file is `to`.
+/// and where the joints shall be. Every act of others was seen to begin, once, as what it became. The
+/// recording's file is `to`.
 fn comes_back(lesson: &str, config: Option<&str>, to: &str) {
     let mut arguments = vec!["teach", lesson, "--record", to];
     arguments.extend(config.iter().flat_map(|config| ["--config", config]));
@@ -28,8 +30,18 @@ fn comes_back(lesson: &str, config: Option<&str>, to: &str) {
     let told = tell(&["replay", to]);
     assert_eq!((told.status, told.err.as_str()), (Some(0), ""), "{lesson}: {told:?}");
     assert!(!told.out.contains("not compared"), "{lesson}: {told:?}");
+    let frames = frames(to);
+    for (movements, act) in movements(&frames) {
+        match (movements.as_slice(), act) {
+            ([], None) => {}
+            ([movement], Some(act)) => {
+                assert!(comes_true(movement, &act), "{lesson}: {movement}, then {act}")
+            }
+            (movements, act) => panic!("{lesson}: {act:?} was seen to begin as {movements:?}"),
+        }
+    }
     let mut counts: BTreeMap<Buffer, usize> = BTreeMap::new();
-    for frame in frames(to).iter().filter(|frame| frame.buffer.is_made_of_others()) {
+    for frame in frames.iter().filter(|frame| frame.buffer.is_made_of_others()) {
         *counts.entry(frame.buffer).or_default() += 1;
     }
     for buffer in
