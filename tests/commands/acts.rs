@@ -1,6 +1,6 @@
 //! The acts that Leo tells apart, over the real processes.
 
-use message::{Event, EventKind, Events};
+use message::{EventKind, Events};
 use recording::{Buffer, Frame};
 use serde_json::Value;
 

@@ -32,13 +32,12 @@ fn comes_back(lesson: &str, config: Option<&str>, to: &str) {
     assert!(!told.out.contains("not compared"), "{lesson}: {told:?}");
     let frames = frames(to);
     for (movements, act) in movements(&frames) {
-        match (movements.as_slice(), act) {
-            ([], None) => {}
-            ([movement], Some(act)) => {
-                assert!(comes_true(movement, &act), "{lesson}: {movement}, then {act}")
-            }
-            (movements, act) => panic!("{lesson}: {act:?} was seen to begin as {movements:?}"),
-        }
+        let comes_true = match (movements.as_slice(), &act) {
+            ([], None) => true,
+            ([movement], Some(act)) => comes_true(movement, act),
+            _ => false,
+        };
+        assert!(comes_true, "{lesson}: {movements:?}, then {act:?}");
     }
     let mut counts: BTreeMap<Buffer, usize> = BTreeMap::new();
     for frame in frames.iter().filter(|frame| frame.buffer.is_made_of_others()) {
