@@ -12,8 +12,9 @@ use quantity::number::float_of_count;
 /// frame; but what is told is told of the base frame.
 ///
 /// By territory, n beliefs cost n² distances. So it is judged anew when a thing has come or gone, and
-/// otherwise ten times a second: things do not change hands faster. Of more than 256 things nobody
-/// could say whose they are at a glance, and all are everybody's. Allocates in `new` alone.
+/// otherwise ten times a second: things do not change hands faster. All are compared with all only where
+/// they have moved so far since they last were that the territories may be others. Of more than 256 things
+/// nobody could say whose they are at a glance, and all are everybody's. Allocates in `new` alone.
 ///
 /// ```
 /// use geometry::Position;
@@ -41,7 +42,10 @@ pub struct Owners {
     links: Vec<Link>,
     /// Those not yet in the tree, each with its shortest link to it.
     outside: Outside,
-    /// Which things lie beyond the longest link.
+    /// Where the things were when the tree grew.
+    grown: Vec<Claim>,
+    gap: Option<Gap>,
+    /// Which of them lie beyond the longest link, where the gap is wide.
     beyond: Vec<bool>,
     judged: Option<Judged>,
 }
@@ -69,6 +73,38 @@ pub struct Claim {
     pub place: Position<Base>,
     /// The agent who holds it, or `NOBODY`.
     pub held_by: u16,
+}
+
+/// The longest link of a tree and the longest of its others: the gap between two clusters, and the widest
+/// within one.
+#[derive(Clone, Copy, Debug)]
+struct Gap {
+    longest_m: f64,
+    widest_m: f64,
+}
+
+/// More than what lengths of a workspace round.
+const ROUNDING_M: f64 = 1e-9;
+
+impl Gap {
+    fn is_wide(&self, ratio: f64) -> bool {
+        self.longest_m >= ratio * self.widest_m
+    }
+
+    /// Whether the gap is as wide or as narrow, and between the same things, wherever each of them
+    /// went that has moved by no more than so far.
+    ///
+    /// Then no distance has changed by more than twice that, and nor has any link in the order of
+    /// lengths: who is joined by links up to some length is then joined by links of that much more.
+    fn stays(&self, ratio: f64, moved_m: f64) -> bool {
+        let by_m = 2.0 * moved_m + ROUNDING_M;
+        if self.is_wide(ratio) {
+            let (longest_m, widest_m) = (self.longest_m - by_m, self.widest_m + by_m);
+            longest_m > widest_m && longest_m >= ratio * widest_m
+        } else {
+            self.longest_m + by_m < ratio * (self.widest_m - by_m)
+        }
+    }
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -158,6 +194,8 @@ impl Owners {
             held_before: Vec::with_capacity(capacity),
             links: Vec::with_capacity(capacity),
             outside: Outside::new(capacity),
+            grown: Vec::with_capacity(capacity),
+            gap: None,
             beyond: Vec::with_capacity(capacity),
             judged: None,
         }
@@ -264,23 +302,13 @@ impl Owners {
         if self.claims.len() > TERRITORY_MOST || !self.claims.iter().all(is_placed) {
             return;
         }
-        self.grow();
-        let lengths = self.links.iter().map(|link| link.length_m).enumerate();
-        let Some((gap, longest_m)) = lengths.clone().max_by(|a, b| a.1.total_cmp(&b.1)) else { return };
-        let widest_m =
-            lengths.filter(|(link, _)| *link != gap).map(|(_, length_m)| length_m).fold(0.0, f64::max);
-        let is_wide = longest_m >= self.config.gap_ratio.get() * widest_m;
-        if !is_wide {
-            return;
+        let ratio = self.config.gap_ratio.get();
+        if !self.gap.is_some_and(|gap| self.moved_m().is_some_and(|moved_m| gap.stays(ratio, moved_m))) {
+            self.grow();
+            self.cut();
         }
-        self.beyond.clear();
-        self.beyond.resize(self.claims.len(), false);
-        // The tree grows over its longest link when nothing else is left on this side of it, and not
-        // back: beyond lies what it reaches from then on.
-        for link in self.links.iter().skip(gap) {
-            if let Some(beyond) = self.beyond.get_mut(link.to) {
-                *beyond = true;
-            }
+        if !self.gap.is_some_and(|gap| gap.is_wide(ratio)) {
+            return;
         }
         let side = |wanted: bool| {
             let members = self.claims.iter().zip(&self.beyond).filter(move |(_, beyond)| **beyond == wanted);
@@ -295,8 +323,39 @@ impl Owners {
         }
     }
 
+    /// How far the thing that moved furthest has moved since the tree grew; `None` where it grew of others.
+    fn moved_m(&self) -> Option<f64> {
+        let are_same = self.claims.len() == self.grown.len();
+        let mut pairs = self.claims.iter().zip(&self.grown).filter(|_| are_same).peekable();
+        pairs.peek()?;
+        pairs.try_fold(0.0, |furthest_m: f64, (now, then)| {
+            (now.id == then.id).then(|| furthest_m.max(now.place.distance(&then.place)))
+        })
+    }
+
+    /// Finds the longest link of the tree, and who lies beyond it.
+    fn cut(&mut self) {
+        let lengths = self.links.iter().map(|link| link.length_m).enumerate();
+        let longest = lengths.clone().max_by(|a, b| a.1.total_cmp(&b.1));
+        self.gap = longest.map(|(gap, longest_m)| {
+            let others = lengths.filter(|(link, _)| *link != gap).map(|(_, length_m)| length_m);
+            Gap { longest_m, widest_m: others.fold(0.0, f64::max) }
+        });
+        self.beyond.clear();
+        self.beyond.resize(self.claims.len(), false);
+        // The tree grows over its longest link when nothing else is left on this side of it, and not
+        // back: beyond lies what it reaches from then on.
+        for link in self.links.iter().skip(longest.map_or(0, |(gap, _)| gap)) {
+            if let Some(beyond) = self.beyond.get_mut(link.to) {
+                *beyond = true;
+            }
+        }
+    }
+
     /// Prim's algorithm, from the first thing on, over the squares of the lengths.
     fn grow(&mut self) {
+        self.grown.clear();
+        self.grown.extend_from_slice(&self.claims);
         self.links.clear();
         let mut places = self.claims.iter().map(|claim| claim.place.to_array()).enumerate();
         let Some((_, place_m)) = places.next() else { return };

@@ -222,4 +222,40 @@ proptest! {
         there.rotate_right(by);
         prop_assert_eq!(here, there);
     }
+
+    /// Whoever has judged before compares all with all only where somebody went far enough; a stranger does.
+    #[test]
+    fn territories_follow_things_however_far_they_went(
+        places in prop::collection::vec((-0.15..0.15_f64, -0.3..0.3_f64), 2..8),
+        apart in (0.1..0.6_f64, 0.6..1.4_f64),
+        steps in prop::collection::vec((
+            prop_oneof![Just(0.001), Just(0.01), Just(0.05), Just(0.3)],
+            prop::collection::vec((-1.0..1.0_f64, -1.0..1.0_f64), 8),
+            prop_oneof![9 => Just(None), 1 => any::<prop::sample::Index>().prop_map(Some)],
+        ), 1..12),
+    ) {
+        let mut things: Vec<_> = (1_u64..).zip(&places).map(|(id, (dx, y))| {
+            let x = if id.is_multiple_of(2) { apart.0 } else { apart.1 };
+            (id, [x + dx, *y])
+        }).collect();
+        let mut owners = Owners::new(&resource(Owning::Territory), 16);
+        for (by_m, ways, gone) in steps {
+            for ((_, [x, y]), (dx, dy)) in things.iter_mut().zip(ways) {
+                (*x, *y) = (*x + by_m * dx, *y + by_m * dy);
+            }
+            if let Some(gone) = gone.filter(|_| things.len() > 2) {
+                // It comes back as another thing.
+                let (_, place) = things.remove(gone.index(things.len()));
+                let id = things.iter().map(|(id, _)| id + 1).max().unwrap_or(1);
+                things.push((id, place));
+            }
+            let claims = || things.iter().map(|(id, [x, y])| {
+                Claim { id: *id, place: Position::new(*x, *y, 0.03), held_by: NOBODY }
+            });
+            owners.judge(claims(), agents([ROBOT, TEACHER]));
+            let mut stranger = Owners::new(&resource(Owning::Territory), 16);
+            stranger.judge(claims(), agents([ROBOT, TEACHER]));
+            prop_assert_eq!(owners.all(), stranger.all());
+        }
+    }
 }
