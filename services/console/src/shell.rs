@@ -164,8 +164,8 @@ impl Stage {
     fn open(member: &Member, launch: &Launch, robot: &Robot, lesson: &Lesson) -> Result<Self, Failure> {
         let first = lesson.teachers.first().map_or(1, |teacher| teacher.number);
         let web = robot.leo.console.address.get().and_then(|address| {
-            let served =
-                Web::serve(address, Door::read(&launch.domain), &robot.urdf, first, Patience::default());
+            let before = Door::read(&launch.domain, launch.state.as_deref());
+            let served = Web::serve(address, before, &robot.urdf, first, Patience::default());
             // A robot does not stand still for want of a page.
             let failed = |error| {
                 tracing::error!("cannot serve the page at {address}: {error}; the robot runs without");
@@ -174,8 +174,8 @@ impl Stage {
         });
         let shelf = Shelf::new(launch.state.as_deref(), lesson);
         if let Some(web) = &web {
-            if let Err(error) = web.door.leave(&launch.domain) {
-                tracing::warn!(%error, "pages may not find this robot again after a restart of the console process");
+            if let Err(error) = web.door.leave(&launch.domain, launch.state.as_deref()) {
+                tracing::warn!(%error, "pages may not find this robot again after a restart");
             }
             web.shared.sheet().put("lessons", &shelf.list());
         }

@@ -19,3 +19,9 @@ pub fn lessons(state: &Path) -> PathBuf {
 pub fn recordings(state: &Path) -> PathBuf {
     state.join("recordings")
 }
+
+/// What pages on other machines have to know. The console process writes it.
+#[must_use]
+pub fn page_token(state: &Path) -> PathBuf {
+    state.join("page_token")
+}
