@@ -68,7 +68,14 @@ impl Minds {
         let mut header = Header::at(at_ns);
         // A stamp of zero would say that there is none.
         header.pass(Hop::Observed, at_ns.max(1));
-        let looked = frames.iter().map(|frame| SourceSet::of(frame.source)).collect();
+        // What there was no room for is not gone: who saw it did not look, as in the sensor process.
+        let mut room = self.capacity;
+        let whole = frames.iter().filter(|frame| {
+            let is_whole = frame.observations.len() <= room;
+            room = room.saturating_sub(frame.observations.len());
+            is_whole
+        });
+        let looked = whole.map(|frame| SourceSet::of(frame.source)).collect();
         self.believer.step(Instant::from_nanos(at_ns), &PerceptHead::new(header, looked), &self.entries);
         self.read();
     }

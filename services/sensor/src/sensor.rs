@@ -136,8 +136,9 @@ impl Sensor {
     ///
     /// It speaks about the newest instant that a source observed in this cycle, with the stamp of
     /// that source, and says how many observations were left out for lack of room, by all sources
-    /// and here, and which sources looked. Where no source had anything new, it speaks about `now`:
-    /// time passes for the beliefs, and nothing is taken to have vanished.
+    /// and here, and which sources looked. A source of which anything was left out did not: what is not
+    /// among its observations may be what there was no room for. Where no source had anything new, it speaks
+    /// about `now`: time passes for the beliefs, and nothing is taken to have vanished.
     pub fn end(&mut self) -> PerceptHead {
         self.share_out();
         for source in &mut self.sources {
@@ -147,7 +148,8 @@ impl Sensor {
         let newest = headers().max_by_key(|header| header.valid_at_ns);
         let mut header = newest.copied().unwrap_or_else(|| Header::at(self.now.as_nanos()));
         header.left_out = headers().fold(0, |sum: u64, header| sum.saturating_add(header.left_out));
-        let looked = (0..).zip(&self.sources).filter(|(_, source)| source.header().is_some());
+        let is_whole = |source: &Source| source.header().is_some_and(|header| header.left_out == 0);
+        let looked = (0..).zip(&self.sources).filter(|(_, source)| is_whole(source));
         PerceptHead::new(header, looked.map(|(number, _)| SourceSet::of(number)).collect())
     }
 

@@ -145,7 +145,8 @@ impl Source {
         self.lose(Loss::LeftOut, beyond);
         let mut taken = Header::at(header.valid_at_ns);
         taken.pass(Hop::Observed, stamped_at.as_nanos());
-        taken.left_out = header.left_out.saturating_add(beyond);
+        let before = self.header.map_or(0, |earlier| earlier.left_out);
+        taken.left_out = before.saturating_add(header.left_out).saturating_add(beyond);
         self.header = Some(taken);
     }
 

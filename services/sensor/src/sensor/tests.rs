@@ -137,7 +137,6 @@ fn frames_of_all_sources_are_one_frame_of_the_newest_instant_and_all_that_was_le
     let head = merged.header;
     assert_eq!((head.valid_at_ns, head.passed(Hop::Observed)), (8 * MILLI, Some(8 * MILLI + 1)));
     assert_eq!((head.left_out, sensor.len()), (7, 2));
-    assert_eq!(merged.looked(), SourceSet::of(0).union(SourceSet::of(2)));
     // Nobody had anything new: time passes.
     let merged = cycle(&mut sensor, 15, &[]);
     let head = merged.header;
@@ -145,8 +144,8 @@ fn frames_of_all_sources_are_one_frame_of_the_newest_instant_and_all_that_was_le
     assert_eq!((head.left_out, sensor.len()), (0, 0));
     assert_eq!(merged.looked(), SourceSet::EMPTY);
     // An empty table is a look, and a frame that is refused is none.
-    let looked = cycle(&mut sensor, 20, &[(1, header(1, 18), &[]), (2, header(2, 7), &[])]).looked();
-    assert_eq!(looked, SourceSet::of(1));
+    let frames = [(0, header(2, 17), &[seen(17)][..]), (1, header(1, 18), &[]), (2, header(2, 7), &[])];
+    assert_eq!(cycle(&mut sensor, 20, &frames).looked(), SourceSet::of(0).union(SourceSet::of(1)));
 }
 
 #[test]
@@ -246,6 +245,8 @@ fn a_burst_crowds_out_nobodys_share() {
     let of = |number| reported(&sensor).iter().filter(|observation| observation.source == number).count();
     assert_eq!([of(0), of(1), of(2)], [2, 2, 2]);
     assert_eq!((merged.header.left_out, lost(&sensor)), (58, vec![(Loss::LeftOut, 58)]));
+    // What there was no room for is not gone.
+    assert_eq!(merged.looked(), [1, 2].map(SourceSet::of).into_iter().collect());
     // What others leave is for whoever needs it.
     let merged = cycle(
         &mut sensor,
@@ -255,6 +256,18 @@ fn a_burst_crowds_out_nobodys_share() {
     let of = |number| reported(&sensor).iter().filter(|observation| observation.source == number).count();
     assert_eq!([of(0), of(1), of(2)], [0, 5, 1]);
     assert_eq!(merged.header.left_out, 55);
+    assert_eq!(merged.looked(), SourceSet::of(2));
+}
+
+#[test]
+fn a_source_that_left_anything_out_itself_did_not_look_nor_one_that_did_in_a_frame_before() {
+    let mut sensor = sensor(&["", ""]);
+    let cut = Header { left_out: 1, ..header(1, 5) };
+    let merged = cycle(&mut sensor, 10, &[(0, cut, &[seen(5)]), (1, header(1, 6), &[seen(6)])]);
+    assert_eq!(merged.looked(), SourceSet::of(1));
+    let cut = Header { left_out: 1, ..header(2, 12) };
+    let merged = cycle(&mut sensor, 15, &[(0, cut, &[seen(12)]), (0, header(3, 13), &[seen(13)])]);
+    assert_eq!((merged.looked(), merged.header.left_out), (SourceSet::EMPTY, 1));
 }
 
 /// What is told of the second of two sources, of which 20 frames per second are expected, when it

@@ -196,7 +196,9 @@ pub(crate) fn play(bytes: &[u8]) -> Seen {
         };
         assert!(fits(header.valid_at_ns) && header.passed(Hop::Observed).is_none_or(fits), "{header:?}");
         assert_eq!(header.passed(Hop::Observed).is_some(), taken > 0);
-        assert_eq!(head.looked() != SourceSet::EMPTY, taken > 0);
+        // Who left anything out did not look.
+        let looked = head.looked() != SourceSet::EMPTY;
+        assert!(if header.left_out == 0 { looked == (taken > 0) } else { !looked || taken > 1 }, "{head:?}");
         let mut latest = newest.clone();
         let mut count = 0;
         for perceived in sensor.perceived() {
