@@ -51,3 +51,28 @@ fn what_is_held_goes_back_when_the_console_dies_and_its_next_life_is_found_at_th
     let file = std::path::Path::new(kept["file"].as_str().unwrap_or_default());
     assert!(file.to_string_lossy().ends_with("_asked.mcap") && file.exists(), "{kept}");
 }
+
+#[test]
+fn what_leo_remembers_is_on_the_page_of_a_console_that_did_not_hear_it_learned() {
+    let robot = Robot::start("console-memory");
+    let mut page = Page::open(&robot.host);
+    let knows = |cells: &std::collections::BTreeMap<String, serde_json::Value>| {
+        cells.get("task/task 1").is_some_and(|task| task["examples"] == 1 && !task["rule"].is_null())
+    };
+    page.wait("what the first demonstration comes to", knows);
+    let learned = page.cells["task/task 1"].clone();
+    // By hand now: nothing more is learned.
+    page.must("clear", json!({}));
+    page.wait("a table by hand", |cells| cells.get("workspace").is_some_and(|it| it["mode"] == "set-up"));
+    let pid = page.cells["process/console"]["pid"].as_i64().expect("a number");
+    let pid = Pid::from_raw(i32::try_from(pid).expect("a number")).expect("a process");
+    kill_process(pid, Signal::KILL).expect("it lives");
+    drop(page);
+
+    let mut page = found_again(&robot.host);
+    page.wait("what it comes to, told again", knows);
+    let again = &page.cells["task/task 1"];
+    for part in ["hypotheses", "rule", "explanation"] {
+        assert_eq!(again[part], learned[part], "{part}");
+    }
+}

@@ -65,6 +65,8 @@ enum leo_event_kind {
     LEO_EVENT_KIND_ANSWERED = 16,
     /* A movement of somebody's is one of Leo's own; the text says whose, and what he is about to do. */
     LEO_EVENT_KIND_MOVEMENT_SEEN = 17,
+    /* A task is remembered, and what it comes to follows: told to whoever has just begun to listen. */
+    LEO_EVENT_KIND_REMEMBERED = 18,
 };
 
 /* A point on the way of a frame, in the direction the data flows. */
@@ -967,7 +969,7 @@ LEO_ASSERT(offsetof(struct leo_percept_head, header) == 0, "place of header");
 LEO_ASSERT(offsetof(struct leo_percept_head, looked) == 96, "place of looked");
 
 /* What was computed of one perspective, since its process's life began. */
-#define LEO_PERSPECTIVE_HEALTH_TYPE "leo/PerspectiveHealth/1"
+#define LEO_PERSPECTIVE_HEALTH_TYPE "leo/PerspectiveHealth/2"
 struct leo_perspective_health {
     LEO_NAMED(LEO_PERSPECTIVE_HEALTH_TYPE)
     /* Whose it is, and within whose. */
@@ -976,15 +978,21 @@ struct leo_perspective_health {
     uint64_t steps;
     /* Beliefs that it held after each of these steps, all together. */
     uint64_t beliefs;
+    /* Observations, beliefs and occluders for which it had no room. */
+    uint64_t left_out;
+    /* Observations and evaluations that it refused as nonsense. */
+    uint64_t refused;
 };
-LEO_ASSERT(sizeof(struct leo_perspective_health) == 32, "size of leo/PerspectiveHealth/1");
+LEO_ASSERT(sizeof(struct leo_perspective_health) == 48, "size of leo/PerspectiveHealth/2");
 LEO_ASSERT(offsetof(struct leo_perspective_health, path) == 0, "place of path");
 LEO_ASSERT(offsetof(struct leo_perspective_health, steps) == 16, "place of steps");
 LEO_ASSERT(offsetof(struct leo_perspective_health, beliefs) == 24, "place of beliefs");
+LEO_ASSERT(offsetof(struct leo_perspective_health, left_out) == 32, "place of left_out");
+LEO_ASSERT(offsetof(struct leo_perspective_health, refused) == 40, "place of refused");
 
 /* What was computed of each perspective: the belief process writes it to a board of its own. Where
  * perspective taking is off there is one, the robot's own. */
-#define LEO_PERSPECTIVES_TYPE "leo/Perspectives/1"
+#define LEO_PERSPECTIVES_TYPE "leo/Perspectives/2"
 struct leo_perspectives {
     LEO_NAMED(LEO_PERSPECTIVES_TYPE)
     /* How many perspectives there are. */
@@ -992,7 +1000,7 @@ struct leo_perspectives {
     /* Each of them, by its number. */
     struct leo_perspective_health perspectives[256];
 };
-LEO_ASSERT(sizeof(struct leo_perspectives) == 8200, "size of leo/Perspectives/1");
+LEO_ASSERT(sizeof(struct leo_perspectives) == 12296, "size of leo/Perspectives/2");
 LEO_ASSERT(offsetof(struct leo_perspectives, count) == 0, "place of count");
 LEO_ASSERT(offsetof(struct leo_perspectives, perspectives) == 8, "place of perspectives");
 

@@ -56,6 +56,8 @@ class EventKind(enum.IntEnum):
     ANSWERED = 16
     # A movement of somebody's is one of Leo's own; the text says whose, and what he is about to do.
     MOVEMENT_SEEN = 17
+    # A task is remembered, and what it comes to follows: told to whoever has just begun to listen.
+    REMEMBERED = 18
 
 
 # A point on the way of a frame, in the direction the data flows.
@@ -880,11 +882,15 @@ class PerspectiveHealth(ctypes.Structure):
         ("steps", ctypes.c_uint64),
         # Beliefs that it held after each of these steps, all together.
         ("beliefs", ctypes.c_uint64),
+        # Observations, beliefs and occluders for which it had no room.
+        ("left_out", ctypes.c_uint64),
+        # Observations and evaluations that it refused as nonsense.
+        ("refused", ctypes.c_uint64),
     ]
 
     @staticmethod
     def type_name():
-        return "leo/PerspectiveHealth/1"
+        return "leo/PerspectiveHealth/2"
 
 
 # What was computed of each perspective: the belief process writes it to a board of its own. Where
@@ -899,7 +905,7 @@ class Perspectives(ctypes.Structure):
 
     @staticmethod
     def type_name():
-        return "leo/Perspectives/1"
+        return "leo/Perspectives/2"
 
 
 # Which life of each process is the newest, as the supervisor knows it: it names the board on
@@ -1103,8 +1109,8 @@ _LAYOUT = [
     (Snapshot, 340, [0, 4]),
     (Perceived, 472, [0, 128]),
     (PerceptHead, 104, [0, 96]),
-    (PerspectiveHealth, 32, [0, 16, 24]),
-    (Perspectives, 8200, [0, 8]),
+    (PerspectiveHealth, 48, [0, 16, 24, 32, 40]),
+    (Perspectives, 12296, [0, 8]),
     (Roster, 128, [0]),
     (SceneHead, 432, [0, 96, 120, 152, 160, 164, 168, 172, 176]),
     (SceneObject, 408, [0, 24, 56, 80, 92, 108, 140, 142, 144, 146, 148]),

@@ -170,7 +170,7 @@ impl Believer {
         self.at = Instant::from_nanos(header.valid_at_ns).min(now).max(self.at);
         self.header = Header { valid_at_ns: self.at.as_nanos(), ..header.onwards() };
         self.robot.step(self.at, head.looked(), entries);
-        self.count(0, self.robot.beliefs().len());
+        self.count(0);
         for index in 0..self.others.len() {
             let Some((earlier, [other, ..])) = self.others.split_at_mut_checked(index) else { return };
             let awareness = match other.within.checked_sub(1) {
@@ -182,8 +182,7 @@ impl Believer {
                 let (robot, within) = (&self.robot, other.within);
                 let surveyed = |place: &Position<Base>| all_survey(robot, earlier, within, place);
                 other.partner.step(self.at, entries, awareness, surveyed);
-                let beliefs = other.partner.beliefs().len();
-                self.count(index + 1, beliefs);
+                self.count(saturating_u32(index + 1));
             }
         }
     }
@@ -194,10 +193,14 @@ impl Believer {
         &self.computed
     }
 
-    fn count(&mut self, perspective: usize, beliefs: usize) {
-        if let Some(counts) = self.computed.perspectives.get_mut(perspective) {
+    fn count(&mut self, perspective: u32) {
+        let (head, beliefs) = (self.head(perspective), self.len(perspective));
+        let counts =
+            usize::try_from(perspective).ok().and_then(|index| self.computed.perspectives.get_mut(index));
+        if let Some(counts) = counts {
             counts.steps += 1;
             counts.beliefs += u64::from(saturating_u32(beliefs));
+            (counts.left_out, counts.refused) = (head.overflowed, head.refused);
         }
     }
 

@@ -17,6 +17,10 @@ use crate::sheet::Sheet;
 /// Beliefs are shown once in so many looks: reading along is done ten times a second.
 const BELIEFS_EVERY: u32 = 5;
 
+/// What is said of a robot that perceives more than it has room for.
+const CROWDED: &str = "there is more than I have room for, and some of it is left out: raise `buffers.objects` in \
+                       leo.toml, or `occluders.most` in perspective.toml";
+
 /// The buffers that are looked at: the newest frame of each. What is passed over is no loss.
 pub(crate) struct Look {
     names: Names,
@@ -30,6 +34,8 @@ pub(crate) struct Look {
     looks: u32,
     /// Joints that no servo answers for, at the last look.
     pub(crate) quarantined: Vec<u32>,
+    /// Whether it was said that some perspective has no room for something.
+    crowded: bool,
     /// The newest head of the simulator's scene.
     pub(crate) workspace: Option<SceneHead>,
     /// The instant that time is counted from, in nanoseconds.
@@ -79,6 +85,7 @@ impl Look {
             partners,
             looks: 0,
             quarantined: Vec::new(),
+            crowded: false,
             workspace: None,
             first_ns: None,
             robots: Vec::new(),
@@ -120,6 +127,12 @@ impl Look {
             self.show(sheet);
         }
         Ok(())
+    }
+
+    /// What is to be said, once, because some perspective has had no room for something.
+    pub(crate) fn crowded(&mut self) -> Option<&'static str> {
+        let is_crowded = self.perspectives.iter().any(|perspective| perspective.head.overflowed > 0);
+        (is_crowded && !std::mem::replace(&mut self.crowded, is_crowded)).then_some(CROWDED)
     }
 
     fn tell(&mut self, tell: &mut impl FnMut(u64, &str)) {

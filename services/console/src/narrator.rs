@@ -69,13 +69,15 @@ pub struct Line {
 #[derive(Clone, Debug, Default)]
 pub struct Narrator {
     names: Names,
+    /// Whether what a remembered task comes to is being told: it was told when it was learned.
+    recalls: bool,
 }
 
 impl Narrator {
     /// About people who are called so.
     #[must_use]
     pub fn new(names: &Names) -> Self {
-        Self { names: names.clone() }
+        Self { names: names.clone(), recalls: false }
     }
 
     /// A line about what a teacher said at `at_ns`.
@@ -89,15 +91,21 @@ impl Narrator {
     /// A line about an event of the learner at `at_ns`; none where the numbers are no event, or one of
     /// which nobody is told.
     #[must_use]
-    pub fn event(&self, at_ns: u64, event: &Event) -> Option<Line> {
+    pub fn event(&mut self, at_ns: u64, event: &Event) -> Option<Line> {
         let text = event.text.as_str();
         let task = event.task.as_str();
         let whose = match event.perspective {
             0 => "Leo's own view".to_owned(),
             partner => format!("{}'s view", self.names.of(partner)),
         };
+        let kind = event.kind()?;
+        let is_verdict = matches!(kind, EventKind::Hypothesis | EventKind::RuleChosen | EventKind::Explained);
+        self.recalls = kind == EventKind::Remembered || self.recalls && is_verdict;
+        if self.recalls && is_verdict {
+            return None;
+        }
         let mut who = None;
-        let (kind, text) = match event.kind()? {
+        let (kind, text) = match kind {
             EventKind::Said => {
                 who = Some(self.names.of(0));
                 (LineKind::Said, text.to_owned())
@@ -122,6 +130,9 @@ impl Narrator {
             EventKind::StepFailed => (LineKind::Failed, text.to_owned()),
             EventKind::PerformanceEnded => (LineKind::Result, text.to_owned()),
             EventKind::ContinuityBroken => (LineKind::Note, text.to_owned()),
+            EventKind::Remembered => {
+                (LineKind::Note, format!("remembers {task}: {}", counted(event.examples, "example")))
+            }
             EventKind::Hypothesis | EventKind::Declined => return None,
         };
         Some(Line { at_ns, who, kind, text })
@@ -179,6 +190,20 @@ mod tests {
         assert_eq!(text(&mut transcript, 5_000_000_000, &said), "[   0.00 s] Leo:     \"I am ready\"\n");
         let done = Event::new(EventKind::StepDone, "task 1", "a peg");
         assert_eq!(text(&mut transcript, 6_500_000_000, &done), "[   1.50 s]   done   a peg\n");
+    }
+
+    #[test]
+    fn what_a_remembered_task_comes_to_was_told_when_it_was_learned() {
+        let (mut narrator, mut transcript) = (Narrator::default(), Transcript::default());
+        let mut text = |event: &Event| narrator.event(1, event).map(|line| transcript.text(&line));
+        let rule = Event::new(EventKind::RuleChosen, "task 1", "all");
+        assert!(text(&rule).is_some());
+        let remembered = Event { examples: 2, ..Event::new(EventKind::Remembered, "task 1", "task 1") };
+        let told = text(&remembered).unwrap_or_default();
+        assert!(told.ends_with("remembers task 1: 2 examples\n"), "{told}");
+        assert_eq!(text(&rule), None);
+        assert!(text(&Event::new(EventKind::DemonstrationEnded, "task 1", "task 1")).is_some());
+        assert!(text(&rule).is_some());
     }
 
     #[test]

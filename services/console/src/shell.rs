@@ -5,7 +5,7 @@ use account::Account;
 use clock::{Duration, Instant};
 use config::Robot;
 use config::lesson::Lesson;
-use message::{Events, Process, Utterances};
+use message::{EventKind, Events, Process, Utterances};
 use process::{Aside, Failure, Launch, Member, Progress};
 use serde_json::json;
 use transport::{Domain, Inlet};
@@ -59,6 +59,7 @@ pub fn run(launch: &Launch, robot: &Robot, lesson: &Lesson) -> Result<(), Failur
             let mut shared = stage.web.as_ref().map(|web| web.shared.sheet());
             let sheet = shared.as_deref_mut().unwrap_or(&mut unseen);
             look.look(sheet, |at_ns, words| told.push(ear.narrator.divide(at_ns, words)))?;
+            told.extend(look.crowded().map(|words| ear.narrator.note(now.as_nanos(), words)));
             for line in &told {
                 let t = look.seconds(line.at_ns);
                 ear.lines.add(sheet, t, line);
@@ -94,8 +95,9 @@ pub fn run(launch: &Launch, robot: &Robot, lesson: &Lesson) -> Result<(), Failur
         let line = ear.narrator.note(member.now().as_nanos(), &words);
         let _taken = out.write_all(transcript.text(&line).as_bytes());
     }
-    if !ear.account.tasks.is_empty() {
-        let summary = format!("\nWhat Leo learned\n\n{}", ear.account.to_text(&leo.belief.names));
+    let account = ear.account.of_today();
+    if !account.tasks.is_empty() {
+        let summary = format!("\nWhat Leo learned\n\n{}", account.to_text(&leo.belief.names));
         let _taken = out.write_all(summary.as_bytes());
     }
     out.finish();
@@ -138,7 +140,11 @@ impl Ear {
         }
         while let Some(frame) = self.events.receive()? {
             for event in frame.entries() {
-                told.extend(self.narrator.event(frame.head().valid_at_ns, event));
+                // Whoever else begins to listen has it told once more.
+                let is_known = event.kind() == Some(EventKind::Remembered)
+                    && self.account.examples(event.task.as_str()) == Some(event.examples);
+                let line = self.narrator.event(frame.head().valid_at_ns, event);
+                told.extend(line.filter(|_| !is_known));
                 self.account.note(event);
                 self.has_news = true;
             }

@@ -8,7 +8,7 @@ use tasks::{Example, Language, Learned, Noise, OnConflict, Prior, Snapshot, Task
 
 use crate::performance::{HalfHeights, Performance, Stage};
 use crate::question::Question;
-use crate::report::{sight, spoken};
+use crate::report::{retell, sight, spoken};
 use crate::teaching::Teaching;
 use crate::verdict::Verdict;
 use crate::views::{Continuity, Views};
@@ -154,6 +154,18 @@ impl<B: Body> Learner<B> {
     #[must_use]
     pub fn is_performing(&self) -> bool {
         self.performance.is_some()
+    }
+
+    /// The keys of the tasks that it knows.
+    pub fn known(&self) -> impl Iterator<Item = &str> {
+        self.tasks.keys().map(String::as_str)
+    }
+
+    /// What a task that it knows comes to, once more.
+    #[must_use]
+    pub fn recall(&self, key: &str) -> Vec<Event> {
+        let tell = |task| retell(&self.vocabulary.language, task, &self.settings.learning);
+        self.tasks.get(key).map_or_else(Vec::new, tell)
     }
 
     /// Goes on to an instant.

@@ -11,6 +11,7 @@ mod leo_body;
 mod memory;
 mod performance;
 mod question;
+mod recollection;
 mod report;
 mod reports;
 mod shell;

@@ -17,14 +17,14 @@ use crate::verdict::{Verdict, perspectives};
 /// Rules reported per perspective and goal at most, beyond those of high likelihood.
 pub(crate) const REPORTED: usize = 8;
 
-/// The events that tell what a task comes to, as they were told when it was learned: hypotheses of
-/// every perspective that has examples of it, the rule chosen, and why another sees it differently.
+/// The events that tell what a remembered task comes to, as they were told when it was learned: hypotheses
+/// of every perspective that has examples of it, the rule chosen, and why another sees it differently.
 #[must_use]
 pub fn retell(language: &Language, task: &Task, settings: &Settings) -> Vec<Event> {
     let examples = saturating_u32(task.examples.len());
-    let ended = Event { examples, ..Event::new(EventKind::DemonstrationEnded, &task.name, &task.name) };
+    let remembered = Event { examples, ..Event::new(EventKind::Remembered, &task.name, &task.name) };
     let verdict = Verdict::of(language, task, &perspectives(task), settings);
-    std::iter::once(ended).chain(verdict.events(language, task)).collect()
+    std::iter::once(remembered).chain(verdict.events(language, task)).collect()
 }
 
 /// What a task is, in words: "all filled".

@@ -12,6 +12,7 @@ use tasks::Task;
 use transport::{Frame, Inlet, Outlet};
 
 use crate::keeper::{Keeper, Outcome};
+use crate::recollection::Recollection;
 use crate::reports::{Report, Reports};
 use crate::{Input, Kept, Learner, LeoBody, Memory, Output, Settings, Vocabulary};
 
@@ -19,6 +20,8 @@ use crate::{Input, Kept, Learner, LeoBody, Memory, Output, Settings, Vocabulary}
 const EVENTS: usize = 64;
 /// After this long what could not be kept is tried again.
 const KEEP_AGAIN: Duration = Duration::from_secs(5);
+/// Whoever only looks at what was learned has the file open for less than this.
+const LOOKED_AT: Duration = Duration::from_secs(3);
 
 /// Why an example cannot be kept.
 type Unkept = Box<dyn std::error::Error + Send + Sync>;
@@ -37,10 +40,10 @@ pub fn run(launch: &Launch, robot: &Robot) -> Result<(), Failure> {
     let mut joint_states = member.inlet::<JointStates>(None)?;
     let mut events = member.outlet::<Events>(None, EVENTS)?;
     let mut goals = member.outlet::<JointGoals>(None, robot.motor.joints.len())?;
-    let (memory, known) = remembered(launch.state.as_deref())?;
-    let file = launch.state.as_deref().filter(|_| memory.is_some()).map(state::learned);
-    let mut keeper = Keeper::start(keeping(file, memory), KEEP_AGAIN).map_err(Failure::own)?;
+    let (place, known) = remembered(launch.state.as_deref())?;
+    let mut keeper = Keeper::start(place.keeping(), KEEP_AGAIN).map_err(Failure::own)?;
     let mut reports = Reports::default();
+    let mut recollection = Recollection::default();
     let vocabulary = Vocabulary::of(&robot.percepts).map_err(Failure::own)?.with_names(&leo.belief.names);
     let body = LeoBody::new(robot).map_err(Failure::own)?;
     let mut learner =
@@ -89,6 +92,12 @@ pub fn run(launch: &Launch, robot: &Robot) -> Result<(), Failure> {
             while let Some(outcome) = keeper.kept() {
                 report(now.as_nanos(), outcome, &mut reports);
             }
+            // Simulated time has the same listeners from its beginning to its end.
+            if !member.is_lockstep()
+                && let Some(key) = recollection.next(now, events.readers(), learner.known())
+            {
+                reports.push(now.as_nanos(), 0, learner.recall(&key));
+            }
             tell(&mut reports, &mut events)?;
             member.health().drops = beliefs.drops() + utterances.drops() + joint_states.drops();
             member.health().undelivered = events.undelivered() + goals.undelivered();
@@ -100,18 +109,38 @@ pub fn run(launch: &Launch, robot: &Robot) -> Result<(), Failure> {
     tell(&mut reports, &mut events)
 }
 
-/// Keeps examples in a file, if there is one.
-fn keeping(file: Option<PathBuf>, mut memory: Option<Memory>) -> impl FnMut(&Kept) -> Result<(), Unkept> {
-    move |kept| {
-        let Some(file) = &file else { return Ok(()) };
-        // After an error of the disk a file takes nothing more until it is opened anew.
-        let open = match memory.take() {
-            Some(open) => open,
-            None => Memory::open(file)?,
+/// Where examples are kept.
+enum Place {
+    /// Nowhere: nobody wants them beyond the life of the process.
+    Nowhere,
+    /// In a file that another program had open when the process began: what it does not know it may not
+    /// write into.
+    Taken(String),
+    /// In a file.
+    File(PathBuf, Memory),
+}
+
+impl Place {
+    fn keeping(self) -> impl FnMut(&Kept) -> Result<(), Unkept> {
+        let (file, mut memory, taken) = match self {
+            Self::Nowhere => (None, None, None),
+            Self::Taken(busy) => (None, None, Some(busy)),
+            Self::File(file, memory) => (Some(file), Some(memory), None),
         };
-        open.keep(kept)?;
-        memory = Some(open);
-        Ok(())
+        move |kept| {
+            if let Some(busy) = &taken {
+                return Err(busy.as_str().into());
+            }
+            let Some(file) = &file else { return Ok(()) };
+            // After an error of the disk a file takes nothing more until it is opened anew.
+            let open = match memory.take() {
+                Some(open) => open,
+                None => Memory::open(file)?,
+            };
+            open.keep(kept)?;
+            memory = Some(open);
+            Ok(())
+        }
     }
 }
 
@@ -248,17 +277,55 @@ pub fn check_memory(state: &Path) -> Result<(), Failure> {
 }
 
 /// What is remembered in a state directory, and where to remember more, if anywhere.
-fn remembered(folder: Option<&Path>) -> Result<(Option<Memory>, Vec<Task>), Failure> {
-    let Some(folder) = folder else { return Ok((None, Vec::new())) };
-    match Memory::open(&state::learned(folder)) {
-        Ok(memory) => {
-            let known = memory.tasks().map_err(Failure::own)?;
-            Ok((Some(memory), known))
+fn remembered(folder: Option<&Path>) -> Result<(Place, Vec<Task>), Failure> {
+    let Some(folder) = folder else { return Ok((Place::Nowhere, Vec::new())) };
+    let file = state::learned(folder);
+    let until = clock::now() + LOOKED_AT;
+    loop {
+        match Memory::open(&file) {
+            Ok(memory) => {
+                let known = memory.tasks().map_err(Failure::own)?;
+                return Ok((Place::File(file, memory), known));
+            }
+            Err(OpenError::InUse { .. }) if clock::now() < until => {
+                clock::sleep_until(clock::now() + Duration::from_millis(20));
+            }
+            Err(busy @ OpenError::InUse { .. }) => {
+                tracing::warn!("{busy}: this robot begins knowing nothing, and forgets when it ends");
+                return Ok((Place::Taken(busy.to_string()), Vec::new()));
+            }
+            Err(error) => return Err(Failure::own(error)),
         }
-        Err(busy @ OpenError::InUse { .. }) => {
-            tracing::warn!("{busy}: this robot begins knowing nothing, and forgets when it ends");
-            Ok((None, Vec::new()))
-        }
-        Err(error) => Err(Failure::own(error)),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn who_only_looks_at_what_was_learned_is_waited_for() {
+        let folder = tempfile::tempdir().unwrap();
+        let looks = Memory::open(&state::learned(folder.path())).unwrap();
+        let begun = std::thread::scope(|scope| {
+            let begun = scope.spawn(|| remembered(Some(folder.path())).map(|(place, _)| place));
+            clock::sleep_until(clock::now() + Duration::from_millis(100));
+            drop(looks);
+            begun.join().unwrap()
+        });
+        assert!(matches!(begun, Ok(Place::File(..))));
+    }
+
+    #[test]
+    fn what_cannot_be_kept_is_not_said_to_be() {
+        let folder = tempfile::tempdir().unwrap();
+        let _another = Memory::open(&state::learned(folder.path())).unwrap();
+        let Ok((place, known)) = remembered(Some(folder.path())) else { panic!("it begins all the same") };
+        assert!(known.is_empty());
+        let example = tasks::Example { teacher: 1, views: Vec::new() };
+        let kept = Kept { key: "task 1".into(), task: "task 1".into(), place: 0, example };
+        let refused = place.keeping()(&kept).unwrap_err();
+        assert!(refused.to_string().contains("another Leo has the learned tasks open"), "{refused}");
+        assert!(Place::Nowhere.keeping()(&kept).is_ok(), "where nobody wants it kept");
     }
 }

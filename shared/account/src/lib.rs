@@ -39,6 +39,9 @@ pub struct Task {
     pub explanation: Option<String>,
     /// What Leo did on its own.
     pub performances: Vec<Performance>,
+    /// Whether it was taught or performed, and not merely remembered.
+    #[serde(skip)]
+    is_touched: bool,
 }
 
 /// What was seen of one demonstration.
@@ -117,6 +120,10 @@ impl Account {
             return;
         }
         let task = self.task(event.task.as_str());
+        task.is_touched |= !matches!(
+            kind,
+            EventKind::Remembered | EventKind::Hypothesis | EventKind::RuleChosen | EventKind::Explained
+        );
         match kind {
             EventKind::TeachingStarted => task.demonstrations.push(Demonstration::default()),
             EventKind::Seen => match task.performances.last_mut().filter(|last| last.result.is_none()) {
@@ -130,7 +137,7 @@ impl Account {
                 task.demonstration().counts = true;
                 task.begin_anew(event.examples);
             }
-            EventKind::Answered => task.begin_anew(event.examples),
+            EventKind::Answered | EventKind::Remembered => task.begin_anew(event.examples),
             EventKind::Hypothesis => {
                 let hypothesis = Hypothesis {
                     name: text,
@@ -162,6 +169,19 @@ impl Account {
     pub fn performances_ended(&self) -> usize {
         let performances = self.tasks.iter().flat_map(|task| &task.performances);
         performances.filter(|done| done.result.is_some()).count() + self.declined
+    }
+
+    /// Examples that a task has, where it was mentioned.
+    #[must_use]
+    pub fn examples(&self, task: &str) -> Option<u32> {
+        self.tasks.iter().find(|known| known.name == task).map(|task| task.examples)
+    }
+
+    /// The account without what was merely remembered.
+    #[must_use]
+    pub fn of_today(mut self) -> Self {
+        self.tasks.retain(|task| task.is_touched);
+        self
     }
 
     /// The account for a person to read, with what the partners are called.
@@ -314,6 +334,23 @@ mod tests {
         let [task] = account.tasks.as_slice() else { panic!("{account:?}") };
         assert_eq!(task.examples, 2);
         assert_eq!(task.hypotheses.get("robot").map(Vec::len), Some(1));
+    }
+
+    #[test]
+    fn what_is_remembered_is_told_as_it_was_learned_and_is_no_part_of_today() {
+        let mut account = Account::default();
+        for _listener in 0..2 {
+            let remembered = Event { examples: 2, ..Event::new(EventKind::Remembered, "task 1", "task 1") };
+            account.note(&remembered);
+            account.note(&Event::new(EventKind::Hypothesis, "task 1", "some"));
+            account.note(&Event::new(EventKind::RuleChosen, "task 1", "some"));
+        }
+        let [task] = account.tasks.as_slice() else { panic!("{account:?}") };
+        assert_eq!((task.examples, task.hypotheses.get("robot").map(Vec::len)), (2, Some(1)));
+        assert_eq!(task.rule.as_ref().map(|rule| rule.name.as_str()), Some("some"));
+        account.note(&Event::new(EventKind::PerformanceStarted, "task 2", "task 2"));
+        let today: Vec<String> = account.of_today().tasks.into_iter().map(|task| task.name).collect();
+        assert_eq!(today, ["task 2"]);
     }
 
     #[test]

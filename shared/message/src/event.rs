@@ -42,6 +42,8 @@ numbered! {
         Answered = 16,
         /// A movement of somebody's is one of Leo's own; the text says whose, and what he is about to do.
         MovementSeen = 17,
+        /// A task is remembered, and what it comes to follows: told to whoever has just begun to listen.
+        Remembered = 18,
     }
 }
 

@@ -10,7 +10,7 @@ pub const MAX_PERSPECTIVES: usize = 256;
 /// What was computed of one perspective, since its process's life began.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ZeroCopySend)]
 #[repr(C)]
-#[type_name("leo/PerspectiveHealth/1")]
+#[type_name("leo/PerspectiveHealth/2")]
 pub struct PerspectiveHealth {
     /// Whose it is, and within whose.
     pub path: Path,
@@ -18,13 +18,17 @@ pub struct PerspectiveHealth {
     pub steps: u64,
     /// Beliefs that it held after each of these steps, all together.
     pub beliefs: u64,
+    /// Observations, beliefs and occluders for which it had no room.
+    pub left_out: u64,
+    /// Observations and evaluations that it refused as nonsense.
+    pub refused: u64,
 }
 
 /// What was computed of each perspective: the belief process writes it to a board of its own. Where
 /// perspective taking is off there is one, the robot's own.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ZeroCopySend)]
 #[repr(C)]
-#[type_name("leo/Perspectives/1")]
+#[type_name("leo/Perspectives/2")]
 pub struct Perspectives {
     /// How many perspectives there are.
     pub count: u64,

@@ -68,6 +68,24 @@ fn perspectives(readings: &Readings, page: &mut Page) {
     for (path, perspective) in each() {
         page.count(&[("perspective", path)], perspective.beliefs);
     }
+    page.family(
+        "leo_perspective_left_out",
+        Kind::Counter,
+        None,
+        "Observations, beliefs and occluders for which the perspective had no room.",
+    );
+    for (path, perspective) in each() {
+        page.count(&[("perspective", path)], perspective.left_out);
+    }
+    page.family(
+        "leo_perspective_refused",
+        Kind::Counter,
+        None,
+        "Observations and evaluations that the perspective refused as nonsense.",
+    );
+    for (path, perspective) in each() {
+        page.count(&[("perspective", path)], perspective.refused);
+    }
 }
 
 fn tasks(readings: &Readings, page: &mut Page) {

@@ -28,7 +28,12 @@ fn readings() -> Readings {
         processes: [(Process::Sensor, health)].into(),
         sources: vec![source],
         buses: vec![bus],
-        perspectives: vec![PerspectiveHealth { steps: 2, beliefs: 20, ..PerspectiveHealth::default() }],
+        perspectives: vec![PerspectiveHealth {
+            steps: 2,
+            beliefs: 20,
+            left_out: 5,
+            ..PerspectiveHealth::default()
+        }],
         link: Some(link),
         joints: vec![joint(0), joint(1).with_condition(41.5, 11.9).with_reading(1, 0.0, 0.0, 0.25)],
         joint_names: vec!["torso_yaw_joint".to_owned()],
@@ -65,6 +70,7 @@ fn what_was_read_is_told_with_its_labels() {
         "leo_joint_temperature_celsius{joint=\"1\"} 41.5",
         "leo_task_hypotheses{task=\"task 1\",perspective=\"robot\"} 2",
         "leo_store_bytes 4096",
+        "leo_perspective_left_out_total{perspective=\"[]\"} 5",
     ] {
         assert!(text.lines().any(|found| found == line), "{line}\n{text}");
     }

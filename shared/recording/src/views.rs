@@ -367,5 +367,6 @@ fn words(event: &Event, whose: &str) -> Option<String> {
         EventKind::PerformanceEnded => format!("result: {text}"),
         EventKind::ContinuityBroken => format!("note: {text}"),
         EventKind::Declined => format!("declines: {text}"),
+        EventKind::Remembered => format!("remembers {task}: {}", counted(event.examples, "example")),
     })
 }

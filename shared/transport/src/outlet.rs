@@ -9,9 +9,10 @@ use iceoryx2::prelude::{AllocationStrategy, BackpressureStrategy};
 use iceoryx2::sample_mut::SampleMut;
 use iceoryx2::sample_mut_uninit::SampleMutUninit;
 use iceoryx2::service::ipc::Service;
+use iceoryx2::service::port_factory::PortFactory as _;
 use message::{Head as _, Topic};
 
-use crate::service::{bell_service, frame_service};
+use crate::service::{Frames, bell_service, frame_service};
 use crate::{Delivery, PortError, Queues, SendError};
 
 /// A frame's memory, not yet written.
@@ -20,6 +21,7 @@ type Loan<T> = SampleMutUninit<Service, [MaybeUninit<<T as Topic>::Entry>], <T a
 /// The writing end of a topic.
 pub struct Outlet<T: Topic> {
     publisher: Publisher<Service, [T::Entry], T::Head>,
+    service: Frames<T>,
     bell: Notifier<Service>,
     topic: String,
     capacity: usize,
@@ -55,13 +57,29 @@ impl<T: Topic> Outlet<T> {
             .create()
             .map_err(|error| failed(&error))?;
         let delivery = queues.delivery;
-        Ok(Self { publisher, bell, topic, capacity, delivery, incarnation, sequence: 0, undelivered: 0 })
+        Ok(Self {
+            publisher,
+            service,
+            bell,
+            topic,
+            capacity,
+            delivery,
+            incarnation,
+            sequence: 0,
+            undelivered: 0,
+        })
     }
 
     /// Entries that a frame holds.
     #[must_use]
     pub fn capacity(&self) -> usize {
         self.capacity
+    }
+
+    /// How many readers there are, dead ones included that the janitor has not seen yet.
+    #[must_use]
+    pub fn readers(&self) -> usize {
+        self.service.dynamic_config().number_of_subscribers()
     }
 
     /// Frames that could not be given to some reader.

@@ -17,7 +17,8 @@ const NODES: usize = 16;
 const BORROWED: usize = 2;
 
 /// What the ends of a topic are made from.
-type Frames<T> = publish_subscribe::PortFactory<Service, [<T as Topic>::Entry], <T as Topic>::Head>;
+pub(crate) type Frames<T> =
+    publish_subscribe::PortFactory<Service, [<T as Topic>::Entry], <T as Topic>::Head>;
 
 /// The service that carries the frames of a topic.
 pub(crate) fn frame_service<T: Topic>(

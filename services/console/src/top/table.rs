@@ -128,7 +128,7 @@ mod tests {
         let within = |path: Path, agent| path.within(agent).unwrap();
         let partner = within(Path::ROBOT, 1);
         let perspectives = [Path::ROBOT, partner, within(partner, 0)]
-            .map(|path| PerspectiveHealth { path, steps: 7, beliefs: 21 })
+            .map(|path| PerspectiveHealth { path, steps: 7, beliefs: 21, ..PerspectiveHealth::default() })
             .to_vec();
         let (_, table) = told(Process::Belief, Readings { perspectives, ..Readings::default() });
         let lines: Vec<String> = table.lines().skip(3).map(words).collect();

@@ -74,7 +74,7 @@ pub(crate) fn compiled() -> Vec<Compiled> {
         Perceived { observation, snapshot }
         PerceptHead { header, looked }
         PerceptValue { percept, matching, confidence }
-        PerspectiveHealth { path, steps, beliefs }
+        PerspectiveHealth { path, steps, beliefs, left_out, refused }
         Perspectives { count, perspectives }
         Remembered { sampled_at_ns, percept, matching, confidence }
         Roster { incarnations }
