@@ -368,7 +368,8 @@ impl Joint {
             },
             Stage::Release | Stage::LetGo { confirmed: false } => (JointMode::Releasing, self.cause),
             Stage::LetGo { confirmed: true } => (JointMode::Limp, self.cause),
-            Stage::Failed { cause, .. } => (JointMode::Limp, cause),
+            Stage::Failed { cause, release_at: Some(_), .. } => (JointMode::Releasing, cause),
+            Stage::Failed { cause, release_at: None, .. } => (JointMode::Limp, cause),
         };
         let mut state = JointState::unread(self.index, mode, cause);
         if let Some((at, reading)) = self.reading {
