@@ -31,6 +31,8 @@ pub(crate) enum Job {
     Doubt {
         alike: bool,
     },
+    /// Switch your torque off; and who is there?
+    LetGo,
     /// Answer everything from now on; and how is it set up?
     Inspect,
     SetMode,
@@ -66,7 +68,7 @@ impl Job {
     /// Data bytes of the answer.
     pub(crate) fn answer_length(self) -> usize {
         match self {
-            Self::Ping | Self::Doubt { alike: true } => 3,
+            Self::Ping | Self::LetGo | Self::Doubt { alike: true } => 3,
             Self::Doubt { alike: false } => usize::from(Reading::ITEM.length),
             Self::Inspect => usize::from(SETUP.length),
             Self::Look => usize::from(CONDITION.length),
@@ -89,6 +91,7 @@ impl Job {
         match self {
             Self::Ping | Self::Doubt { alike: true } => say(Instruction::Ping),
             Self::Doubt { alike: false } => say(read(Reading::ITEM)),
+            Self::LetGo => encode_two(id, (TORQUE_ENABLE, 0), Instruction::Ping, out),
             Self::Inspect => encode_two(id, (STATUS_RETURN_LEVEL, ANSWERS_ALL), read(SETUP), out),
             Self::SetMode => say(write(RETURN_DELAY, &MODE)),
             Self::SetLimits { min, max } => say(write(MAX_POSITION_LIMIT, &words([max, min, 0])[..8])),

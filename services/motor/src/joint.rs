@@ -86,8 +86,10 @@ pub(crate) struct Joint {
     restarted: bool,
     /// It followed when it fell silent: has it its torque still when it is back?
     had_torque: bool,
-    /// Its servo may have torque although it does not follow.
+    /// Its servo may have torque although it does not follow: as long as nobody knows, it may.
     may_have_torque: bool,
+    /// Its commander has been gone for so long that its servo shall have no torque.
+    shall_be_limp: bool,
     /// It stood beyond its limits when torque came on, and comes back to them.
     returns: bool,
     /// Its servo has the profile of operation.
@@ -122,7 +124,8 @@ impl Joint {
             following_since: Instant::EPOCH,
             restarted: false,
             had_torque: false,
-            may_have_torque: false,
+            may_have_torque: true,
+            shall_be_limp: false,
             returns: false,
             is_quick: false,
             reboots: 0,
@@ -291,11 +294,12 @@ impl Joint {
         (self.stage == Stage::Following).then(|| position_count(self.settings.servo_rad(within)))
     }
 
-    /// Switches the torque off, after its commander was gone for long.
-    pub(crate) fn release(&mut self) {
+    /// Switches the torque off where it shall be limp: its commander was gone for long.
+    pub(crate) fn release(&mut self, shall_be_limp: bool) {
+        self.shall_be_limp = shall_be_limp;
         let may_have_torque = matches!(self.stage, Stage::Following | Stage::Held { .. } | Stage::Arm(_))
             || (self.stage == Stage::Ready && self.may_have_torque);
-        if may_have_torque {
+        if shall_be_limp && may_have_torque {
             self.stage = Stage::Release;
             self.cause = JointCause::CommandTimeout;
         }

@@ -32,7 +32,7 @@ impl Joint {
             self.stage = Stage::Arm(Arm::Clear);
         }
         match self.stage {
-            Stage::Absent { ask_at, .. } => (now >= ask_at).then_some(Job::Ping),
+            Stage::Absent { ask_at } => (now >= ask_at).then(|| self.call()),
             Stage::Doubt(doubt) => Some(Job::Doubt { alike: doubt.asks_alike() }),
             Stage::Ask => Some(Job::Ping),
             Stage::Inspect => Some(Job::Inspect),
@@ -89,6 +89,10 @@ impl Joint {
     pub(super) fn advance(&mut self, now: Instant, job: Job, answer: &[u8]) {
         self.stage = match (self.stage, job) {
             (Stage::Ask | Stage::Absent { .. }, Job::Ping) => self.identified(answer),
+            (Stage::Absent { .. }, Job::LetGo) => {
+                self.cause = JointCause::CommandTimeout;
+                self.identified(answer)
+            }
             (Stage::Inspect, Job::Inspect) if !answers_all(answer) => {
                 // It was told in vain.
                 self.unacknowledged += 1;
@@ -153,6 +157,17 @@ impl Joint {
             self.quarantine(now, JointCause::Silent);
         }
         verdict == Some(true)
+    }
+
+    /// Asks whether its servo is there. One that shall be limp is told so as well: it may hear what it does not
+    /// answer.
+    fn call(&mut self) -> Job {
+        if !(self.shall_be_limp && self.may_have_torque) {
+            return Job::Ping;
+        }
+        // If it comes back without torque, it has not begun anew.
+        self.had_torque = false;
+        Job::LetGo
     }
 
     fn identified(&mut self, answer: &[u8]) -> Stage {

@@ -5,7 +5,7 @@ use super::*;
 use servo::Status;
 use servo::table::{GOAL_POSITION, HOMING_OFFSET, PROFILE_VELOCITY, SHUTDOWN};
 
-use JointMode::{Following, Holding, Limp, Starting};
+use JointMode::{Following, Holding, Limp, Quarantined, Starting};
 
 use crate::job::Job;
 use crate::joint::{Joint, Policy};
@@ -82,6 +82,48 @@ fn a_servo_that_comes_back_with_torque_after_its_commander_went_is_let_go() {
         rig.cycle();
     }
     assert_eq!((rig.modes(), rig.torque(0, 0)), (vec![Limp; 3], 0));
+}
+
+#[test]
+fn a_servo_that_hears_and_is_not_heard_is_let_go_when_its_commander_was_gone_for_long() {
+    for fault in ["drop id=1", "flip id=1"] {
+        let mut rig = following();
+        rig.inject(0, fault);
+        rig.commanded(300, 0.3, rig.now);
+        assert_eq!((rig.modes()[0], rig.torque(0, 0)), (Quarantined, 1), "{fault}: somebody commands");
+        for _ in 0..299 {
+            rig.cycle();
+            assert_eq!(rig.torque(0, 0), 1, "{fault}: a commander may come still");
+        }
+        // It is told when it is asked next whether it is there.
+        for _ in 0..1300 {
+            rig.cycle();
+            assert_eq!(rig.modes()[0], Quarantined);
+        }
+        assert_eq!(rig.torque(0, 0), 0, "{fault}");
+        // It lost its torque by order, and not because it began anew.
+        rig.inject(0, "drop p=0");
+        for _ in 0..1300 {
+            rig.cycle();
+            assert_ne!(rig.causes()[0], JointCause::Restarted);
+        }
+        assert_eq!((rig.modes(), rig.causes()), (vec![Limp; 3], vec![JointCause::CommandTimeout; 3]));
+        rig.until(200, 0.3, |rig| rig.modes() == [Following; 3]);
+    }
+}
+
+#[test]
+fn a_servo_that_was_never_heard_is_let_go_too() {
+    let mut rig = begun_anew();
+    rig.inject(0, "drop id=1");
+    for _ in 0..300 {
+        rig.cycle();
+        assert_eq!(rig.torque(0, 0), 1, "a commander may come still");
+    }
+    for _ in 0..600 {
+        rig.cycle();
+    }
+    assert_eq!((rig.modes()[0], rig.torque(0, 0)), (Quarantined, 0));
 }
 
 #[test]
