@@ -1,7 +1,7 @@
 use servo::table::{
     BUS_WATCHDOG, HARDWARE_ERROR_STATUS, HOMING_OFFSET, Item, MAX_POSITION_LIMIT, MIN_VOLTAGE_LIMIT,
-    PRESENT_INPUT_VOLTAGE, PRESENT_TEMPERATURE, PROFILE_ACCELERATION, RETURN_DELAY, SHUTDOWN,
-    STATUS_RETURN_LEVEL, TEMPERATURE_LIMIT, TORQUE_ENABLE, by_address,
+    PRESENT_INPUT_VOLTAGE, PRESENT_TEMPERATURE, PROFILE_ACCELERATION, RETURN_DELAY, SECONDARY_ID, SHUTDOWN,
+    STARTUP_CONFIGURATION, STATUS_RETURN_LEVEL, TEMPERATURE_LIMIT, TORQUE_ENABLE, by_address,
 };
 use servo::{Address, HardwareErrors, Id, Instruction, Model, Reading};
 
@@ -135,7 +135,15 @@ pub(crate) fn is_configured(setup: &[u8], min: i32, max: i32) -> bool {
 }
 
 /// What in the answer to [`Job::Inspect`] somebody has set for another robot, and is not for this program to undo.
-pub(crate) fn foreign(model: Model, setup: &[u8]) -> Option<Trouble> {
+/// Firmware that knows no fast reads knows no startup configuration either, and may say anything there.
+pub(crate) fn foreign(model: Model, is_fast: bool, setup: &[u8]) -> Option<Trouble> {
+    if let Some(id) = Id::new(*setup.get(at(SECONDARY_ID))?) {
+        return Some(Trouble::SecondaryId(id.get()));
+    }
+    let startup = *setup.get(at(STARTUP_CONFIGURATION))?;
+    if is_fast && startup != 0 {
+        return Some(Trouble::Startup(startup));
+    }
     let offset = i32::from_le_bytes(*setup.get(at(HOMING_OFFSET)..)?.first_chunk()?);
     if offset != 0 {
         return Some(Trouble::HomingOffset(offset));

@@ -354,7 +354,9 @@ impl Joint {
         };
         let (mode, cause) = match self.stage {
             Stage::Absent { .. } | Stage::Doubt(_) => (JointMode::Quarantined, self.cause),
-            Stage::Ready if self.cause == JointCause::CommandTimeout => (JointMode::Limp, self.cause),
+            Stage::Ready if self.cause == JointCause::CommandTimeout && !self.may_have_torque => {
+                (JointMode::Limp, self.cause)
+            }
             Stage::Ask | Stage::Inspect | Stage::Configure(_) | Stage::Ready | Stage::Arm(_) => {
                 (JointMode::Starting, self.cause)
             }

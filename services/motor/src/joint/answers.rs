@@ -205,6 +205,9 @@ impl Joint {
             self.stage = Stage::Arm(crate::stage::Arm::Clear);
         } else if self.keeps_torque() && !condition.has_torque {
             self.has_restarted();
+        } else if self.stage == Stage::Ready {
+            // Another hand may have switched it on.
+            self.may_have_torque |= condition.has_torque;
         }
     }
 

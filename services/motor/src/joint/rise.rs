@@ -107,7 +107,7 @@ impl Joint {
                     (self.restarted, self.cause) = (true, JointCause::Restarted);
                 }
                 self.clock.forget();
-                if let Some(trouble) = foreign(self.model, answer) {
+                if let Some(trouble) = foreign(self.model, self.is_fast, answer) {
                     return self.fail(JointCause::Refused, trouble);
                 }
                 if is_configured(answer, min, max) {
