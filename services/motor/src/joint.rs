@@ -68,6 +68,10 @@ pub(crate) struct Joint {
     /// Times in a row that it was silent, and that its answer was broken.
     misses: u32,
     spoilt: u32,
+    /// Readings in a row that were not believed.
+    unbelieved: u32,
+    /// Until when its readings must be believed before it may follow, where they were not for long.
+    proven_at: Option<Instant>,
     /// Times in a row that it did not acknowledge what it was told, though it may be read.
     unacknowledged: u32,
     /// How long it is left alone when it falls silent the next time.
@@ -111,6 +115,8 @@ impl Joint {
             halt: None,
             misses: 0,
             spoilt: 0,
+            unbelieved: 0,
+            proven_at: None,
             unacknowledged: 0,
             wait: WAIT_FIRST,
             motion: Motion::at(f64::NAN),
@@ -163,14 +169,22 @@ impl Joint {
     }
 
     /// Whether it is quarantined.
-    pub(crate) const fn is_absent(&self) -> bool {
-        matches!(self.stage, Stage::Absent { .. })
+    pub(crate) fn is_absent(&self) -> bool {
+        matches!(self.stage, Stage::Absent { .. }) || self.is_unproven()
+    }
+
+    /// Whether its servo answers again and is not believed yet: it gets no torque.
+    fn is_unproven(&self) -> bool {
+        let is_down = matches!(self.stage, Stage::Ask | Stage::Inspect | Stage::Configure(_) | Stage::Ready);
+        is_down && self.proven_at.is_some()
     }
 
     /// Whether its group's turn is not over: it is on its way to have torque.
-    pub(crate) const fn is_rising(&self) -> bool {
+    pub(crate) fn is_rising(&self) -> bool {
         match self.stage {
-            Stage::Ask | Stage::Inspect | Stage::Configure(_) | Stage::Ready | Stage::Arm(_) => true,
+            Stage::Ask | Stage::Inspect | Stage::Configure(_) | Stage::Ready | Stage::Arm(_) => {
+                !self.is_unproven()
+            }
             Stage::Held { told } => told.is_some() && self.halt.is_none(),
             Stage::Absent { .. }
             | Stage::Doubt(_)
@@ -354,6 +368,7 @@ impl Joint {
         };
         let (mode, cause) = match self.stage {
             Stage::Absent { .. } | Stage::Doubt(_) => (JointMode::Quarantined, self.cause),
+            _ if self.is_unproven() => (JointMode::Quarantined, JointCause::Unbelieved),
             Stage::Ready if self.cause == JointCause::CommandTimeout && !self.may_have_torque => {
                 (JointMode::Limp, self.cause)
             }

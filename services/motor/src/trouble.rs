@@ -51,6 +51,13 @@ pub enum Trouble {
          says so, or the motor process or a released emergency stop brings it up again"
     )]
     Alert(HardwareErrors),
+    /// Nothing shows that the servo's answers are new.
+    #[error(
+        "its servo answers and cannot be believed: its clock (item 120) stands still or is too slow, or its position \
+         leaps, so that nobody knows where it stands; it is quarantined until all of that has been right for 15 s. \
+         Take its power off and on; if that does not help, replace it"
+    )]
+    Unbelieved,
     /// Two servos answer to one identifier.
     #[error(
         "two servos answer to id {0} on this bus; give one of them another id (connect it alone); torque stays \

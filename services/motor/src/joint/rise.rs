@@ -4,6 +4,7 @@ use clock::{Duration, Instant};
 use message::JointCause;
 use servo::{Motion, acceleration_count, position_count, velocity_count};
 
+use super::answers::PROVEN_AFTER;
 use super::{Joint, LOOK_EVERY};
 use crate::Trouble;
 use crate::doubt::Came;
@@ -28,7 +29,8 @@ impl Joint {
     /// What its servo is to be told next on the way up or down, if anything.
     pub(crate) fn job(&mut self, now: Instant, may_arm: bool) -> Option<Job> {
         let is_held = matches!(self.stage, Stage::Held { told: Some(_) }) && self.halt.is_none();
-        if may_arm && (self.stage == Stage::Ready || is_held) {
+        let is_ready = self.stage == Stage::Ready && self.proven_at.is_none();
+        if may_arm && (is_ready || is_held) {
             self.stage = Stage::Arm(Arm::Clear);
         }
         match self.stage {
@@ -107,6 +109,7 @@ impl Joint {
                     (self.restarted, self.cause) = (true, JointCause::Restarted);
                 }
                 self.clock.forget();
+                self.proven_at = self.proven_at.map(|_| now + PROVEN_AFTER);
                 if let Some(trouble) = foreign(self.model, self.is_fast, answer) {
                     return self.fail(JointCause::Refused, trouble);
                 }
