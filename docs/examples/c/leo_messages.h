@@ -121,6 +121,8 @@ enum leo_joint_cause {
     LEO_JOINT_CAUSE_DUPLICATE_ID = 13,
     /* The servo is hot or short of voltage: it moves more slowly. */
     LEO_JOINT_CAUSE_DERATED = 14,
+    /* The servo answers, and nothing shows that its answers are new: its own clock does not go right. */
+    LEO_JOINT_CAUSE_UNBELIEVED = 15,
 };
 
 /* What the motor process does with a joint. */
@@ -135,7 +137,7 @@ enum leo_joint_mode {
     LEO_JOINT_MODE_DECELERATING = 3,
     /* Holding the position where it stopped. */
     LEO_JOINT_MODE_HOLDING = 4,
-    /* Its servo does not answer: no goal is sent, it is asked again now and then. */
+    /* Its servo does not answer, or cannot be believed: no goal is sent, it is asked again now and then. */
     LEO_JOINT_MODE_QUARANTINED = 5,
     /* Told to switch its torque off, and its servo has not confirmed it yet. */
     LEO_JOINT_MODE_RELEASING = 6,

@@ -112,6 +112,8 @@ class JointCause(enum.IntEnum):
     DUPLICATE_ID = 13
     # The servo is hot or short of voltage: it moves more slowly.
     DERATED = 14
+    # The servo answers, and nothing shows that its answers are new: its own clock does not go right.
+    UNBELIEVED = 15
 
 
 # What the motor process does with a joint.
@@ -126,7 +128,7 @@ class JointMode(enum.IntEnum):
     DECELERATING = 3
     # Holding the position where it stopped.
     HOLDING = 4
-    # Its servo does not answer: no goal is sent, it is asked again now and then.
+    # Its servo does not answer, or cannot be believed: no goal is sent, it is asked again now and then.
     QUARANTINED = 5
     # Told to switch its torque off, and its servo has not confirmed it yet.
     RELEASING = 6

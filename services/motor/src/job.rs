@@ -1,7 +1,7 @@
 use servo::table::{
     BUS_WATCHDOG, HARDWARE_ERROR_STATUS, HOMING_OFFSET, Item, MAX_POSITION_LIMIT, MIN_VOLTAGE_LIMIT,
-    PRESENT_INPUT_VOLTAGE, PRESENT_TEMPERATURE, PROFILE_ACCELERATION, RETURN_DELAY, SHUTDOWN,
-    STATUS_RETURN_LEVEL, TEMPERATURE_LIMIT, TORQUE_ENABLE, by_address,
+    PRESENT_INPUT_VOLTAGE, PRESENT_TEMPERATURE, PROFILE_ACCELERATION, RETURN_DELAY, SECONDARY_ID, SHUTDOWN,
+    STARTUP_CONFIGURATION, STATUS_RETURN_LEVEL, TEMPERATURE_LIMIT, TORQUE_ENABLE, by_address,
 };
 use servo::{Address, HardwareErrors, Id, Instruction, Model, Reading};
 
@@ -31,6 +31,8 @@ pub(crate) enum Job {
     Doubt {
         alike: bool,
     },
+    /// Switch your torque off; and who is there?
+    LetGo,
     /// Answer everything from now on; and how is it set up?
     Inspect,
     SetMode,
@@ -66,7 +68,7 @@ impl Job {
     /// Data bytes of the answer.
     pub(crate) fn answer_length(self) -> usize {
         match self {
-            Self::Ping | Self::Doubt { alike: true } => 3,
+            Self::Ping | Self::LetGo | Self::Doubt { alike: true } => 3,
             Self::Doubt { alike: false } => usize::from(Reading::ITEM.length),
             Self::Inspect => usize::from(SETUP.length),
             Self::Look => usize::from(CONDITION.length),
@@ -89,6 +91,7 @@ impl Job {
         match self {
             Self::Ping | Self::Doubt { alike: true } => say(Instruction::Ping),
             Self::Doubt { alike: false } => say(read(Reading::ITEM)),
+            Self::LetGo => encode_two(id, (TORQUE_ENABLE, 0), Instruction::Ping, out),
             Self::Inspect => encode_two(id, (STATUS_RETURN_LEVEL, ANSWERS_ALL), read(SETUP), out),
             Self::SetMode => say(write(RETURN_DELAY, &MODE)),
             Self::SetLimits { min, max } => say(write(MAX_POSITION_LIMIT, &words([max, min, 0])[..8])),
@@ -132,7 +135,15 @@ pub(crate) fn is_configured(setup: &[u8], min: i32, max: i32) -> bool {
 }
 
 /// What in the answer to [`Job::Inspect`] somebody has set for another robot, and is not for this program to undo.
-pub(crate) fn foreign(model: Model, setup: &[u8]) -> Option<Trouble> {
+/// Firmware that knows no fast reads knows no startup configuration either, and may say anything there.
+pub(crate) fn foreign(model: Model, is_fast: bool, setup: &[u8]) -> Option<Trouble> {
+    if let Some(id) = Id::new(*setup.get(at(SECONDARY_ID))?) {
+        return Some(Trouble::SecondaryId(id.get()));
+    }
+    let startup = *setup.get(at(STARTUP_CONFIGURATION))?;
+    if is_fast && startup != 0 {
+        return Some(Trouble::Startup(startup));
+    }
     let offset = i32::from_le_bytes(*setup.get(at(HOMING_OFFSET)..)?.first_chunk()?);
     if offset != 0 {
         return Some(Trouble::HomingOffset(offset));

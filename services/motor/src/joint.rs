@@ -68,6 +68,10 @@ pub(crate) struct Joint {
     /// Times in a row that it was silent, and that its answer was broken.
     misses: u32,
     spoilt: u32,
+    /// Readings in a row that were not believed.
+    unbelieved: u32,
+    /// Until when its readings must be believed before it may follow, where they were not for long.
+    proven_at: Option<Instant>,
     /// Times in a row that it did not acknowledge what it was told, though it may be read.
     unacknowledged: u32,
     /// How long it is left alone when it falls silent the next time.
@@ -86,8 +90,10 @@ pub(crate) struct Joint {
     restarted: bool,
     /// It followed when it fell silent: has it its torque still when it is back?
     had_torque: bool,
-    /// Its servo may have torque although it does not follow.
+    /// Its servo may have torque although it does not follow: as long as nobody knows, it may.
     may_have_torque: bool,
+    /// Its commander has been gone for so long that its servo shall have no torque.
+    shall_be_limp: bool,
     /// It stood beyond its limits when torque came on, and comes back to them.
     returns: bool,
     /// Its servo has the profile of operation.
@@ -109,6 +115,8 @@ impl Joint {
             halt: None,
             misses: 0,
             spoilt: 0,
+            unbelieved: 0,
+            proven_at: None,
             unacknowledged: 0,
             wait: WAIT_FIRST,
             motion: Motion::at(f64::NAN),
@@ -122,7 +130,8 @@ impl Joint {
             following_since: Instant::EPOCH,
             restarted: false,
             had_torque: false,
-            may_have_torque: false,
+            may_have_torque: true,
+            shall_be_limp: false,
             returns: false,
             is_quick: false,
             reboots: 0,
@@ -160,14 +169,22 @@ impl Joint {
     }
 
     /// Whether it is quarantined.
-    pub(crate) const fn is_absent(&self) -> bool {
-        matches!(self.stage, Stage::Absent { .. })
+    pub(crate) fn is_absent(&self) -> bool {
+        matches!(self.stage, Stage::Absent { .. }) || self.is_unproven()
+    }
+
+    /// Whether its servo answers again and is not believed yet: it gets no torque.
+    fn is_unproven(&self) -> bool {
+        let is_down = matches!(self.stage, Stage::Ask | Stage::Inspect | Stage::Configure(_) | Stage::Ready);
+        is_down && self.proven_at.is_some()
     }
 
     /// Whether its group's turn is not over: it is on its way to have torque.
-    pub(crate) const fn is_rising(&self) -> bool {
+    pub(crate) fn is_rising(&self) -> bool {
         match self.stage {
-            Stage::Ask | Stage::Inspect | Stage::Configure(_) | Stage::Ready | Stage::Arm(_) => true,
+            Stage::Ask | Stage::Inspect | Stage::Configure(_) | Stage::Ready | Stage::Arm(_) => {
+                !self.is_unproven()
+            }
             Stage::Held { told } => told.is_some() && self.halt.is_none(),
             Stage::Absent { .. }
             | Stage::Doubt(_)
@@ -291,11 +308,12 @@ impl Joint {
         (self.stage == Stage::Following).then(|| position_count(self.settings.servo_rad(within)))
     }
 
-    /// Switches the torque off, after its commander was gone for long.
-    pub(crate) fn release(&mut self) {
+    /// Switches the torque off where it shall be limp: its commander was gone for long.
+    pub(crate) fn release(&mut self, shall_be_limp: bool) {
+        self.shall_be_limp = shall_be_limp;
         let may_have_torque = matches!(self.stage, Stage::Following | Stage::Held { .. } | Stage::Arm(_))
             || (self.stage == Stage::Ready && self.may_have_torque);
-        if may_have_torque {
+        if shall_be_limp && may_have_torque {
             self.stage = Stage::Release;
             self.cause = JointCause::CommandTimeout;
         }
@@ -350,7 +368,10 @@ impl Joint {
         };
         let (mode, cause) = match self.stage {
             Stage::Absent { .. } | Stage::Doubt(_) => (JointMode::Quarantined, self.cause),
-            Stage::Ready if self.cause == JointCause::CommandTimeout => (JointMode::Limp, self.cause),
+            _ if self.is_unproven() => (JointMode::Quarantined, JointCause::Unbelieved),
+            Stage::Ready if self.cause == JointCause::CommandTimeout && !self.may_have_torque => {
+                (JointMode::Limp, self.cause)
+            }
             Stage::Ask | Stage::Inspect | Stage::Configure(_) | Stage::Ready | Stage::Arm(_) => {
                 (JointMode::Starting, self.cause)
             }
@@ -368,7 +389,8 @@ impl Joint {
             },
             Stage::Release | Stage::LetGo { confirmed: false } => (JointMode::Releasing, self.cause),
             Stage::LetGo { confirmed: true } => (JointMode::Limp, self.cause),
-            Stage::Failed { cause, .. } => (JointMode::Limp, cause),
+            Stage::Failed { cause, release_at: Some(_), .. } => (JointMode::Releasing, cause),
+            Stage::Failed { cause, release_at: None, .. } => (JointMode::Limp, cause),
         };
         let mut state = JointState::unread(self.index, mode, cause);
         if let Some((at, reading)) = self.reading {

@@ -163,8 +163,8 @@ impl Motor {
             }
             if let Some(cause) = self.letting_go {
                 joint.let_go(cause);
-            } else if limp {
-                joint.release();
+            } else {
+                joint.release(limp);
             }
             if dt_s > 0.0 {
                 joint.steer(now, dt_s);

@@ -28,11 +28,12 @@ struct Joints {
     indices: Vec<usize>,
 }
 
-/// How a joint was last, and whether people have yet to be told.
+/// How a joint was last, whether people have yet to be told, and what trouble they know of.
 #[derive(Clone, Copy, Debug, Default)]
 struct Known {
     state: Option<(JointMode, JointCause)>,
     is_new: bool,
+    trouble: Option<Trouble>,
 }
 
 impl Reporter {
@@ -93,12 +94,18 @@ impl Reporter {
                 }
             }
         }
-        for (index, (known, name)) in self.known.iter().zip(&self.names).enumerate() {
+        for (index, (known, name)) in self.known.iter_mut().zip(&self.names).enumerate() {
             let Some(state) = known.state.filter(|_| known.is_new) else { continue };
-            if let Some(trouble) = trouble(index) {
-                tell(format_args!("{name}: {trouble}"));
-            } else if let Some(what) = explain(state) {
-                tell(format_args!("{name} {what}"));
+            let told = std::mem::replace(&mut known.trouble, trouble(index));
+            match known.trouble {
+                // Its torque went off since, say.
+                Some(trouble) if told == Some(trouble) => {}
+                Some(trouble) => tell(format_args!("{name}: {trouble}")),
+                None => {
+                    if let Some(what) = explain(state) {
+                        tell(format_args!("{name} {what}"));
+                    }
+                }
             }
         }
     }
@@ -180,6 +187,23 @@ mod tests {
         let told = |cause| explain((JointMode::Quarantined, cause)).unwrap();
         assert!(told(JointCause::Silent).contains("does not answer"));
         assert!(told(JointCause::Alert).contains("begins anew"), "{}", told(JointCause::Alert));
+    }
+
+    #[test]
+    fn a_trouble_is_told_once_and_not_again_when_the_torque_has_gone_off() {
+        let mut reporter = Reporter::new(&Robot::load(None).unwrap());
+        let mut told = 0;
+        let mut look = |mode, trouble: Option<Trouble>| {
+            let state = std::iter::once(JointState::unread(0, mode, JointCause::DuplicateId));
+            reporter.tell_joints(state, |index| trouble.filter(|_| index == 0), |_| told += 1);
+        };
+        look(JointMode::Following, None);
+        look(JointMode::Releasing, Some(Trouble::Duplicate(7)));
+        look(JointMode::Limp, Some(Trouble::Duplicate(7)));
+        // It was mended, and is not any more.
+        look(JointMode::Following, None);
+        look(JointMode::Releasing, Some(Trouble::Duplicate(7)));
+        assert_eq!(told, 2);
     }
 
     #[test]

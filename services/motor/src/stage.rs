@@ -6,7 +6,7 @@ use crate::doubt::Doubt;
 /// How far a joint's servo is brought up. From top to bottom on the way up.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Stage {
-    /// It does not answer, or has been told to begin anew.
+    /// It does not answer, cannot be believed, or has been told to begin anew.
     Absent {
         /// When it is asked next whether it is there.
         ask_at: Instant,

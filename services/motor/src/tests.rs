@@ -16,6 +16,7 @@ pub(crate) mod campaign;
 mod faults;
 mod stubborn;
 mod torque;
+mod unbelieved;
 
 const PERIOD: Duration = Duration::from_millis(4);
 

@@ -30,6 +30,18 @@ pub enum Trouble {
         /// What is set.
         found: u8,
     },
+    /// The servo does what another one is told.
+    #[error(
+        "by its secondary id (item 12) it also does what servo {0} is told, and says nothing of it; write 255 with \
+         `leo bus write`"
+    )]
+    SecondaryId(u8),
+    /// The servo does something by itself when its power comes on.
+    #[error(
+        "by its item 60, startup configuration, which is {0}, it has its torque on, or settings that somebody once \
+         stored, as soon as its power comes on; write 0 with `leo bus write`"
+    )]
+    Startup(u8),
     /// The servo refused an instruction.
     #[error("{0}; torque stays off until the motor process or a released emergency stop brings it up again")]
     Refused(servo::Fault),
@@ -39,6 +51,13 @@ pub enum Trouble {
          says so, or the motor process or a released emergency stop brings it up again"
     )]
     Alert(HardwareErrors),
+    /// Nothing shows that the servo's answers are new.
+    #[error(
+        "its servo answers and cannot be believed: its clock (item 120) stands still or is too slow, or its position \
+         leaps, so that nobody knows where it stands; it is quarantined until all of that has been right for 15 s. \
+         Take its power off and on; if that does not help, replace it"
+    )]
+    Unbelieved,
     /// Two servos answer to one identifier.
     #[error(
         "two servos answer to id {0} on this bus; give one of them another id (connect it alone); torque stays \

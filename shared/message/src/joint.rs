@@ -17,7 +17,7 @@ numbered! {
         Decelerating = 3,
         /// Holding the position where it stopped.
         Holding = 4,
-        /// Its servo does not answer: no goal is sent, it is asked again now and then.
+        /// Its servo does not answer, or cannot be believed: no goal is sent, it is asked again now and then.
         Quarantined = 5,
         /// Told to switch its torque off, and its servo has not confirmed it yet.
         Releasing = 6,
@@ -57,6 +57,8 @@ numbered! {
         DuplicateId = 13,
         /// The servo is hot or short of voltage: it moves more slowly.
         Derated = 14,
+        /// The servo answers, and nothing shows that its answers are new: its own clock does not go right.
+        Unbelieved = 15,
     }
 }
 
@@ -96,6 +98,7 @@ impl JointCause {
             Self::Restarted => "restarted",
             Self::DuplicateId => "duplicate-id",
             Self::Derated => "derated",
+            Self::Unbelieved => "unbelieved",
         }
     }
 }

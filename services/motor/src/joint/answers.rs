@@ -14,6 +14,10 @@ use crate::stage::Stage;
 
 /// Times in a row that a servo may be silent before it is quarantined.
 const MISSES_MOST: u32 = 3;
+/// Readings in a row that may be unbelievable before a servo is quarantined, and for how long they must be
+/// believed again: as long as one reading can speak for a clock that goes wrong.
+const UNBELIEVED_MOST: u32 = 25;
+pub(super) const PROVEN_AFTER: Duration = Duration::from_secs(15);
 /// The longest time for which a silent servo is left alone.
 const WAIT_MOST: Duration = Duration::from_secs(5);
 /// How long after an alert a servo is rebooted, where the configuration says so, and how often.
@@ -34,13 +38,17 @@ impl Joint {
             if taken == Taken::Read {
                 let position_rad = self.settings.joint_rad(servo.position_rad);
                 if !self.is_plausible(asked_at, position_rad) {
+                    self.disbelieve(now);
                     return Taken::Stale;
                 }
+                self.believe(now);
                 let turn = if self.settings.reversed { -1.0 } else { 1.0 };
                 let (velocity_rad_s, current_a) = (turn * servo.velocity_rad_s, turn * servo.current_a);
                 // It was sampled soon after it was asked for, whenever the answer was taken up.
                 self.reading = Some((asked_at, Reading { current_a, velocity_rad_s, position_rad, ..servo }));
                 (self.misses, self.spoilt) = (0, 0);
+            } else {
+                self.disbelieve(now);
             }
         }
         // Noise with a right check sum says any fault as well. One that is there is in the next answer too.
@@ -48,6 +56,29 @@ impl Joint {
             self.judge(now, status);
         }
         taken
+    }
+
+    /// Notes a reading that is believed.
+    fn believe(&mut self, now: Instant) {
+        self.unbelieved = 0;
+        if self.proven_at.is_some_and(|proven_at| now >= proven_at) {
+            (self.proven_at, self.trouble) = (None, None);
+            if self.cause == JointCause::Unbelieved {
+                self.cause = JointCause::NotStarted;
+            }
+        }
+    }
+
+    /// Notes a reading that is not believed. Where none is, nobody knows where the joint stands: that is like
+    /// silence, but that another answer does not end it.
+    fn disbelieve(&mut self, now: Instant) {
+        self.unbelieved = self.unbelieved.saturating_add(1);
+        if self.unbelieved < UNBELIEVED_MOST || matches!(self.stage, Stage::LetGo { .. }) {
+            return;
+        }
+        self.proven_at = Some(now + PROVEN_AFTER);
+        self.trouble = Some(Trouble::Unbelieved);
+        self.quarantine(now, JointCause::Unbelieved);
     }
 
     /// Takes the answer to a job.
@@ -205,11 +236,14 @@ impl Joint {
             self.stage = Stage::Arm(crate::stage::Arm::Clear);
         } else if self.keeps_torque() && !condition.has_torque {
             self.has_restarted();
+        } else if self.stage == Stage::Ready {
+            // Another hand may have switched it on.
+            self.may_have_torque |= condition.has_torque;
         }
     }
 
     pub(super) fn quarantine(&mut self, now: Instant, cause: JointCause) {
-        (self.misses, self.spoilt, self.unacknowledged) = (0, 0, 0);
+        (self.misses, self.spoilt, self.unacknowledged, self.unbelieved) = (0, 0, 0, 0);
         if cause == JointCause::BusLost {
             // It may answer as soon as its line is back.
             self.wait = WAIT_FIRST;

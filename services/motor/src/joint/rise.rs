@@ -4,6 +4,7 @@ use clock::{Duration, Instant};
 use message::JointCause;
 use servo::{Motion, acceleration_count, position_count, velocity_count};
 
+use super::answers::PROVEN_AFTER;
 use super::{Joint, LOOK_EVERY};
 use crate::Trouble;
 use crate::doubt::Came;
@@ -28,11 +29,12 @@ impl Joint {
     /// What its servo is to be told next on the way up or down, if anything.
     pub(crate) fn job(&mut self, now: Instant, may_arm: bool) -> Option<Job> {
         let is_held = matches!(self.stage, Stage::Held { told: Some(_) }) && self.halt.is_none();
-        if may_arm && (self.stage == Stage::Ready || is_held) {
+        let is_ready = self.stage == Stage::Ready && self.proven_at.is_none();
+        if may_arm && (is_ready || is_held) {
             self.stage = Stage::Arm(Arm::Clear);
         }
         match self.stage {
-            Stage::Absent { ask_at, .. } => (now >= ask_at).then_some(Job::Ping),
+            Stage::Absent { ask_at } => (now >= ask_at).then(|| self.call()),
             Stage::Doubt(doubt) => Some(Job::Doubt { alike: doubt.asks_alike() }),
             Stage::Ask => Some(Job::Ping),
             Stage::Inspect => Some(Job::Inspect),
@@ -89,6 +91,10 @@ impl Joint {
     pub(super) fn advance(&mut self, now: Instant, job: Job, answer: &[u8]) {
         self.stage = match (self.stage, job) {
             (Stage::Ask | Stage::Absent { .. }, Job::Ping) => self.identified(answer),
+            (Stage::Absent { .. }, Job::LetGo) => {
+                self.cause = JointCause::CommandTimeout;
+                self.identified(answer)
+            }
             (Stage::Inspect, Job::Inspect) if !answers_all(answer) => {
                 // It was told in vain.
                 self.unacknowledged += 1;
@@ -103,7 +109,8 @@ impl Joint {
                     (self.restarted, self.cause) = (true, JointCause::Restarted);
                 }
                 self.clock.forget();
-                if let Some(trouble) = foreign(self.model, answer) {
+                self.proven_at = self.proven_at.map(|_| now + PROVEN_AFTER);
+                if let Some(trouble) = foreign(self.model, self.is_fast, answer) {
                     return self.fail(JointCause::Refused, trouble);
                 }
                 if is_configured(answer, min, max) {
@@ -153,6 +160,17 @@ impl Joint {
             self.quarantine(now, JointCause::Silent);
         }
         verdict == Some(true)
+    }
+
+    /// Asks whether its servo is there. One that shall be limp is told so as well: it may hear what it does not
+    /// answer.
+    fn call(&mut self) -> Job {
+        if !(self.shall_be_limp && self.may_have_torque) {
+            return Job::Ping;
+        }
+        // If it comes back without torque, it has not begun anew.
+        self.had_torque = false;
+        Job::LetGo
     }
 
     fn identified(&mut self, answer: &[u8]) -> Stage {

@@ -17,13 +17,14 @@ fn an_alert_is_read_in_its_cycle_and_stops_the_joints_group_and_no_other() {
     rig.servo(0, 1).fail(HardwareError::Overheating);
     rig.commanded(1, 0.9, rig.now);
     // The elbow and the brow are one group.
-    assert_eq!(rig.modes()[..2], [Following, Limp]);
-    assert_eq!(rig.causes()[1], JointCause::Alert);
+    assert_eq!(rig.modes()[..2], [Following, Releasing]);
+    assert_eq!((rig.causes()[1], rig.torque(0, 1)), (JointCause::Alert, 0), "it let go by itself");
     let said = rig.motor.trouble(1).unwrap().to_string();
     assert!(said.starts_with("hardware alert: overheating; its group holds"), "{said}");
     rig.commanded(1, 0.9, rig.now);
-    assert_eq!(rig.modes(), [Following, Limp, Decelerating]);
+    assert_eq!(rig.modes()[2], Decelerating);
     assert_eq!(rig.causes()[2], JointCause::GroupStopped);
+    rig.until(3, 0.9, |rig| rig.modes()[1] == Limp);
     rig.commanded(150, 0.9, rig.now);
     assert_eq!(rig.modes(), [Following, Limp, Holding]);
     assert_eq!(rig.torque(0, 1), 0);
@@ -33,6 +34,21 @@ fn an_alert_is_read_in_its_cycle_and_stops_the_joints_group_and_no_other() {
     rig.servo(0, 1).reboot();
     rig.commanded(500, 0.9, rig.now);
     assert_eq!(rig.modes(), [Following, Limp, Holding]);
+}
+
+#[test]
+fn a_joint_that_failed_is_said_to_be_limp_once_its_servo_has_said_that_its_torque_is_off() {
+    let mut rig = following();
+    // An XM430 keeps its torque when its supply is out of its limits.
+    rig.servo(0, 1).fail(HardwareError::InputVoltage);
+    rig.commanded(1, 0.2, rig.now);
+    assert_eq!((rig.modes()[1], rig.causes()[1], rig.torque(0, 1)), (Releasing, JointCause::Alert, 1));
+    rig.inject(0, "drop id=2");
+    rig.commanded(200, 0.2, rig.now);
+    assert_eq!((rig.modes()[1], rig.causes()[1]), (Releasing, JointCause::Alert), "nobody heard it say so");
+    rig.inject(0, "drop p=0");
+    rig.until(1500, 0.2, |rig| rig.modes()[1] == Limp);
+    assert_eq!((rig.causes()[1], rig.torque(0, 1)), (JointCause::Alert, 0));
 }
 
 #[test]
@@ -272,8 +288,9 @@ fn two_servos_of_one_id_cost_their_bus_its_torque_and_are_named() {
     rig.commanded(20, 0.5, rig.now);
     rig.inject(0, "duplicate-id id=2");
     rig.until(100, 0.5, |rig| rig.causes()[1] == JointCause::DuplicateId);
+    assert_eq!(rig.modes(), [Releasing, Releasing, Following]);
     rig.until(20, 0.5, |rig| rig.torque(0, 0) == 0);
-    assert_eq!(rig.modes(), [Limp, Limp, Following]);
+    assert_eq!(rig.modes(), [Limp, Releasing, Following], "what two say at once confirms nothing");
     assert_eq!(rig.causes(), [JointCause::DuplicateId, JointCause::DuplicateId, JointCause::None]);
     let said = rig.motor.trouble(0).unwrap().to_string();
     assert!(said.starts_with("two servos answer to id 2 on this bus"), "{said}");

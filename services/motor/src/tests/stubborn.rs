@@ -8,7 +8,7 @@ use servo::Status;
 use servo::mock::HardwareError;
 use servo::table::{STATUS_RETURN_LEVEL, TORQUE_ENABLE};
 
-use JointMode::{Following, Limp, Quarantined};
+use JointMode::{Following, Limp, Quarantined, Releasing};
 
 use crate::bus::{Bus, Purpose};
 use crate::job::Job;
@@ -114,9 +114,10 @@ fn a_servo_that_cannot_be_told_to_let_go_is_told_later_and_later() {
     rig.mute.clear();
     rig.commanded(1, 0.2, rig.now);
     rig.mute.insert((0, 2));
-    assert_eq!(rig.modes()[1], Limp);
+    assert_eq!(rig.modes()[1], Releasing);
     let told = rig.jobs_of(1500).iter().filter(|(bus, id, _)| (*bus, *id) == (0, 2)).count();
     assert!((4..30).contains(&told), "told {told} times in six seconds");
+    assert_eq!(rig.modes()[1], Releasing, "it has not said so");
 }
 
 #[test]

@@ -3,9 +3,12 @@
 use super::*;
 
 use servo::Status;
-use servo::table::{GOAL_POSITION, HOMING_OFFSET, PROFILE_VELOCITY, SHUTDOWN};
+use servo::table::{
+    GOAL_POSITION, HOMING_OFFSET, PROFILE_VELOCITY, SECONDARY_ID, SHUTDOWN, STARTUP_CONFIGURATION,
+    TORQUE_ENABLE,
+};
 
-use JointMode::{Following, Holding, Limp, Starting};
+use JointMode::{Following, Holding, Limp, Quarantined, Starting};
 
 use crate::job::Job;
 use crate::joint::{Joint, Policy};
@@ -85,6 +88,67 @@ fn a_servo_that_comes_back_with_torque_after_its_commander_went_is_let_go() {
 }
 
 #[test]
+fn a_servo_that_hears_and_is_not_heard_is_let_go_when_its_commander_was_gone_for_long() {
+    for fault in ["drop id=1", "flip id=1"] {
+        let mut rig = following();
+        rig.inject(0, fault);
+        rig.commanded(300, 0.3, rig.now);
+        assert_eq!((rig.modes()[0], rig.torque(0, 0)), (Quarantined, 1), "{fault}: somebody commands");
+        for _ in 0..299 {
+            rig.cycle();
+            assert_eq!(rig.torque(0, 0), 1, "{fault}: a commander may come still");
+        }
+        // It is told when it is asked next whether it is there.
+        for _ in 0..1300 {
+            rig.cycle();
+            assert_eq!(rig.modes()[0], Quarantined);
+        }
+        assert_eq!(rig.torque(0, 0), 0, "{fault}");
+        // It lost its torque by order, and not because it began anew.
+        rig.inject(0, "drop p=0");
+        for _ in 0..1300 {
+            rig.cycle();
+            assert_ne!(rig.causes()[0], JointCause::Restarted);
+        }
+        assert_eq!((rig.modes(), rig.causes()), (vec![Limp; 3], vec![JointCause::CommandTimeout; 3]));
+        rig.until(200, 0.3, |rig| rig.modes() == [Following; 3]);
+    }
+}
+
+#[test]
+fn a_servo_that_was_never_heard_is_let_go_too() {
+    let mut rig = begun_anew();
+    rig.inject(0, "drop id=1");
+    for _ in 0..300 {
+        rig.cycle();
+        assert_eq!(rig.torque(0, 0), 1, "a commander may come still");
+    }
+    for _ in 0..600 {
+        rig.cycle();
+    }
+    assert_eq!((rig.modes()[0], rig.torque(0, 0)), (Quarantined, 0));
+}
+
+#[test]
+fn torque_that_comes_on_by_another_hand_is_seen_within_half_a_second_and_goes_off() {
+    let mut rig = following();
+    for _ in 0..400 {
+        rig.cycle();
+    }
+    assert_eq!(rig.modes(), [Limp; 3]);
+    rig.tamper(TORQUE_ENABLE, &[1]);
+    let mut modes = vec![Limp];
+    for _ in 0..140 {
+        rig.cycle();
+        if modes.last() != Some(&rig.modes()[0]) {
+            modes.push(rig.modes()[0]);
+        }
+    }
+    assert_eq!((rig.torque(0, 0), rig.modes()[0]), (0, Limp));
+    assert!(modes.len() > 1, "it was said to be limp meanwhile");
+}
+
+#[test]
 fn torque_does_not_come_on_once_the_commander_is_gone_or_a_bus_is_lost() {
     // One late frame is one too many.
     let mut rig = Rig::with(&SETTINGS.replace("command_timeout_ms = 200", "command_timeout_ms = 4"));
@@ -139,6 +203,9 @@ fn a_servo_that_was_set_up_for_another_robot_gets_no_torque() {
     for (item, data, says) in [
         (HOMING_OFFSET, &500_i32.to_le_bytes()[..], "its homing offset (item 20) is 500 counts"),
         (SHUTDOWN, &[0][..], "by its item 63, shutdown, which is 0"),
+        (SECONDARY_ID, &[7][..], "by its secondary id (item 12) it also does what servo 7 is told"),
+        (STARTUP_CONFIGURATION, &[1][..], "by its item 60, startup configuration, which is 1"),
+        (STARTUP_CONFIGURATION, &[2][..], "by its item 60, startup configuration, which is 2"),
     ] {
         let mut rig = Rig::new();
         rig.tamper(item, data);
@@ -149,6 +216,15 @@ fn a_servo_that_was_set_up_for_another_robot_gets_no_torque() {
         let said = rig.motor.trouble(0).unwrap().to_string();
         assert!(said.starts_with(says), "{said}");
     }
+}
+
+#[test]
+fn what_firmware_without_a_startup_configuration_says_there_matters_nothing() {
+    let mut rig = Rig::new();
+    rig.tamper(STARTUP_CONFIGURATION, &[1]);
+    let servo = rig.servo(0, 0);
+    *servo = servo.clone().with_firmware(44);
+    rig.until(200, 0.3, |rig| rig.modes() == [Following; 3]);
 }
 
 #[test]

@@ -282,7 +282,7 @@ mod tests {
             (
                 "",
                 "`` is no kind of fault: say one of drop, flip, truncate, length, noise, echo, late, \
-                  duplicate, swap, alert, overload, brown-out, baud, duplicate-id, hang-up, reboot",
+                  duplicate, swap, alert, overload, brown-out, baud, duplicate-id, hang-up, reboot, stopped-clock",
             ),
             ("drop 5", "`5` has no value: say bus=, id=, p=, at=, from=, for= or by="),
             ("drop x=5", "`x=5` says nothing that a fault knows: say bus=, id=, p=, at=, from=, for= or by="),

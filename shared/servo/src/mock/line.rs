@@ -128,6 +128,14 @@ impl Line {
             for (kind, until) in events {
                 happen(servo, kind, until);
             }
+            let stops = self.injector.holds(Kind::StoppedClock, now, servo.id());
+            if stops != servo.has_stopped_clock() {
+                servo.advance(now);
+                servo.stop_clock(stops);
+                if stops {
+                    self.injector.count(Kind::StoppedClock);
+                }
+            }
         }
         self.twins.retain(|twin| self.injector.holds(Kind::DuplicateId, now, twin.id()));
         for servo in &self.servos {

@@ -57,8 +57,10 @@ pub struct Servo {
     memory: Memory,
     dynamics: Dynamics,
     now: Instant,
-    /// Since when the realtime tick counts.
+    /// Since when the realtime tick counts, and for how long it has stood still since then.
     started_at: Instant,
+    stood_still: Duration,
+    has_stopped_clock: bool,
     /// When it last heard an instruction.
     heard_at: Instant,
     deaf_until: Instant,
@@ -80,6 +82,8 @@ impl Servo {
             dynamics: Dynamics::new(model, position_rad),
             now,
             started_at: now,
+            stood_still: Duration::ZERO,
+            has_stopped_clock: false,
             heard_at: now,
             deaf_until: now,
             registered: None,
@@ -166,6 +170,9 @@ impl Servo {
     pub fn advance(&mut self, now: Instant) {
         if now <= self.now {
             return;
+        }
+        if self.has_stopped_clock {
+            self.stood_still += now.since(self.now);
         }
         let torque = self.memory.get(TORQUE_ENABLE) == 1;
         let watchdog = self.memory.get(BUS_WATCHDOG);
@@ -351,7 +358,7 @@ impl Servo {
         self.dynamics.stop();
         self.dynamics.unwind();
         self.deaf_until = until + REBOOT;
-        self.started_at = self.deaf_until;
+        (self.started_at, self.stood_still) = (self.deaf_until, Duration::ZERO);
         self.stand();
         if self.memory.get(STARTUP_CONFIGURATION) & STARTUP_TORQUE != 0 {
             self.memory.set(TORQUE_ENABLE, 1);
@@ -365,6 +372,16 @@ impl Servo {
         self.lose_power(self.now);
         (self.deaf_until, self.started_at) = (self.now, self.now);
         self.show();
+    }
+
+    /// Whether its realtime tick stands still.
+    pub(super) const fn has_stopped_clock(&self) -> bool {
+        self.has_stopped_clock
+    }
+
+    /// Has its realtime tick stand still from now on, or go on from where it stands.
+    pub(super) const fn stop_clock(&mut self, stop: bool) {
+        self.has_stopped_clock = stop;
     }
 
     /// Is pushed by somebody's hand, in radians.
@@ -397,7 +414,8 @@ impl Servo {
 
     /// Writes what it measures into its table.
     fn show(&mut self) {
-        let tick = self.now.since(self.started_at).as_millis() % 32768;
+        let goes_for = self.now.since(self.started_at).saturating_sub(self.stood_still);
+        let tick = goes_for.as_millis() % 32768;
         self.memory.set(REALTIME_TICK, i64::try_from(tick).unwrap_or(0));
         self.dynamics.show(&mut self.memory);
         self.memory.refresh();

@@ -100,7 +100,7 @@ pub(crate) fn fast_reply(script: &[u8]) -> usize {
 }
 
 /// Every fault that there is, now and then.
-const FAULTS: [&str; 16] = [
+const FAULTS: [&str; 17] = [
     "drop p=0.1",
     "flip p=0.1",
     "truncate p=0.1",
@@ -117,6 +117,7 @@ const FAULTS: [&str; 16] = [
     "duplicate-id id=7 from=2s for=500ms",
     "hang-up from=4s",
     "reboot p=0.01",
+    "stopped-clock id=1 from=500ms for=100ms",
 ];
 
 /// The script as what a host says to a mock bus, with or without faults: it answers, and its

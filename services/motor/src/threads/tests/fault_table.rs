@@ -153,6 +153,8 @@ fn every_fault_in_the_docs_is_tested_by_tests_that_are_here() {
         include_str!("../../tests.rs"),
         include_str!("../../tests/faults.rs"),
         include_str!("../../tests/stubborn.rs"),
+        include_str!("../../tests/unbelieved.rs"),
+        include_str!("../../tests/torque.rs"),
         include_str!("../tests.rs"),
         include_str!("end.rs"),
         include_str!("../../patience.rs"),

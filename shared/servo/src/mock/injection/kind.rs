@@ -35,10 +35,12 @@ pub enum Kind {
     HangUp,
     /// A servo begins anew, and says nothing of it.
     Reboot,
+    /// The clock of a servo stands still.
+    StoppedClock,
 }
 
 /// How many kinds there are.
-pub(in crate::mock) const KINDS: usize = 16;
+pub(in crate::mock) const KINDS: usize = 17;
 
 impl Kind {
     /// Every kind.
@@ -59,6 +61,7 @@ impl Kind {
         Self::DuplicateId,
         Self::HangUp,
         Self::Reboot,
+        Self::StoppedClock,
     ];
 
     /// Its name in the words for a fault.
@@ -81,6 +84,7 @@ impl Kind {
             Self::DuplicateId => "duplicate-id",
             Self::HangUp => "hang-up",
             Self::Reboot => "reboot",
+            Self::StoppedClock => "stopped-clock",
         }
     }
 
@@ -95,7 +99,7 @@ impl Kind {
     /// Whether it is something that lasts, and not something that happens to an answer or at a
     /// moment.
     pub(super) const fn is_held(self) -> bool {
-        matches!(self, Self::BrownOut | Self::Baud | Self::DuplicateId | Self::HangUp)
+        matches!(self, Self::BrownOut | Self::Baud | Self::DuplicateId | Self::HangUp | Self::StoppedClock)
     }
 
     /// Whether it happens to servos, and not to a whole bus.

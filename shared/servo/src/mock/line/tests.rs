@@ -233,7 +233,7 @@ fn the_same_seed_and_the_same_instructions_make_the_same_faults() {
     let faults: Vec<String> = Kind::ALL
         .into_iter()
         .map(|kind| {
-            let held = [Kind::Baud, Kind::DuplicateId, Kind::HangUp].contains(&kind);
+            let held = [Kind::Baud, Kind::DuplicateId, Kind::HangUp, Kind::StoppedClock].contains(&kind);
             let when = if held { "from=1s for=300ms" } else { "p=0.05" };
             let when = if kind == Kind::BrownOut { "at=200ms" } else { when };
             format!("{} {when}", kind.name())
@@ -366,6 +366,18 @@ fn faults_are_switched_while_it_runs_and_those_that_stay_go_on() {
     assert_eq!(ids(&listen(&mut line, at(10), Address::All, SYNC)), [7]);
     line.inject(at(11), &[]);
     assert_eq!(ids(&listen(&mut line, at(11), Address::All, SYNC)), [1, 2, 7]);
+}
+
+#[test]
+fn a_clock_that_stood_still_goes_on_from_where_it_stood() {
+    let mut line = injected(&["stopped-clock id=2 from=100ms for=50ms"], 0);
+    let mut ticks = |ms| {
+        line.advance(at(ms));
+        [0, 1].map(|place: usize| line.servos()[place].read(120, 2).unwrap()[0])
+    };
+    let seen = [99, 100, 149, 150, 160].map(&mut ticks);
+    assert_eq!(seen, [[99, 99], [100, 100], [149, 100], [150, 100], [160, 110]]);
+    assert_eq!(line.injected().of(Kind::StoppedClock), 1);
 }
 
 #[test]

@@ -1,6 +1,7 @@
 //! Answers that arrive broken, late or not at all.
 
 use super::*;
+use crate::Trouble;
 
 /// Whatever was counted of the bus of a joint that is not as it should be.
 fn noticed(rig: &Rig, joint: usize) -> u64 {
@@ -80,6 +81,40 @@ fn a_servo_is_quarantined_after_three_silent_cycles_costs_no_other_a_reading_and
             are(rig, struck, JointMode::Following, JointCause::None)
         })
     });
+}
+
+#[test]
+fn a_servo_whose_clock_stands_still_is_quarantined_after_25_readings_and_costs_no_other_one() {
+    let mut rig = following();
+    in_turn(&mut rig, |rig, struck| {
+        let verdict = stopped_clocks(rig, struck);
+        rig.inject("", &[], "");
+        rig.motor.start_anew();
+        verdict
+    });
+}
+
+fn stopped_clocks(rig: &mut Rig, struck: &[usize]) -> Verdict {
+    rig.inject("stopped-clock", struck, "");
+    // One that was asked for before its clock stood still may be as new as the one before it.
+    for _ in 0..24 {
+        rig.cycle();
+        others_go_on(rig, struck)?;
+        are(rig, struck, JointMode::Following, JointCause::None)?;
+    }
+    within(rig, 2, |rig| are(rig, struck, JointMode::Quarantined, JointCause::Unbelieved))?;
+    for &joint in struck {
+        let trouble = rig.motor.trouble(joint);
+        expect(trouble == Some(Trouble::Unbelieved), || format!("{trouble:?}"))?;
+        expect(rig.motor.quarantined(bus(rig, joint)) == 1, || "not counted as quarantined".to_owned())?;
+    }
+    // It answers again and again, and is believed no more than before.
+    for _ in 0..cycles_in(Duration::from_secs(2)) {
+        rig.cycle();
+        others_go_on(rig, struck)?;
+        are(rig, struck, JointMode::Quarantined, JointCause::Unbelieved)?;
+    }
+    Ok(())
 }
 
 #[test]

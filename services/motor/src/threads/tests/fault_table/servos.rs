@@ -37,7 +37,7 @@ fn an_alert_is_read_in_its_cycle_stops_its_group_takes_its_torque_and_is_reboote
         in_turn(&mut rig, |rig, struck| {
             rig.inject(kind, struck, "at=0s");
             rig.cycle();
-            are(rig, struck, JointMode::Limp, JointCause::Alert)?;
+            are(rig, struck, JointMode::Releasing, JointCause::Alert)?;
             for &joint in struck {
                 let trouble = rig.motor.trouble(joint);
                 let read = trouble == Some(Trouble::Alert(servo::HardwareErrors(bit)));
@@ -48,7 +48,8 @@ fn an_alert_is_read_in_its_cycle_stops_its_group_takes_its_torque_and_is_reboote
             groups_hold(rig, struck)?;
             within(rig, 4, |rig| {
                 let torque = struck.iter().any(|&joint| rig.has_torque(joint));
-                expect(!torque, || "it has torque".to_owned())
+                expect(!torque, || "it has torque".to_owned())?;
+                are(rig, struck, JointMode::Limp, JointCause::Alert)
             })?;
             // A second, half a second of a reboot, and what it takes to come up.
             within(rig, cycles_in(Duration::from_millis(2000)), all_follow)
@@ -61,9 +62,12 @@ fn an_alert_stays_until_a_person_has_looked_where_no_reboot_is_wanted() {
     let mut rig = following();
     let struck: Vec<usize> = (0..65).filter(|joint| joint % 4 == 0).collect();
     rig.inject("overload", &struck, "at=0s");
-    let holds = |rig: &Rig| are(rig, &struck, JointMode::Limp, JointCause::Alert);
-    assert_eq!(within(&mut rig, 1, holds), Ok(()));
+    rig.cycle();
+    assert_eq!(are(&rig, &struck, JointMode::Releasing, JointCause::Alert), Ok(()));
     rig.inject("", &[], "");
+    // Each is told by itself.
+    let holds = |rig: &Rig| are(rig, &struck, JointMode::Limp, JointCause::Alert);
+    assert_eq!(within(&mut rig, 20, holds), Ok(()));
     for _ in 0..cycles_in(Duration::from_secs(2)) {
         rig.cycle();
         assert_eq!(holds(&rig).and(groups_hold(&rig, &struck)), Ok(()));
@@ -126,15 +130,21 @@ fn duplicated(rig: &mut Rig, struck: &[usize]) -> Verdict {
     let ids: Vec<u8> =
         on_bus.iter().filter_map(|&joint| Some(rig.robot.motor.joints[twin(joint)?].id)).collect();
     // Three spoilt answers, and sixteen questions in cycles with nothing else to say.
-    within(rig, 40, |rig| are(rig, &on_bus, JointMode::Limp, JointCause::DuplicateId))?;
+    within(rig, 40, |rig| {
+        let known = on_bus.iter().all(|&joint| rig.cause(joint) == JointCause::DuplicateId);
+        expect(known, || "two of one identifier are not known".to_owned())
+    })?;
     for (&joint, id) in on_bus.iter().zip(ids) {
         let (name, trouble) = (&rig.robot.motor.joints[joint].name, rig.motor.trouble(joint));
         expect(trouble == Some(Trouble::Duplicate(id)), || format!("{name}: {trouble:?}, not {id}"))?;
     }
-    // Each is told by itself.
+    // Each is told by itself, and what two say at once confirms nothing.
+    let single: Vec<usize> = on_bus.iter().copied().filter(|joint| !struck.contains(joint)).collect();
     within(rig, 40, |rig| {
-        let torque = on_bus.iter().find(|joint| rig.has_torque(**joint) && !struck.contains(joint));
+        let torque = single.iter().find(|joint| rig.has_torque(**joint));
         expect(torque.is_none(), || format!("{torque:?} has torque"))?;
+        are(rig, &single, JointMode::Limp, JointCause::DuplicateId)?;
+        are(rig, struck, JointMode::Releasing, JointCause::DuplicateId)?;
         are(rig, &others, JointMode::Following, JointCause::None)
     })
 }
