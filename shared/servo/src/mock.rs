@@ -7,6 +7,7 @@
 mod answer;
 mod dynamics;
 mod exchange;
+mod hearing;
 mod indirect;
 mod injection;
 mod injector;

@@ -48,7 +48,7 @@ impl Fault {
         }
     }
 
-    const fn from_number(number: u8) -> Option<Self> {
+    pub(crate) const fn from_number(number: u8) -> Option<Self> {
         match number {
             0 => None,
             1 => Some(Self::Result),

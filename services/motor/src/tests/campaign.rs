@@ -2,6 +2,7 @@
 //! stale is believed, nothing beyond a limit is commanded, and everybody is back at the end.
 
 mod commands;
+mod struck;
 
 use config::Robot;
 use servo::mock::{Injection, Injector};
@@ -10,30 +11,48 @@ use super::*;
 
 use crate::joint::REBOOTS_MOST;
 
-pub(crate) use commands::Commands;
+pub(crate) use commands::{Commands, check_causes, check_servo};
+pub(crate) use struck::Struck;
 
 /// One count of position.
 const COUNT_RAD: f64 = std::f64::consts::TAU / 4096.0;
 /// How far from its goal a joint stands that has arrived.
 const NEAR_RAD: f64 = 0.003;
-/// What may happen to any answer, each one time in a hundred.
-const ANSWERS: [&str; 9] =
-    ["drop", "flip", "truncate", "length", "noise", "late by=10ms", "duplicate", "swap", "echo"];
+/// What may happen to any answer or to any instruction, each one time in a hundred.
+const PACKETS: [&str; 13] = [
+    "drop",
+    "flip",
+    "truncate",
+    "length",
+    "length is=0",
+    "length is=65535",
+    "noise",
+    "late by=10ms",
+    "duplicate",
+    "swap",
+    "echo",
+    "drop-instruction",
+    "flip-instruction",
+];
 /// What happens to a servo or to a bus now and then. Times count from the beginning of a round.
-const EVENTS: [&str; 6] = [
+const EVENTS: [&str; 8] = [
     "reboot bus=torso id=2 at=1s",
     "brown-out bus=left_arm id=1-4 at=2s for=150ms",
     "overload bus=right_arm id=5 at=3s",
+    "alert bus=torso id=1 at=4s",
     "baud bus=torso id=6 at=5s for=400ms",
     "hang-up bus=face_left at=6s for=300ms",
     "echo bus=face_right from=7s for=1s",
+    "duplicate-id bus=face_right id=7 at=8500ms for=400ms",
 ];
+/// The bus on which two servos have one identifier for a while.
+const DOUBLED: &str = "face_right";
 /// How long a round lasts.
 pub(crate) const ROUND: Duration = Duration::from_secs(10);
 
 /// All of them, for one round.
 pub(crate) fn faults() -> Vec<Injection> {
-    let chance = ANSWERS.iter().map(|fault| format!("{fault} p=0.01"));
+    let chance = PACKETS.iter().map(|fault| format!("{fault} p=0.01"));
     chance.chain(EVENTS.map(str::to_owned)).map(|words| words.parse().unwrap()).collect()
 }
 
@@ -78,15 +97,16 @@ pub(crate) fn is_back(
         && servo.read(table::TORQUE_ENABLE.address, 1) == Ok(&[1])
 }
 
-/// Whether a campaign lasts so long that a servo has more alerts than it is rebooted for. Everybody comes
-/// back without help but that one and its group, which wait for a person.
-pub(crate) fn needs_a_person(lasts: Duration) -> bool {
-    lasts > REBOOTS_MOST * ROUND
+/// Whether a joint waits for a person: of its servo there are two, or it had an alert and is rebooted no more.
+/// Everybody else comes back without help.
+pub(crate) fn waits(state: &JointState) -> bool {
+    let is_limp = state.mode() == Some(JointMode::Limp);
+    is_limp && matches!(state.cause(), Some(JointCause::Alert | JointCause::DuplicateId))
 }
 
-/// Whether a joint waits for a person.
-pub(crate) fn waits(state: &JointState) -> bool {
-    matches!(state.cause(), Some(JointCause::Alert | JointCause::GroupStopped))
+/// Whether a joint waits for a person, or for one who does.
+pub(crate) fn is_held_up(state: &JointState) -> bool {
+    waits(state) || state.cause() == Some(JointCause::GroupStopped)
 }
 
 /// A bus whose servos are in this process.
@@ -129,12 +149,17 @@ struct Campaign {
     replies: Replies,
     now: Instant,
     commands: Commands,
+    struck: Struck,
+    /// When the round began.
+    round_at: Instant,
     /// Where everybody shall be.
     goals: fn(Instant, &[config::motor::Joint]) -> Vec<JointGoal>,
     /// Readings that were compared with where the servo was.
     read: u64,
     /// Cycles in which a joint did not follow.
     away: u64,
+    /// Rounds after which somebody waited for a person, who started all anew.
+    anew: u64,
 }
 
 impl Campaign {
@@ -159,11 +184,14 @@ impl Campaign {
             request: Request::default(),
             replies: Replies::default(),
             commands: Commands::new(robot.motor.joints.len()),
+            struck: Struck::new(&faults(), &robot.motor),
+            round_at: now,
             goals: swing,
             robot,
             now,
             read: 0,
             away: 0,
+            anew: 0,
         }
     }
 
@@ -199,10 +227,16 @@ impl Campaign {
     fn check(&mut self) {
         let joints = &self.robot.motor.joints;
         self.commands.check(PERIOD.as_secs_f64(), self.motor.states(), joints);
-        for (state, joint) in self.motor.states().zip(joints) {
+        let after = self.now.since(self.round_at);
+        self.struck.note(after, self.motor.states(), joints);
+        check_causes(self.motor.states(), &self.robot.motor);
+        for (index, (state, joint)) in self.motor.states().zip(joints).enumerate() {
             self.away += u64::from(state.mode() != Some(JointMode::Following));
+            let has_torque = check_servo(self.servo(joint), joint);
+            self.commands.obeyed += u64::from(has_torque);
             let servo = self.servo(joint);
-            if state.sampled_at_ns == self.now.as_nanos() {
+            // Where there are two of them, either may be the one that was heard.
+            if state.sampled_at_ns == self.now.as_nanos() && !self.struck.is_doubled(index, after) {
                 let is = joint.joint_rad(servo.position_rad());
                 let said = state.present_position_rad().unwrap();
                 assert!((said - is).abs() <= COUNT_RAD, "{} is at {is}, and {said} was believed", joint.name);
@@ -232,23 +266,38 @@ fn campaign(seed: u64, lasts: Duration) {
         // What is on already would go on, and happen no second time.
         campaign.inject(&[]);
         campaign.inject(&faults);
-        let round = campaign.now + ROUND;
-        while campaign.now < round {
+        campaign.round_at = campaign.now;
+        while campaign.now < campaign.round_at + ROUND {
             campaign.cycle();
+        }
+        campaign.struck.end_round();
+        if campaign.motor.states().any(|state| waits(&state)) {
+            campaign.motor.start_anew();
+            campaign.anew += 1;
         }
     }
     assert_eq!(campaign.motor.states().len(), 65);
     assert!(campaign.away > 0, "the faults did nothing");
+    for fault in &faults {
+        let happened = |wire: &Spoilt| wire.line.injected().of(fault.kind) > 0;
+        assert!(campaign.wires.iter().any(happened), "{fault} never happened");
+    }
     assert!(campaign.motor.counts().stale > 0, "no answer was late");
     let cycles = u64::try_from(lasts.as_millis() / PERIOD.as_millis()).unwrap();
     assert!(campaign.read > 65 * cycles / 2, "{} readings in {cycles} cycles", campaign.read);
     let compared = campaign.commands.compared;
     assert!(compared > 65 * cycles / 2, "{compared} commands in {cycles} cycles");
+    let obeyed = campaign.commands.obeyed;
+    assert!(obeyed > 65 * cycles / 2, "{obeyed} servos with torque in {cycles} cycles");
+    let Struck { times, moving, .. } = campaign.struck;
+    assert!(10 * moving >= 9 * times, "{moving} of {times} were struck as they moved");
+    println!("{lasts:?}: {moving} of {times} struck as they moved, {} times started anew", campaign.anew);
+    let is_short = lasts <= REBOOTS_MOST * ROUND;
+    assert!(is_short || campaign.anew > 0, "who was rebooted once more?");
     campaign.inject(&[]);
     campaign.goals = |_, joints| havens(joints);
-    if needs_a_person(lasts) {
-        campaign.until(|campaign| campaign.lost().iter().all(|(_, state)| waits(state)));
-        assert!(!campaign.lost().is_empty(), "who was rebooted once more?");
+    campaign.until(|campaign| campaign.lost().iter().all(|(_, state)| is_held_up(state)));
+    if !campaign.lost().is_empty() {
         campaign.motor.start_anew();
     }
     campaign.until(|campaign| campaign.lost().is_empty());

@@ -11,6 +11,8 @@ use crate::{Address, Chain, Fault, Frame, Id, Instruction, Reset, Span, Status, 
 const ANSWER_MOST: usize = PREFIX + 1024 + SUFFIX;
 /// What a servo tells together with others where it may not be read.
 const NOTHING: [u8; 1024] = [0; 1024];
+/// The error that an answer says where nothing else is said: the item may not be read or written.
+const ERROR: u8 = 7;
 /// Over so many bytes the answers of two servos with one identifier lie shifted: they do not begin
 /// at the same moment.
 const SHIFTS: usize = 3;
@@ -188,7 +190,8 @@ impl Exchange<'_> {
             };
             let read = servo.read(span.address, span.length);
             let nothing = NOTHING.get(..usize::from(span.length)).unwrap_or(&NOTHING);
-            let (fault, params) = (read.err(), read.unwrap_or(nothing));
+            let fault = read.err().or_else(|| error(self.injector, self.now, span.id.get()));
+            let params = read.unwrap_or(nothing);
             let status = Status { id: span.id, alert: servo.has_alert(), fault, params };
             let mut bytes = [0; ANSWER_MOST];
             let start = if std::mem::take(&mut first) { header.len() } else { 0 };
@@ -261,7 +264,8 @@ impl Exchange<'_> {
         };
         let answers = servo.status_return_level() >= said.level();
         let Some(id) = Id::new(servo.id()).filter(|_| answers) else { return };
-        let (fault, params) = (data.err(), data.unwrap_or_default());
+        let fault = data.err().or_else(|| error(self.injector, self.now, id.get()));
+        let params = data.unwrap_or_default();
         let mut bytes = [0; ANSWER_MOST];
         let status = Status { id, alert: servo.has_alert(), fault, params };
         let Ok(length) = status.encode(&mut bytes) else { return };
@@ -289,6 +293,12 @@ impl Exchange<'_> {
             }
         }
     }
+}
+
+/// The error that an answer says though nothing is wrong, if it does.
+fn error(injector: &mut Injector, now: Instant, id: u8) -> Option<Fault> {
+    let strike = injector.strikes(Kind::Error, now, id)?;
+    Fault::from_number(strike.is.and_then(|number| u8::try_from(number).ok()).unwrap_or(ERROR))
 }
 
 fn pick<'a>(servos: &'a mut [Servo], twins: &'a mut [Servo], place: usize) -> Option<&'a mut Servo> {

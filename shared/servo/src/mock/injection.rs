@@ -16,7 +16,7 @@ pub use kind::Kind;
 /// It is said in words, the same on the command line, on standard input and in a file:
 ///
 /// ```text
-/// KIND [bus=NAME[,NAME..]] [id=N[,N-M..]] [p=CHANCE] [at=TIME] [from=TIME] [for=TIME] [by=TIME]
+/// KIND [bus=NAME[,NAME..]] [id=N[,N-M..]] [p=CHANCE] [at=TIME] [from=TIME] [for=TIME] [by=TIME] [is=NUMBER]
 /// ```
 ///
 /// Whatever is left out means all of them: every bus, every servo, every answer, from the beginning
@@ -49,6 +49,8 @@ pub struct Injection {
     pub lasts: Option<Duration>,
     /// How late: of late answers.
     pub by: Option<Duration>,
+    /// What the length says that lies, or which error an answer says.
+    pub is: Option<u16>,
 }
 
 /// What is wrong with the words for a fault.
@@ -67,7 +69,7 @@ impl BadInjection {
     }
 }
 
-const KEYS: &str = "bus=, id=, p=, at=, from=, for= or by=";
+const KEYS: &str = "bus=, id=, p=, at=, from=, for=, by= or is=";
 
 impl FromStr for Injection {
     type Err = BadInjection;
@@ -79,8 +81,8 @@ impl FromStr for Injection {
             BadInjection::new(name, format!("is no kind of fault: say one of {}", Kind::names()))
         })?;
         let (buses, ids) = (Vec::new(), Vec::new());
-        let (chance, at, from, lasts, by) = (None, None, None, None, None);
-        let mut said = Self { kind, buses, ids, chance, at, from, lasts, by };
+        let (chance, at, from, lasts, by, is) = (None, None, None, None, None, None);
+        let mut said = Self { kind, buses, ids, chance, at, from, lasts, by, is };
         let mut keys = Vec::new();
         for word in words {
             let (key, value) = word
@@ -126,6 +128,10 @@ impl Injection {
                 };
                 *place = Some(time);
             }
+            "is" => {
+                let wrong = "is no number: say is=0, is=7 or is=65535";
+                self.is = Some(value.parse().map_err(|_| BadInjection::new(word, wrong))?);
+            }
             _ => return Err(BadInjection::new(word, format!("says nothing that a fault knows: say {KEYS}"))),
         }
         Ok(())
@@ -150,6 +156,11 @@ impl Injection {
         }
         if self.by.is_some() && self.kind != Kind::Late {
             return no("by=", "only `late` is by= a time");
+        }
+        match (self.is, self.kind.numbers()) {
+            (Some(_), None) => return no("is=", "only `length` and `error` have a number"),
+            (Some(number), Some((numbers, what))) if !numbers.contains(&number) => return no("is=", what),
+            (_, _) => {}
         }
         if !self.ids.is_empty() && !self.kind.is_of_servos() {
             return no("id=", "it happens to a whole bus; say bus=");
@@ -246,6 +257,9 @@ impl fmt::Display for Injection {
                 }
             }
         }
+        if let Some(number) = self.is {
+            write!(to, " is={number}")?;
+        }
         Ok(())
     }
 }
@@ -267,6 +281,9 @@ mod tests {
             "late id=1-13 by=1500us",
             "hang-up bus=left_arm,torso at=120s for=500ms",
             "overload id=3,5-7 at=1500ms",
+            "length id=5 is=65535",
+            "error p=0.5 is=7",
+            "drop-instruction bus=torso p=0.01",
         ] {
             assert_eq!(parse(text).map(|said| said.to_string()), Ok(text.to_owned()));
         }
@@ -281,11 +298,15 @@ mod tests {
         for (text, said) in [
             (
                 "",
-                "`` is no kind of fault: say one of drop, flip, truncate, length, noise, echo, late, \
-                  duplicate, swap, alert, overload, brown-out, baud, duplicate-id, hang-up, reboot, stopped-clock",
+                "`` is no kind of fault: say one of drop, flip, truncate, length, error, noise, echo, late, \
+                  duplicate, swap, drop-instruction, flip-instruction, alert, overload, brown-out, baud, \
+                  duplicate-id, hang-up, reboot, stopped-clock",
             ),
-            ("drop 5", "`5` has no value: say bus=, id=, p=, at=, from=, for= or by="),
-            ("drop x=5", "`x=5` says nothing that a fault knows: say bus=, id=, p=, at=, from=, for= or by="),
+            ("drop 5", "`5` has no value: say bus=, id=, p=, at=, from=, for=, by= or is="),
+            (
+                "drop x=5",
+                "`x=5` says nothing that a fault knows: say bus=, id=, p=, at=, from=, for=, by= or is=",
+            ),
             ("drop p=2", "`p=2` is no probability: say one from 0 to 1, such as p=0.01"),
             ("drop p=NaN", "`p=NaN` is no probability: say one from 0 to 1, such as p=0.01"),
             ("drop id=253", "`id=253` names no servos: say id=5, id=1,3 or id=1-13, from 0 to 252"),
@@ -299,6 +320,13 @@ mod tests {
                 "`at=` does not go with `drop`: say at= for once, or from= and for= for a while",
             ),
             ("drop by=1s", "`by=` does not go with `drop`: only `late` is by= a time"),
+            ("length is=65536", "`is=65536` is no number: say is=0, is=7 or is=65535"),
+            ("error is=128", "`is=` does not go with `error`: errors are from 1 to 127"),
+            ("flip is=7", "`is=` does not go with `flip`: only `length` and `error` have a number"),
+            (
+                "flip-instruction id=1",
+                "`id=` does not go with `flip-instruction`: it happens to a whole bus; say bus=",
+            ),
             ("hang-up id=1", "`id=` does not go with `hang-up`: it happens to a whole bus; say bus="),
             ("baud p=0.5", "`p=` does not go with `baud`: it lasts; say from= and for=, or at= and for="),
         ] {
@@ -307,6 +335,14 @@ mod tests {
         let drop = parse("drop bus=torsoo").unwrap();
         let said = drop.check_buses(["torso", "face"].into_iter()).unwrap_err().to_string();
         assert_eq!(said, "`bus=torsoo` names no mock bus: there are torso, face");
+    }
+
+    #[test]
+    fn the_docs_list_every_kind_in_its_order() {
+        let docs = include_str!("../../../../docs/servo-bus.md");
+        let rows = docs.lines().skip_while(|line| !line.starts_with("| kind |")).skip(2);
+        let kinds = rows.map_while(|row| row.strip_prefix("| `")?.split('`').next());
+        assert_eq!(kinds.collect::<Vec<_>>(), Kind::ALL.map(Kind::name));
     }
 
     proptest! {

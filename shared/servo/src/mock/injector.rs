@@ -95,7 +95,7 @@ impl Injector {
         self.injected
     }
 
-    /// Whether a fault of a kind happens to an answer now, and random numbers for how. Whoever asks
+    /// Whether a fault of a kind happens to an answer or an instruction now, and random numbers for how. Whoever asks
     /// does it.
     pub(super) fn strikes(&mut self, kind: Kind, now: Instant, id: u8) -> Option<Strike> {
         let mut strike = None;
@@ -112,8 +112,8 @@ impl Injector {
             }
             if strikes(&mut active.random, injection.chance) {
                 active.done = injection.at.is_some();
-                let (by, random) = (injection.by, active.random.next_u64());
-                strike = strike.or(Some(Strike { by, random }));
+                let (by, is, random) = (injection.by, injection.is, active.random.next_u64());
+                strike = strike.or(Some(Strike { by, is, random }));
             }
         }
         if strike.is_some() {
@@ -168,6 +168,7 @@ impl Active {
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Strike {
     pub(super) by: Option<Duration>,
+    pub(super) is: Option<u16>,
     random: u64,
 }
 

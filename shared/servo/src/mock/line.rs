@@ -3,6 +3,7 @@ use clock::{Duration, Instant};
 use crate::Parser;
 use crate::mock::answer::{Answer, Answers};
 use crate::mock::exchange::Exchange;
+use crate::mock::hearing::{arriving, instructions};
 use crate::mock::injection::Kind;
 use crate::mock::spoil::spoil;
 use crate::mock::{HardwareError, Injected, Injection, Injector, Servo};
@@ -11,7 +12,7 @@ use crate::mock::{HardwareError, Injected, Injection, Injector, Servo};
 const TWIN_RAD: f64 = 0.3;
 
 /// Whose answer an echo is: nobody's.
-const HOST: u8 = 0xFE;
+pub(super) const HOST: u8 = 0xFE;
 
 /// What servos do in a fast reply when one before them is silent.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -175,7 +176,15 @@ impl Line {
         if self.injector.strikes(Kind::Echo, now, HOST).is_some() {
             answers.add(HOST, Duration::ZERO, bytes);
         }
-        self.parser.push(bytes);
+        for said in instructions(bytes) {
+            let Some(heard) = arriving(&mut self.injector, now, said) else { continue };
+            self.parser.push(&heard);
+            self.obey(now, answers);
+        }
+    }
+
+    /// Has the servos do what they have heard, and adds what they say.
+    fn obey(&mut self, now: Instant, answers: &mut Answers) {
         while let Some(frame) = self.parser.next_frame() {
             let first = answers.get().len();
             let mut exchange = Exchange {

@@ -1,5 +1,7 @@
 //! Faults put into what servos say.
 
+use std::ops::Range;
+
 use clock::{Duration, Instant};
 
 use crate::crc::crc;
@@ -12,8 +14,8 @@ use super::{Answer, Answers, Injector};
 const LATE: Duration = Duration::from_millis(10);
 /// Bytes of noise at most.
 const NOISE_MOST: usize = 8;
-/// Where the low byte of the length stands.
-const LENGTH_LOW: usize = 5;
+/// Where the length stands.
+const LENGTH: Range<usize> = 5..7;
 
 /// Puts faults into the answers from `first` on; those that come late go to `late`, with the
 /// instant before which they do not come.
@@ -67,7 +69,8 @@ fn garble(injector: &mut Injector, now: Instant, answer: &mut Answer) {
     if answer.has_header()
         && let Some(mut strike) = injector.strikes(Kind::Length, now, id)
     {
-        lie(&mut answer.bytes, strike.below(255));
+        let by = strike.below(255);
+        lie(&mut answer.bytes, strike.is, by);
     }
     if let Some(mut strike) = injector.strikes(Kind::Truncate, now, id) {
         answer.bytes.truncate(strike.below(answer.bytes.len()));
@@ -79,12 +82,12 @@ fn garble(injector: &mut Injector, now: Instant, answer: &mut Answer) {
     }
 }
 
-/// Makes the length say something else; the check sum is right for it, as from a servo that is
-/// confused and not from a wire that is.
-fn lie(bytes: &mut [u8], by: usize) {
-    let other = 1 + by.to_le_bytes()[0];
-    if let Some(length) = bytes.get_mut(LENGTH_LOW) {
-        *length = length.wrapping_add(other);
+/// Makes the length say what it is to say, or something else; the check sum is right for it, as from
+/// a servo that is confused and not from a wire that is.
+fn lie(bytes: &mut [u8], is: Option<u16>, by: usize) {
+    if let Some([low, high]) = bytes.get_mut(LENGTH) {
+        let other = [low.wrapping_add(1 + by.to_le_bytes()[0]), *high];
+        [*low, *high] = is.map_or(other, u16::to_le_bytes);
     }
     let end = bytes.len().saturating_sub(SUFFIX);
     let sum = crc(bytes.get(..end).unwrap_or_default()).to_le_bytes();

@@ -100,16 +100,19 @@ pub(crate) fn fast_reply(script: &[u8]) -> usize {
 }
 
 /// Every fault that there is, now and then.
-const FAULTS: [&str; 17] = [
+const FAULTS: [&str; 20] = [
     "drop p=0.1",
     "flip p=0.1",
     "truncate p=0.1",
     "length p=0.1",
+    "error p=0.1",
     "noise p=0.1",
     "echo p=0.1",
     "late p=0.1",
     "duplicate p=0.1",
     "swap p=0.1",
+    "drop-instruction p=0.1",
+    "flip-instruction p=0.1",
     "alert p=0.01",
     "overload p=0.01",
     "brown-out at=3s",

@@ -1,8 +1,16 @@
-use config::motor::Joint;
-use message::JointState;
+use config::motor::{Joint, Motor};
+use message::{JointCause, JointState};
+use servo::mock::Servo;
+use servo::table::{GOAL_POSITION, Item, PROFILE_ACCELERATION, PROFILE_VELOCITY, TORQUE_ENABLE};
+use servo::{acceleration_count, position_count, velocity_count};
+
+use super::DOUBLED;
 
 /// What is lost in rounding, in radians and in radians per second.
 const SLIGHT: f64 = 1e-9;
+/// How much faster than its joint a servo's profile may be, and how much more it may accelerate.
+const VELOCITY_MARGIN: f64 = 1.5;
+const ACCELERATION_MARGIN: f64 = 8.0;
 
 /// The command of a joint after a cycle.
 #[derive(Clone, Copy, Debug)]
@@ -12,18 +20,61 @@ struct Command {
     velocity_rad_s: Option<f64>,
 }
 
-/// What all joints were commanded, cycle by cycle: it is compared with their limits.
+/// What all joints were commanded, cycle by cycle, and what reached their servos: it is compared with their
+/// limits.
 #[derive(Debug)]
 pub(crate) struct Commands {
     before: Vec<Option<Command>>,
     before_s: f64,
     /// Pairs of cycles whose velocities were compared.
     pub(crate) compared: u64,
+    /// Servos with torque whose goals and profiles were compared.
+    pub(crate) obeyed: u64,
+}
+
+fn value(servo: &Servo, item: Item) -> i32 {
+    let bytes = servo.read(item.address, item.length).unwrap();
+    i32::from_le_bytes(bytes.try_into().unwrap())
+}
+
+/// Compares what a servo was told last with what its joint may be told, if it has torque: a goal within its
+/// limits, and a profile that is one. Whether it has.
+pub(crate) fn check_servo(servo: &Servo, joint: &Joint) -> bool {
+    if servo.read(TORQUE_ENABLE.address, 1) != Ok(&[1]) {
+        return false;
+    }
+    let [one, other] = [joint.min_rad, joint.max_rad].map(|rad| position_count(joint.servo_rad(rad)));
+    let velocity = velocity_count(joint.velocity_rad_s * VELOCITY_MARGIN);
+    let acceleration = acceleration_count(joint.acceleration_rad_s2 * ACCELERATION_MARGIN);
+    for (item, least, most) in [
+        (GOAL_POSITION, one.min(other), one.max(other)),
+        // Zero would be without limit.
+        (PROFILE_VELOCITY, 1, velocity),
+        (PROFILE_ACCELERATION, 1, acceleration),
+    ] {
+        let told = value(servo, item);
+        let (name, address) = (&joint.name, item.address);
+        assert!((least..=most).contains(&told), "{name}: item {address} is {told}, not {least} to {most}");
+    }
+    true
+}
+
+/// Looks whether joints failed for what is the case: nobody is told what it must refuse, and two servos have one
+/// identifier on one bus only.
+pub(crate) fn check_causes(states: impl Iterator<Item = JointState>, robot: &Motor) {
+    for (state, joint) in states.zip(&robot.joints) {
+        let is_wrong = match state.cause() {
+            Some(JointCause::Refused) => true,
+            Some(JointCause::DuplicateId) => robot.buses[joint.bus].name != DOUBLED,
+            _ => false,
+        };
+        assert!(!is_wrong, "{}: {state:?}", joint.name);
+    }
 }
 
 impl Commands {
     pub(crate) fn new(joints: usize) -> Self {
-        Self { before: vec![None; joints], before_s: 0.0, compared: 0 }
+        Self { before: vec![None; joints], before_s: 0.0, compared: 0, obeyed: 0 }
     }
 
     /// Compares what was commanded in a cycle in which commands moved on by `dt_s`.

@@ -4,7 +4,9 @@ use config::leo::OnAlert;
 
 use super::*;
 use crate::motor::STEP_MOST;
-use crate::tests::campaign::{Commands, ROUND, faults, is_back, needs_a_person, swing, waits};
+use crate::tests::campaign::{
+    Commands, ROUND, Struck, check_causes, check_servo, faults, is_back, is_held_up, swing, waits,
+};
 
 /// The realtime tick counts milliseconds modulo this.
 const WRAP_MS: f64 = 32_768.0;
@@ -28,6 +30,9 @@ struct Seen {
 struct Last {
     asked_at: Vec<Instant>,
     commands: Commands,
+    struck: Struck,
+    /// When the round began.
+    round_at: Instant,
 }
 
 /// Whether a reading with this tick was sampled before it was asked for, of a servo whose clock began at
@@ -44,7 +49,10 @@ fn cycle(rig: &mut Rig, last: &mut Last, seen: &mut Seen) {
     seen.cycles += 1;
     let dt_s = rig.now.since(stepped_at).min(STEP_MOST).as_secs_f64();
     last.commands.check(dt_s, rig.motor.states(), &rig.robot.motor.joints);
+    last.struck.note(rig.now.since(last.round_at), rig.motor.states(), &rig.robot.motor.joints);
+    check_causes(rig.motor.states(), &rig.robot.motor);
     for (index, (state, joint)) in rig.motor.states().zip(&rig.robot.motor.joints).enumerate() {
+        last.commands.obeyed += u64::from(rig.servo(index, |servo| check_servo(servo, joint)));
         seen.away += u64::from(!follows(&state));
         let Some((asked_at, reading)) = rig.motor.reading(index).filter(|read| read.0 > last.asked_at[index])
         else {
@@ -82,17 +90,23 @@ fn campaign(lasts: Duration) {
     let skipped = |rig: &Rig| rig.threads.fared().map(|(skipped, _)| skipped).sum::<u64>();
     let skipped_before = skipped(&rig);
     assert_eq!(rig.motor.states().len(), 65);
-    let mut last = Last { asked_at: vec![Instant::EPOCH; 65], commands: Commands::new(65) };
-    let mut seen = Seen::default();
     let faults = faults();
+    let struck = Struck::new(&faults, &rig.robot.motor);
+    let (asked_at, commands) = (vec![Instant::EPOCH; 65], Commands::new(65));
+    let mut last = Last { asked_at, commands, struck, round_at: rig.now };
+    let mut seen = Seen::default();
     let end = clock::now() + lasts;
     while clock::now() < end {
         rig.ptys.as_ref().unwrap().inject(&[]);
         rig.ptys.as_ref().unwrap().inject(&faults);
-        let round = clock::now() + ROUND;
-        while clock::now() < round {
+        last.round_at = clock::now();
+        while clock::now() < last.round_at + ROUND {
             rig.goals = Some(swing(rig.now, &rig.robot.motor.joints));
             cycle(&mut rig, &mut last, &mut seen);
+        }
+        last.struck.end_round();
+        if rig.motor.states().any(|state| waits(&state)) {
+            rig.motor.start_anew();
         }
     }
     let (stale, skipped) = (rig.motor.counts().stale, skipped(&rig) - skipped_before);
@@ -102,6 +116,9 @@ fn campaign(lasts: Duration) {
     // readings came.
     let requests = 5 * seen.cycles - skipped;
     assert!(seen.readings > 13 * requests / 2, "{seen:?}, {requests} requests");
+    let Struck { times, moving, .. } = last.struck;
+    println!("{moving} of {times} struck as they moved");
+    assert!(2 * moving > times, "{moving} of {times} were struck as they moved");
     rig.ptys.as_ref().unwrap().inject(&[]);
     let mut until = |rig: &mut Rig, holds: fn(&[(&str, JointState)]) -> bool| {
         let give_up = clock::now() + BACK;
@@ -110,12 +127,13 @@ fn campaign(lasts: Duration) {
             assert!(clock::now() < give_up, "not everybody is back: {:?}", lost(rig));
         }
     };
-    if needs_a_person(lasts) {
-        until(&mut rig, |lost| lost.iter().all(|(_, state)| waits(state)));
+    until(&mut rig, |lost| lost.iter().all(|(_, state)| is_held_up(state)));
+    if rig.motor.states().any(|state| waits(&state)) {
         rig.motor.start_anew();
     }
     until(&mut rig, |lost| lost.is_empty());
-    assert!(last.commands.compared > 65 * seen.cycles / 2, "{} of {seen:?}", last.commands.compared);
+    let Commands { compared, obeyed, .. } = last.commands;
+    assert!(compared.min(obeyed) > 65 * seen.cycles / 2, "{compared} and {obeyed} of {seen:?}");
 }
 
 #[test]

@@ -19,6 +19,8 @@ mod standstill;
 
 /// For how long of the machine's time a silent servo is waited for in simulated time.
 const PATIENCE: Duration = Duration::from_millis(60);
+/// A version of the servos' firmware that knows no fast reads.
+const OLD_FIRMWARE: u8 = 44;
 /// How often a row is tried with the same joints where the machine was seen to stand still for
 /// [`STILL`] meanwhile, which makes well servos look silent. Otherwise it is tried once.
 const TRIES: u32 = 10;
@@ -34,6 +36,18 @@ fn following_as(change: impl FnOnce(&mut config::Robot)) -> Rig {
     let mut robot = config::Robot::load(None).unwrap();
     change(&mut robot);
     let mut rig = Rig::of(robot, Time::Lockstep(PATIENCE), &process::Lookout::default());
+    calm(&mut rig);
+    rig
+}
+
+/// A robot in simulated time whose servos know no fast reads: each is read for itself. All joints follow.
+fn following_on_old_firmware() -> Rig {
+    let robot = config::Robot::load(None).unwrap();
+    let mut rig = Rig::of(robot, Time::Lockstep(PATIENCE), &process::Lookout::default());
+    for joint in everybody() {
+        rig.servo(joint, |servo| *servo = servo.clone().with_firmware(OLD_FIRMWARE));
+        assert!(!rig.servo(joint, |servo| servo.knows_fast_reads()));
+    }
     calm(&mut rig);
     rig
 }

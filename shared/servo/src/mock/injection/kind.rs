@@ -1,3 +1,5 @@
+use std::ops::RangeInclusive;
+
 use clock::Duration;
 
 /// A kind of fault.
@@ -11,6 +13,8 @@ pub enum Kind {
     Truncate,
     /// The length field of an answer lies.
     Length,
+    /// An answer says an error number.
+    Error,
     /// Bytes of noise come before an answer.
     Noise,
     /// The host hears what it said.
@@ -21,6 +25,10 @@ pub enum Kind {
     Duplicate,
     /// Two servos answer in the wrong order.
     Swap,
+    /// An instruction does not arrive.
+    DropInstruction,
+    /// A bit of an instruction flips on its way.
+    FlipInstruction,
     /// The input voltage is wrong: a hardware alert, with which only some models let go.
     Alert,
     /// The load is too much: a hardware alert, and the servo lets go.
@@ -39,8 +47,11 @@ pub enum Kind {
     StoppedClock,
 }
 
+/// The highest error number: above it stands the bit of the hardware alert.
+const ERROR_MOST: u16 = 0x7F;
+
 /// How many kinds there are.
-pub(in crate::mock) const KINDS: usize = 17;
+pub(in crate::mock) const KINDS: usize = 20;
 
 impl Kind {
     /// Every kind.
@@ -49,11 +60,14 @@ impl Kind {
         Self::Flip,
         Self::Truncate,
         Self::Length,
+        Self::Error,
         Self::Noise,
         Self::Echo,
         Self::Late,
         Self::Duplicate,
         Self::Swap,
+        Self::DropInstruction,
+        Self::FlipInstruction,
         Self::Alert,
         Self::Overload,
         Self::BrownOut,
@@ -72,11 +86,14 @@ impl Kind {
             Self::Flip => "flip",
             Self::Truncate => "truncate",
             Self::Length => "length",
+            Self::Error => "error",
             Self::Noise => "noise",
             Self::Echo => "echo",
             Self::Late => "late",
             Self::Duplicate => "duplicate",
             Self::Swap => "swap",
+            Self::DropInstruction => "drop-instruction",
+            Self::FlipInstruction => "flip-instruction",
             Self::Alert => "alert",
             Self::Overload => "overload",
             Self::BrownOut => "brown-out",
@@ -104,7 +121,18 @@ impl Kind {
 
     /// Whether it happens to servos, and not to a whole bus.
     pub(super) const fn is_of_servos(self) -> bool {
-        !matches!(self, Self::Echo | Self::HangUp)
+        !matches!(self, Self::Echo | Self::DropInstruction | Self::FlipInstruction | Self::HangUp)
+    }
+
+    /// The numbers that may be said of it, and what they are; none where no number says anything.
+    pub(super) fn numbers(self) -> Option<(RangeInclusive<u16>, &'static str)> {
+        if self == Self::Length {
+            Some((0..=u16::MAX, "lengths are from 0 to 65535"))
+        } else if self == Self::Error {
+            Some((1..=ERROR_MOST, "errors are from 1 to 127"))
+        } else {
+            None
+        }
     }
 
     /// Whether it happens to a servo itself at a moment.

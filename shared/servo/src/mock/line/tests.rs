@@ -284,12 +284,67 @@ fn every_kind_of_spoiled_answer_is_what_its_name_says() {
     assert!(short.len() < good.len() && good.starts_with(&short));
     let lying = of(&spoiled("length id=2"), 2);
     assert!(lying[5] != good[5] && lying.len() == good.len());
+    for (fault, length) in [("length id=2 is=0", [0, 0]), ("length id=2 is=65535", [0xFF, 0xFF])] {
+        let lying = of(&spoiled(fault), 2);
+        assert_eq!((&lying[5..7], lying.len()), (&length[..], good.len()), "{fault}");
+        assert_eq!(lying[7..11], good[7..11], "{fault}");
+    }
+    for (fault, number) in [("error id=2", 7), ("error id=2 is=3", 3)] {
+        let wrong = of(&spoiled(fault), 2);
+        assert_eq!((wrong[8], &wrong[9..13]), (number, &good[9..13]), "{fault}");
+    }
     let noisy = of(&spoiled("noise id=2"), 2);
     assert!(noisy.len() > good.len() && noisy.ends_with(&good));
     assert_eq!(ids(&spoiled("duplicate id=2")), [1, 2, 2, 7]);
     assert_eq!(ids(&spoiled("swap id=1")), [2, 1, 7]);
     let echoed = spoiled("echo");
     assert_eq!((ids(&echoed), &echoed[0].bytes), (vec![254, 1, 2, 7], &encoded(Address::All, SYNC)));
+}
+
+#[test]
+fn an_error_within_a_fast_reply_is_told_with_its_data_and_costs_nobody_his_part() {
+    let mut line = injected(&["error id=2 is=7"], 0);
+    let mut reply = FastReply::new();
+    reply.expect([1, 2, 7].map(|id| (Id::new(id).unwrap(), 4))).unwrap();
+    let mut parser = Parser::new();
+    for answer in listen(&mut line, at(0), Address::All, FAST) {
+        parser.push(&answer.bytes);
+    }
+    let mut told = Vec::new();
+    while let Some(status) = parser.next_part(&mut reply) {
+        assert_eq!(status.params, [0, 8, 0, 0]);
+        told.push((status.id.get(), status.fault));
+    }
+    assert_eq!(told, [(1, None), (2, Some(Fault::Access)), (7, None)]);
+    assert_eq!(line.injected().of(Kind::Error), 1);
+}
+
+#[test]
+fn an_instruction_that_is_lost_or_damaged_is_obeyed_by_nobody_and_costs_no_other_that_comes_with_it() {
+    let led = Instruction::SyncWrite { address: 65, length: 1, records: &[1, 1] };
+    let both = [encoded(Address::All, led), encoded(Address::All, SYNC)].concat();
+    for (fault, kind) in
+        [("drop-instruction at=0s", Kind::DropInstruction), ("flip-instruction at=0s", Kind::FlipInstruction)]
+    {
+        for seed in 0..200 {
+            let mut line = injected(&[fault], seed);
+            let mut answers = Answers::default();
+            line.listen(at(0), &both, &mut answers);
+            assert_eq!(line.injected().of(kind), 1);
+            assert_eq!(line.servos()[0].read(65, 1), Ok(&[0][..]), "{fault}, seed {seed}");
+            assert_eq!(ids(answers.get()), [1, 2, 7], "{fault}, seed {seed}");
+            // It comes whole when it is said again.
+            line.listen(at(1), &both, &mut answers);
+            assert_eq!(line.servos()[0].read(65, 1), Ok(&[1][..]), "{fault}, seed {seed}");
+        }
+    }
+    // One that comes in pieces is one.
+    let mut line = injected(&["drop-instruction p=0"], 0);
+    let mut answers = Answers::default();
+    for byte in &both {
+        line.listen(at(0), &[*byte], &mut answers);
+    }
+    assert_eq!(ids(answers.get()), [1, 2, 7]);
 }
 
 #[test]
