@@ -8,6 +8,7 @@ use servo::{Id, Instruction, Parser, Status};
 mod campaign;
 mod end;
 mod fault_table;
+mod killed;
 mod rig;
 
 use rig::{LONG, PERIOD, Rig, Time};
