@@ -239,6 +239,11 @@ impl Bus {
                 }
             }
         }
+        for &index in &self.joints {
+            if let Some(joint) = joints.get_mut(index) {
+                self.counts.incidents.add(joint.take_incidents());
+            }
+        }
         // The list's memory is used again in the next cycle.
         self.asked = asked;
         self.asked.clear();
@@ -246,6 +251,7 @@ impl Bus {
 
     /// Notes that the line is gone.
     pub(crate) fn lose(&mut self, now: Instant, joints: &mut [Joint]) {
+        self.counts.hang_ups += u64::from(!self.is_lost);
         self.is_lost = true;
         self.calm = 0;
         for &index in &self.joints {
@@ -337,6 +343,7 @@ impl Bus {
                 too_long: replies.heard(Topic::Job) > STATUS_BYTES + job.answer_length(),
             };
             if joint.doubted(now, came) {
+                self.counts.duplicates += 1;
                 let id = joint.id();
                 for &index in &self.joints {
                     if let Some(joint) = joints.get_mut(index) {

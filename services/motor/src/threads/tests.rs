@@ -72,6 +72,7 @@ fn a_bus_that_does_not_come_back_is_lost_in_the_tenth_cycle_and_the_body_stops_u
         rig.cycle();
     }
     assert!(are(&rig, &lost, JointCause::BusLost));
+    assert_eq!(rig.motor.bus_counts(0).hang_ups, 1);
     thread.send(hung.recv().unwrap()).unwrap();
     rig.threads.ends[0].to = Some(thread);
     rig.until("following again", follows);
