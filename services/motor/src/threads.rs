@@ -13,8 +13,9 @@ use crate::{Line, Master, Motor, Replies, Request};
 /// A bus that is given nothing to do for this long looks by itself whether all shall stop.
 const UNLED: Duration = Duration::from_millis(20);
 /// A bus that is still busy after so many cycles in a row is lost until it comes back, and the body stops: its
-/// device hangs. Patience with a servo is two periods at most.
-const AWAY_MOST: u32 = 10;
+/// device hangs. At 250 Hz that is half of the time after which its servos' own watchdogs stop them. Of ten
+/// cycles a machine that has too much to do lets a thread miss every one now and then.
+const AWAY_MOST: u32 = 25;
 
 /// One thread per bus, each with its line. What a thread carries goes to and fro in the same
 /// memory: nothing is allocated in a cycle.

@@ -49,7 +49,7 @@ fn in_wall_time_joints_come_up_arrive_and_come_back_when_their_buses_were_lost()
 }
 
 #[test]
-fn a_bus_that_does_not_come_back_is_lost_in_the_tenth_cycle_and_the_body_stops_until_it_does() {
+fn a_bus_that_does_not_come_back_is_lost_after_25_cycles_and_the_body_stops_until_it_does() {
     let mut rig = Rig::new(Time::Wall);
     rig.until("following", follows);
     // What the bus is given lies here, as with a device that hangs and does not hang up.
