@@ -531,7 +531,7 @@ LEO_ASSERT(offsetof(struct leo_histogram, buckets) == 16, "place of buckets");
 LEO_ASSERT(offsetof(struct leo_histogram, reserved) == 1748, "place of reserved");
 
 /* How one servo bus fares, since the motor process's life began. */
-#define LEO_BUS_HEALTH_TYPE "leo/BusHealth/1"
+#define LEO_BUS_HEALTH_TYPE "leo/BusHealth/2"
 struct leo_bus_health {
     LEO_NAMED(LEO_BUS_HEALTH_TYPE)
     /* What the configuration calls it. */
@@ -554,10 +554,22 @@ struct leo_bus_health {
     uint64_t stale;
     /* Bytes that came after their time. */
     uint64_t late_bytes;
+    /* Hardware alerts of its servos. */
+    uint64_t alerts;
+    /* Times that a servo of it began anew by itself. */
+    uint64_t restarts;
+    /* Bus watchdogs of its servos that were found to have tripped. */
+    uint64_t watchdogs;
+    /* Instructions that a servo refused by an error number. */
+    uint64_t refusals;
+    /* Identifiers to which two servos were found to answer. */
+    uint64_t duplicates;
+    /* Times that its line was lost. */
+    uint64_t hang_ups;
     /* How long the requests took, in nanoseconds. */
     struct leo_histogram exchange;
 };
-LEO_ASSERT(sizeof(struct leo_bus_health) == 2080, "size of leo/BusHealth/1");
+LEO_ASSERT(sizeof(struct leo_bus_health) == 2128, "size of leo/BusHealth/2");
 LEO_ASSERT(offsetof(struct leo_bus_health, name) == 0, "place of name");
 LEO_ASSERT(offsetof(struct leo_bus_health, joints) == 256, "place of joints");
 LEO_ASSERT(offsetof(struct leo_bus_health, quarantined) == 264, "place of quarantined");
@@ -568,10 +580,16 @@ LEO_ASSERT(offsetof(struct leo_bus_health, missed) == 296, "place of missed");
 LEO_ASSERT(offsetof(struct leo_bus_health, broken) == 304, "place of broken");
 LEO_ASSERT(offsetof(struct leo_bus_health, stale) == 312, "place of stale");
 LEO_ASSERT(offsetof(struct leo_bus_health, late_bytes) == 320, "place of late_bytes");
-LEO_ASSERT(offsetof(struct leo_bus_health, exchange) == 328, "place of exchange");
+LEO_ASSERT(offsetof(struct leo_bus_health, alerts) == 328, "place of alerts");
+LEO_ASSERT(offsetof(struct leo_bus_health, restarts) == 336, "place of restarts");
+LEO_ASSERT(offsetof(struct leo_bus_health, watchdogs) == 344, "place of watchdogs");
+LEO_ASSERT(offsetof(struct leo_bus_health, refusals) == 352, "place of refusals");
+LEO_ASSERT(offsetof(struct leo_bus_health, duplicates) == 360, "place of duplicates");
+LEO_ASSERT(offsetof(struct leo_bus_health, hang_ups) == 368, "place of hang_ups");
+LEO_ASSERT(offsetof(struct leo_bus_health, exchange) == 376, "place of exchange");
 
 /* How the servo buses fare: the motor process writes it to a board of its own. */
-#define LEO_BUSES_TYPE "leo/Buses/1"
+#define LEO_BUSES_TYPE "leo/Buses/2"
 struct leo_buses {
     LEO_NAMED(LEO_BUSES_TYPE)
     /* How many buses there are. */
@@ -579,7 +597,7 @@ struct leo_buses {
     /* Each of them, in the order of the configuration. */
     struct leo_bus_health buses[16];
 };
-LEO_ASSERT(sizeof(struct leo_buses) == 33288, "size of leo/Buses/1");
+LEO_ASSERT(sizeof(struct leo_buses) == 34056, "size of leo/Buses/2");
 LEO_ASSERT(offsetof(struct leo_buses, count) == 0, "place of count");
 LEO_ASSERT(offsetof(struct leo_buses, buses) == 8, "place of buses");
 

@@ -519,13 +519,25 @@ class BusHealth(ctypes.Structure):
         ("stale", ctypes.c_uint64),
         # Bytes that came after their time.
         ("late_bytes", ctypes.c_uint64),
+        # Hardware alerts of its servos.
+        ("alerts", ctypes.c_uint64),
+        # Times that a servo of it began anew by itself.
+        ("restarts", ctypes.c_uint64),
+        # Bus watchdogs of its servos that were found to have tripped.
+        ("watchdogs", ctypes.c_uint64),
+        # Instructions that a servo refused by an error number.
+        ("refusals", ctypes.c_uint64),
+        # Identifiers to which two servos were found to answer.
+        ("duplicates", ctypes.c_uint64),
+        # Times that its line was lost.
+        ("hang_ups", ctypes.c_uint64),
         # How long the requests took, in nanoseconds.
         ("exchange", Histogram),
     ]
 
     @staticmethod
     def type_name():
-        return "leo/BusHealth/1"
+        return "leo/BusHealth/2"
 
 
 # How the servo buses fare: the motor process writes it to a board of its own.
@@ -539,7 +551,7 @@ class Buses(ctypes.Structure):
 
     @staticmethod
     def type_name():
-        return "leo/Buses/1"
+        return "leo/Buses/2"
 
 
 # An entry of a divergence buffer: how two perspectives differ about one thing.
@@ -1095,8 +1107,8 @@ _LAYOUT = [
     (Path, 16, [0, 4]),
     (BeliefHead, 280, [0, 96, 100, 104, 128, 160, 184, 216, 220, 224, 232, 240, 248, 256, 264]),
     (Histogram, 1752, [0, 8, 16, 1748]),
-    (BusHealth, 2080, [0, 256, 264, 272, 280, 288, 296, 304, 312, 320, 328]),
-    (Buses, 33288, [0, 8]),
+    (BusHealth, 2128, [0, 256, 264, 272, 280, 288, 296, 304, 312, 320, 328, 336, 344, 352, 360, 368, 376]),
+    (Buses, 34056, [0, 8]),
     (Difference, 600, [0, 8, 16, 20, 24]),
     (DivergenceHead, 128, [0, 96, 100, 104, 108, 112]),
     (Done, 16, [0, 8]),

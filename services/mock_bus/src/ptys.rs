@@ -128,6 +128,14 @@ impl Ptys {
         Some(with(bus.servos().line.servos_mut()))
     }
 
+    /// Copies of the servos of a bus that have the identifier of another one now. `None` where there is no such
+    /// bus.
+    #[must_use]
+    pub fn twins(&self, bus: &str) -> Option<Vec<Servo>> {
+        let bus = self.buses.iter().find(|each| each.name == bus)?;
+        Some(bus.servos().line.twins().to_vec())
+    }
+
     /// What was put in so far, bus by bus.
     pub fn injected(&self) -> impl Iterator<Item = (&str, Injected)> {
         self.buses.iter().map(|bus| (bus.name.as_str(), bus.servos().line.injected()))

@@ -217,13 +217,7 @@ impl Bus {
         self.counts.broken += u64::from(replies.noisy);
         self.counts.late_bytes += u64::try_from(replies.late).unwrap_or(u64::MAX);
         if replies.lost.is_some() {
-            self.is_lost = true;
-            self.calm = 0;
-            for &index in &self.joints {
-                if let Some(joint) = joints.get_mut(index) {
-                    joint.lost(now);
-                }
-            }
+            self.lose(now, joints);
         } else if !asked.is_empty() || job.is_some() {
             // Only who says something can find that the line is there again.
             self.is_lost = false;
@@ -245,9 +239,26 @@ impl Bus {
                 }
             }
         }
+        for &index in &self.joints {
+            if let Some(joint) = joints.get_mut(index) {
+                self.counts.incidents.add(joint.take_incidents());
+            }
+        }
         // The list's memory is used again in the next cycle.
         self.asked = asked;
         self.asked.clear();
+    }
+
+    /// Notes that the line is gone.
+    pub(crate) fn lose(&mut self, now: Instant, joints: &mut [Joint]) {
+        self.counts.hang_ups += u64::from(!self.is_lost);
+        self.is_lost = true;
+        self.calm = 0;
+        for &index in &self.joints {
+            if let Some(joint) = joints.get_mut(index) {
+                joint.lost(now);
+            }
+        }
     }
 
     /// Takes what all were asked: who was heard, by their place among those asked.
@@ -332,6 +343,7 @@ impl Bus {
                 too_long: replies.heard(Topic::Job) > STATUS_BYTES + job.answer_length(),
             };
             if joint.doubted(now, came) {
+                self.counts.duplicates += 1;
                 let id = joint.id();
                 for &index in &self.joints {
                     if let Some(joint) = joints.get_mut(index) {

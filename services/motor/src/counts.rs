@@ -24,4 +24,34 @@ pub struct BusCounts {
     pub broken: u64,
     /// Bytes that came after their time.
     pub late_bytes: u64,
+    /// What befell its servos.
+    pub incidents: Incidents,
+    /// Identifiers to which two servos were found to answer.
+    pub duplicates: u64,
+    /// Times that its line was lost.
+    pub hang_ups: u64,
+}
+
+/// What is counted of servos where it is noticed.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Incidents {
+    /// Hardware alerts that stopped a joint.
+    pub alerts: u64,
+    /// Times that a servo began anew by itself.
+    pub restarts: u64,
+    /// Bus watchdogs that were found to have tripped.
+    pub watchdogs: u64,
+    /// Answers that refuse an instruction by an error number, but for the number that says that it arrived broken.
+    pub refusals: u64,
+}
+
+impl Incidents {
+    /// Adds what befell a joint's servo.
+    pub(crate) const fn add(&mut self, other: Self) {
+        let Self { alerts, restarts, watchdogs, refusals } = other;
+        self.alerts += alerts;
+        self.restarts += restarts;
+        self.watchdogs += watchdogs;
+        self.refusals += refusals;
+    }
 }

@@ -8,11 +8,11 @@ use config::leo::OnAlert;
 use message::{JointCause, JointMode, JointState};
 use servo::{Id, Limits, Model, Motion, Reading, position_count};
 
-use crate::Trouble;
 use crate::derating::derating;
 use crate::job::{Bounds, Condition};
 use crate::servo_clock::ServoClock;
 use crate::stage::Stage;
+use crate::{Incidents, Trouble};
 
 /// How long a servo that is quarantined is left alone at first.
 const WAIT_FIRST: Duration = Duration::from_millis(100);
@@ -99,6 +99,8 @@ pub(crate) struct Joint {
     /// Its servo has the profile of operation.
     is_quick: bool,
     reboots: u32,
+    /// What befell its servo since its bus has counted it last.
+    incidents: Incidents,
 }
 
 impl Joint {
@@ -135,6 +137,7 @@ impl Joint {
             returns: false,
             is_quick: false,
             reboots: 0,
+            incidents: Incidents::default(),
         }
     }
 
@@ -161,6 +164,11 @@ impl Joint {
     #[cfg(test)]
     pub(crate) const fn reading(&self) -> Option<(Instant, Reading)> {
         self.reading
+    }
+
+    /// What befell its servo since this was asked last.
+    pub(crate) fn take_incidents(&mut self) -> Incidents {
+        std::mem::take(&mut self.incidents)
     }
 
     /// Whether it was not heard when it was asked last.

@@ -61,6 +61,12 @@ impl Ledger {
             bus.broken = counts.broken;
             bus.stale = counts.stale;
             bus.late_bytes = counts.late_bytes;
+            bus.alerts = counts.incidents.alerts;
+            bus.restarts = counts.incidents.restarts;
+            bus.watchdogs = counts.incidents.watchdogs;
+            bus.refusals = counts.incidents.refusals;
+            bus.duplicates = counts.duplicates;
+            bus.hang_ups = counts.hang_ups;
             bus.exchange = *took;
         }
         self.board.write(&self.buses);

@@ -23,7 +23,7 @@ mod stage;
 mod threads;
 mod trouble;
 
-pub use counts::{BusCounts, Counts};
+pub use counts::{BusCounts, Counts, Incidents};
 pub use exchange::{Master, Port, Received, Sent};
 pub use line::Line;
 pub use motor::{Motor, MotorError};

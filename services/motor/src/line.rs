@@ -16,6 +16,8 @@ const DRAINS: u32 = 8;
 #[derive(Debug)]
 pub struct Line {
     tty: Option<Tty>,
+    /// The one that was lost, until it is closed.
+    lost: Option<Tty>,
     path: PathBuf,
     baud: u32,
     reopen_at: Instant,
@@ -26,11 +28,19 @@ impl Line {
     /// A line at a path, opened already or not yet.
     #[must_use]
     pub const fn new(tty: Option<Tty>, path: PathBuf, baud: u32) -> Self {
-        Self { tty, path, baud, reopen_at: Instant::EPOCH, wait: REOPEN_AFTER }
+        Self { tty, lost: None, path, baud, reopen_at: Instant::EPOCH, wait: REOPEN_AFTER }
+    }
+
+    /// Closes what was lost. With bytes that an adapter does not take this may last for half a minute: whoever
+    /// waits for replies shall have them before.
+    pub fn close_lost(&mut self) {
+        self.lost = None;
     }
 
     fn reopen(&mut self, now: Instant) -> Result<&Tty, Lost> {
         if self.tty.is_none() && now >= self.reopen_at {
+            // A line has one user at a time.
+            self.close_lost();
             self.tty = Tty::open(&self.path, self.baud).ok();
             self.wait = if self.tty.is_some() { REOPEN_AFTER } else { (2 * self.wait).min(REOPEN_MOST) };
             self.reopen_at = now + self.wait;
@@ -40,7 +50,7 @@ impl Line {
 
     fn note<T>(&mut self, result: Result<T, Lost>) -> Result<T, Lost> {
         if result.is_err() {
-            self.tty = None;
+            self.lost = self.tty.take();
         }
         result
     }
@@ -59,5 +69,36 @@ impl Port for Line {
         let until = until.min(clock::now() + within);
         let received = self.tty.as_ref().ok_or(Lost::HangUp)?.read(into, until);
         self.note(received).map(|count| Received { count, at: clock::now() })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use serial::{OpenError, Pty};
+
+    use super::*;
+
+    const BAUD: u32 = 1_000_000;
+    const SHORT: Duration = Duration::from_millis(2);
+
+    #[test]
+    fn a_line_that_takes_no_bytes_is_kept_open_until_it_is_told_to_close_it_and_then_opened_again() {
+        let pty = Pty::new(BAUD).unwrap();
+        let is_held = || matches!(Tty::open(pty.path(), BAUD), Err(OpenError::Busy { .. }));
+        let mut line = Line::new(Tty::open(pty.path(), BAUD).ok(), pty.path().to_owned(), BAUD);
+        // Nobody reads the other end.
+        let lost = loop {
+            if let Err(lost) = line.send(&[0; 512], SHORT) {
+                break lost;
+            }
+        };
+        assert_eq!(lost, Lost::Stuck);
+        assert!(is_held(), "it was closed before anybody knew of it");
+        line.close_lost();
+        assert!(!is_held());
+        let mut bin = [0; 1 << 16];
+        while pty.read(&mut bin, Instant::EPOCH).unwrap() > 0 {}
+        assert!(line.send(&[1; 8], SHORT).is_ok());
+        assert!(is_held());
     }
 }

@@ -242,6 +242,13 @@ impl Motor {
         }
     }
 
+    /// Takes a bus for lost that does not come back with what it was asked, until it does.
+    pub(crate) fn lose(&mut self, bus: usize, now: Instant) {
+        if let Some(bus) = self.buses.get_mut(bus) {
+            bus.lose(now, &mut self.joints);
+        }
+    }
+
     /// What every joint does, in the order of their indices.
     pub fn states(&self) -> impl ExactSizeIterator<Item = JointState> {
         self.joints.iter().map(|joint| joint.state(self.live))

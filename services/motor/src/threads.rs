@@ -12,6 +12,10 @@ use crate::{Line, Master, Motor, Replies, Request};
 
 /// A bus that is given nothing to do for this long looks by itself whether all shall stop.
 const UNLED: Duration = Duration::from_millis(20);
+/// A bus that is still busy after so many cycles in a row is lost until it comes back, and the body stops: its
+/// device hangs. At 250 Hz that is half of the time after which its servos' own watchdogs stop them. Of ten
+/// cycles a machine that has too much to do lets a thread miss every one now and then.
+const AWAY_MOST: u32 = 25;
 
 /// One thread per bus, each with its line. What a thread carries goes to and fro in the same
 /// memory: nothing is allocated in a cycle.
@@ -27,6 +31,8 @@ struct End {
     from: Receiver<Box<Exchange>>,
     /// Requests that had to be left out because the bus was still busy.
     skipped: u64,
+    /// Those of them since it was given one last.
+    away: u32,
     /// How long the requests took.
     took: Histogram,
     /// Here while the bus is idle, with the thread while it is busy.
@@ -139,7 +145,8 @@ impl Threads {
         })
     }
 
-    /// Hands every idle bus its request. A bus that is still busy goes without one this time.
+    /// Hands every idle bus its request. A bus that is still busy goes without one this time, and is lost to the
+    /// motor where it has been for long.
     ///
     /// # Errors
     ///
@@ -148,8 +155,13 @@ impl Threads {
         for (bus, end) in self.ends.iter_mut().enumerate() {
             let Some(mut exchange) = end.exchange.take() else {
                 end.skipped += 1;
+                end.away = end.away.saturating_add(1);
+                if end.away == AWAY_MOST {
+                    motor.lose(bus, now);
+                }
                 continue;
             };
+            end.away = 0;
             motor.request(bus, now, &mut exchange.request);
             let ended = || ThreadError::Ended { bus: end.name.clone() };
             end.to.as_ref().ok_or_else(ended)?.send(exchange).map_err(|_| ended())?;
@@ -225,6 +237,7 @@ impl End {
                             if outbox.send(job).is_err() {
                                 break;
                             }
+                            line.close_lost();
                         }
                         // The cycle itself may hang: an emergency stop must not wait for it.
                         Err(RecvTimeoutError::Timeout) if lookout.is_raised() => master.cut(&mut line),
@@ -239,6 +252,7 @@ impl End {
             to: Some(to),
             from,
             skipped: 0,
+            away: 0,
             took: Histogram::default(),
             exchange: Some(Box::default()),
             thread: Some(thread),

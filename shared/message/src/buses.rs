@@ -9,7 +9,7 @@ pub const MAX_BUSES: usize = 16;
 /// How one servo bus fares, since the motor process's life began.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ZeroCopySend)]
 #[repr(C)]
-#[type_name("leo/BusHealth/1")]
+#[type_name("leo/BusHealth/2")]
 pub struct BusHealth {
     /// What the configuration calls it.
     pub name: Text,
@@ -31,6 +31,18 @@ pub struct BusHealth {
     pub stale: u64,
     /// Bytes that came after their time.
     pub late_bytes: u64,
+    /// Hardware alerts of its servos.
+    pub alerts: u64,
+    /// Times that a servo of it began anew by itself.
+    pub restarts: u64,
+    /// Bus watchdogs of its servos that were found to have tripped.
+    pub watchdogs: u64,
+    /// Instructions that a servo refused by an error number.
+    pub refusals: u64,
+    /// Identifiers to which two servos were found to answer.
+    pub duplicates: u64,
+    /// Times that its line was lost.
+    pub hang_ups: u64,
     /// How long the requests took, in nanoseconds.
     pub exchange: Histogram,
 }
@@ -38,7 +50,7 @@ pub struct BusHealth {
 /// How the servo buses fare: the motor process writes it to a board of its own.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ZeroCopySend)]
 #[repr(C)]
-#[type_name("leo/Buses/1")]
+#[type_name("leo/Buses/2")]
 pub struct Buses {
     /// How many buses there are.
     pub count: u64,

@@ -18,11 +18,22 @@ const COUNTS: [Count; 3] = [
     ("leo_bus_late_bytes", "Bytes that came after their time.", |bus| bus.late_bytes),
 ];
 
-/// What goes wrong with an answer.
+/// What goes wrong, by its name.
 type Fault = (&'static str, fn(&BusHealth) -> u64);
 
+/// What goes wrong with an answer.
 const FAULTS: [Fault; 3] =
     [("missed", |bus| bus.missed), ("broken", |bus| bus.broken), ("stale", |bus| bus.stale)];
+
+/// What befalls a bus and its servos.
+const INCIDENTS: [Fault; 6] = [
+    ("alert", |bus| bus.alerts),
+    ("restart", |bus| bus.restarts),
+    ("watchdog", |bus| bus.watchdogs),
+    ("refusal", |bus| bus.refusals),
+    ("duplicate_id", |bus| bus.duplicates),
+    ("hang_up", |bus| bus.hang_ups),
+];
 
 pub(crate) fn write(readings: &Readings, page: &mut Page) {
     buses(&readings.buses, page);
@@ -57,6 +68,17 @@ fn buses(buses: &[BusHealth], page: &mut Page) {
     for bus in buses {
         for (error, of) in FAULTS {
             page.count(&[("bus", bus.name.as_str()), ("error", error)], of(bus));
+        }
+    }
+    page.family(
+        "leo_bus_incidents",
+        Kind::Counter,
+        None,
+        "What befell servos, by themselves or by what they were told, and the line.",
+    );
+    for bus in buses {
+        for (incident, of) in INCIDENTS {
+            page.count(&[("bus", bus.name.as_str()), ("incident", incident)], of(bus));
         }
     }
     let told: Vec<_> = buses.iter().map(|bus| (bus.name.as_str(), &bus.exchange)).collect();

@@ -20,6 +20,8 @@ fn readings() -> Readings {
     let mut source = SourceHealth { frames: 12, silent: 1, ..SourceHealth::default() };
     source.name = Text::new("a \"camera\"\\\n");
     let mut bus = BusHealth { name: Text::new("torso"), missed: 5, quarantined: 1, ..BusHealth::default() };
+    (bus.alerts, bus.restarts, bus.watchdogs) = (11, 12, 13);
+    (bus.refusals, bus.duplicates, bus.hang_ups) = (14, 15, 16);
     bus.exchange.record(1);
     let mut link = LinkHealth { is_heard: 1, clock_error_ns: 150_000, overtaken: 8, ..LinkHealth::default() };
     link.delay.record(1);
@@ -61,6 +63,12 @@ fn what_was_read_is_told_with_its_labels() {
         "leo_source_silent{source=\"a \\\"camera\\\"\\\\\\n\"} 1",
         "leo_bus_errors_total{bus=\"torso\",error=\"missed\"} 5",
         "leo_bus_quarantined_joints{bus=\"torso\"} 1",
+        "leo_bus_incidents_total{bus=\"torso\",incident=\"alert\"} 11",
+        "leo_bus_incidents_total{bus=\"torso\",incident=\"restart\"} 12",
+        "leo_bus_incidents_total{bus=\"torso\",incident=\"watchdog\"} 13",
+        "leo_bus_incidents_total{bus=\"torso\",incident=\"refusal\"} 14",
+        "leo_bus_incidents_total{bus=\"torso\",incident=\"duplicate_id\"} 15",
+        "leo_bus_incidents_total{bus=\"torso\",incident=\"hang_up\"} 16",
         "leo_link_heard 1",
         "leo_link_clock_error_seconds 0.00015",
         "leo_link_overtaken_frames_total 8",

@@ -10,6 +10,7 @@ use ratatui::widgets::{Cell, Paragraph, Row, Table, TableState};
 use super::histogram;
 use super::rows::BusRow;
 use super::screen::{Screen, View};
+use super::table::{befell, said};
 
 const KEYS: &str = "q quit  s sort  r reverse  space freeze  h histogram  b buses  j joints  ? help";
 
@@ -130,7 +131,13 @@ fn buses(frame: &mut Frame<'_>, area: Rect, screen: &Screen) {
     let head =
         ["bus", "state", "requests", "p50", "p99", "quar", "skip", "missed", "broken", "stale", "late"];
     let widths = [12, 5, 9, 6, 6, 5, 5, 6, 6, 5, 5].map(Constraint::Length);
-    let rows = buses.into_iter().map(|bus| {
+    // What befalls them is seldom, and has a line for each of whom it did.
+    let befallen = buses.iter().filter_map(|bus| {
+        let what = said(&befell(bus));
+        (!what.is_empty()).then(|| Line::from(format!("{:<12}{what}", bus.name)))
+    });
+    let below = Paragraph::new(befallen.collect::<Vec<_>>());
+    let rows = buses.iter().map(|bus| {
         let numbers = [
             bus.exchanges.to_string(),
             format!("{:.0}", bus.exchange_us.p50),
@@ -145,7 +152,10 @@ fn buses(frame: &mut Frame<'_>, area: Rect, screen: &Screen) {
         let words = [bus.name.clone(), if bus.lost { "LOST" } else { "well" }.to_owned()].map(Cell::from);
         Row::new(words.into_iter().chain(numbers.map(right)))
     });
-    frame.render_widget(Table::new(rows, widths).column_spacing(1).header(headed(&head)), area);
+    let height = u16::try_from(buses.len() + 1).unwrap_or(u16::MAX);
+    let [above, rest] = Layout::vertical([Constraint::Length(height), Constraint::Min(0)]).areas(area);
+    frame.render_widget(Table::new(rows, widths).column_spacing(1).header(headed(&head)), above);
+    frame.render_widget(below, rest);
 }
 
 fn joints(frame: &mut Frame<'_>, area: Rect, screen: &Screen) {

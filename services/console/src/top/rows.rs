@@ -109,6 +109,18 @@ pub struct BusRow {
     pub stale: u64,
     /// Bytes that came after their time.
     pub late_bytes: u64,
+    /// Hardware alerts of its servos.
+    pub alerts: u64,
+    /// Times that a servo of it began anew by itself.
+    pub restarts: u64,
+    /// Bus watchdogs of its servos that were found to have tripped.
+    pub watchdogs: u64,
+    /// Instructions that a servo refused by an error number.
+    pub refusals: u64,
+    /// Identifiers to which two servos were found to answer.
+    pub duplicates: u64,
+    /// Times that its line was lost.
+    pub hang_ups: u64,
     /// How long the requests took.
     pub exchange_us: Quantiles,
 }
@@ -177,6 +189,12 @@ fn bus_row(bus: &BusHealth) -> BusRow {
         broken: bus.broken,
         stale: bus.stale,
         late_bytes: bus.late_bytes,
+        alerts: bus.alerts,
+        restarts: bus.restarts,
+        watchdogs: bus.watchdogs,
+        refusals: bus.refusals,
+        duplicates: bus.duplicates,
+        hang_ups: bus.hang_ups,
         exchange_us: Quantiles::of(&bus.exchange),
     }
 }

@@ -75,13 +75,30 @@ pub fn table(rows: &[Row]) -> String {
 
 /// What went wrong on a bus, as far as anything did.
 fn in_trouble(bus: &BusRow) -> String {
-    let counts = [
+    let answers = [
         (bus.skipped, "skipped"),
         (bus.missed, "missed"),
         (bus.broken, "broken"),
         (bus.stale, "stale"),
         (bus.late_bytes, "late bytes"),
     ];
+    said(&[answers.as_slice(), &befell(bus)].concat())
+}
+
+/// What befell a bus and its servos, in words.
+pub(super) const fn befell(bus: &BusRow) -> [(u64, &'static str); 6] {
+    [
+        (bus.alerts, "alerts"),
+        (bus.restarts, "servo restarts"),
+        (bus.watchdogs, "watchdogs tripped"),
+        (bus.refusals, "refusals"),
+        (bus.duplicates, "duplicate ids"),
+        (bus.hang_ups, "hang-ups"),
+    ]
+}
+
+/// Counts with what they count, without those of nothing.
+pub(super) fn said(counts: &[(u64, &str)]) -> String {
     let said: Vec<_> = counts
         .iter()
         .filter(|(count, _)| *count > 0)
@@ -92,7 +109,7 @@ fn in_trouble(bus: &BusRow) -> String {
 
 #[cfg(test)]
 mod tests {
-    use message::{Health, Loss, Path, PerspectiveHealth, Process, SourceHealth, Text};
+    use message::{BusHealth, Health, Loss, Path, PerspectiveHealth, Process, SourceHealth, Text};
     use metrics::Readings;
 
     use super::*;
@@ -121,6 +138,21 @@ mod tests {
         assert_eq!((sources[1].losses.len(), sources[1].losses["place"]), (2, 7));
         let should = "source 1 camera 12 frames 34 observations SILENT lost: 2 overtaken, 7 place";
         assert_eq!(words(table.lines().last().unwrap()), should);
+    }
+
+    #[test]
+    fn a_bus_tells_what_befell_it_below_the_table_and_in_the_document() {
+        let mut bus = BusHealth { exchanges: 7, missed: 1, ..BusHealth::default() };
+        bus.name = Text::new("torso");
+        (bus.alerts, bus.restarts, bus.watchdogs) = (2, 3, 4);
+        (bus.refusals, bus.duplicates, bus.hang_ups) = (5, 6, 8);
+        let (rows, table) = told(Process::Motor, Readings { buses: vec![bus], ..Readings::default() });
+        let line = words(table.lines().last().unwrap());
+        let should = "1 missed, 2 alerts, 3 servo restarts, 4 watchdogs tripped, 5 refusals, 6 duplicate ids, 8 hang-ups";
+        assert!(line.ends_with(should), "{line}");
+        let document = serde_json::to_value(&rows[0].buses[0]).unwrap();
+        let keys = ["alerts", "restarts", "watchdogs", "refusals", "duplicates", "hang_ups"];
+        assert_eq!(keys.map(|key| document[key].as_u64()), [2, 3, 4, 5, 6, 8].map(Some));
     }
 
     #[test]

@@ -166,6 +166,7 @@ impl Joint {
                 false
             }
             (Some(fault), _) => {
+                self.incidents.refusals += 1;
                 self.fail(JointCause::Refused, Trouble::Refused(fault));
                 false
             }
@@ -184,6 +185,7 @@ impl Joint {
         if matches!(self.stage, Stage::Failed { .. } | Stage::LetGo { .. }) {
             return;
         }
+        self.incidents.alerts += 1;
         let reboots = self.policy.on_alert == OnAlert::Reboot && self.reboots < REBOOTS_MOST;
         self.trouble = Some(Trouble::Alert(errors));
         self.goal = None;
@@ -218,6 +220,7 @@ impl Joint {
     /// Its servo began anew by itself: without torque, and with what is kept without power.
     fn has_restarted(&mut self) {
         if self.keeps_torque() || matches!(self.stage, Stage::Arm(_)) {
+            self.incidents.restarts += 1;
             self.restarted = true;
             self.goal = None;
             self.cause = JointCause::Restarted;
@@ -231,6 +234,7 @@ impl Joint {
         if !condition.errors.is_none() {
             self.alert(now, condition.errors);
         } else if self.stage == Stage::Following && condition.watchdog_tripped {
+            self.incidents.watchdogs += 1;
             self.cause = JointCause::Watchdog;
             self.goal = None;
             self.stage = Stage::Arm(crate::stage::Arm::Clear);

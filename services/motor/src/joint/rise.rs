@@ -106,6 +106,7 @@ impl Joint {
                 self.may_have_torque = has_torque(answer);
                 if std::mem::take(&mut self.had_torque) && !has_torque(answer) {
                     // It was not only silent: its group holds until it follows again.
+                    self.incidents.restarts += 1;
                     (self.restarted, self.cause) = (true, JointCause::Restarted);
                 }
                 self.clock.forget();

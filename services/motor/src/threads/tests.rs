@@ -1,12 +1,14 @@
 use super::*;
 use message::{JointCause, JointMode, JointState};
 use mock_bus_process::Ptys;
+use serial::{Lost, Pty};
 use servo::table::{BUS_WATCHDOG, Item, MOVING, TORQUE_ENABLE};
 use servo::{Id, Instruction, Parser, Status};
 
 mod campaign;
 mod end;
 mod fault_table;
+mod killed;
 mod rig;
 
 use rig::{LONG, PERIOD, Rig, Time};
@@ -44,6 +46,60 @@ fn in_wall_time_joints_come_up_arrive_and_come_back_when_their_buses_were_lost()
     rig.until("lost", |state| state.cause() == Some(JointCause::BusLost));
     rig.ptys = Some(Ptys::open(&rig.robot.motor, rig.folder.path(), false).unwrap());
     rig.until("following again", follows);
+}
+
+#[test]
+fn a_bus_that_does_not_come_back_is_lost_after_25_cycles_and_the_body_stops_until_it_does() {
+    let mut rig = Rig::new(Time::Wall);
+    rig.until("following", follows);
+    // What the bus is given lies here, as with a device that hangs and does not hang up.
+    let (to, hung) = bounded(1);
+    let thread = rig.threads.ends[0].to.replace(to).unwrap();
+    rig.until_so("given to the one that hangs", |_| !hung.is_empty());
+    for cycle in 1..AWAY_MOST {
+        rig.cycle();
+        assert!(!rig.motor.is_lost(0), "cycle {cycle}");
+    }
+    rig.cycle();
+    assert!(rig.motor.is_lost(0));
+    let is_on = |rig: &Rig, joint: &usize| rig.robot.motor.joints[*joint].bus == 0;
+    let (lost, others): (Vec<usize>, Vec<usize>) = (0..65).partition(|joint| is_on(&rig, joint));
+    let are = |rig: &Rig, joints: &[usize], cause| joints.iter().all(|&joint| rig.cause(joint) == cause);
+    assert!(are(&rig, &lost, JointCause::BusLost));
+    rig.until_so("stopped", |rig| are(rig, &others, JointCause::BodyStopped));
+    // It goes on hanging, which is no news.
+    for _ in 0..3 * AWAY_MOST {
+        rig.cycle();
+    }
+    assert!(are(&rig, &lost, JointCause::BusLost));
+    assert_eq!(rig.motor.bus_counts(0).hang_ups, 1);
+    thread.send(hung.recv().unwrap()).unwrap();
+    rig.threads.ends[0].to = Some(thread);
+    rig.until("following again", follows);
+    assert!(!rig.motor.is_lost(0));
+}
+
+#[test]
+fn a_thread_whose_line_takes_no_bytes_says_so_and_closes_it_without_being_asked_again() {
+    let robot = config::Robot::load(None).unwrap();
+    let bus = &robot.motor.buses[0];
+    let pty = Pty::new(bus.baud).unwrap();
+    let tty = Tty::open(pty.path(), bus.baud).unwrap();
+    // Nobody reads the other end. What the kernel carries on makes room for a while.
+    while tty.write(&[0; 64], clock::now() + Duration::from_millis(500)).is_ok() {}
+    let patience = (PERIOD / 4, 2 * PERIOD);
+    let end = End::start(bus, pty.path().to_owned(), Some(tty), patience, Lookout::default()).unwrap();
+    let mut exchange = Box::<Exchange>::default();
+    let mut motor = Motor::new(&robot.motor, &robot.leo.motor).unwrap();
+    motor.request(0, clock::now(), &mut exchange.request);
+    end.to.as_ref().unwrap().send(exchange).unwrap();
+    let exchange = end.from.recv_timeout(LONG).unwrap();
+    assert_eq!(exchange.replies.lost, Some(Lost::Stuck));
+    let give_up = clock::now() + LONG;
+    while Tty::open(pty.path(), bus.baud).is_err() {
+        assert!(clock::now() < give_up, "it is not closed");
+        clock::sleep_until(clock::now() + PERIOD);
+    }
 }
 
 /// What an item of a servo says, asked by another master than the one that is gone.

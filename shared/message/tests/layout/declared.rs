@@ -44,7 +44,8 @@ pub(crate) fn compiled() -> Vec<Compiled> {
             path
         }
         BusHealth {
-            name, joints, quarantined, lost, exchanges, skipped, missed, broken, stale, late_bytes, exchange
+            name, joints, quarantined, lost, exchanges, skipped, missed, broken, stale, late_bytes, alerts, restarts,
+            watchdogs, refusals, duplicates, hang_ups, exchange
         }
         Buses { count, buses }
         Difference {}

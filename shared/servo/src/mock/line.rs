@@ -79,6 +79,12 @@ impl Line {
         &self.servos
     }
 
+    /// Those that have the identifier of another one now.
+    #[must_use]
+    pub fn twins(&self) -> &[Servo] {
+        &self.twins
+    }
+
     /// The servos, to be tampered with.
     pub fn servos_mut(&mut self) -> &mut Vec<Servo> {
         &mut self.servos

@@ -21,7 +21,14 @@ fn readings() -> Readings {
     let joint = |index, cause| JointState::unread(index, JointMode::Quarantined, cause);
     Readings {
         processes: [(Process::Sensor, health(1, 90_000)), (Process::Motor, health(70, 40_000))].into(),
-        buses: vec![BusHealth { name: Text::new("torso"), lost: 1, missed: 9, ..BusHealth::default() }],
+        buses: vec![BusHealth {
+            name: Text::new("torso"),
+            lost: 1,
+            missed: 9,
+            alerts: 2,
+            hang_ups: 3,
+            ..BusHealth::default()
+        }],
         joints: vec![joint(0, JointCause::None), joint(1, JointCause::Silent).with_condition(41.0, 11.5)],
         joint_names: vec!["one".to_owned(), "torso_yaw_joint".to_owned()],
         ..Readings::default()
@@ -104,6 +111,7 @@ fn buses_and_joints_in_trouble_have_pages_of_their_own() {
         lines[2].starts_with("torso") && lines[2].contains("LOST") && lines[2].contains(" 9 "),
         "{lines:?}"
     );
+    assert_eq!(lines[3].split_whitespace().collect::<Vec<_>>().join(" "), "torso 2 alerts, 3 hang-ups");
     let lines = shown(&mut screen, &[Key::Joints]);
     let words: Vec<&str> = lines[2].split_whitespace().collect();
     assert_eq!(words, ["torso_yaw_joint", "quarantined", "silent", "41.0", "11.5"]);

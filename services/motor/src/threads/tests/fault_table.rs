@@ -9,11 +9,13 @@ use message::{JointCause, JointMode};
 use servo::mock::Kind;
 
 use super::rig::{PERIOD, Rig, Time};
+use crate::BusCounts;
 use clock::Duration;
 use standstill::Standstill;
 
 mod answers;
 mod body;
+mod refusals;
 mod servos;
 mod standstill;
 
@@ -111,6 +113,21 @@ fn expect(holds: bool, what: impl FnOnce() -> String) -> Verdict {
     if holds { Ok(()) } else { Err(what()) }
 }
 
+/// A counter of a bus.
+type Counter = fn(&BusCounts) -> u64;
+
+/// What was counted so far, bus by bus.
+fn counted(rig: &Rig, of: Counter) -> Vec<u64> {
+    (0..rig.robot.motor.buses.len()).map(|bus| of(&rig.motor.bus_counts(bus))).collect()
+}
+
+/// Whether each of these joints was counted once since then on its bus, and nothing else was.
+fn counted_once(rig: &Rig, joints: &[usize], of: Counter, mut before: Vec<u64>) -> Verdict {
+    joints.iter().for_each(|&joint| before[rig.robot.motor.joints[joint].bus] += 1);
+    let counts = counted(rig, of);
+    expect(counts == before, || format!("counted {counts:?}, not {before:?}"))
+}
+
 /// Whether everybody but those who are struck was read in this cycle, and follows.
 fn others_go_on(rig: &Rig, struck: &[usize]) -> Verdict {
     for joint in (0..65).filter(|joint| !struck.contains(joint)) {
@@ -131,6 +148,10 @@ fn are(rig: &Rig, joints: &[usize], mode: JointMode, cause: JointCause) -> Verdi
         })?;
     }
     Ok(())
+}
+
+fn all_follow(rig: &Rig) -> Verdict {
+    are(rig, &everybody(), JointMode::Following, JointCause::None)
 }
 
 /// Cycles, at most so many, until a verdict is well.
@@ -162,6 +183,7 @@ fn every_fault_in_the_docs_is_tested_by_tests_that_are_here() {
     let sources = [
         include_str!("fault_table/answers.rs"),
         include_str!("fault_table/body.rs"),
+        include_str!("fault_table/refusals.rs"),
         include_str!("fault_table/servos.rs"),
         include_str!("../../reporter.rs"),
         include_str!("../../tests.rs"),

@@ -24,6 +24,7 @@ fn watchdogs_that_tripped_are_found_within_half_a_second_and_all_joints_go_on() 
         found.extend(all().filter(|&joint| rig.cause(joint) == JointCause::Watchdog));
     }
     assert_eq!(found.len(), 65);
+    assert_eq!(counted_once(&rig, &everybody(), |counts| counts.incidents.watchdogs, vec![0; 5]), Ok(()));
     assert_eq!(are(&rig, &everybody(), JointMode::Following, JointCause::None), Ok(()));
     assert!(all().all(|joint| watchdog(&rig, joint) == 10), "they are armed again");
     // Goals are heeded again.
@@ -97,6 +98,8 @@ fn a_line_that_hangs_up_stops_the_body_at_once_and_it_goes_on_when_the_line_is_b
         rig.until("following", |state| state.mode() == Some(JointMode::Following));
         assert!(!rig.motor.is_lost(bus));
         assert_eq!(rig.motor.quarantined(bus), 0);
+        // As often as it was, however long it lasted.
+        assert_eq!(counted_once(&rig, &lost[..1], |counts| counts.hang_ups, vec![0; 5]), Ok(()));
     }
 }
 

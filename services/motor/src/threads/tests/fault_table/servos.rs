@@ -1,10 +1,14 @@
 //! Servos that are not well, not alone, or not as configured.
 
 use config::leo::OnAlert;
-use servo::table::{MIN_VOLTAGE_LIMIT, TEMPERATURE_LIMIT};
+use servo::table::{MIN_VOLTAGE_LIMIT, TEMPERATURE_LIMIT, TORQUE_ENABLE};
 
 use super::*;
-use crate::{Motor, Topic, Trouble};
+use crate::Trouble;
+
+const ALERTS: Counter = |counts| counts.incidents.alerts;
+const RESTARTS: Counter = |counts| counts.incidents.restarts;
+const DUPLICATES: Counter = |counts| counts.duplicates;
 
 /// The joints of the groups of others, without them.
 fn companions(rig: &Rig, joints: &[usize]) -> Vec<usize> {
@@ -26,15 +30,12 @@ fn groups_hold(rig: &Rig, struck: &[usize]) -> Verdict {
     Ok(())
 }
 
-fn all_follow(rig: &Rig) -> Verdict {
-    are(rig, &everybody(), JointMode::Following, JointCause::None)
-}
-
 #[test]
 fn an_alert_is_read_in_its_cycle_stops_its_group_takes_its_torque_and_is_rebooted_where_that_is_wanted() {
     for (kind, bit) in [("overload", 1 << 5), ("alert", 1)] {
         let mut rig = following_as(|robot| robot.leo.motor.on_alert = OnAlert::Reboot);
         in_turn(&mut rig, |rig, struck| {
+            let before = counted(rig, ALERTS);
             rig.inject(kind, struck, "at=0s");
             rig.cycle();
             are(rig, struck, JointMode::Releasing, JointCause::Alert)?;
@@ -52,7 +53,8 @@ fn an_alert_is_read_in_its_cycle_stops_its_group_takes_its_torque_and_is_reboote
                 are(rig, struck, JointMode::Limp, JointCause::Alert)
             })?;
             // A second, half a second of a reboot, and what it takes to come up.
-            within(rig, cycles_in(Duration::from_millis(2000)), all_follow)
+            within(rig, cycles_in(Duration::from_millis(2000)), all_follow)?;
+            counted_once(rig, struck, ALERTS, before)
         });
     }
 }
@@ -72,6 +74,7 @@ fn an_alert_stays_until_a_person_has_looked_where_no_reboot_is_wanted() {
         rig.cycle();
         assert_eq!(holds(&rig).and(groups_hold(&rig, &struck)), Ok(()));
     }
+    assert_eq!(counted_once(&rig, &struck, ALERTS, vec![0; 5]), Ok(()));
     // He reboots the servos by hand, and starts the motor process anew.
     struck.iter().for_each(|&joint| rig.servo(joint, servo::mock::Servo::reboot));
     rig.motor.start_anew();
@@ -82,13 +85,15 @@ fn an_alert_stays_until_a_person_has_looked_where_no_reboot_is_wanted() {
 fn a_servo_that_lost_its_memory_in_a_moment_is_noticed_in_two_cycles_and_holds_its_group_until_it_is_up() {
     let mut rig = following();
     in_turn(&mut rig, |rig, struck| {
+        let before = counted(rig, RESTARTS);
         for &joint in struck {
             rig.servo(joint, servo::mock::Servo::restart);
         }
         within(rig, 2, |rig| are(rig, struck, JointMode::Starting, JointCause::Restarted))?;
         rig.cycle();
         groups_hold(rig, struck)?;
-        within(rig, 60, all_follow)
+        within(rig, 60, all_follow)?;
+        counted_once(rig, struck, RESTARTS, before)
     });
 }
 
@@ -97,6 +102,7 @@ fn a_servo_that_rebooted_or_lost_its_power_holds_its_group_once_it_is_back_until
     let mut rig = following();
     for (kind, more) in [("reboot", "at=0s"), ("brown-out", "at=0s for=150ms")] {
         in_turn(&mut rig, |rig, struck| {
+            let before = counted(rig, RESTARTS);
             rig.inject(kind, struck, more);
             for _ in 0..3 {
                 rig.cycle();
@@ -106,7 +112,8 @@ fn a_servo_that_rebooted_or_lost_its_power_holds_its_group_once_it_is_back_until
             // Nobody knows more before it is back: 0.4 s later, and asked by then in doubled waits.
             within(rig, cycles_in(Duration::from_millis(1600)), |rig| groups_hold(rig, struck))?;
             are(rig, struck, JointMode::Starting, JointCause::Restarted)?;
-            within(rig, 60, all_follow)
+            within(rig, 60, all_follow)?;
+            counted_once(rig, struck, RESTARTS, before)
         });
     }
 }
@@ -123,6 +130,7 @@ fn two_servos_of_one_identifier_cost_their_bus_its_torque_and_are_named() {
 }
 
 fn duplicated(rig: &mut Rig, struck: &[usize]) -> Verdict {
+    let before = counted(rig, DUPLICATES);
     rig.inject("duplicate-id", struck, "");
     let bus = |joint: usize| rig.robot.motor.joints[joint].bus;
     let twin = |joint: usize| struck.iter().copied().find(|&twin| bus(twin) == bus(joint));
@@ -138,49 +146,22 @@ fn duplicated(rig: &mut Rig, struck: &[usize]) -> Verdict {
         let (name, trouble) = (&rig.robot.motor.joints[joint].name, rig.motor.trouble(joint));
         expect(trouble == Some(Trouble::Duplicate(id)), || format!("{name}: {trouble:?}, not {id}"))?;
     }
-    // Each is told by itself, and what two say at once confirms nothing.
+    counted_once(rig, struck, DUPLICATES, before)?;
+    // Each is told by itself, and of the two of one identifier both hear it; what two say at once confirms nothing.
     let single: Vec<usize> = on_bus.iter().copied().filter(|joint| !struck.contains(joint)).collect();
     within(rig, 40, |rig| {
-        let torque = single.iter().find(|joint| rig.has_torque(**joint));
+        let torque = on_bus.iter().find(|joint| rig.has_torque(**joint));
         expect(torque.is_none(), || format!("{torque:?} has torque"))?;
+        for &joint in struck {
+            let twins = rig.ptys.as_ref().unwrap().twins(rig.bus_of(joint)).unwrap();
+            let has_torque = |twin: &servo::mock::Servo| twin.read(TORQUE_ENABLE.address, 1) == Ok(&[1]);
+            let limp = twins.len() == 1 && !has_torque(&twins[0]);
+            expect(limp, || format!("the twin of {joint} has torque, of {} twins", twins.len()))?;
+        }
         are(rig, &single, JointMode::Limp, JointCause::DuplicateId)?;
         are(rig, struck, JointMode::Releasing, JointCause::DuplicateId)?;
         are(rig, &others, JointMode::Following, JointCause::None)
     })
-}
-
-#[test]
-fn a_servo_that_refuses_an_instruction_gets_no_torque_and_is_not_told_again() {
-    let mut rig = following();
-    in_turn(&mut rig, |rig, struck| {
-        let mut robot = rig.robot.motor.clone();
-        // No servo turns so far in position mode: a range error.
-        struck.iter().for_each(|&joint| robot.joints[joint].max_rad = 7.0);
-        rig.motor = Motor::new(&robot, &rig.robot.leo.motor).unwrap();
-        let others: Vec<usize> = (0..65).filter(|joint| !struck.contains(joint)).collect();
-        within(rig, 500, |rig| {
-            are(rig, struck, JointMode::Limp, JointCause::Refused)?;
-            are(rig, &others, JointMode::Following, JointCause::None)
-        })?;
-        for &joint in struck {
-            let trouble = rig.motor.trouble(joint);
-            expect(trouble == Some(Trouble::Refused(servo::Fault::Range)), || format!("{trouble:?}"))?;
-            expect(!rig.has_torque(joint), || "it has torque".to_owned())?;
-        }
-        for _ in 0..50 {
-            rig.cycle();
-            others_go_on(rig, struck)?;
-            for &joint in struck {
-                let settings = &rig.robot.motor.joints[joint];
-                let exchange = rig.threads.ends[settings.bus].exchange.as_ref().unwrap();
-                let mut jobs = exchange.request.parts().filter(|(part, _)| part.topic == Topic::Job);
-                let told = jobs.any(|(part, _)| part.ids().contains(&settings.id));
-                expect(!told, || "it is told again".to_owned())?;
-            }
-        }
-        rig.motor = Motor::new(&rig.robot.motor, &rig.robot.leo.motor).unwrap();
-        within(rig, 500, all_follow)
-    });
 }
 
 /// Servos get into a condition in which they are spared, half of them at a time, and out of it again.

@@ -1,0 +1,100 @@
+//! Servos that refuse what they are told, for every error number that says that it is a mistake here or in the
+//! configuration.
+
+use servo::Fault;
+use servo::mock::Servo;
+use servo::table::{MAX_POSITION_LIMIT, MIN_POSITION_LIMIT, PRESENT_POSITION, TORQUE_ENABLE};
+
+use super::*;
+use crate::{Motor, Topic, Trouble};
+
+/// A new motor process, for which some joints are configured otherwise.
+fn configured(rig: &mut Rig, struck: &[usize], change: impl Fn(&mut config::motor::Joint)) {
+    let mut robot = rig.robot.motor.clone();
+    struck.iter().for_each(|&joint| change(&mut robot.joints[joint]));
+    rig.motor = Motor::new(&robot, &rig.robot.leo.motor).unwrap();
+}
+
+/// No servo turns so far in position mode: a range error.
+fn turns_too_far(rig: &mut Rig, struck: &[usize]) {
+    configured(rig, struck, |joint| joint.max_rad = 7.0);
+}
+
+/// Somebody sets its limits so that it stands beyond them, after it was looked at how it is set up and before it
+/// is told to stay where it is: a limit error.
+fn has_other_limits(rig: &mut Rig, struck: &[usize]) {
+    configured(rig, &[], |_| ());
+    // Nobody commands, so that no torque is told to come on.
+    rig.is_commanded = false;
+    for _ in 0..cycles_in(Duration::from_millis(500)) {
+        rig.cycle();
+    }
+    rig.is_commanded = true;
+    for &joint in struck {
+        rig.servo(joint, |servo| {
+            servo.write(TORQUE_ENABLE.address, &[0]).unwrap();
+            let bytes = servo.read(PRESENT_POSITION.address, 4).unwrap();
+            let stands = i32::from_le_bytes(bytes.try_into().unwrap());
+            let (min, max) = if stands > 2048 { (0, stands - 200) } else { (stands + 200, 4095) };
+            servo.write(MIN_POSITION_LIMIT.address, &min.to_le_bytes()).unwrap();
+            servo.write(MAX_POSITION_LIMIT.address, &max.to_le_bytes()).unwrap();
+        });
+    }
+}
+
+/// Somebody else switches its torque on again and again while it is to be set up: an access error.
+fn has_its_torque_switched_on(rig: &mut Rig, struck: &[usize]) {
+    configured(rig, struck, |joint| joint.max_rad -= 0.01);
+    for _ in 0..cycles_in(Duration::from_millis(2000)) {
+        rig.cycle();
+        let unfinished = struck.iter().filter(|joint| rig.cause(**joint) != JointCause::Refused);
+        unfinished.for_each(|&joint| rig.servo(joint, on));
+    }
+}
+
+fn on(servo: &mut Servo) {
+    servo.write(TORQUE_ENABLE.address, &[1]).unwrap();
+}
+
+fn refused(rig: &mut Rig, struck: &[usize], fault: Fault) -> Verdict {
+    let others: Vec<usize> = (0..65).filter(|joint| !struck.contains(joint)).collect();
+    within(rig, 500, |rig| {
+        are(rig, struck, JointMode::Limp, JointCause::Refused)?;
+        are(rig, &others, JointMode::Following, JointCause::None)
+    })?;
+    for &joint in struck {
+        let trouble = rig.motor.trouble(joint);
+        expect(trouble == Some(Trouble::Refused(fault)), || format!("{trouble:?}, not {fault:?}"))?;
+        expect(!rig.has_torque(joint), || "it has torque".to_owned())?;
+    }
+    for _ in 0..50 {
+        rig.cycle();
+        others_go_on(rig, struck)?;
+        for &joint in struck {
+            let settings = &rig.robot.motor.joints[joint];
+            let exchange = rig.threads.ends[settings.bus].exchange.as_ref().unwrap();
+            let mut jobs = exchange.request.parts().filter(|(part, _)| part.topic == Topic::Job);
+            let told = jobs.any(|(part, _)| part.ids().contains(&settings.id));
+            expect(!told, || "it is told again".to_owned())?;
+        }
+    }
+    counted_once(rig, struck, |counts| counts.incidents.refusals, vec![0; 5])
+}
+
+#[test]
+fn a_servo_that_refuses_an_instruction_gets_no_torque_and_is_not_told_again() {
+    let mut rig = following();
+    let ways: [(Fault, fn(&mut Rig, &[usize])); 3] = [
+        (Fault::Range, turns_too_far),
+        (Fault::Limit, has_other_limits),
+        (Fault::Access, has_its_torque_switched_on),
+    ];
+    for (fault, provoke) in ways {
+        in_turn(&mut rig, |rig, struck| {
+            provoke(rig, struck);
+            let verdict = refused(rig, struck, fault);
+            rig.motor = Motor::new(&rig.robot.motor, &rig.robot.leo.motor).unwrap();
+            verdict.and_then(|()| within(rig, 500, all_follow))
+        });
+    }
+}
