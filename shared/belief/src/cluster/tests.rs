@@ -19,8 +19,12 @@ struct Seen {
     colour: Option<u16>,
     shape: Option<u16>,
     confidence: f32,
+    /// The source.
     group: usize,
 }
+
+/// More sources than there is room for runs of.
+const SOURCES: usize = 12;
 
 fn seen() -> impl Strategy<Value = Seen> {
     (
@@ -28,7 +32,7 @@ fn seen() -> impl Strategy<Value = Seen> {
         prop::option::weighted(0.9, 0..2_u16),
         prop::option::weighted(0.9, 0..2_u16),
         prop::sample::select(vec![0.7_f32, 0.8, 0.9]),
-        0..3_usize,
+        0..SOURCES,
     )
         .prop_map(|(place, colour, shape, confidence, group)| Seen {
             place,
@@ -161,6 +165,8 @@ struct Twins {
     arena: Arena,
     clustering: Clustering,
     id: u64,
+    /// Of each source the instant of its last frame.
+    last: [Option<u64>; SOURCES],
     /// Whether the last step was a matching.
     matched: bool,
 }
@@ -174,21 +180,34 @@ impl Twins {
             clustering: Clustering::new(arena.slots(), arena.reach_m()),
             arena,
             id: 0,
+            last: [None; SOURCES],
             matched: false,
         }
     }
 
     /// One step of both; how many merged in each.
     fn step(&mut self, at: u64, seen: &[Seen], settled: bool) -> [u64; 2] {
-        let perceived: Vec<_> = seen.iter().map(|seen| perceived(&self.percepts, at, seen)).collect();
+        self.step_late(at, 0, seen, settled)
+    }
+
+    /// The same of what was observed a while ago; what a source reports is newer than what it
+    /// reported before.
+    fn step_late(&mut self, at: u64, late: u64, seen: &[Seen], settled: bool) -> [u64; 2] {
+        let now = 10 * at;
+        let before = self.last;
+        let observed = before.map(|last| now.saturating_sub(late).max(last.map_or(0, |last| last + 1)));
+        let perceived: Vec<_> =
+            seen.iter().map(|seen| perceived(&self.percepts, observed[seen.group], seen)).collect();
         for (entry, perceived) in (0..).zip(&perceived) {
             self.id += 1;
+            let at = [perceived.observation.observed_at_ns, now].map(Instant::from_nanos);
             for arena in [&mut self.reference, &mut self.arena] {
-                arena.create(self.id, [Instant::from_nanos(at); 2], entry, perceived).unwrap();
+                arena.create(self.id, at, entry, perceived).unwrap();
             }
         }
+        seen.iter().for_each(|seen| self.last[seen.group] = Some(observed[seen.group]));
         for arena in [&mut self.reference, &mut self.arena] {
-            arena.follow(|_, at| Some(Instant::from_nanos(at.as_nanos() - 1)));
+            arena.follow(|source, _| before[usize::from(source)].map(Instant::from_nanos));
         }
         let one_frame = seen.iter().all(|one| one.group == seen[0].group);
         let expected = cluster_naively(&mut Step { arena: &mut self.reference, perceived: &perceived });
@@ -217,14 +236,53 @@ proptest! {
     #[test]
     fn the_fast_clustering_gives_bit_for_bit_what_the_loop_of_the_paper_gives(
         percepts in percepts(),
-        frames in prop::collection::vec((prop::collection::vec(seen(), 0..24), any::<bool>()), 1..6),
-        sources in 1..4_usize,
+        frames in prop::collection::vec((prop::collection::vec(seen(), 0..24), 0..60_u64, any::<bool>()), 1..6),
+        sources in prop::sample::select(vec![1, 2, 3, SOURCES]),
     ) {
         let mut twins = Twins::new(percepts);
-        for (at, (frame, settled)) in (1..).zip(frames) {
+        for (at, (frame, late, settled)) in (1..).zip(frames) {
             let frame: Vec<_> =
                 frame.into_iter().map(|seen| Seen { group: seen.group % sources, ..seen }).collect();
-            let [expected, merged] = twins.step(at, &frame, settled);
+            let [expected, merged] = twins.step_late(at, late, &frame, settled);
+            prop_assert_eq!(merged, expected);
+            let [expected, contents] = twins.contents();
+            prop_assert_eq!(contents, expected);
+        }
+    }
+}
+
+/// Frames of a few alike things by a source each, some of them late: beliefs are soon sighted by more sources
+/// than there is room for.
+fn by_turns() -> impl Strategy<Value = Vec<(Vec<Seen>, u64, bool)>> {
+    let things = prop::collection::vec(([0..10_i8, 0..2_i8, 0..1_i8], 0..2_u16), 1..4);
+    let frame =
+        (things, 0..SOURCES, prop::sample::select(vec![0_u64, 0, 7, 80, 300]), prop::bool::weighted(0.8));
+    let frame = frame.prop_map(|(things, group, late, settled)| {
+        let seen = things.into_iter().map(|(place, colour)| Seen {
+            place: Some(place),
+            colour: Some(colour),
+            shape: None,
+            confidence: 0.9,
+            group,
+        });
+        (seen.collect(), late, settled)
+    });
+    prop::collection::vec(frame, 8..40)
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(4_000))]
+
+    #[test]
+    fn what_many_sources_see_late_and_by_turns_is_merged_as_the_loop_of_the_paper_merges_it(
+        frames in by_turns(),
+        threshold in prop::sample::select(vec![0.06, 0.11, 0.16, 0.3]),
+    ) {
+        let mut percepts = Percepts::builtin();
+        percepts.belief.threshold = threshold;
+        let mut twins = Twins::new(percepts);
+        for (at, (frame, late, settled)) in (1..).zip(frames) {
+            let [expected, merged] = twins.step_late(at, late, &frame, settled);
             prop_assert_eq!(merged, expected);
             let [expected, contents] = twins.contents();
             prop_assert_eq!(contents, expected);
@@ -299,6 +357,40 @@ fn a_thing_that_comes_within_reach_of_one_never_seen_with_it_is_that_one() {
     assert_eq!(twins.step(2, &[at(2), at(4)], true), [2, 2]);
     assert_eq!(twins.step(3, &[at(3), at(4)], true), [2, 2]);
     assert!(twins.matched);
+}
+
+/// A thing at a lattice place.
+fn alike(x: i8, group: usize) -> Seen {
+    Seen { place: Some([x, 0, 0]), colour: Some(0), shape: None, confidence: 0.9, group }
+}
+
+#[test]
+fn of_a_late_frame_of_one_source_more_than_there_is_room_for_two_things_stay_two() {
+    let mut twins = Twins::new(Percepts::builtin());
+    for group in 0..8 {
+        let at = 10 + u64::try_from(group).unwrap();
+        assert_eq!(twins.step(at, &[alike(0, group)], true), [u64::from(group > 0); 2]);
+    }
+    // Observed before all that: the belief takes in the first, and the second is apart from it.
+    assert_eq!(twins.step_late(20, 150, &[alike(0, 8), alike(1, 8)], true), [1, 1]);
+    let [expected, contents] = twins.contents();
+    assert_eq!((contents.len(), &contents), (2, &expected));
+}
+
+#[test]
+fn what_took_in_a_thing_of_a_late_frame_stays_apart_from_the_others_when_it_takes_in_another_belief() {
+    let mut percepts = Percepts::builtin();
+    percepts.belief.threshold = 0.375;
+    let mut twins = Twins::new(percepts);
+    for group in 0..8 {
+        twins.step(10 + u64::try_from(group).unwrap(), &[alike(0, group)], true);
+    }
+    assert_eq!(twins.step(27, &[alike(8, 9)], true), [0, 0], "40 cm are too far");
+    // The second belief takes in the first of the two, which brings it 5 cm towards the first belief: they
+    // are one, sighted by ten sources, of which the late one is the oldest. The other of the two is near it.
+    assert_eq!(twins.step_late(40, 350, &[alike(6, 8), alike(11, 8)], true), [2, 2]);
+    let [expected, contents] = twins.contents();
+    assert_eq!((contents.len(), &contents), (2, &expected));
 }
 
 #[test]
