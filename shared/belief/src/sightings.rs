@@ -172,7 +172,7 @@ impl Sightings {
         }
     }
 
-    fn runs(&self, slot: usize) -> &[Run] {
+    pub(crate) fn runs(&self, slot: usize) -> &[Run] {
         match self.only.get(slot) {
             Some(Only::Run(run)) => std::slice::from_ref(run),
             Some(Only::More) => self.of.get(slot).map_or(&[], Runs::as_slice),
