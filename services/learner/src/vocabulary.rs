@@ -72,6 +72,7 @@ impl Vocabulary {
                     states.push(StateWords { percept: index, name: percept.name.clone() });
                 }
                 Kernel::State(_)
+                | Kernel::Source
                 | Kernel::Nearest(_)
                 | Kernel::Region(_)
                 | Kernel::Range(_)

@@ -1,3 +1,6 @@
+#[cfg(test)]
+mod tests;
+
 use clock::Instant;
 use config::percepts::Percepts;
 use message::{Feature, Perceived, PerceptValue, SourceSet};
@@ -352,7 +355,7 @@ impl Arena {
         Some(row)
     }
 
-    /// All that a belief holds, to the last bit.
+    /// All that a belief holds, to the last bit, and when it was sighted.
     #[cfg(test)]
     pub(crate) fn contents(&self, slot: u32) -> String {
         let (histories, row) = self.histories(slot).unwrap();
@@ -360,7 +363,8 @@ impl Arena {
             let newest = histories.newest(row, *percept).map(|sample| sample.feature);
             assert_eq!(*feature, newest, "what was clustered by is what is remembered");
         }
-        format!("{:?}\n{}", self.memory(slot).unwrap(), histories.contents(row))
+        let sightings = self.sightings.as_ref().map(|sightings| sightings.runs(slot as usize));
+        format!("{:?}\n{sightings:?}\n{}", self.memory(slot).unwrap(), histories.contents(row))
     }
 }
 

@@ -65,6 +65,42 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
+//! Eq. 5, with two culling functions: unseen for longer than 600 ms, and the place remembered with less than
+//! a floor. 0.5 s after the block was seen for the last time its confidence is 0.9·exp(−0.2·0.5) = 0.814, after 0.7 s
+//! 0.782 and after 1 s 0.737. With a floor of 0.85, C = 0·1 = 0 after 0.5 s, and it stays; after 0.7 s C = 1·1 = 1,
+//! and it goes. With a floor of 0.75, C = 0·0, 1·0 and 1·1: only after 1 s do both agree.
+//!
+//! ```
+//! use belief::BeliefSystem;
+//! use clock::{Duration, Instant};
+//! use config::percepts::{Cull, Percepts};
+//! use message::{Observation, Perceived, SourceSet};
+//! use perception::{Frame, Perception};
+//!
+//! let mut percepts = Percepts::builtin();
+//! let place = percepts.index("position").unwrap();
+//! let seen_at = Instant::from_nanos(1_000_000_000);
+//! let observation = Observation { confidence: 0.9, ..Observation::object(0, seen_at.as_nanos()) };
+//! let snapshot = Perception::new(&percepts)?.perceive(&observation, &Frame { agent: 0 });
+//! for (floor, expected) in [(0.85, [1, 0, 0]), (0.75, [1, 1, 0])] {
+//!     let unseen = Cull::UnseenLongerThan(Duration::from_millis(600));
+//!     percepts.belief.cull = vec![unseen, Cull::ConfidenceBelow { percept: place, floor }];
+//!     let mut system = BeliefSystem::new(&percepts, 16)?;
+//!     system.step(seen_at, &[Perceived { observation, snapshot }], 0..1, SourceSet::of(0), |_place| true);
+//!     for (millis, confidence) in [(500, 0.814), (700, 0.782), (1_000, 0.737)] {
+//!         let remembered = system.write(0, seen_at + Duration::from_millis(millis)).unwrap();
+//!         assert!((remembered.percept(place).unwrap().confidence - confidence).abs() < 1e-3);
+//!     }
+//!     let left = [500, 700, 1_000].map(|millis| {
+//!         let now = seen_at + Duration::from_millis(millis);
+//!         system.step(now, &[], 0..0, SourceSet::of(0), |_place| true);
+//!         system.len()
+//!     });
+//!     assert_eq!(left, expected);
+//! }
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
 //! # Functions of one's own
 //!
 //! A program supplies its own distance d with its applicability q ([`Distance`]), culling function c

@@ -10,14 +10,18 @@ const RUNS: usize = 8;
 /// all the time costs no more memory than one seen once; two beliefs were sighted at once exactly
 /// if a run of one overlaps a run of the other. A belief has room for eight runs. Beyond, the
 /// shortest interruption of a source's sightings is taken to be none: two beliefs may then count
-/// as apart that were only sighted in turns, but never the other way about.
+/// as apart that were only sighted in turns, but never the other way about. Only of more sources than
+/// that the run that ended first is given up, and never one of the frame of the step: whoever took in a
+/// thing of it is apart from the others of it.
 #[derive(Clone, Debug)]
 pub(crate) struct Sightings {
     /// Of each slot the only run, as nearly all have: what is asked most lies close together.
     only: Box<[Only]>,
     /// Of the slots that have more.
     of: Box<[Runs]>,
-    /// The frame before that of the step; of several the last one's.
+    /// The frame of the step; of several the last.
+    frame: Option<Run>,
+    /// The frame before it.
     before: Option<Run>,
 }
 
@@ -81,6 +85,7 @@ impl Sightings {
         Self {
             only: vec![Only::Never; slots].into_boxed_slice(),
             of: vec![NEVER; slots].into_boxed_slice(),
+            frame: None,
             before: None,
         }
     }
@@ -102,13 +107,12 @@ impl Sightings {
     /// Says, of beliefs that were each sighted once, in the frames of one step, which frames of their
     /// sources were before.
     pub(crate) fn follow(&mut self, slots: &[u32], before: impl Fn(u16, Instant) -> Option<Instant>) {
-        self.before = None;
-        let mut last = None;
+        (self.frame, self.before) = (None, None);
         for &slot in slots {
             let Some(Only::Run(run)) = self.only.get_mut(slot as usize) else { continue };
             // Observations come frame by frame.
-            if last != Some((run.source, run.first)) {
-                last = Some((run.source, run.first));
+            if !self.frame.is_some_and(|frame| frame.overlaps(run)) {
+                self.frame = Some(*run);
                 self.before = before(run.source, run.first).map(|at| Run::of(run.source, at));
             }
             run.follows = self.before.map(|before| before.first);
@@ -156,7 +160,7 @@ impl Sightings {
         }
         let mut all = NEVER;
         for slot in [kept, gone] {
-            self.runs(slot).iter().for_each(|run| all.add(*run));
+            self.runs(slot).iter().for_each(|run| all.add(*run, self.frame.as_ref()));
         }
         let only = match *all.as_slice() {
             [] => Only::Never,
@@ -168,7 +172,7 @@ impl Sightings {
         }
     }
 
-    fn runs(&self, slot: usize) -> &[Run] {
+    pub(crate) fn runs(&self, slot: usize) -> &[Run] {
         match self.only.get(slot) {
             Some(Only::Run(run)) => std::slice::from_ref(run),
             Some(Only::More) => self.of.get(slot).map_or(&[], Runs::as_slice),
@@ -182,12 +186,13 @@ impl Runs {
         self.runs.get(..self.len).unwrap_or(&[])
     }
 
-    fn add(&mut self, mut run: Run) {
+    /// Adds a run. `frame` is that of the step.
+    fn add(&mut self, mut run: Run, frame: Option<&Run>) {
         while let Some(index) = self.as_slice().iter().position(|other| run.touches(other)) {
             run = run.joined(&self.remove(index));
         }
         if self.len == RUNS {
-            run = self.make_room(run);
+            run = self.make_room(run, frame);
         }
         let key = |run: &Run| (run.source, run.first);
         let index = self.as_slice().partition_point(|other| key(other) < key(&run));
@@ -222,9 +227,9 @@ impl Runs {
     }
 
     /// Of all runs and `run`, joins the two of one source with the shortest interruption, or gives
-    /// up the one that ended first where all are of different sources; returns the one that
-    /// remains to be added.
-    fn make_room(&mut self, run: Run) -> Run {
+    /// up the one that ended first where all are of different sources, though not one of the `frame` of
+    /// the step; returns the one that remains to be added.
+    fn make_room(&mut self, run: Run, frame: Option<&Run>) -> Run {
         let gap = |a: &Run, b: &Run| {
             let (earlier, later) = if a.first <= b.first { (a, b) } else { (b, a) };
             later.first.since(earlier.last)
@@ -240,21 +245,19 @@ impl Runs {
             Some((_, _, index, RUNS)) => run.joined(&self.remove(index)),
             Some((_, _, index, next)) => {
                 let joined = self.remove(next).joined(&self.remove(index));
-                self.add(joined);
+                self.add(joined, frame);
                 run
             }
             None => {
-                let oldest = runs.iter().enumerate().min_by_key(|(_, run)| run.last);
-                match oldest.map(|(index, run)| (index, run.last)) {
-                    Some((index, last)) if last < run.last => {
+                let all = runs.iter().chain([&run]).enumerate();
+                let may_go = all.filter(|(_, run)| !frame.is_some_and(|frame| run.overlaps(frame)));
+                match may_go.min_by_key(|(_, run)| run.last) {
+                    Some((index, _)) if index < RUNS => {
                         self.remove(index);
                         run
                     }
-                    Some((index, _)) => {
-                        // The new one ended before all others.
-                        self.remove(index)
-                    }
-                    None => run,
+                    // The one to be added is given up: one that was there is added again.
+                    Some(_) | None => self.remove(RUNS - 1),
                 }
             }
         }
@@ -281,7 +284,7 @@ mod tests {
         let mut runs = NEVER;
         for &(source, number) in frames {
             let follows = number.checked_sub(1).map(at);
-            runs.add(Run { follows, ..Run::of(source, at(number)) });
+            runs.add(Run { follows, ..Run::of(source, at(number)) }, None);
         }
         runs
     }

@@ -247,7 +247,10 @@ impl Serialize for Differing<'_> {
 fn value(words: &Words, percept: u16, feature: Option<Feature>) -> Option<Value<'_>> {
     match feature? {
         Feature::None => None,
-        Feature::Symbol(symbol) => Some(Value::Symbol(words.symbol(percept, symbol)?)),
+        // What has no name is its number.
+        Feature::Symbol(symbol) => {
+            Some(words.symbol(percept, symbol).map_or(Value::Number(f32::from(symbol)), Value::Symbol))
+        }
         Feature::Number(number) => Some(Value::Number(number)),
         Feature::Vector(vector) => Some(Value::Vector(vector)),
         Feature::Orientation(xyzw) => Some(Value::Orientation(xyzw)),

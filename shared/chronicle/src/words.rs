@@ -35,6 +35,7 @@ impl Words {
                 Kernel::State(_) => states.push(number),
                 Kernel::Orientation
                 | Kernel::Extents
+                | Kernel::Source
                 | Kernel::Region(_)
                 | Kernel::Range(_)
                 | Kernel::Own(_) => {}

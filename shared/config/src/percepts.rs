@@ -111,6 +111,8 @@ pub enum Kernel {
     Orientation,
     /// Half its extents along its own axes, in metres.
     Extents,
+    /// Which source observed it, by its number as a symbol: the same for every perspective.
+    Source,
     /// The degree of a state; no match where the thing has no such state.
     State(StateName),
     /// The prototype that is nearest in a space of features.
@@ -373,13 +375,15 @@ impl Belief {
 }
 
 impl Percept {
-    /// The names of its symbols, in the order of their numbers; none where it derives no symbol.
+    /// The names of its symbols, in the order of their numbers; none where it derives no symbol, or one that
+    /// has no name.
     pub fn symbols(&self) -> impl Iterator<Item = &str> {
         let prototypes = match &self.kernel {
             Kernel::Nearest(nearest) => nearest.prototypes.as_slice(),
             Kernel::Position
             | Kernel::Orientation
             | Kernel::Extents
+            | Kernel::Source
             | Kernel::State(_)
             | Kernel::Region(_)
             | Kernel::Range(_)

@@ -12,6 +12,7 @@ pub(crate) enum Kernel {
     Position,
     Orientation,
     Extents,
+    Source,
     State(State),
     Nearest(Prototypes),
     Region(Region),
@@ -25,6 +26,7 @@ impl Kernel {
             percepts::Kernel::Position => Self::Position,
             percepts::Kernel::Orientation => Self::Orientation,
             percepts::Kernel::Extents => Self::Extents,
+            percepts::Kernel::Source => Self::Source,
             percepts::Kernel::State(name) => Self::State(name.state()),
             percepts::Kernel::Nearest(nearest) => Self::Nearest(Prototypes::new(nearest)),
             percepts::Kernel::Region(region) => Self::Region(*region),
@@ -45,7 +47,7 @@ impl Kernel {
     pub(crate) fn is_indexical(&self) -> bool {
         match self {
             Self::Position | Self::Orientation | Self::Region(_) | Self::Own(_) => true,
-            Self::Extents | Self::State(_) | Self::Nearest(_) | Self::Range(_) => false,
+            Self::Extents | Self::Source | Self::State(_) | Self::Nearest(_) | Self::Range(_) => false,
         }
     }
 
@@ -57,6 +59,7 @@ impl Kernel {
             Self::Position => Evaluation::certain(Feature::Vector(observation.position_m)),
             Self::Orientation => Evaluation::certain(Feature::Orientation(observation.orientation_xyzw)),
             Self::Extents => Evaluation::certain(Feature::Vector(observation.half_extents_m)),
+            Self::Source => Evaluation::certain(Feature::Symbol(observation.source)),
             Self::State(state) => observation
                 .state(*state)
                 .map_or(Evaluation::NONE, |degree| Evaluation::certain(Feature::Number(degree))),
@@ -79,7 +82,12 @@ impl Kernel {
                 matching: Range::matching(degree),
                 ..Evaluation::certain(Feature::Number(degree))
             }),
-            Self::Position | Self::Orientation | Self::Extents | Self::State(_) | Self::Own(_) => None,
+            Self::Position
+            | Self::Orientation
+            | Self::Extents
+            | Self::Source
+            | Self::State(_)
+            | Self::Own(_) => None,
         }
     }
 }

@@ -46,6 +46,17 @@ fn match_times_confidence_equal_to_the_threshold_does_not_pass() {
 }
 
 #[test]
+fn the_source_is_a_symbol_and_the_same_for_everybody() {
+    let perception = Perception::new(&percepts(&percept("seen_by", "kernel = \"source\""))).unwrap();
+    let seen = Observation { source: 7, ..cube() };
+    let known = perception.perceive(&seen, &ROBOT);
+    assert_eq!(known.value(0).and_then(PerceptValue::feature), Some(Feature::Symbol(7)));
+    // Nobody asks it anew.
+    let elsewhere = Observation { source: 8, ..seen };
+    assert_eq!(perception.perceive_again(&elsewhere, &known, &Frame { agent: 1 }), known);
+}
+
+#[test]
 fn an_own_percept_that_lies_matches_nothing() {
     let sure = Evaluation::certain(Feature::None);
     for lie in [
@@ -183,11 +194,12 @@ impl Classify for Told {
     }
 }
 
-const KERNELS: [&str; 10] = [
+const KERNELS: [&str; 11] = [
     "{ own = \"told\" }",
     "\"position\"",
     "\"orientation\"",
     "\"extents\"",
+    "\"source\"",
     "{ state = \"filled\" }",
     "{ region = { minimum_m = [0.0, -1.0, -1.0], maximum_m = [1.0, 1.0, 1.0] } }",
     "{ own = \"near\" }",
@@ -201,7 +213,7 @@ fn range_of(kernel: &str) -> Option<&'static str> {
     match kernel {
         "\"position\"" => Some("{ range = { of = \"distance_m\", to = 1.0, softness = 1.0 } }"),
         "\"extents\"" => Some("{ range = { of = \"longest_m\", from = 0.1, softness = 0.05 } }"),
-        "\"orientation\"" => None,
+        "\"orientation\"" | "\"source\"" => None,
         own if own.contains("told") => Some("{ range = { of = \"y_m\", from = 0.0, to = 1.0 } }"),
         nearest if nearest.contains("nearest") => None,
         _number => Some("{ range = { of = \"number\", from = 0.6, softness = 0.4 } }"),

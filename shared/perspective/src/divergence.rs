@@ -196,12 +196,14 @@ impl Meaning {
                 Kernel::Extents | Kernel::State(_) => Some(Self::Degree),
                 Kernel::Position
                 | Kernel::Orientation
+                | Kernel::Source
                 | Kernel::Nearest(_)
                 | Kernel::Region(_)
                 | Kernel::Range(_)
                 | Kernel::Own(_) => None,
             },
-            Kernel::Region(_) | Kernel::Own(_) => None,
+            // Who saw it last is no belief about the thing.
+            Kernel::Source | Kernel::Region(_) | Kernel::Own(_) => None,
         }
     }
 

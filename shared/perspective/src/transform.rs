@@ -18,6 +18,41 @@ pub fn place_of_thing(observation: &Observation) -> Option<(Pose<Base, Thing>, [
 ///
 /// Only the pose changes. What is indexical besides (left, near, mine) is no part of an
 /// observation: it is perceived in the new frame.
+///
+/// Worked: he stands at x = 1.5 m and faces the robot, so P(x, y, z) = (1.5 − x, −y, z), and every heading is
+/// half a turn less. What stands 0.25 m to the left before the robot, at (0.5, 0.25, 0.05) m and turned by a
+/// quarter to the left, is at (1.0, −0.25, 0.05) m before him, to his right and turned by a quarter to the right.
+///
+/// ```
+/// use config::percepts::Percepts;
+/// use geometry::{Base, Person, Pose, Thing};
+/// use message::Observation;
+/// use perception::{Frame, Perception};
+/// use perspective::{observed_from, place_of};
+///
+/// let half = std::f32::consts::FRAC_1_SQRT_2;
+/// let mine = Observation {
+///     position_m: [0.5, 0.25, 0.05],
+///     orientation_xyzw: [0.0, 0.0, half, half],
+///     ..Observation::object(0, 1)
+/// };
+/// let x_base_person = Pose::<Base, Person>::upright(1.5, 0.0, 0.0, std::f64::consts::PI);
+/// let x_base_thing: Pose<Base, Thing> = place_of(&mine).unwrap();
+/// let his = observed_from(&x_base_person.inverse(), &x_base_thing, &mine);
+/// assert_eq!(his.position_m, [1.0, -0.25, 0.05]);
+/// let turned: Pose<Base, Thing> = place_of(&his).unwrap();
+/// assert!((turned.heading_rad() + std::f64::consts::FRAC_PI_2).abs() < 1e-6);
+///
+/// let percepts = Percepts::builtin();
+/// let left = percepts.index("left").unwrap();
+/// let perception = Perception::new(&percepts)?;
+/// let known = perception.perceive(&mine, &Frame { agent: 0 });
+/// let again = perception.perceive_again(&his, &known, &Frame { agent: 1 });
+/// let degree = |snapshot: &message::Snapshot| snapshot.value(left).unwrap().feature();
+/// assert_eq!(degree(&known), Some(message::Feature::Number(1.0)));
+/// assert_eq!(degree(&again), Some(message::Feature::Number(0.0)));
+/// # Ok::<(), perception::Unperceivable>(())
+/// ```
 #[must_use]
 pub fn observed_from(
     x_person_base: &Pose<Person, Base>,

@@ -73,6 +73,7 @@ impl Minds {
                 Kernel::Orientation => orientation = Some(number),
                 Kernel::Extents => extents = Some(number),
                 Kernel::Position
+                | Kernel::Source
                 | Kernel::Region(_)
                 | Kernel::Range(_)
                 | Kernel::State(_)

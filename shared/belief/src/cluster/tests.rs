@@ -13,30 +13,51 @@ use crate::own::{self, Functions, Samples};
 use crate::sample::Sample;
 
 /// A new belief: coordinates on a coarse lattice, so that ties are common.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 struct Seen {
     place: Option<[i8; 3]>,
+    /// Half extents, on the same lattice.
+    extents: Option<[i8; 3]>,
+    /// About the vertical, in sixteenths of a whole turn.
+    turn: Option<i8>,
     colour: Option<u16>,
     shape: Option<u16>,
+    /// In quarters.
+    filled: Option<u8>,
     confidence: f32,
+    /// The source.
     group: usize,
 }
 
+/// More sources than there is room for runs of.
+const SOURCES: usize = 12;
+
 fn seen() -> impl Strategy<Value = Seen> {
-    (
+    let box_of = (
         prop::option::weighted(0.9, [-4..4_i8, -4..4_i8, 0..2_i8]),
-        prop::option::weighted(0.9, 0..2_u16),
-        prop::option::weighted(0.9, 0..2_u16),
-        prop::sample::select(vec![0.7_f32, 0.8, 0.9]),
-        0..3_usize,
-    )
-        .prop_map(|(place, colour, shape, confidence, group)| Seen {
+        prop::option::weighted(0.9, [0..2_i8, 0..2_i8, 1..2_i8]),
+        prop::option::weighted(0.9, -2..3_i8),
+    );
+    let symbol = || prop::option::weighted(0.9, 0..2_u16);
+    let kind = (symbol(), symbol(), prop::option::weighted(0.9, 0..5_u8));
+    let confidence = prop::sample::select(vec![0.7_f32, 0.8, 0.9]);
+    (box_of, kind, confidence, 0..SOURCES).prop_map(
+        |((place, extents, turn), (colour, shape, filled), confidence, group)| Seen {
             place,
+            extents,
+            turn,
             colour,
             shape,
+            filled,
             confidence,
             group,
-        })
+        },
+    )
+}
+
+/// A thing at a lattice place.
+fn alike(x: i8, group: usize) -> Seen {
+    Seen { place: Some([x, 0, 0]), colour: Some(0), confidence: 0.9, group, ..Seen::default() }
 }
 
 /// A distance of the program's own that is larger one way than the other, and for some pairs none.
@@ -111,20 +132,39 @@ fn make_own(percepts: &mut Percepts, which: [bool; 3]) {
     }
 }
 
+/// Every measure there is, of a percept each that it fits.
+fn measures() -> [(&'static str, Measure); 6] {
+    [
+        ("colour", Measure::Differs),
+        ("position", Measure::Metres),
+        ("shape", Measure::Differs),
+        ("orientation", Measure::AngleRad),
+        ("extents", Measure::Metres),
+        ("filled", Measure::Difference),
+    ]
+}
+
+/// Some terms in any order, with any weights.
+fn terms() -> impl Strategy<Value = Vec<(&'static str, Measure, f64)>> {
+    let weight = prop_oneof![1 => Just(0.0), 2 => prop::sample::select(vec![0.5, 1.0]), 4 => 0.001..2.0_f64];
+    let terms = prop::sample::subsequence(measures().to_vec(), 0..=6).prop_shuffle();
+    (terms, prop::collection::vec(weight, 6)).prop_map(|(terms, weights)| {
+        terms.into_iter().zip(weights).map(|((name, measure), weight)| (name, measure, weight)).collect()
+    })
+}
+
 fn percepts() -> impl Strategy<Value = Percepts> {
-    let weight = || prop::sample::select(vec![0.0, 0.5, 1.0]);
-    let threshold = prop::sample::select(vec![0.0, 0.03, 0.08, 0.15, 0.6, 3.0]);
+    let on_the_lattice = prop::sample::select(vec![0.0, 0.03, 0.08, 0.15, 0.6, 3.0]);
+    let threshold = prop_oneof![on_the_lattice, 0.0..1.0_f64];
     let which = prop::array::uniform3(prop::bool::weighted(0.3));
-    (weight(), weight(), weight(), threshold, any::<bool>(), any::<bool>(), any::<bool>(), which).prop_map(
-        |(place, colour, shape, threshold, normalised, zero, cannot_link, which)| {
+    (terms(), threshold, any::<bool>(), any::<bool>(), any::<bool>(), which).prop_map(
+        |(terms, threshold, normalised, zero, cannot_link, which)| {
             let mut percepts = Percepts::builtin();
-            let term =
-                |name, measure, weight| Distance { percept: percepts.index(name).unwrap(), measure, weight };
-            percepts.belief.distance = vec![
-                term("colour", Measure::Differs, colour),
-                term("position", Measure::Metres, place),
-                term("shape", Measure::Differs, shape),
-            ];
+            let terms = terms.into_iter().map(|(name, measure, weight)| {
+                let percept = percepts.index(name).unwrap();
+                Distance { percept, measure, weight }
+            });
+            percepts.belief.distance = terms.collect();
             percepts.belief.threshold = threshold;
             percepts.belief.normalised = normalised;
             percepts.belief.no_term_applies =
@@ -142,14 +182,25 @@ fn perceived(percepts: &Percepts, at: u64, seen: &Seen) -> Perceived {
     let mut push = |name: &str, feature| {
         snapshot.push(PerceptValue::new(percepts.index(name).unwrap(), 1.0, seen.confidence, feature));
     };
+    let on_the_lattice = |cells: [i8; 3]| Feature::Vector(cells.map(|cells| f32::from(cells) * 0.05));
     if let Some(place) = seen.place {
-        push("position", Feature::Vector(place.map(|part| f32::from(part) * 0.05)));
+        push("position", on_the_lattice(place));
+    }
+    if let Some(turn) = seen.turn {
+        let half_rad = f32::from(turn) * std::f32::consts::PI / 16.0;
+        push("orientation", Feature::Orientation([0.0, 0.0, half_rad.sin(), half_rad.cos()]));
+    }
+    if let Some(extents) = seen.extents {
+        push("extents", on_the_lattice(extents));
     }
     if let Some(shape) = seen.shape {
         push("shape", Feature::Symbol(shape));
     }
     if let Some(colour) = seen.colour {
         push("colour", Feature::Symbol(colour));
+    }
+    if let Some(filled) = seen.filled {
+        push("filled", Feature::Number(f32::from(filled) * 0.25));
     }
     Perceived { observation: Observation::object(u16::try_from(seen.group).unwrap(), at), snapshot }
 }
@@ -161,6 +212,8 @@ struct Twins {
     arena: Arena,
     clustering: Clustering,
     id: u64,
+    /// Of each source the instant of its last frame.
+    last: [Option<u64>; SOURCES],
     /// Whether the last step was a matching.
     matched: bool,
 }
@@ -174,21 +227,34 @@ impl Twins {
             clustering: Clustering::new(arena.slots(), arena.reach_m()),
             arena,
             id: 0,
+            last: [None; SOURCES],
             matched: false,
         }
     }
 
     /// One step of both; how many merged in each.
     fn step(&mut self, at: u64, seen: &[Seen], settled: bool) -> [u64; 2] {
-        let perceived: Vec<_> = seen.iter().map(|seen| perceived(&self.percepts, at, seen)).collect();
+        self.step_late(at, 0, seen, settled)
+    }
+
+    /// The same of what was observed a while ago; what a source reports is newer than what it
+    /// reported before.
+    fn step_late(&mut self, at: u64, late: u64, seen: &[Seen], settled: bool) -> [u64; 2] {
+        let now = 10 * at;
+        let before = self.last;
+        let observed = before.map(|last| now.saturating_sub(late).max(last.map_or(0, |last| last + 1)));
+        let perceived: Vec<_> =
+            seen.iter().map(|seen| perceived(&self.percepts, observed[seen.group], seen)).collect();
         for (entry, perceived) in (0..).zip(&perceived) {
             self.id += 1;
+            let at = [perceived.observation.observed_at_ns, now].map(Instant::from_nanos);
             for arena in [&mut self.reference, &mut self.arena] {
-                arena.create(self.id, [Instant::from_nanos(at); 2], entry, perceived).unwrap();
+                arena.create(self.id, at, entry, perceived).unwrap();
             }
         }
+        seen.iter().for_each(|seen| self.last[seen.group] = Some(observed[seen.group]));
         for arena in [&mut self.reference, &mut self.arena] {
-            arena.follow(|_, at| Some(Instant::from_nanos(at.as_nanos() - 1)));
+            arena.follow(|source, _| before[usize::from(source)].map(Instant::from_nanos));
         }
         let one_frame = seen.iter().all(|one| one.group == seen[0].group);
         let expected = cluster_naively(&mut Step { arena: &mut self.reference, perceived: &perceived });
@@ -217,14 +283,53 @@ proptest! {
     #[test]
     fn the_fast_clustering_gives_bit_for_bit_what_the_loop_of_the_paper_gives(
         percepts in percepts(),
-        frames in prop::collection::vec((prop::collection::vec(seen(), 0..24), any::<bool>()), 1..6),
-        sources in 1..4_usize,
+        frames in prop::collection::vec((prop::collection::vec(seen(), 0..24), 0..60_u64, any::<bool>()), 1..6),
+        sources in prop::sample::select(vec![1, 2, 3, SOURCES]),
     ) {
         let mut twins = Twins::new(percepts);
-        for (at, (frame, settled)) in (1..).zip(frames) {
+        for (at, (frame, late, settled)) in (1..).zip(frames) {
             let frame: Vec<_> =
                 frame.into_iter().map(|seen| Seen { group: seen.group % sources, ..seen }).collect();
-            let [expected, merged] = twins.step(at, &frame, settled);
+            let [expected, merged] = twins.step_late(at, late, &frame, settled);
+            prop_assert_eq!(merged, expected);
+            let [expected, contents] = twins.contents();
+            prop_assert_eq!(contents, expected);
+        }
+    }
+}
+
+/// Frames of a few alike things by a source each, some of them late: beliefs are soon sighted by more sources
+/// than there is room for.
+fn by_turns() -> impl Strategy<Value = Vec<(Vec<Seen>, u64, bool)>> {
+    let things = prop::collection::vec(([0..10_i8, 0..2_i8, 0..1_i8], 0..2_u16), 1..4);
+    let frame =
+        (things, 0..SOURCES, prop::sample::select(vec![0_u64, 0, 7, 80, 300]), prop::bool::weighted(0.8));
+    let frame = frame.prop_map(|(things, group, late, settled)| {
+        let seen = things.into_iter().map(|(place, colour)| Seen {
+            place: Some(place),
+            colour: Some(colour),
+            confidence: 0.9,
+            group,
+            ..Seen::default()
+        });
+        (seen.collect(), late, settled)
+    });
+    prop::collection::vec(frame, 8..32)
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(2_000))]
+
+    #[test]
+    fn what_many_sources_see_late_and_by_turns_is_merged_as_the_loop_of_the_paper_merges_it(
+        frames in by_turns(),
+        threshold in prop::sample::select(vec![0.06, 0.11, 0.16, 0.3]),
+    ) {
+        let mut percepts = Percepts::builtin();
+        percepts.belief.threshold = threshold;
+        let mut twins = Twins::new(percepts);
+        for (at, (frame, late, settled)) in (1..).zip(frames) {
+            let [expected, merged] = twins.step_late(at, late, &frame, settled);
             prop_assert_eq!(merged, expected);
             let [expected, contents] = twins.contents();
             prop_assert_eq!(contents, expected);
@@ -248,9 +353,8 @@ fn wandering() -> impl Strategy<Value = Vec<Vec<Seen>>> {
                     seen.extend(is_seen.then_some(Seen {
                         place,
                         colour,
-                        shape: None,
                         confidence: 0.9,
-                        group: 0,
+                        ..Seen::default()
                     }));
                 }
                 seen
@@ -287,7 +391,7 @@ fn what_wanders_before_one_source_is_matched_as_the_loop_of_the_paper_merges_it(
 fn a_thing_that_comes_within_reach_of_one_never_seen_with_it_is_that_one() {
     let mut percepts = Percepts::builtin();
     percepts.belief.threshold = 0.16;
-    let at = |x: i8| Seen { place: Some([x, 0, 0]), colour: Some(0), shape: None, confidence: 0.9, group: 0 };
+    let at = |x| alike(x, 0);
     let mut twins = Twins::new(percepts.clone());
     assert_eq!([twins.step(1, &[at(0)], true), twins.step(2, &[at(4)], true)], [[0, 0]; 2]);
     // In the middle: the older of the two takes it in, and has moved towards the other.
@@ -302,19 +406,42 @@ fn a_thing_that_comes_within_reach_of_one_never_seen_with_it_is_that_one() {
 }
 
 #[test]
+fn of_a_late_frame_of_one_source_more_than_there_is_room_for_two_things_stay_two() {
+    let mut twins = Twins::new(Percepts::builtin());
+    for group in 0..8 {
+        let at = 10 + u64::try_from(group).unwrap();
+        assert_eq!(twins.step(at, &[alike(0, group)], true), [u64::from(group > 0); 2]);
+    }
+    // Observed before all that: the belief takes in the first, and the second is apart from it.
+    assert_eq!(twins.step_late(20, 150, &[alike(0, 8), alike(1, 8)], true), [1, 1]);
+    let [expected, contents] = twins.contents();
+    assert_eq!((contents.len(), &contents), (2, &expected));
+}
+
+#[test]
+fn what_took_in_a_thing_of_a_late_frame_stays_apart_from_the_others_when_it_takes_in_another_belief() {
+    let mut percepts = Percepts::builtin();
+    percepts.belief.threshold = 0.375;
+    let mut twins = Twins::new(percepts);
+    for group in 0..8 {
+        twins.step(10 + u64::try_from(group).unwrap(), &[alike(0, group)], true);
+    }
+    assert_eq!(twins.step(27, &[alike(8, 9)], true), [0, 0], "40 cm are too far");
+    // The second belief takes in the first of the two, which brings it 5 cm towards the first belief: they
+    // are one, sighted by ten sources, of which the late one is the oldest. The other of the two is near it.
+    assert_eq!(twins.step_late(40, 350, &[alike(6, 8), alike(11, 8)], true), [2, 2]);
+    let [expected, contents] = twins.contents();
+    assert_eq!((contents.len(), &contents), (2, &expected));
+}
+
+#[test]
 fn of_equally_near_pairs_the_lowest_identities_merge_first() {
     let mut percepts = Percepts::builtin();
     percepts.belief.threshold = 0.06;
     percepts.belief.cannot_link_same_source_instant = false;
     let mut twins = Twins::new(percepts);
     // Three in a row, 5 cm apart: the first two merge, and stay out of the third's reach.
-    let row = [0, 1, 2].map(|x| Seen {
-        place: Some([x, 0, 0]),
-        colour: Some(0),
-        shape: Some(0),
-        confidence: 0.9,
-        group: 0,
-    });
+    let row = [0, 1, 2].map(|x| alike(x, 0));
     assert_eq!(twins.step(1, &row[..2], true), [1, 1]);
     let mut twins = Twins::new(twins.percepts);
     for (at, seen) in (1..).zip(&row) {
@@ -331,13 +458,7 @@ fn what_is_no_distance_keeps_two_apart_and_no_order_of_the_beliefs_matters() {
     percepts.belief.threshold = 0.3;
     let merged = |x: [i8; 2]| {
         let mut twins = Twins::new(percepts.clone());
-        let seen = x.map(|x| Seen {
-            place: Some([x, 0, 0]),
-            colour: Some(0),
-            shape: None,
-            confidence: 0.9,
-            group: usize::from(x.unsigned_abs()),
-        });
+        let seen = x.map(|x| alike(x, usize::from(x.unsigned_abs())));
         let [naive, fast] = twins.step(1, &seen, false);
         assert_eq!(naive, fast);
         fast

@@ -3,6 +3,7 @@ use config::percepts::{Kernel, Role};
 use proptest::prelude::*;
 
 use super::*;
+use crate::sample::order;
 
 const DECAY: f64 = 0.1;
 
@@ -65,11 +66,6 @@ impl History {
     }
 }
 
-fn number(sample: Sample) -> f32 {
-    let Feature::Number(number) = sample.feature else { panic!("{sample:?} is no number") };
-    number
-}
-
 #[test]
 fn before_the_first_sample_there_is_none_and_after_the_last_confidence_decays() {
     for generator in [series(4, WhenFull::ForgetOldest), log_timescale(4), low_pass(0.5)] {
@@ -91,18 +87,6 @@ fn a_full_lossless_history_forgets_as_told() {
     assert_eq!(instants(WhenFull::ForgetOldest), [20, 21, 40, 80]);
     // Without 20 the gap is from 10 to 21, the shortest.
     assert_eq!(instants(WhenFull::Thin), [10, 21, 40, 80]);
-}
-
-#[test]
-fn the_low_pass_is_the_recurrence() {
-    let xs = [1.0_f32, 2.0, -3.0, 0.5];
-    let samples: Vec<_> = (1..).zip(xs).map(|(at, x)| sample(at, Feature::Number(x))).collect();
-    let history = grown(&low_pass(0.3), &samples);
-    let mut y = xs[0];
-    for x in &xs[1..] {
-        y = quantity::number::single(0.3 * f64::from(*x) + (1.0 - 0.3) * f64::from(y));
-    }
-    assert_eq!(history.newest().map(number).map(f32::to_bits), Some(y.to_bits()));
 }
 
 #[test]
@@ -197,7 +181,85 @@ fn generators() -> impl Strategy<Value = percepts::History> {
     ])
 }
 
+/// Features of one kind: numbers, places, turns about any axis, symbols.
+fn features() -> impl Strategy<Value = Vec<Feature>> {
+    let of = || 1..16_usize;
+    let turn = (prop::array::uniform3(-1.0..1.0_f32), -6.0..6.0_f32).prop_map(|([x, y, z], angle_rad)| {
+        let norm = (x * x + y * y + z * z).sqrt().max(0.1);
+        let (sin, cos) = (angle_rad / 2.0).sin_cos();
+        let (x, y, z) = (sin * x / norm, sin * y / norm, sin * z / norm);
+        let whole = (x * x + y * y + z * z + cos * cos).sqrt();
+        Feature::Orientation([x, y, z, cos].map(|part| part / whole))
+    });
+    prop_oneof![
+        prop::collection::vec((-9.0..9.0_f32).prop_map(Feature::Number), of()),
+        prop::collection::vec(prop::array::uniform3(-9.0..9.0_f32).prop_map(Feature::Vector), of()),
+        prop::collection::vec(turn, of()),
+        prop::collection::vec((0..5_u16).prop_map(Feature::Symbol), of()),
+    ]
+}
+
+/// a·x + (1 − a)·y, as it is written; of turns on the sphere, by the shorter way.
+fn recurrence(x: Feature, share: f64, y: Feature) -> Feature {
+    let mixed =
+        |x: f32, y: f32| quantity::number::single(share * f64::from(x) + (1.0 - share) * f64::from(y));
+    match (x, y) {
+        (Feature::Number(x), Feature::Number(y)) => Feature::Number(mixed(x, y)),
+        (Feature::Vector(x), Feature::Vector(y)) => {
+            Feature::Vector([0, 1, 2].map(|axis| mixed(x[axis], y[axis])))
+        }
+        (Feature::Orientation(x), Feature::Orientation(y)) => {
+            let dot: f32 = x.iter().zip(&y).map(|(x, y)| x * y).sum();
+            let nearer = if dot < 0.0 { y.map(|part| -part) } else { y };
+            let mean = [0, 1, 2, 3].map(|part| mixed(x[part], nearer[part]));
+            let norm = mean.iter().map(|part| part * part).sum::<f32>().sqrt();
+            Feature::Orientation(mean.map(|part| part / norm))
+        }
+        (x, _) => x,
+    }
+}
+
+/// Whether two features are the same, turns to within rounding and whichever of q and −q they are.
+fn agree(one: Feature, other: Feature) -> bool {
+    match (one, other) {
+        (Feature::Orientation(a), Feature::Orientation(b)) => {
+            let dot: f32 = a.iter().zip(&b).map(|(a, b)| a * b).sum();
+            let is_unit = |q: [f32; 4]| (q.iter().map(|part| part * part).sum::<f32>() - 1.0).abs() < 1e-5;
+            is_unit(a) && is_unit(b) && dot.abs() > 1.0 - 1e-5
+        }
+        (one, other) => order(&one, &other).is_eq(),
+    }
+}
+
 proptest! {
+    #![proptest_config(ProptestConfig::with_cases(2_000))]
+
+    /// y = a·x + (1 − a)·y over the best sample of each instant, where they come in the order of their
+    /// instants; nothing is filtered of symbols.
+    #[test]
+    fn the_low_pass_is_the_recurrence(
+        drawn in features(), share in 0.01..=1.0_f64,
+        when in prop::collection::vec((0..3_u64, prop::sample::select(vec![0.6_f32, 0.8])), 16),
+    ) {
+        let mut at = 0;
+        let mut samples: Vec<Sample> = Vec::new();
+        for (feature, (gap, confidence)) in drawn.into_iter().zip(when) {
+            at += if samples.is_empty() { 1 } else { gap };
+            samples.push(Sample { confidence, ..sample(at, feature) });
+        }
+        let history = grown(&low_pass(share), &samples);
+        let mut expected: Option<Sample> = None;
+        for instant in samples.chunk_by(|a, b| a.at == b.at) {
+            let best = *instant.iter().max_by(|a, b| a.rank(b)).unwrap();
+            let feature = expected.map_or(best.feature, |y| recurrence(best.feature, share, y.feature));
+            expected = Some(Sample { feature, ..best });
+        }
+        let expected = expected.unwrap();
+        let newest = history.newest().unwrap();
+        prop_assert_eq!(Sample { feature: expected.feature, ..newest }, expected);
+        prop_assert!(agree(newest.feature, expected.feature), "{:?} {:?}", newest.feature, expected.feature);
+    }
+
     #[test]
     fn merging_is_commutative(generator in generators(), a in samples(12), b in samples(12)) {
         let merged = |first: &[Sample], second: &[Sample]| {

@@ -27,6 +27,7 @@ impl BeliefSystem {
                     Kernel::Region(_)
                     | Kernel::Range(_)
                     | Kernel::Extents
+                    | Kernel::Source
                     | Kernel::State(_)
                     | Kernel::Nearest(_)
                     | Kernel::Own(_) => {}
@@ -56,6 +57,7 @@ impl BeliefSystem {
                     Kernel::Position | Kernel::Region(_) => range_anew(range, read, self.threshold),
                     Kernel::Orientation
                     | Kernel::Extents
+                    | Kernel::Source
                     | Kernel::State(_)
                     | Kernel::Nearest(_)
                     | Kernel::Range(_)
@@ -64,6 +66,7 @@ impl BeliefSystem {
                 Kernel::Position
                 | Kernel::Orientation
                 | Kernel::Extents
+                | Kernel::Source
                 | Kernel::State(_)
                 | Kernel::Nearest(_)
                 | Kernel::Own(_) => continue,

@@ -2,7 +2,7 @@ mod culling;
 mod functions;
 
 use config::number::NotNegative;
-use config::percepts::{Component, NoTermApplies, Range, Region};
+use config::percepts::{Component, Distance, Measure, NoTermApplies, Range, Region};
 use geometry::Pose;
 use message::{NOBODY, Observation, SourceSet, State};
 use perception::{Frame, Perception};
@@ -101,6 +101,30 @@ fn alike_at_one_place_for_two_sensors_are_one() {
     robot.see(now, &[block(now, [0.5, 0.0, 0.0], RED), other_sensor], true);
     assert_eq!(robot.ids(), [1]);
     assert_eq!(robot.system.beliefs().next().unwrap().observations, 2);
+}
+
+#[test]
+fn what_two_sources_see_is_never_one_where_the_distance_asks_for_the_source() {
+    let mut percepts = Percepts::builtin();
+    let colour = percepts.get(percepts.index("colour").unwrap()).unwrap();
+    let seen_by = Percept { name: "seen_by".to_owned(), kernel: Kernel::Source, ..colour.clone() };
+    percepts.percepts.push(seen_by);
+    let percept = percepts.index("seen_by").unwrap();
+    let weight = percepts.belief.threshold;
+    percepts.belief.distance.push(Distance { percept, measure: Measure::Differs, weight });
+    let mut robot = Robot::new(&percepts);
+    for step in 0..4 {
+        let now = ms(5 * step);
+        let of = |source: u16| Observation { source, ..block(now, [0.5, 0.0, 0.0], RED) };
+        // By turns, and then both at once.
+        match step {
+            0 | 1 => robot.see(now, &[of(u16::try_from(step).unwrap())], false),
+            _ => robot.see(now, &[of(0), of(1)], false),
+        }
+    }
+    let believed =
+        robot.system.beliefs().map(|belief| (belief.id, belief.observations, belief.symbol(percept)));
+    assert_eq!(believed.collect::<Vec<_>>(), [(1, 3, Some(0)), (2, 3, Some(1))]);
 }
 
 #[test]

@@ -106,7 +106,8 @@ impl WrittenPercept {
         check_kernel(&kernel, above).map_err(|reason| (kernel_span, reason))?;
         check_role(*self.role.get_ref(), &kernel).map_err(|reason| (self.role.span(), reason))?;
         let history = self.history.get_ref().clone();
-        if matches!(kernel, Kernel::Nearest(_)) && matches!(history, History::LowPass { .. }) {
+        if matches!(kernel, Kernel::Nearest(_) | Kernel::Source) && matches!(history, History::LowPass { .. })
+        {
             let reason = "symbols cannot be filtered: use lossless or log_timescale".to_owned();
             return Err((self.history.span(), reason));
         }
@@ -179,7 +180,7 @@ fn fits(measure: &Measure, kernel: &Kernel) -> bool {
         Kernel::Position | Kernel::Extents => *measure == Measure::Metres,
         Kernel::Orientation => *measure == Measure::AngleRad,
         Kernel::State(_) | Kernel::Region(_) | Kernel::Range(_) => *measure == Measure::Difference,
-        Kernel::Nearest(_) => *measure == Measure::Differs,
+        Kernel::Nearest(_) | Kernel::Source => *measure == Measure::Differs,
         // What a program's own percept derives is its own affair.
         Kernel::Own(_) => true,
     }
@@ -190,9 +191,12 @@ fn check_kernel(kernel: &Kernel, parent: Option<&Percept>) -> Result<(), String>
         Kernel::Nearest(nearest) => check_prototypes(nearest),
         Kernel::Region(region) => check_region(region),
         Kernel::Range(range) => check_range(range, parent),
-        Kernel::Position | Kernel::Orientation | Kernel::Extents | Kernel::State(_) | Kernel::Own(_) => {
-            Ok(())
-        }
+        Kernel::Position
+        | Kernel::Orientation
+        | Kernel::Extents
+        | Kernel::Source
+        | Kernel::State(_)
+        | Kernel::Own(_) => Ok(()),
     }
 }
 

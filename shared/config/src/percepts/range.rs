@@ -155,7 +155,12 @@ impl Kernel {
                 super::Space::Colour => is_own,
                 super::Space::Shape => false,
             },
-            Self::Position | Self::Orientation | Self::Extents | Self::State(_) | Self::Own(_) => false,
+            Self::Position
+            | Self::Orientation
+            | Self::Extents
+            | Self::Source
+            | Self::State(_)
+            | Self::Own(_) => false,
         }
     }
 

@@ -78,6 +78,37 @@ fn a_measure_that_does_not_fit_is_refused() {
     assert!(said.contains("does not fit what `shape` derives"), "{said}");
 }
 
+/// The built-in percepts and one of the source, with a term of the distance.
+fn with_source(role: &str, history: &str, measure: &str) -> Result<Percepts, String> {
+    let percept = format!(
+        "[[percept]]\nname = \"seen_by\"\nrole = \"{role}\"\ndecay_per_s = 0.0\nhistory = {{ {history} }}\n\
+         kernel = \"source\"\n\n[belief]"
+    );
+    let term =
+        format!("\n[[belief.distance]]\npercept = \"seen_by\"\nmeasure = \"{measure}\"\nweight = 0.15\n");
+    let text = BUILTIN.replacen("[belief]", &percept, 1) + &term;
+    Percepts::parse(&text, Path::new("p.toml")).map_err(|error| error.to_string())
+}
+
+#[test]
+fn a_source_is_a_symbol_without_a_name_that_tells_things_apart() {
+    let lossless = "lossless = { samples = 4, when_full = \"forget_oldest\" }";
+    let percepts = with_source("neither", lossless, "differs").unwrap();
+    let source = percepts.index("seen_by").unwrap();
+    assert_eq!(
+        percepts.get(source).map(|percept| (&percept.kernel, percept.symbols().count())),
+        Some((&Kernel::Source, 0))
+    );
+    let term = Distance { percept: source, measure: Measure::Differs, weight: 0.15 };
+    assert_eq!(percepts.belief.distance.last(), Some(&term));
+    let said = with_source("neither", lossless, "difference").unwrap_err();
+    assert!(said.contains("does not fit what `seen_by` derives"), "{said}");
+    let said = with_source("neither", "low_pass = { share = 0.5 }", "differs").unwrap_err();
+    assert!(said.contains("symbols cannot be filtered"), "{said}");
+    let said = with_source("criteria", lossless, "differs").unwrap_err();
+    assert!(said.contains("only the nearest of prototypes says which things are meant"), "{said}");
+}
+
 #[test]
 fn a_negative_weight_is_refused() {
     let said = refusal("weight = 0.5", "weight = -0.5");

@@ -27,7 +27,11 @@ impl Minds {
     }
 
     pub(super) fn with(config: &Perspective, partners: u16, depth: u32) -> Self {
-        let percepts = Percepts::builtin();
+        Self::perceiving(Percepts::builtin(), config, partners, depth)
+    }
+
+    /// With other percepts than the built-in ones.
+    pub(super) fn perceiving(percepts: Percepts, config: &Perspective, partners: u16, depth: u32) -> Self {
         let perception = Perception::new(&percepts).unwrap();
         let robot = Robot::new(&percepts, config, partners, CAPACITY).unwrap();
         let partner = |nested: Nested| {
@@ -42,7 +46,17 @@ impl Minds {
     /// One step in which these sources looked, and these things were observed; what was perceived of
     /// them.
     pub(super) fn step_looking(&mut self, looked: SourceSet, things: &[Observation]) -> Vec<Perceived> {
-        self.now += STEP;
+        self.step_after(STEP, looked, things)
+    }
+
+    /// The same after another time than a step's.
+    pub(super) fn step_after(
+        &mut self,
+        time: Duration,
+        looked: SourceSet,
+        things: &[Observation],
+    ) -> Vec<Perceived> {
+        self.now += time;
         let entries: Vec<_> = things
             .iter()
             .map(|thing| {

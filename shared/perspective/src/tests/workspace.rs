@@ -63,7 +63,12 @@ impl Workspace {
 
     /// One step in which these sources looked, and these things were observed.
     pub(super) fn step_looking(&mut self, looked: SourceSet, things: &[Observation]) {
-        self.now += STEP;
+        self.step_after(STEP, looked, things);
+    }
+
+    /// The same after another time than a step's.
+    pub(super) fn step_after(&mut self, time: Duration, looked: SourceSet, things: &[Observation]) {
+        self.now += time;
         let entries: Vec<_> = things
             .iter()
             .map(|thing| {
