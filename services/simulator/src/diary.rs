@@ -4,7 +4,7 @@ use clock::{Duration, Instant};
 use config::lesson::{self, Act, Lesson, Step, Table, is_order};
 
 /// Small movements of one hand or one head that follow on one another within this time are one.
-const PAUSE: Duration = Duration::from_millis(500);
+pub(crate) const PAUSE: Duration = Duration::from_millis(500);
 /// Acts beside a script that are remembered.
 const ASIDE_MOST: usize = 1000;
 /// The shortest that an act takes which takes any time.
