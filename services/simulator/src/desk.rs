@@ -8,7 +8,7 @@ use message::{ActAnswer, TeacherAct, TeacherActKind, Text};
 
 use crate::World;
 use crate::by_hand::Refusal;
-use crate::saving::Saving;
+use crate::saving::{self, Saving};
 
 /// The lesson that is open, and what is written down of it.
 pub(crate) struct Desk {
@@ -27,8 +27,12 @@ pub(crate) struct Desk {
 
 impl Desk {
     pub(crate) fn new(lesson: &Lesson, state: Option<PathBuf>, room: usize) -> Self {
+        let folder = state.map(|state| process::state::lessons(&state));
+        if let Some(folder) = &folder {
+            saving::remove_halves(folder);
+        }
         Self {
-            folder: state.map(|state| process::state::lessons(&state)),
+            folder,
             lesson: lesson.clone(),
             name: Text::default(),
             saving: Saving::default(),
