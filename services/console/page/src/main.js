@@ -57,7 +57,10 @@ function connectionChanged(state) {
 
 // The scenes and the views on them.
 
-const stage = new Stage(/** @type {HTMLCanvasElement} */ (find('canvas')), { software });
+const stage = new Stage(/** @type {HTMLCanvasElement} */ (find('canvas')), { software }, (why) => {
+  write(find('blind'), `This browser cannot draw the table (${why}): turn WebGL 2 on, or take another one. All else is here.`);
+  find('blind').hidden = false;
+});
 const shadows = !software;
 const world = new World(cells, { shadows }, () => stage.request(main));
 const chair = new Chair({ ask }, cells, () => {
