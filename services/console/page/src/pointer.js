@@ -161,7 +161,7 @@ export class Pointer {
     const { hand, view, seat, sit } = this.#desk;
     if (drag.kind === 'thing') {
       const target = this.#target(event, drag);
-      if (target !== null) hand.carry(...target);
+      if (target !== null) hand.carry(...target, event.altKey);
     } else if (drag.kind === 'screen' || drag.kind === 'person') {
       const ground = this.ground(event, drag.height);
       if (ground !== null && drag.key !== null) {

@@ -33,7 +33,7 @@ function over(thing) {
       hand.held = { thing };
       return true;
     },
-    carry: (x, y) => done.push(['carry', x, y]),
+    carry: (x, y, exact) => done.push(['carry', x, y, exact]),
     turn: (angle) => done.push(['turn', angle]),
     put: () => {
       hand.held = null;
@@ -94,7 +94,7 @@ test('the finger that took a thing carries it on after the second one has turned
   at('pointerup', 90, 60, 2);
   kinds();
   at('pointermove', 70, 50, 1);
-  assert.deepEqual(since(), [['carry', x, y]]);
+  assert.deepEqual(since(), [['carry', x, y, undefined]]);
   at('pointerup', 70, 50, 1);
   assert.deepEqual(kinds(), ['put']);
 });
@@ -134,4 +134,11 @@ test('two fingers that are left of three move the eyes from where they are', () 
   at('pointermove', 50, 10, 3);
   const [[, near], [, turned]] = since();
   assert.deepEqual([near, turned].map((eyes) => eyes.map((metres) => Number(metres.toFixed(6)))), [[0, -2, 1], [0, -2, 1]]);
+});
+
+test('with Alt a thing is laid just there', () => {
+  const { at, since } = over(BLOCK);
+  since();
+  at('pointermove', 72, 50, 1, { altKey: true });
+  assert.equal(since()[0][3], true);
 });
