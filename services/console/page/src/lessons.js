@@ -28,6 +28,15 @@ export function lessonName(all, at) {
   return isAlone || id === '' ? title : `${title} (${id})`;
 }
 
+/**
+ * How a recording goes, in words.
+ * @param {{seconds: number, bytes: number, dropped: number}} recording
+ */
+export function recordingWords({ seconds, bytes, dropped }) {
+  const lost = dropped > 0 ? `, ${dropped} dropped` : '';
+  return `Recording ${Math.round(seconds)} s, ${(bytes / 1e6).toFixed(1)} MB${lost}`;
+}
+
 export class Lessons {
   #cells;
   #ask;
@@ -138,8 +147,7 @@ export class Lessons {
     const button = find('record');
     const on = recording?.on === true;
     button.setAttribute('aria-pressed', String(on));
-    const size = on ? ` ${Math.round(recording.seconds)} s, ${(recording.bytes / 1e6).toFixed(1)} MB` : '';
-    write(/** @type {Element} */ (button.querySelector('.label')), on ? `Recording${size}` : 'Record');
+    write(/** @type {Element} */ (button.querySelector('.label')), on ? recordingWords(recording) : 'Record');
     button.title = recording?.file ?? 'Write what happens into a file';
     if (recording?.error && button.dataset.error !== recording.error) this.#toasts.show(recording.error, 'error');
     button.dataset.error = recording?.error ?? '';

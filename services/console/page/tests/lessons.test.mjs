@@ -1,7 +1,7 @@
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
 import { Cells } from '../src/cells.js';
-import { Lessons, lessonName } from '../src/lessons.js';
+import { Lessons, lessonName, recordingWords } from '../src/lessons.js';
 import { furnish } from './document.mjs';
 
 const lesson = (id, title, more = {}) => ({ id, title, watch: '', ...more });
@@ -75,4 +75,9 @@ test('a lesson that cannot be opened says why, and the open one stays', async ()
 test('lessons of one title are told apart by their names', () => {
   const all = [lesson('', 'By hand'), lesson('by_hand', 'By hand'), lesson('by_hand_2', 'By hand'), lesson('task1', 'Task 1')];
   assert.deepEqual(all.map((_, at) => lessonName(all, at)), ['By hand', 'By hand (by_hand)', 'By hand (by_hand_2)', 'Task 1']);
+});
+
+test('frames that did not get into a recording are told', () => {
+  assert.equal(recordingWords({ seconds: 3.4, bytes: 2e6, dropped: 0 }), 'Recording 3 s, 2.0 MB');
+  assert.equal(recordingWords({ seconds: 3.4, bytes: 2e6, dropped: 7 }), 'Recording 3 s, 2.0 MB, 7 dropped');
 });
