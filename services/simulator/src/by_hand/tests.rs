@@ -292,7 +292,7 @@ fn a_pushed_screen_is_what_is_taken_back_while_the_table_is_set() {
 fn a_pushed_screen_is_taken_back_before_everybodys_eyes_and_the_peg_stays_where_it_was_put() {
     let mut bench = taught();
     bench.screen("wall", [0.4, 0.55], 1).unwrap();
-    bench.wait(1_000);
+    bench.wait(100);
     bench.act(Kind::Undo, |_| {}).unwrap();
     bench.wait(200);
     assert!(!bench.lies_at("wall", [0.4, 0.55]) && !bench.lies_at("wall", [0.2, 0.55]), "it is on its way");

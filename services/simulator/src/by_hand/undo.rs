@@ -90,7 +90,9 @@ impl World {
                     return Ok(Done);
                 }
                 screen.go(now, from_m, BACK);
-                self.state.diary.note(who, now, Act::Slide { occluder, centre_m: from_m, takes: BACK });
+                // There and back is not the same as having stood there all the while.
+                let slide = Act::Slide { occluder, centre_m: from_m, takes: BACK };
+                self.state.diary.note_apart(who, now, slide);
                 Ok(Done)
             }
         }
