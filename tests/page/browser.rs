@@ -99,6 +99,13 @@ fn a_browser_looks_through_the_eyes_of_a_second_teacher_and_moves_his_head() {
 }
 
 #[test]
+fn a_browser_that_cannot_draw_says_so_and_can_be_talked_to_and_used_by_the_keyboard() {
+    let _alone = alone(&BROWSER);
+    let robot = Robot::start("blind");
+    played("tests/blind.mjs", &robot);
+}
+
+#[test]
 fn a_browser_teaches_task_1_by_mouse_finger_keyboard_and_typed_sentences() {
     let _alone = alone(&BROWSER);
     let mut robot = Robot::start("browser");

@@ -26,25 +26,48 @@ impl Shelf {
         Self { folder, launched: launched.clone(), open: (String::new(), launched.clone()) }
     }
 
-    /// What can be opened. Files that are no lessons are left out.
+    /// What can be opened. The lesson that the robot was started with is among them, under no name where it is none
+    /// of the others; and so is a file that cannot be opened, with the reason.
     pub(crate) fn list(&self) -> Value {
         let entry =
             |id: &str, lesson: &Lesson| json!({ "id": id, "title": lesson.title, "watch": lesson.watch });
-        let mut listed: Vec<Value> = LIBRARY
-            .iter()
-            .filter_map(|(name, text)| Some(entry(name, &Lesson::parse(text, Path::new(name)).ok()?)))
-            .collect();
+        let carried = LIBRARY.iter().filter_map(|(name, text)| {
+            Some(((*name).to_owned(), Lesson::parse(text, Path::new(name)).ok()?))
+        });
+        let mut lessons: Vec<(String, Lesson)> = carried.collect();
+        let mut broken = Vec::new();
+        for file in self.files() {
+            let name = file.file_stem().unwrap_or_default().to_string_lossy().into_owned();
+            let loaded = if LIBRARY.iter().any(|(known, _)| *known == name) {
+                Err(format!(
+                    "the program carries a lesson of the name {name}: give {} another",
+                    file.display()
+                ))
+            } else {
+                Lesson::load(&file).map_err(|error| error.to_string())
+            };
+            match loaded {
+                Ok(lesson) => lessons.push((name, lesson)),
+                Err(error) => {
+                    broken.push(json!({ "id": name, "title": name, "watch": "", "error": error }));
+                }
+            }
+        }
+        if lessons.iter().all(|(_, lesson)| *lesson != self.launched) {
+            lessons.insert(0, (String::new(), self.launched.clone()));
+        }
+        lessons.iter().map(|(id, lesson)| entry(id, lesson)).chain(broken).collect()
+    }
+
+    /// The files of the folder, in the order of their names.
+    fn files(&self) -> Vec<PathBuf> {
         let written = self.folder.as_deref().and_then(|folder| fs::read_dir(folder).ok());
+        let files = written.into_iter().flatten().filter_map(|entry| Some(entry.ok()?.path()));
         let mut files: Vec<PathBuf> =
-            written.into_iter().flatten().filter_map(|entry| Some(entry.ok()?.path())).collect();
+            files.filter(|file| file.extension().is_some_and(|extension| extension == "toml")).collect();
         files.sort();
-        let files = files.iter().filter(|file| file.extension().is_some_and(|extension| extension == "toml"));
-        listed.extend(
-            files
-                .take(MOST)
-                .filter_map(|file| Some(entry(file.file_stem()?.to_str()?, &Lesson::load(file).ok()?))),
-        );
-        listed.into()
+        files.truncate(MOST);
+        files
     }
 
     /// What is to be said of the workspace.
@@ -108,5 +131,39 @@ mod tests {
         assert_eq!(shelf.workspace(None, None)["people"], json!([1]));
         let head = SceneHead { lesson: message::Text::new("two_teachers"), ..SceneHead::default() };
         assert_eq!(shelf.workspace(Some(&head), None)["people"], json!([1, 2]));
+    }
+
+    #[test]
+    fn a_file_that_cannot_be_opened_is_listed_with_the_reason() {
+        let state = tempfile::tempdir().unwrap();
+        let folder = process::state::lessons(state.path());
+        fs::create_dir(&folder).unwrap();
+        let whole = Lesson { title: "By hand".to_owned(), ..Lesson::builtin() }.to_toml();
+        for (name, text) in [
+            ("by_hand.toml", whole.as_str()),
+            ("cut_short.toml", &whole[..whole.len() / 2]),
+            ("three_of_them.toml", &whole),
+            ("begun.half", "x"),
+        ] {
+            fs::write(folder.join(name), text).unwrap();
+        }
+        let listed = Shelf::new(Some(state.path()), &Lesson::builtin()).list();
+        let listed = listed.as_array().unwrap();
+        let of = |title: &str| listed.iter().find(|entry| entry["title"] == title).unwrap();
+        assert_eq!(listed.len(), LIBRARY.len() + 3);
+        assert_eq!((&of("By hand")["id"], &of("By hand")["error"]), (&json!("by_hand"), &Value::Null));
+        let why = |title: &str| of(title)["error"].as_str().unwrap();
+        assert!(why("cut_short").contains("cut_short.toml"), "{}", why("cut_short"));
+        assert!(why("three_of_them").contains("the program carries a lesson of the name three_of_them"));
+    }
+
+    #[test]
+    fn the_lesson_that_the_robot_was_started_with_is_listed_once() {
+        let own = Lesson { title: "My own".to_owned(), ..Lesson::builtin() };
+        let listed = Shelf::new(None, &own).list();
+        assert_eq!((&listed[0]["id"], &listed[0]["title"]), (&json!(""), &json!("My own")));
+        let listed = Shelf::new(None, &Lesson::builtin()).list();
+        assert_eq!(listed.as_array().unwrap().len(), LIBRARY.len());
+        assert_ne!(listed[0]["id"], "");
     }
 }

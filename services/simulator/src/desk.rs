@@ -8,12 +8,14 @@ use message::{ActAnswer, TeacherAct, TeacherActKind, Text};
 
 use crate::World;
 use crate::by_hand::Refusal;
-use crate::saving::Saving;
+use crate::saving::{self, Saving};
 
 /// The lesson that is open, and what is written down of it.
 pub(crate) struct Desk {
     /// Folder of the lessons that were taught by hand, if Leo remembers anything.
     folder: Option<PathBuf>,
+    /// The lesson that the robot was started with.
+    launched: Lesson,
     lesson: Lesson,
     /// What the lesson is called; empty for the one that the robot was started with.
     name: Text,
@@ -27,8 +29,13 @@ pub(crate) struct Desk {
 
 impl Desk {
     pub(crate) fn new(lesson: &Lesson, state: Option<PathBuf>, room: usize) -> Self {
+        let folder = state.map(|state| process::state::lessons(&state));
+        if let Some(folder) = &folder {
+            saving::remove_halves(folder);
+        }
         Self {
-            folder: state.map(|state| process::state::lessons(&state)),
+            folder,
+            launched: lesson.clone(),
             lesson: lesson.clone(),
             name: Text::default(),
             saving: Saving::default(),
@@ -88,8 +95,12 @@ impl Desk {
     }
 
     fn open(&mut self, world: &mut World, now: Instant, name: Text) -> Result<Option<String>, Refusal> {
-        let folder = self.folder.clone().unwrap_or_default();
-        let lesson = Lesson::named(name.as_str(), &folder).map_err(|error| Refusal(error.to_string()))?;
+        let lesson = if name.as_str().is_empty() {
+            self.launched.clone()
+        } else {
+            let folder = self.folder.clone().unwrap_or_default();
+            Lesson::named(name.as_str(), &folder).map_err(|error| Refusal(error.to_string()))?
+        };
         if most(&lesson) > self.room {
             return Err(Refusal(format!(
                 "the lesson has {} things and people, and `buffers.objects` in leo.toml has room for {}",
@@ -124,4 +135,23 @@ impl Desk {
 fn most(lesson: &Lesson) -> usize {
     let most = lesson.tables().map(|table| table.objects.len() + table.occluders.len()).max().unwrap_or(0);
     most + lesson.teachers.len()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_lesson_that_the_robot_was_started_with_can_be_opened_again() {
+        let own = Lesson { title: "My own".to_owned(), ..Lesson::builtin() };
+        let mut desk = Desk::new(&own, None, 64);
+        let mut world = World::new(&own, own.seed);
+        for (name, title) in [("task2", None), ("", Some("My own"))] {
+            let act = TeacherAct { text: Text::new(name), ..TeacherAct::new(TeacherActKind::Open, 1) };
+            desk.take(&mut world, Instant::EPOCH, &act);
+            assert_eq!(desk.answers().pop().map(|answer| answer.refused), Some(0), "{name}");
+            assert_eq!(desk.name(), Text::new(name));
+            assert_eq!(world.lesson.title == own.title, title.is_some());
+        }
+    }
 }

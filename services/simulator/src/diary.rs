@@ -4,7 +4,7 @@ use clock::{Duration, Instant};
 use config::lesson::{self, Act, Lesson, Step, Table, is_order};
 
 /// Small movements of one hand or one head that follow on one another within this time are one.
-const PAUSE: Duration = Duration::from_millis(500);
+pub(crate) const PAUSE: Duration = Duration::from_millis(500);
 /// Acts beside a script that are remembered.
 const ASIDE_MOST: usize = 1000;
 /// The shortest that an act takes which takes any time.
@@ -91,8 +91,15 @@ impl Diary {
             step.act = lasting(act, ends.saturating_sub(step.at));
             return;
         }
-        let place = script.iter().rposition(|step| step.at <= at).map_or(0, |last| last + 1);
-        script.insert(place, Step { at, who, act });
+        page.insert(Step { at, who, act });
+    }
+
+    /// Writes down what somebody did from an instant on that goes on from nothing, if a page is open.
+    pub(crate) fn note_apart(&mut self, who: u16, from: Instant, act: Act) {
+        match self.pages.last_mut().filter(|_| self.is_open) {
+            Some(page) => page.insert(Step { at: from.since(page.began), who, act }),
+            None => self.note(who, from, act),
+        }
     }
 
     /// Ends the page: the table is cleared.
@@ -142,6 +149,15 @@ impl Diary {
             novel,
             ..of.clone()
         })
+    }
+}
+
+impl Page {
+    /// Writes a step down after those that begin no later.
+    fn insert(&mut self, step: Step) {
+        let script = &mut self.table.script;
+        let place = script.iter().rposition(|before| before.at <= step.at).map_or(0, |last| last + 1);
+        script.insert(place, step);
     }
 }
 

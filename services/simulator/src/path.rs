@@ -79,6 +79,11 @@ impl Glide {
         *self = Self { from_m: self.point_m(now), to_m, begins: now, takes };
     }
 
+    /// Where it ends.
+    pub(crate) fn end_m(&self) -> [f64; 3] {
+        self.to_m
+    }
+
     pub(crate) fn point_m(&self, now: Instant) -> [f64; 3] {
         let gone = least_jerk(share(now, self.begins, self.takes));
         let mut point = self.from_m;

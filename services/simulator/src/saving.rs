@@ -6,12 +6,15 @@ use std::sync::mpsc::{Receiver, channel};
 use std::thread;
 use std::{fs, io};
 
-use config::lesson::Lesson;
+use config::lesson::{LIBRARY, Lesson};
 
 use crate::by_hand::Refusal;
 
 /// The longest title, in bytes.
 const TITLE_MOST: usize = 100;
+
+/// The extension of a lesson that is being written.
+const HALF: &str = "half";
 
 /// Lessons on their way to the disk, each with the number of the act that asked for it.
 #[derive(Default)]
@@ -20,25 +23,27 @@ pub(crate) struct Saving {
 }
 
 impl Saving {
-    /// Begins to write a lesson into a folder, in answer to the act of this number.
+    /// Begins to write a lesson into a folder, in answer to the act of this number: into a file of its own, whatever
+    /// is there already.
     ///
     /// # Errors
     ///
     /// The title is none, or the system has no thread left.
     pub(crate) fn begin(&mut self, serial: u64, lesson: &Lesson, folder: PathBuf) -> Result<(), Refusal> {
         let text = lesson.to_toml();
-        let name = file_name(&lesson.title)?;
+        let name = name_of(&lesson.title)?;
         let (answer, answers) = channel();
         let write = move || {
-            let file = folder.join(name);
             // What could not be read again is not written.
-            let written = Lesson::parse(&text, &file).map_err(|error| Refusal(error.to_string()));
-            let written = written.and_then(|_| {
-                let failed = |error: io::Error| Refusal(format!("cannot write {}: {error}", file.display()));
-                write_whole(&folder, &file, &text).map_err(failed)
+            let read = Lesson::parse(&text, &folder.join(format!("{name}.toml")));
+            let written = read.map_err(|error| Refusal(error.to_string())).and_then(|_| {
+                let failed = |error: io::Error| {
+                    Refusal(format!("cannot write {name} in {}: {error}", folder.display()))
+                };
+                write_whole(&folder, &name, &text).map_err(failed)
             });
             // Nobody listens where the robot stops.
-            let _ = answer.send(written.map(|()| file));
+            let _ = answer.send(written);
         };
         let started = thread::Builder::new().name("saving".to_owned()).spawn(write);
         started.map_err(|error| Refusal(format!("no thread can be started to write it: {error}")))?;
@@ -64,24 +69,60 @@ impl Saving {
     }
 }
 
-/// The file is whole or it is not there.
-fn write_whole(folder: &Path, file: &Path, text: &str) -> io::Result<()> {
+/// Writes a lesson into a file of its name, or of its name with the next number that is free. The file is whole or
+/// it is not there.
+fn write_whole(folder: &Path, name: &str, text: &str) -> io::Result<PathBuf> {
     fs::create_dir_all(folder)?;
-    let half = file.with_extension("half");
-    let written = fs::File::create(&half).and_then(|mut out| {
-        out.write_all(text.as_bytes())?;
-        out.sync_all()
-    });
-    let written = written.and_then(|()| fs::rename(&half, file));
-    if written.is_err() {
-        // What is half written helps nobody; that it cannot be removed either changes nothing.
-        let _ = fs::remove_file(&half);
+    for number in 1_u32.. {
+        let name = if number == 1 { name.to_owned() } else { format!("{name}_{number}") };
+        // One that the program carries is opened before a file of its name.
+        if LIBRARY.iter().any(|(known, _)| *known == name) {
+            continue;
+        }
+        let file = folder.join(format!("{name}.toml"));
+        let half = file.with_extension(HALF);
+        let mut out = match fs::File::create_new(&half) {
+            Ok(out) => out,
+            // Another one of this name is being written.
+            Err(error) if error.kind() == io::ErrorKind::AlreadyExists => continue,
+            Err(error) => return Err(error),
+        };
+        let is_taken = fs::symlink_metadata(&file).is_ok();
+        let written = if is_taken {
+            Ok(())
+        } else {
+            let written = out.write_all(text.as_bytes()).and_then(|()| out.sync_all());
+            written.and_then(|()| fs::rename(&half, &file))
+        };
+        if is_taken || written.is_err() {
+            // What is half written helps nobody; that it cannot be removed either changes nothing.
+            let _ = fs::remove_file(&half);
+        }
+        written?;
+        if !is_taken {
+            return Ok(file);
+        }
     }
-    written
+    Err(io::ErrorKind::AlreadyExists.into())
 }
 
-/// The name of a lesson's file: its title in small letters, with lines for what is no letter.
-fn file_name(title: &str) -> Result<String, Refusal> {
+/// Removes what was begun by a process that was killed. Nothing is being written yet.
+pub(crate) fn remove_halves(folder: &Path) {
+    for entry in fs::read_dir(folder).into_iter().flatten().flatten() {
+        let half = entry.path();
+        if half.extension().is_none_or(|extension| extension != HALF) {
+            continue;
+        }
+        let half_file = half.display();
+        match fs::remove_file(&half) {
+            Ok(()) => tracing::warn!("{half_file} was being written when its process died, and is removed"),
+            Err(error) => tracing::warn!("cannot remove {half_file}, which is half written: {error}"),
+        }
+    }
+}
+
+/// The name of a lesson: its title in small letters, with lines for what is no letter.
+fn name_of(title: &str) -> Result<String, Refusal> {
     let mut name = String::new();
     for letter in title.chars() {
         if letter.is_alphanumeric() {
@@ -96,17 +137,126 @@ fn file_name(title: &str) -> Result<String, Refusal> {
             "a lesson's title has letters or digits, and at most {TITLE_MOST} bytes"
         )));
     }
-    Ok(format!("{name}.toml"))
+    Ok(name.to_owned())
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
+    /// Writes a lesson of this title, and waits for what became of it.
+    fn save(folder: &Path, title: &str) -> Result<PathBuf, Refusal> {
+        let mut saving = Saving::default();
+        let lesson = Lesson { title: title.to_owned(), ..Lesson::builtin() };
+        saving.begin(1, &lesson, folder.to_owned())?;
+        loop {
+            if let Some((_, done)) = saving.done().pop() {
+                return done;
+            }
+            thread::yield_now();
+        }
+    }
+
+    fn names(folder: &Path) -> Vec<String> {
+        let name = |entry: io::Result<fs::DirEntry>| entry.unwrap().file_name().into_string().unwrap();
+        let mut names: Vec<String> = fs::read_dir(folder).unwrap().map(name).collect();
+        names.sort();
+        names
+    }
+
     #[test]
     fn a_title_becomes_a_file_name_in_its_folder() {
-        assert_eq!(file_name("Task 1: fill the holes!").unwrap(), "task_1_fill_the_holes.toml");
-        assert_eq!(file_name("../../etc/passwd").unwrap(), "etc_passwd.toml");
-        assert!(file_name("...").is_err() && file_name(&"a".repeat(101)).is_err());
+        assert_eq!(name_of("Task 1: fill the holes!").unwrap(), "task_1_fill_the_holes");
+        assert_eq!(name_of("../../etc/passwd").unwrap(), "etc_passwd");
+        assert!(name_of("...").is_err() && name_of(&"a".repeat(101)).is_err());
+    }
+
+    #[test]
+    fn a_lesson_takes_no_other_ones_place() {
+        let folder = tempfile::tempdir().unwrap();
+        let folder = folder.path().join("lessons");
+        let first = save(&folder, "By hand").unwrap();
+        fs::write(&first, "kept").unwrap();
+        assert_eq!(save(&folder, "By hand").unwrap(), folder.join("by_hand_2.toml"));
+        assert_eq!(save(&folder, "by hand!").unwrap(), folder.join("by_hand_3.toml"));
+        assert_eq!(fs::read_to_string(first).unwrap(), "kept");
+        assert_eq!(names(&folder), ["by_hand.toml", "by_hand_2.toml", "by_hand_3.toml"]);
+    }
+
+    #[test]
+    fn lessons_that_are_written_at_once_get_files_of_their_own() {
+        let folder = tempfile::tempdir().unwrap();
+        let writers: Vec<_> = (0..8)
+            .map(|_| {
+                let folder = folder.path().to_owned();
+                thread::spawn(move || save(&folder, "By hand").unwrap())
+            })
+            .collect();
+        let mut files: Vec<PathBuf> = writers.into_iter().map(|writer| writer.join().unwrap()).collect();
+        files.sort();
+        files.dedup();
+        assert_eq!((files.len(), names(folder.path()).len()), (8, 8));
+    }
+
+    #[test]
+    fn what_is_saved_can_be_opened_even_under_the_title_of_a_lesson_that_the_program_carries() {
+        let folder = tempfile::tempdir().unwrap();
+        for (title, name) in [("The far ones", "the_far_ones_2"), ("Three of them", "three_of_them_2")] {
+            assert_eq!(save(folder.path(), title).unwrap(), folder.path().join(format!("{name}.toml")));
+            assert_eq!(Lesson::named(name, folder.path()).unwrap().title, title);
+        }
+    }
+
+    #[test]
+    fn what_was_being_written_when_its_process_was_killed_is_removed_and_nothing_else() {
+        let folder = tempfile::tempdir().unwrap();
+        for name in ["killed.half", "by_hand.toml", "notes.txt"] {
+            fs::write(folder.path().join(name), "").unwrap();
+        }
+        remove_halves(folder.path());
+        assert_eq!(names(folder.path()), ["by_hand.toml", "notes.txt"]);
+        remove_halves(&folder.path().join("nowhere"));
+    }
+
+    /// Where this test is begun anew in a file system of its own: that one's folder.
+    const SMALL_DISK: &str = "LEO_SMALL_DISK";
+
+    #[test]
+    fn a_full_disk_is_named_and_left_without_half_a_lesson() {
+        if let Some(disk) = std::env::var_os(SMALL_DISK) {
+            return on_a_small_disk(Path::new(&disk));
+        }
+        let disk = tempfile::tempdir().unwrap();
+        let script =
+            r#"mount -t tmpfs -o size=256k tmpfs "$0" || exit 77; exec "$1" --exact --nocapture "$2""#;
+        let inside = std::process::Command::new("unshare")
+            .args(["--mount", "sh", "-c", script])
+            .arg(disk.path())
+            .arg(std::env::current_exe().unwrap())
+            .arg("saving::tests::a_full_disk_is_named_and_left_without_half_a_lesson")
+            .env(SMALL_DISK, disk.path())
+            .output();
+        let Some(inside) = inside
+            .ok()
+            .filter(|inside| inside.status.code() != Some(77) && !inside.stderr.starts_with(b"unshare:"))
+        else {
+            eprintln!("SKIPPED: needs `unshare --mount` and the right to mount a tmpfs");
+            return;
+        };
+        let said = String::from_utf8_lossy(&inside.stdout);
+        assert!(inside.status.success() && said.contains("1 passed"), "{inside:?}");
+    }
+
+    fn on_a_small_disk(disk: &Path) {
+        let folder = disk.join("lessons");
+        fs::create_dir(&folder).unwrap();
+        let mut fill = fs::File::create(disk.join("fill")).unwrap();
+        while fill.write_all(&[0; 512]).is_ok() {}
+        let refusal = save(&folder, "By hand").unwrap_err();
+        assert!(refusal.0.contains("No space left on device"), "{refusal}");
+        assert_eq!(names(&folder), [""; 0]);
+        drop(fill);
+        fs::remove_file(disk.join("fill")).unwrap();
+        assert_eq!(save(&folder, "By hand").unwrap(), folder.join("by_hand.toml"));
     }
 }

@@ -202,6 +202,8 @@ impl World {
                 state.setting = None;
                 state.table = None;
                 state.laid_at = None;
+                // What was pushed there is gone.
+                state.undo.clear();
             }
             Event::Occlude => {
                 state.table = Some(cue.table);

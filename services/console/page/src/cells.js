@@ -8,6 +8,8 @@ export class Cells {
   /** @type {{prefix: string, hear: (changes: Changes) => void}[]} */
   #listeners = [];
   version = 0;
+  /** Whether the message that was taken in last holds all that there is, and not what changed. */
+  fresh = false;
 
   /**
    * The value under a key, or `undefined`.
@@ -66,6 +68,7 @@ export class Cells {
       }
     }
     this.version = message.version;
+    this.fresh = message.fresh;
     this.#tell(changes);
   }
 

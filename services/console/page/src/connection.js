@@ -2,7 +2,10 @@
 
 const FIRST_WAIT_MS = 250;
 const LONGEST_WAIT_MS = 5000;
-const ANSWER_WITHIN_MS = 10000;
+const ANSWER_WITHIN_SECONDS = 10;
+/** What is written down may take a slow disk a while, and is not lost for that. */
+const WRITTEN_WITHIN_SECONDS = 60;
+const WRITES = new Set(['keep', 'record']);
 /** Leo says something every second, if only that nothing has changed. */
 const SILENT_SECONDS = 5;
 
@@ -130,8 +133,9 @@ export class Connection {
       return Promise.resolve({ answer: id, error: 'Leo is not connected' });
     }
     return new Promise((done) => {
-      const late = () => this.#answer({ answer: id, error: 'Leo has not answered for ten seconds' });
-      this.#asked.set(id, { done, timer: setTimeout(late, ANSWER_WITHIN_MS) });
+      const seconds = WRITES.has(what) ? WRITTEN_WITHIN_SECONDS : ANSWER_WITHIN_SECONDS;
+      const late = () => this.#answer({ answer: id, error: `Leo has not answered for ${seconds} seconds` });
+      this.#asked.set(id, { done, timer: setTimeout(late, 1000 * seconds) });
       socket.send(JSON.stringify({ id, do: what, ...content }));
     });
   }

@@ -21,6 +21,9 @@ const LABELS = /** @type {Record<string, string>} */ ({
   done: 'done', failed: 'failed', result: 'result', note: 'note', knows: 'knows',
 });
 
+/** So long after all was shown at once, the dialogue is read out again as it goes on. */
+const HUSHED_MS = 300;
+
 /**
  * A line's text without the quotes in which speech is told.
  * @param {{kind: string, text: string}} line
@@ -38,6 +41,8 @@ export class Dialogue {
   #task = /** @type {HTMLInputElement} */ (find('task-name'));
   /** @type {Map<string, HTMLElement>} */
   #lines = new Map();
+  /** @type {ReturnType<typeof setTimeout> | undefined} */
+  #hushed;
 
   /**
    * @param {import('./cells.js').Cells} cells
@@ -97,32 +102,48 @@ export class Dialogue {
 
   /** @param {import('./cells.js').Changes} changes */
   #update(changes) {
-    const log = this.#log;
     const box = this.#box;
+    if (this.#cells.fresh) this.#hush();
     const atEnd = box.scrollHeight - box.scrollTop - box.clientHeight < 40;
     for (const [key, line] of changes) {
-      this.#lines.get(key)?.remove();
+      const there = this.#lines.get(key);
+      const said = line === undefined ? '' : JSON.stringify([line, this.#names()]);
+      if (there !== undefined && there.dataset.said === said) continue;
+      there?.remove();
       this.#lines.delete(key);
       if (line === undefined) continue;
       const item = this.#item(key, line);
+      item.dataset.said = said;
       this.#lines.set(key, item);
-      log.append(item);
+      this.#place(item);
     }
-    if ([...changes.values()].some((line) => line !== undefined)) this.#sort();
     if (atEnd) box.scrollTop = box.scrollHeight;
   }
 
-  /** Lines may come in any order within one message. */
-  #sort() {
-    const serial = (/** @type {Element} */ item) => Number(/** @type {HTMLElement} */ (item).dataset.serial);
-    const items = [...this.#log.children];
-    if (items.every((item, at) => at === 0 || serial(items[at - 1]) < serial(item))) return;
-    this.#log.append(...items.sort((a, b) => serial(a) - serial(b)));
+  /** What was said before the page was there, or away, is not read out. */
+  #hush() {
+    this.#box.setAttribute('aria-live', 'off');
+    clearTimeout(this.#hushed);
+    this.#hushed = setTimeout(() => this.#box.setAttribute('aria-live', 'polite'), HUSHED_MS);
+  }
+
+  /** Lines may come in any order within one message: each goes where its serial says. @param {HTMLElement} item */
+  #place(item) {
+    const serial = (/** @type {Element} */ each) => Number(/** @type {HTMLElement} */ (each).dataset.serial);
+    let before = this.#log.lastElementChild;
+    while (before !== null && serial(before) > serial(item)) before = before.previousElementSibling;
+    if (before === null) this.#log.prepend(item);
+    else before.after(item);
+  }
+
+  /** @returns {Record<number, string>} */
+  #names() {
+    return this.#cells.get('robot')?.agents ?? {};
   }
 
   /** @param {string} key @param {any} line */
   #item(key, line) {
-    const names = this.#cells.get('robot')?.agents ?? {};
+    const names = this.#names();
     const said = line.kind === 'said';
     const who = line.who === names[1] ? 'You' : line.who === null ? '' : capital(line.who ?? '');
     const side = !said ? 'event' : line.who === names[0] ? 'leo' : line.who === names[1] ? 'you' : 'other';

@@ -3,6 +3,8 @@ import { make } from './element.js';
 import { toYou } from './words.js';
 
 /**
+ * Brings a list up to date: what says the same stays as it is, with the focus that it may have, and is not read out
+ * again.
  * @param {HTMLElement} list
  * @param {import('./cells.js').Cells} cells
  * @param {number} perspective
@@ -11,17 +13,22 @@ import { toYou } from './words.js';
 export function listDivides(list, cells, perspective, select) {
   const names = cells.get('robot')?.agents ?? {};
   const divides = perspective === 0 ? [] : cells.under(`divide/${perspective}/`);
-  const items = divides.map(([key, divide]) => {
+  const there = new Map([...list.children].map((item) => [/** @type {HTMLElement} */ (item).dataset.divide, /** @type {HTMLElement} */ (item)]));
+  for (const [at, [key, divide]] of divides.entries()) {
+    const item = there.get(key) ?? make('li', { data: { divide: key } }, make('button', { type: 'button', onclick: () => select(cells.get(key)?.robot ?? null) }));
+    there.delete(key);
+    const words = toYou(divide.words, names[1] ?? 'the teacher');
     const aspects = (divide.aspects ?? []).map(aspectWords).join('; ');
-    const button = make('button', { type: 'button', onclick: () => select(divide.robot) },
-      make('span', { class: `sign ${divide.kind}`, 'aria-hidden': 'true' }), toYou(divide.words, names[1] ?? 'the teacher'));
-    if (aspects !== '') button.append(make('small', { text: aspects }));
-    return make('li', { data: { divide: key, kind: divide.kind } }, button);
-  });
-  const text = items.map((item) => item.textContent).join();
-  if (list.dataset.text === text) return;
-  list.dataset.text = text;
-  list.replaceChildren(...items);
+    const said = JSON.stringify([divide.kind, words, aspects]);
+    if (item.dataset.said !== said) {
+      item.dataset.said = said;
+      item.dataset.kind = divide.kind;
+      item.firstElementChild?.replaceChildren(make('span', { class: `sign ${divide.kind}`, 'aria-hidden': 'true' }), words,
+        ...(aspects === '' ? [] : [make('small', { text: aspects })]));
+    }
+    if (list.children[at] !== item) list.insertBefore(item, list.children[at] ?? null);
+  }
+  for (const gone of there.values()) gone.remove();
 }
 
 /** @param {any} aspect */

@@ -15,6 +15,7 @@ export const STEP_TURN = Math.PI / 12;
  * @property {any} thing as it was taken
  * @property {[number, number]} at where it is carried
  * @property {number} angle its heading
+ * @property {boolean} exact whether it goes just there, without help to meet a hole
  * @property {Promise<any>} taken
  */
 
@@ -50,6 +51,7 @@ export class Hand {
       thing: { ...thing, p: pose.p, q: pose.q },
       at: /** @type {[number, number]} */ ([pose.p[0], pose.p[1]]),
       angle: headingOf({ q: pose.q }),
+      exact: false,
       taken: this.#leo.ask('take', { thing: thing.name }),
     };
     this.held = held;
@@ -60,10 +62,11 @@ export class Hand {
     return true;
   }
 
-  /** @param {number} x @param {number} y */
-  carry(x, y) {
+  /** @param {number} x @param {number} y @param {boolean} [exact] */
+  carry(x, y, exact = false) {
     if (this.held === null) return;
     this.held.at = [x, y];
+    this.held.exact = exact;
     this.#show(true);
   }
 
@@ -99,9 +102,9 @@ export class Hand {
   /** Where it would come to lie now. */
   landing() {
     if (this.held === null) return null;
-    const { key, thing, at, angle } = this.held;
+    const { key, thing, at, angle, exact } = this.held;
     const others = this.#cells.under('thing/').filter(([other]) => other !== key).map(([, other]) => other);
-    return landing(thing, at, angle, others);
+    return landing(thing, at, angle, others, exact);
   }
 
   #drop() {

@@ -6,18 +6,21 @@ import { apart, covers, heading, upright } from './pose.js';
 
 /** So near to a hole, a mark's place or a block's middle, the page helps to meet it. */
 const SNAP_M = 0.03;
+/** So near to it, Leo's world takes it in whatever the page does. */
+const TAKEN_M = 0.02;
 
 /**
  * @param {any} held a cell `thing/<n>`
  * @param {[number, number]} at
  * @param {number} angle its heading
  * @param {any[]} others the things that lie about
+ * @param {boolean} exact whether it goes just there, and the page does not help
  * @returns {{p: Point, q: Turn, into: string | null}} `into`: the name of what takes it
  */
-export function landing(held, at, angle, others) {
+export function landing(held, at, angle, others, exact = false) {
   const near = (/** @type {any} */ thing) => apart(thing.p.slice(0, 2), at);
   const fits = others
-    .filter((thing) => thing.kind === 'object' && thing.p && near(thing) < SNAP_M && takes(thing, held))
+    .filter((thing) => thing.kind === 'object' && thing.p && near(thing) < (exact ? TAKEN_M : SNAP_M) && takes(thing, held))
     .sort((a, b) => near(a) - near(b))[0];
   const [x, y] = fits === undefined ? at : [fits.p[0], fits.p[1]];
   const below = others.filter((thing) => thing.kind === 'object' && thing.p && covers(thing, x, y));

@@ -16,11 +16,34 @@ export function tableName(table, tables) {
   return tables > 1 && table === tables - 1 ? 'the new things' : `table ${table + 1}`;
 }
 
+/**
+ * What to call a lesson in the list: those of one title by their names as well, and those that cannot be opened.
+ * @param {{id: string, title: string, error?: string}[]} all
+ * @param {number} at which of them
+ */
+export function lessonName(all, at) {
+  const { id, title, error } = all[at];
+  if (error !== undefined) return `${title}: cannot be opened`;
+  const isAlone = all.every((other, place) => place === at || other.error !== undefined || other.title !== title);
+  return isAlone || id === '' ? title : `${title} (${id})`;
+}
+
+/**
+ * How a recording goes, in words.
+ * @param {{seconds: number, bytes: number, dropped: number}} recording
+ */
+export function recordingWords({ seconds, bytes, dropped }) {
+  const lost = dropped > 0 ? `, ${dropped} dropped` : '';
+  return `Recording ${Math.round(seconds)} s, ${(bytes / 1e6).toFixed(1)} MB${lost}`;
+}
+
 export class Lessons {
   #cells;
   #ask;
   #toasts;
   #saved = '';
+  /** The lesson that is open, as the picker calls it. */
+  #open = '';
 
   /**
    * @param {import('./cells.js').Cells} cells
@@ -34,7 +57,13 @@ export class Lessons {
     cells.on(['workspace', 'lessons'], () => this.#update());
     cells.on('recording', () => this.#recording());
     const lesson = /** @type {HTMLSelectElement} */ (find('lesson'));
-    lesson.addEventListener('change', () => ask('open', { lesson: lesson.value }));
+    lesson.addEventListener('change', async () => {
+      const why = lesson.selectedOptions[0]?.dataset.error;
+      if (why !== undefined) toasts.show(why, 'error');
+      const answer = why === undefined ? await ask('open', { lesson: lesson.value }) : { error: why };
+      // What is open stays open, and stands there.
+      if (answer.error !== undefined) this.#choose();
+    });
     find('play').addEventListener('click', () => ask('play'));
     find('clear').addEventListener('click', () => ask('clear'));
     find('undo').addEventListener('click', () => ask('undo'));
@@ -89,14 +118,18 @@ export class Lessons {
   /** @param {any[]} lessons @param {any} workspace */
   #pick(lessons, workspace) {
     const lesson = /** @type {HTMLSelectElement} */ (find('lesson'));
-    const known = lessons.find(({ id }) => id === workspace.lesson) ?? lessons.find(({ title }) => title === workspace.title);
+    const whole = lessons.filter(({ error }) => error === undefined);
+    const known = whole.find(({ id }) => id === workspace.lesson) ?? whole.find(({ title }) => title === workspace.title);
     const all = known === undefined ? [{ id: workspace.lesson, title: workspace.title }, ...lessons] : lessons;
-    const said = all.map(({ id, title }) => `${id}=${title}`).join();
-    if (lesson.dataset.said !== said) {
+    this.#open = known?.id ?? workspace.lesson;
+    const said = JSON.stringify(all.map(({ id, title, error }) => [id, title, error]));
+    const isNew = lesson.dataset.said !== said;
+    if (isNew) {
       lesson.dataset.said = said;
-      lesson.replaceChildren(...all.map(({ id, title }) => make('option', { value: id, text: title })));
+      lesson.replaceChildren(...all.map(({ id, error }, at) => make('option', { value: id, text: lessonName(all, at), data: error === undefined ? {} : { error } })));
     }
-    if (document.activeElement !== lesson) lesson.value = known?.id ?? workspace.lesson;
+    // Who is choosing is not disturbed, where there is still what he chooses of.
+    if (isNew || document.activeElement !== lesson) this.#choose();
     const lay = /** @type {HTMLSelectElement} */ (find('lay'));
     if (lay.dataset.said === String(workspace.tables)) return;
     lay.dataset.said = String(workspace.tables);
@@ -104,13 +137,17 @@ export class Lessons {
     lay.replaceChildren(make('option', { value: '', text: 'Lay…' }), ...tables);
   }
 
+  /** What is open is what is chosen. */
+  #choose() {
+    /** @type {HTMLSelectElement} */ (find('lesson')).value = this.#open;
+  }
+
   #recording() {
     const recording = this.#cells.get('recording');
     const button = find('record');
     const on = recording?.on === true;
     button.setAttribute('aria-pressed', String(on));
-    const size = on ? ` ${Math.round(recording.seconds)} s, ${(recording.bytes / 1e6).toFixed(1)} MB` : '';
-    write(/** @type {Element} */ (button.querySelector('.label')), on ? `Recording${size}` : 'Record');
+    write(/** @type {Element} */ (button.querySelector('.label')), on ? recordingWords(recording) : 'Record');
     button.title = recording?.file ?? 'Write what happens into a file';
     if (recording?.error && button.dataset.error !== recording.error) this.#toasts.show(recording.error, 'error');
     button.dataset.error = recording?.error ?? '';

@@ -16,7 +16,7 @@ import { Lessons } from './lessons.js';
 import { Marks } from './marks.js';
 import { repaint } from './paint.js';
 import { Palette } from './palette.js';
-import { People } from './people.js';
+import { People, signed } from './people.js';
 import { Pointer } from './pointer.js';
 import { apart } from './pose.js';
 import { probe } from './probe.js';
@@ -40,7 +40,7 @@ const connection = new Connection(liveAddress(location), (message) => cells.appl
  * @param {Record<string, any>} [content]
  */
 async function ask(what, content) {
-  const answer = await connection.ask(what, content);
+  const answer = await connection.ask(what, signed(what, content, acting()));
   if (answer.error !== undefined && connection.state === 'connected') toasts.show(answer.error, 'error');
   return answer;
 }
@@ -57,7 +57,10 @@ function connectionChanged(state) {
 
 // The scenes and the views on them.
 
-const stage = new Stage(/** @type {HTMLCanvasElement} */ (find('canvas')), { software });
+const stage = new Stage(/** @type {HTMLCanvasElement} */ (find('canvas')), { software }, (why) => {
+  write(find('blind'), `This browser cannot draw the table (${why}): turn WebGL 2 on, or take another one. All else is here.`);
+  find('blind').hidden = false;
+});
 const shadows = !software;
 const world = new World(cells, { shadows }, () => stage.request(main));
 const chair = new Chair({ ask }, cells, () => {
@@ -122,9 +125,7 @@ look('seat');
 
 /** Who of the people here speaks and acts on this page: the first teacher, if nothing else is chosen. */
 const who = /** @type {HTMLSelectElement} */ (find('who'));
-const acting = () => (who.hidden ? {} : { teacher: Number(who.value) });
-/** @param {string} what @param {Record<string, any>} [content] */
-const act = (what, content) => ask(what, what === 'take' ? { ...content, ...acting() } : content);
+const acting = () => (who.hidden ? null : Number(who.value));
 const people = new People(cells);
 cells.on(['thing/', 'robot', 'workspace'], () => {
   here();
@@ -137,7 +138,7 @@ cells.on(['thing/', 'robot', 'workspace'], () => {
   actAs(who.hidden ? 1 : Number(who.value));
 });
 
-const hand = new Hand({ ask: act }, cells, world, () => stage.request(main));
+const hand = new Hand({ ask }, cells, world, () => stage.request(main));
 
 /** The robot's own belief in a thing. @param {string | null} key @returns {number | null} */
 function beliefOf(key) {
@@ -201,7 +202,7 @@ async function remove(key) {
 find('remove').addEventListener('click', () => {
   if (world.selected !== null) remove(world.selected);
 });
-find('leave').addEventListener('click', () => ask(people.isAway(chair.agent) ? 'return' : 'leave', acting()));
+find('leave').addEventListener('click', () => ask(people.isAway(chair.agent) ? 'return' : 'leave'));
 
 /** Whether who acts here is there. */
 function here() {
@@ -276,7 +277,7 @@ find('hint-close').addEventListener('click', () => (find('hint').hidden = true))
 // The panels.
 
 const timeline = new Timeline(cells);
-new Dialogue(cells, (text) => ask('say', { text, ...acting() }), toasts);
+new Dialogue(cells, (text) => ask('say', { text }), toasts);
 new Tasks(cells);
 new Lessons(cells, ask, toasts);
 new Health(cells);

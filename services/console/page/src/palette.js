@@ -3,8 +3,12 @@ import { draw, find, make } from './element.js';
 
 const DRAG_PX = 5;
 const ROLES = ['block', 'peg', 'marker'];
-/** A screen as it is put up: metres to each side of its centre. */
-const SCREEN_HALF = /** @type {[number, number, number]} */ ([0.16, 0.01, 0.125]);
+/** Screens as they are put up: metres to each side of their centres. */
+const SCREENS = /** @type {{name: string, half: [number, number, number]}[]} */ ([
+  { name: 'narrow screen', half: [0.08, 0.01, 0.125] },
+  { name: 'screen', half: [0.16, 0.01, 0.125] },
+  { name: 'wide screen', half: [0.32, 0.01, 0.125] },
+]);
 
 /**
  * @typedef {object} Desk
@@ -14,7 +18,7 @@ const SCREEN_HALF = /** @type {[number, number, number]} */ ([0.16, 0.01, 0.125]
  * @property {(what: string, content?: any) => Promise<any>} ask
  */
 
-/** @typedef {{kind: any, colour: any} | {screen: true, half: [number, number, number]}} Item */
+/** @typedef {{kind: any, colour: any} | {screen: string, half: [number, number, number]}} Item */
 
 /**
  * A free spot of the table, as near as can be to its middle. Pure.
@@ -57,8 +61,8 @@ export class Palette {
       const chips = colours.map((colour) => this.#chip({ kind, colour }, `${colour.name} ${words(kind.name)}`, icon(kind, colour)));
       return make('div', { class: 'row', role: 'group', 'aria-label': words(kind.name) }, make('span', { text: words(kind.name) }), ...chips);
     });
-    const screen = this.#chip({ screen: true, half: SCREEN_HALF }, 'screen', screenIcon());
-    this.#list.replaceChildren(...rows, make('div', { class: 'row' }, make('span', { text: 'screen' }), screen));
+    const screens = SCREENS.map(({ name, half }) => this.#chip({ screen: name, half }, name, screenIcon(half)));
+    this.#list.replaceChildren(...rows, make('div', { class: 'row', role: 'group', 'aria-label': 'screen' }, make('span', { text: 'screen' }), ...screens));
   }
 
   /** @param {Item} item @param {string} name @param {Element} picture */
@@ -96,9 +100,8 @@ export class Palette {
   #add(item, at) {
     if ('kind' in item) return this.#desk.ask('add', { kind: item.kind.name, colour: item.colour.name, at, heading: 0 });
     const taken = new Set(this.#desk.lying().map((thing) => thing.name));
-    let n = 1;
-    while (taken.has(n === 1 ? 'screen' : `screen ${n}`)) n += 1;
-    const name = n === 1 ? 'screen' : `screen ${n}`;
+    let name = item.screen;
+    for (let n = 2; taken.has(name); n += 1) name = `${item.screen} ${n}`;
     return this.#desk.ask('screen', { name, at: [...at, item.half[2]], half: item.half });
   }
 }
@@ -142,8 +145,10 @@ function icon(kind, colour) {
   return svg;
 }
 
-function screenIcon() {
+/** @param {[number, number, number]} half */
+function screenIcon([half]) {
+  const width = 34 * half;
   const svg = draw('svg', { viewBox: '-12 -12 24 24', width: 24, height: 24, 'aria-hidden': 'true' });
-  svg.append(draw('rect', { x: -11, y: -7, width: 22, height: 14, rx: 1, class: 'screen' }));
+  svg.append(draw('rect', { x: -width, y: -7, width: 2 * width, height: 14, rx: 1, class: 'screen' }));
   return svg;
 }

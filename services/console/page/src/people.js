@@ -1,5 +1,18 @@
 // Who is at the table, and who left and may come back: the scene has only those who are there, the lesson all.
 
+/** What somebody does: Leo is told who. A seat says itself whose it is. */
+const ACTS = new Set(['say', 'take', 'leave', 'return', 'screen', 'undo']);
+
+/**
+ * What Leo is asked for, as somebody's act where it is one. Pure.
+ * @param {string} what the word under `do`
+ * @param {Record<string, any> | undefined} content
+ * @param {number | null} teacher who acts on this page, `null` where it can only be one
+ */
+export function signed(what, content, teacher) {
+  return teacher === null || !ACTS.has(what) ? content : { teacher, ...content };
+}
+
 export class People {
   #cells;
   /** @type {Set<number>} */

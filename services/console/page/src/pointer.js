@@ -29,7 +29,7 @@ const SCREEN_EVERY_MS = 50;
  */
 
 /** @typedef {{kind: 'thing' | 'screen' | 'person' | 'seat' | 'gaze', key: string | null, begun: boolean, start: Vector2,
- *   offset: [number, number], height: number}} Drag */
+ *   offset: [number, number], height: number, pointer: number}} Drag `pointer`: the one that pressed, and leads it */
 
 export class Pointer {
   #desk;
@@ -97,18 +97,17 @@ export class Pointer {
     if (event.button === 1) return;
     element.setPointerCapture(event.pointerId);
     this.#down.set(event.pointerId, new Vector2(event.clientX, event.clientY));
-    if (this.#down.size === 2 && hand.held !== null) {
-      this.#twist = this.#angle();
+    if (this.#down.size > 1) {
+      if (this.#down.size === 2 && hand.held === null) this.#abandon();
+      this.#grip();
       return;
     }
-    if (this.#down.size === 2) return this.#begin2();
-    if (this.#down.size > 2) return;
     if (hand.held !== null) hand.cancel();
     const start = new Vector2(event.clientX, event.clientY);
     const key = event.button === 2 || event.shiftKey ? null : this.pick(event);
     const thing = key === null ? undefined : cells.get(key);
     const pose = key === null ? null : world.pose(key);
-    const base = { key: null, begun: false, start, offset: /** @type {[number, number]} */ ([0, 0]), height: 0 };
+    const base = { key: null, begun: false, start, offset: /** @type {[number, number]} */ ([0, 0]), height: 0, pointer: event.pointerId };
     if (thing === undefined || pose === null || !movable()) {
       const gaze = event.button === 2 || event.shiftKey;
       this.#drag = { ...base, key, kind: gaze ? 'gaze' : 'seat' };
@@ -133,13 +132,17 @@ export class Pointer {
       return;
     }
     const now = new Vector2(event.clientX, event.clientY);
-    if (this.#down.size === 2) {
-      this.#down.set(event.pointerId, now);
-      if (this.#desk.hand.held !== null) return this.#turn();
-      return this.#move2(last, now);
-    }
     const drag = this.#drag;
-    if (drag === null) return;
+    if (drag === null) {
+      this.#down.set(event.pointerId, now);
+      if (this.#down.size === 2) this.#move2(last, now);
+      return;
+    }
+    if (this.#down.size > 1) {
+      this.#down.set(event.pointerId, now);
+      this.#turn();
+    }
+    if (event.pointerId !== drag.pointer) return;
     if (!drag.begun) {
       if (now.distanceTo(drag.start) < DRAG_PX) return;
       drag.begun = true;
@@ -158,7 +161,7 @@ export class Pointer {
     const { hand, view, seat, sit } = this.#desk;
     if (drag.kind === 'thing') {
       const target = this.#target(event, drag);
-      if (target !== null) hand.carry(...target);
+      if (target !== null) hand.carry(...target, event.altKey);
     } else if (drag.kind === 'screen' || drag.kind === 'person') {
       const ground = this.ground(event, drag.height);
       if (ground !== null && drag.key !== null) {
@@ -222,10 +225,10 @@ export class Pointer {
   /** @param {PointerEvent} event */
   #release(event) {
     const drag = this.#drag;
-    const was = this.#down.size;
     this.#down.delete(event.pointerId);
-    if (was !== 1 || drag === null) return;
-    this.#drag = null;
+    if (drag?.pointer === event.pointerId) this.#drag = null;
+    this.#grip();
+    if (drag?.pointer !== event.pointerId) return;
     if (!drag.begun) return this.#desk.select(drag.key);
     if (drag.kind === 'thing') this.#desk.hand.put();
     this.#leave(drag);
@@ -249,12 +252,28 @@ export class Pointer {
   /** @param {PointerEvent} event */
   #lose(event) {
     this.#down.delete(event.pointerId);
-    this.#abandon();
+    if (this.#drag?.pointer === event.pointerId) this.#abandon();
+    this.#grip();
+  }
+
+  /** The two fingers that turn something, or come nearer: the one that leads first. @returns {Vector2[]} */
+  #two() {
+    const lead = this.#drag?.pointer;
+    const led = [...this.#down].sort(([a], [b]) => Number(b === lead) - Number(a === lead));
+    return led.slice(0, 2).map(([, place]) => place);
+  }
+
+  /** Another finger is down, or one less: nothing turns or comes nearer by that alone. */
+  #grip() {
+    if (this.#down.size < 2) return;
+    const [a, b] = this.#two();
+    this.#pinch = a.distanceTo(b);
+    this.#twist = this.#angle();
   }
 
   /** The angle of two fingers to each other, clockwise on the page. */
   #angle() {
-    const [a, b] = [...this.#down.values()];
+    const [a, b] = this.#two();
     return Math.atan2(b.y - a.y, b.x - a.x);
   }
 
@@ -264,12 +283,6 @@ export class Pointer {
     const step = Math.atan2(Math.sin(angle - this.#twist), Math.cos(angle - this.#twist));
     this.#twist = angle;
     this.#desk.hand.turn(-step);
-  }
-
-  #begin2() {
-    this.#abandon();
-    const [a, b] = [...this.#down.values()];
-    this.#pinch = a.distanceTo(b);
   }
 
   /** Two fingers: apart is nearer, together is farther, both the same way turns the head. @param {Vector2} last @param {Vector2} now */

@@ -31,24 +31,33 @@ export class Stage {
   #waiting = false;
   #drawn = 0;
   #canvas;
+  /** What draws; `null` where the browser cannot. @type {WebGLRenderer | null} */
+  renderer = null;
   pictures = 0;
 
   /**
    * @param {HTMLCanvasElement} canvas
    * @param {{software: boolean}} how
+   * @param {(why: string) => void} blind told where the browser cannot draw: all else goes on
    */
-  constructor(canvas, { software }) {
+  constructor(canvas, { software }, blind) {
     this.#canvas = canvas;
     this.software = software;
-    this.renderer = new WebGLRenderer({
-      canvas,
-      antialias: !software,
-      preserveDrawingBuffer: true,
-      powerPreference: 'low-power',
-    });
-    this.renderer.setPixelRatio(software ? 1 : Math.min(2, devicePixelRatio));
-    this.renderer.shadowMap.enabled = !software;
-    this.renderer.setScissorTest(true);
+    try {
+      const renderer = new WebGLRenderer({
+        canvas,
+        antialias: !software,
+        preserveDrawingBuffer: true,
+        powerPreference: 'low-power',
+      });
+      renderer.setPixelRatio(software ? 1 : Math.min(2, devicePixelRatio));
+      renderer.shadowMap.enabled = !software;
+      renderer.setScissorTest(true);
+      this.renderer = renderer;
+    } catch (error) {
+      canvas.hidden = true;
+      blind(error instanceof Error ? error.message : String(error));
+    }
     new ResizeObserver(() => this.resize()).observe(canvas);
     canvas.addEventListener('webglcontextrestored', () => this.request());
   }
@@ -62,7 +71,7 @@ export class Stage {
 
   resize() {
     const { clientWidth, clientHeight } = this.#canvas;
-    this.renderer.setSize(clientWidth, clientHeight, false);
+    this.renderer?.setSize(clientWidth, clientHeight, false);
     // A canvas of another size is empty: what is seen of it next must be drawn already.
     for (const view of this.views) this.#stale.add(view);
     this.#draw();
@@ -91,10 +100,10 @@ export class Stage {
       const rect = view.element.getBoundingClientRect();
       if (rect.width < 2 || rect.height < 2) continue;
       const [x, y] = [rect.left - place.left, place.bottom - rect.bottom];
-      this.renderer.setViewport(x, y, rect.width, rect.height);
-      this.renderer.setScissor(x, y, rect.width, rect.height);
+      this.renderer?.setViewport(x, y, rect.width, rect.height);
+      this.renderer?.setScissor(x, y, rect.width, rect.height);
       view.aim(rect.width / rect.height);
-      this.renderer.render(view.scene, view.camera);
+      this.renderer?.render(view.scene, view.camera);
       view.drawn?.();
     }
     this.pictures += 1;

@@ -14,11 +14,12 @@ export function executable() {
 /** How long anything is waited for that a page is to do or to show. */
 const PATIENCE_MS = 1000 * Number(process.env.PATIENCE_S ?? 120);
 
-export function launch() {
+/** @param {string[]} more options of the browser */
+export function launch(more = []) {
   return chromium.launch({
     timeout: PATIENCE_MS,
     executablePath: executable(),
-    args: ['--no-sandbox', '--disable-dev-shm-usage', '--use-angle=swiftshader', '--enable-unsafe-swiftshader', '--ignore-gpu-blocklist'],
+    args: ['--no-sandbox', '--disable-dev-shm-usage', '--use-angle=swiftshader', '--enable-unsafe-swiftshader', '--ignore-gpu-blocklist', ...more],
   });
 }
 

@@ -180,3 +180,23 @@ test('a Leo that does not answer the attempt to connect is tried anew, ever more
   assert.equal(sockets.length, 3);
   connection.close();
 });
+
+test('what is to be written down is waited for longer than what is only to be done', async (t) => {
+  const { connection, sockets, say, pass } = faked(t);
+  sockets[0].open();
+  const answers = {};
+  for (const what of ['say', 'keep', 'record']) connection.ask(what).then((answer) => (answers[what] = answer.error));
+  const seconds = (count) => {
+    for (let second = 0; second < count; second += 1) {
+      say(sockets[0], second);
+      pass(1000);
+    }
+    return new Promise(setImmediate);
+  };
+  await seconds(59);
+  assert.deepEqual(answers, { say: 'Leo has not answered for 10 seconds' });
+  await seconds(1);
+  const late = 'Leo has not answered for 60 seconds';
+  assert.deepEqual(answers, { say: 'Leo has not answered for 10 seconds', keep: late, record: late });
+  connection.close();
+});

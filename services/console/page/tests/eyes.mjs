@@ -1,4 +1,4 @@
-// Looks through the eyes of the second of two teachers on Leo's page, and moves his head:
+// Looks through the eyes of the second of two teachers on Leo's page, moves his head, and acts as him:
 //
 //   node tests/eyes.mjs BASE_URL     the page of a robot that runs
 //
@@ -37,6 +37,37 @@ try {
     return Math.hypot(...his.p.map((coordinate, axis) => coordinate - before[axis])) > 0.01;
   }, second);
   if (String(await eyesOf(1)) !== String(first)) throw new Error('the first teacher has moved too');
+  // While the first one is away, what is done here is his.
+  await page.selectOption('#who', '1');
+  await page.click('#leave');
+  await until('the first teacher is away', () => document.querySelector('#leave').ariaPressed === 'true');
+  await page.selectOption('#who', '2');
+  await page.evaluate(() => {
+    window.screens = () => Object.values(window.leo.under('thing/')).filter((thing) => thing.kind === 'occluder').map(({ p, half }) => ({ at: p[0], wide: half[0] }));
+  });
+  for (const [count, size] of ['narrow screen', 'screen', 'wide screen'].entries()) {
+    await page.click(`[data-add="${size}"]`);
+    await until(`a ${size} stands there`, (n) => window.screens().length === n, count + 1);
+  }
+  const [narrow, middling, wide] = await page.evaluate(() => window.screens());
+  if (!(narrow.wide < middling.wide && middling.wide < wide.wide)) throw new Error('the screens are not of three sizes');
+  await page.locator('.mark[data-thing="wide screen"]').focus();
+  await page.keyboard.press('Enter');
+  await page.keyboard.press('Shift+ArrowLeft');
+  await until('the wide screen was pushed', (at) => Math.abs(window.screens()[2].at - at) > 0.04, wide.at);
+  await page.keyboard.press('Enter');
+  await page.keyboard.press('Control+z');
+  await until('it stands where it stood', (at) => Math.abs(window.screens()[2].at - at) < 1e-3, wide.at);
+  await page.click('#undo');
+  await until('it is taken back', () => window.screens().length === 2);
+  await page.selectOption('#who', '1');
+  await page.click('#leave');
+  await until('the first teacher is back', () => document.querySelector('#leave').ariaPressed === 'false');
+  await page.selectOption('#who', '2');
+  await until('the picture is the second one’s', () => {
+    const [his] = Object.values(window.leo.under('thing/')).filter((thing) => thing.agent === 2);
+    return his.p.every((coordinate, axis) => Math.abs(coordinate - window.leo.seat().eyes[axis]) < 1e-3);
+  });
   if (process.env.PICTURE) await page.screenshot({ path: process.env.PICTURE });
   await page.selectOption('#who', '1');
   await until('the picture is the first teacher’s again', (p) => String(window.leo.seat().eyes) === String(p), first);

@@ -87,6 +87,13 @@ test('a peg near a hole goes into its middle', () => {
   near(p, [0, 0, 0.06]);
 });
 
+test('what is laid just there goes into a hole only where Leo’s world takes it in', () => {
+  const beside = landing(PEG, [0.025, 0], 0, [block('red', 0, 0)], true);
+  assert.deepEqual([beside.into, beside.p.slice(0, 2)], [null, [0.025, 0]]);
+  assert.equal(landing(PEG, [0.025, 0], 0, [block('red', 0, 0)]).into, 'red');
+  assert.equal(landing(PEG, [0.015, 0], 0, [block('red', 0, 0)], true).into, 'red');
+});
+
 test('a filled hole takes no peg: it comes to stand on top', () => {
   const full = block('red', 0, 0, 0.03, { filled: true });
   const { p, into } = landing(PEG, [0.01, 0], 0, [full]);

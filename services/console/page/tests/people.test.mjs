@@ -1,7 +1,7 @@
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
 import { Cells } from '../src/cells.js';
-import { People } from '../src/people.js';
+import { People, signed } from '../src/people.js';
 
 const person = (agent) => ({ kind: 'person', agent });
 const workspace = (lesson, simulated = true) => ({ lesson, title: '', simulated });
@@ -46,4 +46,15 @@ test('of a real table, and before anything is known, nobody is said to be away',
   apply({ workspace: workspace('', false), 'thing/1': null, 'thing/2': null });
   assert.equal(people.isAway(1), false);
   assert.equal(new People(new Cells()).isAway(1), false);
+});
+
+test('whatever somebody does is sent as his, where there is more than one, and as whoever is named', () => {
+  for (const what of ['say', 'take', 'leave', 'return', 'screen', 'undo']) {
+    assert.deepEqual(signed(what, { name: 'wall' }, 2), { teacher: 2, name: 'wall' }, what);
+    assert.deepEqual(signed(what, undefined, null), undefined, what);
+  }
+  assert.deepEqual(signed('undo', undefined, 2), { teacher: 2 });
+  assert.deepEqual(signed('seat', { teacher: 1 }, 2), { teacher: 1 });
+  // Nobody is asked of who it is that clears the table.
+  assert.deepEqual(signed('clear', undefined, 2), undefined);
 });

@@ -113,8 +113,9 @@ impl World {
         let found = setting.and_then(|it| it.occluders.iter().position(|screen| screen.name == name));
         if let Some(screen) = found.and_then(|index| Some((index, self.state.screens.get_mut(index)?))) {
             let (occluder, glide) = screen;
-            let [.., z] = glide.point_m(now);
+            let (from_m, [.., z]) = (glide.end_m(), glide.point_m(now));
             glide.go(now, [x, y, z], FOLLOWS);
+            self.state.remember_push(now, act.teacher, occluder, from_m);
             let slide = config::lesson::Act::Slide { occluder, centre_m: [x, y, z], takes: FOLLOWS };
             self.state.diary.note(act.teacher, now, slide);
             return Ok(Done);

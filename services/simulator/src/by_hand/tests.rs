@@ -107,6 +107,13 @@ impl Bench {
         things.map(|thing| (thing.name.as_str().to_owned(), thing.position_m.map(rounded))).collect()
     }
 
+    /// Pushes a screen there, or puts it up where there is none of the name, as the person of this number.
+    fn screen(&mut self, name: &str, at: [f64; 2], by: u16) -> Result<String, Refusal> {
+        self.act(Kind::Screen, |act| {
+            (act.text, act.position_m, act.teacher) = (Text::new(name), [at[0], at[1], 0.0], by);
+        })
+    }
+
     fn say(&mut self, words: &str) -> Result<String, Refusal> {
         self.act(Kind::Say, |act| act.text = Text::new(words))
     }
@@ -255,6 +262,73 @@ fn a_move_is_taken_back_before_everybodys_eyes() {
     let lesson = bench.world.taught("x", bench.now()).unwrap();
     let moves = lesson.demonstrations[0].script.iter().filter(|step| matches!(step.act, Act::Move { .. }));
     assert_eq!(moves.count(), 2);
+}
+
+#[test]
+fn a_pushed_screen_is_what_is_taken_back_while_the_table_is_set() {
+    let mut bench = Bench::empty();
+    bench.screen("wall", [0.0, 0.5], 1).unwrap();
+    bench.add("square", "red", [0.0, 0.9]).unwrap();
+    // One push, in many small ones.
+    for step in 1..=20 {
+        bench.screen("wall", [0.01 * f64::from(step), 0.5], 1).unwrap();
+        bench.wait(50);
+    }
+    // Held still, and let go where it is.
+    bench.wait(1_000);
+    bench.screen("wall", [0.2, 0.5], 1).unwrap();
+    bench.wait(1_000);
+    bench.screen("wall", [0.2, 0.6], 1).unwrap();
+    bench.wait(100);
+    for place in [[0.2, 0.5], [0.0, 0.5]] {
+        bench.act(Kind::Undo, |_| {}).unwrap();
+        assert!(bench.lies_at("wall", place) && bench.lies_at("red square", [0.0, 0.9]));
+    }
+    bench.act(Kind::Undo, |_| {}).unwrap();
+    assert_eq!(bench.table().len(), 1, "the block is gone, and the screen is not");
+}
+
+#[test]
+fn a_pushed_screen_is_taken_back_before_everybodys_eyes_and_the_peg_stays_where_it_was_put() {
+    let mut bench = taught();
+    bench.screen("wall", [0.4, 0.55], 1).unwrap();
+    bench.wait(100);
+    bench.act(Kind::Undo, |_| {}).unwrap();
+    bench.wait(200);
+    assert!(!bench.lies_at("wall", [0.4, 0.55]) && !bench.lies_at("wall", [0.2, 0.55]), "it is on its way");
+    bench.wait(1_000);
+    assert!(bench.lies_at("wall", [0.2, 0.55]) && bench.holds("red square", State::Filled));
+    let lesson = bench.world.taught("x", bench.now()).unwrap();
+    let script = lesson.demonstrations[0].script.iter().map(|step| &step.act);
+    let count = |is_one: fn(&&Act) -> bool| script.clone().filter(is_one).count();
+    assert_eq!(count(|act| matches!(act, Act::Slide { .. })), 2);
+    assert_eq!(count(|act| matches!(act, Act::Move { .. })), 1);
+    bench.act(Kind::Undo, |_| {}).unwrap();
+    bench.wait(1_000);
+    assert!(!bench.holds("red square", State::Filled), "the act before it is taken back next");
+}
+
+#[test]
+fn a_screen_that_is_pushed_while_the_lesson_plays_goes_back_and_none_of_the_next_table_does() {
+    let mut bench = Bench::new();
+    bench.wait(2_000);
+    let at = bench.thing("wall").position_m;
+    let stood = [at[0], at[1]];
+    bench.screen("wall", [0.3, 0.6], 1).unwrap();
+    bench.wait(1_000);
+    bench.act(Kind::Undo, |_| {}).unwrap();
+    bench.wait(1_000);
+    assert!(bench.lies_at("wall", stood));
+    assert_eq!(bench.mode(), Some(SceneMode::Script));
+    bench.screen("wall", [0.3, 0.6], 1).unwrap();
+    let of = bench.world.head().table;
+    while bench.world.head().table == of {
+        bench.wait(100);
+    }
+    bench.wait(5_000);
+    let before = bench.thing("wall").position_m;
+    bench.act(Kind::Undo, |_| {}).unwrap_err();
+    assert!(bench.lies_at("wall", [before[0], before[1]]));
 }
 
 #[test]
@@ -437,25 +511,35 @@ proptest! {
     /// However a table was set: what was done to it is taken back act by act, until it is empty again.
     #[test]
     fn each_act_is_taken_back_and_no_other(
-        acts in proptest::collection::vec((0_u8..6, 0_usize..4, [-0.5..0.5, 0.4..1.2], 0_u64..400), 0..30),
+        acts in proptest::collection::vec((0_u8..7, 0_usize..5, [-0.5..0.5, 0.4..1.2], 0_u64..800), 0..30),
     ) {
         let mut bench = Bench::of_two();
         let mut tables = vec![bench.table()];
+        // Who pushed the screen last, if nothing was done since, and until when the next push goes on from it.
+        let mut push: Option<(u16, u64)> = None;
         for (kind, thing, at, wait) in acts {
-            let names = ["red square", "wood peg", "red square 2", "wood peg 2"];
+            let names = ["red square", "wood peg", "red square 2", "wood peg 2", "wall"];
             let by = if thing < 2 { 1 } else { 2 };
+            let stands = bench.table().iter().any(|(name, _)| name == "wall");
+            let ms = bench.ms;
             let done = match kind {
                 0 => bench.add("square", "red", at),
                 1 => bench.add("peg", "wood", at),
                 2 => bench.act(Kind::Remove, |act| act.text = Text::new(names[thing])),
                 3 => bench.take(names[thing], by),
                 4 => bench.put(at, by),
+                5 => bench.screen("wall", at, by),
                 _ => bench.act(Kind::Cancel, |act| act.hand = by),
             };
             bench.wait(wait);
             // What is in a hand is where it was taken, for who takes back what others did.
-            let is_done = done.is_ok() && (kind < 3 || kind == 4);
+            let is_done = done.is_ok() && (kind < 3 || kind == 4 || kind == 5);
             if is_done {
+                let goes_on = kind == 5 && push.is_some_and(|(before, until)| before == by && ms <= until);
+                if goes_on {
+                    tables.pop();
+                }
+                push = (kind == 5 && stands).then_some((by, ms + 560));
                 let mut rested = Bench { world: bench.world.clone(), ms: bench.ms, said: Vec::new() };
                 rested.world.put_all_back(rested.now());
                 rested.wait(1_000);

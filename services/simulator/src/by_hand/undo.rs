@@ -6,8 +6,9 @@ use clock::{Duration, Instant};
 use config::lesson::{Act, Destination, Place};
 use message::SceneMode;
 
-use super::{Done, Refusal, Taken, refuse};
+use super::{Done, FOLLOWS, Refusal, Taken, refuse};
 use crate::World;
+use crate::diary::{PAUSE, has_moved};
 use crate::path::Glide;
 use crate::setting::Setting;
 use crate::thing::{Motion, Seat, SeatKind, Thing};
@@ -25,6 +26,8 @@ pub(crate) enum Undo {
     Setting { setting: Arc<Setting>, things: Vec<Thing>, screens: Vec<Glide> },
     /// While something is taught: the thing is moved back, for everybody to see.
     Move { index: usize, to: Destination },
+    /// An occluder is pushed back to where it stood: at once while the table is set, for everybody to see later.
+    Push { by: u16, occluder: usize, from_m: [f64; 3], until: Instant },
 }
 
 impl World {
@@ -51,6 +54,7 @@ impl World {
         if !self.state.taken.is_empty() {
             return refuse("something is in a hand: put it down first");
         }
+        while self.state.forgets_push() {}
         match self.state.undo.pop() {
             None => refuse("there is nothing to take back"),
             Some(Undo::Setting { setting, things, screens }) => {
@@ -78,11 +82,51 @@ impl World {
                 self.state.diary.note(who, now, Act::Move { object: index, to, takes: BACK });
                 Ok(Done)
             }
+            Some(Undo::Push { occluder, from_m, .. }) => {
+                let is_set_up = self.state.mode == SceneMode::SetUp;
+                let Some(screen) = self.state.screens.get_mut(occluder) else { return Ok(Done) };
+                if is_set_up {
+                    *screen = Glide::resting(from_m);
+                    return Ok(Done);
+                }
+                screen.go(now, from_m, BACK);
+                // There and back is not the same as having stood there all the while.
+                let slide = Act::Slide { occluder, centre_m: from_m, takes: BACK };
+                self.state.diary.note_apart(who, now, slide);
+                Ok(Done)
+            }
         }
     }
 }
 
 impl State {
+    /// Remembers where an occluder stood that somebody pushes, once for all that goes on from one push.
+    pub(super) fn remember_push(&mut self, now: Instant, by: u16, occluder: usize, from_m: [f64; 3]) {
+        let goes_on = |undo: &Undo| match *undo {
+            Undo::Push { by: before, occluder: other, until, .. } => {
+                before == by && other == occluder && now <= until
+            }
+            Undo::Setting { .. } | Undo::Move { .. } => false,
+        };
+        let stood = match self.undo.pop_if(|undo| goes_on(undo)) {
+            Some(Undo::Push { from_m, .. }) => from_m,
+            Some(Undo::Setting { .. } | Undo::Move { .. }) | None => from_m,
+        };
+        self.push_undo(Undo::Push { by, occluder, from_m: stood, until: now + FOLLOWS + PAUSE });
+    }
+
+    /// Forgets the last push where it changed nothing: what was pushed back to where it stood was never moved.
+    fn forgets_push(&mut self) -> bool {
+        let Self { undo, screens, .. } = self;
+        let is_idle = |undo: &mut Undo| match *undo {
+            Undo::Push { occluder, from_m, .. } => {
+                screens.get(occluder).is_none_or(|screen| !has_moved(screen.end_m(), from_m))
+            }
+            Undo::Setting { .. } | Undo::Move { .. } => false,
+        };
+        undo.pop_if(is_idle).is_some()
+    }
+
     pub(super) fn push_undo(&mut self, undo: Undo) {
         if self.undo.len() == MOST {
             self.undo.remove(0);

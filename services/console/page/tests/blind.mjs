@@ -1,0 +1,39 @@
+// Uses Leo's page in a browser that cannot draw:
+//
+//   node tests/blind.mjs BASE_URL     the page of a robot that runs
+//   node tests/blind.mjs              a fake of Leo
+//
+// It waits for states of the page and never for a time; a state that does not come within PATIENCE_S (default 120)
+// fails it.
+import { launch, opened, patient, ready } from './browser.mjs';
+import { serve } from './fake.mjs';
+
+const own = process.argv[2] === undefined ? await serve(0) : null;
+const browser = await launch(['--disable-3d-apis']);
+const page = await opened(browser, { viewport: { width: 1440, height: 900 } });
+const troubles = [];
+page.on('pageerror', (error) => troubles.push(error.message));
+const until = patient(page);
+
+try {
+  await page.goto(process.argv[2] ?? own.address);
+  await until('it is connected', () => document.body.dataset.connection === 'connected');
+  await ready(page);
+  await until('the reason is said', () => !document.querySelector('#blind').hidden && /WebGL/.test(document.querySelector('#blind').textContent) && document.querySelector('#canvas').hidden);
+  await page.fill('#say', 'What did you learn?');
+  await page.press('#say', 'Enter');
+  await until('what was said stands in the dialogue', () => document.querySelector('#log').textContent.includes('What did you learn?'));
+  // Who works by the keyboard has the things before him, drawn or not.
+  const [name] = await page.evaluate(() => Object.values(window.leo.under('thing/')).filter((thing) => thing.role === 'peg').map((thing) => thing.name));
+  await page.locator(`.mark[data-thing="${name}"]`).focus();
+  await page.keyboard.press('Enter');
+  await until(`${name} is in the hand`, (wanted) => window.leo.held() === wanted, name);
+  await page.keyboard.press('Escape');
+  if (troubles.length > 0) throw new Error(`the page failed: ${troubles.join('; ')}`);
+} catch (error) {
+  console.error([error.message, ...troubles].join('\n'));
+  process.exitCode = 1;
+} finally {
+  await browser.close();
+  await own?.close();
+}

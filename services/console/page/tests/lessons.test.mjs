@@ -1,0 +1,83 @@
+import assert from 'node:assert/strict';
+import { test } from 'node:test';
+import { Cells } from '../src/cells.js';
+import { Lessons, lessonName, recordingWords } from '../src/lessons.js';
+import { furnish } from './document.mjs';
+
+const lesson = (id, title, more = {}) => ({ id, title, watch: '', ...more });
+const workspace = (id, title) => ({ lesson: id, title, watch: '', simulated: true, mode: 'script', table: null, tables: 1 });
+
+/** The lessons' part of the page, while `own.toml` plays, and what was asked for. */
+function picker(answer = {}) {
+  const buttons = ['play', 'clear', 'undo', 'record', 'keep', 'save', 'save-cancel'];
+  const ids = furnish({
+    lesson: 'select', lay: 'select', watch: 'p', mode: 'p', 'save-dialog': 'dialog', 'save-title': 'input', 'save-form': 'form',
+    ...Object.fromEntries(buttons.map((id) => [id, 'button'])),
+  });
+  const asked = [];
+  const shown = [];
+  const cells = new Cells();
+  const ask = async (what, content) => {
+    asked.push([what, content]);
+    return answer;
+  };
+  new Lessons(cells, ask, { show: (text) => shown.push(text) });
+  const apply = (changed) => cells.apply({ version: 1, fresh: false, cells: changed });
+  apply({ workspace: workspace('', 'My own'), lessons: [lesson('', 'My own'), lesson('task1', 'Task 1'), lesson('task2', 'Task 2')] });
+  const pick = async (value) => {
+    ids.lesson.value = value;
+    await ids.lesson.listeners.change();
+  };
+  const values = () => ids.lesson.children.map((option) => option.attributes.value);
+  return { ids, asked, shown, apply, pick, values };
+}
+
+test('the lesson that Leo was started with can be chosen again after another one', async () => {
+  const { ids, asked, apply, pick, values } = picker();
+  assert.equal(ids.lesson.value, '');
+  document.activeElement = ids.lesson;
+  await pick('task2');
+  apply({ workspace: workspace('task2', 'Task 2') });
+  assert.deepEqual([ids.lesson.value, values()], ['task2', ['', 'task1', 'task2']]);
+  await pick('');
+  assert.deepEqual(asked, [['open', { lesson: 'task2' }], ['open', { lesson: '' }]]);
+});
+
+test('a list that has become another one shows the lesson that is open, with the focus and without', () => {
+  for (const focused of [false, true]) {
+    const { ids, apply, values } = picker();
+    apply({ workspace: workspace('task2', 'Task 2') });
+    document.activeElement = focused ? ids.lesson : null;
+    apply({ lessons: [lesson('task1', 'Task 1'), lesson('task2', 'Task 2'), lesson('by_hand', 'By hand')] });
+    assert.deepEqual([ids.lesson.value, values()], ['task2', ['task1', 'task2', 'by_hand']]);
+  }
+});
+
+test('who is choosing is not disturbed by a list that is the same', () => {
+  const { ids, apply } = picker();
+  document.activeElement = ids.lesson;
+  ids.lesson.value = 'task1';
+  apply({ workspace: { ...workspace('', 'My own'), table: 0 } });
+  assert.equal(ids.lesson.value, 'task1');
+});
+
+test('a lesson that cannot be opened says why, and the open one stays', async () => {
+  const { ids, asked, shown, apply, pick } = picker();
+  apply({ lessons: [lesson('', 'My own'), lesson('broken', 'broken', { error: 'broken.toml:3:1: no key' })] });
+  assert.match(ids.lesson.lastElementChild.textContent, /^broken: cannot be opened$/);
+  await pick('broken');
+  assert.deepEqual([shown, asked, ids.lesson.value], [['broken.toml:3:1: no key'], [], '']);
+  const refused = picker({ error: 'no room' });
+  await refused.pick('task1');
+  assert.equal(refused.ids.lesson.value, '');
+});
+
+test('lessons of one title are told apart by their names', () => {
+  const all = [lesson('', 'By hand'), lesson('by_hand', 'By hand'), lesson('by_hand_2', 'By hand'), lesson('task1', 'Task 1')];
+  assert.deepEqual(all.map((_, at) => lessonName(all, at)), ['By hand', 'By hand (by_hand)', 'By hand (by_hand_2)', 'Task 1']);
+});
+
+test('frames that did not get into a recording are told', () => {
+  assert.equal(recordingWords({ seconds: 3.4, bytes: 2e6, dropped: 0 }), 'Recording 3 s, 2.0 MB');
+  assert.equal(recordingWords({ seconds: 3.4, bytes: 2e6, dropped: 7 }), 'Recording 3 s, 2.0 MB, 7 dropped');
+});
