@@ -259,12 +259,12 @@ fn a_replay_at_a_speed_keeps_to_it_from_where_it_is_told() {
     let end = of(Buffer::Utterances).map(at).max().expect("something is said");
     let margin = Duration::from_millis(10);
 
-    // Once as it was, and once from the middle of it at half of that. Then the last sentence alone, so slowly
+    // Once as it was, and once from the middle of it at a quarter of that. Then the last sentence alone, so slowly
     // that what comes before would take longer than these tests are patient, were time kept there too.
     let middle = Duration::from_secs(4);
     let windows: [(f64, Vec<(&str, Duration)>); 3] = [
         (1.0, Vec::new()),
-        (0.5, vec![("--from", middle)]),
+        (0.25, vec![("--from", middle)]),
         (0.005, vec![("--from", end - margin), ("--to", end + margin)]),
     ];
     let replays = windows.map(|(speed, window)| {
