@@ -2,13 +2,15 @@
 
 use std::collections::BTreeMap;
 use std::fs::{self, File};
+use std::thread;
 
+use clock::Duration;
 use geometry::Pose;
 use recording::{Buffer, Frame, Subject, Time, Writer};
 
 use crate::acts::{comes_true, movements};
 use crate::assert_refused;
-use crate::house::{read, short_lesson, tell, write};
+use crate::house::{Leo, Told, leo, read, short_lesson, tell, wait_until, write};
 use crate::recordings::{equal, file, frames, recorded};
 
 /// Writes a recording of a lesson in lockstep time with these frames.
@@ -157,7 +159,7 @@ fn a_recording_is_the_same_bytes_every_time_and_every_difference_of_a_replay_is_
     let told = tell(&["replay", &wrong]);
     assert_eq!(told.status, Some(1), "{told:?}");
     assert_eq!(equal(&told, "leo/beliefs/1"), Some(1000), "{told:?}");
-    let at = std::time::Duration::from_nanos(right[index].at_ns - right[0].at_ns);
+    let at = Duration::from_nanos(right[index].at_ns - right[0].at_ns);
     let at = format!("{:.3} s", at.as_secs_f64());
     for words in [
         "leo/beliefs/1, frame 1001, at ",
@@ -205,11 +207,108 @@ fn a_recording_is_the_same_bytes_every_time_and_every_difference_of_a_replay_is_
     assert_eq!((told.status, told.err.as_str()), (Some(0), ""), "{told:?}");
     assert!(told.out.contains("the file ends in the middle, after "), "{told:?}");
     assert!(equal(&told, "leo/beliefs/0").is_some_and(|frames| frames > 500), "{told:?}");
+}
 
-    // In the time of the machine it is the same, and it is told.
-    let told = tell(&["replay", &one, "--speed", "20"]);
-    assert_eq!((told.status, told.err.as_str()), (Some(0), ""), "{told:?}");
-    assert!(told.out.contains("the teacher: \"") && told.out.contains("frames equal"), "{told:?}");
+/// A replay in a multiple of real time, as it was told.
+struct Pace {
+    told: Told,
+    /// What is told of the lesson, without when that was.
+    lines: Vec<String>,
+    /// How long after its beginning, in the lesson's time, each of them was read at the earliest.
+    kept: Vec<Duration>,
+    lasted: Duration,
+}
+
+/// Replays a recording with `--speed` and a window, and reads what is told while it goes.
+fn paced(recording: &str, speed: f64, window: &[(&str, Duration)]) -> Pace {
+    let mut arguments =
+        vec!["replay".to_owned(), recording.to_owned(), "--speed".to_owned(), speed.to_string()];
+    for (option, at) in window {
+        arguments.extend([(*option).to_owned(), at.as_secs_f64().to_string()]);
+    }
+    let (command, files) = leo(&arguments.iter().map(String::as_str).collect::<Vec<_>>());
+    let began = clock::now();
+    let replay = Leo::start(command, files);
+    let (mut lines, mut kept) = (Vec::new(), Vec::new());
+    // What the replay came to is said at the end, in lines without an instant.
+    let ended = wait_until(|| {
+        let out = replay.said("out");
+        let read = clock::now().since(began).mul_f64(speed);
+        let told = out.lines().filter_map(|line| line.split_once(" s] "));
+        for (_, line) in told.skip(lines.len()) {
+            lines.push(line.to_owned());
+            kept.push(read);
+        }
+        out.contains(" s were played") || !replay.said("err").is_empty()
+    });
+    assert!(ended, "{}", replay.said("out"));
+    let lasted = clock::now().since(began).mul_f64(speed);
+    Pace { told: replay.end(), lines, kept, lasted }
+}
+
+#[test]
+fn a_replay_at_a_speed_keeps_to_it_from_where_it_is_told() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let lesson = write(&folder, "short.toml", &short_lesson());
+    let to = file(&folder, "short.mcap");
+    recorded(&lesson, &to);
+    let frames = frames(&to);
+    let began_ns = frames[0].at_ns;
+    let at = |frame: &Frame| Duration::from_nanos(frame.at_ns - began_ns);
+    let of = |buffer: Buffer| frames.iter().filter(move |frame| frame.buffer == buffer);
+    let end = of(Buffer::Utterances).map(at).max().expect("something is said");
+    let margin = Duration::from_millis(10);
+
+    // Once as it was, and once from the middle of it at a quarter of that. Then the last sentence alone, so slowly
+    // that what comes before would take longer than these tests are patient, were time kept there too.
+    let middle = Duration::from_secs(4);
+    let windows: [(f64, Vec<(&str, Duration)>); 3] = [
+        (1.0, Vec::new()),
+        (0.25, vec![("--from", middle)]),
+        (0.005, vec![("--from", end - margin), ("--to", end + margin)]),
+    ];
+    let replays = windows.map(|(speed, window)| {
+        let to = to.clone();
+        let of_window = window.clone();
+        (window, thread::spawn(move || paced(&to, speed, &of_window)))
+    });
+    let mut whole: Vec<String> = Vec::new();
+    for (window, replay) in replays {
+        let Pace { told, lines, kept, lasted } = replay.join().expect("is told");
+        assert_eq!((told.status, told.err.as_str()), (Some(0), ""), "{window:?} {told:?}");
+        let bound = |name: &str| window.iter().find(|(option, _)| *option == name).map(|(_, at)| *at);
+        let (from, to) = (bound("--from").unwrap_or_default(), bound("--to").unwrap_or(Duration::MAX));
+        let is_in = |frame: &&Frame| at(frame) >= from && at(frame) <= to;
+
+        // Nothing is told before its time: a sentence is heard in the turn before its own, which is 5 ms
+        // earlier, and its instant is told in hundredths of a second.
+        let turns = || of(Buffer::Percepts).filter(is_in).map(at);
+        let first = turns().min().expect("some");
+        let tells = |frame: &&Frame| matches!(frame.buffer, Buffer::Utterances | Buffer::Events);
+        let instants: Vec<Duration> = frames.iter().filter(tells).filter(is_in).map(at).collect();
+        let begin = instants[0];
+        assert_eq!(lines.len(), told.out.matches(" s] ").count());
+        for (line, kept) in told.out.lines().zip(kept) {
+            let since = line[1..].split_once(" s] ").expect("an instant").0.trim().parse().expect("seconds");
+            let due = begin + Duration::from_secs_f64(since);
+            assert!(kept + 2 * margin + first >= due, "{window:?} {kept:?} {line}");
+        }
+        let last = turns().max().expect("some");
+        assert!(lasted >= last - first, "{window:?} lasted {lasted:?}");
+
+        // It is told and compared what lies there, and the same as always.
+        assert_eq!(
+            equal(&told, "leo/beliefs/1"),
+            Some(of(Buffer::Beliefs(1)).filter(is_in).count()),
+            "{told:?}"
+        );
+        assert!(lines.len() >= instants.len().min(2), "{told:?}");
+        if whole.is_empty() {
+            whole.clone_from(&lines);
+        }
+        assert!(whole.ends_with(&lines), "{window:?} {lines:#?}\n{whole:#?}");
+        assert_eq!(window.is_empty(), whole.len() == lines.len());
+    }
 }
 
 /// A file that its recording names a robot's configuration by is refused as that file would be.

@@ -1,10 +1,13 @@
 //! What programs of others find in a recording.
 
+use std::collections::BTreeMap;
 use std::fs;
-use std::path::Path;
-use std::process::Command;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
 
-use recording::Buffer;
+use message::{Events, Scene, Utterances};
+use recording::{Buffer, Frame};
+use tempfile::TempDir;
 
 use crate::house::{short_lesson, write};
 use crate::recordings::{file, frames, recorded};
@@ -40,6 +43,61 @@ fn the_layout_for_viewers_shows_channels_that_there_are() {
     }
 }
 
+/// A recording of a short lesson: its file, and its frames as Leo itself reads them.
+fn lesson(folder: &TempDir) -> (String, Vec<Frame>) {
+    let lesson = write(folder, "short.toml", &short_lesson());
+    let to = file(folder, "short.mcap");
+    recorded(&lesson, &to);
+    let frames = frames(&to);
+    (to, frames)
+}
+
+/// What readers must find in a recording of a lesson.
+#[derive(Default)]
+struct Expected {
+    /// How many messages each channel has.
+    messages: BTreeMap<String, usize>,
+    /// How many links the messages of `/tf` place together.
+    transforms: usize,
+}
+
+impl Expected {
+    fn of(frames: &[Frame]) -> Self {
+        let of = |buffer: Buffer| frames.iter().filter(move |frame| frame.buffer == buffer);
+        let mut messages: BTreeMap<String, usize> = BTreeMap::new();
+        for frame in frames {
+            *messages.entry(frame.buffer.to_string()).or_default() += 1;
+        }
+        // Of 250 a second, and of 200, fifty are shown: in simulated time every fifth, and every fourth.
+        let bodies = of(Buffer::JointStates).step_by(5).count();
+        let scenes: Vec<usize> = of(Buffer::Scene)
+            .step_by(4)
+            .map(|frame| frame.read::<Scene>().expect("a scene").1.len())
+            .collect();
+        let said = of(Buffer::Utterances).map(|frame| frame.read::<Utterances>().expect("words").1.len());
+        let told = of(Buffer::Events).map(|frame| frame.read::<Events>().expect("events").1.len());
+        messages.extend(
+            [
+                ("/joint_states", of(Buffer::JointStates).count()),
+                ("/robot_description", 1),
+                ("/scene", scenes.len()),
+                ("/beliefs/leo", of(Buffer::Beliefs(0)).step_by(4).count()),
+                ("/beliefs/the_teacher", of(Buffer::Beliefs(1)).step_by(4).count()),
+                ("/tf", bodies + scenes.len()),
+                ("/log", said.sum::<usize>() + told.sum::<usize>()),
+            ]
+            .map(|(topic, count)| (topic.to_owned(), count)),
+        );
+        let body = config::Robot::load(None).expect("is built in").urdf;
+        let links = body.matches("<link name=").count();
+        assert!(
+            links > 65 && scenes.len() > 100 && messages.values().all(|&count| count > 0),
+            "{messages:?}"
+        );
+        Self { messages, transforms: bodies * links + scenes.iter().sum::<usize>() }
+    }
+}
+
 /// Opens a recording with readers that know nothing of Leo: counts the messages of every topic, decodes
 /// those of ROS 2, and reads a belief by what its schema says.
 const PYTHON: &str = r#"
@@ -47,7 +105,7 @@ import json, struct, sys
 from mcap.reader import make_reader
 from mcap_ros2.decoder import DecoderFactory
 
-counts, decoded, beliefs, metadata, tf, robot = {}, {}, [], {}, set(), ""
+counts, decoded, beliefs, metadata, tf, transforms, robot = {}, {}, [], {}, set(), 0, ""
 with open(sys.argv[1], "rb") as file:
     reader = make_reader(file, validate_crcs=True, decoder_factories=[DecoderFactory()])
     assert reader.get_header().profile == "ros2"
@@ -69,6 +127,7 @@ with open(sys.argv[1], "rb") as file:
         if channel.topic == "/joint_states":
             joints = [len(value.name), len(value.position), len(value.velocity)]
         elif channel.topic == "/tf":
+            transforms += len(value.transforms)
             tf.update((link.header.frame_id, link.child_frame_id) for link in value.transforms)
         elif channel.topic == "/robot_description":
             robot = value.data
@@ -78,36 +137,30 @@ with open(sys.argv[1], "rb") as file:
             cubes = [[mark.scale.x, mark.pose.position.z, mark.color.a] for mark in value.markers if mark.ns == "beliefs"]
 assert sum(counts.values()) == statistics.message_count
 json.dump({"counts": counts, "decoded": decoded, "beliefs": beliefs, "metadata": metadata, "files": files,
-    "joints": joints, "tf": sorted(tf), "robot": len(robot), "log": log, "cubes": cubes}, sys.stdout)
+    "joints": joints, "tf": sorted(tf), "transforms": transforms, "robot": len(robot), "log": log, "cubes": cubes}, sys.stdout)
 "#;
 
 #[test]
 fn readers_that_know_nothing_of_leo_open_a_recording() {
-    let Some(python) = venv::interpreter("mcap-ros2-support==0.5.7", "mcap_ros2.decoder") else {
-        eprintln!("SKIPPED: no python3 with venv and the package mcap-ros2-support here");
-        return;
-    };
+    let Some(python) = venv::interpreter("mcap-ros2-support==0.5.7", "mcap_ros2.decoder") else { return };
     let folder = tempfile::tempdir().expect("a folder");
-    let lesson = write(&folder, "short.toml", &short_lesson());
     let script = write(&folder, "read.py", PYTHON);
-    let to = file(&folder, "short.mcap");
-    recorded(&lesson, &to);
-    let output = Command::new(python).args([&script, &to]).output().expect("runs");
-    let said = String::from_utf8_lossy(&output.stderr);
-    assert!(output.status.success(), "{said}");
+    let (to, frames) = lesson(&folder);
+    let output = ran(Command::new(python).args([&script, &to]));
     let found: serde_json::Value = serde_json::from_slice(&output.stdout).expect("is JSON");
 
-    let frames = frames(&to);
-    let count = |buffer: Buffer| frames.iter().filter(|frame| frame.buffer == buffer).count();
-    let topics = found["counts"].as_object().expect("an object");
-    let leos = topics.keys().filter(|topic| topic.starts_with("leo/"));
-    assert_eq!(leos.count(), 8 + 1, "{topics:?}");
-    for (topic, number) in topics.iter().filter(|(topic, _)| topic.starts_with("leo/")) {
-        let buffer = Buffer::of_topic(topic).expect("a buffer");
-        assert_eq!(number.as_u64(), u64::try_from(count(buffer)).ok(), "{topic}");
+    let expected = Expected::of(&frames);
+    assert_eq!(found["counts"], serde_json::json!(expected.messages));
+    let (leos, others): (BTreeMap<_, _>, BTreeMap<_, _>) =
+        expected.messages.iter().partition(|(topic, _)| topic.starts_with("leo/"));
+    assert_eq!(leos.len(), 8 + 1, "{leos:?}");
+    for (topic, number) in leos {
         let counted = found["metadata"]["leo.counts"][topic].as_str().expect("is counted");
         assert_eq!(counted, format!("{number} written, 0 dropped"));
     }
+    // Each of those that viewers show is what its schema says.
+    assert_eq!(found["decoded"], serde_json::json!(others));
+    assert_eq!(found["transforms"], expected.transforms);
     assert_eq!(found["metadata"]["leo"]["time"], "lockstep");
     assert_eq!(
         found["files"],
@@ -129,16 +182,6 @@ fn readers_that_know_nothing_of_leo_open_a_recording() {
     }
 
     // What viewers show.
-    let decoded = |topic: &str| found["decoded"][topic].as_u64().unwrap_or(0);
-    assert_eq!(decoded("/joint_states"), u64::try_from(count(Buffer::JointStates)).expect("fits"));
-    assert_eq!(decoded("/robot_description"), 1);
-    let beliefs = u64::try_from(count(Buffer::Beliefs(0))).expect("fits");
-    for topic in ["/beliefs/leo", "/beliefs/the_teacher", "/scene"] {
-        // 200 a second are shown 50 times a second.
-        assert!(decoded(topic).abs_diff(beliefs / 4) <= 1, "{topic}: {} of {beliefs}", decoded(topic));
-    }
-    let said = count(Buffer::Utterances) + count(Buffer::Events);
-    assert!(decoded("/log") >= u64::try_from(said).expect("fits"), "{found}");
     assert_eq!(found["joints"], serde_json::json!([65, 65, 65]));
     assert_eq!(found["log"][0], 20);
     assert!(found["robot"].as_u64() > Some(10_000));
@@ -157,4 +200,64 @@ fn readers_that_know_nothing_of_leo_open_a_recording() {
         cubes.iter().all(|cube| cube[0].as_f64().is_some_and(|size| size > 0.005 && size < 1.0)),
         "{cubes:?}"
     );
+}
+
+/// Counts the rows of every entity that a viewer made of a recording, without what stands still.
+const ROWS: &str = r"
+import collections, json, sys
+from rerun.chunk import RrdReader
+
+rows = collections.Counter()
+for chunk in RrdReader(sys.argv[1]).stream():
+    if not chunk.is_static:
+        rows[str(chunk.entity_path)] += chunk.num_rows
+json.dump(rows, sys.stdout)
+";
+
+#[test]
+fn a_common_viewer_has_nothing_to_complain_of_and_shows_every_message_of_every_channel() {
+    let Some(python) = venv::interpreter("rerun-sdk==0.41.0", "rerun.chunk") else { return };
+    let folder = tempfile::tempdir().expect("a folder");
+    let script = write(&folder, "rows.py", ROWS);
+    let (to, frames) = lesson(&folder);
+    let Expected { mut messages, transforms } = Expected::of(&frames);
+    let rerun = |arguments: &[&str]| {
+        // What it notes of its user for its maker, it notes here, and goes with the folder.
+        let mut viewer = Command::new(beside(&python, "rerun"));
+        ran(viewer.args(arguments).env("HOME", folder.path()).env_remove("XDG_CONFIG_HOME"))
+    };
+
+    let checked = String::from_utf8(rerun(&["mcap", "check", &to]).stdout).expect("is text");
+    for topic in messages.keys() {
+        let is_of_it = |line: &&str| line.split_whitespace().nth(3) == Some(topic);
+        let said = checked.lines().find(is_of_it).unwrap_or_else(|| panic!("{topic}\n{checked}"));
+        assert!(said.starts_with("ok ") && said.ends_with(" \u{2014}"), "{checked}");
+    }
+
+    let shown = file(&folder, "short.rrd");
+    rerun(&["mcap", "convert", &to, "--output", &shown]);
+    let output = ran(Command::new(python).args([&script, &shown]));
+    let found: serde_json::Value = serde_json::from_slice(&output.stdout).expect("is JSON");
+    // A viewer's row of a body is a link, and it draws the joints by what is known of them.
+    messages.insert("/tf".to_owned(), transforms);
+    for of in ["position", "velocity", "effort"] {
+        messages.insert(format!("/joint_states/{of}"), messages["/joint_states"]);
+    }
+    let rows: BTreeMap<String, usize> = messages
+        .into_iter()
+        .map(|(topic, count)| (format!("/{}", topic.trim_start_matches('/')), count))
+        .collect();
+    assert_eq!(found, serde_json::json!(rows));
+}
+
+/// A program of the same virtual environment as its interpreter.
+fn beside(python: &Path, program: &str) -> PathBuf {
+    python.with_file_name(program)
+}
+
+/// What a program says that succeeds.
+fn ran(command: &mut Command) -> Output {
+    let output = command.output().expect("runs");
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    output
 }

@@ -1,10 +1,24 @@
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
+/// Where this is set, what is missing is a failure and nothing is skipped.
+const REQUIRED: &str = "LEO_READERS_REQUIRED";
+
 /// The interpreter of a virtual environment below the target folder that has a package, such as
-/// `iceoryx2==0.10.0`, with a module; made there where it is not yet. `None` where that does not
-/// work.
+/// `iceoryx2==0.10.0`, with a module; made there where it is not yet. `None`, and a line of why,
+/// where that does not work.
+#[expect(clippy::print_stderr, reason = "a test says why it is skipped")]
 pub(crate) fn interpreter(package: &str, module: &str) -> Option<PathBuf> {
+    let python = made(package, module);
+    if python.is_none() {
+        let why = format!("`python3 -m venv` and `pip install {package}` do not work here");
+        assert!(std::env::var_os(REQUIRED).is_none(), "{why}");
+        eprintln!("SKIPPED: {why}");
+    }
+    python
+}
+
+fn made(package: &str, module: &str) -> Option<PathBuf> {
     let folder =
         Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("python-{}", package.replace("==", "-")));
     let python = folder.join("bin/python");

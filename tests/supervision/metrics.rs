@@ -27,11 +27,7 @@ fn openmetrics(robot: &Robot) -> String {
 
 #[test]
 fn metrics_of_a_running_robot_are_in_the_format_to_the_letter() {
-    let Some(python) = venv::interpreter("prometheus-client==0.24.1", "prometheus_client") else {
-        return eprintln!(
-            "skipped: needs python3 with venv, and prometheus-client from the Python Package Index"
-        );
-    };
+    let Some(python) = venv::interpreter("prometheus-client==0.24.1", "prometheus_client") else { return };
     let robot = Robot::ready("metrics", &[]);
     let mut text = String::new();
     // All joints were read, and every loop went round.
