@@ -31,6 +31,24 @@ fn this_machine_has_cores_and_shared_memory() {
     assert!(!machine.cores.is_empty() && machine.shared_memory_free > Some(0), "{machine:?}");
 }
 
+/// As the kernel has it where it keeps cores free: whoever asks for none of them does not get them.
+#[test]
+fn cores_that_nobody_is_given_unless_he_asks_are_cores_of_the_machine() {
+    let all = machine(&Robot::load(None).unwrap().leo).cores;
+    let first = all.first().copied().unwrap();
+    let kept_off = move || {
+        let mut one = CpuSet::new();
+        one.set(usize::from(first));
+        sched_setaffinity(None, &one).unwrap();
+        let machine = machine(&Robot::load(None).unwrap().leo);
+        assert_eq!(own_cores(), [first], "a look changes nothing for who looks");
+        machine
+    };
+    let machine = thread::spawn(kept_off).join().unwrap();
+    assert_eq!(machine.given_cores, [first]);
+    assert_eq!(machine.cores, all);
+}
+
 #[test]
 fn a_wrong_file_is_named() {
     let wrong = Inquiry { config: Some("/nowhere/leo.toml".into()), ..inquiry(Path::new("/"), Deed::Look) };

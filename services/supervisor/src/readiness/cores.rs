@@ -1,6 +1,6 @@
 //! The cores: how many, who runs on which, and what puts them to sleep.
 
-use super::{Change, Finding, Hot, Sleep, System};
+use super::{Change, Finding, Hot, Machine, Sleep, System};
 
 const CPU: &str = "/sys/devices/system/cpu";
 /// An idle state that takes this long to leave, in microseconds, is felt.
@@ -31,16 +31,31 @@ pub(super) fn chosen(hot: &[Hot]) -> Vec<u16> {
     cores
 }
 
-pub(super) fn count(cores: &[u16]) -> Finding {
-    if cores.len() >= 2 {
-        Finding::good("cores", format!("{} may be used", cores.len()))
-    } else {
-        Finding::slower(
-            "cores",
+/// How many cores there are, and whether the hot path reaches more than one of them.
+pub(super) fn count(machine: &Machine) -> Finding {
+    let about = "cores";
+    let cores = &machine.cores;
+    if cores.len() < 2 {
+        return Finding::slower(
+            about,
             "one core may be used: the hot path needs two or more",
-            "`taskset -pc 0-$(($(nproc --all) - 1)) $$`, or a machine with more",
-        )
+            "`AllowedCPUs=` of the systemd unit or `--cpuset-cpus` of the container, or a machine with more",
+        );
     }
+    let of = |hot: &Hot| if hot.cores.is_empty() { machine.given_cores.clone() } else { hot.cores.clone() };
+    let mut reached: Vec<u16> = machine.hot.iter().flat_map(of).collect();
+    reached.sort_unstable();
+    reached.dedup();
+    if reached.len() == 1 {
+        return Finding::slower(
+            about,
+            format!("the whole hot path runs on {reached:?}, of {} that may be used", cores.len()),
+            format!(
+                "`cores` among {cores:?} in [sensor.realtime], [belief.realtime] and [motor.realtime] of leo.toml"
+            ),
+        );
+    }
+    Finding::good(about, format!("{} may be used", cores.len()))
 }
 
 /// Whether each hot process that is told to stay on cores can have one of its own, as far as there are

@@ -37,8 +37,10 @@ impl Hot {
 /// be found out.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Machine {
-    /// Cores that this process may use.
+    /// Cores that a process may use if it asks for them.
     pub cores: Vec<u16>,
+    /// Cores that a process gets which asks for none. The kernel leaves out those that it keeps free.
+    pub given_cores: Vec<u16>,
     /// Free bytes of the file system under shared memory.
     pub shared_memory_free: Option<u64>,
     /// Bytes of it that the robot as configured needs.

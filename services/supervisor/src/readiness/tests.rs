@@ -10,10 +10,11 @@ use tempfile::TempDir;
 
 use super::*;
 
-/// A machine as it should be: four cores, two of them set apart for the hot path, one adapter.
+/// A machine as it should be: four cores, three of them set apart for the hot path, one adapter. The kernel gives the
+/// three to whoever asks for them, and to nobody else.
 const FILES: [(&str, &str); 15] = [
     ("proc/version", "Linux version 6.12.9-rt #1 SMP PREEMPT_RT"),
-    ("proc/cmdline", "quiet isolcpus=2,3"),
+    ("proc/cmdline", "quiet isolcpus=1-3"),
     ("proc/meminfo", "MemTotal: 1 kB\nSwapTotal:       0 kB\n"),
     ("proc/sys/kernel/sched_rt_runtime_us", "950000"),
     ("proc/sys/kernel/sched_rt_period_us", "1000000"),
@@ -39,6 +40,7 @@ fn good() -> (TempDir, Machine) {
     let hot = |name, cores: &[u16]| Hot { name, period: None, priority: 70, cores: cores.to_vec() };
     let machine = Machine {
         cores: vec![0, 1, 2, 3],
+        given_cores: vec![0],
         shared_memory_free: Some(1 << 30),
         shared_memory_needed: 12 << 20,
         descriptors: Some(4096),
@@ -129,7 +131,17 @@ fn every_shortcoming_of_what_is_granted_is_found_alone_and_says_what_mends_it() 
             "cores = [1]",
         ),
         (Machine { hot: pinned([&[1], &[2], &[7]]), ..good.clone() }, Verdict::Slower, "[motor.realtime]"),
-        (Machine { hot: pinned([&[], &[], &[]]), ..good.clone() }, Verdict::Slower, "name them as `cores`"),
+        (
+            Machine {
+                cores: (0..6).collect(),
+                given_cores: vec![0, 4, 5],
+                hot: pinned([&[], &[], &[]]),
+                ..good.clone()
+            },
+            Verdict::Slower,
+            "name them as `cores`",
+        ),
+        (Machine { cores: vec![0], hot: Vec::new(), ..good.clone() }, Verdict::Slower, "AllowedCPUs"),
     ];
     for (machine, verdict, word) in cases {
         let bad: Vec<Finding> = bad(&root, &machine)
@@ -140,6 +152,15 @@ fn every_shortcoming_of_what_is_granted_is_found_alone_and_says_what_mends_it() 
         assert_eq!(bad[0].verdict, verdict);
         assert!(bad[0].mend.as_ref().unwrap().contains(word), "{bad:?}");
     }
+}
+
+#[test]
+fn a_hot_path_that_asks_for_no_core_has_only_those_that_the_kernel_does_not_keep_free() {
+    let (root, good) = good();
+    let bad = bad(&root, &Machine { hot: pinned([&[], &[], &[]]), ..good });
+    let cores = bad.iter().find(|finding| finding.about == "cores").unwrap();
+    assert!(cores.text.contains("the whole hot path runs on [0], of 4"), "{cores:?}");
+    assert!(cores.mend.as_ref().unwrap().contains("among [0, 1, 2, 3]"), "{cores:?}");
 }
 
 fn pinned(cores: [&[u16]; 3]) -> Vec<Hot> {
