@@ -87,7 +87,7 @@ pub fn check(inquiry: &Inquiry, out: &mut impl Write) -> Result<bool, CheckError
     }
     // As the running robot has it.
     let _awake = robot.leo.supervisor.keep_cores_awake.then(Awake::ask);
-    let measured = measure::wakeups(&Hot::all(&robot.leo), inquiry.measure)?;
+    let measured = measure::wakeups(&Hot::all(&robot), inquiry.measure)?;
     let measured: Vec<Finding> = measured.iter().map(judge_wakeup).collect();
     if inquiry.json {
         findings.extend(measured);
@@ -117,11 +117,12 @@ fn inspect(robot: &Robot, config: Option<&Path>, system: &System) -> Vec<Finding
     let joints = robot.motor.joints.len();
     let configuration = format!("{what} and its neighbours are right: {joints} joints");
     let mut findings = vec![Finding::new(Verdict::Good, "configuration", configuration)];
-    findings.extend(judge(system, &machine(&robot.leo)));
+    findings.extend(judge(system, &machine(robot)));
     findings
 }
 
-fn machine(leo: &Leo) -> Machine {
+fn machine(robot: &Robot) -> Machine {
+    let leo = &robot.leo;
     Machine {
         cores: cores_on_request(),
         given_cores: own_cores(),
@@ -134,7 +135,7 @@ fn machine(leo: &Leo) -> Machine {
         memory_limit: getrlimit(Resource::Memlock).current,
         missing_rights: missing_rights(leo),
         is_wall_clock_kept: realtime::is_wall_clock_kept(),
-        hot: Hot::all(leo),
+        hot: Hot::all(robot),
         carriers: if leo.supervisor.keep_serial_lines_prompt { carriers() } else { Carriers::Ordinary },
         sleep: if leo.supervisor.keep_cores_awake { sleep(Awake::ask().err()) } else { Sleep::Allowed },
     }
