@@ -209,8 +209,9 @@ impl Run {
         linkable(&robot.leo.link)?;
         let faults = self.faults.as_deref().map(|file| campaign(file, &robot)).transpose()?;
         let state = domain::state_directory()?;
-        // Here it is one clear error; the learner could only die of it again and again.
-        learner_process::check_memory(&state).map_err(Failed::usage)?;
+        // Here it is one clear error; the learner could only die of it again and again. Another robot that has it
+        // open is no obstacle: the learner says that this one forgets.
+        let _access = learner_process::check_memory(&state).map_err(Failed::usage)?;
         // On a real robot nobody plays the world.
         let plays = robot.leo.sensor.simulator().is_some();
         let orders = Orders {

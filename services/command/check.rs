@@ -32,6 +32,10 @@ pub(crate) struct Check {
     /// Bring --config and what was learned to this version first, and keep a copy of each as it was
     #[arg(long, conflicts_with = "json")]
     migrate: bool,
+    /// Where Leo remembers, for --migrate; /var/lib/leo for the service [default: $XDG_STATE_HOME/leo or
+    /// ~/.local/state/leo]
+    #[arg(long, value_name = "DIRECTORY", requires = "migrate")]
+    state: Option<PathBuf>,
     /// The folder that stands for the root of the machine
     #[arg(long, hide = true, default_value = "/")]
     root: PathBuf,
@@ -43,7 +47,7 @@ pub(crate) struct Check {
 impl Check {
     pub(crate) fn run(self) -> Result<ExitCode, Failed> {
         if self.migrate {
-            migrate::migrate(self.config.as_deref())?;
+            migrate::migrate(self.config.as_deref(), self.state.as_deref())?;
         }
         let robot = Robot::load(self.config.as_deref()).map_err(Failed::usage)?;
         startable(&robot, self.config.as_deref())?;

@@ -1,4 +1,5 @@
 use std::fs;
+use std::os::unix::fs::MetadataExt as _;
 use std::path::Path;
 use std::process::{Command, Stdio};
 
@@ -70,7 +71,7 @@ fn an_old_configuration_is_brought_forward_once_and_kept_as_it_was() {
         told.out.contains("leo.toml was migrated; as it was: ") && told.out.contains("noise = 0.0"),
         "{told:?}"
     );
-    assert!(told.out.contains("is of this version"), "{told:?}");
+    assert!(told.out.contains("nothing was learned in "), "{told:?}");
     assert_eq!(read(&format!("{config}.old")), old);
     assert!(!Path::new(&format!("{config}.new")).exists());
     let new = read(&config);
@@ -81,6 +82,42 @@ fn an_old_configuration_is_brought_forward_once_and_kept_as_it_was() {
     fs::write(&config, &old).expect("writes");
     assert_refused(&check(&["--config", &config, "--migrate"]), 2, &["leo.toml.old", "move it away"]);
     assert_eq!(read(&config), old);
+}
+
+#[test]
+fn what_was_learned_is_brought_forward_where_it_is_and_nowhere_else_and_not_while_a_robot_has_it_open() {
+    let files = tempfile::tempdir().expect("a folder");
+    let nowhere = files.path().join("nowhere");
+    let migrate = |state: &Path| check(&["--migrate", "--state", state.to_str().expect("letters")]);
+    let told = migrate(&nowhere);
+    assert!(told.status == Some(0) && told.out.contains("nothing was learned in "), "{told:?}");
+    assert!(!nowhere.exists(), "a look makes nothing");
+
+    let state = files.path().join("state");
+    let file = process::state::learned(&state);
+    let memory = learner_process::Memory::open(&file).expect("is made");
+    assert_refused(&migrate(&state), 1, &["learned.redb is in use", "stop the robot first"]);
+    drop(memory);
+    let told = migrate(&state);
+    assert!(told.status == Some(0) && told.out.contains("is of this version"), "{told:?}");
+    let told = check(&["--state", "/tmp"]);
+    assert!(told.status == Some(2) && told.err.contains("--migrate"), "{told:?}");
+}
+
+#[test]
+fn what_root_brings_forward_belongs_to_whom_it_belonged() {
+    let files = tempfile::tempdir().expect("a folder");
+    let config =
+        write(&files, "leo.toml", &read("config/leo.toml").replace("noise = 0.0 ", "# noise = 0.0 "));
+    if std::os::unix::fs::chown(&config, Some(12345), Some(12346)).is_err() {
+        return eprintln!("SKIPPED: needs to be root");
+    }
+    let told = check(&["--config", &config, "--migrate"]);
+    assert_eq!(told.status, Some(0), "{told:?}");
+    for file in [config.clone(), format!("{config}.old")] {
+        let now = fs::metadata(&file).expect("is there");
+        assert_eq!((now.uid(), now.gid()), (12345, 12346), "{file}");
+    }
 }
 
 /// Brings two files forward on a disk with no room, and then with a little more, until they are.

@@ -4,17 +4,19 @@ use std::collections::BTreeSet;
 use std::ffi::OsString;
 use std::fs::{self, File};
 use std::io;
+use std::os::unix::fs::{MetadataExt as _, chown};
 use std::path::{Path, PathBuf};
 
 use config::{Forward, Robot};
+use learner_process::Access;
 
 use super::super::domain::state_directory;
 use super::super::failure::Failed;
 use super::super::output::print;
 
-/// Brings a configuration and what was learned forward, and says what was done. Nothing is written before
-/// it is known that every file can be.
-pub(super) fn migrate(config: Option<&Path>) -> Result<(), Failed> {
+/// Brings a configuration and what was learned forward, and says what was done. No file of the configuration is
+/// written before it is known that every one can be.
+pub(super) fn migrate(config: Option<&Path>, state: Option<&Path>) -> Result<(), Failed> {
     if let Some(leo) = config {
         let files = Robot::forward(leo).map_err(Failed::usage)?;
         for file in files.iter().filter(|file| !file.steps.is_empty()) {
@@ -32,11 +34,30 @@ pub(super) fn migrate(config: Option<&Path>) -> Result<(), Failed> {
             print(&said(file))?;
         }
     }
-    let state = state_directory()?;
-    let before = copies(&state);
-    // A store of an older version is taken over when it is opened.
-    learner_process::check_memory(&state).map_err(Failed::usage)?;
-    let made = copies(&state);
+    let state = state.map_or_else(state_directory, |state| Ok(state.to_owned()))?;
+    learned(&state)
+}
+
+/// Brings what was learned forward: a store of an older version is taken over when it is opened.
+fn learned(state: &Path) -> Result<(), Failed> {
+    let file = process::state::learned(state);
+    let looked = file.try_exists();
+    // Opening makes a store where there is none, and whoever names the wrong directory shall not find one there.
+    if !looked.map_err(|error| Failed::because(format!("cannot look at {}: {error}", file.display())))? {
+        return print(&format!(
+            "nothing was learned in {}; where Leo remembers elsewhere, name it with --state\n\n",
+            state.display()
+        ));
+    }
+    let before = copies(state);
+    if learner_process::check_memory(state).map_err(Failed::usage)? == Access::InUse {
+        return Err(Failed::because(format!(
+            "{} is in use, and was not looked at: stop the robot first; one that starts anew takes over what an older \
+             version learned in any case",
+            file.display()
+        )));
+    }
+    let made = copies(state);
     let new: Vec<String> = made.difference(&before).map(|file| file.display().to_string()).collect();
     print(&if new.is_empty() {
         format!("what was learned, in {}, is of this version\n\n", state.display())
@@ -92,12 +113,16 @@ fn replace(files: &[Forward]) -> Result<(), (&Forward, io::Error)> {
 
 /// Writes what a file was and what it becomes beside it, through to the disk.
 fn prepare(file: &Forward) -> io::Result<()> {
-    let permissions = fs::metadata(&file.file)?.permissions();
+    let old = fs::metadata(&file.file)?;
     fs::copy(&file.file, kept(&file.file))?;
     File::open(kept(&file.file))?.sync_all()?;
     let new = new(&file.file);
     fs::write(&new, &file.text)?;
-    fs::set_permissions(&new, permissions)?;
+    for made in [&kept(&file.file), &new] {
+        // Whoever is not root owns what he makes.
+        let _granted = chown(made, Some(old.uid()), Some(old.gid()));
+    }
+    fs::set_permissions(&new, old.permissions())?;
     File::open(new)?.sync_all()
 }
 

@@ -26,7 +26,7 @@ pub use leo_body::{LeoBody, LeoBodyError};
 pub use memory::Memory;
 pub use question::open_question;
 pub use report::retell;
-pub use shell::{check_memory, run};
+pub use shell::{Access, check_memory, run};
 pub use vocabulary::{Vocabulary, VocabularyError};
 
 #[cfg(test)]

@@ -262,16 +262,25 @@ impl BeliefInlets {
     }
 }
 
+/// Who may look at what is remembered.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Access {
+    /// Whoever asked: it is of this version now, and was read.
+    Free,
+    /// Another robot alone, which has it open: of which version it is, is not known.
+    InUse,
+}
+
 /// Whether what is remembered in a state directory can be read, and more be remembered there; the
-/// directory is made where there is none. Another robot that has it open is no obstacle.
+/// directory is made where there is none. What an older version remembered is taken over.
 ///
 /// # Errors
 ///
 /// It cannot be read or written; nothing of it was changed.
-pub fn check_memory(state: &Path) -> Result<(), Failure> {
+pub fn check_memory(state: &Path) -> Result<Access, Failure> {
     match Memory::open(&state::learned(state)) {
-        Ok(memory) => memory.tasks().map(drop).map_err(Failure::own),
-        Err(OpenError::InUse { .. }) => Ok(()),
+        Ok(memory) => memory.tasks().map(|_| Access::Free).map_err(Failure::own),
+        Err(OpenError::InUse { .. }) => Ok(Access::InUse),
         Err(error) => Err(Failure::own(error)),
     }
 }

@@ -12,7 +12,7 @@ use config::leo::{Leo, Rights};
 use config::{ConfigError, Robot};
 use realtime::{Awake, SerialWorkers};
 use rustix::process::{Resource, getrlimit};
-use rustix::thread::{CpuSet, sched_getaffinity};
+use rustix::thread::{CpuSet, sched_getaffinity, sched_setaffinity};
 
 use crate::readiness::{
     Carriers, Finding, Hot, Machine, Sleep, System, Verdict, judge, judge_wakeup, shared_memory,
@@ -87,7 +87,7 @@ pub fn check(inquiry: &Inquiry, out: &mut impl Write) -> Result<bool, CheckError
     }
     // As the running robot has it.
     let _awake = robot.leo.supervisor.keep_cores_awake.then(Awake::ask);
-    let measured = measure::wakeups(&Hot::all(&robot.leo), inquiry.measure)?;
+    let measured = measure::wakeups(&Hot::all(&robot), inquiry.measure)?;
     let measured: Vec<Finding> = measured.iter().map(judge_wakeup).collect();
     if inquiry.json {
         findings.extend(measured);
@@ -117,20 +117,15 @@ fn inspect(robot: &Robot, config: Option<&Path>, system: &System) -> Vec<Finding
     let joints = robot.motor.joints.len();
     let configuration = format!("{what} and its neighbours are right: {joints} joints");
     let mut findings = vec![Finding::new(Verdict::Good, "configuration", configuration)];
-    findings.extend(judge(system, &machine(&robot.leo)));
+    findings.extend(judge(system, &machine(robot)));
     findings
 }
 
-fn machine(leo: &Leo) -> Machine {
-    let mask = sched_getaffinity(None).ok();
-    let cores = mask.map_or_else(Vec::new, |mask| {
-        (0..CpuSet::MAX_CPU)
-            .filter(|&core| mask.is_set(core))
-            .filter_map(|core| u16::try_from(core).ok())
-            .collect()
-    });
+fn machine(robot: &Robot) -> Machine {
+    let leo = &robot.leo;
     Machine {
-        cores,
+        cores: cores_on_request(),
+        given_cores: own_cores(),
         shared_memory_free: shared_memory_free(),
         shared_memory_needed: shared_memory_needed(
             &leo.buffers,
@@ -140,10 +135,32 @@ fn machine(leo: &Leo) -> Machine {
         memory_limit: getrlimit(Resource::Memlock).current,
         missing_rights: missing_rights(leo),
         is_wall_clock_kept: realtime::is_wall_clock_kept(),
-        hot: Hot::all(leo),
+        hot: Hot::all(robot),
         carriers: if leo.supervisor.keep_serial_lines_prompt { carriers() } else { Carriers::Ordinary },
         sleep: if leo.supervisor.keep_cores_awake { sleep(Awake::ask().err()) } else { Sleep::Allowed },
     }
+}
+
+/// The cores that a process gets which asks for all that it may have. The kernel starts everybody beside the cores that
+/// it keeps free (`isolcpus`), and yet gives them to whoever asks.
+fn cores_on_request() -> Vec<u16> {
+    // A thread that ends: what it asks for is for itself alone. The kernel leaves out what is not there and what the
+    // group of this process may not have.
+    let ask = || {
+        let mut every = CpuSet::new();
+        (0..CpuSet::MAX_CPU).for_each(|core| every.set(core));
+        // Where nothing may be asked for, what there was stays.
+        let _granted = sched_setaffinity(None, &every);
+        own_cores()
+    };
+    thread::spawn(ask).join().unwrap_or_default()
+}
+
+/// The cores that the thread that asks may run on.
+fn own_cores() -> Vec<u16> {
+    let mask = sched_getaffinity(None).ok();
+    let is_set = |core: &u16| mask.is_some_and(|mask| mask.is_set(usize::from(*core)));
+    (0..=u16::MAX).take(CpuSet::MAX_CPU).filter(is_set).collect()
 }
 
 /// Whether the kernel's workers may be made prompt.

@@ -93,7 +93,7 @@ pub fn judge(system: &System, machine: &Machine) -> Vec<Finding> {
         limits::locked_memory(machine.missing_rights, machine.memory_limit),
         kernel::preemption(system),
         kernel::realtime_share(system),
-        cores::count(&machine.cores),
+        cores::count(machine),
         cores::plan(hot, &machine.cores),
         cores::isolation(system, hot),
         cores::governors(system, &machine.cores),

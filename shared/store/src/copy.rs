@@ -1,5 +1,6 @@
 use std::fs::{self, File};
 use std::io;
+use std::os::unix::fs::{MetadataExt as _, chown};
 use std::path::{Path, PathBuf};
 
 /// Keeps a copy of a file of an older version beside it, whole and durable when this returns; gives
@@ -19,6 +20,10 @@ pub(crate) fn beside(file: &Path, version: u64) -> io::Result<PathBuf> {
     // Nothing half copied ever bears the name of a copy.
     let unfinished = named(".part");
     fs::copy(file, &unfinished)?;
+    // Where root migrates what a service learned, the copy is for that service too. Whoever is not root owns what he
+    // makes.
+    let old = fs::metadata(file)?;
+    let _granted = chown(&unfinished, Some(old.uid()), Some(old.gid()));
     File::open(&unfinished)?.sync_all()?;
     fs::rename(&unfinished, &copy)?;
     if let Some(folder) = file.parent() {

@@ -1,5 +1,7 @@
 use std::fs;
 
+use config::motor::Device;
+
 use super::*;
 
 /// A machine in a folder: one core that saves power, one adapter that waits.
@@ -27,8 +29,39 @@ fn governor(root: &Path) -> String {
 
 #[test]
 fn this_machine_has_cores_and_shared_memory() {
-    let machine = machine(&Robot::load(None).unwrap().leo);
+    let machine = machine(&Robot::load(None).unwrap());
     assert!(!machine.cores.is_empty() && machine.shared_memory_free > Some(0), "{machine:?}");
+}
+
+/// As the kernel has it where it keeps cores free: whoever asks for none of them does not get them.
+#[test]
+fn cores_that_nobody_is_given_unless_he_asks_are_cores_of_the_machine() {
+    let all = machine(&Robot::load(None).unwrap()).cores;
+    let first = all.first().copied().unwrap();
+    let kept_off = move || {
+        let mut one = CpuSet::new();
+        one.set(usize::from(first));
+        sched_setaffinity(None, &one).unwrap();
+        let machine = machine(&Robot::load(None).unwrap());
+        assert_eq!(own_cores(), [first], "a look changes nothing for who looks");
+        machine
+    };
+    let machine = thread::spawn(kept_off).join().unwrap();
+    assert_eq!(machine.given_cores, [first]);
+    assert_eq!(machine.cores, all);
+}
+
+#[test]
+fn a_bus_is_a_thread_of_the_motor_process_and_a_mock_bus_one_of_its_own() {
+    let threads = |robot: &Robot| -> Vec<(&str, usize)> {
+        machine(robot).hot.iter().map(|hot| (hot.name, hot.threads)).collect()
+    };
+    let mut robot = Robot::load(None).unwrap();
+    assert_eq!(threads(&robot), [("sensor", 1), ("belief", 1), ("motor", 6), ("mock_bus", 5)]);
+    for bus in &mut robot.motor.buses {
+        bus.device = Device::Tty("/dev/ttyUSB0".into());
+    }
+    assert_eq!(threads(&robot), [("sensor", 1), ("belief", 1), ("motor", 6)]);
 }
 
 #[test]

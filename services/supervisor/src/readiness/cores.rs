@@ -1,6 +1,9 @@
 //! The cores: how many, who runs on which, and what puts them to sleep.
 
-use super::{Change, Finding, Hot, Sleep, System};
+use std::collections::{BTreeMap, BTreeSet};
+use std::iter::repeat_n;
+
+use super::{Change, Finding, Hot, Machine, Sleep, System};
 
 const CPU: &str = "/sys/devices/system/cpu";
 /// An idle state that takes this long to leave, in microseconds, is felt.
@@ -31,24 +34,38 @@ pub(super) fn chosen(hot: &[Hot]) -> Vec<u16> {
     cores
 }
 
-pub(super) fn count(cores: &[u16]) -> Finding {
-    if cores.len() >= 2 {
-        Finding::good("cores", format!("{} may be used", cores.len()))
-    } else {
-        Finding::slower(
-            "cores",
+/// How many cores there are, and whether the hot path reaches more than one of them.
+pub(super) fn count(machine: &Machine) -> Finding {
+    let about = "cores";
+    let cores = &machine.cores;
+    if cores.len() < 2 {
+        return Finding::slower(
+            about,
             "one core may be used: the hot path needs two or more",
-            "`taskset -pc 0-$(($(nproc --all) - 1)) $$`, or a machine with more",
-        )
+            "`AllowedCPUs=` of the systemd unit or `--cpuset-cpus` of the container, or a machine with more",
+        );
     }
+    let of = |hot: &Hot| if hot.cores.is_empty() { machine.given_cores.clone() } else { hot.cores.clone() };
+    let mut reached: Vec<u16> = machine.hot.iter().flat_map(of).collect();
+    reached.sort_unstable();
+    reached.dedup();
+    if reached.len() == 1 {
+        return Finding::slower(
+            about,
+            format!("the whole hot path runs on {reached:?}, of {} that may be used", cores.len()),
+            format!(
+                "`cores` among {cores:?} in [sensor.realtime], [belief.realtime] and [motor.realtime] of leo.toml"
+            ),
+        );
+    }
+    Finding::good(about, format!("{} may be used", cores.len()))
 }
 
-/// Whether each hot process that is told to stay on cores can have one of its own, as far as there are
-/// any.
+/// Whether each thread of the hot processes that are told to stay on cores can have one of its own, as far as
+/// there are any.
 pub(super) fn plan(hot: &[Hot], machine: &[u16]) -> Finding {
     let about = "core plan";
     let pinned: Vec<&Hot> = hot.iter().filter(|process| !process.cores.is_empty()).collect();
-    let used = chosen(hot);
     if pinned.is_empty() {
         return Finding::good(about, "no hot process is told to stay on a core");
     }
@@ -64,36 +81,96 @@ pub(super) fn plan(hot: &[Hot], machine: &[u16]) -> Finding {
             format!("cores among {machine:?} in [{}.realtime] of leo.toml", process.name),
         );
     }
-    if each_has_one(&pinned, &mut Vec::new()) {
-        return Finding::good(about, format!("a core for each of {}", names(&pinned)));
-    }
-    let free: Vec<u16> = machine.iter().copied().filter(|core| !used.contains(core)).collect();
-    match free.first() {
-        Some(core) => Finding::slower(
+    let crowds = crowds(&pinned);
+    let Some(first) = crowds.first() else {
+        return Finding::good(about, format!("a core for each thread of {}", names(&pinned)));
+    };
+    let used = chosen(hot);
+    // One is left for all else that runs: the adapters' interrupts, the other processes.
+    let free: Vec<u16> = machine.iter().copied().filter(|core| !used.contains(core)).skip(1).collect();
+    let told = |crowd: &BTreeSet<u16>| {
+        let cores: Vec<u16> = crowd.iter().copied().collect();
+        format!("{} on {cores:?}", names(&within(crowd, &pinned)))
+    };
+    let shared: Vec<String> = crowds.iter().map(told).collect();
+    let shared = shared.join("; ");
+    match within(first, &pinned).split_last() {
+        Some((last, others)) if !free.is_empty() => Finding::slower(
             about,
-            format!("{} share cores {used:?} while {free:?} are free", names(&pinned)),
-            format!("cores = [{core}] in the [*.realtime] of one of them in leo.toml"),
+            format!("threads share cores while {free:?} are free: {shared}"),
+            roomier(last, others, &free),
         ),
-        None => Finding::good(about, format!("{} share all cores there are", names(&pinned))),
+        Some(_) | None => Finding::good(about, format!("threads share cores, no more are free: {shared}")),
     }
 }
 
-/// Whether the first of `pinned` and all behind it can each have a core that is not `taken`.
-fn each_has_one(pinned: &[&Hot], taken: &mut Vec<u16>) -> bool {
-    let Some((first, others)) = pinned.split_first() else { return true };
-    first.cores.iter().any(|core| {
-        if taken.contains(core) {
+/// The line that gives `process` cores that none of the `others` has, as far as enough are free.
+fn roomier(process: &Hot, others: &[&Hot], free: &[u16]) -> String {
+    let is_theirs = |core: &u16| others.iter().any(|other| other.cores.contains(core));
+    let own = process.cores.iter().filter(|core| !is_theirs(core));
+    let cores: Vec<u16> = own.chain(free).copied().take(process.threads).collect();
+    format!("cores = {cores:?} in [{}.realtime] of leo.toml", process.name)
+}
+
+/// Cores on which more threads shall run than there are of them, those together between which threads could change.
+fn crowds(pinned: &[&Hot]) -> Vec<BTreeSet<u16>> {
+    let each = |hot: &&Hot| repeat_n(hot.cores.clone(), hot.threads);
+    let threads: Vec<Vec<u16>> = pinned.iter().flat_map(each).collect();
+    let mut taken = BTreeMap::new();
+    let mut left_over = Vec::new();
+    for thread in 0..threads.len() {
+        if !seat(thread, &threads, &mut taken, &mut BTreeSet::new()) {
+            left_over.push(thread);
+        }
+    }
+    let mut crowds: Vec<BTreeSet<u16>> = Vec::new();
+    for thread in left_over {
+        // Now that all others sit: the cores that it could have only if somebody there had another one.
+        let mut cores = BTreeSet::new();
+        seat(thread, &threads, &mut taken, &mut cores);
+        let (met, mut apart): (Vec<_>, Vec<_>) =
+            crowds.into_iter().partition(|crowd| !crowd.is_disjoint(&cores));
+        apart.push(met.into_iter().flatten().chain(cores).collect());
+        crowds = apart;
+    }
+    crowds
+}
+
+/// Gives a thread a core of its own, for which others move to other cores of theirs; whether it could. `taken` says
+/// which thread has which core, and `tried` becomes the cores that were looked at.
+fn seat(
+    thread: usize,
+    threads: &[Vec<u16>],
+    taken: &mut BTreeMap<u16, usize>,
+    tried: &mut BTreeSet<u16>,
+) -> bool {
+    threads.get(thread).into_iter().flatten().any(|&core| {
+        if !tried.insert(core) {
             return false;
         }
-        taken.push(*core);
-        let fits = each_has_one(others, taken);
-        taken.pop();
-        fits
+        let holder = taken.get(&core).copied();
+        let is_free = holder.is_none_or(|holder| seat(holder, threads, taken, tried));
+        if is_free {
+            taken.insert(core, thread);
+        }
+        is_free
     })
 }
 
+/// Those that run nowhere but in a crowd, the one with the most threads last.
+fn within<'hot>(crowd: &BTreeSet<u16>, pinned: &[&'hot Hot]) -> Vec<&'hot Hot> {
+    let is_within = |hot: &&&Hot| hot.cores.iter().all(|core| crowd.contains(core));
+    let mut within: Vec<&Hot> = pinned.iter().filter(is_within).copied().collect();
+    within.sort_by_key(|hot| hot.threads);
+    within
+}
+
 fn names(hot: &[&Hot]) -> String {
-    hot.iter().map(|process| process.name).collect::<Vec<_>>().join(", ")
+    let name = |hot: &&Hot| match hot.threads {
+        1 => hot.name.to_owned(),
+        threads => format!("{} ({threads} threads)", hot.name),
+    };
+    hot.iter().map(name).collect::<Vec<_>>().join(", ")
 }
 
 pub(super) fn isolation(system: &System, hot: &[Hot]) -> Finding {

@@ -1,5 +1,7 @@
 use clock::Duration;
-use config::leo::{Leo, Rights};
+use config::Robot;
+use config::leo::Rights;
+use config::motor::Device;
 use realtime::SerialWorkersError;
 
 /// A process of the hot path, as it is configured.
@@ -11,25 +13,36 @@ pub struct Hot {
     pub period: Option<Duration>,
     /// Priority of `SCHED_FIFO`; 0 for the ordinary scheduler.
     pub priority: u8,
-    /// Cores that it may run on; none means all.
+    /// Cores that it may run on, all its threads; none means all.
     pub cores: Vec<u16>,
+    /// How many of its threads are hot.
+    pub threads: usize,
 }
 
 impl Hot {
-    /// Those that a configuration makes: sensor, belief and motor.
+    /// Those that a configuration makes: sensor, belief and motor, and the mock servo bus where there are buses of it.
     #[must_use]
-    pub fn all(leo: &Leo) -> Vec<Self> {
-        let hot = |name, period, rights: &Rights| Self {
+    pub fn all(robot: &Robot) -> Vec<Self> {
+        let hot = |name, period, rights: &Rights, threads| Self {
             name,
             period,
             priority: rights.fifo_priority.get(),
             cores: rights.cores.clone(),
+            threads,
         };
-        vec![
-            hot("sensor", Some(leo.sensor.rate_hz.period()), &leo.sensor.realtime),
-            hot("belief", None, &leo.belief.realtime),
-            hot("motor", Some(leo.motor.rate_hz.period()), &leo.motor.realtime),
-        ]
+        let leo = &robot.leo;
+        let buses = &robot.motor.buses;
+        let mut all = vec![
+            hot("sensor", Some(leo.sensor.rate_hz.period()), &leo.sensor.realtime, 1),
+            hot("belief", None, &leo.belief.realtime, 1),
+            // Its cycle, and a thread for each bus.
+            hot("motor", Some(leo.motor.rate_hz.period()), &leo.motor.realtime, 1 + buses.len()),
+        ];
+        let mock = buses.iter().filter(|bus| bus.device == Device::Mock).count();
+        if mock > 0 {
+            all.push(hot("mock_bus", None, &leo.mock_bus.realtime, mock));
+        }
+        all
     }
 }
 
@@ -37,8 +50,10 @@ impl Hot {
 /// be found out.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Machine {
-    /// Cores that this process may use.
+    /// Cores that a process may use if it asks for them.
     pub cores: Vec<u16>,
+    /// Cores that a process gets which asks for none. The kernel leaves out those that it keeps free.
+    pub given_cores: Vec<u16>,
     /// Free bytes of the file system under shared memory.
     pub shared_memory_free: Option<u64>,
     /// Bytes of it that the robot as configured needs.

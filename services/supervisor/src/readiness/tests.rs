@@ -10,10 +10,11 @@ use tempfile::TempDir;
 
 use super::*;
 
-/// A machine as it should be: four cores, two of them set apart for the hot path, one adapter.
+/// A machine as it should be: four cores, three of them set apart for the hot path, one adapter. The kernel gives the
+/// three to whoever asks for them, and to nobody else.
 const FILES: [(&str, &str); 15] = [
     ("proc/version", "Linux version 6.12.9-rt #1 SMP PREEMPT_RT"),
-    ("proc/cmdline", "quiet isolcpus=2,3"),
+    ("proc/cmdline", "quiet isolcpus=1-3"),
     ("proc/meminfo", "MemTotal: 1 kB\nSwapTotal:       0 kB\n"),
     ("proc/sys/kernel/sched_rt_runtime_us", "950000"),
     ("proc/sys/kernel/sched_rt_period_us", "1000000"),
@@ -36,9 +37,11 @@ fn good() -> (TempDir, Machine) {
     }
     fs::create_dir_all(root.path().join("sys/class/tty/ttyUSB0")).unwrap();
     symlink("../../../devices/pci0/0000:14/usb1", root.path().join("sys/class/tty/ttyUSB0/device")).unwrap();
-    let hot = |name, cores: &[u16]| Hot { name, period: None, priority: 70, cores: cores.to_vec() };
+    let hot =
+        |name, cores: &[u16]| Hot { name, period: None, priority: 70, cores: cores.to_vec(), threads: 1 };
     let machine = Machine {
         cores: vec![0, 1, 2, 3],
+        given_cores: vec![0],
         shared_memory_free: Some(1 << 30),
         shared_memory_needed: 12 << 20,
         descriptors: Some(4096),
@@ -126,10 +129,20 @@ fn every_shortcoming_of_what_is_granted_is_found_alone_and_says_what_mends_it() 
         (
             Machine { cores: vec![1, 2, 3, 4, 5], hot: pinned([&[2], &[2], &[3]]), ..good.clone() },
             Verdict::Slower,
-            "cores = [1]",
+            "cores = [4]",
         ),
         (Machine { hot: pinned([&[1], &[2], &[7]]), ..good.clone() }, Verdict::Slower, "[motor.realtime]"),
-        (Machine { hot: pinned([&[], &[], &[]]), ..good.clone() }, Verdict::Slower, "name them as `cores`"),
+        (
+            Machine {
+                cores: (0..6).collect(),
+                given_cores: vec![0, 4, 5],
+                hot: pinned([&[], &[], &[]]),
+                ..good.clone()
+            },
+            Verdict::Slower,
+            "name them as `cores`",
+        ),
+        (Machine { cores: vec![0], hot: Vec::new(), ..good.clone() }, Verdict::Slower, "AllowedCPUs"),
     ];
     for (machine, verdict, word) in cases {
         let bad: Vec<Finding> = bad(&root, &machine)
@@ -142,9 +155,79 @@ fn every_shortcoming_of_what_is_granted_is_found_alone_and_says_what_mends_it() 
     }
 }
 
+#[test]
+fn a_hot_path_that_asks_for_no_core_has_only_those_that_the_kernel_does_not_keep_free() {
+    let (root, good) = good();
+    let bad = bad(&root, &Machine { hot: pinned([&[], &[], &[]]), ..good });
+    let cores = bad.iter().find(|finding| finding.about == "cores").unwrap();
+    assert!(cores.text.contains("the whole hot path runs on [0], of 4"), "{cores:?}");
+    assert!(cores.mend.as_ref().unwrap().contains("among [0, 1, 2, 3]"), "{cores:?}");
+}
+
 fn pinned(cores: [&[u16]; 3]) -> Vec<Hot> {
-    let hot = |(name, cores): (_, &[u16])| Hot { name, period: None, priority: 70, cores: cores.to_vec() };
+    let hot = |(name, cores): (_, &[u16])| Hot {
+        name,
+        period: None,
+        priority: 70,
+        cores: cores.to_vec(),
+        threads: 1,
+    };
     ["sensor", "belief", "motor"].into_iter().zip(cores).map(hot).collect()
+}
+
+#[test]
+fn threads_of_the_hot_path_share_no_core_while_others_are_free_and_it_is_said_which_share_one() {
+    let plan = |cores: u16, motor: &[u16], buses: usize, mock: &[u16]| {
+        let mut hot = pinned([&[1], &[2], motor]);
+        hot[2].threads = 1 + buses;
+        let name = "mock_bus";
+        hot.push(Hot { name, period: None, priority: 72, cores: mock.to_vec(), threads: buses });
+        let found = cores::plan(&hot, &(0..cores).collect::<Vec<_>>());
+        (found.verdict, found.text, found.mend)
+    };
+    let slower = |text: &str, mend: &str| (Verdict::Slower, text.to_owned(), Some(mend.to_owned()));
+    let good = |text: &str| (Verdict::Good, text.to_owned(), None);
+    // As it is recommended for four cores: one is for all else that runs.
+    assert_eq!(
+        plan(4, &[3], 5, &[]),
+        good("threads share cores, no more are free: motor (6 threads) on [3]")
+    );
+    assert_eq!(
+        plan(8, &[3], 5, &[]),
+        slower(
+            "threads share cores while [4, 5, 6, 7] are free: motor (6 threads) on [3]",
+            "cores = [3, 4, 5, 6, 7] in [motor.realtime] of leo.toml"
+        )
+    );
+    assert_eq!(
+        plan(8, &[3, 4, 5, 6, 7], 5, &[]),
+        good("threads share cores, no more are free: motor (6 threads) on [3, 4, 5, 6, 7]")
+    );
+    assert_eq!(
+        plan(16, &[3, 4, 5, 6, 7, 8], 5, &[]),
+        good("a core for each thread of sensor, belief, motor (6 threads)")
+    );
+    assert_eq!(
+        plan(16, &[3, 4, 5], 2, &[5, 6]),
+        slower(
+            "threads share cores while [7, 8, 9, 10, 11, 12, 13, 14, 15] are free: \
+             mock_bus (2 threads), motor (3 threads) on [3, 4, 5, 6]",
+            "cores = [3, 4, 7] in [motor.realtime] of leo.toml"
+        )
+    );
+    // Two that have nothing to do with each other.
+    assert_eq!(
+        plan(5, &[2], 1, &[1]),
+        slower(
+            "threads share cores while [3, 4] are free: belief, motor (2 threads) on [2]; sensor, mock_bus on [1]",
+            "cores = [3, 4] in [motor.realtime] of leo.toml"
+        )
+    );
+    // However many there are, it takes no time.
+    let many: Vec<u16> = (3..60).collect();
+    let (verdict, text, _) = plan(64, &many, 90, &many);
+    assert_eq!(verdict, Verdict::Slower);
+    assert!(text.contains("mock_bus (90 threads), motor (91 threads) on [3, 4, "), "{text}");
 }
 
 #[test]
