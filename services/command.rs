@@ -7,6 +7,7 @@ mod check;
 mod domain;
 mod emergency_stop;
 mod failure;
+mod journal;
 mod learn;
 mod manual;
 mod mock_bus;
@@ -34,6 +35,7 @@ use supervisor_process::{ORDER, Orders, ProcessFaults, Record, Teaching};
 
 use failure::Failed;
 pub(crate) use failure::Failed as Failure;
+use journal::Voice;
 
 /// A robot that learns from people by taking their perspective.
 ///
@@ -165,8 +167,13 @@ struct Bench {
 impl Leo {
     /// Does what the command line says.
     pub(crate) fn run(self) -> Result<ExitCode, Failure> {
-        let aside = ::process::Aside::over(std::io::stderr());
-        listen(&aside, self.verbose, self.log_json);
+        let is_journal = journal::is_listening();
+        let left_out = if is_journal { journal::mark(tracing::Level::WARN) } else { "" };
+        let aside = ::process::Aside::over(std::io::stderr(), left_out);
+        if is_journal {
+            journal::mark_panics();
+        }
+        listen(Voice { aside: aside.clone(), is_journal }, self.verbose, self.log_json);
         let outcome = self.command.unwrap_or(Command::Run(self.run)).run();
         aside.finish();
         outcome
@@ -375,7 +382,7 @@ fn teachable(robot: &Robot, config: Option<&Path>) -> Result<usize, Failure> {
 
 /// What the processes say goes to standard error: by default warnings, `-v` what they do,
 /// `RUST_LOG` whatever it says.
-fn listen(aside: &::process::Aside, verbose: bool, json: bool) {
+fn listen(voice: Voice, verbose: bool, json: bool) {
     use tracing_subscriber::EnvFilter;
     // What the link's library has to say of every try to connect, the link says once.
     let default = if verbose { "debug,zenoh=error" } else { "warn,zenoh=off" };
@@ -383,10 +390,7 @@ fn listen(aside: &::process::Aside, verbose: bool, json: bool) {
     let colour = std::io::stderr().is_terminal() && std::env::var_os("NO_COLOR").is_none();
     let subscriber = tracing_subscriber::fmt()
         .with_env_filter(filter)
-        .with_writer({
-            let aside = aside.clone();
-            move || aside.clone()
-        })
+        .with_writer(voice)
         .with_target(false)
         .with_ansi(colour)
         .without_time();

@@ -12,7 +12,7 @@ fn main() -> ExitCode {
         Err(failure) => {
             // The only place where an error of a command reaches its user.
             let mut out = std::io::stderr().lock();
-            let _ = std::io::Write::write_fmt(&mut out, format_args!("leo: {}\n", failure.text));
+            let _ = std::io::Write::write_all(&mut out, failure.told().as_bytes());
             failure.code
         }
     }

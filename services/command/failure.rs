@@ -1,6 +1,8 @@
 use std::fmt::Display;
 use std::process::ExitCode;
 
+use super::journal;
+
 /// What a command failed at, and the exit status that says so.
 #[derive(Debug)]
 pub(crate) struct Failed {
@@ -19,5 +21,11 @@ impl Failed {
     /// Bad usage or configuration.
     pub(crate) fn usage(error: impl Display) -> Self {
         Self { text: error.to_string(), code: ExitCode::from(2) }
+    }
+
+    /// What its user is told on standard error.
+    pub(crate) fn told(&self) -> String {
+        let text = format!("leo: {}\n", self.text);
+        if journal::is_listening() { journal::marked(&text, tracing::Level::ERROR) } else { text }
     }
 }

@@ -4,6 +4,7 @@
 mod black_box;
 mod campaign;
 mod emergency;
+mod journal;
 mod live_top;
 mod metrics;
 mod onlookers;

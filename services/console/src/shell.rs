@@ -42,7 +42,7 @@ pub fn run(launch: &Launch, robot: &Robot, lesson: &Lesson) -> Result<(), Failur
     let mut stage = Stage::open(&member, launch, robot, lesson)?;
     let mut end = End::of(launch, lesson);
     let mut transcript = Transcript::default();
-    let mut out = Aside::over(std::io::stdout());
+    let mut out = Aside::over(std::io::stdout(), "");
     // Nobody looks where no page is served.
     let mut unseen = Sheet::default();
     member.begin(Some(leo.console.rate_hz.period()))?;

@@ -105,6 +105,17 @@ fn joints(readings: &Readings, page: &mut Page) {
         page.gauge(&[("cause", cause.name())], float_of_count(count));
     }
     page.family(
+        "leo_joint_position_radians",
+        Kind::Gauge,
+        Some("radians"),
+        "Where the joint was when it was read last.",
+    );
+    for joint in &readings.joints {
+        if let Some(radians) = joint.present_position_rad() {
+            page.gauge(&[("joint", &readings.joint_name(joint.joint))], radians);
+        }
+    }
+    page.family(
         "leo_joint_temperature_celsius",
         Kind::Gauge,
         Some("celsius"),

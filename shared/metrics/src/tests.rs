@@ -37,7 +37,7 @@ fn readings() -> Readings {
             ..PerspectiveHealth::default()
         }],
         link: Some(link),
-        joints: vec![joint(0), joint(1).with_condition(41.5, 11.9).with_reading(1, 0.0, 0.0, 0.25)],
+        joints: vec![joint(0), joint(1).with_condition(41.5, 11.9).with_reading(1, -0.5, 0.0, 0.25)],
         joint_names: vec!["torso_yaw_joint".to_owned()],
         tasks: vec![TaskReading {
             name: "task 1".into(),
@@ -75,6 +75,7 @@ fn what_was_read_is_told_with_its_labels() {
         "leo_link_delay_life_seconds_count{direction=\"received\"} 1",
         "leo_joints{mode=\"quarantined\"} 2",
         "leo_joints_in_trouble{cause=\"silent\"} 2",
+        "leo_joint_position_radians{joint=\"1\"} -0.5",
         "leo_joint_temperature_celsius{joint=\"1\"} 41.5",
         "leo_task_hypotheses{task=\"task 1\",perspective=\"robot\"} 2",
         "leo_store_bytes 4096",

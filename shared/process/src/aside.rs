@@ -30,16 +30,17 @@ enum Word {
 }
 
 impl Aside {
-    /// Says everything on `out`. Where there can be no further thread, nothing is said.
+    /// Says everything on `out`, and that lines were left out behind `mark`. Where there can be no further thread,
+    /// nothing is said.
     #[must_use]
-    pub fn over(mut out: impl Write + Send + 'static) -> Self {
+    pub fn over(mut out: impl Write + Send + 'static, mark: &'static str) -> Self {
         let (to, words) = sync_channel(LINES);
         let unsaid = Arc::new(AtomicU64::new(0));
         let left_out = Arc::clone(&unsaid);
         let _thread = thread::Builder::new()
             .name("aside".to_owned())
             .stack_size(STACK)
-            .spawn(move || say(&words, &left_out, &mut out));
+            .spawn(move || say(&words, &left_out, mark, &mut out));
         Self { to, unsaid }
     }
 
@@ -65,7 +66,7 @@ impl Write for Aside {
     }
 }
 
-fn say(words: &Receiver<Word>, unsaid: &AtomicU64, out: &mut impl Write) {
+fn say(words: &Receiver<Word>, unsaid: &AtomicU64, mark: &str, out: &mut impl Write) {
     while let Ok(word) = words.recv() {
         // Nobody reads any more: there is nobody to tell.
         let _written = match word {
@@ -77,7 +78,9 @@ fn say(words: &Receiver<Word>, unsaid: &AtomicU64, out: &mut impl Write) {
         };
         let left_out = unsaid.swap(0, Ordering::Relaxed);
         if left_out > 0 {
-            let _written = writeln!(out, "({left_out} lines were left out here: nobody read them)");
+            let line = format!("{mark}({left_out} lines were left out here: nobody read them)\n");
+            // In one piece: others write to the same pipe.
+            let _written = out.write_all(line.as_bytes());
         }
         let _flushed = out.flush();
     }
@@ -112,7 +115,7 @@ mod tests {
     fn a_terminal_that_stands_still_holds_nobody_up_and_hears_what_it_missed() {
         let (release, go) = sync_channel(1);
         let (shown, screen) = sync_channel(10 * LINES);
-        let mut aside = Aside::over(Terminal { go, went: false, shown });
+        let mut aside = Aside::over(Terminal { go, went: false, shown }, "<4>");
         for line in 0..2 * LINES {
             aside.write_all(format!("{line}\n").as_bytes()).unwrap();
         }
@@ -120,10 +123,10 @@ mod tests {
         assert!(screen.try_recv().is_err());
         release.send(()).unwrap();
         let mut heard = String::new();
-        while !heard.contains("left out") {
+        while !heard.contains("left out here") {
             heard += &screen.recv().unwrap();
         }
-        assert!(heard.starts_with("0\n"), "{heard}");
+        assert!(heard.starts_with("0\n") && heard.contains("\n<4>("), "{heard}");
         while !heard.contains(&format!("\n{}\n", LINES - 1)) {
             heard += &screen.recv().unwrap();
         }
@@ -133,7 +136,7 @@ mod tests {
     fn what_was_said_is_written_before_the_end() {
         let (release, go) = sync_channel(1);
         let (shown, screen) = sync_channel(10);
-        let mut aside = Aside::over(Terminal { go, went: false, shown });
+        let mut aside = Aside::over(Terminal { go, went: false, shown }, "");
         release.send(()).unwrap();
         aside.write_all(b"last words\n").unwrap();
         aside.finish();
