@@ -84,7 +84,8 @@ fn refused(rig: &mut Rig, struck: &[usize], fault: Fault) -> Verdict {
 #[test]
 fn a_servo_that_refuses_an_instruction_gets_no_torque_and_is_not_told_again() {
     let mut rig = following();
-    let ways: [(Fault, fn(&mut Rig, &[usize])); 3] = [
+    type Provoke = fn(&mut Rig, &[usize]);
+    let ways: [(Fault, Provoke); 3] = [
         (Fault::Range, turns_too_far),
         (Fault::Limit, has_other_limits),
         (Fault::Access, has_its_torque_switched_on),
