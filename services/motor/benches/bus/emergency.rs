@@ -1,42 +1,57 @@
 //! How long it takes until every torque is off.
 
-use std::thread;
+use clock::Duration;
 
-use message::JointCause;
+use crate::body::Body;
+use crate::{BUSES, PERIOD, micros, quantile};
 
-use crate::rig::Rig;
-use crate::{BUSES, SERVOS, micros, quantile};
+/// How often the robot is stopped, and at how many instants between two points of the grid by turns.
+const STOPS: u32 = 40;
+const PHASES: u32 = 8;
+/// For how many cycles all joints follow before they are stopped.
+const CALM: u32 = 25;
 
+/// From raising the stop until the cycle knows that every servo has said that its torque is off, and in how many
+/// cycles: the watch has to see the file, the cycle to begin, the buses to say it, and the next cycle to take their
+/// answers.
 pub(crate) fn measure() {
-    println!(
-        "\nemergency stop of {BUSES} buses of {SERVOS} servos at 4000000 baud: until all have confirmed"
-    );
-    let buses: Vec<_> = (0..BUSES)
-        .map(|_| {
-            thread::spawn(|| {
-                let mut stops = Vec::new();
-                for _ in 0..5 {
-                    let mut rig = Rig::new(4_000_000);
-                    let begun = clock::now();
-                    rig.motor.let_go(JointCause::Emergency);
-                    let mut cycles = 0_u32;
-                    while rig.motor.unconfirmed() > 0 {
-                        rig.cycle();
-                        cycles += 1;
-                    }
-                    stops.push((clock::now().since(begun), cycles));
-                }
-                stops
-            })
-        })
-        .collect();
-    let stops: Vec<_> = buses.into_iter().flat_map(|bus| bus.join().expect("runs")).collect();
-    let mut times: Vec<_> = stops.iter().map(|stop| stop.0).collect();
+    let mut body = Body::new();
+    let (mut times, mut most) = (Vec::new(), 0);
+    let mut point = clock::now();
+    for stop in 0..STOPS {
+        let mut calm = 0;
+        while calm < CALM {
+            point += PERIOD;
+            let now = body.collect(point);
+            body.send(now);
+            calm = if body.follows() { calm + 1 } else { 0 };
+        }
+        clock::sleep_until(point + stop % PHASES * PERIOD / PHASES);
+        let raised_at = clock::now();
+        process::emergency::raise(body.folder.path(), "a benchmark").expect("raised");
+        let mut cycles = 0;
+        loop {
+            point += PERIOD;
+            let now = body.collect(point);
+            if body.motor.letting_go().is_some() && body.motor.unconfirmed() == 0 {
+                times.push(clock::now().since(raised_at));
+                break;
+            }
+            body.send(now);
+            cycles += 1;
+            assert!(clock::now() < raised_at + Duration::from_secs(10), "{}", body.motor.unconfirmed());
+        }
+        most = most.max(cycles);
+        process::emergency::release(body.folder.path()).expect("released");
+        // The watch sees that too.
+        clock::sleep_until(clock::now() + 2 * PERIOD);
+        point = clock::now();
+    }
     times.sort_unstable();
-    let cycles = stops.iter().map(|stop| stop.1).max().unwrap_or(0);
+    let [p50, longest] = [0.5, 1.0].map(|share| micros(quantile(&times, share)));
     println!(
-        "p50 {:.0} us, max {:.0} us, at most {cycles} cycles",
-        micros(quantile(&times, 0.5)),
-        micros(quantile(&times, 1.0))
+        "\n{STOPS} emergency stops of {} joints on {BUSES} buses, from raising it until all have confirmed, with the \
+         watch's and the cycle's grid: p50 {p50:.0} us, max {longest:.0} us, at most {most} cycles",
+        body.robot.motor.joints.len()
     );
 }

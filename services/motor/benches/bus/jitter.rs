@@ -1,15 +1,11 @@
-//! When requests go out.
+//! When requests go out, and what the processor does for it.
 
 use std::thread;
 
 use clock::{Duration, Instant};
-use config::Robot;
-use message::JointGoal;
-use motor_process::{Motor, Threads};
-use process::Lookout;
 
-use crate::rig::put_up;
-use crate::{PATIENCE, PERIOD, micros, quantile};
+use crate::body::Body;
+use crate::{PERIOD, cpu, micros, quantile};
 
 /// Twenty seconds.
 const JITTER_CYCLES: u32 = 5000;
@@ -22,19 +18,7 @@ fn late(since: Instant, at: Instant) -> Duration {
 /// When the requests of the whole robot go out after the points of the grid, beside a thread that only
 /// sleeps until them.
 pub(crate) fn measure() {
-    let robot = Robot::load(None).expect("built in");
-    let folder = tempfile::tempdir().expect("a folder");
-    let _ptys = put_up(&robot.motor, folder.path());
-    let until = clock::now() + Duration::from_secs(20);
-    let buses = &robot.motor.buses;
-    let mut threads =
-        Threads::start(buses, folder.path(), (PATIENCE, 2 * PERIOD), until, false, &Lookout::default())
-            .expect("buses");
-    let mut motor = Motor::new(&robot.motor, &robot.leo.motor).expect("a robot");
-    let goals: Vec<_> = (0..)
-        .take(robot.motor.joints.len())
-        .map(|joint| JointGoal { joint, reserved: 0, goal_position_rad: 0.1, arrive_at_ns: 0 })
-        .collect();
+    let mut body = Body::new();
     let begin = clock::now() + PERIOD;
     let bare = thread::spawn(move || {
         let points = (0..JITTER_CYCLES).map(|cycle| begin + cycle * PERIOD);
@@ -46,25 +30,20 @@ pub(crate) fn measure() {
             .collect::<Vec<_>>()
     });
     let (mut woke, mut sent) = (Vec::new(), Vec::new());
+    let before = (cpu::of_this_thread(), cpu::of_threads("bus "));
     let mut point = begin;
     for _ in 0..JITTER_CYCLES {
-        clock::sleep_until(point);
-        let now = clock::now();
+        let now = body.collect(point);
         woke.push(late(point, now));
-        threads.collect(&mut motor).expect("threads");
         // What went out in the cycle before.
         let before = point - PERIOD;
-        sent.extend(threads.sent_at().flatten().filter(|at| *at >= before).map(|at| late(before, at)));
-        motor.goals(now, &goals);
-        motor.step(now);
-        threads.send(&mut motor, now).expect("threads");
+        sent.extend(body.threads.sent_at().flatten().filter(|at| *at >= before).map(|at| late(before, at)));
+        body.send(now);
         point += PERIOD;
     }
-    println!(
-        "\n{} joints on {} buses, 250 cycles/s: after the point of the grid, us",
-        goals.len(),
-        buses.len()
-    );
+    let after = (cpu::of_this_thread(), cpu::of_threads("bus "));
+    let (joints, buses) = (body.robot.motor.joints.len(), body.robot.motor.buses.len());
+    println!("\n{joints} joints on {buses} buses, 250 cycles/s: after the point of the grid, us");
     println!("{:<24} {:>8} {:>8} {:>8} {:>8}", "", "p50", "p99", "p99.9", "max");
     let slept = bare.join().expect("sleeps");
     for (what, mut times) in
@@ -73,5 +52,15 @@ pub(crate) fn measure() {
         times.sort_unstable();
         let [p50, p99, p999, most] = [0.5, 0.99, 0.999, 1.0].map(|share| micros(quantile(&times, share)));
         println!("{what:<24} {p50:>8.1} {p99:>8.1} {p999:>8.1} {most:>8.1}");
+    }
+    let spent = |before: Option<Duration>, after: Option<Duration>| {
+        Some(micros(after?.saturating_sub(before?)) / f64::from(JITTER_CYCLES))
+    };
+    match (spent(before.0, after.0), spent(before.1, after.1)) {
+        (Some(cycle), Some(lines)) => println!(
+            "the processor's time in a cycle, the kernel's part of it too, us: the cycle's thread {cycle:.1}, the \
+             {buses} threads of the buses {lines:.1}"
+        ),
+        (_, _) => println!("the kernel does not say what threads the processor had"),
     }
 }

@@ -1,11 +1,15 @@
 //! The servo driver on the mock servo bus, over pseudo-terminals that are paced like a wire:
-//! `cargo bench -p motor-process`.
+//! `cargo bench -p motor-process`, or a part of it: `cargo bench -p motor-process -- bad_servo`.
 //!
-//! What one bad servo among thirteen costs, beside the crate `rustypot` on the same bus in the same
-//! run; cycles per second beside what the wire allows; the processor's time for a cycle of the whole
-//! robot; when requests go out, beside a bare thread that sleeps until the same instants; and how long
-//! after an emergency stop every servo has said that its torque is off. Driver and mock have the
-//! real-time rights of `leo.toml`, where the system grants them.
+//! - `bad_servo`: what one bad servo among thirteen costs, beside the crate `rustypot` on the same bus in the
+//!   same run. Where it costs Leo more than that servo, the benchmark fails.
+//! - `rate`: cycles per second beside what the wire allows.
+//! - `computing`: the processor's time for a cycle of the whole robot.
+//! - `jitter`: when requests go out, beside a bare thread that sleeps until the same instants; and the
+//!   processor's time that the driver's threads had.
+//! - `emergency`: how long after an emergency stop every servo has said that its torque is off.
+//!
+//! Driver and mock have the real-time rights of `leo.toml`, where the system grants them.
 
 #![expect(
     clippy::print_stdout,
@@ -14,13 +18,17 @@
 )]
 
 mod bad_servo;
+mod body;
 mod computing;
+mod cpu;
 mod emergency;
 mod jitter;
 mod rate;
 mod rig;
 #[path = "../../tests/wire/mod.rs"]
 mod wire;
+
+use std::process::ExitCode;
 
 use clock::Duration;
 use quantity::number::float_of_count;
@@ -31,18 +39,31 @@ const PERIOD: Duration = Duration::from_millis(4);
 /// How patient the driver is with a silent servo.
 const PATIENCE: Duration = Duration::from_millis(1);
 
-fn main() {
+fn main() -> ExitCode {
+    let arguments: Vec<String> = std::env::args().skip(1).collect();
     // `cargo test --benches` only looks whether it starts.
-    if !std::env::args().any(|argument| argument == "--bench") {
-        return;
+    if !arguments.iter().any(|argument| argument == "--bench") {
+        return ExitCode::SUCCESS;
     }
+    let named = || arguments.iter().filter(|argument| !argument.starts_with("--"));
+    let is_wanted = |part: &str| named().next().is_none() || named().any(|name| name == part);
     // As the running robot has it.
     let _awake = realtime::Awake::ask();
-    computing::measure();
-    jitter::measure();
-    emergency::measure();
-    rate::measure();
-    bad_servo::measure();
+    for (part, measure) in [
+        ("computing", computing::measure as fn()),
+        ("jitter", jitter::measure),
+        ("emergency", emergency::measure),
+        ("rate", rate::measure),
+    ] {
+        if is_wanted(part) {
+            measure();
+        }
+    }
+    if is_wanted("bad_servo") && !bad_servo::measure() {
+        println!("\none bad servo costs more than itself");
+        return ExitCode::FAILURE;
+    }
+    ExitCode::SUCCESS
 }
 
 fn quantile(sorted: &[Duration], share: f64) -> Duration {

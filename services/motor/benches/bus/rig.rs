@@ -26,6 +26,18 @@ fn robot_of(baud: u32) -> config::motor::Motor {
     config::motor::parse(&text, "motor.toml".as_ref()).expect("a robot")
 }
 
+/// How servos are read.
+#[derive(Clone, Copy, PartialEq)]
+pub(crate) enum Way {
+    /// In one answer of all.
+    Chain,
+    /// In an answer of each: their firmware knows no other.
+    Each,
+}
+
+/// A version of the firmware that knows no fast reads.
+const OLD_FIRMWARE: u8 = 44;
+
 /// One bus with its driver.
 pub(crate) struct Rig {
     pub(crate) ptys: Ptys,
@@ -51,9 +63,19 @@ pub(crate) fn put_up(robot: &config::motor::Motor, folder: &std::path::Path) -> 
 
 impl Rig {
     pub(crate) fn new(baud: u32) -> Self {
+        Self::read_by(Way::Chain, baud)
+    }
+
+    pub(crate) fn read_by(way: Way, baud: u32) -> Self {
         let robot = robot_of(baud);
         let folder = tempfile::tempdir().expect("a folder");
         let ptys = put_up(&robot, folder.path());
+        if way == Way::Each {
+            ptys.tamper("only", |servos| {
+                servos.iter_mut().for_each(|servo| *servo = servo.clone().with_firmware(OLD_FIRMWARE));
+            })
+            .expect("a bus");
+        }
         let settings = Robot::load(None).expect("built in").leo.motor;
         let goal = |joint| JointGoal { joint, reserved: 0, goal_position_rad: 0.2, arrive_at_ns: 0 };
         let mut rig = Self {

@@ -177,7 +177,18 @@ fn one_bad_servo_costs_one_servo_and_one_turn_whatever_is_wrong_with_its_answers
         let question = measurements_of(topic, &ids);
         let answer = Part::new(Topic::Again, 0, usize::from(length), who()).time_to_answer(BAUD);
         let look = Part::new(Topic::Look, 0, Job::Look.answer_length(), who()).time_to_answer(BAUD);
-        for fault in ["drop", "flip", "truncate", "length", "noise", "duplicate", "swap"] {
+        for fault in [
+            "drop",
+            "flip",
+            "truncate",
+            "length",
+            "length is=0",
+            "length is=65535",
+            "error is=7",
+            "noise",
+            "duplicate",
+            "swap",
+        ] {
             for (bad, seed) in [1, 5, 13].into_iter().flat_map(|bad| (0..50).map(move |seed| (bad, seed))) {
                 let mut line = Line::new(
                     who().map(|id| Servo::new(Model::Xm430W350, id, 0.0, Instant::EPOCH)).collect(),

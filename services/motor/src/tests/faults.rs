@@ -283,6 +283,33 @@ fn noise_whose_check_sum_is_right_by_chance_is_neither_an_alert_nor_a_refusal() 
 }
 
 #[test]
+fn an_error_number_beside_a_reading_is_named_takes_that_torque_and_costs_no_other_a_reading() {
+    for version in [46, 44] {
+        let mut rig = Rig::new();
+        for servo in rig.lines[0].servos_mut() {
+            *servo = servo.clone().with_firmware(version);
+        }
+        rig.until(200, 0.3, |rig| rig.modes() == [Following; 3]);
+        for joint in [0, 1] {
+            rig.motor.start_anew();
+            rig.until(200, 0.3, |rig| rig.modes() == [Following; 3]);
+            rig.inject(0, &format!("error id={} is=7", joint + 1));
+            rig.commanded(1, 0.3, rig.now);
+            assert_eq!((rig.modes()[joint], rig.causes()[joint]), (Limp, JointCause::Refused));
+            let trouble = rig.motor.trouble(joint);
+            assert_eq!(trouble, Some(crate::Trouble::Refused(servo::Fault::Access)), "firmware {version}");
+            rig.inject(0, "drop p=0");
+            for _ in 0..20 {
+                rig.commanded(1, 0.3, rig.now);
+                assert_eq!(rig.state(1 - joint).sampled_at_ns, rig.now.as_nanos(), "firmware {version}");
+                assert_eq!(rig.modes()[1 - joint], Following);
+            }
+            assert_eq!(rig.torque(0, joint), 0);
+        }
+    }
+}
+
+#[test]
 fn two_servos_of_one_id_cost_their_bus_its_torque_and_are_named() {
     let mut rig = following();
     rig.commanded(20, 0.5, rig.now);
@@ -315,7 +342,18 @@ fn two_servos_of_one_id_never_get_torque() {
 /// cycle, and their commands go on.
 #[test]
 fn one_bad_servo_costs_one_servo() {
-    for fault in ["drop", "flip", "truncate", "length", "noise", "duplicate", "late by=3ms", "baud"] {
+    for fault in [
+        "drop",
+        "flip",
+        "truncate",
+        "length",
+        "length is=0",
+        "length is=65535",
+        "noise",
+        "duplicate",
+        "late by=3ms",
+        "baud",
+    ] {
         let mut rig = following();
         rig.inject(0, &format!("{fault} id=1"));
         let mut unread = 0;

@@ -1,0 +1,71 @@
+//! The whole robot with its driver, as the motor process drives it: a cycle on a grid, and a thread for each bus.
+
+use clock::{Duration, Instant};
+use config::Robot;
+use message::{JointCause, JointGoal, JointMode};
+use mock_bus_process::Ptys;
+use motor_process::{Motor, Threads};
+use process::{Emergency, Lookout};
+
+use crate::rig::put_up;
+use crate::{PATIENCE, PERIOD};
+
+pub(crate) struct Body {
+    pub(crate) robot: Robot,
+    pub(crate) motor: Motor,
+    pub(crate) threads: Threads,
+    lookout: Lookout,
+    _emergency: Emergency,
+    goals: Vec<JointGoal>,
+    _ptys: Ptys,
+    pub(crate) folder: tempfile::TempDir,
+}
+
+impl Body {
+    pub(crate) fn new() -> Self {
+        let robot = Robot::load(None).expect("built in");
+        let folder = tempfile::tempdir().expect("a folder");
+        let ptys = put_up(&robot.motor, folder.path());
+        let emergency = Emergency::watch(folder.path()).expect("a watch");
+        let lookout = emergency.lookout();
+        let (buses, until) = (&robot.motor.buses, clock::now() + Duration::from_secs(20));
+        let threads = Threads::start(buses, folder.path(), (PATIENCE, 2 * PERIOD), until, false, &lookout)
+            .expect("buses");
+        let goal = |joint| JointGoal { joint, reserved: 0, goal_position_rad: 0.1, arrive_at_ns: 0 };
+        Self {
+            motor: Motor::new(&robot.motor, &robot.leo.motor).expect("a robot"),
+            threads,
+            lookout,
+            _emergency: emergency,
+            goals: (0..).take(robot.motor.joints.len()).map(goal).collect(),
+            _ptys: ptys,
+            robot,
+            folder,
+        }
+    }
+
+    /// The first half of a cycle: takes what the buses answered by this point of the grid. When it began.
+    pub(crate) fn collect(&mut self, point: Instant) -> Instant {
+        clock::sleep_until(point);
+        let now = clock::now();
+        self.threads.collect(&mut self.motor).expect("threads");
+        now
+    }
+
+    /// The second half: heeds a stop, and tells and asks every bus.
+    pub(crate) fn send(&mut self, now: Instant) {
+        if self.lookout.is_raised() {
+            self.motor.let_go(JointCause::Emergency);
+        } else if self.motor.letting_go().is_some() {
+            self.motor.start_anew();
+        }
+        self.motor.goals(now, &self.goals);
+        self.motor.step(now);
+        self.threads.send(&mut self.motor, now).expect("threads");
+    }
+
+    /// Whether all joints follow.
+    pub(crate) fn follows(&self) -> bool {
+        self.motor.states().all(|state| state.mode() == Some(JointMode::Following))
+    }
+}
