@@ -43,7 +43,8 @@ try {
   await until('the first teacher is away', () => document.querySelector('#leave').ariaPressed === 'true');
   await page.selectOption('#who', '2');
   await page.evaluate(() => {
-    window.screens = () => Object.values(window.leo.under('thing/')).filter((thing) => thing.kind === 'occluder').map(({ p, half }) => ({ at: p[0], wide: half[0] }));
+    window.screens = () => Object.values(window.leo.under('thing/')).filter((thing) => thing.kind === 'occluder').map(({ p, half }) => ({ at: p, wide: half[0] }));
+    window.far = (at) => Math.hypot(...window.screens()[2].at.map((coordinate, axis) => coordinate - at[axis]));
   });
   for (const [count, size] of ['narrow screen', 'screen', 'wide screen'].entries()) {
     await page.click(`[data-add="${size}"]`);
@@ -54,10 +55,10 @@ try {
   await page.locator('.mark[data-thing="wide screen"]').focus();
   await page.keyboard.press('Enter');
   await page.keyboard.press('Shift+ArrowLeft');
-  await until('the wide screen was pushed', (at) => Math.abs(window.screens()[2].at - at) > 0.04, wide.at);
+  await until('the wide screen was pushed', (at) => window.far(at) > 0.04, wide.at);
   await page.keyboard.press('Enter');
   await page.keyboard.press('Control+z');
-  await until('it stands where it stood', (at) => Math.abs(window.screens()[2].at - at) < 1e-3, wide.at);
+  await until('it stands where it stood', (at) => window.far(at) < 1e-3, wide.at);
   await page.click('#undo');
   await until('it is taken back', () => window.screens().length === 2);
   await page.selectOption('#who', '1');
