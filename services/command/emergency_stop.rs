@@ -133,7 +133,8 @@ fn confirmed(robot: &Domain) -> Result<String, String> {
         }
         clock::sleep_until(clock::now() + LOOK_EVERY);
     }
-    let node = Node::join(robot, "emergency-stop", 0, Queues { frames: 1, delivery: Delivery::Newest });
+    // Also the robot of another version, whose boards may be the same.
+    let node = Node::join_any(robot, "emergency-stop", 0, Queues { frames: 1, delivery: Delivery::Newest });
     let mut boards = Boards { node: node.map_err(|error| error.to_string())?, joints: None };
     let mut left = None;
     while clock::now() < began + CONFIRM_WITHIN {
@@ -155,7 +156,10 @@ fn confirmed(robot: &Domain) -> Result<String, String> {
         Some((left, all)) => {
             format!("{left} of {all} servos do not say that their torque is off: cut the power")
         }
-        None => NONE_RUNS.to_owned(),
+        None => robot.agrees().map_or_else(
+            |other| format!("{other}; it is stopped all the same, cut the power if anything moves"),
+            |()| NONE_RUNS.to_owned(),
+        ),
     })
 }
 

@@ -70,6 +70,8 @@ impl Record {
             Subject::load(self.config.as_deref(), Time::Wall, None, stands(&lesson), &super::program())
                 .map_err(Failed::usage)?;
         let domain = domain::running(self.domain.as_deref())?;
+        // Before there is a file in which nothing would be.
+        domain.agrees().map_err(Failed::because)?;
         let stop = process::stop_flag().map_err(Failed::because)?;
         let recorder = match self.last {
             None => Recorder::start(&domain, subject, file),

@@ -59,7 +59,8 @@ fn an_old_configuration_is_brought_forward_once_and_kept_as_it_was() {
     let old = read("config/leo.toml").replace("noise = 0.0 ", "# noise = 0.0 ");
     let config = write(&files, "leo.toml", &old);
     let perspective = write(&files, "perspective.toml", "[sight]\nrange_m = \"far\"\n");
-    assert_refused(&check(&["--config", &config]), 2, &["missing field `noise`"]);
+    let mend = format!("an older file? `leo check --config {config} --migrate`");
+    assert_refused(&check(&["--config", &config]), 2, &["missing field `noise`", &mend]);
     // What is wrong with one file keeps every file as it is.
     assert_refused(&check(&["--config", &config, "--migrate"]), 2, &["perspective.toml:2:"]);
     assert_eq!(read(&config), old);
@@ -118,6 +119,18 @@ fn what_root_brings_forward_belongs_to_whom_it_belonged() {
         let now = fs::metadata(&file).expect("is there");
         assert_eq!((now.uid(), now.gid()), (12345, 12346), "{file}");
     }
+}
+
+#[test]
+fn a_key_that_an_older_perspective_lacks_is_an_error_that_says_what_puts_it_in() {
+    let files = tempfile::tempdir().expect("a folder");
+    let config = write(&files, "leo.toml", &read("config/leo.toml"));
+    let perspective = read("config/perspective.toml").replace("hearing_range_m", "# hearing_range_m");
+    write(&files, "perspective.toml", &perspective);
+    let mend = format!("an older file? `leo check --config {config} --migrate` puts it in");
+    assert_refused(&check(&["--config", &config]), 2, &["perspective.toml:", "missing field", &mend]);
+    let told = check(&["--config", &config, "--migrate"]);
+    assert!(told.status == Some(0) && told.out.contains("perspective.toml was migrated"), "{told:?}");
 }
 
 /// Brings two files forward on a disk with no room, and then with a little more, until they are.

@@ -6,7 +6,7 @@ use std::process::{Command, Stdio};
 
 use rustix::process::Signal;
 
-use super::robot::{PROCESSES, Robot, left_behind, signal, wait_until};
+use super::robot::{PROCESSES, Robot, left_behind, leo, signal, wait_until};
 
 #[test]
 fn a_process_starts_anew_as_it_was_started_though_the_program_and_its_files_are_others_by_now() {
@@ -52,4 +52,32 @@ fn a_process_starts_anew_as_it_was_started_though_the_program_and_its_files_are_
     let (status, said) = robot.stop(Signal::TERM);
     assert!(status.success(), "{said}");
     assert_eq!(left_behind(&domain), [""; 0]);
+}
+
+#[test]
+fn who_has_other_messages_than_the_robot_is_told_so_once_and_can_stop_it_all_the_same() {
+    let robot = Robot::ready("other", &[]);
+    // As an older program would have left it.
+    fs::write(robot.domain().join("program"), "Leo 0.0.1\n0123456789abcdef\n").expect("writes");
+    let folder = tempfile::tempdir().expect("a folder");
+    let file = folder.path().join("x.mcap");
+    let domain = robot.domain().to_str().expect("is text");
+    for arguments in [
+        vec!["top", "--domain", domain],
+        vec!["top", "--openmetrics", "--domain", domain],
+        vec!["record", file.to_str().expect("is text"), "--for", "1", "--domain", domain],
+    ] {
+        let told = leo(&arguments).output().expect("runs");
+        let said = String::from_utf8_lossy(&told.stderr);
+        assert_eq!(told.status.code(), Some(1), "{told:?}");
+        assert!(told.stdout.is_empty() && said.lines().count() == 1, "{told:?}");
+        assert!(said.contains("runs Leo 0.0.1 with other messages, and this is Leo "), "{said}");
+        assert!(said.contains("restart it, or use its own program"), "{said}");
+    }
+    assert!(!file.exists(), "nothing is recorded, and no file made");
+    let told = leo(&["emergency-stop", "--domain", domain]).output().expect("runs");
+    let said = String::from_utf8_lossy(&told.stdout);
+    assert!(told.status.success() && said.contains("all 65 servos say that their torque is off"), "{told:?}");
+    let (_, said) = robot.stop(Signal::TERM);
+    assert!(said.contains("EMERGENCY STOP"), "{said}");
 }

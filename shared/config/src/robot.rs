@@ -65,7 +65,8 @@ impl Robot {
         Ok(Self {
             leo,
             percepts,
-            perspective: parse(perspective.0, &perspective.1)?,
+            perspective: parse(perspective.0, &perspective.1)
+                .map_err(|error| or_older(error, files.leo().unwrap_or(&leo_file)))?,
             motor: motor::parse(motor.0, &motor.1)?,
             urdf: files.file("leo.urdf").0.to_owned(),
         })
@@ -128,9 +129,19 @@ impl Robot {
     }
 }
 
+/// The same error, and where a key is missing, what puts it in: [`Robot::forward`] of the robot's `leo.toml`.
+fn or_older(mut error: ConfigError, leo: &Path) -> ConfigError {
+    if let ConfigError::Invalid { reason, .. } = &mut error
+        && reason.starts_with("missing field")
+    {
+        *reason += &format!("; an older file? `leo check --config {} --migrate` puts it in", leo.display());
+    }
+    error
+}
+
 /// Reads a `leo.toml` and checks its numbers against each other.
 fn consistent(text: &str, file: &Path) -> Result<Leo, ConfigError> {
-    let leo: Leo = parse(text, file)?;
+    let leo: Leo = parse(text, file).map_err(|error| or_older(error, file))?;
     let (goals, patience) = (leo.learner.goal_rate_hz.period(), leo.motor.command_timeout_ms.duration());
     if 2 * goals > patience {
         let at = text.find("command_timeout_ms").unwrap_or(0);

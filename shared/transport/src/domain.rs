@@ -1,5 +1,5 @@
 use std::fs;
-use std::io::Write as _;
+use std::io::{ErrorKind, Write as _};
 use std::os::unix::fs::{DirBuilderExt as _, OpenOptionsExt as _};
 use std::path::{Path, PathBuf};
 
@@ -50,6 +50,18 @@ pub enum DomainError {
     },
 }
 
+/// The robot in a domain is run by a program with other messages than this one's.
+#[derive(Debug, thiserror::Error)]
+#[error("the robot in {} runs {runs} with other messages, and this is {THIS}: restart it, or use its own program", root.display())]
+pub struct OtherProgram {
+    root: PathBuf,
+    runs: String,
+}
+
+/// This program, as people call it.
+const THIS: &str = concat!("Leo ", env!("CARGO_PKG_VERSION"));
+/// The file that says which program made a domain, and then the number of its messages' layouts.
+const PROGRAM_FILE: &str = "program";
 /// The middleware's configuration, which makes a directory a domain.
 const ROOT_FILE: &str = "iceoryx2.toml";
 /// The file that is there while the emergency stop is raised.
@@ -117,13 +129,41 @@ impl Domain {
             move |source| DomainError::Write { path, source }
         };
         fs::DirBuilder::new().recursive(true).mode(0o700).create(&self.root).map_err(failed(&self.root))?;
-        let file = self.middleware_file();
         let mut options = fs::OpenOptions::new();
         options.write(true).create(true).truncate(true).mode(0o600);
-        options
-            .open(&file)
-            .and_then(|mut open| open.write_all(self.middleware_configuration().as_bytes()))
-            .map_err(failed(&file))
+        // The file that makes it a domain comes last: nobody shall find a domain that does not say whose it is.
+        let files = [
+            (self.root.join(PROGRAM_FILE), program()),
+            (self.middleware_file(), self.middleware_configuration()),
+        ];
+        files.iter().try_for_each(|(file, text)| {
+            let written = options.open(file).and_then(|mut open| open.write_all(text.as_bytes()));
+            written.map_err(failed(file))
+        })
+    }
+
+    /// Whether this program means the same by the bytes of messages as the one that made the domain. A robot
+    /// goes on as the program that it was started as when the package is upgraded.
+    ///
+    /// # Errors
+    ///
+    /// It does not.
+    pub fn agrees(&self) -> Result<(), OtherProgram> {
+        let other = |runs: &str| Err(OtherProgram { root: self.root.clone(), runs: runs.to_owned() });
+        match fs::read_to_string(self.root.join(PROGRAM_FILE)) {
+            Ok(text) if text == program() => Ok(()),
+            Ok(text) => {
+                let mut lines = text.lines();
+                let runs = lines.next().filter(|runs| runs.starts_with("Leo ")).unwrap_or("another program");
+                if lines.next() == Some(&layouts_word()) { Ok(()) } else { other(runs) }
+            }
+            // Those that did not say so yet.
+            Err(error) if error.kind() == ErrorKind::NotFound && self.middleware_file().is_file() => {
+                other("an older Leo")
+            }
+            // Whatever is wrong with it besides is found by whoever joins it.
+            Err(_) => Ok(()),
+        }
     }
 
     /// The root directory.
@@ -163,9 +203,40 @@ impl Domain {
     }
 }
 
+/// What stands in the file of that name: who this is, and its messages.
+fn program() -> String {
+    format!("{THIS}\n{}\n", layouts_word())
+}
+
+fn layouts_word() -> String {
+    format!("{:016x}", message::layouts())
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_domain_of_a_program_with_other_messages_says_whose_it_is_and_what_to_do() {
+        let domain = Domain::named(&format!("other-program-{}", std::process::id())).unwrap();
+        assert!(domain.agrees().is_ok(), "there is none yet");
+        domain.make().unwrap();
+        let file = domain.root().join(PROGRAM_FILE);
+        let made = domain.agrees();
+        fs::write(&file, format!("Leo 9.8.7\n{}\n", layouts_word())).unwrap();
+        let of_the_same_messages = domain.agrees();
+        fs::write(&file, "Leo 9.8.7\n0123456789abcdef\n").unwrap();
+        let other = domain.agrees().unwrap_err().to_string();
+        fs::write(&file, [0xff, 0xfe]).unwrap();
+        let garbage = domain.agrees();
+        fs::remove_file(&file).unwrap();
+        let older = domain.agrees().unwrap_err().to_string();
+        fs::remove_dir_all(domain.root()).unwrap();
+        assert!(made.is_ok() && of_the_same_messages.is_ok() && garbage.is_ok(), "{made:?} {garbage:?}");
+        let this = format!("with other messages, and this is {THIS}: restart it, or use its own program");
+        assert!(other.ends_with(&format!("runs Leo 9.8.7 {this}")), "{other}");
+        assert!(older.ends_with(&format!("runs an older Leo {this}")), "{older}");
+    }
 
     #[test]
     fn a_name_that_could_leave_the_parent_is_refused() {

@@ -1,8 +1,13 @@
 use std::path::PathBuf;
 
+use crate::OtherProgram;
+
 /// Why a process could not join its domain.
 #[derive(Debug, thiserror::Error)]
 pub enum JoinError {
+    /// Its robot has other messages.
+    #[error(transparent)]
+    OtherProgram(#[from] OtherProgram),
     /// The middleware's configuration of the domain is missing or damaged.
     #[error("cannot read {}: {reason}; start the robot anew with `leo run`", file.display())]
     Configuration {
@@ -39,6 +44,12 @@ pub struct PortError {
 impl PortError {
     pub(crate) fn new(topic: &str, purpose: &'static str, reason: impl std::fmt::Debug) -> Self {
         Self { topic: topic.to_owned(), purpose, reason: format!("{reason:?}") }
+    }
+
+    /// Somebody of this domain opened it before, and means something else by it.
+    pub(crate) fn other_messages(topic: &str, purpose: &'static str) -> Self {
+        let reason = "another process made it for other messages: has it the layouts of this version of Leo?";
+        Self { topic: topic.to_owned(), purpose, reason: reason.to_owned() }
     }
 }
 

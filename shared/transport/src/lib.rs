@@ -26,7 +26,7 @@ pub use board::{
     BusesReader, BusesWriter, HealthReader, HealthWriter, JointsReader, JointsWriter, LinkReader, LinkWriter,
     PerspectivesReader, PerspectivesWriter, RosterReader, RosterWriter, SourcesReader, SourcesWriter,
 };
-pub use domain::{Domain, DomainError};
+pub use domain::{Domain, DomainError, OtherProgram};
 pub use error::{JoinError, PortError, ReceiveError, SendError};
 pub use inlet::{Frame, Inlet};
 pub use node::{Delivery, Node, Queues};

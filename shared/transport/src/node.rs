@@ -42,9 +42,25 @@ impl Node {
     ///
     /// # Errors
     ///
-    /// The domain's configuration is damaged, this process is in another domain already, or
-    /// shared memory is not to be had.
+    /// The domain's robot is run by a program with other messages, the domain's configuration is damaged, this
+    /// process is in another domain already, or shared memory is not to be had.
     pub fn join(domain: &Domain, name: &str, incarnation: u64, queues: Queues) -> Result<Self, JoinError> {
+        domain.agrees()?;
+        Self::join_any(domain, name, incarnation, queues)
+    }
+
+    /// The same whatever program runs the robot: for who must look as far as can be seen. A board or topic whose
+    /// messages are others than this program's cannot be opened.
+    ///
+    /// # Errors
+    ///
+    /// As [`join`](Self::join), but for the program.
+    pub fn join_any(
+        domain: &Domain,
+        name: &str,
+        incarnation: u64,
+        queues: Queues,
+    ) -> Result<Self, JoinError> {
         let config = join_config(domain)?;
         let failed = |reason: String| JoinError::Node { root: domain.root().to_owned(), reason };
         let name = NodeName::new(name).map_err(|error| failed(format!("{error:?}")))?;

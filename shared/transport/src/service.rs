@@ -2,7 +2,9 @@
 
 use iceoryx2::node::Node as RawNode;
 use iceoryx2::prelude::ServiceName;
-use iceoryx2::service::builder::publish_subscribe::PublishSubscribeOpenError;
+use iceoryx2::service::builder::publish_subscribe::{
+    PublishSubscribeOpenError, PublishSubscribeOpenOrCreateError,
+};
 use iceoryx2::service::ipc::Service;
 use iceoryx2::service::port_factory::{event, publish_subscribe};
 use message::Topic;
@@ -27,7 +29,8 @@ pub(crate) fn frame_service<T: Topic>(
     queues: Queues,
     purpose: &'static str,
 ) -> Result<Frames<T>, PortError> {
-    node.service_builder(&service_name(topic, purpose)?)
+    let service = node
+        .service_builder(&service_name(topic, purpose)?)
         .publish_subscribe::<[T::Entry]>()
         .user_header::<T::Head>()
         .max_publishers(1)
@@ -37,8 +40,14 @@ pub(crate) fn frame_service<T: Topic>(
         .subscriber_max_buffer_size(queues.frames)
         .subscriber_max_borrowed_samples(BORROWED)
         .enable_safe_overflow(queues.delivery == Delivery::Newest)
-        .open_or_create()
-        .map_err(|error| PortError::new(topic, purpose, error))
+        .open_or_create();
+    match service {
+        Ok(service) => Ok(service),
+        Err(PublishSubscribeOpenOrCreateError::PublishSubscribeOpenError(
+            PublishSubscribeOpenError::IncompatibleTypes,
+        )) => Err(PortError::other_messages(topic, purpose)),
+        Err(error) => Err(PortError::new(topic, purpose, error)),
+    }
 }
 
 /// The same where it has been made already, with whatever queues; `None` where it has not.
@@ -60,6 +69,7 @@ pub(crate) fn made_frame_service<T: Topic>(
             | PublishSubscribeOpenError::IsMarkedForDestruction
             | PublishSubscribeOpenError::HangsInCreation,
         ) => Ok(None),
+        Err(PublishSubscribeOpenError::IncompatibleTypes) => Err(PortError::other_messages(topic, purpose)),
         Err(error) => Err(PortError::new(topic, purpose, error)),
     }
 }

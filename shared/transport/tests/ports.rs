@@ -5,7 +5,7 @@ use std::ops::Deref;
 use std::sync::{Arc, Mutex, PoisonError, Weak};
 use std::time::Duration;
 
-use message::{Event, EventKind, Events, Header, Health, Hop, Process, ProcessState};
+use message::{Event, EventKind, Events, Header, Health, Hop, Process, ProcessState, Topic, Utterance};
 use transport::janitor::{Claim, ClaimError, Janitor, claim, is_claimed};
 use transport::{Delivery, Domain, HealthReader, HealthWriter, Node, Queues, SendError};
 
@@ -140,6 +140,26 @@ fn a_topic_has_one_writer() {
     let _first = node.outlet::<Events>(Some(5), 1).expect("a free writer");
     let refused = node.outlet::<Events>(Some(5), 1).expect_err("one writer each");
     assert!(refused.to_string().contains("events/5"), "{refused}");
+}
+
+/// The events of another version of Leo.
+enum OtherEvents {}
+
+impl Topic for OtherEvents {
+    type Head = Header;
+    type Entry = Utterance;
+    const NAME: &'static str = Events::NAME;
+}
+
+#[test]
+fn a_topic_that_another_process_made_for_other_messages_is_refused_in_words() {
+    let node = node(Delivery::Newest);
+    let _theirs = node.outlet::<OtherEvents>(Some(7), 1).expect("a free writer");
+    let refusals = [node.inlet::<Events>(Some(7)).err(), node.made_inlet::<Events>(Some(7)).err()];
+    for refused in refusals {
+        let refused = refused.expect("other messages").to_string();
+        assert!(refused.contains("events/7") && refused.contains("made it for other messages"), "{refused}");
+    }
 }
 
 #[test]

@@ -1,8 +1,9 @@
 //! The boards of a robot's processes, read without touching who wrote them.
 
 use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
 
-use message::{Health, Process};
+use message::{Health, Process, ProcessState};
 use metrics::Readings;
 use transport::{
     BusesReader, HealthReader, JointsReader, LinkReader, Node, PerspectivesReader, PortError, RosterReader,
@@ -13,7 +14,7 @@ use transport::{
 /// time.
 pub struct Boards {
     roster: RosterReader,
-    health: BTreeMap<Process, (u64, HealthReader)>,
+    health: BTreeMap<Process, Option<(u64, HealthReader)>>,
     sources: Option<(u64, SourcesReader)>,
     buses: Option<(u64, BusesReader)>,
     perspectives: Option<(u64, PerspectivesReader)>,
@@ -45,8 +46,7 @@ impl Boards {
         let mut readings = Readings::default();
         for &process in Process::ALL {
             let Some(life) = roster.incarnation(process) else { continue };
-            let Some(health) = self.health(node, process, life) else { continue };
-            readings.processes.insert(process, health);
+            readings.processes.insert(process, self.health(node, process, life));
         }
         let life = |process| readings.processes.get(&process).map(|health| health.incarnation);
         if let Some(life) = life(Process::Sensor) {
@@ -72,14 +72,28 @@ impl Boards {
         readings
     }
 
-    fn health(&mut self, node: &Node, process: Process, life: u64) -> Option<Health> {
-        if self.health.get(&process).is_none_or(|(known, _)| *known != life) {
-            // A life that has not put up its board yet is looked for again next time.
-            let reader = HealthReader::open(node, process, life).ok()?;
-            self.health.insert(process, (life, reader));
+    /// How a life fares, by its board. One that has not put up its board runs as little as one that is dead: both are
+    /// told, so that who cannot come back is not missing among those that are asked whether they run.
+    fn health(&mut self, node: &Node, process: Process, life: u64) -> Health {
+        let mut health = Health::default();
+        if let Some(reader) =
+            current(self.health.entry(process).or_default(), life, || HealthReader::open(node, process, life))
+        {
+            health = reader.read();
         }
-        self.health.get(&process).map(|(_, reader)| reader.read())
+        health.incarnation = life;
+        if is_gone(health.pid) {
+            health.set_state(ProcessState::Absent);
+        }
+        health
     }
+}
+
+/// Whether no process bears this number any more. Where processes are not shown, nobody is gone.
+fn is_gone(pid: u32) -> bool {
+    let processes = Path::new("/proc");
+    let folder: PathBuf = processes.join(pid.to_string());
+    processes.join("self").exists() && !folder.exists()
 }
 
 /// The board of a life, opened anew where that kept is of another one.
@@ -92,4 +106,67 @@ fn current<B>(
         *kept = open().ok().map(|board| (life, board));
     }
     kept.as_ref().map(|(_, board)| board)
+}
+
+#[cfg(test)]
+mod tests {
+    use std::process::Command;
+
+    use transport::janitor::{Janitor, claim};
+    use transport::{Delivery, Domain, HealthWriter, Queues, RosterWriter};
+
+    use super::*;
+
+    #[test]
+    fn a_life_that_is_dead_or_has_not_said_anything_is_told_not_to_run() {
+        let domain = Domain::named(&format!("boards-{}", std::process::id())).unwrap();
+        let claim = claim(&domain).unwrap();
+        domain.make().unwrap();
+        let node =
+            Node::join(&domain, "boards", 1, Queues { frames: 1, delivery: Delivery::Newest }).unwrap();
+        let mut roster = message::Roster::default();
+        let lives = [(Process::Motor, 1), (Process::Sensor, 2), (Process::Belief, 3)];
+        lives.into_iter().for_each(|(process, life)| roster.set_incarnation(process, life));
+        let mut board = RosterWriter::create(&node, Process::Supervisor, 1).unwrap();
+        board.write(&roster);
+        let mut ended = Command::new("true").spawn().unwrap();
+        let dead = ended.id();
+        ended.wait().unwrap();
+        // The belief process's third life has no board.
+        let written = [(Process::Motor, 1, std::process::id()), (Process::Sensor, 2, dead)];
+        let _boards = written.map(|(process, life, pid)| {
+            let mut health = Health::default();
+            health.pid = pid;
+            health.set_state(ProcessState::Running);
+            let mut board = HealthWriter::create(&node, process, life).unwrap();
+            board.write(&health);
+            board
+        });
+        let readings = Boards::open(&node).unwrap().read(&node);
+        Janitor::new(&domain).wipe(claim);
+        let told: Vec<_> = readings
+            .processes
+            .iter()
+            .map(|(&process, health)| {
+                (process, health.incarnation, health.state() == Some(ProcessState::Running))
+            })
+            .collect();
+        assert_eq!(
+            told,
+            [(Process::Sensor, 2, false), (Process::Belief, 3, false), (Process::Motor, 1, true)]
+        );
+        let said = metrics::openmetrics(&readings);
+        for line in [
+            r#"leo_process_running{process="belief"} 0"#,
+            r#"leo_process_running{process="sensor"} 0"#,
+            r#"leo_process_running{process="motor"} 1"#,
+            r#"leo_process_restarts_total{process="belief"} 2"#,
+        ] {
+            assert!(
+                said.contains(line),
+                "{line} is not in
+{said}"
+            );
+        }
+    }
 }

@@ -14,7 +14,7 @@ pub struct Row {
     pub process: String,
     /// The operating system's number.
     pub pid: u32,
-    /// Starting, running or stopping.
+    /// Starting, running or stopping; down where no process is, or none has said anything yet.
     pub state: &'static str,
     /// Lives begun after the first.
     pub restarts: u64,
@@ -228,7 +228,8 @@ fn row(process: Process, health: &Health, earlier: Option<&Health>) -> Row {
             Some(ProcessState::Starting) => "starting",
             Some(ProcessState::Running) => "running",
             Some(ProcessState::Stopping) => "stopping",
-            Some(ProcessState::Absent) | None => "unknown",
+            Some(ProcessState::Absent) => "down",
+            None => "unknown",
         },
         restarts: health.incarnation.saturating_sub(1),
         rate_hz,
