@@ -61,8 +61,9 @@ show() { systemctl show leo --value -p "$1"; }
 expect() { if [[ "$2" != $3 ]]; then echo "$1 is \`$2\`, not \`$3\`"; journalctl -u leo --no-pager | tail -40; exit 1; fi; }
 until_is() { for _ in $(seq 60); do if [ "$(show "$1")" = "$2" ]; then return; fi; sleep 1; done; expect "$1" "$(show "$1")" "$2"; }
 
-# What the robot has said since it was started last.
-said() { journalctl "_SYSTEMD_INVOCATION_ID=$(show InvocationID)" --no-pager -o cat; }
+# What the robot has said since it was started last, and what of it is urgent.
+said() { journalctl "_SYSTEMD_INVOCATION_ID=$(show InvocationID)" --no-pager -o cat "$@"; }
+urgent() { said -u leo -p "$1"; }
 fail() { said | tail -40; echo "$1"; exit 1; }
 until_said() {
   for _ in $(seq 60); do if [[ "$(said)" = *"$1"* ]]; then return; fi; sleep 1; done
@@ -76,6 +77,17 @@ until_metric() {
   fail "$1 is \`$(metric "$1")\`, not \`$2\`"
 }
 until_all_follow() { until_metric 'leo_joints{mode="following"}' 65; }
+as_leo=(setpriv --reuid leo --regid leo --init-groups)
+# How many joints were ever read, and how far the one that moves most goes within five seconds, in radians.
+moved() {
+  for _ in $(seq 10); do
+    curl -s http://127.0.0.1:7780/metrics | grep '^leo_joint_position_radians' || true
+    sleep 0.5
+  done | awk '
+    !($1 in low) || $2 < low[$1] { low[$1] = $2 }
+    !($1 in high) || $2 > high[$1] { high[$1] = $2 }
+    END { for (joint in low) { read++; most = high[joint] - low[joint] > most ? high[joint] - low[joint] : most }; printf "%d %.3f\n", read, most }'
+}
 
 # A supervisor that never gives up by itself: what is left is the watchdog.
 sed -i 's/^deaths_most = .*/deaths_most = 1000000/' /etc/leo/leo.toml
@@ -92,7 +104,8 @@ for child in $(pgrep -P "$supervisor"); do
 done
 echo "started: $(show StatusText)"
 # What systemd itself may not raise, it cannot grant: bit 24 is CAP_SYS_RESOURCE.
-if (( 0x$(sed -n 's/^CapEff:\s*//p' /proc/1/status) >> 24 & 1 )); then
+granted=$((0x$(sed -n 's/^CapEff:\s*//p' /proc/1/status) >> 24 & 1))
+if [ "$granted" = 1 ]; then
   until_said "watches how to do"
   expect "warnings of its rights" "$(said | grep -c 'timing is not guaranteed')" 0
   echo "with its rights: $(show StatusText)"
@@ -120,28 +133,99 @@ systemctl restart leo
 until_is StatusText "all 7 processes run"
 until_said "timing is not guaranteed"
 expect "warnings of its rights" "$(said | grep -c 'timing is not guaranteed')" 1
+# Who asks the journal for warnings hears it, and nothing that is none.
+expect "urgent warnings of its rights" "$(urgent warning | grep -c 'timing is not guaranteed')" 1
+expect "news among the warnings" "$(urgent warning | grep -c 'the robot runs')" 0
+expect "errors" "$(urgent err)" ""
 passed "without its rights"
 printf '' | changed
 
+# A right that goes while it runs: the next life of a process finds out.
+systemctl restart leo
+until_is StatusText "all 7 processes run"
+until_all_follow
+missing='leo_process_missing_right{process="motor",right="priority"}'
+expect "the right, missing before" "$(metric "$missing")" "$((1 - granted))"
+"${as_leo[@]}" prlimit --pid "$(show MainPID)" --rtprio=0
+kill -KILL "$(pgrep -P "$(show MainPID)" -f "leo motor")"
+until_said "died and starts anew"
+until_metric "$missing" 1
+until_is StatusText "all 7 processes run"
+until_all_follow
+passed "a right taken away$([ "$granted" = 1 ] || echo " that nobody can be granted here")"
+
+# An adapter: mock servos outside the service, which are at this path or are not.
+mkdir /run/adapter
+cp /etc/leo/*.toml /etc/leo/leo.urdf /run/adapter
 sed -i '0,/device = "mock"/s//device = "\/dev\/ttyUSB9"/' /etc/leo/motor.toml
+bus="$(sed -n 's/^name = "\(.*\)"$/\1/p' /etc/leo/motor.toml | head -1)"
+plug_in() {
+  "${as_leo[@]}" leo mock-bus --config /run/adapter/leo.toml </dev/null >/run/adapter/told 2>&1 &
+  adapter=$!
+  for _ in $(seq 60); do if grep -q "^$bus " /run/adapter/told; then break; fi; sleep 1; done
+  expect "what the mock servos say" "$(cat /run/adapter/told)" "*baud*"
+  # The link that it made lies in a folder that the service does not see.
+  ln -sf "$(readlink "$(awk -v bus="$bus" '$1 == bus { print $2 }' /run/adapter/told)")" /dev/ttyUSB9
+}
 systemctl restart leo
 until_is StatusText "all 7 processes run"
 until_said "cannot open /dev/ttyUSB9"
+until_said "watches how to do"
+expect "how many joints were read, and how far one moves, without an adapter" "$(moved)" "49 0.00[0-4]"
+expect "the lost bus" "$(metric "leo_bus_lost{bus=\"$bus\"}")" 1
 until_said "I learned"
+passed "without an adapter, no joint moves"
+plug_in
+until_all_follow
+expect "the lost bus" "$(metric "leo_bus_lost{bus=\"$bus\"}")" 0
+passed "its adapter is plugged in, all joints follow"
+# It goes while they move.
+systemctl restart leo
+until_said "performs task 1"
+until_all_follow
+expect "how many joints were read, and how far one moves" "$(moved)" "65 [0-9].[1-9]??"
+kill "$adapter"
+rm /dev/ttyUSB9
+until_metric "leo_bus_lost{bus=\"$bus\"}" 1
+expect "how many joints were read, and how far one moves, after an adapter went" "$(moved)" "65 0.00[0-4]"
+expect "joints that follow, after an adapter went" "$(metric 'leo_joints{mode="following"}')" 0
+plug_in
+until_all_follow
+expect lives "$(said | grep -c 'starts anew')" 0
+passed "its adapter went and came back, all joints follow"
 sed -i 's/"\/dev\/ttyUSB9"/"mock"/' /etc/leo/motor.toml
-passed "without an adapter"
+kill "$adapter"
 
 systemctl stop leo
 rm -rf /var/lib/leo
 mkdir /var/lib/leo
-mount -t tmpfs -o size=6m tmpfs /var/lib/leo
+mount -t tmpfs -o size=40m tmpfs /var/lib/leo
 systemctl start leo
 until_said "watches how to do"
+recording=/var/lib/leo/recording.mcap
+"${as_leo[@]}" leo record --domain /dev/shm/leo-robot "$recording" >/run/recorded 2>&1 &
+recorder=$!
+for _ in $(seq 60); do if [ -s "$recording" ]; then break; fi; sleep 1; done
+expect "the recording before" "$(cat /run/recorded)" ""
+# Less than a twentieth of it is left: the recording ends, whole, while the robot has room yet.
+fallocate -l "$(($(df --output=avail -B1 /var/lib/leo | tail -1) - 1500000))" /var/lib/leo/most
+status=0
+wait "$recorder" || status=$?
+expect "the recorder's exit status" "$status" 1
+expect "what the recorder says" "$(cat /run/recorded)" "leo: $recording: less than 3 MB of its disk are free*is whole"
+expect "lines that the recorder says" "$(wc -l </run/recorded)" 1
+# An MCAP file that was closed ends in this.
+expect "the recording's end" "$(tail -c 8 "$recording" | od -An -tx1 | tr -d ' ')" 894d434150300d0a
+expect "what could not be written" "$(urgent err)" ""
 dd if=/dev/zero of=/var/lib/leo/fill bs=1k 2>/dev/null || true
 until_said "I cannot remember it beyond today"
+expect "errors of the disk" "$(urgent err | grep -c 'it is tried again')" "[1-9]*"
 rm /var/lib/leo/fill
 until_said "Now I can remember it beyond today"
-passed "with a full disk"
+expect lives "$(said | grep -c 'starts anew')" 0
+until_all_follow
+passed "with a full disk, and a recording that ended whole"
+rm /var/lib/leo/most "$recording"
 
 # What the service takes for the time is the machine's, and as much more as this file says; of how long things take
 # nothing is changed.
@@ -185,9 +269,17 @@ until_all_follow
 expect lives "$(said | grep -c 'starts anew')" 0
 passed "with a wrong clock from the start"
 
+# It moves as it is stopped.
+until_said "performs task 1"
+until_all_follow
+life="$(show InvocationID)"
 systemctl stop leo
 expect result "$(show Result)" success
 expect "exit status" "$(show ExecMainStatus)" 0
+journalctl --sync
+expect "how often every servo said that its torque is off" \
+  "$(journalctl "_SYSTEMD_INVOCATION_ID=$life" --no-pager -o cat | grep -c 'every servo says that its torque is off')" 1
+echo "stopped: every servo says that its torque is off"
 # What libfaketime leaves of processes that were killed is not Leo's.
 expect "shared memory" "$(ls /dev/shm | grep -v faketime || true)" ""
 test -s /var/lib/leo/learned.redb
