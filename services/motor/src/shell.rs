@@ -123,7 +123,7 @@ pub(crate) fn lay_down(
         tell(motor, now)?;
     }
     match motor.unconfirmed() {
-        0 => tracing::debug!("every servo says that its torque is off"),
+        0 => tracing::info!("every servo says that its torque is off"),
         silent => tracing::warn!("{silent} servos have not said that their torque is off"),
     }
     Ok(())
