@@ -83,6 +83,18 @@ impl Replay {
         let refused = |error: &dyn std::fmt::Display| {
             Failed::usage(error.to_string().replace(&folder.path().display().to_string(), &name.to_string()))
         };
+        let mut text = String::new();
+        for file in Robot::forward(&config).map_err(|error| refused(&error))? {
+            if !file.steps.is_empty() {
+                fs::write(&file.file, &file.text).map_err(|error| {
+                    Failed::because(format!("cannot write the recorded configuration: {error}"))
+                })?;
+                let which = file.file.file_name().unwrap_or_default().display();
+                // Writing to a string cannot fail.
+                let _ =
+                    writeln!(text, "{name}: its {which} is of an older version: {}", file.steps.join("; "));
+            }
+        }
         let robot = Robot::load(Some(&config)).map_err(|error| refused(&error))?;
         body::check(&robot, Some(&config)).map_err(|error| refused(&error))?;
         let narrator = self.speed.map(|_| (Narrator::new(&robot.leo.belief.names), Transcript::default()));
@@ -101,8 +113,6 @@ impl Replay {
         let played = played.map_err(|error| {
             if matches!(error, ReplayError::Read(_)) { Failed::usage(error) } else { Failed::because(error) }
         })?;
-        let mut text = String::new();
-        // Writing to a string cannot fail.
         let _ = writeln!(text, "{name}: {:.3} s were played", played.lasted.as_secs_f64());
         if reader.is_cut() {
             let _ = writeln!(

@@ -35,6 +35,40 @@ pub(crate) fn equal(told: &Told, buffer: &str) -> Option<usize> {
 }
 
 #[test]
+fn a_recording_of_a_robot_with_an_older_configuration_is_replayed_all_the_same() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let (lesson, new) = (write(&folder, "short.toml", &short_lesson()), file(&folder, "new.mcap"));
+    recorded(&lesson, &new);
+    let mut reader = Reader::open(Path::new(&new)).expect("is a recording");
+    let frames: Vec<Frame> = reader.by_ref().map(|frame| frame.expect("is whole")).collect();
+    let about = reader.about().expect("it says what it is of");
+    const FILES: [&str; 5] = ["leo.toml", "percepts.toml", "perspective.toml", "motor.toml", "leo.urdf"];
+    let mut files: std::collections::BTreeMap<&str, String> =
+        FILES.into_iter().map(|name| (name, reader.files()[name].clone())).collect();
+    let key = "keep_serial_lines_prompt";
+    let leo = files.get_mut("leo.toml").expect("is there");
+    assert!(leo.contains(key));
+    *leo = leo.lines().filter(|line| !line.starts_with(key)).map(|line| format!("{line}\n")).collect();
+    let subject = Subject {
+        robot: config::Robot::load(None).expect("the built-in one"),
+        files: files.into_iter().collect(),
+        time: Time::Lockstep,
+        partners: about.partners,
+        x_world_base: about.x_world_base(),
+        program: "an older Leo".to_owned(),
+    };
+    let older = file(&folder, "older.mcap");
+    let mut writer =
+        recording::Writer::new(fs::File::create(&older).expect("can be made"), &subject).expect("begins");
+    frames.iter().for_each(|frame| writer.write(frame).expect("room on the disk"));
+    writer.finish().expect("room on the disk");
+    let told = tell(&["replay", &older]);
+    assert_eq!((told.status, told.err.as_str()), (Some(0), ""), "{told:?}");
+    assert!(told.out.contains("its leo.toml is of an older version") && told.out.contains(key), "{told:?}");
+    assert!(equal(&told, "leo/beliefs/1").is_some_and(|frames| frames > 0), "{told:?}");
+}
+
+#[test]
 fn what_cannot_be_recorded_or_replayed_is_refused() {
     let folder = tempfile::tempdir().expect("a folder");
     let lesson = write(&folder, "short.toml", &short_lesson());
