@@ -281,7 +281,7 @@ fn an_error_number_beside_a_reading_is_named_takes_that_torque_and_costs_no_othe
             rig.commanded(1, 0.3, rig.now);
             assert_eq!((rig.modes()[joint], rig.causes()[joint]), (Limp, JointCause::Refused));
             let trouble = rig.motor.trouble(joint);
-            assert_eq!(trouble, Some(crate::Trouble::Refused(servo::Fault::Access)), "firmware {version}");
+            assert_eq!(trouble, Some(Trouble::Refused(servo::Fault::Access)), "firmware {version}");
             rig.inject(0, "drop p=0");
             for _ in 0..20 {
                 rig.commanded(1, 0.3, rig.now);
