@@ -295,7 +295,7 @@ fn an_error_number_beside_a_reading_is_named_takes_that_torque_and_costs_no_othe
             rig.until(200, 0.3, |rig| rig.modes() == [Following; 3]);
             rig.inject(0, &format!("error id={} is=7", joint + 1));
             rig.commanded(1, 0.3, rig.now);
-            assert_eq!((rig.modes()[joint], rig.causes()[joint]), (Limp, JointCause::Refused));
+            assert_eq!((rig.modes()[joint], rig.causes()[joint]), (Releasing, JointCause::Refused));
             let trouble = rig.motor.trouble(joint);
             assert_eq!(trouble, Some(Trouble::Refused(servo::Fault::Access)), "firmware {version}");
             rig.inject(0, "drop p=0");
@@ -304,7 +304,7 @@ fn an_error_number_beside_a_reading_is_named_takes_that_torque_and_costs_no_othe
                 assert_eq!(rig.state(1 - joint).sampled_at_ns, rig.now.as_nanos(), "firmware {version}");
                 assert_eq!(rig.modes()[1 - joint], Following);
             }
-            assert_eq!(rig.torque(0, joint), 0);
+            assert_eq!((rig.torque(0, joint), rig.modes()[joint]), (0, Limp));
         }
     }
 }
