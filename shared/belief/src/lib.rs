@@ -113,7 +113,8 @@
 //! # Cost
 //!
 //! A frame costs in proportion to what it holds, whatever the number of beliefs
-//! (`cargo bench -p belief-process`). Which pairs merge is decided on the few features that D
+//! (`cargo bench -p belief-process`). Where several sources have frames in one step, it costs four times as much, and
+//! of ten thousand things seven times. Which pairs merge is decided on the few features that D
 //! compares; histories take their samples afterwards, in the order of memory. Nothing allocates
 //! after [`BeliefSystem::new`].
 
