@@ -1,4 +1,4 @@
-// A browser for the tests: the one of the system, drawing by software.
+// A browser for the tests: the one of the system, drawing by software if nothing else is said.
 import { existsSync } from 'node:fs';
 import { chromium } from 'playwright-core';
 
@@ -14,11 +14,13 @@ export function executable() {
 /** How long anything is waited for that a page is to do or to show. */
 const PATIENCE_MS = 1000 * Number(process.env.PATIENCE_S ?? 120);
 
-export function launch() {
+/** Starts a browser. @param {{card?: boolean}} how whether a graphics card draws, where there is one */
+export function launch({ card = false } = {}) {
+  const drawing = card ? [] : ['--use-angle=swiftshader', '--enable-unsafe-swiftshader'];
   return chromium.launch({
     timeout: PATIENCE_MS,
     executablePath: executable(),
-    args: ['--no-sandbox', '--disable-dev-shm-usage', '--use-angle=swiftshader', '--enable-unsafe-swiftshader', '--ignore-gpu-blocklist'],
+    args: ['--no-sandbox', '--disable-dev-shm-usage', '--ignore-gpu-blocklist', ...drawing],
   });
 }
 
