@@ -73,17 +73,19 @@ fn the_page_is_what_its_sources_build_and_its_parts_hold() {
     }
 }
 
-/// What a script of the page's tests says about the page of a robot; `None` where there is no browser.
-fn played(script: &str, robot: &Robot) -> Option<Vec<u8>> {
+/// What a script of the page's tests says; `None` where there is no browser.
+fn played(script: &str, arguments: &[&str]) -> Option<Vec<u8>> {
     let page = prepared()?;
     let chromium = std::env::var("CHROMIUM").unwrap_or_else(|_| "/usr/bin/chromium".to_owned());
     if !succeeds(Command::new(&chromium).arg("--version")) {
         return skipped("Chromium is needed: apt-get install chromium, or its path in CHROMIUM");
     }
     let ran = Command::new("node")
-        .args([script, &format!("http://{}/", robot.host)])
+        .arg(script)
+        .args(arguments)
         .env("CHROMIUM", &chromium)
         .env("PATIENCE_S", "180")
+        .env("URDF", Path::new(env!("CARGO_MANIFEST_DIR")).join("config/leo.urdf"))
         .current_dir(&page)
         .output()
         .expect("node runs");
@@ -91,25 +93,42 @@ fn played(script: &str, robot: &Robot) -> Option<Vec<u8>> {
     Some(ran.stdout)
 }
 
+/// The address of a robot's page.
+fn address(robot: &Robot) -> String {
+    format!("http://{}/", robot.host)
+}
+
+/// Beside a page that draws nothing, which feels a busy machine too.
+#[test]
+fn a_page_of_a_hundred_blocks_is_drawn_as_often_as_it_should_be_beside_an_empty_one() {
+    let _alone = alone(&BROWSER);
+    let Some(counted) = played("tests/pace.mjs", &["100"]) else { return };
+    let counted: Value = serde_json::from_slice(&counted).expect("JSON");
+    // Something was counted of both.
+    for of in ["bare", "main_view", "all_views"] {
+        assert!(counted["a_second"][of].as_f64() > Some(0.0), "{counted:#}");
+    }
+}
+
 #[test]
 fn a_browser_looks_through_the_eyes_of_a_second_teacher_and_moves_his_head() {
     let _alone = alone(&BROWSER);
     let robot = Robot::start("eyes");
-    played("tests/eyes.mjs", &robot);
+    played("tests/eyes.mjs", &[&address(&robot)]);
 }
 
 #[test]
 fn a_browser_that_cannot_draw_says_so_and_can_be_talked_to_and_used_by_the_keyboard() {
     let _alone = alone(&BROWSER);
     let robot = Robot::start("blind");
-    played("tests/blind.mjs", &robot);
+    played("tests/blind.mjs", &[&address(&robot)]);
 }
 
 #[test]
 fn a_browser_teaches_task_1_by_mouse_finger_keyboard_and_typed_sentences() {
     let _alone = alone(&BROWSER);
     let mut robot = Robot::start("browser");
-    let Some(taught) = played("tests/teach.mjs", &robot) else { return };
+    let Some(taught) = played("tests/teach.mjs", &[&address(&robot)]) else { return };
     let shown: Value = serde_json::from_slice(&taught).expect("JSON");
     robot.stop();
     let (tasks, said) = (shown["tasks"].as_array().expect("a list"), shown["said"].as_str().expect("a text"));

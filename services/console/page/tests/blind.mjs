@@ -9,7 +9,7 @@ import { launch, opened, patient, ready } from './browser.mjs';
 import { serve } from './fake.mjs';
 
 const own = process.argv[2] === undefined ? await serve(0) : null;
-const browser = await launch(['--disable-3d-apis']);
+const browser = await launch({ more: ['--disable-3d-apis'] });
 const page = await opened(browser, { viewport: { width: 1440, height: 900 } });
 const troubles = [];
 page.on('pageerror', (error) => troubles.push(error.message));

@@ -1,4 +1,4 @@
-// A browser for the tests: the one of the system, drawing by software.
+// A browser for the tests: the one of the system, drawing by software if nothing else is said.
 import { existsSync } from 'node:fs';
 import { chromium } from 'playwright-core';
 
@@ -14,12 +14,16 @@ export function executable() {
 /** How long anything is waited for that a page is to do or to show. */
 const PATIENCE_MS = 1000 * Number(process.env.PATIENCE_S ?? 120);
 
-/** @param {string[]} more options of the browser */
-export function launch(more = []) {
+/**
+ * Starts a browser.
+ * @param {{card?: boolean, more?: string[]}} how whether a graphics card draws, where there is one, and more options
+ */
+export function launch({ card = false, more = [] } = {}) {
+  const drawing = card ? [] : ['--use-angle=swiftshader', '--enable-unsafe-swiftshader'];
   return chromium.launch({
     timeout: PATIENCE_MS,
     executablePath: executable(),
-    args: ['--no-sandbox', '--disable-dev-shm-usage', '--use-angle=swiftshader', '--enable-unsafe-swiftshader', '--ignore-gpu-blocklist', ...more],
+    args: ['--no-sandbox', '--disable-dev-shm-usage', '--ignore-gpu-blocklist', ...drawing, ...more],
   });
 }
 

@@ -488,7 +488,8 @@ export class Fake {
  */
 export async function serve(port, fake = new Fake()) {
   const files = await bundle();
-  const urdf = await readFile(join(here, '../../../../config/leo.urdf'));
+  // Where the page is tried elsewhere than in its own folder, the body is not beside it.
+  const urdf = await readFile(process.env.URDF ?? join(here, '../../../../config/leo.urdf'));
   fake.joints = [...urdf.toString().matchAll(/<joint name="([^"]+)" type="revolute"/g)].map(([, name]) => name);
   const pages = {
     '/': ['text/html; charset=utf-8', files['index.html']], '/page.js': ['text/javascript', files['page.js']],
