@@ -8,8 +8,8 @@ use crate::{PATIENCE, SERVOS, micros, quantile};
 
 /// Nothing goes wrong.
 const WELL: &str = "drop p=0";
-/// What goes wrong with the answers of the fifth servo, every time, where all answer in one chain. A length stands
-/// there in what the first one says.
+/// What goes wrong with the answers of the fifth servo, every time, where all answer in one chain. A length
+/// stands there in what the first one says.
 const IN_A_CHAIN: [&str; 9] = [
     "drop id=5",
     "flip id=5",
@@ -47,8 +47,8 @@ const CALM: u32 = 40;
 
 /// What became of the cycles in which the bad servo was asked.
 struct Cost {
-    /// How many were kept in all but one cycle in twenty: a machine that stands still for a moment is no servo's
-    /// fault. And in all.
+    /// How many were kept in all but one cycle in twenty: a machine that stands still for a moment is no
+    /// servo's fault. And in all.
     kept: usize,
     least: usize,
     /// The median and the longest time.

@@ -1,4 +1,5 @@
-//! The whole robot with its driver, as the motor process drives it: a cycle on a grid, and a thread for each bus.
+//! The whole robot with its driver, as the motor process drives it: a cycle on a grid, and a thread for each
+//! bus.
 
 use clock::{Duration, Instant};
 use config::Robot;

@@ -34,8 +34,8 @@ impl Port for Timed {
     }
 }
 
-/// The processor's time for a cycle of all joints: goals, commands, requests and replies; and with these what it takes
-/// to find the answers in the bytes of the buses.
+/// The processor's time for a cycle of all joints: goals, commands, requests and replies; and with these what
+/// it takes to find the answers in the bytes of the buses.
 pub(crate) fn measure() {
     let robot = Robot::load(None).expect("built in");
     let mut motor = Motor::new(&robot.motor, &robot.leo.motor).expect("a robot");

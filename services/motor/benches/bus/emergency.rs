@@ -11,9 +11,9 @@ const PHASES: u32 = 8;
 /// For how many cycles all joints follow before they are stopped.
 const CALM: u32 = 25;
 
-/// From raising the stop until the cycle knows that every servo has said that its torque is off, and in how many
-/// cycles: the watch has to see the file, the cycle to begin, the buses to say it, and the next cycle to take their
-/// answers.
+/// From raising the stop until the cycle knows that every servo has said that its torque is off, and in how
+/// many cycles: the watch has to see the file, the cycle to begin, the buses to say it, and the next cycle to
+/// take their answers.
 pub(crate) fn measure() {
     let mut body = Body::new();
     let (mut times, mut most) = (Vec::new(), 0);

@@ -97,8 +97,8 @@ pub(crate) fn is_back(
         && servo.read(table::TORQUE_ENABLE.address, 1) == Ok(&[1])
 }
 
-/// Whether a joint waits for a person: of its servo there are two, or it had an alert and is rebooted no more.
-/// Everybody else comes back without help.
+/// Whether a joint waits for a person: of its servo there are two, or it had an alert and is rebooted no
+/// more. Everybody else comes back without help.
 pub(crate) fn waits(state: &JointState) -> bool {
     let is_limp = state.mode() == Some(JointMode::Limp);
     is_limp && matches!(state.cause(), Some(JointCause::Alert | JointCause::DuplicateId))

@@ -95,8 +95,8 @@ impl Injector {
         self.injected
     }
 
-    /// Whether a fault of a kind happens to an answer or an instruction now, and random numbers for how. Whoever asks
-    /// does it.
+    /// Whether a fault of a kind happens to an answer or an instruction now, and random numbers for how.
+    /// Whoever asks does it.
     pub(super) fn strikes(&mut self, kind: Kind, now: Instant, id: u8) -> Option<Strike> {
         let mut strike = None;
         for active in &mut self.active {

@@ -59,8 +59,8 @@ pub(crate) fn check_servo(servo: &Servo, joint: &Joint) -> bool {
     true
 }
 
-/// Looks whether joints failed for what is the case: nobody is told what it must refuse, and two servos have one
-/// identifier on one bus only.
+/// Looks whether joints failed for what is the case: nobody is told what it must refuse, and two servos have
+/// one identifier on one bus only.
 pub(crate) fn check_causes(states: impl Iterator<Item = JointState>, robot: &Motor) {
     for (state, joint) in states.zip(&robot.joints) {
         let is_wrong = match state.cause() {

@@ -17,7 +17,7 @@ struct Blow {
     at: Duration,
     /// Until when there are two of it.
     doubled_until: Option<Duration>,
-    /// Whether its arm moved shortly before, and it with the others.
+    /// Whether it followed shortly before, while its group moved.
     moved: bool,
 }
 
