@@ -12,6 +12,11 @@ use transport::{Delivery, Domain, Inlet, Node, Queues};
 use super::robot::{Robot, is_alive, left_behind, leo, signal, wait_until};
 
 const JOINTS: usize = 65;
+/// Of the configuration: no command is faster for as long after a joint's torque came on.
+const SOFT_START: Duration = Duration::from_secs(1);
+const SOFT_START_RAD_S: f64 = 0.5;
+/// One count of position.
+const COUNT_RAD: f64 = std::f64::consts::TAU / 4096.0;
 
 /// Watches the joints of a robot.
 struct Joints {
@@ -29,7 +34,14 @@ impl Joints {
 
     /// The newest states that have come since the last look.
     fn newest(&mut self) -> Vec<JointState> {
-        self.inlet.newest().expect("works").map(|frame| frame.entries().to_vec()).unwrap_or_default()
+        self.newest_of().1
+    }
+
+    /// The same, and of which cycle they are.
+    fn newest_of(&mut self) -> (Instant, Vec<JointState>) {
+        let frame = self.inlet.newest().expect("works");
+        let of = |at_ns, states: &[JointState]| (Instant::from_nanos(at_ns), states.to_vec());
+        frame.map_or_else(|| of(0, &[]), |frame| of(frame.head().valid_at_ns, frame.entries()))
     }
 
     /// Waits until there are states in which something holds.
@@ -190,6 +202,44 @@ fn stopped_by_signal(robot: &Robot, joints: &mut Joints) {
     fs::remove_file(&file).expect("anybody who may stop it may release it");
 }
 
+/// How joints are taken up, by what they are commanded cycle by cycle: exact however late this test looks.
+#[derive(Default)]
+struct TakenUp {
+    /// The last cycle in which each was seen not to be commanded.
+    idle: BTreeMap<u32, Instant>,
+    /// And since then, when and where it was last.
+    commanded: BTreeMap<u32, (Instant, f64)>,
+    first: usize,
+    steps: usize,
+}
+
+impl TakenUp {
+    fn check(&mut self, at: Instant, joint: &JointState) {
+        let name = joint.joint;
+        let Some(command_rad) = joint.command_position_rad() else {
+            self.idle.insert(name, at);
+            self.commanded.remove(&name);
+            return;
+        };
+        let Some(&idle) = self.idle.get(&name) else { return };
+        let Some((before, from_rad)) = self.commanded.insert(name, (at, command_rad)) else {
+            let stands_rad = joint.present_position_rad().expect("was read, or would not follow");
+            // It may have gone on since it was taken up, and its servo behind it.
+            let since = at.since(idle) + at.since(Instant::from_nanos(joint.sampled_at_ns));
+            let off_rad = (command_rad - stands_rad).abs();
+            let most_rad = 2.0 * (COUNT_RAD + SOFT_START_RAD_S * since.as_secs_f64());
+            assert!(off_rad <= most_rad, "joint {name} jumps by {off_rad} of {most_rad} rad");
+            self.first += 1;
+            return;
+        };
+        if at > before && at <= idle + SOFT_START {
+            let speed = (command_rad - from_rad).abs() / at.since(before).as_secs_f64();
+            assert!(speed <= SOFT_START_RAD_S * (1.0 + 1e-6), "joint {name} is sent on at {speed} rad/s");
+            self.steps += 1;
+        }
+    }
+}
+
 /// The servos hold where they are when their commander dies, and are taken up there: slowly.
 fn killed_in_motion(robot: &Robot, joints: &mut Joints) {
     joints.until(robot, "moving", |states| {
@@ -205,9 +255,13 @@ fn killed_in_motion(robot: &Robot, joints: &mut Joints) {
     // Where each was read a while ago, and since when it follows again.
     let mut last: BTreeMap<u32, (u64, f64)> = BTreeMap::new();
     let mut since: BTreeMap<u32, u64> = BTreeMap::new();
-    let mut checked = 0;
+    let (mut checked, mut taken_up) = (0, TakenUp::default());
     let done = wait_until(|| {
-        for joint in joints.newest() {
+        let (of, states) = joints.newest_of();
+        for joint in states {
+            if of >= killed_at {
+                taken_up.check(of, &joint);
+            }
             let Some(position_rad) = joint.present_position_rad() else { continue };
             let at = joint.sampled_at_ns;
             if joint.mode() == Some(JointMode::Following) && at >= killed_at.as_nanos() {
@@ -230,6 +284,8 @@ fn killed_in_motion(robot: &Robot, joints: &mut Joints) {
         since.len() == JOINTS && clock::now() > killed_at + Duration::from_secs(3)
     });
     assert!(done && checked > 300, "{checked} readings\n{}", robot.said());
+    let TakenUp { first, steps, .. } = taken_up;
+    assert!(first > JOINTS / 2 && steps > 300, "{first} joints were seen to be taken up, in {steps} steps");
 }
 
 fn seconds(from_ns: u64, until_ns: u64) -> f64 {
