@@ -1,5 +1,6 @@
 //! A real browser over a real robot.
 
+use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
@@ -108,6 +109,55 @@ fn a_page_of_a_hundred_blocks_is_drawn_as_often_as_it_should_be_beside_an_empty_
     for of in ["bare", "main_view", "all_views"] {
         assert!(counted["a_second"][of].as_f64() > Some(0.0), "{counted:#}");
     }
+}
+
+/// Width and height of a PNG.
+fn size(png: &[u8]) -> [u32; 2] {
+    assert!(png.starts_with(b"\x89PNG\r\n\x1a\n"), "is no PNG");
+    [16, 20].map(|at| u32::from_be_bytes(png[at..at + 4].try_into().expect("four bytes")))
+}
+
+#[test]
+fn pictures_show_every_panel_opened_and_every_perspective_on_a_laptop_and_a_tablet_by_day_and_night() {
+    let _alone = alone(&BROWSER);
+    let nested = |leo: String| {
+        assert_eq!(leo.matches("\ndepth = 1 ").count(), 1, "{leo}");
+        leo.replace("\ndepth = 1 ", "\ndepth = 2 ")
+    };
+    let robot = Robot::configured("shots", nested);
+    let folder = tempfile::tempdir().expect("a folder");
+    let into = folder.path().to_str().expect("a path of letters");
+    if played("tests/shots.mjs", &[&address(&robot), "--into", into]).is_none() {
+        return;
+    }
+    let mut pictures: BTreeMap<String, Vec<u8>> = BTreeMap::new();
+    for entry in fs::read_dir(into).expect("a folder") {
+        let path = entry.expect("readable").path();
+        let name = path.file_stem().expect("a name").to_string_lossy().into_owned();
+        pictures.insert(name, fs::read(path).expect("reads"));
+    }
+    let on_laptops = ["view-leo", "view-above", "view-free"];
+    let on_both = ["page", "perspective-2", "open", "set-up", "save"];
+    let mut names: Vec<String> = Vec::new();
+    for scheme in ["", "-dark"] {
+        names.extend(on_laptops.iter().chain(&on_both).map(|name| format!("{name}{scheme}")));
+        names.extend(on_both.iter().map(|name| format!("{name}-tablet{scheme}")));
+    }
+    names.sort_unstable();
+    assert!(pictures.keys().eq(&names), "{:?}\n{names:?}", pictures.keys());
+    for (name, png) in &pictures {
+        let [width, height] = size(png);
+        let is_whole = name.starts_with("page-tablet") || name.starts_with("open-tablet");
+        match (name.contains("-tablet"), is_whole) {
+            (false, _) => assert_eq!([width, height], [1280, 800], "{name}"),
+            (true, false) => assert_eq!([width, height], [820, 1180], "{name}"),
+            // What is below the screen too.
+            (true, true) => assert!(width == 820 && height > 1180, "{name}: {width} x {height}"),
+        }
+    }
+    // Each shows something else.
+    let different: BTreeSet<&Vec<u8>> = pictures.values().collect();
+    assert_eq!(different.len(), names.len());
 }
 
 #[test]

@@ -28,9 +28,19 @@ pub(crate) fn leo(arguments: &[&str]) -> Command {
 impl Robot {
     /// Starts a robot and waits until it says where its page is.
     pub(crate) fn start(name: &str) -> Self {
+        Self::configured(name, |leo| leo)
+    }
+
+    /// The same of one whose `leo.toml` is another.
+    pub(crate) fn configured(name: &str, change: impl Fn(String) -> String) -> Self {
         let state = tempfile::tempdir().expect("a folder");
+        let config = state.path().join("leo.toml");
+        let built_in = Path::new(env!("CARGO_MANIFEST_DIR")).join("config/leo.toml");
+        fs::write(&config, change(fs::read_to_string(built_in).expect("reads"))).expect("writes");
         let mut supervisor = leo(&["run", "--for", "3600", "--domain"])
             .arg(format!("/dev/shm/leo-{name}-{}", std::process::id()))
+            .arg("--config")
+            .arg(config)
             .env("XDG_STATE_HOME", state.path())
             .stdout(Stdio::piped())
             .stderr(Stdio::null())
