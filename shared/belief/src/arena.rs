@@ -442,6 +442,23 @@ impl Population for Step<'_> {
         self.arena.sightings.as_ref().is_some_and(|sightings| sightings.stay_apart(a as usize, b as usize))
     }
 
+    fn frame(&self, fresh: u32) -> Option<(u16, u64)> {
+        let Run { source, first, .. } = self.arena.sightings.as_ref()?.runs(fresh as usize).first()?;
+        Some((*source, first.as_nanos()))
+    }
+
+    fn spread(&self, members: &[u32]) -> Option<f64> {
+        let Arena { slots, foreseen, metric, sightings, .. } = &*self.arena;
+        let (&oldest, others) = members.split_first()?;
+        let has_room = sightings.as_ref()?.has_room_for(oldest as usize, others.len());
+        let oldest = slots.get(oldest as usize)?;
+        // A snapshot remembers nothing that might come between.
+        let newer = |slot: &Slot| oldest.holds == Holds::Snapshot || oldest.appends(slot);
+        let all_newer = others.iter().all(|&slot| slots.get(slot as usize).is_some_and(newer));
+        let bound = metric.spread(members.iter().map(|&slot| self.arena.features(slot)));
+        bound.filter(|_| *foreseen && has_room && all_newer)
+    }
+
     fn merge(&mut self, kept: u32, gone: u32) {
         self.arena.merge(kept, gone, self.perceived);
     }

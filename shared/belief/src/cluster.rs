@@ -2,6 +2,7 @@
 //! globally minimal D. Of equally near pairs that of the lowest identities comes first; D is
 //! computed anew on every merged belief.
 
+mod grouping;
 mod matching;
 mod naive;
 mod neighbourhood;
@@ -10,6 +11,7 @@ mod queue;
 #[cfg(test)]
 mod tests;
 
+use grouping::Grouping;
 use matching::Matching;
 pub use naive::cluster as cluster_naively;
 use neighbourhood::Neighbourhood;
@@ -28,7 +30,8 @@ use queue::{Pair, Queue};
 ///
 /// What comes nearly every time costs less: where the fresh members are apart, and the old ones
 /// stay so ([`Population::is_companion`]), each fresh member looks no further than it must to find the
-/// nearest old one, and there is no queue.
+/// nearest old one, and there is no queue. Nor is there where several frames come at once of which each
+/// shows things further apart than each has moved: what all of them show of one thing is merged by itself.
 ///
 /// Allocates in [`Clustering::new`] alone.
 #[derive(Clone, Debug)]
@@ -36,6 +39,7 @@ pub struct Clustering {
     neighbourhood: Neighbourhood,
     queue: Queue,
     matching: Matching,
+    grouping: Grouping,
     /// Whether the fresh members are in the neighbourhood.
     fresh_inserted: bool,
 }
@@ -50,6 +54,7 @@ impl Clustering {
             neighbourhood: Neighbourhood::new(slots, reach_m),
             queue: Queue::new(slots),
             matching: Matching::new(slots),
+            grouping: Grouping::new(slots),
             fresh_inserted: false,
         }
     }
@@ -78,6 +83,9 @@ impl Clustering {
                 merged += 1;
             }
             return merged;
+        }
+        if settled && !fresh_apart && self.grouping.find(&mut self.neighbourhood, population) {
+            return self.grouping.merge(&mut self.neighbourhood, population);
         }
         self.fresh_inserted = false;
         // Then the fresh members need not find one another.

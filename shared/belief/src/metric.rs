@@ -123,6 +123,30 @@ impl Metric {
         if distance < self.threshold { Some(distance) } else { None }
     }
 
+    /// What no D exceeds between any two beliefs of several, given their features in the order of the
+    /// terms, and of what becomes of them when some are merged, if what a merged one has is between what the
+    /// others had, or one of them; `None` where that is not below the threshold or cannot be told.
+    pub(crate) fn spread<'a>(
+        &self,
+        beliefs: impl Iterator<Item = &'a [Option<Feature>]> + Clone,
+    ) -> Option<f64> {
+        let mut spread = 0.0_f64;
+        for (place, term) in self.terms.iter().enumerate() {
+            let of_term = |features: &'a [Option<Feature>]| features.get(place)?.as_ref();
+            let mut widest = 0.0_f64;
+            let mut rest = beliefs.clone();
+            while let Some(a) = rest.next() {
+                for b in rest.clone() {
+                    let (Some(a), Some(b)) = (of_term(a), of_term(b)) else { continue };
+                    widest = widest.max(widest_between(&term.measure, a, b)?);
+                }
+            }
+            // Of a mean of the terms one may be all.
+            spread = if self.normalised { spread.max(widest) } else { spread + term.weight * widest };
+        }
+        (spread < self.threshold).then_some(spread)
+    }
+
     /// How far apart two beliefs may be and still be closer than the threshold, in the features
     /// of the first term measured in metres: D is at least that term alone.
     pub(crate) fn reach(&self) -> Option<Reach> {
@@ -155,6 +179,31 @@ fn measure(measure: &How, a: &Feature, b: &Feature) -> Option<f64> {
         (How::Metres | How::AngleRad | How::Difference | How::Differs, _, _) => None,
     }
 }
+
+/// What no d exceeds of two features and of those between them, rounding included; `None` where they have no
+/// bound.
+#[inline]
+fn widest_between(how: &How, a: &Feature, b: &Feature) -> Option<f64> {
+    let distance = match (how, a, b) {
+        // Symbols are not mixed.
+        (How::Differs, Feature::Symbol(_), Feature::Symbol(_)) => return measure(how, a, b),
+        (How::Metres, Feature::Vector(_), Feature::Vector(_)) => measure(how, a, b)?,
+        (How::AngleRad, Feature::Orientation(_), Feature::Orientation(_)) => {
+            // Further apart there is no one shorter way.
+            measure(how, a, b).filter(|angle_rad| *angle_rad < 1.0)?
+        }
+        (How::Difference, Feature::Number(x), Feature::Number(y)) => {
+            measure(how, a, b)? + f64::from(x.abs().max(y.abs())) * ROUNDING
+        }
+        // The program's own distance, and features of two kinds, of which either may stay.
+        (How::Metres | How::AngleRad | How::Difference | How::Differs | How::Own(_), _, _) => return None,
+    };
+    Some(distance + ROUNDING)
+}
+
+/// More than what is lost where a feature is put together from others: in metres at a kilometre and in
+/// radians near none, where the arc cosine is steep, below a thousandth.
+const ROUNDING: f64 = 1e-3;
 
 /// What the program calls the distance. What is none keeps the two apart, whatever the other terms
 /// say.

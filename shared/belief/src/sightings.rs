@@ -23,6 +23,8 @@ pub(crate) struct Sightings {
     frame: Option<Run>,
     /// The frame before it.
     before: Option<Run>,
+    /// Frames of the step.
+    frames: usize,
 }
 
 /// How much a belief was sighted.
@@ -87,6 +89,7 @@ impl Sightings {
             of: vec![NEVER; slots].into_boxed_slice(),
             frame: None,
             before: None,
+            frames: 0,
         }
     }
 
@@ -107,12 +110,13 @@ impl Sightings {
     /// Says, of beliefs that were each sighted once, in the frames of one step, which frames of their
     /// sources were before.
     pub(crate) fn follow(&mut self, slots: &[u32], before: impl Fn(u16, Instant) -> Option<Instant>) {
-        (self.frame, self.before) = (None, None);
+        (self.frame, self.before, self.frames) = (None, None, 0);
         for &slot in slots {
             let Some(Only::Run(run)) = self.only.get_mut(slot as usize) else { continue };
             // Observations come frame by frame.
             if !self.frame.is_some_and(|frame| frame.overlaps(run)) {
                 self.frame = Some(*run);
+                self.frames += 1;
                 self.before = before(run.source, run.first).map(|at| Run::of(run.source, at));
             }
             run.follows = self.before.map(|before| before.first);
@@ -126,15 +130,20 @@ impl Sightings {
         self.runs(slot).iter().any(|run| run.overlaps(before))
     }
 
-    /// Whether two beliefs cannot be of one thing, even when each is sighted once more.
+    /// Whether two beliefs cannot be of one thing, even when each is sighted in every frame of the step.
     pub(crate) fn stay_apart(&self, a: usize, b: usize) -> bool {
+        let remembers = |slot| self.has_room_for(slot, self.frames.max(1));
+        self.are_apart(a, b) && remembers(a) && remembers(b)
+    }
+
+    /// Whether a belief forgets no sighting when so many are added.
+    pub(crate) fn has_room_for(&self, slot: usize, more: usize) -> bool {
+        let runs = self.runs(slot);
         // Without room for one more run two of one source are joined, which forgets nothing; one is given up
         // where there are no such two.
-        let joins = |slot| match self.runs(slot) {
-            runs if runs.len() < RUNS => true,
-            runs => runs.windows(2).any(|pair| matches!(pair, [a, b] if a.source == b.source)),
-        };
-        joins(a) && joins(b) && self.are_apart(a, b)
+        let room = RUNS.saturating_sub(runs.len());
+        let joins = runs.windows(2).filter(|pair| matches!(pair, [a, b] if a.source == b.source));
+        room >= more || room + joins.count() >= more
     }
 
     /// Whether two beliefs cannot be of one thing.

@@ -44,9 +44,9 @@ impl Asker {
 
 /// An old member, as a fresh one looks for the nearest.
 #[derive(Clone, Copy)]
-struct Asked {
-    slot: u32,
-    distance: f64,
+pub(super) struct Asked {
+    pub(super) slot: u32,
+    pub(super) distance: f64,
 }
 
 impl Asked {
@@ -159,7 +159,7 @@ impl Matching {
         let moved_m = population.reach_m(farthest);
         let keeps = |slot: u32| self.kept.get(slot as usize).is_some_and(Asker::is_somebody);
         let meets = |slot: u32, is_companion: bool| {
-            neighbourhood.any_within(slot, 2.0 * moved_m, |other| {
+            neighbourhood.any_within(slot, neighbourhood.reach_m() + 2.0 * moved_m, |other| {
                 (keeps(slot) || keeps(other))
                     && !(is_companion && population.is_companion(other))
                     && !population.stay_apart(slot, other)
@@ -178,7 +178,7 @@ impl Matching {
 }
 
 /// The nearest old member of all, if it is so near that looking around a little is enough.
-fn nearest(
+pub(super) fn nearest(
     neighbourhood: &Neighbourhood,
     population: &impl Population,
     slot: u32,

@@ -190,14 +190,19 @@ impl Neighbourhood {
         seen_x.min(seen_y) / (self.cells_per_m * ROUNDING)
     }
 
-    /// Whether one of those fulfils a condition that may be within reach of the inserted slot once both
-    /// together have moved by so many metres: others are not asked.
-    pub(crate) fn any_within(&self, slot: u32, moved_m: f64, mut is: impl FnMut(u32) -> bool) -> bool {
+    /// How far apart members may be, in metres, who are within reach of each other.
+    pub(crate) fn reach_m(&self) -> f64 {
+        1.0 / self.cells_per_m
+    }
+
+    /// Whether one of those fulfils a condition that may be as near as so many metres to the inserted slot,
+    /// and are not told from it at a glance: others are not asked.
+    pub(crate) fn any_within(&self, slot: u32, radius_m: f64, mut is: impl FnMut(u32) -> bool) -> bool {
         let Some(Node { position_m: here, symbols, .. }) = self.nodes.get(slot as usize).copied() else {
             return false;
         };
         // Places are rounded when they change, at a kilometre by less than a tenth of a millimetre.
-        let radius_m = (1.0 / self.cells_per_m + moved_m) * ROUNDING + 1e-3;
+        let radius_m = radius_m * ROUNDING + 1e-3;
         let near_m2 = single(radius_m * radius_m);
         let cells = here.map(|metres| {
             let along = |metres: f64| floor_i64(metres * self.cells_per_m);

@@ -50,9 +50,25 @@ pub trait Population {
         false
     }
 
-    /// Whether two old members are never merged, whatever fresh member each takes in.
+    /// Whether two members are never merged, whatever fresh ones each takes in, at most one of each frame.
     fn stay_apart(&self, _a: u32, _b: u32) -> bool {
         false
+    }
+
+    /// The source and the instant of the frame that a fresh member is of: no two of one frame are ever
+    /// merged, nor who takes in one with another or with who takes in another. `None` where frames do not
+    /// keep members apart.
+    fn frame(&self, _fresh: u32) -> Option<(u16, u64)> {
+        None
+    }
+
+    /// What no D between any two of these members will exceed, nor between what becomes of them when some
+    /// are merged, in whichever order: the first is the oldest, each of the others a fresh one of
+    /// another frame. `None` where that cannot be told or is not below the threshold, where what
+    /// they become may not be between their places or may lose a symbol that tells it from others, or where
+    /// it may forget of which frames it has members.
+    fn spread(&self, _members: &[u32]) -> Option<f64> {
+        None
     }
 
     /// Merges the member in `gone` into the one in `kept`; `gone` ends.

@@ -16,6 +16,8 @@ use crate::sample::Sample;
 #[derive(Clone, Debug, Default)]
 struct Seen {
     place: Option<[i8; 3]>,
+    /// How far beside it, in millimetres.
+    beside_mm: [i8; 3],
     /// Half extents, on the same lattice.
     extents: Option<[i8; 3]>,
     /// About the vertical, in sixteenths of a whole turn.
@@ -51,6 +53,7 @@ fn seen() -> impl Strategy<Value = Seen> {
             filled,
             confidence,
             group,
+            ..Seen::default()
         },
     )
 }
@@ -184,7 +187,8 @@ fn perceived(percepts: &Percepts, at: u64, seen: &Seen) -> Perceived {
     };
     let on_the_lattice = |cells: [i8; 3]| Feature::Vector(cells.map(|cells| f32::from(cells) * 0.05));
     if let Some(place) = seen.place {
-        push("position", on_the_lattice(place));
+        let beside = |axis: usize| f32::from(place[axis]) * 0.05 + f32::from(seen.beside_mm[axis]) * 0.001;
+        push("position", Feature::Vector([0, 1, 2].map(beside)));
     }
     if let Some(turn) = seen.turn {
         let half_rad = f32::from(turn) * std::f32::consts::PI / 16.0;
@@ -216,6 +220,8 @@ struct Twins {
     last: [Option<u64>; SOURCES],
     /// Whether the last step was a matching.
     matched: bool,
+    /// Whether it was one group by one.
+    grouped: bool,
 }
 
 impl Twins {
@@ -229,6 +235,7 @@ impl Twins {
             id: 0,
             last: [None; SOURCES],
             matched: false,
+            grouped: false,
         }
     }
 
@@ -261,8 +268,9 @@ impl Twins {
         self.reference.settle(&perceived);
         let mut step = Step { arena: &mut self.arena, perceived: &perceived };
         let fresh_apart = one_frame && step.arena.keeps_apart();
-        let Clustering { matching, neighbourhood, .. } = &mut self.clustering;
+        let Clustering { matching, grouping, neighbourhood, .. } = &mut self.clustering.clone();
         self.matched = settled && fresh_apart && matching.find(neighbourhood, &step);
+        self.grouped = settled && !fresh_apart && grouping.find(neighbourhood, &step);
         let merged = self.clustering.run(&mut step, settled, fresh_apart);
         self.arena.settle(&perceived);
         let step = Step { arena: &mut self.arena, perceived: &[] };
@@ -335,6 +343,100 @@ proptest! {
             prop_assert_eq!(contents, expected);
         }
     }
+}
+
+/// What one source says of each of some things: how far beside its place it is, if it is seen.
+type Glances = Vec<Option<[i8; 3]>>;
+
+fn glances(most_mm: i8) -> impl Strategy<Value = Glances> {
+    prop::sample::select(vec![0.95, 0.95, 0.9, 0.3]).prop_flat_map(move |seen| {
+        let beside = prop::array::uniform3(prop_oneof![Just(0), -most_mm..=most_mm]);
+        prop::collection::vec(prop::option::weighted(seen, beside), 12)
+    })
+}
+
+/// Steps with frames of several sources at once, how late those are, and whether nobody has moved in between.
+fn several_at_once() -> impl Strategy<Value = Vec<(Vec<Glances>, u64, bool)>> {
+    let late = prop::sample::select(vec![0_u64, 0, 0, 4, 30, 50, 80]);
+    let how = (prop::sample::select(vec![2_i8, 2, 8, 40]), prop::sample::select(vec![2_usize, 2, 3, 10]));
+    how.prop_flat_map(move |(most_mm, sources)| {
+        let sources = prop::collection::vec(glances(most_mm), 1..=sources);
+        prop::collection::vec((sources, late.clone(), prop::bool::weighted(0.95)), 2..14)
+    })
+}
+
+#[test]
+fn what_several_sources_see_at_once_is_merged_group_by_group_as_the_loop_of_the_paper_merges_it() {
+    let (grouped, looped) = (Cell::new(0), Cell::new(0));
+    let threshold = prop::sample::select(vec![0.06, 0.11, 0.15, 0.16, 0.3]);
+    let turns = prop::option::weighted(0.3, 0.01..0.5_f64);
+    let colours = prop::collection::vec(0..3_u16, 12);
+    let all = ((1..8_i8, several_at_once()), threshold, turns, prop::bool::weighted(0.2), colours);
+    let mut runner = TestRunner::new(ProptestConfig::with_cases(3_000));
+    let outcome = runner.run(&all, |((pitch, steps), threshold, turns, normalised, colours)| {
+        let mut percepts = Percepts::builtin();
+        percepts.belief.threshold = threshold;
+        percepts.belief.normalised = normalised;
+        let percept = percepts.index("orientation").unwrap();
+        let turns = turns.map(|weight| Distance { percept, measure: Measure::AngleRad, weight });
+        percepts.belief.distance.extend(turns);
+        let mut twins = Twins::new(percepts);
+        for (at, (sources, late, settled)) in (1..).zip(steps) {
+            let of_source = |(group, glances): (usize, &Glances)| -> Vec<Seen> {
+                let things = (0_i8..).zip(glances).zip(&colours);
+                let seen = things.filter_map(|((index, beside), colour)| {
+                    let beside_mm = (*beside)?;
+                    Some(Seen {
+                        place: Some([pitch * (index % 4), pitch * (index / 4), 0]),
+                        beside_mm,
+                        turn: Some(beside_mm[0] % 2),
+                        colour: Some(*colour),
+                        confidence: 0.9,
+                        group,
+                        ..Seen::default()
+                    })
+                });
+                seen.collect()
+            };
+            let seen: Vec<_> = sources.iter().enumerate().flat_map(of_source).collect();
+            let [expected, merged] = twins.step_late(5 * at, late, &seen, settled);
+            prop_assert_eq!(merged, expected);
+            let [expected, contents] = twins.contents();
+            prop_assert_eq!(contents, expected);
+            let which = if twins.grouped { &grouped } else { &looped };
+            which.set(which.get() + 1);
+        }
+        Ok(())
+    });
+    outcome.unwrap();
+    assert!(grouped.get() > 1_000 && looped.get() > 1_000, "grouped {grouped:?}, looped {looped:?}");
+    eprintln!("grouped {grouped:?}, looped {looped:?}");
+}
+
+#[test]
+fn what_sees_more_sources_at_once_than_it_remembers_is_merged_as_the_loop_of_the_paper_merges_it() {
+    let mut twins = Twins::new(Percepts::builtin());
+    // What ten sources see forgets the first of them, of which another thing is that stands beside it.
+    let mut seen: Vec<_> = (0..10).map(|group| alike(0, group)).collect();
+    seen.insert(1, alike(2, 0));
+    assert_eq!(twins.step(1, &seen, true), [10, 10]);
+    assert!(!twins.grouped);
+}
+
+#[test]
+fn what_takes_back_its_newest_sample_is_merged_as_the_loop_of_the_paper_merges_it() {
+    let at = |beside_mm, group| Seen { beside_mm: [beside_mm, 0, 0], ..alike(0, group) };
+    let mut twins = Twins::new(Percepts::builtin());
+    assert_eq!(twins.step(1, &[at(40, 0)], true), [0, 0]);
+    // Half way.
+    assert_eq!(twins.step(2, &[Seen { confidence: 0.8, ..at(80, 0) }], true), [1, 1]);
+    let other = |group| Seen { place: Some([20, 0, 0]), ..at(0, group) };
+    assert_eq!(twins.step(3, &[at(-95, 0), other(0)], true), [0, 0]);
+    // Two sources see of the instant of the second step what is where the first belief is: it goes back to
+    // the middle between that and where it was before, where it comes within reach of the other.
+    let [expected, merged] = twins.step_late(4, 20, &[at(60, 1), other(2)], true);
+    assert_eq!((merged, expected), (3, 3));
+    assert!(!twins.grouped);
 }
 
 /// Where some things are from frame to frame, one cell of the lattice at a time, and whether they are
