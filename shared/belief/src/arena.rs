@@ -13,6 +13,7 @@ use crate::metric::{Metric, Reach};
 use crate::own::Functions;
 use crate::room::Room;
 use crate::sightings::{Run, Sightings};
+use crate::vacancies::Vacancies;
 
 /// B, the current set of beliefs, in slots that exist from the start.
 ///
@@ -36,7 +37,7 @@ pub(crate) struct Arena {
     live: Room<u32>,
     /// Slots in use by beliefs of this step, likewise. All these identities are higher.
     fresh: Room<u32>,
-    free: Room<u32>,
+    vacancies: Vacancies,
     histories: Histories,
     metric: Metric,
     reach: Option<Reach>,
@@ -103,8 +104,6 @@ impl Arena {
         let metric = Metric::new(&percepts.belief, own)?;
         let histories = Histories::new(&percepts.percepts, own, count)?;
         let terms: Box<[u16]> = metric.percepts().collect();
-        let mut free = Room::for_most(count);
-        free.extend((0..slots).rev());
         let cannot_link = percepts.belief.cannot_link_same_source_instant;
         Ok(Self {
             foreseen: !terms.iter().any(|percept| histories.is_own(*percept)),
@@ -114,7 +113,7 @@ impl Arena {
             terms,
             live: Room::for_most(count),
             fresh: Room::for_most(count),
-            free,
+            vacancies: Vacancies::all(count),
             histories,
             reach: metric.reach(),
             metric,
@@ -175,7 +174,7 @@ impl Arena {
         entry: u32,
         perceived: &Perceived,
     ) -> Option<u32> {
-        let number = self.free.pop()?;
+        let number = self.vacancies.take()?;
         let slot = self.slots.get_mut(number as usize)?;
         slot.memory = Memory::new(id, at, now, &perceived.observation);
         (slot.holds, slot.entry, slot.pending) = (Holds::Snapshot, entry, None);
@@ -273,7 +272,7 @@ impl Arena {
         if let Some(sightings) = &mut self.sightings {
             sightings.clear(number as usize);
         }
-        self.free.push(number);
+        self.vacancies.put(number);
     }
 
     /// The step's merging is over: what is left of the new beliefs remembers on its own, and stands

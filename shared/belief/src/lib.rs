@@ -129,6 +129,7 @@ mod sample;
 mod sightings;
 mod sources;
 mod system;
+mod vacancies;
 
 pub use cluster::{Clustering, Population, Symbols, cluster_naively};
 pub use own::{Cull, Distance, Doubtful, Functions, History, Samples};
