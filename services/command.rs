@@ -28,6 +28,7 @@ use std::time::Duration;
 
 use clap::{Args, Parser, Subcommand};
 use config::campaign::Campaign;
+use config::leo::Leo as Settings;
 use config::lesson::Lesson;
 use config::{ConfigError, Files, Robot};
 use recording::{Subject, Time, stands};
@@ -211,7 +212,7 @@ impl Run {
     fn run(&self) -> Result<ExitCode, Failure> {
         let files = Files::read(self.config.as_deref()).map_err(Failed::usage)?;
         let robot = Robot::of(&files).map_err(Failed::usage)?;
-        let lesson = self.lesson.as_deref().map(lesson_text).transpose()?;
+        let lesson = self.lesson.as_deref().map(|file| lesson_text(file, &robot.leo)).transpose()?;
         startable(&robot, self.config.as_deref())?;
         linkable(&robot.leo.link)?;
         let faults = self.faults.as_deref().map(|file| campaign(file, &robot)).transpose()?;
@@ -243,10 +244,18 @@ impl Run {
 }
 
 /// What a lesson says, looked at whole before anything starts.
-fn lesson_text(file: &Path) -> Result<String, Failure> {
+fn lesson_text(file: &Path, settings: &Settings) -> Result<String, Failure> {
     let text = read(file)?;
-    Lesson::parse(&text, file).map_err(Failed::usage)?;
+    tell_lacking(file, &Lesson::parse(&text, file).map_err(Failed::usage)?, settings);
     Ok(text)
+}
+
+/// Says what a lesson needs of the settings that they lack: it is taught all the same.
+fn tell_lacking(file: &Path, lesson: &Lesson, settings: &Settings) {
+    if let Some(lacking) = lesson.needs.lacking(settings) {
+        let file = file.display();
+        tracing::warn!("{file}: to see what this lesson is about, set {lacking} in leo.toml (--config FILE)");
+    }
 }
 
 /// What goes wrong on purpose, looked at whole before anything starts, and what of it the processes suffer.
@@ -283,7 +292,9 @@ impl Teach {
         }
         let mut lessons = Vec::new();
         for file in &self.lessons {
-            lessons.push((file, Lesson::load(file).map_err(Failed::usage)?));
+            let lesson = Lesson::load(file).map_err(Failed::usage)?;
+            tell_lacking(file, &lesson, &robot.leo);
+            lessons.push((file, lesson));
         }
         let mut accounts = Vec::new();
         for (file, lesson) in lessons {

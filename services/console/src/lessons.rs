@@ -3,6 +3,7 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
+use config::leo::Leo;
 use config::lesson::{LIBRARY, Lesson};
 use message::{NO_TABLE, SceneHead, SceneMode};
 use serde_json::{Value, json};
@@ -14,6 +15,7 @@ const MOST: usize = 200;
 
 /// The shelf of lessons: those that the program carries, and those that were taught by hand.
 pub(crate) struct Shelf {
+    settings: Leo,
     folder: Option<PathBuf>,
     launched: Lesson,
     /// The lesson that is open, by its name; empty for the one that the robot was started with.
@@ -21,16 +23,25 @@ pub(crate) struct Shelf {
 }
 
 impl Shelf {
-    pub(crate) fn new(state: Option<&Path>, launched: &Lesson) -> Self {
+    pub(crate) fn new(settings: &Leo, state: Option<&Path>, launched: &Lesson) -> Self {
         let folder = state.map(process::state::lessons);
-        Self { folder, launched: launched.clone(), open: (String::new(), launched.clone()) }
+        Self {
+            settings: settings.clone(),
+            folder,
+            launched: launched.clone(),
+            open: (String::new(), launched.clone()),
+        }
     }
 
     /// What can be opened. The lesson that the robot was started with is among them, under no name where it is none
     /// of the others; and so is a file that cannot be opened, with the reason.
     pub(crate) fn list(&self) -> Value {
-        let entry =
-            |id: &str, lesson: &Lesson| json!({ "id": id, "title": lesson.title, "watch": lesson.watch });
+        let entry = |id: &str, lesson: &Lesson| {
+            json!({
+                "id": id, "title": lesson.title, "watch": lesson.watch,
+                "lacks": lesson.needs.lacking(&self.settings),
+            })
+        };
         let carried = LIBRARY.iter().filter_map(|(name, text)| {
             Some(((*name).to_owned(), Lesson::parse(text, Path::new(name)).ok()?))
         });
@@ -108,6 +119,7 @@ impl Shelf {
             "lesson": name,
             "title": lesson.title,
             "watch": lesson.watch,
+            "lacks": lesson.needs.lacking(&self.settings),
             "mode": mode,
             "table": head.map(|head| head.table).filter(|table| *table != NO_TABLE),
             "tables": head.map_or(0, |head| head.tables),
@@ -124,10 +136,29 @@ impl Shelf {
 mod tests {
     use super::*;
 
+    fn shelf(state: Option<&Path>, launched: &Lesson) -> Shelf {
+        Shelf::new(&config::Robot::load(None).unwrap().leo, state, launched)
+    }
+
+    #[test]
+    fn of_a_lesson_that_needs_other_settings_it_is_said_which() {
+        let mut shelf = shelf(None, &Lesson::builtin());
+        let listed = shelf.list();
+        let lacks = |title: &str| {
+            let of = |entry: &&Value| entry["title"].as_str().is_some_and(|whole| whole.starts_with(title));
+            listed.as_array().unwrap().iter().find(of).unwrap()["lacks"].clone()
+        };
+        assert_eq!((lacks("Two teachers"), lacks("Task 1")), (json!("`partners = 2`"), Value::Null));
+        let head = SceneHead { lesson: message::Text::new("three_of_them"), ..SceneHead::default() };
+        assert_eq!(shelf.workspace(Some(&head), None)["lacks"], json!("`language = \"extended\"`"));
+        shelf.settings.learner.language = config::leo::Hypotheses::Extended;
+        assert_eq!(shelf.workspace(Some(&head), None)["lacks"], Value::Null);
+    }
+
     #[test]
     fn all_whom_a_lesson_has_are_told_whoever_is_there() {
         let lesson = |name: &str| Lesson::named(name, Path::new("")).unwrap();
-        let mut shelf = Shelf::new(None, &lesson("task1"));
+        let mut shelf = shelf(None, &lesson("task1"));
         assert_eq!(shelf.workspace(None, None)["people"], json!([1]));
         let head = SceneHead { lesson: message::Text::new("two_teachers"), ..SceneHead::default() };
         assert_eq!(shelf.workspace(Some(&head), None)["people"], json!([1, 2]));
@@ -147,7 +178,7 @@ mod tests {
         ] {
             fs::write(folder.join(name), text).unwrap();
         }
-        let listed = Shelf::new(Some(state.path()), &Lesson::builtin()).list();
+        let listed = shelf(Some(state.path()), &Lesson::builtin()).list();
         let listed = listed.as_array().unwrap();
         let of = |title: &str| listed.iter().find(|entry| entry["title"] == title).unwrap();
         assert_eq!(listed.len(), LIBRARY.len() + 3);
@@ -160,9 +191,9 @@ mod tests {
     #[test]
     fn the_lesson_that_the_robot_was_started_with_is_listed_once() {
         let own = Lesson { title: "My own".to_owned(), ..Lesson::builtin() };
-        let listed = Shelf::new(None, &own).list();
+        let listed = shelf(None, &own).list();
         assert_eq!((&listed[0]["id"], &listed[0]["title"]), (&json!(""), &json!("My own")));
-        let listed = Shelf::new(None, &Lesson::builtin()).list();
+        let listed = shelf(None, &Lesson::builtin()).list();
         assert_eq!(listed.as_array().unwrap().len(), LIBRARY.len());
         assert_ne!(listed[0]["id"], "");
     }

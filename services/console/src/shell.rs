@@ -178,7 +178,7 @@ impl Stage {
             };
             served.map_err(failed).ok()
         });
-        let shelf = Shelf::new(launch.state.as_deref(), lesson);
+        let shelf = Shelf::new(&robot.leo, launch.state.as_deref(), lesson);
         if let Some(web) = &web {
             if let Err(error) = web.door.leave(&launch.domain, launch.state.as_deref()) {
                 tracing::warn!(%error, "pages may not find this robot again after a restart");

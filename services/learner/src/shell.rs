@@ -159,7 +159,11 @@ fn report(now_ns: u64, outcome: Outcome<Unkept>, reports: &mut Reports) {
         Outcome::Durable(_) => reports.saved(None),
         Outcome::Owed(kept, error) => {
             // What cannot be kept in this life does not say that it is tried again.
-            tracing::error!(task = kept.task, "not kept, which is tried every {} s: {error}", KEEP_AGAIN.as_secs());
+            tracing::error!(
+                task = kept.task,
+                "not kept, which is tried every {} s: {error}",
+                KEEP_AGAIN.as_secs()
+            );
             reports.saved(Some(said(&kept, "I learned it, but I cannot remember it beyond today")));
         }
         Outcome::AtLast(kept) => {
@@ -302,7 +306,8 @@ fn remembered(folder: Option<&Path>) -> Result<(Place, Vec<Task>), Failure> {
             }
             Err(busy @ OpenError::InUse { .. }) => {
                 tracing::warn!("{busy}: this robot begins knowing nothing, and forgets when it ends");
-                let why = format!("{busy}. Until it is started anew, this robot keeps nothing of what it learns");
+                let why =
+                    format!("{busy}. Until it is started anew, this robot keeps nothing of what it learns");
                 return Ok((Place::Taken(why), Vec::new()));
             }
             Err(error) => return Err(Failure::own(error)),

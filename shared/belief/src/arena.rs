@@ -454,7 +454,7 @@ impl Population for Step<'_> {
         // A snapshot remembers nothing that might come between.
         let newer = |slot: &Slot| oldest.holds == Holds::Snapshot || oldest.appends(slot);
         let all_newer = others.iter().all(|&slot| slots.get(slot as usize).is_some_and(newer));
-        let bound = metric.spread(members.iter().map(|&slot| self.arena.features(slot)));
+        let bound = metric.spread(&members.iter().map(|&slot| self.arena.features(slot)));
         bound.filter(|_| *foreseen && has_room && all_newer)
     }
 

@@ -128,7 +128,7 @@ impl Metric {
     /// others had, or one of them; `None` where that is not below the threshold or cannot be told.
     pub(crate) fn spread<'a>(
         &self,
-        beliefs: impl Iterator<Item = &'a [Option<Feature>]> + Clone,
+        beliefs: &(impl Iterator<Item = &'a [Option<Feature>]> + Clone),
     ) -> Option<f64> {
         let mut spread = 0.0_f64;
         for (place, term) in self.terms.iter().enumerate() {

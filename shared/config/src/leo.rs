@@ -191,6 +191,17 @@ pub enum Hypotheses {
     Extended,
 }
 
+impl Hypotheses {
+    /// The word for it in `leo.toml`.
+    #[must_use]
+    pub const fn word(self) -> &'static str {
+        match self {
+            Self::Paper => "paper",
+            Self::Extended => "extended",
+        }
+    }
+}
+
 /// What is done on conflict between the schema from the robot's own view and the one from the teacher's
 /// perspective.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]

@@ -7,6 +7,7 @@
 
 mod check;
 mod library;
+mod needs;
 mod raw;
 mod synthetic;
 #[cfg(test)]
@@ -22,6 +23,7 @@ use std::time::Duration;
 use crate::{ConfigError, load};
 
 pub use library::{LIBRARY, STUDY};
+pub use needs::Needs;
 
 /// A lesson that was checked.
 #[derive(Clone, Debug, PartialEq)]
@@ -30,6 +32,8 @@ pub struct Lesson {
     pub title: String,
     /// What to watch, in a sentence.
     pub watch: String,
+    /// What settings it needs for that.
+    pub needs: Needs,
     /// Seed of the noise.
     pub seed: u64,
     /// Where the robot's base stands.

@@ -73,6 +73,7 @@ impl Design {
         let lesson = Lesson {
             title: format!("Task {task}, design {seed}"),
             watch: "What is learned?".to_owned(),
+            needs: config::lesson::Needs::default(),
             seed,
             robot: Place { position_m: [0.0; 3], heading_rad: FRAC_PI_2 },
             teachers: vec![Teacher { number: 1, eyes_m: EYES_M, looks_at_m: LOOKS_AT_M }],

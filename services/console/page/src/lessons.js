@@ -103,7 +103,9 @@ export class Lessons {
     if (workspace === undefined) return;
     this.#pick(lessons, workspace);
     const about = lessons.find((/** @type {any} */ each) => each.id === workspace.lesson);
-    write(find('watch'), workspace.watch || about?.watch || '');
+    const lacks = workspace.lacks ?? about?.lacks;
+    const lacking = lacks ? `For that, leo.toml has to say ${lacks}.` : '';
+    write(find('watch'), [workspace.watch || about?.watch || '', lacking].filter(Boolean).join(' '));
     const table = workspace.table === null ? '' : `, ${tableName(workspace.table, workspace.tables)}`;
     write(find('mode'), workspace.simulated ? `${MODES[workspace.mode] ?? workspace.mode}${table}` : 'Leo watches the real table');
     document.body.dataset.mode = workspace.mode;

@@ -48,6 +48,7 @@ pub(super) fn lesson(raw: raw::Lesson) -> Result<Lesson, Fault> {
     Ok(Lesson {
         title: raw.title,
         watch: raw.watch,
+        needs: raw.needs,
         seed: raw.seed,
         robot: Place {
             position_m: raw.robot.position_m.map(Coordinate::get),

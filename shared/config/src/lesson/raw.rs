@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use serde::Deserialize;
 use toml::Spanned;
 
-use super::Role;
+use super::{Needs, Role};
 use crate::number::{Coordinate, Finite, NotNegative, Positive, Seconds, Unit};
 
 #[derive(Deserialize)]
@@ -13,6 +13,8 @@ use crate::number::{Coordinate, Finite, NotNegative, Positive, Seconds, Unit};
 pub(super) struct Lesson {
     pub(super) title: String,
     pub(super) watch: String,
+    #[serde(default)]
+    pub(super) needs: Needs,
     pub(super) seed: u64,
     pub(super) robot: Robot,
     pub(super) teacher: Vec<Teacher>,

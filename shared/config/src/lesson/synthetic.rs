@@ -5,7 +5,9 @@ use std::time::Duration;
 
 use quantity::number::float_of_count;
 
-use super::{Act, Destination, Kind, Laying, Lesson, Noise, Object, Place, Role, Step, Table, Teacher};
+use super::{
+    Act, Destination, Kind, Laying, Lesson, Needs, Noise, Object, Place, Role, Step, Table, Teacher,
+};
 
 /// Distance between neighbours in the grid, in metres.
 const SPACING_M: f64 = 0.16;
@@ -27,6 +29,7 @@ impl Lesson {
         Self {
             title: format!("{} blocks", objects.len()),
             watch: "How long does it take?".to_owned(),
+            needs: Needs::default(),
             seed: 1,
             robot: Place { position_m: [0.0; 3], heading_rad: std::f64::consts::FRAC_PI_2 },
             teachers: vec![Teacher { number: 1, eyes_m: [0.0, 3.5, 0.55], looks_at_m: [0.0, 1.5, 0.0] }],

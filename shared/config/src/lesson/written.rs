@@ -3,7 +3,7 @@
 use std::fmt::{self, Write as _};
 use std::time::Duration;
 
-use super::{Act, Destination, Kind, Lesson, Object, Occluder, Step, Table};
+use super::{Act, Destination, Kind, Lesson, Needs, Object, Occluder, Step, Table};
 
 /// Numbers are written to so many places: micrometres of a metre, far below any noise.
 const PLACES: usize = 6;
@@ -62,8 +62,9 @@ struct Writer<'a> {
 
 impl Writer<'_> {
     fn lesson(mut self, lesson: &Lesson) -> fmt::Result {
-        let Lesson { title, watch, seed, robot, teachers, noise, laying, .. } = lesson;
+        let Lesson { title, watch, needs, seed, robot, teachers, noise, laying, .. } = lesson;
         writeln!(self.out, "title = {}\nwatch = {}\nseed = {seed}\n", text(title), text(watch))?;
+        self.needs(needs)?;
         writeln!(self.out, "[noise]\nposition_sigma_m = {}", number(noise.position_sigma_m))?;
         writeln!(self.out, "confidence = {}\n", number(noise.confidence))?;
         writeln!(self.out, "[laying]\nempty_s = {}", seconds(laying.empty))?;
@@ -86,6 +87,27 @@ impl Writer<'_> {
             self.table(table)?;
         }
         Ok(())
+    }
+
+    fn needs(&mut self, needs: &Needs) -> fmt::Result {
+        let Needs { partners, depth, language, noise } = needs;
+        if needs.is_empty() {
+            return Ok(());
+        }
+        writeln!(self.out, "[needs]")?;
+        if let Some(partners) = partners {
+            writeln!(self.out, "partners = {partners}")?;
+        }
+        if let Some(depth) = depth {
+            writeln!(self.out, "depth = {}", depth.get())?;
+        }
+        if let Some(language) = language {
+            writeln!(self.out, "language = \"{}\"", language.word())?;
+        }
+        if let Some(noise) = noise {
+            writeln!(self.out, "noise = {}", number(noise.get()))?;
+        }
+        writeln!(self.out)
     }
 
     fn catalogue(&mut self) -> fmt::Result {
