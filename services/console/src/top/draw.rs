@@ -14,19 +14,22 @@ use super::table::{befell, said};
 
 const KEYS: &str = "q quit  s sort  r reverse  space freeze  h histogram  b buses  j joints  ? help";
 
-const HELP: [&str; 15] = [
+const HELP: [&str; 18] = [
     "q, Ctrl-C   quit",
     "s           sort by the next column: the worst first",
     "r           turn the order round",
     "space       stand still, and go on",
     "up, down    select a process",
-    "h, Enter    how late the selected process woke, and how long its cycles took, in its whole life",
+    "h, Enter    how late the selected process woke, how long its cycles took and how old what it",
+    "            read was, in its whole life",
     "b           the servo buses",
     "j           the joints that are in trouble",
     "Esc         back to the table",
     "",
-    "wake        from the release, or the bell, to the start of the cycle, in µs of the last second",
-    "exec        from the start to the end of the cycle, in µs of the last second",
+    "wake        from the release, or the bell, to the start of the cycle, in µs of the last second:",
+    "            half the cycles were no later than wake50, 99 of 100 no later than wake99 (its jitter)",
+    "exec        from the start to the end of the cycle, likewise",
+    "age         how old what it read was when it began, since that was published, likewise",
     "over, skip  cycles that ended late; releases they ran past, in the whole life",
     "drop        frames lost because the process was slow to read them",
     "re          how often it was started anew",
@@ -51,7 +54,10 @@ pub(super) fn draw(frame: &mut Frame<'_>, screen: &Screen) {
 fn title(screen: &Screen) -> String {
     let about = match screen.view {
         View::Processes => format!("processes, {}", screen.column.name()),
-        View::Histogram => "how late, and how long, in the whole life".to_owned(),
+        View::Histogram => {
+            let process = screen.rows().get(screen.selected()).map_or("", |row| &row.process).to_owned();
+            format!("{process}: how late, how long, how old, in the whole life")
+        }
         View::Buses => "servo buses".to_owned(),
         View::Joints => "joints in trouble".to_owned(),
         View::Help => "keys and columns".to_owned(),
@@ -63,7 +69,8 @@ fn title(screen: &Screen) -> String {
 
 fn processes(frame: &mut Frame<'_>, area: Rect, screen: &Screen) {
     let head = [
-        "process", "state", "Hz", "wake50", "wake99", "exec50", "exec99", "max", "over", "skip", "drop", "re",
+        "process", "state", "Hz", "wake50", "wake99", "exec50", "exec99", "age99", "over", "skip", "drop",
+        "re",
     ];
     let widths = [9, 8, 5, 6, 6, 6, 6, 6, 5, 5, 4, 3].map(Constraint::Length);
     let rows = screen.rows().into_iter().map(|row| {
@@ -76,7 +83,7 @@ fn processes(frame: &mut Frame<'_>, area: Rect, screen: &Screen) {
             micros(wake.p99),
             micros(exec.p50),
             micros(exec.p99),
-            micros(exec.max),
+            micros(row.age_us.p99),
             row.overruns.to_string(),
             row.skipped.to_string(),
             row.drops.to_string(),
@@ -113,10 +120,10 @@ fn histograms(frame: &mut Frame<'_>, area: Rect, screen: &Screen) {
     let process = row.process.parse::<Process>().ok();
     let health = process.and_then(|process| screen.readings.processes.get(&process));
     let Some(health) = health else { return };
-    let sides: [Rect; 2] = Layout::horizontal([Constraint::Ratio(1, 2), Constraint::Ratio(1, 2)]).areas(area);
-    let told = [("wake-up", &health.wakeup), ("execution", &health.execution)];
+    let sides: [Rect; 3] = Layout::horizontal([Constraint::Ratio(1, 3); 3]).areas(area);
+    let told = [("wake-up", &health.wakeup), ("execution", &health.execution), ("age", &health.latency)];
     for (side, (what, distribution)) in sides.into_iter().zip(told) {
-        let mut lines = vec![Line::from(format!("{} {what}: {} cycles", row.process, distribution.count()))];
+        let mut lines = vec![Line::from(format!("{what}: {} cycles", distribution.count()))];
         lines.extend(histogram::lines(distribution).into_iter().map(Line::from));
         frame.render_widget(Paragraph::new(lines), side);
     }

@@ -6,7 +6,7 @@ use message::Histogram;
 use quantity::number::{float, floor_usize};
 
 /// The longest bar.
-const BAR: f64 = 18.0;
+const BAR: f64 = 9.0;
 
 /// A line for each octave between the smallest and the largest value; none where nothing was counted.
 pub(super) fn lines(histogram: &Histogram) -> Vec<String> {
@@ -26,7 +26,7 @@ pub(super) fn lines(histogram: &Histogram) -> Vec<String> {
     let line = |(octave, count): (u32, u64)| {
         let bound = Duration::from_nanos(1_u64.checked_shl(octave + 1).unwrap_or(u64::MAX));
         let full = floor_usize((BAR * float(count) / float(most.max(1))).ceil());
-        format!("< {:>8} {:<18} {count}", said(bound), "█".repeat(full))
+        format!("< {:>8} {:<9} {count}", said(bound), "█".repeat(full))
     };
     octaves.into_iter().map(line).collect()
 }
@@ -55,8 +55,8 @@ mod tests {
         let told = lines(&histogram);
         let counts: Vec<&str> = told.iter().filter_map(|line| line.split(' ').next_back()).collect();
         assert_eq!(counts, ["4", "0", "0", "1"], "{told:?}");
-        assert!(told[0].starts_with("<    33 µs ██████████████████ 4"), "{told:?}");
-        assert!(told[3].starts_with("<   262 µs █████ "), "{told:?}");
+        assert!(told[0].starts_with("<    33 µs █████████ 4"), "{told:?}");
+        assert!(told[3].starts_with("<   262 µs ███ "), "{told:?}");
         assert!(lines(&Histogram::default()).is_empty());
     }
 }

@@ -50,20 +50,29 @@ pub(super) enum Column {
     Process,
     WakeUp,
     Execution,
+    Age,
     Overruns,
     Drops,
     Restarts,
 }
 
 impl Column {
-    const ALL: [Self; 6] =
-        [Self::Process, Self::WakeUp, Self::Execution, Self::Overruns, Self::Drops, Self::Restarts];
+    const ALL: [Self; 7] = [
+        Self::Process,
+        Self::WakeUp,
+        Self::Execution,
+        Self::Age,
+        Self::Overruns,
+        Self::Drops,
+        Self::Restarts,
+    ];
 
     pub(super) const fn name(self) -> &'static str {
         match self {
             Self::Process => "as data flows",
             Self::WakeUp => "wake-up p99",
             Self::Execution => "execution p99",
+            Self::Age => "age p99",
             Self::Overruns => "overruns",
             Self::Drops => "drops",
             Self::Restarts => "restarts",
@@ -81,6 +90,7 @@ impl Column {
             Self::Process => Ordering::Equal,
             Self::WakeUp => other.wakeup_us.p99.total_cmp(&one.wakeup_us.p99),
             Self::Execution => other.execution_us.p99.total_cmp(&one.execution_us.p99),
+            Self::Age => other.age_us.p99.total_cmp(&one.age_us.p99),
             Self::Overruns => other.overruns.cmp(&one.overruns),
             Self::Drops => other.drops.cmp(&one.drops),
             Self::Restarts => other.restarts.cmp(&one.restarts),
