@@ -67,7 +67,7 @@ fn run(command: &mut Command) -> (Option<i32>, String, String) {
 #[test]
 fn of_two_robots_the_one_is_stopped_though_the_other_cannot_be() {
     if !getuid().is_root() {
-        eprintln!("skipped: only root can become another user");
+        eprintln!("SKIPPED: only root can become another user");
         return;
     }
     let files = tempfile::tempdir().expect("a folder");
@@ -132,7 +132,7 @@ fn a_stop_of_a_robot_that_is_on_its_way_up_makes_no_buffer_that_a_process_is_abo
 fn a_robot_that_nobody_names_is_limp_where_the_last_such_one_was_left_stopped() {
     const USER: u32 = 65_532;
     if !getuid().is_root() {
-        eprintln!("skipped: only root can become another user");
+        eprintln!("SKIPPED: only root can become another user");
         return;
     }
     let files = tempfile::tempdir().expect("a folder");

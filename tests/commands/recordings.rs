@@ -96,7 +96,7 @@ fn what_cannot_be_recorded_or_replayed_is_refused() {
 #[test]
 fn a_disk_that_fills_up_leaves_what_was_written() {
     if !rustix::process::getuid().is_root() {
-        eprintln!("skipped: only root can mount a small disk");
+        eprintln!("SKIPPED: only root can mount a small disk");
         return;
     }
     let (command, files) = leo(&[]);
@@ -109,7 +109,7 @@ fn a_disk_that_fills_up_leaves_what_was_written() {
     inside.current_dir(env!("CARGO_MANIFEST_DIR")).stdin(std::process::Stdio::null());
     let told = Leo::start(inside, files).end();
     if told.status == Some(77) || told.err.contains("unshare") {
-        eprintln!("skipped: no mount namespace of its own here: {}", told.err);
+        eprintln!("SKIPPED: no mount namespace of its own here: {}", told.err);
         return;
     }
     assert!(
