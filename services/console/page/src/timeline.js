@@ -5,6 +5,8 @@ import { believes } from './words.js';
 const ROW = 23;
 const BAR = 14;
 const LABEL = 8;
+/** How wide a letter of a label is, or a little less. */
+const LETTER = 6.4;
 
 /**
  * Segments between the points of a track. Pure.
@@ -88,7 +90,8 @@ export class Timeline {
   /** @param {{label: string, track: any}[]} rows @param {number} from @param {number} to */
   #draw(rows, from, to) {
     const width = Math.max(200, this.#picture.clientWidth - 20);
-    const left = Math.min(160, 0.3 * width);
+    const longest = Math.max(...rows.map(({ label }) => label.length));
+    const left = Math.min(Math.max(160, LETTER * longest + LABEL), 0.4 * width);
     const x = (/** @type {number} */ t) => left + ((width - left - LABEL) * (t - from)) / Math.max(1e-6, to - from);
     const svg = draw('svg', { width, height: rows.length * ROW + 14, 'aria-hidden': 'true' });
     rows.forEach(({ label, track }, at) => {

@@ -59,8 +59,9 @@ export function believes(perspective, names) {
  * @param {Record<string, string>} names
  */
 export function agrees(perspective, mind, names) {
-  if (perspective?.agents.length !== 1 || mind === undefined || (!mind.present && mind.beliefs === 0)) return '';
-  const [agent] = perspective.agents;
+  if (perspective === undefined || mind === undefined || (!mind.present && mind.beliefs === 0)) return '';
+  const [agent, ...nested] = perspective.agents;
+  if (nested.length > 0) return `None: it is what ${believes({ ...perspective, agents: perspective.agents.slice(0, -1) }, names)}.`;
   return `None: ${whom(agent, names)} ${agent === 1 ? 'know' : 'knows'} what ${names[0] ?? 'Leo'} knows.`;
 }
 

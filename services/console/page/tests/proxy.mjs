@@ -28,7 +28,7 @@ export async function before(robot, port) {
   });
   const live = new WebSocketServer({ server });
   live.on('connection', (client, request) => {
-    const there = new WebSocket(new URL(request.url, robot.replace(/^http/, 'ws')), { origin: robot });
+    const there = new WebSocket(new URL(request.url, robot.replace(/^http/, 'ws')), { origin: new URL(robot).origin });
     const waiting = [];
     client.on('message', (text) => (there.readyState === WebSocket.OPEN ? there.send(text.toString()) : waiting.push(text.toString())));
     there.on('open', () => waiting.splice(0).forEach((text) => there.send(text)));
