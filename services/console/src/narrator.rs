@@ -165,8 +165,10 @@ impl Transcript {
         let text = &line.text;
         let words = match (line.kind, &line.who) {
             // What Leo says stands under what it does.
-            (LineKind::Said, Some(who)) if who == "Leo" => format!("Leo:     \"{text}\""),
-            (LineKind::Said, Some(who)) => format!("{who}: \"{text}\""),
+            (LineKind::Said, Some(who)) => {
+                let who = if who == "Leo" { "Leo:    " } else { &format!("{who}:") };
+                format!("{who} \"{}\"", text.replace('"', "'"))
+            }
             (LineKind::Note, _) => format!("         {text}"),
             (LineKind::Failed, _) => format!("  FAILED {text}"),
             (kind, _) => format!("  {:<6} {text}", kind.word()),
@@ -188,6 +190,11 @@ mod tests {
         let mut transcript = Transcript::default();
         let said = Event::new(EventKind::Said, "", "I am ready");
         assert_eq!(text(&mut transcript, 5_000_000_000, &said), "[   0.00 s] Leo:     \"I am ready\"\n");
+        let said = Event::new(EventKind::Said, "", "say \"task 1 is done\"");
+        assert_eq!(
+            text(&mut transcript, 5_000_000_000, &said),
+            "[   0.00 s] Leo:     \"say 'task 1 is done'\"\n"
+        );
         let done = Event::new(EventKind::StepDone, "task 1", "a peg");
         assert_eq!(text(&mut transcript, 6_500_000_000, &done), "[   1.50 s]   done   a peg\n");
     }
