@@ -1,8 +1,11 @@
 //! Random processes of a robot killed at random moments, those in which it starts and its supervisor's own
 //! included: is it back every time, and is nothing left over, lost or moved that should not be?
 //!
+//! Now and then the learner, which commands the joints, stands still for seconds: then they come to rest, and stay.
+//!
 //! `cargo bench --bench kills [-- KILLS [SEED]]`: 1000 of them, by the seed 2006, without. Ends with exit status 1
-//! where something is wrong; how soon the robot is back is told, and depends on the machine.
+//! where something is wrong, and where the robot was ever back later than after two seconds, as it may be on a
+//! machine that does other things too.
 #![expect(
     clippy::expect_used,
     clippy::print_stdout,
@@ -23,7 +26,7 @@ use recording::{Buffer, Reader};
 use robot::{
     PROCESSES, Robot, descriptors, files_below, is_alive, kill, leo, pause, shared_memory, wait_until,
 };
-use rustix::process::Signal;
+use rustix::process::{Pid, Signal, kill_process};
 
 /// How long anything may take here before it counts as never.
 const PATIENCE: Duration = Duration::from_secs(60);
@@ -36,6 +39,8 @@ const REST_EVERY: u64 = 20;
 const REST: Duration = Duration::from_secs(20);
 /// Files, or descriptors, that may be there for a moment.
 const FEW: usize = 12;
+/// How long the learner stands still: not so long that it is replaced.
+const STILL: Duration = Duration::from_secs(3);
 /// A joint that is faster than this moves, in radians per second.
 const MOVES_RAD_S: f64 = 0.2;
 /// Without goals for this long, every joint has come to rest: the command time-out and the slowing down.
@@ -93,6 +98,8 @@ struct Campaign {
     back: Vec<Duration>,
     /// Examples of the task that Leo has said it learned.
     acknowledged: u64,
+    /// Reports of the joints that were looked at although nobody commanded, and had not for [`AT_REST`].
+    at_rest: u64,
     wrong: Vec<String>,
 }
 
@@ -117,6 +124,7 @@ impl Campaign {
             while_starting: 0,
             back: Vec::new(),
             acknowledged: 0,
+            at_rest: 0,
             wrong: Vec::new(),
         };
         wait_until(PATIENCE, || said_to_have_learned(&campaign.robot) > 0);
@@ -210,7 +218,8 @@ impl Campaign {
         for line in said.lines().filter(|line| line.contains("panicked")) {
             self.wrong(line.to_owned());
         }
-        let wrong = self.recorder.end();
+        let (at_rest, wrong) = self.recorder.end();
+        self.at_rest += at_rest;
         wrong.into_iter().for_each(|what| self.wrong(what));
         let kept = kept(&self.folder);
         if kept < self.acknowledged {
@@ -222,6 +231,7 @@ impl Campaign {
     fn rest(&mut self) {
         self.await_back();
         pause(REST);
+        self.leave_alone();
         self.acknowledged = self.acknowledged.max(said_to_have_learned(&self.robot));
         let (robot, most) = (&self.robot, self.files + FEW);
         if wait_until(PATIENCE, || shared_memory(&robot.domain).0 <= most).is_none() {
@@ -231,6 +241,19 @@ impl Campaign {
         let now = descriptors(self.robot.pid());
         if now > self.descriptors + FEW {
             self.wrong(format!("{} descriptors of the supervisor became {now}", self.descriptors));
+        }
+    }
+
+    /// Leaves the joints without their commander.
+    fn leave_alone(&mut self) {
+        let Some(learner) = self.robot.processes().get("learner").copied().and_then(Pid::from_raw) else {
+            self.wrong("there is no learner".to_owned());
+            return;
+        };
+        let held = kill_process(learner, Signal::STOP);
+        pause(STILL);
+        if held.and_then(|()| kill_process(learner, Signal::CONT)).is_err() {
+            self.wrong("the learner was replaced while it stood still".to_owned());
         }
     }
 
@@ -265,6 +288,14 @@ impl Campaign {
         }
         println!("\nkilled: {:?}", self.counts);
         println!("{}", self.summary());
+        println!("{} reports of joints that nobody commanded", self.at_rest);
+        if self.at_rest == 0 {
+            self.wrong("nothing was seen of joints that nobody commanded".to_owned());
+        }
+        let late = self.back.iter().filter(|time| **time > BACK_WITHIN).count();
+        if late > 0 {
+            self.wrong(format!("the robot was back later than after {BACK_WITHIN:?} {late} times"));
+        }
         println!("state directory: {} bytes", files_below(&self.folder.join("leo")).1);
         self.wrong.iter().for_each(|what| println!("WRONG: {what}"));
         if self.wrong.is_empty() { ExitCode::SUCCESS } else { ExitCode::FAILURE }
@@ -307,8 +338,9 @@ impl Recording {
         Self { recorder, file }
     }
 
-    /// Waits for its end, which is that of the robot, and looks at what it holds.
-    fn end(&mut self) -> Vec<String> {
+    /// Waits for its end, which is that of the robot, and looks at what it holds: how many reports of joints
+    /// that nobody commanded, and what is wrong.
+    fn end(&mut self) -> (u64, Vec<String>) {
         let mut wrong = Vec::new();
         let recorder = &mut self.recorder;
         if wait_until(PATIENCE, || recorder.try_wait().is_ok_and(|status| status.is_some())).is_none() {
@@ -316,15 +348,16 @@ impl Recording {
             let _dead = recorder.kill().and_then(|()| recorder.wait());
         }
         // A robot that lived for no time was not recorded.
-        let Ok(reader) = Reader::open(&self.file) else { return wrong };
+        let Ok(reader) = Reader::open(&self.file) else { return (0, wrong) };
         // What waited while the recorder did not come to it is in the file buffer by buffer.
-        let (mut goals, mut moves) = (Vec::new(), Vec::new());
+        let (mut goals, mut moves, mut reports) = (Vec::new(), Vec::new(), Vec::new());
         let mut first = None;
         for frame in reader.map_while(Result::ok) {
             if frame.buffer == Buffer::JointGoals {
                 goals.push((frame.at_ns, frame.header().incarnation, frame.sequence));
             } else if frame.buffer == Buffer::JointStates {
                 first.get_or_insert(frame.at_ns);
+                reports.push(frame.at_ns);
                 let states = frame.read::<JointStates>().map(|(_, states)| states).unwrap_or_default();
                 let moving = |state: &&JointState| {
                     state.present_velocity_rad_s().is_some_and(|speed| speed.abs() > MOVES_RAD_S)
@@ -344,15 +377,20 @@ impl Recording {
                 alone.push((goal.0, end));
             }
         }
+        // Most are short: whoever commands says so many times a second.
+        alone.retain(|(from, to)| from.saturating_add(clock::nanos(AT_REST)) < *to);
+        let is_alone = |at_ns: u64| {
+            alone.iter().find(|(from, to)| (*from + clock::nanos(AT_REST)..*to).contains(&at_ns))
+        };
+        let at_rest = reports.into_iter().filter(|at_ns| is_alone(*at_ns).is_some()).count();
         for (at_ns, joint) in moves {
-            let since = alone.iter().find(|(from, to)| (*from + clock::nanos(AT_REST)..*to).contains(&at_ns));
-            if let Some((from, _)) = since {
+            if let Some((from, _)) = is_alone(at_ns) {
                 let alone_s = Duration::from_nanos(at_ns - from).as_secs_f64();
                 wrong.push(format!("joint {joint} moves {alone_s:.2} s after the last goals"));
                 break;
             }
         }
         let _removed = fs::remove_file(&self.file);
-        wrong
+        (u64::try_from(at_rest).unwrap_or(u64::MAX), wrong)
     }
 }

@@ -89,10 +89,15 @@ fn a_json_document_for_the_journal_is_marked_too() {
     let mut robot = robot(files.path(), "documents");
     robot.arg("--log-json");
     let heard = heard(robot, Listener::Journal);
-    let news = heard.iter().find(|line| line.contains("the robot runs")).expect("is said");
-    let document = news.strip_prefix("<6>").expect("is marked");
-    let document: serde_json::Value = serde_json::from_str(document).expect("is JSON");
-    assert_eq!(document["level"], "INFO");
+    // The supervisor, and one whom it started.
+    for (what, mark, level) in
+        [("the robot runs", "<6>", "INFO"), ("cannot open /dev/nowhere", "<4>", "WARN")]
+    {
+        let line = heard.iter().find(|line| line.contains(what)).expect("is said");
+        let document = line.strip_prefix(mark).expect("is marked");
+        let document: serde_json::Value = serde_json::from_str(document).expect("is JSON");
+        assert_eq!(document["level"], level);
+    }
 }
 
 #[test]

@@ -17,11 +17,16 @@ use rustix::process::{Pid, PidfdFlags, Signal, pidfd_open, pidfd_send_signal};
 /// upgraded goes on as it was.
 const PROGRAM: &str = "/proc/self/exe";
 
+/// What says of this program how much it tells, and how: it holds for whom it starts as well.
+const VOICE: [&str; 3] = ["-v", "--verbose", "--log-json"];
+
 /// The processes that live, started from this very program. Dropping it kills them.
 #[derive(Debug)]
 pub struct Children {
     /// What people see the processes called.
     name: PathBuf,
+    /// Of [`VOICE`], what this program was told.
+    voice: Vec<OsString>,
     living: BTreeMap<Process, Living>,
     helpers: Vec<Child>,
 }
@@ -39,7 +44,12 @@ impl Children {
     ///
     /// The path of this program's file cannot be found out.
     pub fn new() -> io::Result<Self> {
-        Ok(Self { name: std::env::current_exe()?, living: BTreeMap::new(), helpers: Vec::new() })
+        Ok(Self {
+            name: std::env::current_exe()?,
+            voice: std::env::args_os().filter(|argument| VOICE.iter().any(|word| argument == word)).collect(),
+            living: BTreeMap::new(),
+            helpers: Vec::new(),
+        })
     }
 
     /// Starts a process.
@@ -56,6 +66,7 @@ impl Children {
             .arg0(&self.name)
             .arg(process.name())
             .args(arguments(launch))
+            .args(&self.voice)
             // The service manager is the supervisor's to talk to.
             .env_remove("NOTIFY_SOCKET")
             .env_remove("WATCHDOG_USEC")
