@@ -90,7 +90,8 @@ fn part_comes_back(part: usize) {
         let config = otherwise
             .map(|(_, from, to)| write(&folder, "leo.toml", &changed(&read("config/leo.toml"), from, to)));
         let lesson = format!("config/lessons/{name}.toml");
-        let robot = config::Robot::load(config.as_deref()).expect("a configuration");
+        let robot =
+            config::Robot::load(config.as_deref().map(std::path::Path::new)).expect("a configuration");
         let needs = config::lesson::Lesson::load(lesson.as_ref()).expect("a lesson").needs;
         assert_eq!((needs.lacking(&robot.leo), needs.is_empty()), (None, otherwise.is_none()), "{name}");
         comes_back(&lesson, config.as_deref(), &to);
