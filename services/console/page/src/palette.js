@@ -3,11 +3,27 @@ import { draw, find, make } from './element.js';
 
 const DRAG_PX = 5;
 const ROLES = ['block', 'peg', 'marker'];
-/** Screens as they are put up: metres to each side of their centres. */
-const SCREENS = /** @type {{name: string, half: [number, number, number]}[]} */ ([
-  { name: 'narrow screen', half: [0.08, 0.01, 0.125] },
-  { name: 'screen', half: [0.16, 0.01, 0.125] },
-  { name: 'wide screen', half: [0.32, 0.01, 0.125] },
+/**
+ * Screens as they are put up, metres to each side of their centres: those across the table hide things from who sits
+ * opposite Leo, and those along it from who sits at its side.
+ */
+const SCREENS = /** @type {{name: string, all: {name: string, half: [number, number, number]}[]}[]} */ ([
+  {
+    name: 'screen',
+    all: [
+      { name: 'narrow screen', half: [0.08, 0.01, 0.125] },
+      { name: 'screen', half: [0.16, 0.01, 0.125] },
+      { name: 'wide screen', half: [0.32, 0.01, 0.125] },
+    ],
+  },
+  {
+    name: 'side screen',
+    all: [
+      { name: 'narrow side screen', half: [0.01, 0.08, 0.125] },
+      { name: 'side screen', half: [0.01, 0.16, 0.125] },
+      { name: 'wide side screen', half: [0.01, 0.32, 0.125] },
+    ],
+  },
 ]);
 
 /**
@@ -61,8 +77,11 @@ export class Palette {
       const chips = colours.map((colour) => this.#chip({ kind, colour }, `${colour.name} ${words(kind.name)}`, icon(kind, colour)));
       return make('div', { class: 'row', role: 'group', 'aria-label': words(kind.name) }, make('span', { text: words(kind.name) }), ...chips);
     });
-    const screens = SCREENS.map(({ name, half }) => this.#chip({ screen: name, half }, name, screenIcon(half)));
-    this.#list.replaceChildren(...rows, make('div', { class: 'row', role: 'group', 'aria-label': 'screen' }, make('span', { text: 'screen' }), ...screens));
+    const screens = SCREENS.map(({ name, all }) => {
+      const chips = all.map(({ name: called, half }) => this.#chip({ screen: called, half }, called, screenIcon(half)));
+      return make('div', { class: 'row', role: 'group', 'aria-label': name }, make('span', { text: name }), ...chips);
+    });
+    this.#list.replaceChildren(...rows, ...screens);
   }
 
   /** @param {Item} item @param {string} name @param {Element} picture */
@@ -146,9 +165,13 @@ function icon(kind, colour) {
 }
 
 /** @param {[number, number, number]} half */
-function screenIcon([half]) {
-  const width = 34 * half;
+function screenIcon([across, along]) {
   const svg = draw('svg', { viewBox: '-12 -12 24 24', width: 24, height: 24, 'aria-hidden': 'true' });
-  svg.append(draw('rect', { x: -width, y: -7, width: 2 * width, height: 14, rx: 1, class: 'screen' }));
+  const width = 34 * across;
+  // What stands along the table is drawn as it goes away.
+  const away = 24 * along;
+  svg.append(along < across
+    ? draw('rect', { x: -width, y: -7, width: 2 * width, height: 14, rx: 1, class: 'screen' })
+    : draw('path', { d: `M${-away} ${away / 2 - 7}L${away} ${-away / 2 - 7}V${7 - away / 2}L${-away} ${7 + away / 2}Z`, class: 'screen' }));
   return svg;
 }

@@ -123,6 +123,7 @@ export function furnish(tags) {
   const ids = Object.fromEntries(Object.entries(tags).map(([id, tag]) => [id, new Element(tag)]));
   globalThis.document = {
     createElement: (tag) => new Element(tag),
+    createElementNS: (_space, tag) => new Element(tag),
     getElementById: (id) => ids[id] ?? null,
     body: new Element('body'),
     activeElement: null,
