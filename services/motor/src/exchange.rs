@@ -98,8 +98,8 @@ impl Master {
     /// until the turn of a servo is over that does not answer. Then those behind it, who may have
     /// waited for it, are asked again without it; so are those behind one whose answer was cut short.
     /// Where nobody's turn ran out, those whose answers arrived broken are asked again, and who was not
-    /// heard is not asked how it is. So one bad servo costs one turn at most. A servo that reports an alert is
-    /// asked at once how it is.
+    /// heard is not asked how it is. So one bad servo costs one turn at most. Servos that report an alert are
+    /// asked at once how they are.
     pub fn exchange(&mut self, port: &mut impl Port, request: &Request, replies: &mut Replies) {
         replies.clear();
         // A line that was lost in the middle of an answer leaves a piece of it.
@@ -151,12 +151,8 @@ impl Master {
                 }
             }
         }
-        if let Some(id) = alerting(replies) {
-            let question = Instruction::Read { address: CONDITION.address, length: CONDITION.length };
-            let mut bytes = [0; INSTRUCTION];
-            let sent = question.encode(Address::One(id), &mut bytes).unwrap_or(0);
-            let part = Part::new(Topic::Alarm, sent, usize::from(CONDITION.length), [id]);
-            self.ask(port, &part, bytes.get(..sent).unwrap_or_default(), replies)?;
+        if let Some((part, bytes)) = alarm(replies) {
+            self.ask(port, &part, bytes.get(..part.sent).unwrap_or_default(), replies)?;
         }
         Ok(())
     }
@@ -296,14 +292,23 @@ fn broken_since(parser: &Parser, before: u64) -> u32 {
     u32::try_from(broken(parser).saturating_sub(before)).unwrap_or(u32::MAX)
 }
 
-/// The servo that reported an alert first.
-fn alerting(replies: &Replies) -> Option<Id> {
-    replies
-        .all()
-        .iter()
-        .map(crate::request::Answer::status)
-        .find(|status| status.alert)
-        .map(|status| status.id)
+/// The question to all servos that reported an alert: an undervoltage befalls a bus, not a servo.
+fn alarm(replies: &Replies) -> Option<(Part, [u8; INSTRUCTION])> {
+    let (mut ids, mut count) = ([0; SERVOS_MOST], 0);
+    for status in replies.all().iter().map(crate::request::Answer::status).filter(|status| status.alert) {
+        let id = status.id.get();
+        let is_known = ids.iter().take(count).any(|known| *known == id);
+        if !is_known && let Some(place) = ids.get_mut(count) {
+            *place = id;
+            count += 1;
+        }
+    }
+    let ids = ids.get(..count).filter(|ids| !ids.is_empty())?;
+    let mut bytes = [0; INSTRUCTION];
+    let question = Instruction::SyncRead { address: CONDITION.address, length: CONDITION.length, ids };
+    let sent = question.encode(Address::All, &mut bytes).ok()?;
+    let who = ids.iter().filter_map(|id| Id::new(*id));
+    Some((Part::new(Topic::Alarm, sent, usize::from(CONDITION.length), who), bytes))
 }
 
 #[cfg(test)]

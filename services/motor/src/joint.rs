@@ -335,9 +335,11 @@ impl Joint {
     }
 
     /// Stops it on its way back to its limits, which its servo goes by itself: no goal that it would take
-    /// is where it stands.
+    /// is where it stands. So it does where a motor process sent it there that is no more.
     pub(crate) fn stop_returning(&mut self) {
-        if self.stage == Stage::Following && self.returns && self.is_far_from(self.motion.position_rad) {
+        let is_sent =
+            self.stage == Stage::Following && self.returns && self.is_far_from(self.motion.position_rad);
+        if is_sent || (self.stage == Stage::Ready && self.may_have_torque && self.comes_back()) {
             (self.returns, self.may_have_torque) = (false, true);
             self.stage = Stage::Held { told: None };
         }
@@ -448,6 +450,15 @@ impl Joint {
     /// Whether it was read far from there: its command began at its limit, and it stood beyond.
     fn is_far_from(&self, position_rad: f64) -> bool {
         self.reading.is_none_or(|(_, reading)| (reading.position_rad - position_rad).abs() > JUMP_MOST_RAD)
+    }
+
+    /// Whether it was read to move far beyond its limits.
+    fn comes_back(&self) -> bool {
+        self.reading.is_some_and(|(_, reading)| {
+            let limit_rad = self.clamped(reading.position_rad);
+            reading.velocity_rad_s.abs() > STILL_RAD_S
+                && limit_rad.is_some_and(|limit_rad| self.is_far_from(limit_rad))
+        })
     }
 
     /// Whether its soft start is over and its servo still has the profile of it.

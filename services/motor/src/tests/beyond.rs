@@ -71,6 +71,15 @@ fn it_stops_when_the_commander_falls_silent_goes_limp_later_and_comes_back_for_a
 }
 
 #[test]
+fn it_stops_when_its_motor_process_was_killed_and_the_next_one_has_no_commander() {
+    let mut rig = coming_back();
+    let robot = config::motor::parse(ROBOT, "motor.toml".as_ref()).unwrap();
+    rig.motor = Motor::new(&robot, &config::parse(SETTINGS, "leo.toml".as_ref()).unwrap()).unwrap();
+    stops(&mut rig, JointCause::CommandTimeout, Rig::cycle);
+    rig.until(1500, 0.0, |rig| rig.modes() == [Following; 3] && rig.position(0).abs() < 0.003);
+}
+
+#[test]
 fn it_is_said_to_slow_down_until_its_servo_has_said_that_it_stays() {
     let mut rig = coming_back();
     rig.inject(0, "drop id=1");

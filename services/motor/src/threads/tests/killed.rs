@@ -10,6 +10,9 @@ use super::*;
 const COUNT_RAD: f64 = std::f64::consts::TAU / 4096.0;
 const COUNT_RAD_S: f64 = 0.229 * std::f64::consts::TAU / 60.0;
 
+/// The servos' own watchdog, and some more.
+const STANDS_WITHIN: Duration = Duration::from_millis(220);
+
 /// What an item of the servo of a joint says now.
 fn says(rig: &Rig, joint: usize, item: Item) -> i32 {
     let bytes = rig.servo(joint, |servo| servo.read(item.address, item.length).unwrap().to_vec());
@@ -53,7 +56,7 @@ fn servos_whose_commander_is_killed_in_motion_stand_within_their_watchdogs_time(
     let watchdog = Duration::from_millis(200);
     alone(watchdog);
     assert!((0..65).all(|joint| says(&rig, joint, BUS_WATCHDOG) != 0xFF), "too early");
-    alone(watchdog + Duration::from_millis(20));
+    alone(STANDS_WITHIN);
     let stood: Vec<i32> = (0..65).map(|joint| says(&rig, joint, PRESENT_POSITION)).collect();
     for (joint, settings) in rig.robot.motor.joints.iter().enumerate() {
         let said = (says(&rig, joint, BUS_WATCHDOG), says(&rig, joint, PRESENT_VELOCITY));
@@ -66,6 +69,7 @@ fn servos_whose_commander_is_killed_in_motion_stand_within_their_watchdogs_time(
 /// Has another motor take up all joints, whose servos were alone for a while: where they stand, and slowly.
 fn taken_up(alone: Duration) {
     let mut rig = on_the_way();
+    let killed_at = rig.now;
     rig.motor = Motor::new(&rig.robot.motor, &rig.robot.leo.motor).unwrap();
     rig.now += alone;
     let (soft_start, most_rad_s) =
@@ -85,6 +89,9 @@ fn taken_up(alone: Duration) {
             let settings = &rig.robot.motor.joints[joint];
             let Some(command_rad) = rig.state(joint).command_position_rad() else {
                 assert_eq!(*followed, None, "{} does not go on following", settings.name);
+                // Who is asked every so often does not notice that nobody commands it: it stands all the same.
+                let stands = says(&rig, joint, PRESENT_VELOCITY) == 0;
+                assert!(stands || rig.now <= killed_at + STANDS_WITHIN, "{} moves by itself", settings.name);
                 continue;
             };
             let Some((since, before_rad)) = *followed else {

@@ -66,6 +66,11 @@ fn an_alert_stays_until_a_person_has_looked_where_no_reboot_is_wanted() {
     rig.inject("overload", &struck, "at=0s");
     rig.cycle();
     assert_eq!(are(&rig, &struck, JointMode::Releasing, JointCause::Alert), Ok(()));
+    // Of all on a bus what it is.
+    for &joint in &struck {
+        let trouble = rig.motor.trouble(joint).map(|trouble| trouble.to_string()).unwrap_or_default();
+        assert!(trouble.starts_with("hardware alert: overload"), "{trouble}");
+    }
     rig.inject("", &[], "");
     // Each is told by itself.
     let holds = |rig: &Rig| are(rig, &struck, JointMode::Limp, JointCause::Alert);
