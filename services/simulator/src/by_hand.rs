@@ -308,7 +308,9 @@ impl World {
         self.state.mode = SceneMode::SetUp;
         if self.state.laid_at.is_none() {
             // What would have been laid there will not be.
-            Arc::make_mut(self.state.setting.get_or_insert_default()).objects.clear();
+            let setting = Arc::make_mut(self.state.setting.get_or_insert_default());
+            setting.objects.clear();
+            setting.territory.clear();
         }
         if let Some((laid_at, table)) = spoken {
             self.state.mode = SceneMode::Teaching;

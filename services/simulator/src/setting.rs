@@ -1,4 +1,4 @@
-use config::lesson::{Object, Occluder, Table};
+use config::lesson::{Object, Occluder, Table, Territory};
 
 /// What lies and stands on a table: as a lesson has it, or as somebody set it by hand.
 #[derive(Clone, Debug, Default)]
@@ -7,10 +7,13 @@ pub(crate) struct Setting {
     pub(crate) objects: Vec<Object>,
     /// What hides things; where it stands first.
     pub(crate) occluders: Vec<Occluder>,
+    /// Whose the regions of the table are, as the lesson notes it: a lesson that is saved notes it again.
+    pub(crate) territory: Vec<Territory>,
 }
 
 impl Setting {
     pub(crate) fn of(table: &Table) -> Self {
-        Self { objects: table.objects.clone(), occluders: table.occluders.clone() }
+        let Table { objects, occluders, territory, .. } = table.clone();
+        Self { objects, occluders, territory }
     }
 }

@@ -164,7 +164,8 @@ impl World {
         let occluders = occluders.zip(&self.state.screens);
         let occluders =
             occluders.map(|(screen, at)| Occluder { centre_m: at.point_m(now), ..screen.clone() }).collect();
-        Table { objects, occluders, territory: Vec::new(), script: Vec::new() }
+        let territory = setting.map_or_else(Vec::new, |setting| setting.territory.clone());
+        Table { objects, occluders, territory, script: Vec::new() }
     }
 
     pub(super) fn setting(&mut self) -> &mut Setting {

@@ -345,6 +345,26 @@ fn a_table_of_the_lesson_is_laid_to_go_on_by_hand() {
 }
 
 #[test]
+fn a_table_that_is_laid_and_saved_keeps_whose_its_regions_are() {
+    let task2 = Lesson::named("task2", Path::new("")).unwrap();
+    let mut bench = Bench::of(&task2);
+    bench.act(Kind::Lay, |act| act.table = 0).unwrap();
+    bench.wait(2_500);
+    bench.add("marker", "wood", [0.5, 0.7]).unwrap();
+    bench.say("Leo, I can teach you to do task 2").unwrap();
+    let saved = |bench: &Bench| {
+        let text = bench.world.taught("Task 2 by hand", bench.now()).unwrap().to_toml();
+        Lesson::parse(&text, Path::new("task_2_by_hand.toml")).unwrap()
+    };
+    assert_eq!(task2.demonstrations[0].territory.len(), 2);
+    assert_eq!(saved(&bench).demonstrations[0].territory, task2.demonstrations[0].territory);
+    // An empty table is nobody's.
+    bench.act(Kind::Clear, |_| {}).unwrap();
+    bench.say("Leo, I can teach you to do nothing").unwrap();
+    assert!(saved(&bench).demonstrations[1].territory.is_empty());
+}
+
+#[test]
 fn what_is_laid_in_a_hole_sits_there() {
     let mut bench = Bench::empty();
     bench.add("square", "red", [0.0, 0.6]).unwrap();
