@@ -2,6 +2,8 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
+use std::io::{BufRead as _, BufReader};
+use std::net::TcpListener;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 use std::sync::{Mutex, MutexGuard, PoisonError};
@@ -74,22 +76,27 @@ fn the_page_is_what_its_sources_build_and_its_parts_hold() {
     }
 }
 
-/// What a script of the page's tests says; `None` where there is no browser.
-fn played(script: &str, arguments: &[&str]) -> Option<Vec<u8>> {
+/// A script of the page's tests; `None` where there is no browser.
+fn script(script: &str, arguments: &[&str]) -> Option<Command> {
     let page = prepared()?;
     let chromium = std::env::var("CHROMIUM").unwrap_or_else(|_| "/usr/bin/chromium".to_owned());
     if !succeeds(Command::new(&chromium).arg("--version")) {
         return skipped("Chromium is needed: apt-get install chromium, or its path in CHROMIUM");
     }
-    let ran = Command::new("node")
+    let mut command = Command::new("node");
+    command
         .arg(script)
         .args(arguments)
         .env("CHROMIUM", &chromium)
         .env("PATIENCE_S", "180")
         .env("URDF", Path::new(env!("CARGO_MANIFEST_DIR")).join("config/leo.urdf"))
-        .current_dir(&page)
-        .output()
-        .expect("node runs");
+        .current_dir(&page);
+    Some(command)
+}
+
+/// What a script of the page's tests says; `None` where there is no browser.
+fn played(name: &str, arguments: &[&str]) -> Option<Vec<u8>> {
+    let ran = script(name, arguments)?.output().expect("node runs");
     assert!(ran.status.success(), "{}", String::from_utf8_lossy(&ran.stderr));
     Some(ran.stdout)
 }
@@ -172,6 +179,36 @@ fn a_browser_that_cannot_draw_says_so_and_can_be_talked_to_and_used_by_the_keybo
     let _alone = alone(&BROWSER);
     let robot = Robot::start("blind");
     played("tests/blind.mjs", &[&address(&robot)]);
+}
+
+/// A port that nobody listens at, and that the system gives to nobody who connects: while the robot is away, the
+/// page that looks for it could be given it, and meet itself there.
+fn free_port() -> u16 {
+    let mut ports = 20_000..32_000;
+    ports.find(|port| TcpListener::bind(("127.0.0.1", *port)).is_ok()).expect("a port that is free")
+}
+
+#[test]
+fn a_page_that_stays_open_finds_the_next_console_and_the_next_robot_and_can_be_used_there() {
+    let _alone = alone(&BROWSER);
+    let address_of = |port: u16| format!("\"127.0.0.1:{port}\"");
+    let port = free_port();
+    let mut robot = Robot::configured("reconnect", |leo| {
+        assert_eq!(leo.matches(&address_of(7780)).count(), 1, "{leo}");
+        leo.replace(&address_of(7780), &address_of(port))
+    });
+    let served_at = robot.host.clone();
+    assert_eq!(served_at, format!("127.0.0.1:{port}"));
+    let Some(mut command) = script("tests/reconnect.mjs", &[&address(&robot)]) else { return };
+    let mut page = command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().expect("node runs");
+    let mut said = BufReader::new(page.stdout.take().expect("piped")).lines().map_while(Result::ok);
+    let is_asked = said.next().is_some_and(|line| line == "restart");
+    if is_asked {
+        robot.restart();
+        assert_eq!(robot.host, served_at);
+    }
+    let ran = page.wait_with_output().expect("it ends");
+    assert!(is_asked && ran.status.success(), "{}", String::from_utf8_lossy(&ran.stderr));
 }
 
 #[test]

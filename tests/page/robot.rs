@@ -16,6 +16,7 @@ pub(crate) struct Robot {
     /// Host and port of its page.
     pub(crate) host: String,
     state: TempDir,
+    name: String,
 }
 
 /// A command of `leo`.
@@ -37,22 +38,14 @@ impl Robot {
         let config = state.path().join("leo.toml");
         let built_in = Path::new(env!("CARGO_MANIFEST_DIR")).join("config/leo.toml");
         fs::write(&config, change(fs::read_to_string(built_in).expect("reads"))).expect("writes");
-        let mut supervisor = leo(&["run", "--for", "3600", "--domain"])
-            .arg(format!("/dev/shm/leo-{name}-{}", std::process::id()))
-            .arg("--config")
-            .arg(config)
-            .env("XDG_STATE_HOME", state.path())
-            .stdout(Stdio::piped())
-            .stderr(Stdio::null())
-            .spawn()
-            .expect("starts");
-        let mut lines = BufReader::new(supervisor.stdout.take().expect("piped")).lines();
-        let first = lines.next().expect("it says something").expect("text");
-        let host = first.strip_prefix("the page is at http://").expect("where the page is");
-        let host = host.trim_end_matches('/').to_owned();
-        // What it says further is read, so that nothing stops for it.
-        std::thread::spawn(move || lines.map_while(Result::ok).count());
-        Self { supervisor, host, state }
+        let (supervisor, host) = launched(name, state.path());
+        Self { supervisor, host, state, name: name.to_owned() }
+    }
+
+    /// Ends it as Ctrl-C does, and starts it again with the same settings over what it remembers.
+    pub(crate) fn restart(&mut self) {
+        self.stop();
+        (self.supervisor, self.host) = launched(&self.name, self.state.path());
     }
 
     /// Its state directory's parent, as `XDG_STATE_HOME`.
@@ -73,6 +66,26 @@ impl Robot {
         let folder = fs::read_dir(self.state.path().join("leo/lessons")).into_iter().flatten();
         folder.map(|entry| entry.expect("readable").path()).collect()
     }
+}
+
+/// A robot with the settings in the folder of its state, and where its page is.
+fn launched(name: &str, state: &Path) -> (Child, String) {
+    let mut supervisor = leo(&["run", "--for", "3600", "--domain"])
+        .arg(format!("/dev/shm/leo-{name}-{}", std::process::id()))
+        .arg("--config")
+        .arg(state.join("leo.toml"))
+        .env("XDG_STATE_HOME", state)
+        .stdout(Stdio::piped())
+        .stderr(Stdio::null())
+        .spawn()
+        .expect("starts");
+    let mut lines = BufReader::new(supervisor.stdout.take().expect("piped")).lines();
+    let first = lines.next().expect("it says something").expect("text");
+    let host = first.strip_prefix("the page is at http://").expect("where the page is");
+    let host = host.trim_end_matches('/').to_owned();
+    // What it says further is read, so that nothing stops for it.
+    std::thread::spawn(move || lines.map_while(Result::ok).count());
+    (supervisor, host)
 }
 
 impl Drop for Robot {

@@ -1,0 +1,69 @@
+// Keeps Leo's page open while what serves it goes and comes again:
+//
+//   node tests/reconnect.mjs BASE_URL     the page of a robot that runs on this machine
+//
+// It kills the robot's console process, and says `restart` once the page shows what the next one sends: then somebody
+// has to end the robot and to start it again at the same address. It waits for states of the page and never for a time;
+// a state that does not come within PATIENCE_S (default 120) fails it.
+import { launch, opened, patient, ready } from './browser.mjs';
+
+const browser = await launch();
+const page = await opened(browser, { viewport: { width: 1440, height: 900 } });
+const troubles = [];
+page.on('pageerror', (error) => troubles.push(error.message));
+
+const until = patient(page);
+const served = () => page.evaluate(() => window.leo.cells.get('process/console'));
+const now = () => page.evaluate(() => window.leo.cells.get('now').t);
+/** How often Leo was lost since it was asked last: it may be too short for who looks now and then. */
+const lost = () => page.evaluate(() => window.states.splice(0).filter((state) => state === 'lost').length);
+
+try {
+  await page.goto(process.argv[2]);
+  await ready(page);
+  await until('it is connected to a console that runs', () => document.body.dataset.connection === 'connected'
+    && window.leo.cells.get('process/console')?.pid > 0 && window.leo.cells.get('now') !== undefined);
+  await page.evaluate(() => {
+    window.states = [];
+    new MutationObserver(() => window.states.push(document.body.dataset.connection))
+      .observe(document.body, { attributes: true, attributeFilter: ['data-connection'] });
+  });
+
+  const { pid, restarts } = await served();
+  const then = await now();
+  process.kill(pid, 'SIGKILL');
+  await until('it is connected to the next console', (before) => document.body.dataset.connection === 'connected'
+    && window.leo.cells.get('process/console')?.restarts > before, restarts);
+  await until('time goes on', (before) => window.leo.cells.get('now')?.t > before, then);
+  if (await lost() === 0) throw new Error('the page did not say that Leo was lost');
+
+  const { pid: second } = await served();
+  console.log('restart');
+  await until('it is connected to the next robot', (before) => document.body.dataset.connection === 'connected'
+    && window.leo.cells.get('process/console')?.restarts === 0 && window.leo.cells.get('process/console').pid !== before
+    && window.leo.cells.get('workspace')?.simulated, second);
+  if (await lost() === 0) throw new Error('the page did not say that Leo was lost');
+
+  await page.click('#clear');
+  await until('the table is empty', () => window.leo.cells.get('workspace').mode === 'set-up'
+    && Object.values(window.leo.under('thing/')).every((thing) => thing.kind === 'person'));
+  await page.click('[data-add="red square"]');
+  await until('a block lies there', () => window.leo.screen('red square') !== null && window.leo.thing('red square').held === null);
+  const before = await page.evaluate(() => window.leo.thing('red square').p);
+  const [from, to] = await page.evaluate(([x, y]) => [window.leo.screen('red square'), window.leo.at(x - 0.2, y, 0.03)], before);
+  await page.mouse.move(from.x, from.y);
+  await page.mouse.down();
+  await page.mouse.move((from.x + to.x) / 2, (from.y + to.y) / 2, { steps: 4 });
+  await page.mouse.move(to.x, to.y, { steps: 4 });
+  await page.mouse.up();
+  await until('the block was carried there', ([x]) => {
+    const { p, held } = window.leo.thing('red square');
+    return held === null && p[0] < x - 0.1 && p[2] < 0.04;
+  }, before);
+  if (troubles.length > 0) throw new Error(`the page failed: ${troubles.join('; ')}`);
+} catch (error) {
+  console.error([error.message, ...troubles].join('\n'));
+  process.exitCode = 1;
+} finally {
+  await browser.close();
+}
