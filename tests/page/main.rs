@@ -10,6 +10,7 @@
 
 mod browser;
 mod death;
+mod dice;
 mod page;
 mod robot;
 mod strangers;

@@ -1,28 +1,38 @@
+use std::collections::BTreeMap;
 use std::io::{BufRead as _, BufReader, Write as _};
 use std::net::TcpStream;
 
-use serde_json::json;
-use tungstenite::{Bytes, Message};
+use serde_json::{Value, json};
+use tungstenite::{Bytes, Message, WebSocket};
 
+use crate::dice::{Dice, WISHES, frame};
 use crate::page::{Page, opened};
-use crate::robot::Robot;
+use crate::robot::{PATIENCE, Robot};
 
-/// All that a page can wish for.
-const WISHES: [&str; 19] = [
-    "say", "take", "carry", "put", "cancel", "seat", "leave", "return", "screen", "add", "remove", "clear",
-    "lay", "open", "play", "undo", "save", "record", "keep",
-];
-
-/// A small generator of numbers (xorshift), the same in every run.
-struct Dice(u64);
-
-impl Dice {
-    fn roll(&mut self) -> u64 {
-        self.0 ^= self.0 << 13;
-        self.0 ^= self.0 >> 7;
-        self.0 ^= self.0 << 17;
-        self.0
+/// A page that is let in as soon as those before it have gone.
+fn let_in(host: &str) -> WebSocket<TcpStream> {
+    let end = clock::now() + PATIENCE;
+    loop {
+        match opened(host, &format!("http://{host}")) {
+            Ok(socket) => return socket,
+            Err(error) => assert!(clock::now() < end, "{error}"),
+        }
     }
+}
+
+/// The robot goes on: no process was started anew, and a page is served as ever.
+fn goes_on(host: &str) {
+    drop(let_in(host));
+    let mut page = Page::open(host);
+    page.wait("the robot's processes", |cells| {
+        cells.contains_key("now") && cells.contains_key("process/console")
+    });
+    let before = page.cells["now"]["t"].as_f64().expect("time");
+    page.wait("time going on", |cells| cells["now"]["t"].as_f64().is_some_and(|now| now > before + 1.0));
+    page.must("clear", json!({}));
+    let rows = page.cells.iter().filter(|(key, _)| key.starts_with("process/"));
+    let restarts: BTreeMap<_, _> = rows.map(|(key, row)| (key, &row["restarts"])).collect();
+    assert!(restarts.len() > 3 && restarts.values().all(|restarts| **restarts == 0), "{restarts:?}");
 }
 
 /// The lines that a request is answered with, up to its content.
@@ -169,6 +179,66 @@ fn whatever_a_page_says_is_answered_and_the_robot_goes_on() {
     assert_eq!(other.cells["process/console"]["restarts"], 0);
 }
 
+#[test]
+fn whatever_is_wished_for_is_answered_and_the_robot_goes_on() {
+    let robot = Robot::start("wishes");
+    let mut page = Page::open(&robot.host);
+    page.wait("a robot at work", |cells| cells.values().any(|cell| cell["kind"] == "object"));
+    let mut dice = Dice(2006);
+    let mut answers: BTreeMap<&str, [usize; 2]> = BTreeMap::new();
+    for _ in 0..400 {
+        let wish = WISHES[dice.below(WISHES.len())];
+        let fields = dice.fields(wish);
+        let [done, refused] = answers.entry(wish).or_default();
+        match page.ask(wish, fields) {
+            Ok(_) => *done += 1,
+            Err(_) => *refused += 1,
+        }
+    }
+    assert_eq!(answers.len(), WISHES.len(), "{answers:?}");
+    // Most wishes were granted once, and most refused once.
+    for which in [0, 1] {
+        assert!(answers.values().filter(|counts| counts[which] > 0).count() > 10, "{answers:?}");
+    }
+    goes_on(&robot.host);
+}
+
+#[test]
+fn whatever_bytes_come_after_the_upgrade_are_answered_or_shut_the_door_and_the_robot_goes_on() {
+    const LAST: u64 = 2006;
+    // No length that is taken holds more than this one has: whatever came before it ends within two of them.
+    let padding = "a".repeat(4000);
+    let last = frame(&format!(r#"{{"do":"undo","id":{LAST},"more":"{padding}"}}"#), [0; 4]);
+    let robot = Robot::start("frames");
+    let mut dice = Dice(2006);
+    let [mut answered, mut shut] = [0, 0];
+    for _ in 0..300 {
+        let wish = WISHES[dice.below(WISHES.len())];
+        let mut said = dice.fields(wish);
+        (said["do"], said["id"]) = (json!(wish), json!(1));
+        let mask = [(); 4].map(|()| dice.byte());
+        let mut bytes = frame(&said.to_string(), mask);
+        dice.mutate(&mut bytes);
+        let mut socket = let_in(&robot.host);
+        // The robot may have shut the door before all of it was in.
+        let _sent = socket.get_mut().write_all(&bytes);
+        loop {
+            let _sent = socket.get_mut().write_all(&last);
+            let Ok(said) = socket.read() else {
+                shut += 1;
+                break;
+            };
+            let said = said.to_text().ok().and_then(|text| serde_json::from_str::<Value>(text).ok());
+            if said.is_some_and(|said| said["answer"] == LAST) {
+                answered += 1;
+                break;
+            }
+        }
+    }
+    assert!(answered > 50 && shut > 50, "{answered} were answered, {shut} shut the door");
+    goes_on(&robot.host);
+}
+
 /// Waits until so much is counted as refused, and no more.
 fn await_refused(page: &mut Page, count: u64) {
     let mut counted = None;
@@ -188,7 +258,7 @@ fn more_pages_than_there_may_be_are_turned_away_and_the_others_are_served() {
         page.wait("the robot", |cells| cells.contains_key("robot"));
     }
     assert!(opened(&robot.host, &origin).expect_err("refused").contains("503"));
-    let end = clock::now() + crate::robot::PATIENCE;
+    let end = clock::now() + PATIENCE;
     drop(pages);
     // The doors shut behind those who left.
     while opened(&robot.host, &origin).is_err() {
