@@ -90,9 +90,10 @@ def torso_and_neck():
 
 def face_half(side, head, jaw):
     """Fourteen joints of one half of the face; `s` is +1 on the left."""
-    s, bus, group = (1, "face_left", "face") if side == "left" else (-1, "face_right", "face")
+    s, bus = (1, "face_left") if side == "left" else (-1, "face_right")
 
     def small(part, parent, xyz, lower, upper, mass, *shapes, **more):
+        group = "ears" if part.startswith("ear") else "face"
         return joint(f"{side}_{part}", parent, xyz, lower, upper, SMALL, bus, mass, *shapes, group=group, **more)
 
     ear = small("ear_yaw", head, (-0.03, s * 0.08, 0.13), -0.7, 0.7, 0.01, sphere(0.012))

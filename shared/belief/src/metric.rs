@@ -188,9 +188,13 @@ fn widest_between(how: &How, a: &Feature, b: &Feature) -> Option<f64> {
         // Symbols are not mixed.
         (How::Differs, Feature::Symbol(_), Feature::Symbol(_)) => return measure(how, a, b),
         (How::Metres, Feature::Vector(_), Feature::Vector(_)) => measure(how, a, b)?,
-        (How::AngleRad, Feature::Orientation(_), Feature::Orientation(_)) => {
-            // Further apart there is no one shorter way.
-            measure(how, a, b).filter(|angle_rad| *angle_rad < 1.0)?
+        (How::AngleRad, Feature::Orientation(x), Feature::Orientation(y)) => {
+            // What is mixed has norm one, and another angle to others than what had not. Further apart there is no
+            // one shorter way.
+            let is_unit =
+                |q: &[f32; 4]| (q.iter().map(|x| f64::from(*x).powi(2)).sum::<f64>() - 1.0).abs() < 2e-6;
+            let angle_rad = measure(how, a, b).filter(|angle_rad| *angle_rad < 1.0)?;
+            return (is_unit(x) && is_unit(y)).then_some(angle_rad + ANGLE_ROUNDING_RAD);
         }
         (How::Difference, Feature::Number(x), Feature::Number(y)) => {
             measure(how, a, b)? + f64::from(x.abs().max(y.abs())) * ROUNDING
@@ -201,9 +205,11 @@ fn widest_between(how: &How, a: &Feature, b: &Feature) -> Option<f64> {
     Some(distance + ROUNDING)
 }
 
-/// More than what is lost where a feature is put together from others: in metres at a kilometre and in
-/// radians near none, where the arc cosine is steep, below a thousandth.
+/// More than what is lost where a feature is put together from others, in metres at a kilometre.
 const ROUNDING: f64 = 1e-3;
+/// The same of angles, which the arc cosine is steep at: of two orientations whose norm is off by a millionth
+/// 4 mrad.
+const ANGLE_ROUNDING_RAD: f64 = 5e-3;
 
 /// What the program calls the distance. What is none keeps the two apart, whatever the other terms
 /// say.

@@ -230,7 +230,8 @@ impl Grouping {
         let gap_m = |a: u32, b: u32| apart_m(population, a, b) - group(a).radius_m - group(b).radius_m;
         let crowded = groups().filter(|(_, group)| group.first != NOBODY).any(|(slot, of)| {
             let around_m = of.radius_m + most.radius_m + population.reach_m(most.spread) + ROUNDING_M;
-            neighbourhood.any_within(slot, around_m, |other| {
+            // A member may lack the symbol that tells its oldest from others.
+            neighbourhood.any_at_all_within(slot, around_m, |other| {
                 let farthest_m = population.reach_m(of.spread.max(group(other).spread));
                 gap_m(slot, other) <= farthest_m + ROUNDING_M
             })

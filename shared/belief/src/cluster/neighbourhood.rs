@@ -197,8 +197,25 @@ impl Neighbourhood {
 
     /// Whether one of those fulfils a condition that may be as near as so many metres to the inserted slot,
     /// and are not told from it at a glance: others are not asked.
-    pub(crate) fn any_within(&self, slot: u32, radius_m: f64, mut is: impl FnMut(u32) -> bool) -> bool {
-        let Some(Node { position_m: here, symbols, .. }) = self.nodes.get(slot as usize).copied() else {
+    pub(crate) fn any_within(&self, slot: u32, radius_m: f64, is: impl FnMut(u32) -> bool) -> bool {
+        self.any_around(slot, self.nodes.get(slot as usize).map(|node| node.symbols), radius_m, is)
+    }
+
+    /// The same of all that may be as near, whatever their symbols.
+    pub(crate) fn any_at_all_within(&self, slot: u32, radius_m: f64, is: impl FnMut(u32) -> bool) -> bool {
+        self.any_around(slot, Some(Symbols::NONE), radius_m, is)
+    }
+
+    fn any_around(
+        &self,
+        slot: u32,
+        symbols: Option<Symbols>,
+        radius_m: f64,
+        mut is: impl FnMut(u32) -> bool,
+    ) -> bool {
+        let (Some(Node { position_m: here, .. }), Some(symbols)) =
+            (self.nodes.get(slot as usize).copied(), symbols)
+        else {
             return false;
         };
         // Places are rounded when they change, at a kilometre by less than a tenth of a millimetre.

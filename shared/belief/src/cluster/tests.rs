@@ -22,6 +22,8 @@ struct Seen {
     extents: Option<[i8; 3]>,
     /// About the vertical, in sixteenths of a whole turn.
     turn: Option<i8>,
+    /// By how much the norm of the quaternion is more than one.
+    norm_off: f32,
     colour: Option<u16>,
     shape: Option<u16>,
     /// In quarters.
@@ -192,7 +194,8 @@ fn perceived(percepts: &Percepts, at: u64, seen: &Seen) -> Perceived {
     }
     if let Some(turn) = seen.turn {
         let half_rad = f32::from(turn) * std::f32::consts::PI / 16.0;
-        push("orientation", Feature::Orientation([0.0, 0.0, half_rad.sin(), half_rad.cos()]));
+        let scaled = |part: f32| part * (1.0 + seen.norm_off);
+        push("orientation", Feature::Orientation([0.0, 0.0, half_rad.sin(), half_rad.cos()].map(scaled)));
     }
     if let Some(extents) = seen.extents {
         push("extents", on_the_lattice(extents));
@@ -345,13 +348,14 @@ proptest! {
     }
 }
 
-/// What one source says of each of some things: how far beside its place it is, if it is seen.
-type Glances = Vec<Option<[i8; 3]>>;
+/// What one source says of each of some things, if it is seen: whether its colour is made out, and how far
+/// beside its place it is.
+type Glances = Vec<Option<(bool, [i8; 3])>>;
 
 fn glances(most_mm: i8) -> impl Strategy<Value = Glances> {
     prop::sample::select(vec![0.95, 0.95, 0.9, 0.3]).prop_flat_map(move |seen| {
         let beside = prop::array::uniform3(prop_oneof![Just(0), -most_mm..=most_mm]);
-        prop::collection::vec(prop::option::weighted(seen, beside), 12)
+        prop::collection::vec(prop::option::weighted(seen, (prop::bool::weighted(0.9), beside)), 12)
     })
 }
 
@@ -385,12 +389,12 @@ fn what_several_sources_see_at_once_is_merged_group_by_group_as_the_loop_of_the_
             let of_source = |(group, glances): (usize, &Glances)| -> Vec<Seen> {
                 let things = (0_i8..).zip(glances).zip(&colours);
                 let seen = things.filter_map(|((index, beside), colour)| {
-                    let beside_mm = (*beside)?;
+                    let (is_made_out, beside_mm) = (*beside)?;
                     Some(Seen {
                         place: Some([pitch * (index % 4), pitch * (index / 4), 0]),
                         beside_mm,
                         turn: Some(beside_mm[0] % 2),
-                        colour: Some(*colour),
+                        colour: is_made_out.then_some(*colour),
                         confidence: 0.9,
                         group,
                         ..Seen::default()
@@ -437,6 +441,32 @@ fn what_takes_back_its_newest_sample_is_merged_as_the_loop_of_the_paper_merges_i
     let [expected, merged] = twins.step_late(4, 20, &[at(60, 1), other(2)], true);
     assert_eq!((merged, expected), (3, 3));
     assert!(!twins.grouped);
+}
+
+#[test]
+fn what_lacks_the_symbol_of_its_oldest_is_merged_as_the_loop_of_the_paper_merges_it() {
+    let mut twins = Twins::new(Percepts::builtin());
+    let at = |mm: i8, colour, group| Seen { beside_mm: [mm, 0, 0], colour, ..alike(0, group) };
+    assert_eq!(twins.step(1, &[at(0, Some(0), 0), at(90, Some(1), 0)], true), [0, 0]);
+    // Of neither the colour is made out: they are nearer to each other than to those beside whom they lie.
+    assert_eq!(twins.step(2, &[at(40, None, 0), at(50, None, 1)], true), [2, 2]);
+    let [expected, contents] = twins.contents();
+    assert_eq!(contents, expected);
+}
+
+#[test]
+fn orientations_whose_norm_is_off_are_merged_as_the_loop_of_the_paper_merges_them() {
+    let mut percepts = Percepts::builtin();
+    let percept = percepts.index("orientation").unwrap();
+    percepts.belief.distance.push(Distance { percept, measure: Measure::AngleRad, weight: 0.5 });
+    let mut twins = Twins::new(percepts);
+    // As far as an observation is sound.
+    let at =
+        |mm: i8, norm_off, group| Seen { beside_mm: [mm, 0, 0], turn: Some(0), norm_off, ..alike(0, group) };
+    assert_eq!(twins.step(1, &[at(0, 0.0095, 0), at(100, 0.0095, 0)], true), [0, 0]);
+    assert_eq!(twins.step(2, &[at(10, 0.0095, 0), at(20, -0.0094, 1)], true), [2, 2]);
+    let [expected, contents] = twins.contents();
+    assert_eq!(contents, expected);
 }
 
 /// Where some things are from frame to frame, one cell of the lattice at a time, and whether they are

@@ -3,6 +3,9 @@
 use config::leo::OnAlert;
 use servo::table::{MIN_VOLTAGE_LIMIT, TEMPERATURE_LIMIT, TORQUE_ENABLE};
 
+use std::cell::RefCell;
+use std::collections::BTreeSet;
+
 use super::*;
 use crate::Trouble;
 
@@ -28,6 +31,17 @@ fn groups_hold(rig: &Rig, struck: &[usize]) -> Verdict {
         expect(is_well, || format!("{} is {state:?}", rig.robot.motor.joints[joint].name))?;
     }
     Ok(())
+}
+
+/// Whether a joint is back without torque, and those of its group that were not struck hold.
+fn holds_its_group(rig: &Rig, joint: usize, struck: &[usize]) -> bool {
+    let holds = |companion: &usize| {
+        let is_slow = matches!(rig.mode(*companion), JointMode::Decelerating | JointMode::Holding);
+        is_slow && rig.cause(*companion) == JointCause::GroupStopped
+    };
+    let is_back = (rig.mode(joint), rig.cause(joint)) == (JointMode::Starting, JointCause::Restarted);
+    let unstruck = |companion: &usize| !struck.contains(companion);
+    is_back && companions(rig, &[joint]).iter().filter(|companion| unstruck(companion)).all(holds)
 }
 
 #[test]
@@ -114,9 +128,14 @@ fn a_servo_that_rebooted_or_lost_its_power_holds_its_group_once_it_is_back_until
                 others_go_on(rig, struck)?;
             }
             are(rig, struck, JointMode::Quarantined, JointCause::Silent)?;
-            // Nobody knows more before it is back: 0.4 s later, and asked by then in doubled waits.
-            within(rig, cycles_in(Duration::from_millis(1600)), |rig| groups_hold(rig, struck))?;
-            are(rig, struck, JointMode::Starting, JointCause::Restarted)?;
+            // Nobody knows more before it is back: 0.4 s later, and asked by then in doubled waits, each when its
+            // bus has nothing else to say.
+            let held = RefCell::new(BTreeSet::<usize>::new());
+            within(rig, cycles_in(Duration::from_millis(1600)), |rig| {
+                held.borrow_mut().extend(struck.iter().filter(|joint| holds_its_group(rig, **joint, struck)));
+                let all = held.borrow().len() == struck.len();
+                expect(all, || format!("of {struck:?} only {:?} held their groups", held.borrow()))
+            })?;
             within(rig, 60, all_follow)?;
             counted_once(rig, struck, RESTARTS, before)
         });
