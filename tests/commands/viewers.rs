@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
 use message::{Events, Scene, Utterances};
-use recording::{Buffer, Frame};
+use recording::{Buffer, Frame, Reader};
 use tempfile::TempDir;
 
 use crate::house::{short_lesson, write};
@@ -200,6 +200,58 @@ fn readers_that_know_nothing_of_leo_open_a_recording() {
         cubes.iter().all(|cube| cube[0].as_f64().is_some_and(|size| size > 0.005 && size < 1.0)),
         "{cubes:?}"
     );
+}
+
+/// Reads a recording from its beginning until it ends in the middle of something, and counts the messages of every
+/// channel.
+const UP_TO_THE_CUT: &str = r#"
+import json, sys
+from mcap.exceptions import EndOfFile
+from mcap.records import Channel, Message
+from mcap.stream_reader import StreamReader
+
+topics, counts, is_cut = {}, {}, False
+with open(sys.argv[1], "rb") as file:
+    try:
+        for record in StreamReader(file, validate_crcs=True).records:
+            if isinstance(record, Channel):
+                topics[record.id] = record.topic
+            elif isinstance(record, Message):
+                topic = topics[record.channel_id]
+                counts[topic] = counts.get(topic, 0) + 1
+    except EndOfFile:
+        is_cut = True
+json.dump({"counts": counts, "is_cut": is_cut}, sys.stdout)
+"#;
+
+#[test]
+fn a_recording_that_a_kill_cut_short_is_read_by_others_as_far_as_by_leo() {
+    let Some(python) = venv::interpreter("mcap-ros2-support==0.5.7", "mcap.stream_reader") else { return };
+    let folder = tempfile::tempdir().expect("a folder");
+    let script = write(&folder, "cut.py", UP_TO_THE_CUT);
+    let (to, whole) = lesson(&folder);
+    let written = fs::metadata(&to).expect("is there").len();
+    fs::File::options().write(true).open(&to).expect("opens").set_len(written / 3 * 2).expect("is cut");
+
+    let mut reader = Reader::open(Path::new(&to)).expect("is a recording");
+    let frames: Vec<Frame> = reader.by_ref().map(|frame| frame.expect("is whole")).collect();
+    assert!(
+        reader.is_cut() && frames.len() > whole.len() / 2 && frames.len() < whole.len(),
+        "{}",
+        frames.len()
+    );
+    let mut ours: BTreeMap<String, usize> = BTreeMap::new();
+    for frame in &frames {
+        *ours.entry(frame.buffer.to_string()).or_default() += 1;
+    }
+    let output = ran(Command::new(python).args([&script, &to]));
+    let found: serde_json::Value = serde_json::from_slice(&output.stdout).expect("is JSON");
+    assert_eq!(found["is_cut"], true);
+    let theirs = found["counts"].as_object().expect("counts");
+    let (theirs, views): (BTreeMap<_, _>, BTreeMap<_, _>) =
+        theirs.iter().partition(|(topic, _)| topic.starts_with("leo/"));
+    assert_eq!(serde_json::json!(theirs), serde_json::json!(ours));
+    assert!(ours.len() > 5 && views.len() > 5, "{ours:?} {views:?}");
 }
 
 /// Counts the rows of every entity that a viewer made of a recording, without what stands still.
