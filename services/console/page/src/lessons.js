@@ -37,11 +37,22 @@ export function recordingWords({ seconds, bytes, dropped }) {
   return `Recording ${Math.round(seconds)} s, ${(bytes / 1e6).toFixed(1)} MB${lost}`;
 }
 
+/**
+ * What a recording that has ended came to, in words.
+ * @param {{file: string, dropped: number}} recording
+ */
+export function recordedWords({ file, dropped }) {
+  const lost = dropped > 0 ? `; ${dropped} ${dropped === 1 ? 'frame was' : 'frames were'} dropped` : '';
+  return `The recording is in ${file}${lost}`;
+}
+
 export class Lessons {
   #cells;
   #ask;
   #toasts;
   #saved = '';
+  /** The file of the recording that runs, or is being ended. @type {string | null} */
+  #running = null;
   /** The lesson that is open, as the picker calls it. */
   #open = '';
 
@@ -153,5 +164,11 @@ export class Lessons {
     button.title = recording?.file ?? 'Write what happens into a file';
     if (recording?.error && button.dataset.error !== recording.error) this.#toasts.show(recording.error, 'error');
     button.dataset.error = recording?.error ?? '';
+    // It is told once all of it is written: until then the file is that of the one before.
+    const running = this.#running;
+    this.#running = on ? recording.file : recording?.error ? null : running;
+    if (on || running === null || recording?.file !== running) return;
+    this.#running = null;
+    this.#toasts.show(recordedWords(recording));
   }
 }

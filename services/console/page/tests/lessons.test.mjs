@@ -81,3 +81,40 @@ test('frames that did not get into a recording are told', () => {
   assert.equal(recordingWords({ seconds: 3.4, bytes: 2e6, dropped: 0 }), 'Recording 3 s, 2.0 MB');
   assert.equal(recordingWords({ seconds: 3.4, bytes: 2e6, dropped: 7 }), 'Recording 3 s, 2.0 MB, 7 dropped');
 });
+
+/** The part of the page that tells of recordings, and what it said. */
+function recorder() {
+  const { ids, shown, apply } = picker();
+  // As much of the button as a document without a browser has not.
+  const label = new ids.record.constructor('span');
+  label.setAttribute('class', 'label');
+  ids.record.append(label);
+  const record = (on, file, more = {}) => apply({ recording: { on, file, seconds: 0, bytes: 0, dropped: 0, error: null, ...more } });
+  return { shown, record };
+}
+
+test('where a recording is, is told once all of it is written, and what was dropped of it', () => {
+  const { shown, record } = recorder();
+  record(false, 'a.mcap');
+  record(true, 'b.mcap');
+  record(true, 'b.mcap', { seconds: 1 });
+  record(false, 'a.mcap');
+  assert.deepEqual(shown, []);
+  record(false, 'b.mcap');
+  record(false, 'b.mcap', { seconds: 0.1 });
+  assert.deepEqual(shown.splice(0), ['The recording is in b.mcap']);
+  for (const [file, dropped] of [['c.mcap', 1], ['d.mcap', 7]]) {
+    record(true, file);
+    record(false, file, { dropped });
+  }
+  assert.deepEqual(shown, ['The recording is in c.mcap; 1 frame was dropped', 'The recording is in d.mcap; 7 frames were dropped']);
+});
+
+test('of a recording that failed only the error is told', () => {
+  const { shown, record } = recorder();
+  record(true, 'b.mcap');
+  record(false, 'a.mcap');
+  record(false, 'a.mcap', { error: 'no space left' });
+  record(false, 'b.mcap');
+  assert.deepEqual(shown, ['no space left']);
+});
