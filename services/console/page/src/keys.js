@@ -1,10 +1,11 @@
 // The keyboard over the main view.
 import { STEP_TURN } from './hand.js';
-import { approached, orbited } from './seat.js';
+import { approached, orbited, turned } from './seat.js';
 
 const STEP_M = 0.01;
 const STRIDE_M = 0.05;
 const STEP_SEAT = 0.06;
+const STEP_GAZE = 0.04;
 const STEP_NEAR = 1.06;
 
 /** @type {Record<string, [number, number]>} */
@@ -125,7 +126,8 @@ export class Keys {
     }
     const around = AROUND[event.key];
     if (around === undefined || view() === 'leo' || view() === 'above') return false;
-    sit(orbited(seat(), around[0] * STEP_SEAT, around[1] * STEP_SEAT));
+    if (event.shiftKey) sit(turned(seat(), -around[0] * STEP_GAZE, around[1] * STEP_GAZE));
+    else sit(orbited(seat(), around[0] * STEP_SEAT, around[1] * STEP_SEAT));
     return true;
   }
 

@@ -64,3 +64,41 @@ test('a screen of a lesson that is over is not put back, nor one after Leo was l
   lost.type('Escape');
   assert.deepEqual(lost.asked, []);
 });
+
+/** A keyboard over the picture that somebody has from his seat, opposite Leo, with nothing in his hand. */
+function sitting(view) {
+  let seat = { eyes: [0, 1.5, 0.55], looks_at: [0, 0.75, 0] };
+  let press = (/** @type {any} */ event) => event;
+  const desk = {
+    element: { addEventListener: (kind, listener) => (press = listener), contains: () => true },
+    cells: new Cells(), hand: { held: null }, movable: () => true,
+    view: () => view, seat: () => seat, sit: (next) => (seat = next),
+  };
+  new Keys(desk);
+  const type = (key, more) => press({ key, ...more, target: new HTMLElement(), preventDefault() {}, stopPropagation() {} });
+  return { type, seat: () => seat };
+}
+
+test('arrows with Shift turn the eyes where they are, and without carry them round what they look at', () => {
+  // Who looks towards -y has +x at his left.
+  for (const [key, axis, sign] of [['ArrowLeft', 0, 1], ['ArrowRight', 0, -1], ['ArrowUp', 1, -1], ['ArrowDown', 1, 1]]) {
+    const { type, seat } = sitting('seat');
+    const before = seat();
+    type(key, { shiftKey: true });
+    assert.deepEqual(seat().eyes, before.eyes, key);
+    assert.ok(sign * (seat().looks_at[axis] - before.looks_at[axis]) > 0.01, `${key}: ${seat().looks_at}`);
+    const turned = seat();
+    type(key);
+    assert.deepEqual(seat().looks_at, turned.looks_at, key);
+    assert.notDeepEqual(seat().eyes, turned.eyes, key);
+  }
+});
+
+test('nobody turns Leo’s eyes, or the map', () => {
+  for (const view of ['leo', 'above']) {
+    const { type, seat } = sitting(view);
+    const before = seat();
+    type('ArrowLeft', { shiftKey: true });
+    assert.equal(seat(), before, view);
+  }
+});
