@@ -94,6 +94,47 @@ fn where_it_is_served_at_every_address_one_that_can_be_opened_is_said() {
 }
 
 #[test]
+fn where_others_can_reach_it_nothing_is_served_without_the_token_and_each_refusal_is_counted() {
+    let web = Web::serve("0.0.0.0:0".parse().unwrap(), Door::default(), "<robot/>", 1, ENDLESS).unwrap();
+    let (host, query) = web.url.trim_start_matches("http://").split_once('/').unwrap();
+    let token = query.strip_prefix("?token=").expect("there is one");
+    let upgrade = "Upgrade: websocket\r\nSec-WebSocket-Version: 13\r\n\
+                   Sec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\n";
+    let asked = |path: &str, query: &str| {
+        let (connection, more) = if path == "/live" { ("Upgrade", upgrade) } else { ("close", "") };
+        let mut stream = TcpStream::connect(host).unwrap();
+        stream.set_read_timeout(Some(LONG)).unwrap();
+        write!(
+            stream,
+            "GET {path}{query} HTTP/1.1\r\nHost: {host}\r\nConnection: {connection}\r\n{more}\r\n"
+        )
+        .unwrap();
+        let mut answer = [0; 12];
+        stream.read_exact(&mut answer).unwrap();
+        String::from_utf8_lossy(&answer).into_owned()
+    };
+    let mut refused = 0;
+    for path in ["/", "/live", "/metrics", "/leo.urdf"] {
+        let wrong = [
+            "?token=".to_owned(),
+            format!("?token={}", &token[1..]),
+            format!("?token={token}0"),
+            format!("?token={}", token.chars().rev().collect::<String>()),
+            format!("?other={token}"),
+        ];
+        for query in std::iter::once(String::new()).chain(wrong) {
+            assert_eq!(asked(path, &query), "HTTP/1.1 403", "{path}{query}");
+            refused += 1;
+            assert_eq!(web.refused(), refused, "{path}{query}");
+        }
+        let said = if path == "/live" { "HTTP/1.1 101" } else { "HTTP/1.1 200" };
+        assert_eq!(asked(path, &format!("?token={token}")), said, "{path}");
+        assert_eq!(web.refused(), refused, "{path}");
+    }
+    assert!(refused > 0);
+}
+
+#[test]
 fn who_does_not_say_what_he_wants_is_shut_and_keeps_nobody_out() {
     let web = served(Patience { question: Duration::from_millis(200), ..ENDLESS });
     let silent: Vec<_> = (0..200)
