@@ -87,6 +87,9 @@ def main():
             break
     expect("action done", packets.read1ByteTxRx(port, ids[0], LED), (0, COMM_SUCCESS, 0))
 
+    # At rest, and within a turn as it is: nothing changes.
+    expect("clear", packets.clearMultiTurn(port, ids[0]), (COMM_SUCCESS, 0))
+
     # Each says nothing for 0.4 s. Where this machine needs half of that to tell them all, the first may be
     # back too soon: they are told once more.
     for _ in range(10):

@@ -8,13 +8,15 @@ use crate::{BUSES, PERIOD, micros, quantile};
 /// How often the robot is stopped, and at how many instants between two points of the grid by turns.
 const STOPS: u32 = 40;
 const PHASES: u32 = 8;
+/// In how many cycles every torque is off.
+const CYCLES_MOST: u32 = 2;
 /// For how many cycles all joints follow before they are stopped.
 const CALM: u32 = 25;
 
 /// From raising the stop until the cycle knows that every servo has said that its torque is off, and in how
 /// many cycles: the watch has to see the file, the cycle to begin, the buses to say it, and the next cycle to
-/// take their answers.
-pub(crate) fn measure() {
+/// take their answers. Whether there were never more than [`CYCLES_MOST`].
+pub(crate) fn measure() -> bool {
     let mut body = Body::new();
     let (mut times, mut most) = (Vec::new(), 0);
     let mut point = clock::now();
@@ -54,4 +56,5 @@ pub(crate) fn measure() {
          watch's and the cycle's grid: p50 {p50:.0} us, max {longest:.0} us, at most {most} cycles",
         body.robot.motor.joints.len()
     );
+    most <= CYCLES_MOST
 }

@@ -13,6 +13,9 @@ use crate::{BUSES, SERVOS, micros, quantile};
 const RATE_S: u64 = 6;
 const WINDOW: Duration = Duration::from_millis(500);
 
+/// The share of what the wire allows that is asked of the driver.
+const LEAST: f64 = 0.95;
+
 /// Bytes of a cycle: goals, the question, and an answer of 16 bytes from each in one chain.
 fn bytes_of_a_cycle(servos: usize) -> usize {
     36 + 26 * servos
@@ -24,7 +27,9 @@ fn bytes_of(request: &Request) -> usize {
     request.parts().map(|(part, sent)| sent.len() + part.bytes_of_answers()).sum()
 }
 
-pub(crate) fn measure() {
+/// Whether no rate is less than [`LEAST`] of what the wire allows.
+pub(crate) fn measure() -> bool {
+    let mut least = f64::INFINITY;
     println!(
         "\n{BUSES} buses of {SERVOS} servos, cycles back to back, the slowest bus: in its median half second, which a \
          machine that stands still now and then does not spoil, and in all {RATE_S} s; busy: the share of the time in \
@@ -40,6 +45,7 @@ pub(crate) fn measure() {
         let slowest = ran.min_by(|one, other| one.usual.total_cmp(&other.usual)).expect("a bus");
         let Ran { usual, all, busy, times } = slowest;
         let wire = f64::from(baud) / (10.0 * float_of_count(bytes_of_a_cycle(usize::from(SERVOS))));
+        least = least.min(usual / wire);
         let [p50, p99, most] = times.map(micros);
         println!(
             "{baud:>8} | {usual:>9.0} {wire:>9.0} {:>7.2} | {:>7.2} {busy:>7.2} | {p50:>8.0} {p99:>8.0} {most:>8.0}",
@@ -47,6 +53,10 @@ pub(crate) fn measure() {
             all / wire
         );
     }
+    if least < LEAST {
+        println!("the driver makes less than {LEAST} of what the wire allows, or this machine does");
+    }
+    least >= LEAST
 }
 
 /// What one bus came to.

@@ -35,7 +35,7 @@ const PACKETS: [&str; 13] = [
     "flip-instruction",
 ];
 /// What happens to a servo or to a bus now and then. Times count from the beginning of a round.
-const EVENTS: [&str; 8] = [
+const EVENTS: [&str; 9] = [
     "reboot bus=torso id=2 at=1s",
     "brown-out bus=left_arm id=1-4 at=2s for=150ms",
     "overload bus=right_arm id=5 at=3s",
@@ -44,6 +44,7 @@ const EVENTS: [&str; 8] = [
     "hang-up bus=face_left at=6s for=300ms",
     "echo bus=face_right from=7s for=1s",
     "duplicate-id bus=face_right id=7 at=8500ms for=400ms",
+    "stopped-clock bus=right_arm id=3 from=9s for=300ms",
 ];
 /// The bus on which two servos have one identifier for a while.
 const DOUBLED: &str = "face_right";
@@ -202,9 +203,10 @@ impl Campaign {
         }
     }
 
-    /// Cycles until something holds, for twenty seconds at most.
+    /// Cycles until something holds, for forty seconds at most: who was not believed is back after 15 s, and is
+    /// asked every 5 s.
     fn until(&mut self, holds: impl Fn(&Self) -> bool) {
-        let holds = (0..5000).any(|_| {
+        let holds = (0..10_000).any(|_| {
             self.cycle();
             holds(self)
         });

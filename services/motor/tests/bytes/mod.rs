@@ -11,7 +11,7 @@ use servo::mock::Line;
 
 const PERIOD: Duration = Duration::from_millis(4);
 /// Bytes that make a goal: which joint, where, and when.
-const GOAL: usize = 9;
+const GOAL: usize = 17;
 
 /// A bus whose servos are in this process, and on which anybody may say anything.
 #[derive(Clone)]
@@ -132,11 +132,12 @@ pub(crate) fn play(script: &[u8]) -> u64 {
 
 fn goal(bytes: &[u8]) -> JointGoal {
     let (&joint, rest) = bytes.split_first().unwrap_or((&0, &[]));
-    let bits = rest.first_chunk().map_or(0, |bits| u64::from_le_bytes(*bits));
+    let (goal, rest) = rest.split_at(rest.len().min(8));
+    let bits = |bytes: &[u8]| bytes.first_chunk().map_or(0, |bits| u64::from_le_bytes(*bits));
     JointGoal {
         joint: u32::from(joint % 80),
         reserved: 0,
-        goal_position_rad: f64::from_bits(bits),
-        arrive_at_ns: bits,
+        goal_position_rad: f64::from_bits(bits(goal)),
+        arrive_at_ns: bits(rest),
     }
 }

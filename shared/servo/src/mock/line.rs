@@ -1,6 +1,7 @@
 use clock::{Duration, Instant};
 
 use crate::Parser;
+use crate::frame::HEADER;
 use crate::mock::answer::{Answer, Answers};
 use crate::mock::exchange::Exchange;
 use crate::mock::hearing::{arriving, instructions};
@@ -40,14 +41,16 @@ pub struct Line {
     /// Memory for what is said.
     said: Answers,
     hangs: bool,
+    /// Whether the instruction that is being heard comes back.
+    echoes: bool,
 }
 
 impl Line {
     /// A line with these servos, on which nothing goes wrong.
     #[must_use]
     pub fn new(servos: Vec<Servo>) -> Self {
-        // Two instructions at once, and an echo.
-        let said = Answers::with_capacity(2 * servos.len() + 1);
+        // Two instructions at once, and an echo of each.
+        let said = Answers::with_capacity(2 * servos.len() + 2);
         Self {
             servos,
             twins: Vec::new(),
@@ -58,6 +61,7 @@ impl Line {
             late: Vec::new(),
             said,
             hangs: false,
+            echoes: false,
         }
     }
 
@@ -179,10 +183,14 @@ impl Line {
     pub fn listen(&mut self, now: Instant, bytes: &[u8], answers: &mut Answers) {
         self.arrive(now, answers);
         self.advance(now);
-        if self.injector.strikes(Kind::Echo, now, HOST).is_some() {
-            answers.add(HOST, Duration::ZERO, bytes);
-        }
         for said in instructions(bytes) {
+            // Drawn for each instruction, however its bytes were cut on their way here.
+            if said.starts_with(&HEADER) {
+                self.echoes = self.injector.strikes(Kind::Echo, now, HOST).is_some();
+            }
+            if self.echoes {
+                answers.add(HOST, Duration::ZERO, said);
+            }
             let Some(heard) = arriving(&mut self.injector, now, said) else { continue };
             self.parser.push(&heard);
             self.obey(now, answers);

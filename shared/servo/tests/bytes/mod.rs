@@ -6,7 +6,7 @@ use std::collections::BTreeSet;
 
 use clock::{Duration, Instant};
 use servo::mock::{Answers, Injection, Injector, Line, Servo};
-use servo::{Address, Chain, FastReply, Id, Instruction, Model, Parser, Status};
+use servo::{Address, Backup, Chain, FastReply, Id, Instruction, Model, Parser, Reset, Span, Status};
 
 /// The script cut into chunks of lengths that it says itself.
 fn chunks(script: &[u8]) -> impl Iterator<Item = &[u8]> {
@@ -155,13 +155,27 @@ pub(crate) fn mock(script: &[u8]) -> usize {
     said
 }
 
+/// Records of a bulk instruction for servos that are there and one that is not, as the chunk says, with bytes to
+/// be written or without.
+fn records(chunk: &[u8], with_data: bool) -> Vec<u8> {
+    let mut records = Vec::new();
+    for &[to, address, length, value] in chunk.as_chunks().0 {
+        let Some(id) = Id::new([1, 2, 7][usize::from(to % 3)]) else { continue };
+        let span = Span { id, address: address.into(), length: (length % 8).into() };
+        records.extend(span.to_bytes());
+        records.extend(std::iter::repeat_n(value, usize::from(if with_data { span.length } else { 0 })));
+    }
+    records
+}
+
 /// A chunk as an instruction that it names, to whom it names.
 fn framed(chunk: &[u8]) -> Option<Vec<u8>> {
     let (&[to, kind, a, b], data) = chunk.split_first_chunk()?;
     let to = [Address::All, Id::new(1)?.into(), Id::new(2)?.into(), Id::new(7)?.into()][usize::from(to % 4)];
     let (address, length) = (u16::from(a), u16::from(b % 16));
     let whole = data.len() - data.len() % (usize::from(length) + 1);
-    let instruction = match kind % 10 {
+    let (reads, writes) = (records(data, false), records(data, true));
+    let instruction = match kind % 16 {
         0 => Instruction::Ping,
         1 => Instruction::Read { address, length },
         2 => Instruction::Write { address, data },
@@ -171,6 +185,15 @@ fn framed(chunk: &[u8]) -> Option<Vec<u8>> {
         6 => Instruction::Clear,
         7 => Instruction::SyncWrite { address, length, records: &data[..whole] },
         8 => Instruction::FastSyncRead { address, length, ids: data },
+        9 => Instruction::BulkRead { records: &reads },
+        10 => Instruction::FastBulkRead { records: &reads },
+        11 => Instruction::BulkWrite { records: &writes },
+        12 => {
+            Instruction::FactoryReset([Reset::All, Reset::KeepId, Reset::KeepIdAndBaud][usize::from(a % 3)])
+        }
+        13 => Instruction::Backup([Backup::Store, Backup::Restore][usize::from(a % 2)]),
+        // Whole ones of what is nearly all there.
+        14 => Instruction::BulkWrite { records: data },
         _ => Instruction::SyncRead { address, length, ids: data },
     };
     let mut bytes = vec![0; 2048];

@@ -25,6 +25,8 @@ struct Blow {
 #[derive(Debug)]
 pub(crate) struct Struck {
     blows: Vec<Blow>,
+    /// Joints whose servos' clocks stand still for a while: they say no more what was sampled when.
+    without_clock: Vec<usize>,
     /// How often something happened to a joint, and how often to one that moved.
     pub(crate) times: u64,
     pub(crate) moving: u64,
@@ -41,7 +43,15 @@ impl Struck {
             let whose = robot.joints.iter().enumerate().filter(move |(_, joint)| is_whose(joint));
             whose.map(move |(joint, _)| Blow { joint, at, doubled_until, moved: false })
         });
-        Self { blows: blows.collect(), times: 0, moving: 0 }
+        let blows = blows.collect();
+        let stands = |joint: &Joint| {
+            let stopped = faults.iter().filter(|fault| fault.kind == Kind::StoppedClock);
+            let mut on_bus = stopped.filter(|fault| fault.is_on(&robot.buses[joint.bus].name));
+            on_bus.any(|fault| fault.is_to(joint.id))
+        };
+        let joints = robot.joints.iter().enumerate();
+        let without_clock = joints.filter(|(_, joint)| stands(joint)).map(|(index, _)| index).collect();
+        Self { blows, without_clock, times: 0, moving: 0 }
     }
 
     /// Notes who moves, so long after the round began.
@@ -67,6 +77,11 @@ impl Struck {
                 blow.moved |= group_moves && states[blow.joint].mode() == Some(JointMode::Following);
             }
         }
+    }
+
+    /// Whether a joint's servo has a clock that says when a reading was sampled.
+    pub(crate) fn has_clock(&self, joint: usize) -> bool {
+        !self.without_clock.contains(&joint)
     }
 
     /// Whether there may be two of a joint's servo, so long after the round began.

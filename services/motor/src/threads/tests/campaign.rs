@@ -61,7 +61,7 @@ fn cycle(rig: &mut Rig, last: &mut Last, seen: &mut Seen) {
         last.asked_at[index] = asked_at;
         let started_at = rig.servo(index, |servo| servo.started_at());
         // Of one that has begun anew since then the clock is another.
-        if started_at < asked_at {
+        if started_at < asked_at && last.struck.has_clock(index) {
             seen.readings += 1;
             assert!(
                 !is_stale(reading.tick_ms, started_at, asked_at),
