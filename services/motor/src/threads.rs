@@ -123,6 +123,14 @@ impl Threads {
                             .map_err(|source| ThreadError::Open { bus: bus.name.clone(), source })?,
                     ),
                 };
+                if let Some(waits_ms) = tty.as_ref().and_then(Tty::waits_ms) {
+                    tracing::warn!(
+                        "bus `{}`: the adapter of {} hands over what it received {waits_ms} ms late, and this user may \
+                         not change that: `leo check` says how",
+                        bus.name,
+                        path.display()
+                    );
+                }
                 End::start(bus, path, tty, patience, lookout.clone())
             })
             .collect::<Result<_, _>>()?;

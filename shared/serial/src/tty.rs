@@ -14,6 +14,7 @@ use crate::{Lost, OpenError};
 #[derive(Debug)]
 pub struct Tty {
     fd: OwnedFd,
+    waits_ms: Option<u32>,
 }
 
 impl Tty {
@@ -31,8 +32,15 @@ impl Tty {
         flock(&fd, FlockOperation::NonBlockingLockExclusive)
             .map_err(|_| OpenError::Busy { path: path.to_owned() })?;
         make_raw(&fd, baud).map_err(|source| OpenError::Mode { path: path.to_owned(), baud, source })?;
-        hurry(path);
-        Ok(Self { fd })
+        let waits_ms = latency_timer(path).and_then(|timer| hurry(&timer));
+        Ok(Self { fd, waits_ms })
+    }
+
+    /// For how many milliseconds its USB adapter waits for more before it hands over what it received, where
+    /// that is more than one and could not be changed: answers come late by so much.
+    #[must_use]
+    pub const fn waits_ms(&self) -> Option<u32> {
+        self.waits_ms
     }
 
     /// Reads what is there, or waits for the first of it until `until`: zero when none came.
@@ -64,12 +72,15 @@ impl Tty {
     }
 }
 
-/// Lets a USB adapter hand over at once what it received: as they come they wait for 16 ms for more.
-/// Where there is no such thing, or no right to it, nothing changes.
-fn hurry(path: &Path) {
-    if let Some(timer) = latency_timer(path) {
-        let _unchanged = fs::write(timer, "1");
-    }
+/// Lets a USB adapter hand over at once what it received: as they come they wait for 16 ms for more. How many
+/// milliseconds it waits all the same, where that is more than one: there is no right to change it.
+///
+/// The flag `ASYNC_LOW_LATENCY` of `TIOCSSERIAL` would do the same for drivers that heed it, and takes an ioctl
+/// by raw pointer, which this crate does without; the file is theirs as well.
+fn hurry(timer: &Path) -> Option<u32> {
+    let _unchanged = fs::write(timer, "1");
+    let waits_ms: u32 = fs::read_to_string(timer).ok()?.trim().parse().ok()?;
+    (waits_ms > 1).then_some(waits_ms)
 }
 
 /// Where the latency timer of a tty's USB adapter is set, in milliseconds, if it has one.
@@ -89,4 +100,21 @@ pub(crate) fn make_raw(fd: impl AsFd, baud: u32) -> Result<(), Errno> {
     mode.special_codes[SpecialCodeIndex::VTIME] = 0;
     mode.set_speed(baud)?;
     tcsetattr(fd.as_fd(), OptionalActions::Now, &mode)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_adapter_that_could_not_be_hurried_is_known() {
+        let folder = tempfile::tempdir().unwrap();
+        let timer = folder.path().join("latency_timer");
+        fs::write(&timer, "16\n").unwrap();
+        assert_eq!(hurry(&timer), None, "it hands over after a millisecond now");
+        assert_eq!(fs::read_to_string(&timer).unwrap(), "1");
+        // A number that nobody may write.
+        assert_eq!(hurry(Path::new("/proc/sys/kernel/ngroups_max")), Some(65_536));
+        assert_eq!(hurry(folder.path()), None, "that is no timer");
+    }
 }
