@@ -277,7 +277,8 @@ MOTOR_HEAD = """\
 #   offset_rad  servo = sign * joint + offset, where the servo's zero is the middle of its turn; here the middle
 #            is the joint's rest position
 #   min_rad, max_rad  lowest and highest position of the joint, as in the URDF
-#   velocity_rad_s, acceleration_rad_s2  highest speed, as in the URDF, and acceleration
+#   velocity_rad_s, acceleration_rad_s2  highest speed, as in the URDF, and acceleration; the servo's own
+#            profile follows from them: 1.5 and 8 times as much, and in the soft start less
 #   group    torque comes on one group after the other, in the order of this file
 """
 
