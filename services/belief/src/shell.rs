@@ -1,6 +1,8 @@
 use clock::{Duration, Instant};
 use config::Robot;
+use config::perspective::Owning;
 use message::{Beliefs, Divergences as Differing, Hop, Percepts, Process};
+use perspective::TERRITORY_MOST;
 use process::{Failure, Launch, Member, Progress};
 use transport::Outlet;
 
@@ -22,6 +24,12 @@ pub fn run(launch: &Launch, robot: &Robot) -> Result<(), Failure> {
     let partners = launch.partners.unwrap_or(leo.belief.partners);
     let mut member = Member::join(launch, Process::Belief, &leo.buffers, &leo.belief.realtime)?;
     let mut percepts = member.waking_inlet::<Percepts>(None)?;
+    if robot.perspective.resource.by == Owning::Territory && capacity > TERRITORY_MOST {
+        tracing::warn!(
+            "buffers.objects is {capacity}: while more than {TERRITORY_MOST} things are believed in there are no \
+             territories, and all are everybody's; `by` in perspective.toml knows other ways"
+        );
+    }
     let depth = leo.belief.depth.get();
     let mut believer = Believer::new(&robot.percepts, &robot.perspective, partners, depth, capacity)
         .map_err(Failure::own)?;

@@ -112,9 +112,9 @@
 //!
 //! # Cost
 //!
-//! A frame costs in proportion to what it holds, whatever the number of beliefs
-//! (`cargo bench -p belief-process`). Where several sources have frames in one step, it costs four times as much, and
-//! of ten thousand things seven times. Which pairs merge is decided on the few features that D
+//! A frame costs in proportion to what it holds and to the number of beliefs, of which each is asked whether it is to
+//! be culled (`cargo bench -p belief-process`). Where two sources have frames in one step, and the second sees every
+//! fifth thing, it costs two and a half times as much. Which pairs merge is decided on the few features that D
 //! compares; histories take their samples afterwards, in the order of memory. Nothing allocates
 //! after [`BeliefSystem::new`].
 

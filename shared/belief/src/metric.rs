@@ -147,11 +147,13 @@ impl Metric {
         (spread < self.threshold).then_some(spread)
     }
 
-    /// How far apart two beliefs may be and still be closer than the threshold, in the features
-    /// of the first term measured in metres: D is at least that term alone.
-    pub(crate) fn reach(&self) -> Option<Reach> {
-        let (index, term) =
-            self.terms.iter().enumerate().find(|(_, term)| matches!(term.measure, How::Metres))?;
+    /// How far apart two beliefs may be and still be closer than the threshold, in the features of the term
+    /// measured in metres that is of their `place`, or else of the first such term: D is at least that term alone.
+    pub(crate) fn reach(&self, place: Option<u16>) -> Option<Reach> {
+        let in_metres =
+            || self.terms.iter().enumerate().filter(|(_, term)| matches!(term.measure, How::Metres));
+        let of_place = in_metres().find(|(_, term)| Some(term.percept) == place);
+        let (index, term) = of_place.or_else(|| in_metres().next())?;
         let total: f64 = self.terms.iter().map(|term| term.weight).sum();
         let share = if self.normalised { total } else { 1.0 };
         let metres_per_distance = share / term.weight;

@@ -3,11 +3,11 @@ mod reanchor;
 mod tests;
 
 use clock::{Duration, Instant};
-use config::percepts::{self, Kernel, Percept, Percepts};
+use config::percepts::{self, Percept, Percepts};
 use message::{Belief, Feature, Perceived, PerceptValue, Remembered, SourceSet};
 use quantity::number::saturating_u32;
 
-use crate::arena::{Arena, Step};
+use crate::arena::{self, Arena, Step};
 use crate::cluster::Clustering;
 use crate::own::{self, Doubtful, Functions, Supplied};
 use crate::sample::Sample;
@@ -173,12 +173,11 @@ impl BeliefSystem {
         if !(1..=MOST).contains(&capacity) {
             return Err(Unbelievable::Capacity { capacity });
         }
-        let place = percepts.percepts.iter().position(|percept| percept.kernel == Kernel::Position);
         let arena = Arena::new(percepts, own, saturating_u32(2 * capacity))?;
         Ok(Self {
             percepts: percepts.percepts.clone(),
             threshold: percepts.threshold,
-            place: place.and_then(|index| u16::try_from(index).ok()),
+            place: arena::place(&percepts.percepts),
             cull: percepts.belief.cull.iter().map(|cull| Cull::new(cull, own)).collect::<Result<_, _>>()?,
             capacity,
             clustering: Clustering::new(arena.slots(), arena.reach_m()),

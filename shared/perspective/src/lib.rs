@@ -105,7 +105,7 @@ pub use awareness::Awareness;
 pub use divergence::{Divergence, Side};
 pub use error::NoPerspective;
 pub use nested::Nested;
-pub use owners::{Claim, Owners};
+pub use owners::{Claim, Owners, TERRITORY_MOST};
 pub use partner::Partner;
 pub use robot::Robot;
 pub use transform::{observed_from, place_of, place_of_thing};

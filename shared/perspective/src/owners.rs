@@ -62,7 +62,7 @@ struct Judged {
 const JUDGED_EVERY: Duration = Duration::from_millis(100);
 
 /// With more things there are no territories.
-const TERRITORY_MOST: usize = 256;
+pub const TERRITORY_MOST: usize = 256;
 
 /// What is asked of one belief.
 #[derive(Clone, Copy, Debug, PartialEq)]

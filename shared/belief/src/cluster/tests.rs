@@ -444,6 +444,20 @@ fn what_takes_back_its_newest_sample_is_merged_as_the_loop_of_the_paper_merges_i
 }
 
 #[test]
+fn neighbours_are_looked_for_by_place_whichever_term_in_metres_comes_first() {
+    let mut percepts = Percepts::builtin();
+    let percept = percepts.index("extents").unwrap();
+    percepts.belief.distance.insert(0, Distance { percept, measure: Measure::Metres, weight: 1.0 });
+    let mut twins = Twins::new(percepts);
+    // Things of one size: by their extents all would be near all.
+    let at = |x| Seen { extents: Some([1, 1, 1]), ..alike(x, 0) };
+    assert_eq!(twins.step(1, &[at(0), at(20)], true), [0, 0]);
+    let step = Step { arena: &mut twins.arena, perceived: &[] };
+    assert_eq!(step.place(1), Some([1.0, 0.0, 0.0]));
+    assert_eq!(twins.step(2, &[at(0), at(20)], true), [2, 2]);
+}
+
+#[test]
 fn what_lacks_the_symbol_of_its_oldest_is_merged_as_the_loop_of_the_paper_merges_it() {
     let mut twins = Twins::new(Percepts::builtin());
     let at = |mm: i8, colour, group| Seen { beside_mm: [mm, 0, 0], colour, ..alike(0, group) };

@@ -2,7 +2,7 @@ mod culling;
 mod functions;
 
 use config::number::NotNegative;
-use config::percepts::{Component, Distance, Measure, NoTermApplies, Range, Region};
+use config::percepts::{Component, Distance, Kernel, Measure, NoTermApplies, Range, Region};
 use geometry::Pose;
 use message::{NOBODY, Observation, SourceSet, State};
 use perception::{Frame, Perception};
