@@ -172,7 +172,7 @@ fn wrong_bodies() -> Vec<(&'static str, String, &'static [&'static str])> {
     };
     let motor = read("config/motor.toml");
     let line = motor.lines().position(|line| line == "max_rad = 0.8");
-    assert_eq!(line, Some(52), "the limits of the first joint");
+    assert_eq!(line, Some(53), "the limits of the first joint");
     // Every servo on one bus.
     let mut id = 0;
     let crowded = motor.lines().map(|line| {

@@ -29,7 +29,13 @@ fn task(lesson: &str, change: Option<(&str, &str)>) -> Value {
     });
     arguments.extend(config.iter().flat_map(|config| ["--config", config.as_str()]));
     let told = tell(&arguments);
-    assert_eq!((told.status, told.err.as_str()), (Some(0), ""), "{told:?}");
+    // A lesson says what it needs where the configuration lacks it.
+    let robot = config::Robot::load(config.as_deref().map(std::path::Path::new)).expect("a configuration");
+    let needs = config::lesson::Lesson::load(lesson.as_ref()).expect("a lesson").needs;
+    let says =
+        needs.lacking(&robot.leo).map_or_else(String::new, |lacking| format!("set {lacking} in leo.toml"));
+    assert!(told.status == Some(0) && told.err.contains(&says), "{told:?}");
+    assert!(!says.is_empty() || told.err.is_empty(), "{told:?}");
     let lessons: Value = serde_json::from_str(&told.out).expect("is JSON");
     lessons.pointer("/0/account/tasks/0").expect("a task").clone()
 }
