@@ -200,7 +200,7 @@ fn wrong_bodies() -> Vec<(&'static str, String, &'static [&'static str])> {
             "motor.toml",
             changed("motor.toml", "max_rad = 0.8\n", "max_rad = 0.75\n"),
             &[
-                "/motor.toml:53:11: joint `torso_yaw_joint`: `max_rad` is 0.75, and its `upper` is 0.8",
+                "/motor.toml:54:11: joint `torso_yaw_joint`: `max_rad` is 0.75, and its `upper` is 0.8",
                 "same",
             ],
         ),
