@@ -208,7 +208,7 @@ fn wrong_bodies() -> Vec<(&'static str, String, &'static [&'static str])> {
             "leo.urdf",
             changed("leo.urdf", "lower=\"-0.8\"", "lower=\"-0.9\""),
             &[
-                "motor.toml:52:11: joint `torso_yaw_joint`: `min_rad` is -0.8",
+                "motor.toml:53:11: joint `torso_yaw_joint`: `min_rad` is -0.8",
                 "`lower` is -0.9 in",
                 "/leo.urdf",
             ],
