@@ -216,7 +216,7 @@ fn wrong_bodies() -> Vec<(&'static str, String, &'static [&'static str])> {
         (
             "leo.urdf",
             changed("leo.urdf", "velocity=\"", "velocity=\"1"),
-            &["motor.toml:54:18: joint `torso_yaw_joint`: `velocity_rad_s` is ", "`velocity` is 1"],
+            &["motor.toml:55:18: joint `torso_yaw_joint`: `velocity_rad_s` is ", "`velocity` is 1"],
         ),
         ("leo.urdf", "<robot name=\"leo\">\n<joint\n".to_owned(), &["/leo.urdf: not a URDF: "]),
         (
