@@ -133,13 +133,18 @@ impl Place {
             }
             let Some(file) = &file else { return Ok(()) };
             // After an error of the disk a file takes nothing more until it is opened anew.
-            let open = match memory.take() {
-                Some(open) => open,
-                None => Memory::open(file)?,
+            let mut keep = || -> Result<(), Unkept> {
+                let open = match memory.take() {
+                    Some(open) => open,
+                    None => Memory::open(file)?,
+                };
+                open.keep(kept)?;
+                memory = Some(open);
+                Ok(())
             };
-            open.keep(kept)?;
-            memory = Some(open);
-            Ok(())
+            keep().map_err(|error| {
+                format!("{error}; it is tried again every {} s", KEEP_AGAIN.as_secs()).into()
+            })
         }
     }
 }
@@ -158,12 +163,7 @@ fn report(now_ns: u64, outcome: Outcome<Unkept>, reports: &mut Reports) {
     match outcome {
         Outcome::Durable(_) => reports.saved(None),
         Outcome::Owed(kept, error) => {
-            // What cannot be kept in this life does not say that it is tried again.
-            tracing::error!(
-                task = kept.task,
-                "not kept, which is tried every {} s: {error}",
-                KEEP_AGAIN.as_secs()
-            );
+            tracing::error!(task = kept.task, "{error}");
             reports.saved(Some(said(&kept, "I learned it, but I cannot remember it beyond today")));
         }
         Outcome::AtLast(kept) => {

@@ -165,13 +165,8 @@ impl Master {
             *place = id;
             count += 1;
         }
-        let ids = ids.get(..count).filter(|ids| !ids.is_empty())?;
         let length = u16::try_from(part.data).ok()?;
-        let mut bytes = [0; INSTRUCTION];
-        let question = Instruction::SyncRead { address: Reading::ITEM.address, length, ids };
-        let sent = question.encode(Address::All, &mut bytes).ok()?;
-        let who = ids.iter().filter_map(|id| Id::new(*id));
-        Some((Part::new(Topic::Again, sent, part.data, who), bytes))
+        question(Topic::Again, Reading::ITEM.address, length, ids.get(..count)?)
     }
 
     /// Sends a part and collects its answers.
@@ -303,12 +298,15 @@ fn alarm(replies: &Replies) -> Option<(Part, [u8; INSTRUCTION])> {
             count += 1;
         }
     }
-    let ids = ids.get(..count).filter(|ids| !ids.is_empty())?;
+    question(Topic::Alarm, CONDITION.address, CONDITION.length, ids.get(..count)?)
+}
+
+/// A question to some servos, of which each answers for itself (sync read); `None` to nobody.
+fn question(topic: Topic, address: u16, length: u16, ids: &[u8]) -> Option<(Part, [u8; INSTRUCTION])> {
     let mut bytes = [0; INSTRUCTION];
-    let question = Instruction::SyncRead { address: CONDITION.address, length: CONDITION.length, ids };
-    let sent = question.encode(Address::All, &mut bytes).ok()?;
+    let sent = Instruction::SyncRead { address, length, ids }.encode(Address::All, &mut bytes).ok()?;
     let who = ids.iter().filter_map(|id| Id::new(*id));
-    Some((Part::new(Topic::Alarm, sent, usize::from(CONDITION.length), who), bytes))
+    (!ids.is_empty()).then(|| (Part::new(topic, sent, usize::from(length), who), bytes))
 }
 
 #[cfg(test)]

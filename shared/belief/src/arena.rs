@@ -2,7 +2,7 @@
 mod tests;
 
 use clock::Instant;
-use config::percepts::{Kernel, Percept, Percepts};
+use config::percepts::Percepts;
 use message::{Feature, Perceived, PerceptValue, SourceSet};
 
 use crate::Unbelievable;
@@ -98,12 +98,6 @@ impl Slot {
     }
 }
 
-/// The percept that says where a thing is.
-pub(crate) fn place(percepts: &[Percept]) -> Option<u16> {
-    let place = percepts.iter().position(|percept| percept.kernel == Kernel::Position);
-    place.and_then(|index| u16::try_from(index).ok())
-}
-
 impl Arena {
     pub(crate) fn new(percepts: &Percepts, own: &Functions, slots: u32) -> Result<Self, Unbelievable> {
         let count = slots as usize;
@@ -121,7 +115,7 @@ impl Arena {
             fresh: Room::for_most(count),
             vacancies: Vacancies::all(count),
             histories,
-            reach: metric.reach(place(&percepts.percepts)),
+            reach: metric.reach(percepts.place()),
             metric,
             sightings: cannot_link.then(|| Sightings::new(count)),
             unsound: 0,

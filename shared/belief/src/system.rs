@@ -7,7 +7,7 @@ use config::percepts::{self, Percept, Percepts};
 use message::{Belief, Feature, Perceived, PerceptValue, Remembered, SourceSet};
 use quantity::number::saturating_u32;
 
-use crate::arena::{self, Arena, Step};
+use crate::arena::{Arena, Step};
 use crate::cluster::Clustering;
 use crate::own::{self, Doubtful, Functions, Supplied};
 use crate::sample::Sample;
@@ -177,7 +177,7 @@ impl BeliefSystem {
         Ok(Self {
             percepts: percepts.percepts.clone(),
             threshold: percepts.threshold,
-            place: arena::place(&percepts.percepts),
+            place: percepts.place(),
             cull: percepts.belief.cull.iter().map(|cull| Cull::new(cull, own)).collect::<Result<_, _>>()?,
             capacity,
             clustering: Clustering::new(arena.slots(), arena.reach_m()),

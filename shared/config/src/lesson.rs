@@ -30,7 +30,7 @@ pub use needs::Needs;
 pub struct Lesson {
     /// What it is called.
     pub title: String,
-    /// What to watch, in a sentence.
+    /// What to watch, in two sentences or three.
     pub watch: String,
     /// What settings it needs for that.
     pub needs: Needs,

@@ -332,6 +332,13 @@ impl Percepts {
         u16::try_from(index).ok()
     }
 
+    /// The number of the percept that says where a thing is, if there is one.
+    #[must_use]
+    pub fn place(&self) -> Option<u16> {
+        let index = self.percepts.iter().position(|percept| percept.kernel == Kernel::Position)?;
+        u16::try_from(index).ok()
+    }
+
     /// How far apart two sightings may be that are alike in everything else, and yet of one thing,
     /// in metres (Eq. 4); infinite where the distance of two beliefs asks for no place.
     #[must_use]

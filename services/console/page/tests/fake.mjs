@@ -475,7 +475,7 @@ export class Fake {
       if (was === undefined) throw new Error('there is nothing to take back');
       Object.assign(this, was);
     } else if (what === 'save') this.saved = `/tmp/${message.title}.toml`;
-    else if (what === 'record') this.recording = { ...this.recording, on: message.on, file: '/tmp/leo.mcap', seconds: 0, bytes: 0 };
+    else if (what === 'record') this.recording = { ...this.recording, on: message.on, file: 'leo.mcap', seconds: 0, bytes: 0 };
     else throw new Error(`nobody knows how to "${what}"`);
     return {};
   }
