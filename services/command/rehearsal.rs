@@ -64,7 +64,8 @@ pub(super) fn rehearse(
             })
             .collect();
         let beliefs: Vec<_> = frames.iter().map(|(head, beliefs)| (head, beliefs.as_slice())).collect();
-        let utterances: Vec<Utterance> = world.utterances().collect();
+        let utterances: Vec<(Instant, Utterance)> =
+            world.utterances().map(|utterance| (now, utterance)).collect();
         let input = Input { beliefs: &beliefs, utterances: &utterances, present_rad: &[] };
         learner.step(now, &input).events.iter().for_each(|event| account.note(event));
         if ended.is_none() && world.is_finished() {

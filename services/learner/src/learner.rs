@@ -1,4 +1,5 @@
 mod conversation;
+mod ear;
 
 use std::collections::{BTreeMap, VecDeque};
 
@@ -13,7 +14,12 @@ use crate::teaching::Teaching;
 use crate::verdict::Verdict;
 use crate::views::{Continuity, Views};
 use crate::{Body, Motion, Skill, Vocabulary, answers};
+use ear::{Place, Waiting};
 use quantity::number::{counted, saturating_u32};
+
+/// Why the beginning or the end of a showing is none: the words came long after what they are about, or before what
+/// is believed of it.
+const UNSEEN: &str = "I do not know how things were when you said that";
 
 /// What the learner does not decide for itself.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -70,8 +76,8 @@ pub fn learning(learner: &config::leo::Learner) -> tasks::Settings {
 pub struct Input<'a> {
     /// The belief buffers of all perspectives, of one instant; none when there is nothing new.
     pub beliefs: &'a [(&'a BeliefHead, &'a [Belief])],
-    /// New sentences, in the order in which they were said.
-    pub utterances: &'a [Utterance],
+    /// New sentences, in the order in which they were said, each with the instant at which it was.
+    pub utterances: &'a [(Instant, Utterance)],
     /// Present joint positions, in radians and in the order of the configuration.
     pub present_rad: &'a [Option<f64>],
 }
@@ -110,8 +116,9 @@ pub struct Learner<B> {
     body: B,
     tasks: BTreeMap<String, Task>,
     views: Views,
-    /// Sentences not yet answered: they wait while objects are being looked for.
-    heard: VecDeque<(u16, String)>,
+    /// Sentences not yet answered: they wait for the beliefs of when they were said, and while objects are being
+    /// looked for.
+    heard: VecDeque<Waiting>,
     teaching: Option<Teaching>,
     performance: Option<Performance>,
     /// The key of the task that was last taught or performed: the one in question.
@@ -172,16 +179,18 @@ impl<B: Body> Learner<B> {
     pub fn step(&mut self, now: Instant, input: &Input<'_>) -> Output {
         let mut output = Output::default();
         self.believe(now, input, &mut output);
-        let heard = input.utterances.iter().map(|utterance| {
-            let speaker = u16::try_from(utterance.speaker).unwrap_or(message::NOBODY);
-            (speaker, utterance.text.as_str().to_owned())
-        });
-        self.heard.extend(heard);
+        let heard = input.utterances.iter();
+        self.heard.extend(heard.map(|(said_at, utterance)| Waiting::new(now, *said_at, utterance)));
+        let believed_at = self.views.own_at();
+        self.heard.iter_mut().for_each(|waiting| waiting.note(now, believed_at));
         self.obey_stops(now, input.present_rad, &mut output);
         if self.is_sure_of_objects(now, &mut output) && !self.views.is_settling(now) {
             self.record_performed(now, &mut output);
-            while let Some((speaker, text)) = self.heard.pop_front() {
-                self.answer(now, speaker, &text, input.present_rad, &mut output);
+            let is_due = |waiting: &Waiting| waiting.place() != Place::Ahead;
+            while self.heard.front().is_some_and(is_due)
+                && let Some(sentence) = self.heard.pop_front()
+            {
+                self.answer(now, &sentence, input.present_rad, &mut output);
             }
             self.watch(now, &mut output);
         }
@@ -247,11 +256,12 @@ impl<B: Body> Learner<B> {
     fn begin_teaching(
         &mut self,
         now: Instant,
-        speaker: u16,
+        sentence: &Waiting,
         name: &str,
         present_rad: &[Option<f64>],
         output: &mut Output,
     ) {
+        let Waiting { speaker, .. } = *sentence;
         if let Some(teaching) = self.teaching.take() {
             let unfinished = &teaching.recording.task;
             say(
@@ -262,6 +272,10 @@ impl<B: Body> Learner<B> {
         }
         // The first name stays the task's name.
         let name = self.tasks.get(&key(name)).map_or(name, |task| &task.name).to_owned();
+        if sentence.place() == Place::Behind {
+            say(output, &name, &format!("{UNSEEN}: please begin again"));
+            return;
+        }
         let snapshots = self.views.snapshots(now, &self.vocabulary.language, &self.perspectives);
         if !snapshots.contains_key(&0) {
             say(output, &name, "I cannot see anything yet: please begin again in a moment");
@@ -282,7 +296,7 @@ impl<B: Body> Learner<B> {
     }
 
     /// Ends the demonstration of what can be called by one of these names, the plainest last.
-    fn end_teaching(&mut self, now: Instant, names: &[String], output: &mut Output) {
+    fn end_teaching(&mut self, now: Instant, place: Place, names: &[String], output: &mut Output) {
         let language = &self.vocabulary.language;
         let is_it = |teaching: &mut Teaching| {
             let shown = key(&teaching.recording.task);
@@ -300,6 +314,11 @@ impl<B: Body> Learner<B> {
             return;
         };
         let name = teaching.recording.task.clone();
+        if place == Place::Behind {
+            let text = format!("{UNSEEN}: this showing of {name} does not count, please show it again");
+            say(output, &name, &text);
+            return;
+        }
         let snapshots = self.views.snapshots(now, language, &self.perspectives);
         let vanished = teaching.vanished(language, &snapshots);
         if !vanished.is_empty() {

@@ -9,20 +9,20 @@ const EVERY: Duration = Duration::from_millis(50);
 /// what was learned before.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Recollection {
-    listeners: usize,
     untold: VecDeque<String>,
     told_at: Option<Instant>,
 }
 
 impl Recollection {
-    /// The key of the task to be told now, if any, to so many listeners, of those that are known.
+    /// The key of the task to be told now, if any, of those that are known: from the beginning where somebody began to
+    /// listen.
     pub(crate) fn next<'a>(
         &mut self,
         now: Instant,
-        listeners: usize,
+        has_newcomers: bool,
         known: impl Iterator<Item = &'a str>,
     ) -> Option<String> {
-        if std::mem::replace(&mut self.listeners, listeners) < listeners {
+        if has_newcomers {
             self.untold = known.map(str::to_owned).collect();
         }
         if self.told_at.is_some_and(|told_at| now.since(told_at) < EVERY) {
@@ -42,20 +42,19 @@ mod tests {
     fn who_begins_to_listen_is_told_every_task_one_after_the_other() {
         let mut recollection = Recollection::default();
         let known = ["task 1", "task 2"];
-        let mut told = |millis: u64, listeners| {
-            recollection.next(Instant::from_nanos(millis * 1_000_000), listeners, known.into_iter())
+        let mut told = |millis: u64, has_newcomers| {
+            recollection.next(Instant::from_nanos(millis * 1_000_000), has_newcomers, known.into_iter())
         };
-        assert_eq!(told(0, 0), None, "nobody listens");
-        assert_eq!(told(5, 1).as_deref(), Some("task 1"));
-        assert_eq!(told(10, 1), None, "not at once");
-        assert_eq!(told(55, 1).as_deref(), Some("task 2"));
-        assert_eq!(told(500, 1), None);
-        // One dies, is cleaned up, and comes back; and one more.
-        assert_eq!(told(600, 0), None);
-        assert_eq!(told(605, 1).as_deref(), Some("task 1"));
-        assert_eq!(told(610, 2), None);
-        assert_eq!(told(660, 2).as_deref(), Some("task 1"), "from the beginning");
-        assert_eq!(told(710, 2).as_deref(), Some("task 2"));
-        assert_eq!(told(800, 2), None);
+        assert_eq!(told(0, false), None, "nobody listens");
+        assert_eq!(told(5, true).as_deref(), Some("task 1"));
+        assert_eq!(told(10, false), None, "not at once");
+        assert_eq!(told(55, false).as_deref(), Some("task 2"));
+        assert_eq!(told(500, false), None);
+        // One more, and another one before all was told.
+        assert_eq!(told(605, true).as_deref(), Some("task 1"));
+        assert_eq!(told(610, true), None);
+        assert_eq!(told(660, false).as_deref(), Some("task 1"), "from the beginning");
+        assert_eq!(told(710, false).as_deref(), Some("task 2"));
+        assert_eq!(told(800, false), None);
     }
 }

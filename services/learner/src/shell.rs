@@ -1,6 +1,6 @@
 use std::path::{Path, PathBuf};
 
-use clock::Duration;
+use clock::{Duration, Instant};
 use config::Robot;
 use message::{
     Beliefs, Event, EventKind, Events, Header, Hop, JointGoal, JointGoals, JointStates, Process, Utterance,
@@ -49,11 +49,12 @@ pub fn run(launch: &Launch, robot: &Robot) -> Result<(), Failure> {
     let mut learner =
         Learner::new(Settings::of(&leo.learner), vocabulary, &beliefs.perspectives(), body, known);
     let mut present_rad = vec![None; robot.motor.joints.len()];
-    let mut said: Vec<Utterance> = Vec::new();
+    let mut said: Vec<(Instant, Utterance)> = Vec::new();
     member.begin(None)?;
     while member.next_call(beliefs.last())?.is_some() {
         while let Some(frame) = utterances.receive()? {
-            said.extend_from_slice(frame.entries());
+            let said_at = Instant::from_nanos(frame.head().valid_at_ns);
+            said.extend(frame.entries().iter().map(|utterance| (said_at, *utterance)));
         }
         if let Some(frame) = joint_states.newest()? {
             for state in frame.entries() {
@@ -94,7 +95,7 @@ pub fn run(launch: &Launch, robot: &Robot) -> Result<(), Failure> {
             }
             // Simulated time has the same listeners from its beginning to its end.
             if !member.is_lockstep()
-                && let Some(key) = recollection.next(now, events.readers(), learner.known())
+                && let Some(key) = recollection.next(now, events.has_newcomers(), learner.known())
             {
                 reports.push(now.as_nanos(), 0, learner.recall(&key));
             }
@@ -288,6 +289,15 @@ pub fn check_memory(state: &Path) -> Result<Access, Failure> {
         Err(OpenError::InUse { .. }) => Ok(Access::InUse),
         Err(error) => Err(Failure::own(error)),
     }
+}
+
+/// Of which version what is remembered in a state directory is. Nothing is made, taken over or mended.
+///
+/// # Errors
+///
+/// It cannot be read.
+pub fn memory_version(state: &Path) -> Result<store::Version, Failure> {
+    store::Version::of(&state::learned(state)).map_err(Failure::own)
 }
 
 /// What is remembered in a state directory, and where to remember more, if anywhere.

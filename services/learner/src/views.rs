@@ -143,6 +143,11 @@ impl Views {
         self.frames.get(&0).map(|frame| frame.snapshot(language, self.known.get(&0)))
     }
 
+    /// Of when the robot's own beliefs are, if there are any.
+    pub(crate) fn own_at(&self) -> Option<Instant> {
+        self.frames.get(&0).map(|frame| Instant::from_nanos(frame.head.header.valid_at_ns))
+    }
+
     /// The robot's own beliefs as they came.
     pub(crate) fn own_beliefs(&self) -> &[Belief] {
         self.frames.get(&0).map_or(&[], |frame| &frame.beliefs)

@@ -9,6 +9,7 @@
 //! delay, so that a frame that comes is young. Instants are told in the time of the machine that reads them, and
 //! the link's board says how wrong they may be.
 
+mod agreement;
 mod inbox;
 mod instants;
 mod net;
@@ -21,7 +22,8 @@ mod talk;
 mod window;
 mod wire;
 
+pub use agreement::{Agreement, Disagreement};
 pub use offset::{Exchange, Offset};
 pub use shell::{KeyError, check, run};
 pub use stream::{Class, Stream};
-pub use wire::{Agreement, Bundle, Frame, Nonsense, Pulse};
+pub use wire::{Bundle, Frame, Nonsense, Pulse};

@@ -257,6 +257,16 @@ fn quoted(file: &Path) -> Result<String, String> {
 }
 
 #[cfg(test)]
+impl Net {
+    /// A network that tests carry: what is sent comes out of the one end, what comes is put into the other.
+    pub(crate) fn by_hand() -> (Self, Receiver<(Sort, Vec<u8>)>, Sender<Message>) {
+        let (to, outgoing) = bounded(OUTGOING);
+        let (incoming, from) = bounded(INCOMING);
+        (Self { to, from, thread: std::thread::spawn(|| {}) }, outgoing, incoming)
+    }
+}
+
+#[cfg(test)]
 mod tests {
     use super::*;
 

@@ -19,7 +19,10 @@ type Taker<'a> = &'a mut dyn FnMut(Stream, Place, Arc<[u8]>);
 
 /// A topic that is read.
 trait Tap {
+    fn stream(&self) -> Stream;
     fn take(&mut self, to: Taker<'_>) -> Result<(), Failure>;
+    /// Reads on as somebody new; nothing is lost or taken twice.
+    fn begin_anew(&mut self, member: &Member, to: Taker<'_>) -> Result<(), Failure>;
     fn drops(&self) -> u64;
 }
 
@@ -27,27 +30,50 @@ struct Read<T: Topic> {
     stream: Stream,
     inlet: Inlet<T>,
     bytes: Vec<u8>,
+    /// Where the frame was that was taken last.
+    place: Option<Place>,
+    /// What the inlets before this one dropped.
+    drops: u64,
 }
 
 impl<T: Topic<Head: Bytes, Entry: Bytes>> Tap for Read<T> {
+    fn stream(&self) -> Stream {
+        self.stream
+    }
+
     fn take(&mut self, to: Taker<'_>) -> Result<(), Failure> {
         while let Some(frame) = self.inlet.receive()? {
+            let header = frame.head().header();
+            let place = Some((header.incarnation, header.sequence));
+            if place <= self.place {
+                continue;
+            }
+            self.place = place;
             self.bytes.clear();
             put_frame::<T>(frame.head(), frame.entries(), &mut self.bytes);
-            let header = frame.head().header();
             to(self.stream, (header.incarnation, header.sequence), self.bytes.as_slice().into());
         }
         Ok(())
     }
 
+    fn begin_anew(&mut self, member: &Member, to: Taker<'_>) -> Result<(), Failure> {
+        // Both hold what is written between here and the end of this function: the former one's are taken first.
+        let next = member.inlet::<T>(self.stream.name().1)?;
+        self.take(to)?;
+        self.drops += self.inlet.drops();
+        self.inlet = next;
+        Ok(())
+    }
+
     fn drops(&self) -> u64 {
-        self.inlet.drops()
+        self.drops + self.inlet.drops()
     }
 }
 
 /// A topic that is written in the stead of who writes it on the other machine.
 trait Spring {
     fn give(&mut self, bytes: &[u8]) -> Result<bool, Failure>;
+    fn has_newcomers(&mut self) -> bool;
     fn undelivered(&self) -> u64;
 }
 
@@ -60,6 +86,10 @@ impl<T: Topic<Head: Bytes, Entry: Bytes>> Spring for Outlet<T> {
         // It is the other writer's frame: with its number, its life and its stamps.
         self.send_all(head, &entries, |sent| *sent.header_mut() = *head.header())?;
         Ok(true)
+    }
+
+    fn has_newcomers(&mut self) -> bool {
+        Self::has_newcomers(self)
     }
 
     fn undelivered(&self) -> u64 {
@@ -77,7 +107,7 @@ impl Taps {
             stream: Stream,
         ) -> Result<Box<dyn Tap>, Failure> {
             let inlet = member.inlet::<T>(stream.name().1)?;
-            Ok(Box::new(Read { stream, inlet, bytes: Vec::new() }))
+            Ok(Box::new(Read { stream, inlet, bytes: Vec::new(), place: None, drops: 0 }))
         }
         let open = |&stream: &Stream| match stream {
             Stream::Percepts => tap::<Percepts>(member, stream),
@@ -99,12 +129,19 @@ impl Taps {
         self.0.iter_mut().try_for_each(|tap| tap.take(to))
     }
 
+    /// Reads on as somebody new where the writer of a topic tells newcomers what they missed.
+    pub(crate) fn begin_anew(&mut self, member: &Member, to: Taker<'_>) -> Result<(), Failure> {
+        let retold = self.0.iter_mut().find(|tap| tap.stream() == Stream::RETOLD);
+        retold.map_or(Ok(()), |tap| tap.begin_anew(member, to))
+    }
+
     pub(crate) fn drops(&self) -> u64 {
         self.0.iter().map(|tap| tap.drops()).sum()
     }
 }
 
 /// The topics that are written on this machine.
+#[derive(Default)]
 pub(crate) struct Springs(BTreeMap<Stream, Box<dyn Spring>>);
 
 impl Springs {
@@ -138,6 +175,11 @@ impl Springs {
     /// Publishes a frame; `false` where it is none of a topic that is written here.
     pub(crate) fn give(&mut self, stream: Stream, bytes: &[u8]) -> Result<bool, Failure> {
         self.0.get_mut(&stream).map_or(Ok(false), |spring| spring.give(bytes))
+    }
+
+    /// Whether somebody began to read what its writer, on the other machine, tells newcomers.
+    pub(crate) fn has_newcomers(&mut self) -> bool {
+        self.0.get_mut(&Stream::RETOLD).is_some_and(|spring| spring.has_newcomers())
     }
 
     pub(crate) fn undelivered(&self) -> u64 {

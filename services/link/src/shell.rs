@@ -9,11 +9,12 @@ use message::{Header, LinkHealth, Process};
 use process::{Failure, Launch, Member, Progress};
 
 use crate::Stream;
+use crate::agreement::{Agreement, Disagreement};
 use crate::instants::Instants;
 use crate::net::{Message, Net, Sort};
 use crate::ports::{Springs, Taps};
 use crate::talk::Talk;
-use crate::wire::{Agreement, Bundle, Frame, Nonsense, Pulse};
+use crate::wire::{Bundle, Frame, Nonsense, Pulse};
 
 /// The board is written this often.
 const TELL_EVERY: Duration = Duration::from_millis(100);
@@ -68,14 +69,8 @@ pub fn run(launch: &Launch, robot: &Robot) -> Result<(), Failure> {
     let mut carrier = Carrier {
         springs: Springs::open(&member, &there, robot)?,
         instants: there.iter().map(|&stream| (stream, Instants::of(stream))).collect(),
-        agreement: agreement(robot, perspectives),
         late_after: link.late_after_ms.duration(),
-        talk: Talk::new(clock::now().as_nanos(), &here, clock::now()),
-        unsaid: VecDeque::new(),
-        say_at: BTreeMap::new(),
-        health: LinkHealth::default(),
-        is_refusing: false,
-        is_crowded: false,
+        ..Carrier::new(Agreement::of(robot, perspectives), &here, clock::now())
     };
     let mut taps = Taps::open(&member, &here)?;
     let net = Net::start(link).map_err(Failure::own)?;
@@ -87,9 +82,17 @@ pub fn run(launch: &Launch, robot: &Robot) -> Result<(), Failure> {
             return Err(Failure::own("what carries the link's messages has ended"));
         }
         taps.take(&mut |stream, place, bytes| carrier.talk.push(now, stream, place, bytes))?;
+        carrier.talk.joined += u64::from(carrier.springs.has_newcomers());
         carrier.hear(&net)?;
+        if carrier.talk.take_newcomers() {
+            // The writer hears of them by this reader, which begins anew in their stead.
+            let took = &mut |stream, place, bytes| carrier.talk.push(now, stream, place, bytes);
+            if let Err(error) = taps.begin_anew(&member, took) {
+                tracing::warn!(%error, "who begins to listen on the other machine is not told what was learned before");
+            }
+        }
         carrier.listen(now);
-        carrier.speak(&net);
+        carrier.speak(&net, clock::now());
         if now >= tell_at {
             tell_at = now + TELL_EVERY;
             board.write(&carrier.fares(now));
@@ -101,19 +104,6 @@ pub fn run(launch: &Launch, robot: &Robot) -> Result<(), Failure> {
         member.end_cycle(Progress::More)?;
     }
     Ok(())
-}
-
-/// What both machines must mean by the same words.
-fn agreement(robot: &Robot, perspectives: u32) -> Agreement {
-    let layouts = Stream::all(2).flat_map(|stream| {
-        let [head, entry] = stream.kinds();
-        let layouts: Vec<String> =
-            [&head, &entry].into_iter().flat_map(|kind| kind.layouts()).map(ToString::to_string).collect();
-        layouts
-    });
-    let joints = robot.motor.joints.iter().map(|joint| joint.name.clone());
-    let percepts = robot.percepts.percepts.iter().map(|percept| percept.name.clone());
-    Agreement::on(layouts.chain(joints).chain(percepts).chain([perspectives.to_string()]))
 }
 
 /// The link of this machine: what it says and hears, and what is published of that.
@@ -128,13 +118,29 @@ struct Carrier {
     /// From when on the next of it may be, by stream.
     say_at: BTreeMap<Stream, Instant>,
     health: LinkHealth,
-    /// Whether the other machine means something else, and that was said.
-    is_refusing: bool,
+    /// What the other machine means otherwise, as it was said last.
+    refusing: Option<Disagreement>,
     /// Whether there are two other machines, and that was said.
     is_crowded: bool,
 }
 
 impl Carrier {
+    /// One that sends frames of these streams, and publishes none yet.
+    fn new(agreement: Agreement, here: &[Stream], now: Instant) -> Self {
+        Self {
+            talk: Talk::new(now.as_nanos(), here, now),
+            springs: Springs::default(),
+            instants: BTreeMap::new(),
+            agreement,
+            late_after: Duration::ZERO,
+            unsaid: VecDeque::new(),
+            say_at: BTreeMap::new(),
+            health: LinkHealth::default(),
+            refusing: None,
+            is_crowded: false,
+        }
+    }
+
     /// Takes what came, and publishes what is new: what was said, in order, and then the newest of the rest.
     fn hear(&mut self, net: &Net) -> Result<(), Failure> {
         let mut newest = BTreeMap::<Stream, (Frame, i64)>::new();
@@ -187,9 +193,15 @@ impl Carrier {
 
     fn refuse(&mut self, nonsense: Nonsense) {
         self.health.refused += 1;
-        if nonsense == Nonsense::Disagreement && !std::mem::replace(&mut self.is_refusing, true) {
-            tracing::error!("{nonsense}");
+        if let Some(disagreement) = self.news(nonsense) {
+            tracing::error!("{disagreement}");
         }
+    }
+
+    /// What has to be said of a message that is refused: the same is said once, until the other machine is heard.
+    fn news(&mut self, nonsense: Nonsense) -> Option<Disagreement> {
+        let Nonsense::Disagreement(disagreement) = nonsense else { return None };
+        (self.refusing.replace(disagreement) != Some(disagreement)).then_some(disagreement)
     }
 
     /// Publishes a frame in this machine's time, `ahead_ns` ahead of that of the other one.
@@ -233,7 +245,7 @@ impl Carrier {
             );
         }
         if is_heard && !was_heard {
-            self.is_refusing = false;
+            self.refusing = None;
             tracing::info!("the other machine is heard");
         } else if was_heard && !is_heard {
             tracing::warn!("the other machine is not heard any more; the link goes on trying");
@@ -241,8 +253,7 @@ impl Carrier {
     }
 
     /// Sends what is due, where the network has room.
-    fn speak(&mut self, net: &Net) {
-        let now = clock::now();
+    fn speak(&mut self, net: &Net, now: Instant) {
         if let Some(pulse) = self.talk.pulse(now) {
             self.send(net, Sort::Pulse, pulse.to_bytes(self.agreement));
         }
@@ -281,3 +292,6 @@ impl Carrier {
 fn count(size: usize) -> u64 {
     u64::try_from(size).unwrap_or(u64::MAX)
 }
+
+#[cfg(test)]
+mod tests;

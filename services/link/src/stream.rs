@@ -72,6 +72,9 @@ impl Stream {
         }
     }
 
+    /// The one whose writer tells what it knows to whoever begins to read.
+    pub const RETOLD: Self = Self::Events;
+
     /// Whether something is moved by it.
     #[must_use]
     pub const fn is_command(self) -> bool {

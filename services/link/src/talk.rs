@@ -39,6 +39,11 @@ pub(crate) struct Talk {
     is_strange: bool,
     is_crowded: bool,
     pub(crate) round_trip: Duration,
+    /// How often somebody began to listen here to what newcomers are told once more.
+    pub(crate) joined: u64,
+    /// How often that was so on the other machine, and in which of its hearings.
+    joined_there: (u64, u64),
+    owes_telling: bool,
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -79,6 +84,9 @@ impl Talk {
             is_strange: false,
             is_crowded: false,
             round_trip: Duration::ZERO,
+            joined: 0,
+            joined_there: (0, 0),
+            owes_telling: false,
         }
     }
 
@@ -112,6 +120,10 @@ impl Talk {
             self.offset.learn(at, &exchange);
             self.round_trip = exchange.round_trip().unwrap_or(self.round_trip);
         }
+        // Whoever listened through a silence may have missed what was given up meanwhile.
+        let joined_there = (self.hearings, pulse.joined);
+        self.owes_telling |= pulse.joined > 0 && joined_there != self.joined_there;
+        self.joined_there = joined_there;
         if pulse.of_life == self.life {
             self.window.came(at, pulse.newest);
             self.outbox.wanted(pulse.wanted);
@@ -135,6 +147,11 @@ impl Talk {
         // Without it nothing can be made of it: it comes again, or something newer.
         let new = if way.is_some() { self.inbox.take(bundle) } else { New::default() };
         Some(Came { new, way })
+    }
+
+    /// Whether those who listen on the other machine have yet to be told what newcomers are told; once for each time.
+    pub(crate) fn take_newcomers(&mut self) -> bool {
+        std::mem::take(&mut self.owes_telling)
     }
 
     /// Whether it is the other machine that is heard, of this life. The first one stays it until it is silent: a
@@ -198,7 +215,8 @@ impl Talk {
         if let Some(peer) = &mut self.peer {
             peer.is_answered |= asked_ns != 0;
         }
-        Some(Pulse { life: self.life, sent_ns: now.as_nanos(), asked_ns, heard_ns, of_life, newest, wanted })
+        let (life, sent_ns, joined) = (self.life, now.as_nanos(), self.joined);
+        Some(Pulse { life, sent_ns, asked_ns, heard_ns, of_life, newest, wanted, joined })
     }
 
     /// The bundle to be sent now, if there is anything to send and the network has room for it.

@@ -6,10 +6,13 @@
 use std::sync::Arc;
 
 use crate::Stream;
+use crate::agreement::{Agreement, Disagreement, NUMBERS};
 use crate::offset::Exchange;
 
-/// The first number of every message: "LEOLINK" and the version of what follows.
-const MAGIC: u64 = u64::from_be_bytes(*b"LEOLINK\x01");
+/// The version of what follows the first number of every message.
+pub(crate) const LANGUAGE: u64 = 2;
+/// That number: "LEOLINK", and the version.
+const MAGIC: u64 = u64::from_be_bytes(*b"LEOLINK\0") | LANGUAGE;
 /// Frames that a bundle holds at most.
 const FRAMES_MOST: usize = 1024;
 
@@ -20,23 +23,6 @@ pub struct Frame {
     pub stream: Stream,
     /// Its head, then its entries; the instants are those of the sender's clock.
     pub bytes: Arc<[u8]>,
-}
-
-/// What both machines must agree on for frames to mean the same to both: layouts, joints, percepts, perspectives.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Agreement(u64);
-
-impl Agreement {
-    /// The agreement on all that these texts say (FNV-1a, 64 bits).
-    pub fn on(texts: impl IntoIterator<Item = String>) -> Self {
-        let mut hash = 0xcbf2_9ce4_8422_2325_u64;
-        for text in texts {
-            for byte in text.bytes().chain([0]) {
-                hash = (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3);
-            }
-        }
-        Self(hash)
-    }
 }
 
 /// Says that a link process lives, what it has heard, and what time it is there.
@@ -56,6 +42,8 @@ pub struct Pulse {
     pub newest: u64,
     /// The number of the frame that is to come next, of those of which every one is wanted.
     pub wanted: u64,
+    /// How often somebody began to listen there to a topic whose writer tells newcomers what they missed.
+    pub joined: u64,
 }
 
 impl Pulse {
@@ -97,11 +85,8 @@ pub enum Nonsense {
     #[error("what came from the other machine is no message of a link")]
     NoMessage,
     /// They are of somebody who means something else by them.
-    #[error(
-        "the other machine runs another version of Leo, or its percepts, joints or perspectives are configured \
-         otherwise: nothing is taken from it"
-    )]
-    Disagreement,
+    #[error("{0}")]
+    Disagreement(Disagreement),
 }
 
 struct Numbers<'a>(&'a [u8]);
@@ -128,13 +113,23 @@ impl<'a> Numbers<'a> {
     }
 
     fn begin(&mut self, agreement: Agreement) -> Result<(), Nonsense> {
-        if self.next()? != MAGIC {
-            return Err(Nonsense::NoMessage);
+        let first = self.next()?;
+        if first != MAGIC {
+            let there = first ^ (MAGIC ^ LANGUAGE);
+            let is_other = there <= u64::from(u8::MAX);
+            let language = Nonsense::Disagreement(Disagreement::Language { there });
+            return Err(if is_other { language } else { Nonsense::NoMessage });
         }
-        if self.next()? != agreement.0 {
-            return Err(Nonsense::Disagreement);
+        let mut numbers = [0; NUMBERS];
+        for number in &mut numbers {
+            *number = self.next()?;
         }
-        Ok(())
+        let there = Agreement::of_numbers(numbers);
+        if agreement.agrees(there) {
+            Ok(())
+        } else {
+            Err(Nonsense::Disagreement(Disagreement::Meaning { here: agreement, there }))
+        }
     }
 
     fn end(&self) -> Result<(), Nonsense> {
@@ -146,6 +141,14 @@ fn put(numbers: &[u64], out: &mut Vec<u8>) {
     numbers.iter().for_each(|number| out.extend_from_slice(&number.to_le_bytes()));
 }
 
+/// What every message begins with.
+fn begun(agreement: Agreement, size: usize) -> Vec<u8> {
+    let mut bytes = Vec::with_capacity(8 * (1 + NUMBERS) + size);
+    put(&[MAGIC], &mut bytes);
+    put(&agreement.numbers(), &mut bytes);
+    bytes
+}
+
 fn wide(size: usize) -> u64 {
     u64::try_from(size).unwrap_or(u64::MAX)
 }
@@ -154,9 +157,9 @@ impl Pulse {
     /// Its bytes.
     #[must_use]
     pub fn to_bytes(&self, agreement: Agreement) -> Vec<u8> {
-        let Self { life, sent_ns, asked_ns, heard_ns, of_life, newest, wanted } = *self;
-        let mut bytes = Vec::new();
-        put(&[MAGIC, agreement.0, life, sent_ns, asked_ns, heard_ns, of_life, newest, wanted], &mut bytes);
+        let Self { life, sent_ns, asked_ns, heard_ns, of_life, newest, wanted, joined } = *self;
+        let mut bytes = begun(agreement, 64);
+        put(&[life, sent_ns, asked_ns, heard_ns, of_life, newest, wanted, joined], &mut bytes);
         bytes
     }
 
@@ -177,6 +180,7 @@ impl Pulse {
             of_life: next()?,
             newest: next()?,
             wanted: next()?,
+            joined: next()?,
         };
         numbers.end()?;
         Ok(pulse)
@@ -189,12 +193,8 @@ impl Bundle {
     pub fn to_bytes(&self, agreement: Agreement) -> Vec<u8> {
         let Self { life, number, sent_ns, oldest, first, numbered, ref frames } = *self;
         let size: usize = frames.iter().map(|frame| frame.bytes.len() + 24).sum();
-        let mut bytes = Vec::with_capacity(size + 80);
-        let numbered = wide(numbered);
-        put(
-            &[MAGIC, agreement.0, life, number, sent_ns, oldest, first, numbered, wide(frames.len())],
-            &mut bytes,
-        );
+        let mut bytes = begun(agreement, size + 56);
+        put(&[life, number, sent_ns, oldest, first, wide(numbered), wide(frames.len())], &mut bytes);
         for frame in frames {
             let (code, of) = frame.stream.code();
             put(&[u64::from(code), u64::from(of), wide(frame.bytes.len())], &mut bytes);
@@ -241,7 +241,7 @@ mod tests {
     use super::*;
 
     fn agreement() -> Agreement {
-        Agreement::on(["layouts".to_owned(), "joints".to_owned()])
+        Agreement::of_numbers([1, 2, 3, 4, 5, 6])
     }
 
     fn bundle() -> Bundle {
@@ -258,7 +258,7 @@ mod tests {
     }
 
     const PULSE: Pulse =
-        Pulse { life: 1, sent_ns: 2, asked_ns: 3, heard_ns: 4, of_life: 5, newest: 6, wanted: 7 };
+        Pulse { life: 1, sent_ns: 2, asked_ns: 3, heard_ns: 4, of_life: 5, newest: 6, wanted: 7, joined: 8 };
 
     #[test]
     fn what_was_written_is_read() {
@@ -269,12 +269,27 @@ mod tests {
 
     #[test]
     fn who_means_something_else_is_told_apart() {
-        let other = Agreement::on(["layouts".to_owned(), "other joints".to_owned()]);
-        let bytes = bundle().to_bytes(other);
-        assert_eq!(Bundle::of_bytes(&bytes, agreement()), Err(Nonsense::Disagreement));
-        assert_eq!(Pulse::of_bytes(&PULSE.to_bytes(other), agreement()), Err(Nonsense::Disagreement));
-        let split = |words: [&str; 2]| Agreement::on(words.map(str::to_owned));
-        assert_ne!(split(["ab", "c"]), split(["a", "bc"]));
+        let here = agreement();
+        let there = Agreement { layouts: 99, ..here };
+        let disagreement = Nonsense::Disagreement(Disagreement::Meaning { here, there });
+        assert_eq!(Bundle::of_bytes(&bundle().to_bytes(there), here), Err(disagreement));
+        assert_eq!(Pulse::of_bytes(&PULSE.to_bytes(there), here), Err(disagreement));
+    }
+
+    #[test]
+    fn another_language_is_told_from_what_is_none() {
+        let mut bytes = PULSE.to_bytes(agreement());
+        bytes[0] = 7;
+        let other = Nonsense::Disagreement(Disagreement::Language { there: 7 });
+        assert_eq!(Pulse::of_bytes(&bytes, agreement()), Err(other));
+        assert!(
+            other.to_string().contains("version 7 of the language of links, and this one version 2"),
+            "{other}"
+        );
+        // However short it is.
+        assert_eq!(Pulse::of_bytes(&bytes[..8], agreement()), Err(other));
+        bytes[1] = 0;
+        assert_eq!(Pulse::of_bytes(&bytes, agreement()), Err(Nonsense::NoMessage));
     }
 
     #[test]
@@ -289,7 +304,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn no_bytes_are_too_much(place in 16_usize..420, value: u8, more in proptest::collection::vec(any::<u8>(), 0..90)) {
+        fn no_bytes_are_too_much(place in 56_usize..460, value: u8, more in proptest::collection::vec(any::<u8>(), 0..90)) {
             let mut bytes = bundle().to_bytes(agreement());
             if let Some(byte) = bytes.get_mut(place) {
                 *byte = value;

@@ -16,7 +16,7 @@ mod migration;
 
 use std::path::{Path, PathBuf};
 
-use redb::{Database, ReadableDatabase, ReadableTable, TableDefinition};
+use redb::{Database, ReadOnlyDatabase, ReadableDatabase, ReadableTable, TableDefinition};
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 
@@ -48,6 +48,58 @@ pub struct Entry<H, I> {
     pub head: H,
     /// What was appended to it, in order.
     pub items: Vec<I>,
+}
+
+/// Of which version a file is that was only looked at.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Version {
+    /// There is no file.
+    NoFile,
+    /// Of the one that this code reads and writes: [`VERSION`].
+    This,
+    /// Of this older one, which is taken over when it is opened.
+    Older(u64),
+    /// Of this one, which is newer, or none that there ever was.
+    Unknown(u64),
+    /// Somebody has it open, who alone knows.
+    InUse,
+    /// Who had it open was killed: it is mended when it is opened.
+    LeftOpen,
+}
+
+impl Version {
+    /// That of a file. Nothing is made, taken over or mended.
+    ///
+    /// # Errors
+    /// [`OpenError::Unreadable`] when it cannot be read, or is no such file.
+    pub fn of(path: &Path) -> Result<Self, OpenError> {
+        let unreadable = |source| OpenError::Unreadable { path: path.to_owned(), source: Box::new(source) };
+        let database = match ReadOnlyDatabase::open(path) {
+            Ok(database) => database,
+            Err(redb::DatabaseError::DatabaseAlreadyOpen) => return Ok(Self::InUse),
+            Err(redb::DatabaseError::RepairAborted) => return Ok(Self::LeftOpen),
+            Err(redb::DatabaseError::Storage(redb::StorageError::Io(error)))
+                if error.kind() == std::io::ErrorKind::NotFound =>
+            {
+                return Ok(Self::NoFile);
+            }
+            Err(error) => return Err(unreadable(error.into())),
+        };
+        let read = || -> Result<Option<u64>, redb::Error> {
+            let about = match database.begin_read()?.open_table(ABOUT) {
+                Ok(about) => about,
+                // Killed before it wrote the first word: it becomes one of ours.
+                Err(redb::TableError::TableDoesNotExist(_)) => return Ok(None),
+                Err(error) => return Err(error.into()),
+            };
+            Ok(about.get(VERSION_KEY)?.map(|version| version.value()))
+        };
+        Ok(match read().map_err(unreadable)? {
+            None | Some(VERSION) => Self::This,
+            Some(older) if MIGRATIONS.iter().any(|migration| migration.from == older) => Self::Older(older),
+            Some(other) => Self::Unknown(other),
+        })
+    }
 }
 
 impl Store {

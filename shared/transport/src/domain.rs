@@ -166,6 +166,13 @@ impl Domain {
         }
     }
 
+    /// The program that made the domain, as people call it; `None` for one that did not say so yet.
+    #[must_use]
+    pub fn made_by(&self) -> Option<String> {
+        let text = fs::read_to_string(self.root.join(PROGRAM_FILE)).ok()?;
+        text.lines().next().filter(|runs| runs.starts_with("Leo ")).map(str::to_owned)
+    }
+
     /// The root directory.
     #[must_use]
     pub fn root(&self) -> &Path {
@@ -223,6 +230,7 @@ mod tests {
         domain.make().unwrap();
         let file = domain.root().join(PROGRAM_FILE);
         let made = domain.agrees();
+        let made_by = domain.made_by();
         fs::write(&file, format!("Leo 9.8.7\n{}\n", layouts_word())).unwrap();
         let of_the_same_messages = domain.agrees();
         fs::write(&file, "Leo 9.8.7\n0123456789abcdef\n").unwrap();
@@ -232,6 +240,7 @@ mod tests {
         fs::remove_file(&file).unwrap();
         let older = domain.agrees().unwrap_err().to_string();
         fs::remove_dir_all(domain.root()).unwrap();
+        assert_eq!((made_by.as_deref(), domain.made_by()), (Some(THIS), None));
         assert!(made.is_ok() && of_the_same_messages.is_ok() && garbage.is_ok(), "{made:?} {garbage:?}");
         let this = format!("with other messages, and this is {THIS}: restart it, or use its own program");
         assert!(other.ends_with(&format!("runs Leo 9.8.7 {this}")), "{other}");

@@ -5,14 +5,14 @@ use iceoryx2::node::Node as RawNode;
 use iceoryx2::port::BackpressureAction;
 use iceoryx2::port::notifier::Notifier;
 use iceoryx2::port::publisher::Publisher;
-use iceoryx2::prelude::{AllocationStrategy, BackpressureStrategy};
+use iceoryx2::prelude::{AllocationStrategy, BackpressureStrategy, CallbackProgression};
 use iceoryx2::sample_mut::SampleMut;
 use iceoryx2::sample_mut_uninit::SampleMutUninit;
 use iceoryx2::service::ipc::Service;
 use iceoryx2::service::port_factory::PortFactory as _;
 use message::{Head as _, Topic};
 
-use crate::service::{Frames, bell_service, frame_service};
+use crate::service::{Frames, READERS, bell_service, frame_service};
 use crate::{Delivery, PortError, Queues, SendError};
 
 /// A frame's memory, not yet written.
@@ -29,6 +29,9 @@ pub struct Outlet<T: Topic> {
     incarnation: u64,
     sequence: u64,
     undelivered: u64,
+    /// The readers that were there when it was asked for newcomers last; and room for those of the next time.
+    known: Vec<u128>,
+    spare: Vec<u128>,
 }
 
 impl<T: Topic> Outlet<T> {
@@ -67,6 +70,8 @@ impl<T: Topic> Outlet<T> {
             incarnation,
             sequence: 0,
             undelivered: 0,
+            known: Vec::with_capacity(READERS),
+            spare: Vec::with_capacity(READERS),
         })
     }
 
@@ -76,10 +81,18 @@ impl<T: Topic> Outlet<T> {
         self.capacity
     }
 
-    /// How many readers there are, dead ones included that the janitor has not seen yet.
-    #[must_use]
-    pub fn readers(&self) -> usize {
-        self.service.dynamic_config().number_of_subscribers()
+    /// Whether somebody reads who did not when this was asked last. Who ended and came back in between is somebody
+    /// new, and whoever is there when it is asked first.
+    pub fn has_newcomers(&mut self) -> bool {
+        let mut there = std::mem::take(&mut self.spare);
+        there.clear();
+        self.service.dynamic_config().list_subscribers(|reader| {
+            there.push(reader.subscriber_id.value());
+            CallbackProgression::Continue
+        });
+        let has_newcomers = there.iter().any(|reader| !self.known.contains(reader));
+        self.spare = std::mem::replace(&mut self.known, there);
+        has_newcomers
     }
 
     /// Frames that could not be given to some reader.

@@ -12,7 +12,7 @@ use message::Topic;
 use crate::{Delivery, PortError, Queues};
 
 /// Readers that a topic has at most: its process, a recorder, a bench and somebody who looks.
-const READERS: usize = 8;
+pub(crate) const READERS: usize = 8;
 /// Nodes that use a topic at most, dead ones that the janitor has not seen yet included.
 const NODES: usize = 16;
 /// Frames that a reader holds at a time.

@@ -135,6 +135,24 @@ fn entries_beyond_the_capacity_are_left_out_and_counted() {
 }
 
 #[test]
+fn a_writer_hears_once_of_everybody_who_begins_to_read() {
+    let node = node(Delivery::Newest);
+    let mut outlet = node.outlet::<Events>(Some(8), 1).expect("opens");
+    assert!(!outlet.has_newcomers(), "nobody reads");
+    let first = node.inlet::<Events>(Some(8)).expect("opens");
+    assert!(outlet.has_newcomers());
+    assert!(!outlet.has_newcomers(), "once");
+    // One goes and another one comes before anybody asks.
+    drop(first);
+    let second = node.inlet::<Events>(Some(8)).expect("opens");
+    assert!(outlet.has_newcomers());
+    let _third = node.inlet::<Events>(Some(8)).expect("opens");
+    assert!(outlet.has_newcomers());
+    drop(second);
+    assert!(!outlet.has_newcomers(), "one went");
+}
+
+#[test]
 fn a_topic_has_one_writer() {
     let node = node(Delivery::Newest);
     let _first = node.outlet::<Events>(Some(5), 1).expect("a free writer");

@@ -4,6 +4,7 @@ use clock::Instant;
 use message::EventKind;
 use tasks::{Sentence, Task, key};
 
+use super::ear::Waiting;
 use super::{Learner, Output, decline, say};
 use crate::performance::Performance;
 use crate::question::Question;
@@ -13,16 +14,16 @@ impl<B: Body> Learner<B> {
     /// Holds still for everybody who said stop: that does not wait until Leo knows again what is where. What
     /// was asked for before it is not begun after it; whatever else was said before is answered in its turn.
     pub(super) fn obey_stops(&mut self, now: Instant, present_rad: &[Option<f64>], output: &mut Output) {
-        let is_stop = |(_, text): &(u16, String)| Sentence::of(text) == Sentence::Stop;
+        let is_stop = |waiting: &Waiting| Sentence::of(&waiting.text) == Sentence::Stop;
         while let Some(index) = self.heard.iter().position(is_stop) {
             self.heard.remove(index);
             self.stop(now, present_rad, output);
             let later = self.heard.split_off(index);
-            for (speaker, text) in std::mem::take(&mut self.heard) {
-                if let Sentence::Do(name) = Sentence::of(&text) {
+            for waiting in std::mem::take(&mut self.heard) {
+                if let Sentence::Do(name) = Sentence::of(&waiting.text) {
                     self.revoke(&name, output);
                 } else {
-                    self.heard.push_back((speaker, text));
+                    self.heard.push_back(waiting);
                 }
             }
             self.heard.extend(later);
@@ -39,11 +40,11 @@ impl<B: Body> Learner<B> {
     pub(super) fn answer(
         &mut self,
         now: Instant,
-        speaker: u16,
-        text: &str,
+        said: &Waiting,
         present_rad: &[Option<f64>],
         output: &mut Output,
     ) {
+        let Waiting { speaker, ref text, .. } = *said;
         let sentence = Sentence::of(text);
         // Whoever asks back has yet to answer. Whatever else is said is the answer or is none, and what
         // comes after it is about something else.
@@ -54,8 +55,8 @@ impl<B: Body> Learner<B> {
             return;
         }
         match sentence {
-            Sentence::Teach(name) => self.begin_teaching(now, speaker, &name, present_rad, output),
-            Sentence::Done(names) => self.end_teaching(now, &names, output),
+            Sentence::Teach(name) => self.begin_teaching(now, said, &name, present_rad, output),
+            Sentence::Done(names) => self.end_teaching(now, said.place(), &names, output),
             Sentence::Do(name) => self.begin_performance(&name, output),
             // It was heard before all others.
             Sentence::Stop => {}
@@ -80,7 +81,7 @@ impl<B: Body> Learner<B> {
                     if self.performance.is_some() {
                         self.stop(now, present_rad, output);
                     }
-                    self.begin_teaching(now, speaker, &name, present_rad, output);
+                    self.begin_teaching(now, said, &name, present_rad, output);
                 }
                 None => {
                     say(output, "", "like what? Say \"Leo, I can teach you to do\" and what it is called");

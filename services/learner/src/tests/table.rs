@@ -202,6 +202,12 @@ impl Run {
         self.step(&[Utterance { speaker, text: Text::new(text) }]);
     }
 
+    /// A sentence that comes as late as that.
+    pub(super) fn say_late(&mut self, text: &str, late: Duration) {
+        let said_at = Instant::from_nanos(self.now.as_nanos() - clock::nanos(late));
+        self.step_hearing(&[(said_at, Utterance { speaker: 1, text: Text::new(text) })]);
+    }
+
     /// Sentences that come in one step.
     pub(super) fn say_at_once(&mut self, texts: &[&str]) {
         let said: Vec<Utterance> =
@@ -210,6 +216,12 @@ impl Run {
     }
 
     fn step(&mut self, utterances: &[Utterance]) {
+        let said: Vec<(Instant, Utterance)> =
+            utterances.iter().map(|utterance| (self.now, *utterance)).collect();
+        self.step_hearing(&said);
+    }
+
+    fn step_hearing(&mut self, utterances: &[(Instant, Utterance)]) {
         let frames: Vec<(BeliefHead, Vec<Belief>)> = (0..=self.partners).map(|p| self.frame(p)).collect();
         let beliefs: Vec<(&BeliefHead, &[Belief])> =
             frames.iter().map(|(head, entries)| (head, entries.as_slice())).collect();

@@ -1,5 +1,6 @@
 //! Showings that go wrong.
 
+use clock::Duration;
 use message::EventKind;
 use tasks::Task;
 
@@ -131,4 +132,29 @@ fn a_thousand_showings_are_learned_from() {
     assert!(said.iter().any(|text| text == "I learned task 1 from 1001 examples: all filled"), "{said:?}");
     run.perform(&[]);
     assert_eq!(run.texts(EventKind::PerformanceEnded), ["filled 5 of 5"]);
+}
+
+#[test]
+fn a_showing_counts_only_where_its_beginning_and_its_end_are_heard_in_time() {
+    let (soon, late) = (Duration::from_millis(800), Duration::from_millis(1200));
+    let mut run = Run::new(1, Vec::new());
+    run.lay_anew(&["red", "green"], None);
+    run.steps(300);
+    run.say("Leo, I can teach you to do task 1");
+    run.insert(0, 0);
+    // The teacher lays the next things meanwhile: what is there now is nothing that he showed.
+    run.say_late("Task 1 is done", late);
+    let refused = "I do not know how things were when you said that: this showing of task 1 does not count";
+    assert!(last_said(&run).starts_with(refused), "{}", last_said(&run));
+    assert!(run.saved.is_empty(), "nothing is learned of it");
+
+    run.say_late("Leo, I can teach you to do task 1", late);
+    assert!(last_said(&run).ends_with("please begin again"), "{}", last_said(&run));
+    run.say("Task 1 is done");
+    assert!(last_said(&run).starts_with("nobody is showing me"), "{}", last_said(&run));
+
+    run.say_late("Leo, I can teach you to do task 1", soon);
+    run.insert(1, 1);
+    run.say_late("Task 1 is done", soon);
+    assert_eq!(run.task("task 1").examples.len(), 1);
 }

@@ -159,7 +159,7 @@ fn nothing_is_taken_of_a_machine_whose_clock_is_not_known() {
 }
 
 fn pulse_of(life: u64) -> Pulse {
-    Pulse { life, sent_ns: 1, asked_ns: 0, heard_ns: 0, of_life: 0, newest: 0, wanted: 0 }
+    Pulse { life, sent_ns: 1, asked_ns: 0, heard_ns: 0, of_life: 0, newest: 0, wanted: 0, joined: 0 }
 }
 
 #[test]
@@ -194,6 +194,26 @@ fn a_link_that_starts_anew_on_the_other_machine_is_no_second_one() {
     }
     assert_eq!(robot.hearings, 2);
     assert!(!robot.is_crowded() && robot.is_heard());
+}
+
+#[test]
+fn whoever_begins_to_listen_there_is_told_once_and_again_after_a_silence() {
+    let mut robot = Talk::new(11, &[], clock_of(0, 0));
+    let mut hear = |ms, life, joined| {
+        robot.listen(clock_of(ms, 0));
+        robot.hear_pulse(clock_of(ms, 0), &Pulse { joined, ..pulse_of(life) });
+        robot.take_newcomers()
+    };
+    assert!(!hear(0, 22, 0), "nobody listens there");
+    assert!(hear(50, 22, 1));
+    assert!(!hear(100, 22, 1));
+    assert!(hear(150, 22, 3), "two at once");
+    // What was said in the silence may have been given up.
+    assert!(hear(9_000, 22, 3));
+    assert!(!hear(9_050, 22, 3));
+    // A link that starts anew there counts anew.
+    assert!(hear(19_000, 33, 3));
+    assert!(!hear(19_050, 33, 3));
 }
 
 #[test]

@@ -42,6 +42,14 @@ fn held_by_version_1(path: &Path) -> Vec<(String, Value)> {
     read.collect()
 }
 
+/// Has a file of this version say that it is of another one.
+fn write_version(path: &Path, version: u64) {
+    let store = Store::open(path).unwrap();
+    let transaction = store.database.begin_write().unwrap();
+    transaction.open_table(ABOUT).unwrap().insert(VERSION_KEY, version).unwrap();
+    transaction.commit().unwrap();
+}
+
 /// All that version 1 held is there, and put together it is what it was.
 fn assert_all_there(store: &Store) {
     let (_folder, untouched) = old_file();
@@ -76,10 +84,8 @@ fn a_file_of_version_2_is_taken_over_and_a_copy_of_it_kept() {
     for (key, place) in [("task 1", 0), ("task one", 0), ("task one", 1)] {
         store.put(key, &key, place, &format!("{key}, {place}")).unwrap();
     }
-    let transaction = store.database.begin_write().unwrap();
-    transaction.open_table(ABOUT).unwrap().insert(VERSION_KEY, 2).unwrap();
-    transaction.commit().unwrap();
     drop(store);
+    write_version(&path, 2);
     let store = Store::open(&path).unwrap();
     let all: Vec<Entry<String, String>> = store.load().unwrap();
     let [Entry { key, head, items }] = &all[..] else { panic!("one task") };
@@ -153,4 +159,31 @@ fn a_process_that_stops_in_the_middle() {
             let _end = std::io::stdin().read_line(&mut line);
         }
     });
+}
+
+#[test]
+fn a_look_at_a_file_says_its_version_and_changes_nothing() {
+    let (_folder, path) = old_file();
+    assert_eq!(Version::of(&path).unwrap(), Version::Older(1));
+    assert_eq!((fs::read(&path).unwrap(), beside(&path).len()), (VERSION_1.to_vec(), 1));
+    drop(Store::open(&path).unwrap());
+    assert_eq!(Version::of(&path).unwrap(), Version::This);
+    write_version(&path, VERSION + 1);
+    let newer = fs::read(&path).unwrap();
+    assert_eq!(Version::of(&path).unwrap(), Version::Unknown(VERSION + 1));
+    assert_eq!(fs::read(&path).unwrap(), newer);
+
+    let (_folder, path) = file();
+    assert_eq!(Version::of(&path).unwrap(), Version::NoFile);
+    assert!(!path.parent().unwrap().exists(), "a look makes nothing");
+    let open = Store::open(&path).unwrap();
+    assert_eq!(Version::of(&path).unwrap(), Version::InUse);
+    // As it lies there when who has it open is killed.
+    let left = path.with_file_name("left.redb");
+    fs::copy(&path, &left).unwrap();
+    assert_eq!(Version::of(&left).unwrap(), Version::LeftOpen);
+    drop(open);
+    fs::write(&path, "nonsense").unwrap();
+    let refused = Version::of(&path).unwrap_err().to_string();
+    assert!(refused.contains("the learned tasks cannot be opened"), "{refused}");
 }

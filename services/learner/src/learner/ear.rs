@@ -1,0 +1,101 @@
+//! Sentences that were heard and are not answered yet.
+
+use clock::{Duration, Instant};
+use message::{NOBODY, Utterance};
+
+/// A sentence is about how things were when it was said. Beliefs that are newer by more say little of that.
+const LATE: Duration = Duration::from_secs(1);
+/// For so long beliefs of when it was said are waited for.
+const PATIENCE: Duration = Duration::from_secs(2);
+
+/// A sentence that waits for its answer.
+#[derive(Clone, Debug)]
+pub(super) struct Waiting {
+    pub(super) speaker: u16,
+    pub(super) text: String,
+    said_at: Instant,
+    heard_at: Instant,
+    place: Place,
+}
+
+/// Where a sentence stands among beliefs.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Place {
+    /// The beliefs of when it was said have not come yet.
+    Ahead,
+    /// Leo knows how things were when it was said.
+    There,
+    /// Leo does not: the words came too late, or what is believed did.
+    Behind,
+}
+
+impl Waiting {
+    pub(super) fn new(now: Instant, said_at: Instant, utterance: &Utterance) -> Self {
+        let speaker = u16::try_from(utterance.speaker).unwrap_or(NOBODY);
+        let text = utterance.text.as_str().to_owned();
+        Self { speaker, text, said_at, heard_at: now, place: Place::Ahead }
+    }
+
+    /// Notes of when the newest beliefs are, if there are any; where that leaves the sentence.
+    pub(super) fn note(&mut self, now: Instant, believed_at: Option<Instant>) {
+        if self.place != Place::Ahead {
+            return;
+        }
+        self.place = match believed_at {
+            // There is nothing to wait for.
+            None => Place::There,
+            Some(at) if at >= self.said_at && at.since(self.said_at) <= LATE => Place::There,
+            Some(at) if at >= self.said_at || now.since(self.heard_at) > PATIENCE => Place::Behind,
+            Some(_) => Place::Ahead,
+        };
+    }
+
+    pub(super) const fn place(&self) -> Place {
+        self.place
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use message::Text;
+
+    use super::*;
+
+    fn at(millis: u64) -> Instant {
+        Instant::from_nanos(1_000_000_000 + millis * 1_000_000)
+    }
+
+    /// A sentence that was said at 1000 and heard at 1100.
+    fn waiting() -> Waiting {
+        Waiting::new(at(1100), at(1000), &Utterance { speaker: 1, text: Text::new("task 1 is done") })
+    }
+
+    fn noted(now: u64, believed: u64) -> Place {
+        let mut waiting = waiting();
+        waiting.note(at(now), Some(at(believed)));
+        waiting.place()
+    }
+
+    #[test]
+    fn a_sentence_waits_for_the_beliefs_of_when_it_was_said_and_not_for_ever() {
+        assert_eq!(noted(1100, 999), Place::Ahead);
+        assert_eq!(noted(1100, 1000), Place::There);
+        assert_eq!(noted(3100, 999), Place::Ahead);
+        assert_eq!(noted(3101, 999), Place::Behind);
+    }
+
+    #[test]
+    fn beliefs_of_long_after_it_say_nothing_of_how_things_were() {
+        assert_eq!(noted(9000, 2000), Place::There);
+        assert_eq!(noted(9000, 2001), Place::Behind);
+    }
+
+    #[test]
+    fn what_was_decided_stays_and_nobody_waits_for_beliefs_that_there_are_none_of() {
+        let mut waiting = waiting();
+        waiting.note(at(1100), None);
+        assert_eq!(waiting.place(), Place::There);
+        waiting.note(at(9000), Some(at(9000)));
+        assert_eq!(waiting.place(), Place::There);
+    }
+}

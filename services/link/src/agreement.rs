@@ -1,0 +1,221 @@
+//! What two machines must mean by the same words.
+
+use std::fmt;
+
+use config::Robot;
+use config::leo::OffBoard;
+
+use crate::wire::LANGUAGE;
+
+/// What both machines must agree on for frames to mean the same to both. Every message of a link says it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Agreement {
+    /// The version of Leo, 16 bits for each of its three numbers. It is told, and not compared.
+    pub version: u64,
+    /// The layouts of all messages, as [`message::layouts`] gives them.
+    pub layouts: u64,
+    /// The joints: how they are called, and from where to where they turn.
+    pub joints: u64,
+    /// The percepts: how they are called, and how they classify.
+    pub percepts: u64,
+    /// How many perspectives there are.
+    pub perspectives: u64,
+    /// Which processes run away from the robot, a bit for each.
+    pub off_board: u64,
+}
+
+/// The numbers of an agreement.
+pub(crate) const NUMBERS: usize = 6;
+
+impl Agreement {
+    /// That of a robot with so many perspectives, and of this program.
+    pub(crate) fn of(robot: &Robot, perspectives: u32) -> Self {
+        let joints = robot.motor.joints.iter();
+        let joints = joints.map(|joint| format!("{} {:?} {:?}", joint.name, joint.min_rad, joint.max_rad));
+        let off_board = robot.leo.link.off_board.iter().map(|process| match process {
+            OffBoard::Learner => 1,
+            OffBoard::Console => 2,
+        });
+        Self {
+            version: packed(env!("CARGO_PKG_VERSION")),
+            layouts: message::layouts(),
+            joints: hash(joints),
+            percepts: hash(robot.percepts.percepts.iter().map(|percept| format!("{percept:?}"))),
+            perspectives: u64::from(perspectives),
+            off_board: off_board.fold(0, |bits, bit| bits | bit),
+        }
+    }
+
+    pub(crate) const fn numbers(self) -> [u64; NUMBERS] {
+        let Self { version, layouts, joints, percepts, perspectives, off_board } = self;
+        [version, layouts, joints, percepts, perspectives, off_board]
+    }
+
+    pub(crate) const fn of_numbers(numbers: [u64; NUMBERS]) -> Self {
+        let [version, layouts, joints, percepts, perspectives, off_board] = numbers;
+        Self { version, layouts, joints, percepts, perspectives, off_board }
+    }
+
+    /// Whether frames mean the same to both.
+    #[must_use]
+    pub const fn agrees(self, other: Self) -> bool {
+        self.layouts == other.layouts
+            && self.joints == other.joints
+            && self.percepts == other.percepts
+            && self.perspectives == other.perspectives
+            && self.off_board == other.off_board
+    }
+}
+
+/// Why nothing is taken from the other machine: what it means otherwise, and what to do.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Disagreement {
+    /// Its link speaks another version of the language of links.
+    Language {
+        /// The version that it speaks.
+        there: u64,
+    },
+    /// It means something else by the bytes of frames, or by what is in them.
+    Meaning {
+        /// What this machine means.
+        here: Agreement,
+        /// What the other one means.
+        there: Agreement,
+    },
+}
+
+impl fmt::Display for Disagreement {
+    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(out, "the other machine and this one take nothing from each other: ")?;
+        let (here, there) = match self {
+            Self::Language { there } => {
+                return write!(
+                    out,
+                    "its link speaks version {there} of the language of links, and this one version {LANGUAGE}. \
+                     Install the same version of Leo on both, and restart both"
+                );
+            }
+            Self::Meaning { here, there } => (here, there),
+        };
+        if here.layouts != there.layouts {
+            // Of another version, the rest of what it says may differ for that reason alone.
+            return write!(
+                out,
+                "it runs Leo {} with messages {:016x}, and this is Leo {} with messages {:016x}. Install the same \
+                 version of Leo on both, and restart both",
+                unpacked(there.version),
+                there.layouts,
+                unpacked(here.version),
+                here.layouts
+            );
+        }
+        let differs = [
+            (here.joints != there.joints, "the joints of motor.toml or their ranges"),
+            (here.percepts != there.percepts, "the percepts of percepts.toml"),
+            (here.perspectives != there.perspectives, "`partners` or `depth` of [belief] in leo.toml"),
+            (here.off_board != there.off_board, "`off_board` of [link] in leo.toml"),
+        ];
+        let what: Vec<&str> = differs.iter().filter(|(differs, _)| *differs).map(|(_, what)| *what).collect();
+        write!(
+            out,
+            "they are configured otherwise, in {}. Make that the same on both, and restart both",
+            what.join(", and in ")
+        )
+    }
+}
+
+/// All that these texts say, as a number (FNV-1a, 64 bits).
+fn hash(texts: impl Iterator<Item = String>) -> u64 {
+    let mut hash = 0xcbf2_9ce4_8422_2325_u64;
+    for text in texts {
+        for byte in text.bytes().chain([0]) {
+            hash = (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3);
+        }
+    }
+    hash
+}
+
+/// The numbers of a version, without what may follow them.
+fn packed(version: &str) -> u64 {
+    let number = |part: &str| {
+        let digits = part.split(|letter: char| !letter.is_ascii_digit()).next();
+        digits.and_then(|digits| digits.parse::<u16>().ok()).unwrap_or(0)
+    };
+    version.splitn(3, '.').fold(0, |all, part| all << 16 | u64::from(number(part)))
+}
+
+fn unpacked(version: u64) -> String {
+    let [_, major, minor, patch] = [48, 32, 16, 0].map(|bits| version >> bits & 0xffff);
+    format!("{major}.{minor}.{patch}")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn robot() -> Robot {
+        Robot::load(None).unwrap()
+    }
+
+    #[test]
+    fn messages_that_are_laid_out_otherwise_are_named_on_both_sides_with_what_to_do() {
+        let here = Agreement::of(&robot(), 2);
+        assert_eq!(here.layouts, message::layouts());
+        let there = Agreement { version: packed("3.14.15-beta"), layouts: here.layouts ^ 1, ..here };
+        assert!(!here.agrees(there) && !there.agrees(here));
+        let told = Disagreement::Meaning { here, there }.to_string();
+        let heard = Disagreement::Meaning { here: there, there: here }.to_string();
+        let this = concat!("Leo ", env!("CARGO_PKG_VERSION"));
+        assert!(
+            told.contains(&format!("it runs Leo 3.14.15 with messages {:016x}", there.layouts)),
+            "{told}"
+        );
+        assert!(told.contains(&format!("and this is {this} with messages {:016x}", here.layouts)), "{told}");
+        assert!(heard.contains(&format!("it runs {this} with")), "{heard}");
+        for text in [told, heard] {
+            assert!(text.ends_with("Install the same version of Leo on both, and restart both"), "{text}");
+        }
+    }
+
+    #[test]
+    fn a_version_alone_divides_nobody() {
+        let here = Agreement::of(&robot(), 2);
+        assert!(here.agrees(Agreement { version: packed("3.0.0"), ..here }));
+    }
+
+    #[test]
+    fn whatever_is_configured_otherwise_is_named_and_nothing_else() {
+        let (robot, mut other) = (robot(), robot());
+        other.motor.joints.first_mut().unwrap().max_rad += 1e-9;
+        other.percepts.percepts.first_mut().unwrap().name.push('x');
+        other.leo.link.off_board.pop();
+        let here = Agreement::of(&robot, 2);
+        let all = Agreement::of(&other, 3);
+        let words = ["motor.toml", "percepts.toml", "`partners`", "`off_board`"];
+        let of_numbers = |differs: usize| {
+            let mut numbers = here.numbers();
+            let place = differs + NUMBERS - words.len();
+            numbers[place] = all.numbers()[place];
+            Agreement::of_numbers(numbers)
+        };
+        for (differs, word) in words.iter().enumerate() {
+            let there = of_numbers(differs);
+            assert!(!here.agrees(there), "{word}");
+            let text = Disagreement::Meaning { here, there }.to_string();
+            for other in words {
+                assert_eq!(text.contains(other), other == *word, "{text}");
+            }
+        }
+        let text = Disagreement::Meaning { here, there: all }.to_string();
+        assert!(
+            words.iter().all(|word| text.contains(word)) && text.contains("Make that the same"),
+            "{text}"
+        );
+    }
+
+    #[test]
+    fn texts_are_told_apart_wherever_they_are_split() {
+        let split = |words: [&str; 2]| hash(words.map(str::to_owned).into_iter());
+        assert_ne!(split(["ab", "c"]), split(["a", "bc"]));
+    }
+}

@@ -1,0 +1,72 @@
+use crossbeam::channel::{Receiver, Sender};
+
+use super::*;
+
+/// One of two machines, with a network that the test carries.
+struct End {
+    carrier: Carrier,
+    net: Net,
+    sent: Receiver<(Sort, Vec<u8>)>,
+    comes: Sender<Message>,
+    /// What it had to say of what it refused.
+    said: Vec<Disagreement>,
+}
+
+impl End {
+    fn new(life_ns: u64, agreement: Agreement) -> Self {
+        let (net, sent, comes) = Net::by_hand();
+        let carrier = Carrier::new(agreement, &[Stream::Events], Instant::from_nanos(life_ns));
+        Self { carrier, net, sent, comes, said: Vec::new() }
+    }
+
+    fn cycle(&mut self, now: Instant) {
+        let before = self.carrier.refusing;
+        self.carrier.hear(&self.net).unwrap();
+        self.said.extend(self.carrier.refusing.filter(|_| self.carrier.refusing != before));
+        self.carrier.listen(now);
+        self.carrier.speak(&self.net, now);
+    }
+}
+
+/// Lets two ends talk for two seconds.
+fn talk(ends: &mut [End; 2]) {
+    for cycle in 0..400 {
+        let now = Instant::from_nanos(1_000_000_000 + cycle * 5_000_000);
+        let [one, other] = &mut *ends;
+        one.cycle(now);
+        other.cycle(now);
+        for (from, to) in [(&*one, &*other), (other, one)] {
+            while let Ok((sort, bytes)) = from.sent.try_recv() {
+                let _full = to.comes.try_send(Message { sort, at: now, bytes });
+            }
+        }
+    }
+}
+
+fn agreement() -> Agreement {
+    Agreement::of(&Robot::load(None).unwrap(), 2)
+}
+
+#[test]
+fn two_machines_of_versions_with_other_layouts_refuse_each_other_and_each_says_so_once() {
+    let here = agreement();
+    let there = Agreement { layouts: here.layouts ^ 1, ..here };
+    let mut ends = [End::new(1, here), End::new(2, there)];
+    talk(&mut ends);
+    let [one, other] = &ends;
+    assert_eq!(one.said, [Disagreement::Meaning { here, there }]);
+    assert_eq!(other.said, [Disagreement::Meaning { here: there, there: here }]);
+    for end in &ends {
+        assert!(end.carrier.refused() > 1, "each of their words is refused");
+        assert_eq!((end.carrier.talk.is_heard(), end.carrier.health.received), (false, 0));
+    }
+}
+
+#[test]
+fn two_machines_that_mean_the_same_hear_each_other() {
+    let mut ends = [1, 2].map(|life| End::new(life, agreement()));
+    talk(&mut ends);
+    for end in &ends {
+        assert!(end.carrier.talk.is_heard() && end.said.is_empty() && end.carrier.refused() == 0);
+    }
+}
