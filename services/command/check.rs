@@ -1,6 +1,7 @@
 //! `leo check`: whether the configuration is right and what this machine can promise.
 
 mod migrate;
+mod versions;
 
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -32,9 +33,8 @@ pub(crate) struct Check {
     /// Bring --config and what was learned to this version first, and keep a copy of each as it was
     #[arg(long, conflicts_with = "json")]
     migrate: bool,
-    /// Where Leo remembers, for --migrate; /var/lib/leo for the service [default: $XDG_STATE_HOME/leo or
-    /// ~/.local/state/leo]
-    #[arg(long, value_name = "DIRECTORY", requires = "migrate")]
+    /// Where Leo remembers; /var/lib/leo for the service [default: $XDG_STATE_HOME/leo or ~/.local/state/leo]
+    #[arg(long, value_name = "DIRECTORY")]
     state: Option<PathBuf>,
     /// The folder that stands for the root of the machine
     #[arg(long, hide = true, default_value = "/")]
@@ -57,8 +57,14 @@ impl Check {
             (false, true) => Deed::Revert,
             (false, false) => Deed::Look,
         };
-        let inquiry =
-            Inquiry { config: self.config, json: self.json, measure: self.seconds, deed, root: self.root };
+        let inquiry = Inquiry {
+            versions: versions::all(self.state.as_deref()),
+            config: self.config,
+            json: self.json,
+            measure: self.seconds,
+            deed,
+            root: self.root,
+        };
         let mut out = std::io::stdout().lock();
         let holds = supervisor_process::check(&inquiry, &mut out).map_err(|error| match error {
             CheckError::Config(_) => Failed::usage(error),

@@ -101,8 +101,6 @@ fn what_was_learned_is_brought_forward_where_it_is_and_nowhere_else_and_not_whil
     drop(memory);
     let told = migrate(&state);
     assert!(told.status == Some(0) && told.out.contains("is of this version"), "{told:?}");
-    let told = check(&["--state", "/tmp"]);
-    assert!(told.status == Some(2) && told.err.contains("--migrate"), "{told:?}");
 }
 
 #[test]
@@ -172,4 +170,96 @@ fn files_for_which_a_disk_has_no_room_stay_as_they_are_until_there_is_some() {
     assert!(refused.is_some_and(|refused| refused >= 4), "{told:?}");
     assert!(told.err.contains("cannot migrate") && told.err.contains("No space left on device"), "{told:?}");
     assert!(told.err.contains("perspective.toml: No space"), "{told:?}");
+}
+
+/// The lines about one thing, each with the line below it that says what mends it.
+fn about(told: &Told, what: &str) -> String {
+    let lines: Vec<&str> = told.out.lines().collect();
+    let is_it = |line: &&str| line.get(9..).is_some_and(|rest| rest.starts_with(what));
+    let mut found = String::new();
+    for (number, line) in lines.iter().enumerate().filter(|(_, line)| is_it(line)) {
+        let below = lines.get(number + 1).filter(|below| below.trim_start().starts_with("mend"));
+        found += &format!("{line}\n{}\n", below.unwrap_or(&""));
+    }
+    found
+}
+
+#[test]
+fn a_check_says_of_which_version_what_was_learned_is_and_changes_nothing() {
+    let files = tempfile::tempdir().expect("a folder");
+    let state = files.path().join("state");
+    let learned = || {
+        let told = check(&["--state", state.to_str().expect("letters")]);
+        (told.status, about(&told, "learned tasks"))
+    };
+    let (status, none) = learned();
+    assert!(status == Some(0) && none.starts_with("good "), "{none}");
+    assert!(none.contains("nothing was learned in ") && !state.exists(), "{none}");
+
+    let file = process::state::learned(&state);
+    let memory = learner_process::Memory::open(&file).expect("is made");
+    let (status, in_use) = learned();
+    assert!(
+        status == Some(0) && in_use.starts_with("good ") && in_use.contains("in use by a robot"),
+        "{in_use}"
+    );
+    // As it lies there when its robot is killed.
+    let copy = fs::read(&file).expect("reads");
+    drop(memory);
+    let (status, this) = learned();
+    assert!(
+        status == Some(0) && this.starts_with("good ") && this.contains("is of this version, 3"),
+        "{this}"
+    );
+    fs::write(&file, copy).expect("writes");
+    let (status, left) = learned();
+    assert!(status == Some(0) && left.starts_with("slower "), "{left}");
+    assert!(left.contains("was killed") && left.contains("mend: leo check --migrate --state "), "{left}");
+
+    let old = fs::read(Path::new(env!("CARGO_MANIFEST_DIR")).join("shared/store/tests/version_1.redb"));
+    let old = old.expect("the file of version 1");
+    fs::write(&file, &old).expect("writes");
+    let (status, older) = learned();
+    assert!(status == Some(0) && older.starts_with("slower "), "{older}");
+    assert!(older.contains("is of version 1, and this Leo writes version 3"), "{older}");
+    assert!(older.contains("mend: leo check --migrate --state "), "{older}");
+    assert_eq!(fs::read(&file).expect("reads"), old, "a check changes nothing");
+
+    fs::write(&file, "nonsense").expect("writes");
+    let (status, broken) = learned();
+    assert!(status == Some(1) && broken.starts_with("broken "), "{broken}");
+    assert!(broken.contains("restore the file, or move it away"), "{broken}");
+}
+
+#[test]
+fn a_check_says_whether_the_robots_that_run_have_the_messages_of_this_program() {
+    let domain = transport::Domain::named(&format!("versions-{}", std::process::id())).expect("a legal name");
+    let claim = transport::janitor::claim(&domain).expect("nobody has it");
+    domain.make().expect("/dev/shm is writable");
+    let root = domain.root().display().to_string();
+    let robot = || {
+        let told = check(&[]);
+        let all = about(&told, "messages");
+        let its = all.lines().skip_while(|line| !line.contains(&root)).take(2).collect::<Vec<_>>().join("\n");
+        (told.status, its)
+    };
+    let (same_status, same) = robot();
+    fs::write(domain.root().join("program"), "Leo 9.8.7\n0123456789abcdef\n").expect("writes");
+    let (other_status, other) = robot();
+    transport::janitor::Janitor::new(&domain).wipe(claim);
+
+    let this =
+        format!("runs Leo {} with those of this Leo, {:016x}", env!("CARGO_PKG_VERSION"), message::layouts());
+    assert!(same_status == Some(0) && same.starts_with("good ") && same.contains(&this), "{same}");
+    assert!(other_status == Some(0) && other.starts_with("slower "), "{other}");
+    assert!(other.contains("runs Leo 9.8.7 with other messages, and this is Leo "), "{other}");
+    assert!(other.contains("mend: sudo systemctl restart leo"), "{other}");
+}
+
+#[test]
+fn a_check_says_of_which_version_the_configuration_is() {
+    let told = check(&[]);
+    let line = about(&told, "configuration");
+    let this = format!("right, and of this version, Leo {}", env!("CARGO_PKG_VERSION"));
+    assert!(line.starts_with("good ") && line.contains(&this), "{told:?}");
 }

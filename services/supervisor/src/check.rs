@@ -4,7 +4,7 @@ mod apply;
 mod measure;
 
 use std::io::Write;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::thread;
 use std::time::Duration;
 
@@ -25,6 +25,8 @@ pub use apply::ApplyError;
 pub struct Inquiry {
     /// The robot's `leo.toml`; the built-in one without.
     pub config: Option<PathBuf>,
+    /// What was found of versions; told after the configuration.
+    pub versions: Vec<Finding>,
     /// One JSON document instead of lines.
     pub json: bool,
     /// How long to measure how late threads wake; not at all with zero.
@@ -71,7 +73,7 @@ pub enum CheckError {
 pub fn check(inquiry: &Inquiry, out: &mut impl Write) -> Result<bool, CheckError> {
     let robot = Robot::load(inquiry.config.as_deref())?;
     let system = System::below(&inquiry.root);
-    let look = || inspect(&robot, inquiry.config.as_deref(), &system);
+    let look = || inspect(&robot, inquiry, &system);
     match inquiry.deed {
         Deed::Look => {}
         Deed::Apply => {
@@ -112,11 +114,17 @@ fn tell(finding: &Finding, out: &mut impl Write) -> std::io::Result<()> {
 
 /// Looks at the configuration and the machine. Nothing stays changed: rights are asked for in
 /// threads of their own, which end.
-fn inspect(robot: &Robot, config: Option<&Path>, system: &System) -> Vec<Finding> {
-    let what = config.map_or_else(|| "the built-in one".to_owned(), |file| file.display().to_string());
+fn inspect(robot: &Robot, inquiry: &Inquiry, system: &System) -> Vec<Finding> {
+    let what = inquiry
+        .config
+        .as_ref()
+        .map_or_else(|| "the built-in one".to_owned(), |file| file.display().to_string());
     let joints = robot.motor.joints.len();
-    let configuration = format!("{what} and its neighbours are right: {joints} joints");
+    let version = env!("CARGO_PKG_VERSION");
+    let configuration =
+        format!("{what} and its neighbours are right, and of this version, Leo {version}: {joints} joints");
     let mut findings = vec![Finding::new(Verdict::Good, "configuration", configuration)];
+    findings.extend(inquiry.versions.iter().cloned());
     findings.extend(judge(system, &machine(robot)));
     findings
 }

@@ -61,7 +61,8 @@ pub struct Finding {
 }
 
 impl Finding {
-    pub(crate) fn new(verdict: Verdict, about: impl Into<String>, text: impl Into<String>) -> Self {
+    /// One that nothing is to be mended of.
+    pub fn new(verdict: Verdict, about: impl Into<String>, text: impl Into<String>) -> Self {
         Self { verdict, about: about.into(), text: text.into(), mend: None, changes: Vec::new() }
     }
 
@@ -69,11 +70,13 @@ impl Finding {
         Self::new(Verdict::Good, about, text)
     }
 
-    fn slower(about: &str, text: impl Into<String>, mend: impl Into<String>) -> Self {
+    /// One of a robot that runs all the same, and what mends it.
+    pub fn slower(about: &str, text: impl Into<String>, mend: impl Into<String>) -> Self {
         Self { mend: Some(mend.into()), ..Self::new(Verdict::Slower, about, text) }
     }
 
-    fn broken(about: &str, text: impl Into<String>, mend: impl Into<String>) -> Self {
+    /// One that keeps the robot from running, and what mends it.
+    pub fn broken(about: &str, text: impl Into<String>, mend: impl Into<String>) -> Self {
         Self { mend: Some(mend.into()), ..Self::new(Verdict::Broken, about, text) }
     }
 

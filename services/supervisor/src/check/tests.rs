@@ -1,4 +1,5 @@
 use std::fs;
+use std::path::Path;
 
 use config::motor::Device;
 
@@ -20,7 +21,14 @@ fn folder() -> tempfile::TempDir {
 }
 
 fn inquiry(root: &Path, deed: Deed) -> Inquiry {
-    Inquiry { config: None, json: false, measure: Duration::ZERO, deed, root: root.to_owned() }
+    Inquiry {
+        config: None,
+        versions: Vec::new(),
+        json: false,
+        measure: Duration::ZERO,
+        deed,
+        root: root.to_owned(),
+    }
 }
 
 fn governor(root: &Path) -> String {

@@ -1,0 +1,95 @@
+//! Of which versions what was learned and the robots that run are, beside this program.
+
+use std::path::Path;
+
+use learner_process::{MEMORY_VERSION, MemoryVersion};
+use supervisor_process::readiness::{Finding, Verdict};
+use transport::Domain;
+use transport::janitor::is_claimed;
+
+use super::super::domain::state_directory;
+
+/// All findings: one of what was learned, and one for each robot that runs on this machine.
+pub(super) fn all(state: Option<&Path>) -> Vec<Finding> {
+    let mut findings = vec![learned(state)];
+    findings.extend(messages());
+    findings
+}
+
+fn learned(state: Option<&Path>) -> Finding {
+    let about = "learned tasks";
+    let state = match state.map_or_else(state_directory, |state| Ok(state.to_owned())) {
+        Ok(state) => state,
+        Err(error) => return Finding::slower(about, error.text, "name it with --state"),
+    };
+    let version = match learner_process::memory_version(&state) {
+        Ok(version) => version,
+        // It says what to do itself.
+        Err(error) => return Finding::new(Verdict::Broken, about, error.to_string()),
+    };
+    let (file, state) = (process::state::learned(&state), state.display());
+    let at = file.display();
+    let migrate = format!("leo check --migrate --state {state} --seconds 0");
+    let good = |text| Finding::new(Verdict::Good, about, text);
+    match version {
+        MemoryVersion::NoFile => good(format!("nothing was learned in {state} yet")),
+        MemoryVersion::This => good(format!("{at} is of this version, {MEMORY_VERSION}")),
+        MemoryVersion::InUse => good(format!(
+            "{at} is in use by a robot that runs, whose version it is of, and was not looked at"
+        )),
+        MemoryVersion::LeftOpen => Finding::slower(
+            about,
+            format!(
+                "{at} was open when its robot was killed, and does not say its version: the next start mends it"
+            ),
+            migrate,
+        ),
+        MemoryVersion::Older(version) => Finding::slower(
+            about,
+            format!(
+                "{at} is of version {version}, and this Leo writes version {MEMORY_VERSION}: the next start takes it \
+                 over, and keeps a copy"
+            ),
+            migrate,
+        ),
+        MemoryVersion::Unknown(version) => Finding::broken(
+            about,
+            format!("{at} is of version {version}, and this Leo knows versions up to {MEMORY_VERSION}"),
+            go_back(&file, &at.to_string()),
+        ),
+    }
+}
+
+/// What to do with a file of a newer version: a copy of this version was kept when that one took it over.
+fn go_back(file: &Path, at: &str) -> String {
+    let copy = file.with_extension(format!("v{MEMORY_VERSION}.redb"));
+    if copy.exists() {
+        format!("mv {at} {at}.new && cp -p {} {at}", copy.display())
+    } else {
+        format!("install the Leo that wrote it, or begin anew: mv {at} {at}.new")
+    }
+}
+
+fn messages() -> Vec<Finding> {
+    let about = "messages";
+    let this = format!("{:016x}", message::layouts());
+    let robots: Vec<Domain> = Domain::all().into_iter().filter(is_claimed).collect();
+    if robots.is_empty() {
+        let text = format!("those of this Leo are {this}; no robot runs here that could have others");
+        return vec![Finding::new(Verdict::Good, about, text)];
+    }
+    let of = |robot: &Domain| match robot.agrees() {
+        Ok(()) => {
+            let runs = robot.made_by().unwrap_or_else(|| "a Leo".to_owned());
+            let text =
+                format!("the robot in {} runs {runs} with those of this Leo, {this}", robot.root().display());
+            Finding::new(Verdict::Good, about, text)
+        }
+        Err(other) => Finding::slower(
+            about,
+            other.to_string(),
+            "sudo systemctl restart leo, where it is the service's; else stop it and start it anew",
+        ),
+    };
+    robots.iter().map(of).collect()
+}
