@@ -81,6 +81,16 @@ fn collect(from: impl Read + Send + 'static) -> Arc<Mutex<String>> {
 impl Machine {
     /// Starts a machine that stays until it is stopped.
     pub(crate) fn start(namespace: Option<&str>, name: &str, changes: &[(&str, &str)]) -> Self {
+        Self::start_with(namespace, name, changes, &[])
+    }
+
+    /// The same with more arguments to `leo run`.
+    pub(crate) fn start_with(
+        namespace: Option<&str>,
+        name: &str,
+        changes: &[(&str, &str)],
+        arguments: &[&str],
+    ) -> Self {
         let files = tempfile::tempdir().expect("a folder");
         let config = files.path().join("leo.toml");
         fs::write(&config, changed(&[&[("address", "\"none\"")], changes].concat())).expect("writes");
@@ -90,6 +100,7 @@ impl Machine {
             .arg(&config)
             .arg("--domain")
             .arg(&domain)
+            .args(arguments)
             .env("XDG_STATE_HOME", files.path())
             .stdout(Stdio::piped())
             .stderr(Stdio::piped())
@@ -102,9 +113,13 @@ impl Machine {
 
     /// Starts a machine and waits until all of it runs.
     pub(crate) fn ready(namespace: Option<&str>, name: &str, changes: &[(&str, &str)]) -> Self {
-        let machine = Self::start(namespace, name, changes);
-        assert!(wait_until(|| machine.said().contains("the robot runs")), "{}", machine.said());
-        machine
+        Self::start(namespace, name, changes).when_ready()
+    }
+
+    /// It, as soon as all of it runs.
+    pub(crate) fn when_ready(self) -> Self {
+        assert!(wait_until(|| self.said().contains("the robot runs")), "{}", self.said());
+        self
     }
 
     /// What it said on standard error so far.
@@ -121,12 +136,16 @@ impl Machine {
         &self.domain
     }
 
-    /// What was learned there, as `leo tasks list` says once the machine has stopped.
-    pub(crate) fn learned(&self) -> String {
+    /// What was learned there, with how many examples of each, as `leo tasks list` says once the machine has stopped.
+    pub(crate) fn learned(&self) -> BTreeMap<String, u64> {
         let mut tasks = leo(None);
-        let out =
-            tasks.args(["tasks", "list"]).env("XDG_STATE_HOME", self.files.path()).output().expect("runs");
-        String::from_utf8_lossy(&out.stdout).into_owned()
+        tasks.args(["tasks", "list", "--json"]).env("XDG_STATE_HOME", self.files.path());
+        let out = tasks.output().expect("runs");
+        let known: serde_json::Value = serde_json::from_slice(&out.stdout).expect("JSON");
+        let task = |known: &serde_json::Value| {
+            Some((known.get("name")?.as_str()?.to_owned(), known.get("examples")?.as_u64()?))
+        };
+        known.as_array().expect("a list").iter().filter_map(task).collect()
     }
 
     /// What `leo top` counts there, by name with labels.

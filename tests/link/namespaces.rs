@@ -1,16 +1,13 @@
 //! The two machines in network namespaces of their own, with a network between them that delays, drops and breaks.
 
-use std::io::{BufRead as _, BufReader, Write as _};
-use std::path::Path;
-use std::process::{Child, Command, Stdio};
-
 use clock::Duration;
 use message::{Health, Histogram, Process};
 use rustix::thread::{CpuSet, sched_setaffinity};
 use transport::{Delivery, Domain, HealthReader, Node, Queues};
 
 use crate::machine::{Machine, pause, wait_until};
-use crate::{PERFORMED, Side, keys, link};
+use crate::network::Network;
+use crate::{PERFORMED, Side, alone, keys, link};
 
 /// How long each state of the network is looked at.
 const LOOKED_AT: Duration = Duration::from_secs(10);
@@ -20,65 +17,6 @@ const QUIET: &str = "LEO_QUIET_MACHINE";
 /// So often the network goes through its states then: medians of the quantiles are compared.
 const ROUNDS: usize = 7;
 const HOT: [Process; 3] = [Process::Sensor, Process::Belief, Process::Motor];
-
-/// Two namespaces and what connects them; gone when dropped.
-struct Network {
-    between: Child,
-    names: [String; 2],
-}
-
-impl Network {
-    /// `Err` says why there can be none here.
-    fn make() -> Result<Self, String> {
-        let names = ["a", "b"].map(|end| format!("leo-{end}-{}", std::process::id()));
-        if !Path::new("/dev/net/tun").exists() {
-            return Err("there is no /dev/net/tun".to_owned());
-        }
-        for name in &names {
-            let made = Command::new("ip").args(["netns", "add", name]).output();
-            let made = made.map_err(|error| format!("cannot run `ip`: {error}"))?;
-            if !made.status.success() {
-                return Err(format!("`ip netns add` says {}", String::from_utf8_lossy(&made.stderr)));
-            }
-        }
-        let [a, b] = &names;
-        let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/link/network.py");
-        let between = Command::new("python3")
-            .arg(script)
-            .args([a, "10.77.0.1", b, "10.77.0.2"])
-            .stdin(Stdio::piped())
-            .stdout(Stdio::piped())
-            .spawn()
-            .map_err(|error| format!("cannot run `python3`: {error}"))?;
-        let mut network = Self { between, names };
-        if network.answer() == "ready" { Ok(network) } else { Err("no TUN device can be made".to_owned()) }
-    }
-
-    fn answer(&mut self) -> String {
-        // Byte by byte would do: it says a word now and then.
-        let mut word = String::new();
-        let out = self.between.stdout.as_mut().expect("piped");
-        let _end = BufReader::with_capacity(1, out).read_line(&mut word);
-        word.trim().to_owned()
-    }
-
-    /// From now on, packets fare so.
-    fn set(&mut self, words: &str) {
-        // In one piece, which is what the script takes for a line.
-        let line = format!("{words}\n");
-        self.between.stdin.as_mut().expect("piped").write_all(line.as_bytes()).expect("it lives");
-        assert_eq!(self.answer(), "so");
-    }
-}
-
-impl Drop for Network {
-    fn drop(&mut self) {
-        let _dead = self.between.kill().and_then(|()| self.between.wait());
-        for name in &self.names {
-            let _gone = Command::new("ip").args(["netns", "del", name]).status();
-        }
-    }
-}
 
 /// The boards of the hot path's processes.
 struct HotPath(Vec<(Process, HealthReader)>);
@@ -182,16 +120,9 @@ fn on_core(core: usize) {
 
 #[test]
 fn the_hot_path_does_not_notice_what_the_network_does() {
+    let _alone = alone();
     on_core(1);
-    let mut network = match Network::make() {
-        Ok(network) => network,
-        Err(why) => {
-            println!(
-                "skipped: two network namespaces with a network between them cannot be made here: {why}"
-            );
-            return;
-        }
-    };
+    let Some(mut network) = Network::or_skip("hot") else { return };
     let [a, b] = network.names.clone();
     let keys = keys("IP:10.77.0.1");
     let away = Side::away("tls/10.77.0.1:7447").keyed(keys.path(), "away");
@@ -260,5 +191,5 @@ fn the_hot_path_does_not_notice_what_the_network_does() {
         let (status, said) = machine.stop();
         assert!(status.success(), "{status}\n{said}");
     }
-    assert!(away.learned().contains("task 1"), "{}", away.learned());
+    assert_eq!(away.learned(), [("task 1".to_owned(), 2)].into());
 }

@@ -1,0 +1,42 @@
+//! A console away from the robot whose learner stayed with it.
+
+use rustix::process::{Signal, kill_process};
+
+use crate::machine::{Machine, wait_until};
+use crate::{Side, alone, free_port, keys};
+
+/// What a console tells that is told what was learned before it began.
+const REMEMBERS: &str = "remembers task 1: 2 examples";
+
+#[test]
+fn a_console_that_begins_anew_on_another_machine_is_told_what_was_learned_before() {
+    let _alone = alone();
+    let keys = keys("DNS:localhost");
+    let port = free_port();
+    let console = |side: Side| side.with("off_board", "[\"console\"]");
+    let away = console(Side::away(&format!("tls/localhost:{port}")).keyed(keys.path(), "away"));
+    let away = Machine::ready(None, "link-ears", &away.changes());
+    let robot = console(Side::robot(&format!("tls/127.0.0.1:{port}")).keyed(keys.path(), "robot"));
+    let robot = Machine::ready(None, "link-mind", &robot.changes());
+    assert!(robot.process("learner").is_some() && robot.process("console").is_none());
+    assert!(away.process("learner").is_none() && away.process("console").is_some());
+    assert!(wait_until(|| away.told().contains("2 examples of task 1 so far")), "{}", away.told());
+    // It heard that as it came about: nobody remembers anything to it.
+    assert_eq!(away.told().matches("remembers task").count(), 0, "{}", away.told());
+
+    let learner = robot.process("learner");
+    for times in 1..=2 {
+        let console = away.process("console").expect("lives");
+        kill_process(console, Signal::KILL).expect("lives");
+        assert!(
+            wait_until(|| away.told().matches(REMEMBERS).count() == times),
+            "{times}\n{}\n{}",
+            away.told(),
+            robot.said()
+        );
+        assert_ne!(away.process("console"), Some(console));
+    }
+    // Nobody else had to begin anew for that.
+    assert_eq!(robot.process("learner"), learner);
+    assert_eq!(away.metric("leo_link_hearings_total"), 1.0, "{}", away.said());
+}

@@ -1,0 +1,36 @@
+//! Two machines that do not mean the same.
+
+use crate::machine::{Machine, wait_until};
+use crate::{Side, alone, free_port, keys};
+
+#[test]
+fn machines_that_are_configured_otherwise_take_nothing_from_each_other_and_both_say_what_to_do() {
+    let _alone = alone();
+    let keys = keys("DNS:localhost");
+    let port = free_port();
+    let away = Side::away(&format!("tls/localhost:{port}")).keyed(keys.path(), "away").with("partners", "2");
+    let away = Machine::ready(None, "link-two", &away.changes());
+    let robot = Side::robot(&format!("tls/127.0.0.1:{port}")).keyed(keys.path(), "robot");
+    let robot = Machine::ready(None, "link-alone", &robot.changes());
+    let both = [&away, &robot];
+    let refused = |machine: &Machine| machine.metric("leo_link_refused_total");
+    // Each of them goes on trying, and being refused.
+    assert!(
+        wait_until(|| both.iter().all(|machine| refused(machine) > 20.0)),
+        "{}\n{}",
+        away.said(),
+        robot.said()
+    );
+    for machine in both {
+        let said = machine.said();
+        let errors: Vec<&str> =
+            said.lines().filter(|line| line.contains("take nothing from each other")).collect();
+        let [error] = errors.as_slice() else { panic!("it is said once: {said}") };
+        assert!(error.contains("ERROR") && error.contains("in `partners` or `depth` of [belief]"), "{error}");
+        assert!(error.contains("Make that the same on both, and restart both"), "{error}");
+        let fares = machine.metrics();
+        assert!(fares.contains_key("leo_link_heard"), "{fares:?}");
+        assert_eq!(machine.metric("leo_link_heard"), 0.0);
+        assert_eq!(machine.metric("leo_link_received_frames_total"), 0.0);
+    }
+}

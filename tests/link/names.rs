@@ -1,0 +1,67 @@
+//! Robots of one network, and the machines that belong to each of them.
+
+use std::path::Path;
+
+use crate::machine::{Machine, wait_until};
+use crate::{Side, alone, free_port, keys};
+
+/// A robot and its other machine, by the robot's name, and the task that it is taught.
+struct Pair {
+    robot: Machine,
+    away: Machine,
+    task: &'static str,
+}
+
+impl Pair {
+    fn has_learned(&self) -> bool {
+        self.away.told().contains(&format!("2 examples of {} so far", self.task))
+    }
+}
+
+#[test]
+fn two_robots_of_one_network_are_heard_by_their_own_machines_alone() {
+    let _alone = alone();
+    let keys = keys("DNS:localhost");
+    let ports = [free_port(), free_port()];
+    // Both machines reach both robots, and have keys for both: the names alone tell them apart.
+    let everybody = ports.map(|port| format!("\"tls/localhost:{port}\"")).join(", ");
+    let everybody = format!("[{everybody}]");
+    let pair = |name: &str, port, lesson, task| {
+        let named = |side: Side, key| side.keyed(keys.path(), key).with("robot", &format!("\"{name}\""));
+        let away = named(Side::away("tls/localhost:1"), "away").with("connect", &everybody);
+        let robot = named(Side::robot(&format!("tls/127.0.0.1:{port}")), "robot");
+        let lesson = Path::new(env!("CARGO_MANIFEST_DIR")).join("config/lessons").join(lesson);
+        let lesson = ["--lesson", lesson.to_str().expect("is text")];
+        let away = Machine::start(None, &format!("link-{name}-away"), &away.changes());
+        let robot = Machine::start_with(None, &format!("link-{name}"), &robot.changes(), &lesson);
+        Pair { robot: robot.when_ready(), away: away.when_ready(), task }
+    };
+    let [first, second] = ports;
+    let mut pairs = [pair("ada", first, "task1.toml", "task 1"), pair("bea", second, "task2.toml", "task 2")];
+
+    for pair in &pairs {
+        let Pair { robot, away, .. } = pair;
+        assert!(wait_until(|| pair.has_learned()), "{}\n{}\n{}", away.told(), away.said(), robot.said());
+    }
+    for pair in &pairs {
+        for machine in [&pair.robot, &pair.away] {
+            assert_eq!(machine.metric("leo_link_heard"), 1.0, "{}", machine.said());
+            // Nobody else's words even came.
+            assert_eq!(machine.metric("leo_link_refused_total"), 0.0, "{}", machine.said());
+            assert_eq!(machine.metric("leo_link_hearings_total"), 1.0, "{}", machine.said());
+            assert!(!machine.said().contains("a second machine speaks"), "{}", machine.said());
+        }
+    }
+    let [ada, bea] = &pairs;
+    for (pair, other) in [(ada, bea), (bea, ada)] {
+        assert!(!pair.away.told().contains(other.task), "{}", pair.away.told());
+    }
+    for pair in &mut pairs {
+        for machine in [&mut pair.away, &mut pair.robot] {
+            let (status, said) = machine.stop();
+            assert!(status.success(), "{status}\n{said}");
+        }
+        let learned = pair.away.learned();
+        assert_eq!(learned.keys().collect::<Vec<_>>(), [pair.task], "{learned:?}");
+    }
+}
