@@ -28,6 +28,10 @@ pub(crate) struct Servos {
     pub(crate) line: Line,
     /// Simulated time; none where they live in the machine's.
     pub(crate) simulated: Option<Instant>,
+    /// Bytes that were heard and dealt with since the line was put up.
+    pub(crate) heard: usize,
+    /// Bytes that were said since, or are about to be.
+    pub(crate) said: usize,
 }
 
 /// One bus: servos, and the line that leads to them.
@@ -59,12 +63,15 @@ impl End {
     /// Makes a line and the link to it.
     pub(crate) fn plug(&self) -> Result<Pty, PlugError> {
         let pty = Pty::new(self.baud)?;
+        let mut servos = self.servos();
+        (servos.heard, servos.said) = (0, 0);
+        drop(servos);
         replace_link(pty.path(), &self.link)
             .map_err(|source| PlugError::Link { path: self.link.clone(), source })?;
         Ok(pty)
     }
 
-    fn servos(&self) -> MutexGuard<'_, Servos> {
+    pub(crate) fn servos(&self) -> MutexGuard<'_, Servos> {
         self.servos.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
@@ -147,6 +154,8 @@ impl End {
             }
             servos.line.listen(now, heard.get(..count).unwrap_or_default(), &mut voice.answers);
         }
+        servos.heard += count;
+        servos.said += voice.answers.get().iter().map(|answer| answer.bytes.len()).sum::<usize>();
         drop(servos);
         voice.say(pty, pacer, heard_at, count, paced);
         Ok(())

@@ -17,6 +17,6 @@ pub use alone::{Alone, AloneError, alone};
 pub use end::PlugError;
 pub use faults::{Faults, parse};
 pub use pacer::Pacer;
-pub use ptys::{Ptys, PtysError};
+pub use ptys::{Progress, Ptys, PtysError};
 pub use servos::line;
 pub use shell::run;

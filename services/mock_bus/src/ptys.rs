@@ -1,6 +1,6 @@
 use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard};
 use std::thread::JoinHandle;
 
 use clock::Instant;
@@ -81,7 +81,7 @@ impl Ptys {
             let end = Arc::new(End {
                 link: folder.join(format!("bus-{}", bus.name)),
                 baud: bus.baud,
-                servos: Arc::new(Mutex::new(Servos { line, simulated })),
+                servos: Arc::new(Mutex::new(Servos { line, simulated, heard: 0, said: 0 })),
                 stop: Arc::clone(&ptys.stop),
             });
             // From here on it is taken down again whatever happens.
@@ -121,6 +121,13 @@ impl Ptys {
         }
     }
 
+    /// Lockstep: how far the servos of a bus are. `None` where there is no such bus.
+    #[must_use]
+    pub fn progress(&self, bus: &str) -> Option<Progress> {
+        let bus = self.buses.iter().find(|each| each.name == bus)?;
+        Some(Progress { end: Arc::clone(&bus.end) })
+    }
+
     /// Looks at the servos of a bus, or tampers with them, while it hears nothing. `None` where there
     /// is no such bus.
     pub fn tamper<T>(&self, bus: &str, with: impl FnOnce(&mut [Servo]) -> T) -> Option<T> {
@@ -144,7 +151,25 @@ impl Ptys {
 
 impl Bus {
     fn servos(&self) -> MutexGuard<'_, Servos> {
-        self.end.servos.lock().unwrap_or_else(PoisonError::into_inner)
+        self.end.servos()
+    }
+}
+
+/// How far the servos of a bus are with what was sent to them, in simulated time: whoever asks them knows that
+/// nobody answers, and need not wait for as long as a slow machine might take.
+#[derive(Clone, Debug)]
+pub struct Progress {
+    end: Arc<End>,
+}
+
+impl Progress {
+    /// Whether the servos have dealt with all bytes that were sent since the line was put up, and nothing is on
+    /// its way to whoever received so many.
+    #[must_use]
+    pub fn is_done(&self, sent: usize, received: usize) -> bool {
+        let servos = self.end.servos();
+        let is_due = servos.line.arrives_at().zip(servos.simulated).is_some_and(|(at, now)| at <= now);
+        !is_due && (servos.heard, servos.said) == (sent, received)
     }
 }
 

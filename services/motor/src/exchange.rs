@@ -34,6 +34,10 @@ pub trait Port {
     ///
     /// The line is gone.
     fn receive(&mut self, into: &mut [u8], within: Duration, until: Instant) -> Result<Received, Lost>;
+
+    /// Closes what was lost. With bytes that an adapter does not take this may last for half a minute: whoever
+    /// waits for replies shall have them before.
+    fn close_lost(&mut self) {}
 }
 
 /// What sending came to.

@@ -31,12 +31,6 @@ impl Line {
         Self { tty, lost: None, path, baud, reopen_at: Instant::EPOCH, wait: REOPEN_AFTER }
     }
 
-    /// Closes what was lost. With bytes that an adapter does not take this may last for half a minute: whoever
-    /// waits for replies shall have them before.
-    pub fn close_lost(&mut self) {
-        self.lost = None;
-    }
-
     fn reopen(&mut self, now: Instant) -> Result<&Tty, Lost> {
         if self.tty.is_none() && now >= self.reopen_at {
             // A line has one user at a time.
@@ -69,6 +63,10 @@ impl Port for Line {
         let until = until.min(clock::now() + within);
         let received = self.tty.as_ref().ok_or(Lost::HangUp)?.read(into, until);
         self.note(received).map(|count| Received { count, at: clock::now() })
+    }
+
+    fn close_lost(&mut self) {
+        self.lost = None;
     }
 }
 

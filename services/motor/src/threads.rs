@@ -1,4 +1,4 @@
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::thread::JoinHandle;
 
 use clock::{Duration, Instant};
@@ -8,7 +8,7 @@ use message::Histogram;
 use process::Lookout;
 use serial::{OpenError, Tty};
 
-use crate::{Line, Master, Motor, Replies, Request};
+use crate::{Line, Master, Motor, Port, Replies, Request};
 
 /// A bus that is given nothing to do for this long looks by itself whether all shall stop.
 const UNLED: Duration = Duration::from_millis(20);
@@ -103,6 +103,19 @@ impl Threads {
         may_be_absent: bool,
         lookout: &Lookout,
     ) -> Result<Self, ThreadError> {
+        Self::over(buses, folder, patience, until, may_be_absent, lookout, |_, line| line)
+    }
+
+    /// As [`start`](Self::start), over what is made of each line.
+    fn over<P: Port + Send + 'static>(
+        buses: &[Bus],
+        folder: &Path,
+        patience: (Duration, Duration),
+        until: Instant,
+        may_be_absent: bool,
+        lookout: &Lookout,
+        port: impl Fn(&Bus, Line) -> P,
+    ) -> Result<Self, ThreadError> {
         let ends = buses
             .iter()
             .map(|bus| {
@@ -131,7 +144,7 @@ impl Threads {
                         path.display()
                     );
                 }
-                End::start(bus, path, tty, patience, lookout.clone())
+                End::start(bus, port(bus, Line::new(tty, path, bus.baud)), patience, lookout.clone())
             })
             .collect::<Result<_, _>>()?;
         Ok(Self { ends })
@@ -222,15 +235,13 @@ impl Threads {
 impl End {
     fn start(
         bus: &Bus,
-        path: PathBuf,
-        tty: Option<Tty>,
+        mut port: impl Port + Send + 'static,
         patience: (Duration, Duration),
         lookout: Lookout,
     ) -> Result<Self, ThreadError> {
         let name = bus.name.clone();
         let (to, inbox) = bounded::<Box<Exchange>>(1);
         let (outbox, from) = bounded(1);
-        let mut line = Line::new(tty, path, bus.baud);
         let mut master = Master::new(bus.baud, patience);
         let thread = std::thread::Builder::new()
             .name(format!("bus {name}"))
@@ -240,15 +251,15 @@ impl End {
                         Ok(mut job) => {
                             let Exchange { request, replies, begun_at, done_at } = job.as_mut();
                             *begun_at = clock::now();
-                            master.exchange(&mut line, request, replies);
+                            master.exchange(&mut port, request, replies);
                             *done_at = clock::now();
                             if outbox.send(job).is_err() {
                                 break;
                             }
-                            line.close_lost();
+                            port.close_lost();
                         }
                         // The cycle itself may hang: an emergency stop must not wait for it.
-                        Err(RecvTimeoutError::Timeout) if lookout.is_raised() => master.cut(&mut line),
+                        Err(RecvTimeoutError::Timeout) if lookout.is_raised() => master.cut(&mut port),
                         Err(RecvTimeoutError::Timeout) => {}
                         Err(RecvTimeoutError::Disconnected) => break,
                     }

@@ -10,6 +10,7 @@ mod end;
 mod fault_table;
 mod killed;
 mod rig;
+mod watched;
 
 use rig::{LONG, PERIOD, Rig, Time};
 
@@ -20,7 +21,7 @@ fn follows(state: &JointState) -> bool {
 #[test]
 fn in_lockstep_65_joints_do_the_same_to_the_last_bit_in_every_run() {
     let run = || {
-        let mut rig = Rig::new(Time::Lockstep(LONG));
+        let mut rig = Rig::new(Time::Lockstep);
         let mut trace = String::new();
         for cycle in 0..700 {
             rig.cycle();
@@ -88,7 +89,8 @@ fn a_thread_whose_line_takes_no_bytes_says_so_and_closes_it_without_being_asked_
     // Nobody reads the other end. What the kernel carries on makes room for a while.
     while tty.write(&[0; 64], clock::now() + Duration::from_millis(500)).is_ok() {}
     let patience = (PERIOD / 4, 2 * PERIOD);
-    let end = End::start(bus, pty.path().to_owned(), Some(tty), patience, Lookout::default()).unwrap();
+    let line = Line::new(Some(tty), pty.path().to_owned(), bus.baud);
+    let end = End::start(bus, line, patience, Lookout::default()).unwrap();
     let mut exchange = Box::<Exchange>::default();
     let mut motor = Motor::new(&robot.motor, &robot.leo.motor).unwrap();
     motor.request(0, clock::now(), &mut exchange.request);

@@ -11,22 +11,14 @@ use servo::mock::Kind;
 use super::rig::{PERIOD, Rig, Time};
 use crate::BusCounts;
 use clock::Duration;
-use standstill::Standstill;
 
 mod answers;
 mod body;
 mod refusals;
 mod servos;
-mod standstill;
 
-/// For how long of the machine's time a silent servo is waited for in simulated time.
-const PATIENCE: Duration = Duration::from_millis(60);
 /// A version of the servos' firmware that knows no fast reads.
 const OLD_FIRMWARE: u8 = 44;
-/// How often a row is tried with the same joints where the machine was seen to stand still for
-/// [`STILL`] meanwhile, which makes well servos look silent. Otherwise it is tried once.
-const TRIES: u32 = 10;
-const STILL: Duration = Duration::from_millis(15);
 
 /// A robot in simulated time, of which all joints follow.
 fn following() -> Rig {
@@ -37,7 +29,7 @@ fn following() -> Rig {
 fn following_as(change: impl FnOnce(&mut config::Robot)) -> Rig {
     let mut robot = config::Robot::load(None).unwrap();
     change(&mut robot);
-    let mut rig = Rig::of(robot, Time::Lockstep(PATIENCE), &process::Lookout::default());
+    let mut rig = Rig::of(robot, Time::Lockstep, &process::Lookout::default());
     calm(&mut rig);
     rig
 }
@@ -45,7 +37,7 @@ fn following_as(change: impl FnOnce(&mut config::Robot)) -> Rig {
 /// A robot in simulated time whose servos know no fast reads: each is read for itself. All joints follow.
 fn following_on_old_firmware() -> Rig {
     let robot = config::Robot::load(None).unwrap();
-    let mut rig = Rig::of(robot, Time::Lockstep(PATIENCE), &process::Lookout::default());
+    let mut rig = Rig::of(robot, Time::Lockstep, &process::Lookout::default());
     for joint in everybody() {
         rig.servo(joint, |servo| *servo = servo.clone().with_firmware(OLD_FIRMWARE));
         assert!(!rig.servo(joint, |servo| servo.knows_fast_reads()));
@@ -87,21 +79,11 @@ type Verdict = Result<(), String>;
 
 /// Has every joint struck, one of every bus at a time, on a robot that is well.
 fn in_turn(rig: &mut Rig, row: impl Fn(&mut Rig, &[usize]) -> Verdict) {
-    let standstill = Standstill::new();
     for struck in rounds(rig) {
-        let mut verdict = Ok(());
-        for _ in 0..TRIES {
-            calm(rig);
-            // All joints are on their way somewhere.
-            rig.share = -rig.share;
-            standstill.longest();
-            verdict = row(rig, &struck);
-            if verdict.is_ok() || standstill.longest() < STILL {
-                break;
-            }
-            // Whatever it has latched meanwhile.
-            rig.motor.start_anew();
-        }
+        calm(rig);
+        // All joints are on their way somewhere.
+        rig.share = -rig.share;
+        let verdict = row(rig, &struck);
         let names: Vec<&str> = struck.iter().map(|joint| &*rig.robot.motor.joints[*joint].name).collect();
         assert_eq!(verdict, Ok(()), "{names:?}");
     }

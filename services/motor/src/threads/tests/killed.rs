@@ -35,7 +35,7 @@ fn cycle(rig: &mut Rig, share: f64) {
 
 /// A robot whose soft start is over, and all of whose joints are on their way.
 fn on_the_way() -> Rig {
-    let mut rig = Rig::new(Time::Lockstep(LONG));
+    let mut rig = Rig::new(Time::Lockstep);
     for _ in 0..2000 {
         cycle(&mut rig, 0.1);
     }

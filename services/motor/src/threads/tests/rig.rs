@@ -1,12 +1,14 @@
 use std::cell::Cell;
 
 use config::Robot;
+use config::motor::Bus;
 use message::{JointCause, JointGoal, JointMode, JointState};
 use mock_bus_process::Ptys;
 use servo::mock::{Injection, Kind, Servo};
 use servo::table::TORQUE_ENABLE;
 
 use super::Threads;
+use super::watched::Watched;
 use crate::Motor;
 use clock::{Duration, Instant};
 use process::Lookout;
@@ -21,8 +23,8 @@ const COUNT_RAD: f64 = std::f64::consts::TAU / 4096.0;
 pub(super) enum Time {
     /// The machine's.
     Wall,
-    /// Simulated: a silent servo is waited for for so long of the machine's.
-    Lockstep(Duration),
+    /// Simulated: a servo is silent where it is known to say nothing.
+    Lockstep,
 }
 
 /// The whole robot: 65 joints on five buses, over pseudo-terminals.
@@ -54,17 +56,23 @@ impl Rig {
         let ptys = Ptys::open(&robot.motor, folder.path(), time != Time::Wall).unwrap();
         let (patience, now) = match time {
             Time::Wall => ((PERIOD / 4, 2 * PERIOD), clock::now()),
-            Time::Lockstep(patience) => ((patience, patience), Instant::EPOCH),
+            Time::Lockstep => ((LONG, LONG), Instant::EPOCH),
         };
         let until = clock::now() + LONG;
-        let threads =
-            Threads::start(&robot.motor.buses, folder.path(), patience, until, false, lookout).unwrap();
+        let buses = &robot.motor.buses;
+        let threads = match time {
+            Time::Wall => Threads::start(buses, folder.path(), patience, until, false, lookout),
+            Time::Lockstep => {
+                let watched = |bus: &Bus, line| Watched::new(line, ptys.progress(&bus.name).unwrap());
+                Threads::over(buses, folder.path(), patience, until, false, lookout, watched)
+            }
+        };
         Self {
             motor: Motor::new(&robot.motor, &robot.leo.motor).unwrap(),
             robot,
             folder,
             ptys: Some(ptys),
-            threads,
+            threads: threads.unwrap(),
             now,
             time,
             share: 1.0 / 3.0,

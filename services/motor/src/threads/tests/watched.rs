@@ -1,0 +1,69 @@
+use clock::{Duration, Instant};
+use mock_bus_process::Progress;
+use serial::Lost;
+
+use crate::{Line, Port, Received, Sent};
+
+/// How often it is looked how far the servos are.
+const LOOK: Duration = Duration::from_micros(100);
+
+/// A line to servos in simulated time, where nobody answers any more as soon as they have dealt with all that
+/// was sent and all that they said was received. So no machine is so slow that a well servo looks silent, and
+/// a silent one is waited for no longer than need be.
+pub(super) struct Watched {
+    pub(super) line: Line,
+    pub(super) servos: Progress,
+    sent: usize,
+    received: usize,
+}
+
+impl Watched {
+    pub(super) const fn new(line: Line, servos: Progress) -> Self {
+        Self { line, servos, sent: 0, received: 0 }
+    }
+
+    fn note<T>(&mut self, result: Result<T, Lost>) -> Result<T, Lost> {
+        if result.is_err() {
+            // Another line begins anew, and so do its servos.
+            (self.sent, self.received) = (0, 0);
+        }
+        result
+    }
+}
+
+impl Port for Watched {
+    fn send(&mut self, bytes: &[u8], within: Duration) -> Result<Sent, Lost> {
+        let mut late = 0;
+        let give_up = clock::now() + within;
+        // What is due meanwhile comes before, or never.
+        while !self.servos.is_done(self.sent, self.received) && clock::now() < give_up {
+            let mut bin = [0; 512];
+            let received = self.line.receive(&mut bin, LOOK, give_up);
+            let count = self.note(received)?.count;
+            self.received += count;
+            late += count;
+        }
+        let sent = self.line.send(bytes, within);
+        let sent = self.note(sent)?;
+        self.sent += bytes.len();
+        self.received += sent.late;
+        Ok(Sent { late: late + sent.late, ..sent })
+    }
+
+    fn receive(&mut self, into: &mut [u8], within: Duration, until: Instant) -> Result<Received, Lost> {
+        let until = until.min(clock::now() + within);
+        loop {
+            let is_over = self.servos.is_done(self.sent, self.received) || clock::now() >= until;
+            let received = self.line.receive(into, if is_over { Duration::ZERO } else { LOOK }, until);
+            let received = self.note(received)?;
+            self.received += received.count;
+            if received.count > 0 || is_over {
+                return Ok(received);
+            }
+        }
+    }
+
+    fn close_lost(&mut self) {
+        self.line.close_lost();
+    }
+}
