@@ -38,5 +38,5 @@ fn a_console_that_begins_anew_on_another_machine_is_told_what_was_learned_before
     }
     // Nobody else had to begin anew for that.
     assert_eq!(robot.process("learner"), learner);
-    assert_eq!(away.metric("leo_link_hearings_total"), 1.0, "{}", away.said());
+    assert_eq!(away.count("leo_link_hearings_total"), 1, "{}", away.said());
 }

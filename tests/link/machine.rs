@@ -7,6 +7,7 @@ use std::sync::{Arc, Mutex};
 use std::thread;
 
 use clock::Duration;
+use quantity::number::floor_usize;
 use rustix::process::{Pid, Signal, kill_process};
 use tempfile::TempDir;
 
@@ -163,6 +164,11 @@ impl Machine {
     /// One of these; zero where it is not told.
     pub(crate) fn metric(&self, name: &str) -> f64 {
         self.metrics().get(name).copied().unwrap_or(0.0)
+    }
+
+    /// One that is a whole number.
+    pub(crate) fn count(&self, name: &str) -> usize {
+        floor_usize(self.metric(name))
     }
 
     fn pid(&self) -> Pid {

@@ -45,10 +45,10 @@ fn two_robots_of_one_network_are_heard_by_their_own_machines_alone() {
     }
     for pair in &pairs {
         for machine in [&pair.robot, &pair.away] {
-            assert_eq!(machine.metric("leo_link_heard"), 1.0, "{}", machine.said());
+            assert_eq!(machine.count("leo_link_heard"), 1, "{}", machine.said());
             // Nobody else's words even came.
-            assert_eq!(machine.metric("leo_link_refused_total"), 0.0, "{}", machine.said());
-            assert_eq!(machine.metric("leo_link_hearings_total"), 1.0, "{}", machine.said());
+            assert_eq!(machine.count("leo_link_refused_total"), 0, "{}", machine.said());
+            assert_eq!(machine.count("leo_link_hearings_total"), 1, "{}", machine.said());
             assert!(!machine.said().contains("a second machine speaks"), "{}", machine.said());
         }
     }

@@ -256,13 +256,17 @@ fn quoted(file: &Path) -> Result<String, String> {
     Ok(format!("\"{}\"", text.replace('\\', "\\\\").replace('"', "\\\"")))
 }
 
+/// Where what is sent comes out in a test, and where what comes is put in.
+#[cfg(test)]
+pub(crate) type Ends = (Receiver<(Sort, Vec<u8>)>, Sender<Message>);
+
 #[cfg(test)]
 impl Net {
-    /// A network that tests carry: what is sent comes out of the one end, what comes is put into the other.
-    pub(crate) fn by_hand() -> (Self, Receiver<(Sort, Vec<u8>)>, Sender<Message>) {
+    /// A network that tests carry.
+    pub(crate) fn by_hand() -> (Self, Ends) {
         let (to, outgoing) = bounded(OUTGOING);
         let (incoming, from) = bounded(INCOMING);
-        (Self { to, from, thread: std::thread::spawn(|| {}) }, outgoing, incoming)
+        (Self { to, from, thread: std::thread::spawn(|| {}) }, (outgoing, incoming))
     }
 }
 

@@ -14,7 +14,7 @@ struct End {
 
 impl End {
     fn new(life_ns: u64, agreement: Agreement) -> Self {
-        let (net, sent, comes) = Net::by_hand();
+        let (net, (sent, comes)) = Net::by_hand();
         let carrier = Carrier::new(agreement, &[Stream::Events], Instant::from_nanos(life_ns));
         Self { carrier, net, sent, comes, said: Vec::new() }
     }
