@@ -5,17 +5,11 @@
 //
 // It waits for states of the page and never for a time; a state that does not come within PATIENCE_S (default 120)
 // fails it.
-import { launch, opened, patient, ready } from './browser.mjs';
+import { ready, visit } from './browser.mjs';
 import { serve } from './fake.mjs';
 
 const own = process.argv[2] === undefined ? await serve(0) : null;
-const browser = await launch({ more: ['--disable-3d-apis'] });
-const page = await opened(browser, { viewport: { width: 1440, height: 900 } });
-const troubles = [];
-page.on('pageerror', (error) => troubles.push(error.message));
-const until = patient(page);
-
-try {
+await visit({ browser: { more: ['--disable-3d-apis'] } }, async (page, until) => {
   await page.goto(process.argv[2] ?? own.address);
   await until('it is connected', () => document.body.dataset.connection === 'connected');
   await ready(page);
@@ -29,11 +23,5 @@ try {
   await page.keyboard.press('Enter');
   await until(`${name} is in the hand`, (wanted) => window.leo.held() === wanted, name);
   await page.keyboard.press('Escape');
-  if (troubles.length > 0) throw new Error(`the page failed: ${troubles.join('; ')}`);
-} catch (error) {
-  console.error([error.message, ...troubles].join('\n'));
-  process.exitCode = 1;
-} finally {
-  await browser.close();
-  await own?.close();
-}
+});
+await own?.close();

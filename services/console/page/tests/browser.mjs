@@ -42,3 +42,25 @@ export const patient = (page) => (what, isTrue, argument) => page.waitForFunctio
 export function ready(page) {
   return page.waitForFunction(() => window.leo?.cells.get('workspace') !== undefined && window.leo.pictures() > 1);
 }
+
+/**
+ * Uses a page in a browser of its own. What goes wrong with either, an error of the page itself included, is said,
+ * and is the exit status.
+ * @param {{browser?: object, page?: object}} how the options of both
+ * @param {(page: import('playwright-core').Page, until: ReturnType<typeof patient>) => Promise<void>} use what is done
+ */
+export async function visit(how, use) {
+  const browser = await launch(how.browser);
+  const troubles = [];
+  try {
+    const page = await opened(browser, { viewport: { width: 1440, height: 900 }, ...how.page });
+    page.on('pageerror', (error) => troubles.push(error.message));
+    await use(page, patient(page));
+    if (troubles.length > 0) throw new Error(`the page failed: ${troubles.join('; ')}`);
+  } catch (error) {
+    console.error([error.message, ...troubles].join('\n'));
+    process.exitCode = 1;
+  } finally {
+    await browser.close();
+  }
+}

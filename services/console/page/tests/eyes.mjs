@@ -4,18 +4,12 @@
 //
 // It waits for states of the page and never for a time; a state that does not come within PATIENCE_S (default 120)
 // fails it. PICTURE, if that is set, is a picture of what he sees.
-import { launch, opened, patient, ready } from './browser.mjs';
+import { ready, visit } from './browser.mjs';
 
-const browser = await launch();
-const page = await opened(browser, { viewport: { width: 1440, height: 900 } });
-const troubles = [];
-page.on('pageerror', (error) => troubles.push(error.message));
+await visit({}, async (page, until) => {
+  /** Where somebody's eyes are. */
+  const eyesOf = (agent) => page.evaluate((who) => Object.values(window.leo.under('thing/')).find((thing) => thing.agent === who)?.p, agent);
 
-const until = patient(page);
-/** Where somebody's eyes are. */
-const eyesOf = (agent) => page.evaluate((who) => Object.values(window.leo.under('thing/')).find((thing) => thing.agent === who)?.p, agent);
-
-try {
   await page.goto(process.argv[2]);
   await ready(page);
   const lesson = await page.evaluate(() => window.leo.cells.get('lessons').find((each) => each.title.startsWith('Two teachers')).id);
@@ -72,10 +66,4 @@ try {
   if (process.env.PICTURE) await page.screenshot({ path: process.env.PICTURE });
   await page.selectOption('#who', '1');
   await until('the picture is the first teacher’s again', (p) => String(window.leo.seat().eyes) === String(p), first);
-  if (troubles.length > 0) throw new Error(`the page failed: ${troubles.join('; ')}`);
-} catch (error) {
-  console.error([error.message, ...troubles].join('\n'));
-  process.exitCode = 1;
-} finally {
-  await browser.close();
-}
+});

@@ -5,20 +5,14 @@
 // It kills the robot's console process, and says `restart` once the page shows what the next one sends: then somebody
 // has to end the robot and to start it again at the same address. It waits for states of the page and never for a time;
 // a state that does not come within PATIENCE_S (default 120) fails it.
-import { launch, opened, patient, ready } from './browser.mjs';
+import { ready, visit } from './browser.mjs';
 
-const browser = await launch();
-const page = await opened(browser, { viewport: { width: 1440, height: 900 } });
-const troubles = [];
-page.on('pageerror', (error) => troubles.push(error.message));
+await visit({}, async (page, until) => {
+  const served = () => page.evaluate(() => window.leo.cells.get('process/console'));
+  const now = () => page.evaluate(() => window.leo.cells.get('now').t);
+  /** How often Leo was lost since it was asked last: it may be too short for who looks now and then. */
+  const lost = () => page.evaluate(() => window.states.splice(0).filter((state) => state === 'lost').length);
 
-const until = patient(page);
-const served = () => page.evaluate(() => window.leo.cells.get('process/console'));
-const now = () => page.evaluate(() => window.leo.cells.get('now').t);
-/** How often Leo was lost since it was asked last: it may be too short for who looks now and then. */
-const lost = () => page.evaluate(() => window.states.splice(0).filter((state) => state === 'lost').length);
-
-try {
   await page.goto(process.argv[2]);
   await ready(page);
   await until('it is connected to a console that runs', () => document.body.dataset.connection === 'connected'
@@ -60,10 +54,4 @@ try {
     const { p, held } = window.leo.thing('red square');
     return held === null && p[0] < x - 0.1 && p[2] < 0.04;
   }, before);
-  if (troubles.length > 0) throw new Error(`the page failed: ${troubles.join('; ')}`);
-} catch (error) {
-  console.error([error.message, ...troubles].join('\n'));
-  process.exitCode = 1;
-} finally {
-  await browser.close();
-}
+});
