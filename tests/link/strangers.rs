@@ -6,7 +6,7 @@ use std::process::{Child, Command, Stdio};
 use std::sync::mpsc::{Receiver, channel};
 use std::thread;
 
-use crate::machine::{Machine, wait_until};
+use crate::machine::{Machine, PATIENCE, wait_until};
 use crate::{Side, alone, free_port, keys};
 
 #[test]
@@ -89,7 +89,9 @@ struct Openssl {
 
 impl Openssl {
     fn start(folder: &Path, arguments: &[&str]) -> Self {
-        let mut child = Command::new("openssl")
+        // Each line as it comes: openssl keeps them to itself for as long as it is connected.
+        let mut child = Command::new("stdbuf")
+            .args(["-oL", "openssl"])
             .args(arguments)
             .current_dir(folder)
             // It ends with its input.
@@ -97,7 +99,7 @@ impl Openssl {
             .stdout(Stdio::piped())
             .stderr(Stdio::piped())
             .spawn()
-            .expect("openssl is there");
+            .expect("openssl and stdbuf are there");
         let (to, lines) = channel();
         let streams: [Box<dyn Read + Send>; 2] =
             [Box::new(child.stdout.take().expect("piped")), Box::new(child.stderr.take().expect("piped"))];
@@ -112,9 +114,12 @@ impl Openssl {
         Self { child, lines }
     }
 
-    /// The first line with one of these words; `None` where it ends without.
+    /// The first line with one of these words; `None` where it ends without, or none comes for too long.
     fn hear(&self, words: &[&str]) -> Option<String> {
-        self.lines.iter().find(|line| words.iter().any(|word| line.contains(word)))
+        let lines = std::iter::from_fn(|| self.lines.recv_timeout(PATIENCE).ok());
+        let end = clock::now() + PATIENCE;
+        let mut lines = lines.take_while(|_| clock::now() < end);
+        lines.find(|line| words.iter().any(|word| line.contains(word)))
     }
 }
 
