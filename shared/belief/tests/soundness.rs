@@ -2,9 +2,10 @@
 
 #![expect(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
 
+mod variants;
+
 use belief::BeliefSystem;
 use clock::{Duration, Instant};
-use config::percepts::Percepts;
 use message::{Feature, Observation, Perceived, PerceptValue, STATES, Snapshot, SourceSet};
 use perception::{Frame, Perception};
 use proptest::prelude::*;
@@ -100,8 +101,9 @@ proptest! {
             (prop::collection::vec((observation(), alleged()), 0..40), offset_ms(), any::<bool>()), 1..12,
         ),
         capacity in 1..6_usize,
+        choice in prop_oneof![1 => Just(0), 3 => any::<u8>()],
     ) {
-        let percepts = Percepts::builtin();
+        let percepts = variants::varied(choice);
         let perception = Perception::new(&percepts).unwrap();
         let mut system = BeliefSystem::new(&percepts, capacity).unwrap();
         let mut now = Instant::from_nanos(3_600_000_000_000);

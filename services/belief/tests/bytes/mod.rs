@@ -10,6 +10,9 @@ use message::{
 };
 use perception::{Frame, Perception};
 
+#[path = "../../../../shared/belief/tests/variants/mod.rs"]
+mod variants;
+
 const CAPACITY: usize = 8;
 
 /// Numbers out of bytes; zeros when there are none left.
@@ -121,13 +124,13 @@ pub(crate) struct Seen {
     pub(crate) refused: u64,
 }
 
-/// Plays the bytes to the core, and asserts after every frame what it promises.
+/// Plays the bytes to the core, configured as the first of them says, and asserts after every frame what it promises.
 pub(crate) fn play(bytes: &[u8]) -> Seen {
-    let percepts = config::percepts::Percepts::builtin();
+    let mut bytes = Bytes(bytes);
+    let percepts = variants::varied(bytes.byte());
     let config = config::perspective::Perspective::builtin();
     let perception = Perception::new(&percepts).unwrap();
     let mut believer = Believer::new(&percepts, &config, 1, 2, CAPACITY).unwrap();
-    let mut bytes = Bytes(bytes);
     let mut now = Instant::EPOCH + Duration::from_secs(100);
     let mut valid_at_ns = 0;
     let mut seen = Seen::default();
