@@ -18,10 +18,22 @@ await visit({ browser: { more: ['--disable-3d-apis'] } }, async (page, until) =>
   await page.press('#say', 'Enter');
   await until('what was said stands in the dialogue', () => document.querySelector('#log').textContent.includes('What did you learn?'));
   // Who works by the keyboard has the things before him, drawn or not.
-  const [name] = await page.evaluate(() => Object.values(window.leo.under('thing/')).filter((thing) => thing.role === 'peg').map((thing) => thing.name));
-  await page.locator(`.mark[data-thing="${name}"]`).focus();
-  await page.keyboard.press('Enter');
-  await until(`${name} is in the hand`, (wanted) => window.leo.held() === wanted, name);
+  // Of the pegs one may be in the hand of somebody who shows something just now: then
+  // the page says so, and it is another's turn.
+  for (let turn = 0; ; turn++) {
+    const free = (turn) => {
+      const pegs = Object.values(window.leo.under('thing/')).filter((thing) => thing.role === 'peg' && thing.held === null);
+      const peg = pegs[turn % pegs.length];
+      const mark = peg && document.querySelector(`.mark[data-thing="${peg.name}"]`);
+      return mark && !mark.hidden ? peg.name : null;
+    };
+    const name = await (await page.waitForFunction(free, turn)).jsonValue();
+    await page.locator(`.mark[data-thing="${name}"]`).focus();
+    const told = await page.evaluate(() => document.querySelector('#toasts').textContent);
+    await page.keyboard.press('Enter');
+    await until(`${name} is in the hand, or why it is not`, ([name, told]) => window.leo.held() === name || document.querySelector('#toasts').textContent !== told, [name, told]);
+    if (await page.evaluate((name) => window.leo.held() === name, name)) break;
+  }
   await page.keyboard.press('Escape');
 });
 await own?.close();
