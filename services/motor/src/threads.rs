@@ -103,20 +103,18 @@ impl Threads {
         may_be_absent: bool,
         lookout: &Lookout,
     ) -> Result<Self, ThreadError> {
-        Self::over(buses, folder, patience, until, may_be_absent, lookout, |_, line| line)
+        let lines = Self::lines(buses, folder, until, may_be_absent)?;
+        Self::over(buses, lines, patience, lookout)
     }
 
-    /// As [`start`](Self::start), over what is made of each line.
-    fn over<P: Port + Send + 'static>(
+    /// The line of every bus.
+    fn lines(
         buses: &[Bus],
         folder: &Path,
-        patience: (Duration, Duration),
         until: Instant,
         may_be_absent: bool,
-        lookout: &Lookout,
-        port: impl Fn(&Bus, Line) -> P,
-    ) -> Result<Self, ThreadError> {
-        let ends = buses
+    ) -> Result<Vec<Line>, ThreadError> {
+        buses
             .iter()
             .map(|bus| {
                 let (path, is_mock) = match &bus.device {
@@ -144,10 +142,21 @@ impl Threads {
                         path.display()
                     );
                 }
-                End::start(bus, port(bus, Line::new(tty, path, bus.baud)), patience, lookout.clone())
+                Ok(Line::new(tty, path, bus.baud))
             })
-            .collect::<Result<_, _>>()?;
-        Ok(Self { ends })
+            .collect()
+    }
+
+    /// A thread for every bus, over what its line was made.
+    fn over(
+        buses: &[Bus],
+        ports: impl IntoIterator<Item: Port + Send + 'static>,
+        patience: (Duration, Duration),
+        lookout: &Lookout,
+    ) -> Result<Self, ThreadError> {
+        let ends =
+            buses.iter().zip(ports).map(|(bus, port)| End::start(bus, port, patience, lookout.clone()));
+        Ok(Self { ends: ends.collect::<Result<_, _>>()? })
     }
 
     /// By bus, the requests left out because it was still busy with the one before, and how long

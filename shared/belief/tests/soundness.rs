@@ -2,6 +2,7 @@
 
 #![expect(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
 
+#[path = "../../../tests/variants/mod.rs"]
 mod variants;
 
 use belief::BeliefSystem;

@@ -10,7 +10,7 @@ use message::{
 };
 use perception::{Frame, Perception};
 
-#[path = "../../../../shared/belief/tests/variants/mod.rs"]
+#[path = "../../../../tests/variants/mod.rs"]
 mod variants;
 
 const CAPACITY: usize = 8;

@@ -9,7 +9,7 @@ use servo::table::TORQUE_ENABLE;
 
 use super::Threads;
 use super::watched::Watched;
-use crate::Motor;
+use crate::{Line, Motor};
 use clock::{Duration, Instant};
 use process::Lookout;
 
@@ -63,8 +63,10 @@ impl Rig {
         let threads = match time {
             Time::Wall => Threads::start(buses, folder.path(), patience, until, false, lookout),
             Time::Lockstep => {
-                let watched = |bus: &Bus, line| Watched::new(line, ptys.progress(&bus.name).unwrap());
-                Threads::over(buses, folder.path(), patience, until, false, lookout, watched)
+                let lines = Threads::lines(buses, folder.path(), until, false).unwrap();
+                let watched =
+                    |(bus, line): (&Bus, Line)| Watched::new(line, ptys.progress(&bus.name).unwrap());
+                Threads::over(buses, buses.iter().zip(lines).map(watched), patience, lookout)
             }
         };
         Self {

@@ -11,8 +11,8 @@ const LOOK: Duration = Duration::from_micros(100);
 /// was sent and all that they said was received. So no machine is so slow that a well servo looks silent, and
 /// a silent one is waited for no longer than need be.
 pub(super) struct Watched {
-    pub(super) line: Line,
-    pub(super) servos: Progress,
+    line: Line,
+    servos: Progress,
     sent: usize,
     received: usize,
 }
