@@ -6,7 +6,7 @@ use config::percepts::Percepts;
 use message::{Feature, Perceived, PerceptValue, SourceSet};
 
 use crate::Unbelievable;
-use crate::cluster::{Population, Symbols};
+use crate::cluster::{Population, Seen, Symbols};
 use crate::history::Histories;
 use crate::memory::Memory;
 use crate::metric::{Metric, Reach};
@@ -30,6 +30,8 @@ pub(crate) struct Arena {
     /// Of each slot the newest features that the metric compares, in the order of its terms.
     features: Box<[Option<Feature>]>,
     terms: Box<[u16]>,
+    /// Of each slot the symbols among them that tell it from others.
+    symbols: Box<[Symbols]>,
     /// Whether the features that the metric compares follow from the newest snapshot and those before
     /// it: not where a history is the program's own.
     foreseen: bool,
@@ -110,6 +112,7 @@ impl Arena {
             slots: vec![VACANT; count].into_boxed_slice(),
             versions: vec![0; count].into_boxed_slice(),
             features: vec![None; count * terms.len()].into_boxed_slice(),
+            symbols: vec![Symbols::NONE; count].into_boxed_slice(),
             terms,
             live: Room::for_most(count),
             fresh: Room::for_most(count),
@@ -147,6 +150,7 @@ impl Arena {
         self.sightings.is_some()
     }
 
+    #[inline]
     pub(crate) fn memory(&self, slot: u32) -> Option<&Memory> {
         self.slots.get(slot as usize).map(|slot| &slot.memory)
     }
@@ -160,6 +164,7 @@ impl Arena {
     }
 
     /// The newest features that the metric compares, in the order of its terms.
+    #[inline]
     fn features(&self, slot: u32) -> &[Option<Feature>] {
         let start = slot as usize * self.terms.len();
         self.features.get(start..start + self.terms.len()).unwrap_or(&[])
@@ -173,15 +178,21 @@ impl Arena {
         [at, now]: [Instant; 2],
         entry: u32,
         perceived: &Perceived,
+        is_sound: bool,
     ) -> Option<u32> {
         let number = self.vacancies.take()?;
         let slot = self.slots.get_mut(number as usize)?;
         slot.memory = Memory::new(id, at, now, &perceived.observation);
         (slot.holds, slot.entry, slot.pending) = (Holds::Snapshot, entry, None);
-        let features = self.features.iter_mut().skip(number as usize * self.terms.len());
-        for (feature, percept) in features.zip(&self.terms) {
-            let value = perceived.snapshot.value(*percept).filter(|value| value.is_sound());
-            *feature = value.and_then(PerceptValue::feature);
+        let (start, terms) = (number as usize * self.terms.len(), self.terms.len());
+        if let (Some(features), Some(symbols)) =
+            (self.features.get_mut(start..start + terms), self.symbols.get_mut(number as usize))
+        {
+            for (feature, percept) in features.iter_mut().zip(&self.terms) {
+                let value = perceived.snapshot.value(*percept).filter(|value| is_sound || value.is_sound());
+                *feature = value.and_then(PerceptValue::feature);
+            }
+            *symbols = self.metric.symbols(features);
         }
         if let Some(sightings) = &mut self.sightings {
             let Perceived { observation, .. } = perceived;
@@ -237,12 +248,19 @@ impl Arena {
                     self.histories.foresee(*percept, feature, newer);
                 }
             }
+            // As a rule it has the same.
+            if let Ok([symbols, newer]) = self.symbols.get_disjoint_mut([kept as usize, gone as usize])
+                && (symbols != newer || !newer.are_all())
+            {
+                *symbols = self.metric.symbols(features);
+            }
         }
         true
     }
 
     fn unite(&mut self, kept: u32, gone: u32, perceived: &[Perceived]) {
-        let (Some(row), Some(others)) = (self.remember(kept, perceived), self.remember(gone, perceived))
+        let (Some(row), Some(others)) =
+            (self.remember(kept, perceived, false), self.remember(gone, perceived, false))
         else {
             return;
         };
@@ -277,7 +295,7 @@ impl Arena {
 
     /// The step's merging is over: what is left of the new beliefs remembers on its own, and stands
     /// behind the others; how many they are.
-    pub(crate) fn settle(&mut self, perceived: &[Perceived]) -> usize {
+    pub(crate) fn settle(&mut self, perceived: &[Perceived], are_sound: bool) -> usize {
         self.bury();
         let old = self.live.len();
         for index in 0..old {
@@ -285,11 +303,11 @@ impl Arena {
             if let Some(row) = self.live.get(index + AHEAD).and_then(|&slot| self.row(slot)) {
                 self.histories.prefetch(row);
             }
-            self.remember(slot, perceived);
+            self.remember(slot, perceived, are_sound);
         }
         for index in 0..self.fresh.len() {
             let Some(&slot) = self.fresh.get(index) else { break };
-            if self.lives(slot) && self.remember(slot, perceived).is_some() {
+            if self.lives(slot) && self.remember(slot, perceived, are_sound).is_some() {
                 self.live.push(slot);
             }
         }
@@ -321,6 +339,10 @@ impl Arena {
         for (feature, percept) in features.zip(&self.terms) {
             *feature = self.histories.newest(row, *percept).map(|sample| sample.feature);
         }
+        let symbols = self.metric.symbols(self.features(slot));
+        if let Some(held) = self.symbols.get_mut(slot as usize) {
+            *held = symbols;
+        }
     }
 
     fn row(&self, slot: u32) -> Option<u32> {
@@ -331,7 +353,7 @@ impl Arena {
     }
 
     /// The row of histories of a belief, up to date: it gets one now if it was but a snapshot.
-    fn remember(&mut self, number: u32, perceived: &[Perceived]) -> Option<u32> {
+    fn remember(&mut self, number: u32, perceived: &[Perceived], are_sound: bool) -> Option<u32> {
         let slot = self.slots.get_mut(number as usize)?;
         let (row, mut pending) = match slot.holds {
             Holds::Nothing => return None,
@@ -348,7 +370,7 @@ impl Arena {
             pending = (first != last).then_some((snapshot.next, last));
             if let Some(perceived) = perceived.get(snapshot.entry as usize) {
                 let at = snapshot.memory.perceived_at;
-                self.unsound += self.histories.take_all(row, perceived.snapshot.values(), at, id);
+                self.unsound += self.histories.take_all(row, perceived.snapshot.values(), are_sound, at, id);
             }
         }
         Some(row)
@@ -362,6 +384,7 @@ impl Arena {
             let newest = histories.newest(row, *percept).map(|sample| sample.feature);
             assert_eq!(*feature, newest, "what was clustered by is what is remembered");
         }
+        assert_eq!(self.symbols[slot as usize], self.metric.symbols(self.features(slot)));
         let sightings = self.sightings.as_ref().map(|sightings| sightings.runs(slot as usize));
         format!("{:?}\n{sightings:?}\n{}", self.memory(slot).unwrap(), histories.contents(row))
     }
@@ -374,10 +397,12 @@ pub(crate) struct Step<'a> {
 }
 
 impl Population for Step<'_> {
+    #[inline]
     fn old(&self) -> &[u32] {
         &self.arena.live
     }
 
+    #[inline]
     fn fresh(&self) -> &[u32] {
         &self.arena.fresh
     }
@@ -386,6 +411,7 @@ impl Population for Step<'_> {
         self.arena.lives(slot)
     }
 
+    #[inline]
     fn id(&self, slot: u32) -> u64 {
         self.arena.memory(slot).map_or(0, |memory| memory.id)
     }
@@ -394,6 +420,7 @@ impl Population for Step<'_> {
         self.arena.versions.get(slot as usize).copied().unwrap_or(0)
     }
 
+    #[inline]
     fn place(&self, slot: u32) -> Option<[f32; 3]> {
         let Reach { term, .. } = self.arena.reach?;
         match self.arena.features(slot).get(term).copied().flatten()? {
@@ -402,8 +429,9 @@ impl Population for Step<'_> {
         }
     }
 
+    #[inline]
     fn symbols(&self, slot: u32) -> Symbols {
-        self.arena.metric.symbols(self.arena.features(slot))
+        self.arena.symbols.get(slot as usize).copied().unwrap_or(Symbols::NONE)
     }
 
     fn distance(&self, a: u32, b: u32) -> Option<f64> {
@@ -413,11 +441,25 @@ impl Population for Step<'_> {
         (!apart).then_some(distance)
     }
 
+    #[inline]
+    fn distance_seen(&self, (a, of_a): (u32, &Seen), (b, of_b): (u32, &Seen)) -> Option<f64> {
+        let Arena { metric, sightings, .. } = &*self.arena;
+        let Some(weight) = metric.weight_of_place() else { return self.distance(a, b) };
+        if !(of_a.symbols.are_all() && of_b.symbols.are_all()) {
+            return self.distance(a, b);
+        }
+        let distance = metric.below_threshold_of(weight, of_a.place_m, of_b.place_m)?;
+        let apart = sightings.as_ref().is_some_and(|sightings| sightings.are_apart(a as usize, b as usize));
+        (!apart).then_some(distance)
+    }
+
+    #[inline]
     fn reach_m(&self, distance: f64) -> f64 {
         // A sum of several terms rounds.
         self.arena.reach.map_or(f64::INFINITY, |reach| distance * reach.metres_per_distance * (1.0 + 1e-9))
     }
 
+    #[inline]
     fn takes_in(&self, old: u32, fresh: u32) -> bool {
         let Arena { slots, foreseen, .. } = &*self.arena;
         let (Some(older), Some(newer)) = (slots.get(old as usize), slots.get(fresh as usize)) else {
@@ -433,6 +475,7 @@ impl Population for Step<'_> {
         }
     }
 
+    #[inline]
     fn is_companion(&self, old: u32) -> bool {
         self.arena.sightings.as_ref().is_some_and(|sightings| sightings.was_there(old as usize))
     }

@@ -15,7 +15,7 @@ use grouping::Grouping;
 use matching::Matching;
 pub use naive::cluster as cluster_naively;
 use neighbourhood::Neighbourhood;
-pub use population::{Population, Symbols};
+pub use population::{Population, Seen, Symbols};
 use queue::{Pair, Queue};
 
 /// Finds the pairs to merge without looking at all pairs: with bit for bit the outcome of

@@ -34,6 +34,8 @@ use crate::sample::{Kept, Sample, Taken};
 #[derive(Clone, Debug)]
 pub(crate) struct Histories {
     generators: Box<[Generator]>,
+    /// Which series have their cells side by side.
+    alike: Box<[Alike]>,
     rows: usize,
     used: usize,
     free: Room<u32>,
@@ -60,6 +62,16 @@ enum Generator {
     Own { index: usize, cells: Range<usize>, history: Supplied<dyn History> },
 }
 
+/// Series that are filled alike, as a rule: what comes next of each lies side by side.
+#[derive(Clone, Debug)]
+struct Alike {
+    /// Where in a row they are.
+    series: Vec<usize>,
+    /// The cells of the first.
+    cells: Column,
+    thinning: Thinning,
+}
+
 impl Histories {
     /// Room for `rows` beliefs.
     pub(crate) fn new(percepts: &[Percept], own: &Functions, rows: usize) -> Result<Self, Unbelievable> {
@@ -67,8 +79,13 @@ impl Histories {
         let (columns, cells) = side_by_side(&rings);
         let (mut low_passes, mut series, mut kept, mut own_cells) = (0, 0, 0, 0);
         let mut generators = Vec::with_capacity(percepts.len());
+        let mut alike: Vec<Alike> = Vec::new();
         for (percept, column) in percepts.iter().zip(columns) {
             if let Some((cells, thinning)) = column {
+                match alike.iter_mut().find(|all| cells.is_beside(all.cells) && all.thinning == thinning) {
+                    Some(all) => all.series.push(series),
+                    None => alike.push(Alike { series: vec![series], cells, thinning }),
+                }
                 generators.push(Generator::Series { index: series, cells, thinning });
                 series += 1;
             }
@@ -95,6 +112,7 @@ impl Histories {
         let most = rings.iter().flatten().map(|(samples, _)| *samples).max().unwrap_or(0);
         Ok(Self {
             generators: generators.into_boxed_slice(),
+            alike: alike.into_boxed_slice(),
             rows,
             used: 0,
             free: Room::for_most(rows),
@@ -139,46 +157,69 @@ impl Histories {
     /// Takes one sample into a history: the union with g(m, c, d), the history of that sample.
     /// `phase`, another for each belief, spreads the work of thinning over time.
     pub(crate) fn take(&mut self, row: u32, percept: u16, sample: Sample, phase: u64) {
-        let Some((generators, mut row)) = self.row_mut(row) else { return };
         let Sample { at, matching, confidence, feature } = sample;
         let value = PerceptValue::new(percept, matching, confidence, feature);
-        row.take(generators.get(usize::from(percept)), Taken { at, value: &value }, phase);
+        self.take_all(row, &[value], true, at, phase);
     }
 
     /// Fetches the cells that the next snapshot of a row will be written into.
+    #[inline]
     pub(crate) fn prefetch(&self, row: u32) {
-        let Some(row_of_cells) = self.cells.row(row) else { return };
-        for generator in &self.generators {
-            if let Generator::Series { index, cells, .. } = generator
-                && let Some(series) = self.series.get(row, *index)
-            {
-                series.prefetch(&cells.of(row_of_cells));
+        let (Some(cells), Some(series)) = (self.cells.row(row), self.series.row(row)) else { return };
+        for alike in &self.alike {
+            // One that takes nothing in says nothing of the others.
+            let mut taking = alike.series.iter().filter_map(|index| series.get(*index));
+            if let Some(series) = taking.find(|series| !series.is_empty()) {
+                series.prefetch(&alike.cells.of(cells));
             }
         }
     }
 
     /// Takes the evaluations of one snapshot, made at an instant; how many were nonsense and left
-    /// out.
-    pub(crate) fn take_all(&mut self, row: u32, values: &[PerceptValue], at: Instant, phase: u64) -> u64 {
+    /// out, unless all `are_sound`.
+    pub(crate) fn take_all(
+        &mut self,
+        row: u32,
+        values: &[PerceptValue],
+        are_sound: bool,
+        at: Instant,
+        phase: u64,
+    ) -> u64 {
+        let Self { generators, low_passes, series, kept, cells, own_cells, scratch, .. } = self;
+        let (Some(low_passes), Some(series), Some(cells)) =
+            (low_passes.row_mut(row), series.row_mut(row), cells.row_mut(row))
+        else {
+            return 0;
+        };
         let mut unsound = 0;
-        let Some((generators, mut row)) = self.row_mut(row) else { return unsound };
         for value in values {
-            if value.is_sound() {
-                row.take(generators.get(usize::from(value.percept)), Taken { at, value }, phase);
-            } else {
+            if !are_sound && !value.is_sound() {
                 unsound += 1;
+                continue;
+            }
+            let sample = Taken { at, value };
+            match generators.get(usize::from(value.percept)) {
+                Some(Generator::Series { index, cells: column, thinning }) => {
+                    if let Some(series) = series.get_mut(*index) {
+                        series.take(cells, *column, *thinning, sample, phase, scratch);
+                    }
+                }
+                Some(Generator::LowPass { index, share }) => {
+                    if let Some(low_pass) = low_passes.get_mut(*index) {
+                        low_pass.take(sample, *share);
+                    }
+                }
+                Some(Generator::Own { index, cells, history }) => {
+                    if let (Some(len), Some(cells)) =
+                        (kept.get_mut(row, *index), own_cells.range_mut(row, cells))
+                    {
+                        history.take(&mut Samples { cells, len }, &sample.kept().sample());
+                    }
+                }
+                None => {}
             }
         }
         unsound
-    }
-
-    #[inline]
-    fn row_mut(&mut self, row: u32) -> Option<(&[Generator], RowMut<'_>)> {
-        let Self { generators, low_passes, series, kept, cells, own_cells, scratch, .. } = self;
-        let (low_passes, series, cells) =
-            (low_passes.row_mut(row)?, series.row_mut(row)?, cells.row_mut(row)?);
-        let (kept, own_cells) = (kept.row_mut(row)?, own_cells.row_mut(row)?);
-        Some((generators, RowMut { low_passes, series, kept, cells, own_cells, scratch }))
     }
 
     /// Makes the newest feature of a percept what it will be when a sample is taken that is newer than
@@ -339,42 +380,6 @@ impl Histories {
             Generator::Own { .. } => format!("{:?}", self.samples(row, percept)),
         });
         histories.collect::<Vec<_>>().join("\n")
-    }
-}
-
-/// The histories of one belief, to be changed.
-struct RowMut<'a> {
-    low_passes: &'a mut [LowPass],
-    series: &'a mut [Series],
-    kept: &'a mut [u32],
-    cells: &'a mut [Kept],
-    own_cells: &'a mut [Sample],
-    scratch: &'a mut Vec<Kept>,
-}
-
-impl RowMut<'_> {
-    #[inline(always)]
-    fn take(&mut self, generator: Option<&Generator>, sample: Taken<'_>, phase: u64) {
-        match generator {
-            Some(Generator::LowPass { index, share }) => {
-                if let Some(low_pass) = self.low_passes.get_mut(*index) {
-                    low_pass.take(sample, *share);
-                }
-            }
-            Some(Generator::Series { index, cells, thinning }) => {
-                if let Some(series) = self.series.get_mut(*index) {
-                    series.take(cells.of(self.cells), *thinning, sample, phase, self.scratch);
-                }
-            }
-            Some(Generator::Own { index, cells, history }) => {
-                if let (Some(len), Some(cells)) =
-                    (self.kept.get_mut(*index), self.own_cells.get_mut(cells.start..cells.end))
-                {
-                    history.take(&mut Samples { cells, len }, &sample.kept().sample());
-                }
-            }
-            None => {}
-        }
     }
 }
 

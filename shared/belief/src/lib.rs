@@ -131,7 +131,7 @@ mod sources;
 mod system;
 mod vacancies;
 
-pub use cluster::{Clustering, Population, Symbols, cluster_naively};
+pub use cluster::{Clustering, Population, Seen, Symbols, cluster_naively};
 pub use own::{Cull, Distance, Doubtful, Functions, History, Samples};
 pub use sample::Sample;
 pub use system::{BeliefSystem, Counts, Unbelievable};

@@ -15,6 +15,8 @@ pub(crate) struct Metric {
     no_term_applies: NoTermApplies,
     /// The terms, by their place, whose symbols alone tell two beliefs apart.
     telling: Box<[usize]>,
+    /// The weight of the only term besides them, where that is in metres.
+    of_place: Option<f64>,
 }
 
 /// A term w·q·d.
@@ -69,8 +71,15 @@ impl Metric {
             matches!(term.measure, How::Differs) && term.weight >= config.threshold && !config.normalised
         };
         let telling = terms.iter().enumerate().filter(|(_, term)| tells(term));
+        let telling = telling.map(|(place, _)| place).collect();
+        let mut others = terms.iter().filter(|term| !tells(term));
+        let of_place = match (others.next(), others.next()) {
+            (Some(Term { weight, measure: How::Metres, .. }), None) if !config.normalised => Some(*weight),
+            _ => None,
+        };
         Ok(Self {
-            telling: telling.map(|(place, _)| place).collect(),
+            telling,
+            of_place,
             terms,
             threshold: config.threshold,
             normalised: config.normalised,
@@ -123,6 +132,21 @@ impl Metric {
         if distance < self.threshold { Some(distance) } else { None }
     }
 
+    /// The weight of the term of places, where D of two beliefs that have one is that term alone, unless a symbol
+    /// tells them apart.
+    #[inline]
+    pub(crate) const fn weight_of_place(&self) -> Option<f64> {
+        self.of_place
+    }
+
+    /// D of two beliefs with these places, in metres, where it is [that term alone](Self::weight_of_place) and
+    /// below the threshold.
+    #[inline]
+    pub(crate) fn below_threshold_of(&self, weight: f64, a: [f32; 3], b: [f32; 3]) -> Option<f64> {
+        let distance = weight * metres(&a, &b);
+        if distance < self.threshold { Some(distance) } else { None }
+    }
+
     /// What no D exceeds between any two beliefs of several, given their features in the order of the
     /// terms, and of what becomes of them when some are merged, if what a merged one has is between what the
     /// others had, or one of them; `None` where that is not below the threshold or cannot be told.
@@ -165,10 +189,7 @@ impl Metric {
 #[inline]
 fn measure(measure: &How, a: &Feature, b: &Feature) -> Option<f64> {
     match (measure, a, b) {
-        (How::Metres, Feature::Vector(a), Feature::Vector(b)) => {
-            let squared = a.iter().zip(b).map(|(a, b)| (f64::from(*a) - f64::from(*b)).powi(2));
-            Some(squared.sum::<f64>().sqrt())
-        }
+        (How::Metres, Feature::Vector(a), Feature::Vector(b)) => Some(metres(a, b)),
         (How::AngleRad, Feature::Orientation(a), Feature::Orientation(b)) => {
             let dot: f64 = a.iter().zip(b).map(|(a, b)| f64::from(*a) * f64::from(*b)).sum();
             Some(2.0 * dot.abs().min(1.0).acos())
@@ -180,6 +201,12 @@ fn measure(measure: &How, a: &Feature, b: &Feature) -> Option<f64> {
         (How::Own(own), a, b) => of_its_own(&**own, a, b),
         (How::Metres | How::AngleRad | How::Difference | How::Differs, _, _) => None,
     }
+}
+
+#[inline]
+fn metres(a: &[f32; 3], b: &[f32; 3]) -> f64 {
+    let squared = a.iter().zip(b).map(|(a, b)| (f64::from(*a) - f64::from(*b)).powi(2));
+    squared.sum::<f64>().sqrt()
 }
 
 /// What no d exceeds of two features and of those between them, rounding included; `None` where they have no

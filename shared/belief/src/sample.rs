@@ -56,48 +56,46 @@ impl Sample {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Kept {
     pub(crate) at: Instant,
-    /// The match, with [`FOUR_NUMBERS`] where the feature has so many.
+    /// The match, and above it the lower two bits of the kind of the feature: no number from 0 to 1 has
+    /// such bits.
     matching: u32,
-    confidence: f32,
-    /// The numbers of the feature. The bits of the fourth are its kind where it has but three.
+    /// The confidence, and above it the kind's third bit.
+    confidence: u32,
     numbers: [f32; 4],
 }
 
-/// A bit that no number from 0 to 1 has.
-const FOUR_NUMBERS: u32 = 1 << 30;
+/// Where the bits of the kind begin.
+const KIND_AT: u32 = 30;
+const SHARE: u32 = (1 << KIND_AT) - 1;
 
 impl Kept {
     /// What stands in a cell that holds no sample yet.
-    pub(crate) const NONE: Self =
-        Self { at: Instant::EPOCH, matching: 0, confidence: 0.0, numbers: [0.0; 4] };
+    pub(crate) const NONE: Self = Self { at: Instant::EPOCH, matching: 0, confidence: 0, numbers: [0.0; 4] };
 
-    #[inline]
+    #[inline(always)]
     fn new(at: Instant, matching: f32, confidence: f32, (kind, numbers): (u16, [f32; 4])) -> Self {
-        let matching = matching.to_bits();
-        if kind == Feature::ORIENTATION {
-            return Self { at, matching: matching | FOUR_NUMBERS, confidence, numbers };
-        }
-        let [a, b, c, _] = numbers;
-        Self { at, matching, confidence, numbers: [a, b, c, f32::from_bits(u32::from(kind))] }
+        // The sum has no sign where it is zero.
+        let bits = |share: f32, kind: u32| (share + 0.0).to_bits() | kind << KIND_AT;
+        let kind = u32::from(kind);
+        Self { at, matching: bits(matching, kind & 3), confidence: bits(confidence, kind >> 2), numbers }
     }
 
     /// The feature d.
     #[inline]
     pub(crate) fn feature(&self) -> Feature {
-        let [a, b, c, fourth] = self.numbers;
-        let feature = if self.matching & FOUR_NUMBERS == 0 {
-            u16::try_from(fourth.to_bits()).ok().and_then(|kind| Feature::from_raw(kind, [a, b, c, 0.0]))
-        } else {
-            Feature::from_raw(Feature::ORIENTATION, self.numbers)
-        };
+        let kind = self.matching >> KIND_AT | (self.confidence >> KIND_AT) << 2;
         // What is kept is sound, and has a feature.
-        feature.unwrap_or(Feature::None)
+        u16::try_from(kind)
+            .ok()
+            .and_then(|kind| Feature::from_raw(kind, self.numbers))
+            .unwrap_or(Feature::None)
     }
 
     #[inline]
     pub(crate) fn sample(&self) -> Sample {
-        let matching = f32::from_bits(self.matching & !FOUR_NUMBERS);
-        Sample { at: self.at, matching, confidence: self.confidence, feature: self.feature() }
+        let [matching, confidence] =
+            [self.matching, self.confidence].map(|bits| f32::from_bits(bits & SHARE));
+        Sample { at: self.at, matching, confidence, feature: self.feature() }
     }
 
     /// The same with another feature.
@@ -127,7 +125,7 @@ pub(crate) struct Taken<'a> {
 }
 
 impl Taken<'_> {
-    #[inline]
+    #[inline(always)]
     pub(crate) fn kept(self) -> Kept {
         let PerceptValue { matching, confidence, .. } = *self.value;
         Kept::new(self.at, matching, confidence, self.value.raw_feature())

@@ -207,6 +207,31 @@ impl BeliefSystem {
         looked: SourceSet,
         in_view: impl Fn([f32; 3]) -> bool,
     ) {
+        self.take(now, perceived, which, looked, in_view, false);
+    }
+
+    /// The same where whoever calls has seen to it that all of the `perceived` things that count are
+    /// [sound](Perceived::is_sound): they are not looked through again, and what is not sound is believed.
+    pub fn step_sound(
+        &mut self,
+        now: Instant,
+        perceived: &[Perceived],
+        which: impl Iterator<Item = usize>,
+        looked: SourceSet,
+        in_view: impl Fn([f32; 3]) -> bool,
+    ) {
+        self.take(now, perceived, which, looked, in_view, true);
+    }
+
+    fn take(
+        &mut self,
+        now: Instant,
+        perceived: &[Perceived],
+        which: impl Iterator<Item = usize>,
+        looked: SourceSet,
+        in_view: impl Fn([f32; 3]) -> bool,
+        are_sound: bool,
+    ) {
         if now < self.now {
             self.counts.backwards += 1;
         }
@@ -214,8 +239,10 @@ impl BeliefSystem {
         let first_new = self.next_id;
         self.sources.begin();
         for index in which {
-            if let Some(perceived) = perceived.get(index) {
-                self.create(saturating_u32(index), perceived);
+            if let Some(perceived) = perceived.get(index)
+                && (are_sound || self.look_through(perceived))
+            {
+                self.create(saturating_u32(index), perceived, are_sound);
             }
         }
         let Self { arena, clustering, sources, .. } = self;
@@ -224,7 +251,7 @@ impl BeliefSystem {
         // What one source sees at one instant is apart, and so is whatever takes any of it in.
         let fresh_apart = arena.keeps_apart() && sources.frames() <= 1;
         self.counts.merged += clustering.run(&mut Step { arena, perceived }, settled, fresh_apart);
-        let stayed = self.arena.settle(perceived);
+        let stayed = self.arena.settle(perceived, are_sound);
         for stayed in self.len() - stayed..self.len() {
             self.place(stayed);
         }
@@ -306,25 +333,28 @@ impl BeliefSystem {
         }
     }
 
-    fn create(&mut self, entry: u32, perceived: &Perceived) {
+    /// Whether there is anything sound in what was perceived.
+    fn look_through(&mut self, perceived: &Perceived) -> bool {
+        let values = perceived.snapshot.values();
+        let in_order = values.is_sorted_by(|a, b| a.percept < b.percept);
+        let is_some = in_order && values.iter().any(PerceptValue::is_sound);
+        let is_sound = perceived.observation.is_sound() && (is_some || values.is_empty());
+        self.counts.unsound += u64::from(!is_sound);
+        is_sound
+    }
+
+    fn create(&mut self, entry: u32, perceived: &Perceived, is_sound: bool) {
         let Perceived { observation, snapshot } = perceived;
         let observed_at = Instant::from_nanos(observation.observed_at_ns);
-        if !observation.is_sound() {
-            self.counts.unsound += 1;
-            return;
-        }
         if observed_at > self.now + AHEAD {
             self.counts.ahead += 1;
             return;
         }
-        // What is remembered is not later than now, or h(now) would not know of it.
-        let at = observed_at.min(self.now);
-        let values = snapshot.values();
-        let in_order = values.is_sorted_by(|a, b| a.percept < b.percept);
-        if !in_order || !values.iter().any(PerceptValue::is_sound) {
-            self.counts.unsound += u64::from(!values.is_empty());
+        if snapshot.values().is_empty() {
             return;
         }
+        // What is remembered is not later than now, or h(now) would not know of it.
+        let at = observed_at.min(self.now);
         match self.sources.admit(observation.source, observed_at) {
             Admission::Enters => {}
             Admission::Stale => {
@@ -336,7 +366,7 @@ impl BeliefSystem {
                 return;
             }
         }
-        match self.arena.create(self.next_id, [at, self.now], entry, perceived) {
+        match self.arena.create(self.next_id, [at, self.now], entry, perceived, is_sound) {
             Some(_) => {
                 self.counts.created += 1;
                 self.next_id += 1;

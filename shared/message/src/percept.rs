@@ -30,7 +30,11 @@ const VECTOR: u16 = 3;
 const ORIENTATION: u16 = 4;
 
 impl Feature {
-    /// The kind of an orientation: the only one that needs all four numbers.
+    /// The kind of a number.
+    pub const NUMBER: u16 = NUMBER;
+    /// The kind of a vector.
+    pub const VECTOR: u16 = VECTOR;
+    /// The kind of an orientation.
     pub const ORIENTATION: u16 = ORIENTATION;
 
     /// As it stands in shared memory: its kind and four numbers, those that it does not need zero.
@@ -46,32 +50,44 @@ impl Feature {
         }
     }
 
+    /// Whether a kind and four numbers stand for a feature.
+    #[inline]
+    fn stands(kind: u16, numbers: [f32; 4]) -> bool {
+        // All are looked at, for they are finite as a rule: so the compiler can look at all at once.
+        let are_finite = numbers.iter().fold(true, |all, number| all & number.is_finite());
+        let [a, ..] = numbers;
+        are_finite && kind <= ORIENTATION && (kind != SYMBOL || (0.0..=f32::from(u16::MAX)).contains(&a))
+    }
+
     /// What a kind and four numbers stand for; `None` where they are no feature.
     #[must_use]
     #[inline]
     pub fn from_raw(kind: u16, numbers: [f32; 4]) -> Option<Self> {
         let [a, b, c, _] = numbers;
-        // All are looked at, for they are finite as a rule: so the compiler can look at all at once.
-        if !numbers.iter().fold(true, |all, number| all & number.is_finite()) {
+        if !Self::stands(kind, numbers) {
             return None;
         }
         match kind {
             NONE => Some(Self::None),
-            SYMBOL if (0.0..=f32::from(u16::MAX)).contains(&a) =>
-            {
-                #[expect(
-                    clippy::cast_possible_truncation,
-                    clippy::cast_sign_loss,
-                    reason = "the guard has checked the range"
-                )]
-                Some(Self::Symbol(a as u16))
-            }
+            #[expect(
+                clippy::cast_possible_truncation,
+                clippy::cast_sign_loss,
+                reason = "what stands for a symbol is in its range"
+            )]
+            SYMBOL => Some(Self::Symbol(a as u16)),
             NUMBER => Some(Self::Number(a)),
             VECTOR => Some(Self::Vector([a, b, c])),
             ORIENTATION => Some(Self::Orientation(numbers)),
             _ => None,
         }
     }
+}
+
+/// Whether a number is from 0 to 1: told from its bits, which rise with a number that has no sign. The sum has
+/// none where it is zero.
+#[inline]
+fn is_share(number: f32) -> bool {
+    (number + 0.0).to_bits() <= 1.0_f32.to_bits()
 }
 
 /// One percept's evaluation of one observation: p(o) = (m, c, d) (Eq. 1).
@@ -116,8 +132,9 @@ impl PerceptValue {
     #[must_use]
     #[inline]
     pub fn is_sound(&self) -> bool {
-        let within = |share: f32| (0.0..=1.0).contains(&share);
-        within(self.matching) & within(self.confidence) && self.feature().is_some()
+        is_share(self.matching)
+            && is_share(self.confidence)
+            && Feature::stands(self.feature_kind, self.feature)
     }
 }
 
@@ -151,6 +168,21 @@ impl Snapshot {
     pub fn values(&self) -> &[PerceptValue] {
         let count = usize::try_from(self.count).unwrap_or(0).min(MAX_PERCEPTS);
         self.values.get(..count).unwrap_or(&[])
+    }
+
+    /// Whether it is one: each an evaluation, in the order of the percepts.
+    #[must_use]
+    #[inline]
+    pub fn is_sound(&self) -> bool {
+        let values = self.values();
+        values.iter().all(PerceptValue::is_sound) && values.is_sorted_by(|a, b| a.percept < b.percept)
+    }
+
+    /// The evaluations, to be changed in place.
+    #[inline]
+    pub fn values_mut(&mut self) -> &mut [PerceptValue] {
+        let count = usize::try_from(self.count).unwrap_or(0).min(MAX_PERCEPTS);
+        self.values.get_mut(..count).unwrap_or(&mut [])
     }
 
     /// The evaluation by one percept, if it passed the threshold.
@@ -200,6 +232,15 @@ pub struct Perceived {
     pub observation: Observation,
     /// The robot's own percept snapshot of it.
     pub snapshot: Snapshot,
+}
+
+impl Perceived {
+    /// Whether every number is one that may be used: what comes from another process is an allegation.
+    #[must_use]
+    #[inline]
+    pub fn is_sound(&self) -> bool {
+        self.observation.is_sound() && self.snapshot.is_sound()
+    }
 }
 
 laid_out!(PerceptHead = "leo/PerceptHead/1" {

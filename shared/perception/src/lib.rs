@@ -179,6 +179,8 @@ pub enum Unperceivable {
 pub struct Perception {
     threshold: f64,
     percepts: Vec<Percept>,
+    /// Whether none of the percepts that do not see the frame has a parent.
+    are_plain: bool,
 }
 
 #[derive(Clone)]
@@ -226,7 +228,8 @@ impl Perception {
                 is_indexical,
             });
         }
-        Ok(Self { threshold: percepts.threshold, percepts: ready })
+        let are_plain = ready.iter().all(|percept| percept.is_indexical || percept.parent.is_none());
+        Ok(Self { threshold: percepts.threshold, percepts: ready, are_plain })
     }
 
     /// The percept snapshot of an observation given in the perspective's frame (Eq. 2): the
@@ -238,11 +241,11 @@ impl Perception {
     /// multiplied to its own.
     #[must_use]
     pub fn perceive(&self, observation: &Observation, frame: &Frame) -> Snapshot {
-        let mut snapshot = Snapshot::default();
         let given = Given::new(observation, *frame);
-        self.fill(observation, &mut snapshot, |percept, parent, snapshot| {
-            self.ask(percept, &given, parent, snapshot)
-        });
+        let mut snapshot = Snapshot::default();
+        if observation.is_sound() {
+            self.fill(&mut snapshot, |percept, passed, snapshot| self.ask(percept, &given, passed, snapshot));
+        }
         snapshot
     }
 
@@ -271,27 +274,72 @@ impl Perception {
     /// # Ok::<(), perception::Unperceivable>(())
     /// ```
     #[must_use]
-    #[inline]
     pub fn perceive_again(&self, observation: &Observation, known: &Snapshot, frame: &Frame) -> Snapshot {
         let mut snapshot = Snapshot::default();
-        self.perceive_again_into(observation, known, frame, &mut snapshot);
+        if observation.is_sound() && known.is_sound() {
+            snapshot = *known;
+            self.perceive_again_in(observation, frame, &mut snapshot);
+        } else if observation.is_sound() {
+            self.sift(&Given::new(observation, *frame), known, &mut snapshot);
+        }
         snapshot
     }
 
-    /// [`Self::perceive_again`] into an empty snapshot where it is to be.
+    /// [`Self::perceive_again`] in place: `snapshot` is what another perspective knows. Both it and the observation
+    /// are sound, and not looked through again.
     #[inline]
-    pub fn perceive_again_into(
-        &self,
-        observation: &Observation,
-        known: &Snapshot,
-        frame: &Frame,
-        snapshot: &mut Snapshot,
-    ) {
-        let mut rest = known.values();
+    pub fn perceive_again_in(&self, observation: &Observation, frame: &Frame, snapshot: &mut Snapshot) {
         let given = Given::new(observation, *frame);
-        self.fill(observation, snapshot, |percept, parent, snapshot| {
+        // As a rule the same percepts pass.
+        if !(self.are_plain && self.revise(&given, snapshot)) {
+            // What was revised already is evaluated once more.
+            let known = *snapshot;
+            self.sift(&given, &known, snapshot);
+        }
+    }
+
+    /// Evaluates anew, in its place, what sees the frame; `false` where other percepts pass now.
+    #[inline]
+    fn revise(&self, given: &Given<'_>, snapshot: &mut Snapshot) -> bool {
+        let mut passed = Passed(0);
+        let mut index = 0;
+        for percept in &self.percepts {
+            let known = snapshot.values().get(index).filter(|known| known.percept == percept.number);
+            let is_known = known.is_some();
+            let passes = if percept.is_indexical {
+                let again = self.ask(percept, given, passed, snapshot);
+                let passes = again.is_some();
+                if let (Some(known), Some(again)) = (snapshot.values_mut().get_mut(index), again)
+                    && is_known
+                {
+                    *known = again;
+                }
+                passes
+            } else {
+                known.is_some_and(|known| self.exceeds(known))
+            };
+            if passes != is_known {
+                return false;
+            }
+            if passes {
+                passed.add(percept.number);
+                index += 1;
+            }
+        }
+        index == snapshot.values().len()
+    }
+
+    /// Takes over of what is alleged to be known what may be in a snapshot.
+    #[inline(never)]
+    fn sift(&self, given: &Given<'_>, known: &Snapshot, snapshot: &mut Snapshot) {
+        let mut rest = known.values();
+        *snapshot = Snapshot::default();
+        self.fill(snapshot, |percept, passed, snapshot| {
             if percept.is_indexical {
-                return self.ask(percept, &given, parent, snapshot);
+                return self.ask(percept, given, passed, snapshot);
+            }
+            if percept.parent.is_some_and(|parent| percept.parent_says(parent, passed, snapshot).is_none()) {
+                return None;
             }
             while let [first, after @ ..] = rest {
                 if first.percept > percept.number {
@@ -299,53 +347,43 @@ impl Perception {
                 }
                 rest = after;
                 if first.percept == percept.number {
-                    return self.passes(first) && snapshot.push(*first);
+                    return self.passes(first).then_some(*first);
                 }
             }
-            false
+            None
         });
     }
 
-    /// Fills a snapshot as `add` does, percept by percept, with what their parents say: it says whether it
-    /// added one.
+    /// Fills a snapshot, percept by percept, with what each says given those that passed before it. There is room:
+    /// the configuration holds no more percepts than a snapshot.
     #[inline]
     fn fill(
         &self,
-        observation: &Observation,
         snapshot: &mut Snapshot,
-        mut add: impl FnMut(&Percept, Option<Evaluation>, &mut Snapshot) -> bool,
+        mut says: impl FnMut(&Percept, Passed, &Snapshot) -> Option<PerceptValue>,
     ) {
-        if !observation.is_sound() {
-            return;
-        }
-        // One bit for each percept that passed: a snapshot has fewer than there are bits.
-        let mut passed = 0_u32;
+        let mut passed = Passed(0);
         for percept in &self.percepts {
-            let parent = match percept.parent {
-                None => None,
-                Some(parent) => match evaluated(snapshot, passed, parent) {
-                    Some(parent) if !percept.is_asked_inside || is_inside(parent.feature) => Some(parent),
-                    Some(_) | None => continue,
-                },
-            };
-            if add(percept, parent, snapshot) {
-                passed |= bit(percept.number);
+            if let Some(value) = says(percept, passed, snapshot)
+                && snapshot.push(value)
+            {
+                passed.add(percept.number);
             }
         }
     }
 
-    /// Adds what a percept says if it passes. Most have no parent: those are asked at once.
+    /// What a percept says, if it passes. Most have no parent: those are asked at once.
     #[inline]
     fn ask(
         &self,
         percept: &Percept,
         given: &Given<'_>,
-        parent: Option<Evaluation>,
-        snapshot: &mut Snapshot,
-    ) -> bool {
-        match parent {
-            None => self.add(percept, percept.kernel.classify(given), given.observation.confidence, snapshot),
-            Some(parent) => self.ask_child(percept, &given.under(parent), parent, snapshot),
+        passed: Passed,
+        snapshot: &Snapshot,
+    ) -> Option<PerceptValue> {
+        match percept.parent {
+            None => self.said(percept, percept.kernel.classify(given), given.observation.confidence),
+            Some(parent) => self.ask_child(percept, given, parent, passed, snapshot),
         }
     }
 
@@ -354,44 +392,73 @@ impl Perception {
         &self,
         percept: &Percept,
         given: &Given<'_>,
-        parent: Evaluation,
-        snapshot: &mut Snapshot,
-    ) -> bool {
+        parent: u16,
+        passed: Passed,
+        snapshot: &Snapshot,
+    ) -> Option<PerceptValue> {
+        let parent = percept.parent_says(parent, passed, snapshot)?;
         let read = if percept.reads_parent { percept.kernel.read(parent.feature) } else { None };
         match read {
-            Some(read) => self.add(percept, read, parent.confidence, snapshot),
-            None => self.add(percept, percept.kernel.classify(given), given.observation.confidence, snapshot),
+            Some(read) => self.said(percept, read, parent.confidence),
+            None => {
+                let said = percept.kernel.classify(&given.under(parent));
+                self.said(percept, said, given.observation.confidence)
+            }
         }
     }
 
-    /// Adds an evaluation of what is known with a confidence, if it passes. There is room: the
-    /// configuration holds no more percepts than a snapshot.
+    /// An evaluation of what is known with a confidence, if it passes.
     #[inline]
-    fn add(&self, percept: &Percept, said: Evaluation, of_confidence: f32, snapshot: &mut Snapshot) -> bool {
+    fn said(&self, percept: &Percept, said: Evaluation, of_confidence: f32) -> Option<PerceptValue> {
         let Evaluation { matching, confidence, feature } = said;
         let is_confidence = (0.0..=1.0).contains(&confidence);
         let value = PerceptValue::new(percept.number, matching, of_confidence * confidence, feature);
-        is_confidence && self.passes(&value) && snapshot.push(value)
+        (is_confidence && self.passes(&value)).then_some(value)
     }
 
     /// Whether a value is an evaluation with m·c > k.
     #[inline]
     fn passes(&self, value: &PerceptValue) -> bool {
-        value.is_sound() && f64::from(value.matching) * f64::from(value.confidence) > self.threshold
+        value.is_sound() && self.exceeds(value)
+    }
+
+    #[inline]
+    fn exceeds(&self, value: &PerceptValue) -> bool {
+        f64::from(value.matching) * f64::from(value.confidence) > self.threshold
     }
 }
 
-/// What a percept says in a snapshot, if it passed: there is one value for each bit of `passed`, in order.
-#[inline(never)]
-fn evaluated(snapshot: &Snapshot, passed: u32, percept: u16) -> Option<Evaluation> {
-    let bit = bit(percept);
-    if passed & bit == 0 {
-        return None;
+impl Percept {
+    /// What its parent says in a snapshot; `None` where it is not to be asked: the parent did not pass, or is a
+    /// region or a range that the thing is outside of.
+    #[inline(never)]
+    fn parent_says(&self, parent: u16, passed: Passed, snapshot: &Snapshot) -> Option<Evaluation> {
+        let value = snapshot.values().get(passed.before(parent)?)?;
+        let PerceptValue { matching, confidence, .. } = *value;
+        let said = Evaluation { matching, confidence, feature: value.feature()? };
+        (!self.is_asked_inside || is_inside(said.feature)).then_some(said)
     }
-    let before = usize::try_from((passed & (bit - 1)).count_ones()).ok()?;
-    let value = snapshot.values().get(before)?;
-    let PerceptValue { matching, confidence, .. } = *value;
-    Some(Evaluation { matching, confidence, feature: value.feature()? })
+}
+
+/// Which percepts passed, a bit for each: a snapshot has fewer than there are bits. There is one value for each
+/// of them, in order.
+#[derive(Clone, Copy)]
+struct Passed(u32);
+
+impl Passed {
+    #[inline]
+    fn add(&mut self, percept: u16) {
+        self.0 |= bit(percept);
+    }
+
+    /// How many passed before one that did; `None` where that one did not.
+    fn before(self, percept: u16) -> Option<usize> {
+        let bit = bit(percept);
+        if self.0 & bit == 0 {
+            return None;
+        }
+        usize::try_from((self.0 & (bit - 1)).count_ones()).ok()
+    }
 }
 
 /// The bit that stands for a percept; none where there are too many of them.

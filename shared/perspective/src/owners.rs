@@ -3,7 +3,7 @@ use clock::{Duration, Instant};
 use config::perspective::{Owning, Resource};
 use geometry::{Base, Pose, Position};
 use message::NOBODY;
-use quantity::number::float_of_count;
+use quantity::number::{float_of_count, single};
 
 /// Whose each of a perspective's beliefs is (the resource perspective): Own of V' = V ∧ Own.
 ///
@@ -83,8 +83,8 @@ struct Gap {
     widest_m: f64,
 }
 
-/// More than what lengths of a workspace round.
-const ROUNDING_M: f64 = 1e-9;
+/// More than what single precision rounds off lengths, as a share of them.
+const ROUNDING: f64 = 1e-6;
 
 impl Gap {
     fn is_wide(&self, ratio: f64) -> bool {
@@ -97,7 +97,7 @@ impl Gap {
     /// Then no distance has changed by more than twice that, and nor has any link in the order of
     /// lengths: who is joined by links up to some length is then joined by links of that much more.
     fn stays(&self, ratio: f64, moved_m: f64) -> bool {
-        let by_m = 2.0 * moved_m + ROUNDING_M;
+        let by_m = 2.0 * moved_m + ROUNDING * self.longest_m;
         if self.is_wide(ratio) {
             let (longest_m, widest_m) = (self.longest_m - by_m, self.widest_m + by_m);
             longest_m > widest_m && longest_m >= ratio * widest_m
@@ -113,13 +113,14 @@ struct Link {
     length_m: f64,
 }
 
-/// Things not yet in the tree, each with the length of its shortest link to it: column by column, so
-/// that the compiler can look at several things at once.
+/// Things not yet in the tree, each with the length of its shortest link to it: column by column and in single
+/// precision, so that the compiler can look at four things at once.
 #[derive(Clone, Debug)]
 struct Outside {
     things: Vec<usize>,
-    place_m: [Vec<f64>; 3],
-    length_m2: Vec<f64>,
+    /// From the first thing.
+    place_m: [Vec<f32>; 3],
+    length_m2: Vec<f32>,
 }
 
 impl Outside {
@@ -132,14 +133,14 @@ impl Outside {
         }
     }
 
-    fn begin(&mut self, places: impl Iterator<Item = (usize, [f64; 3])>) {
+    fn begin(&mut self, places: impl Iterator<Item = (usize, [f32; 3])>) {
         let Self { things, place_m, length_m2 } = self;
         things.clear();
         length_m2.clear();
         place_m.iter_mut().for_each(Vec::clear);
         for (thing, place) in places {
             things.push(thing);
-            length_m2.push(f64::INFINITY);
+            length_m2.push(f32::INFINITY);
             for (column, metres) in place_m.iter_mut().zip(place) {
                 column.push(metres);
             }
@@ -148,7 +149,7 @@ impl Outside {
 
     /// The tree has reached a place: things that are nearer to it than to any before have a shorter
     /// link now.
-    fn reach(&mut self, [x, y, z]: [f64; 3]) {
+    fn reach(&mut self, [x, y, z]: [f32; 3]) {
         let [xs, ys, zs] = &self.place_m;
         for (((u, v), w), shortest_m2) in xs.iter().zip(ys).zip(zs).zip(&mut self.length_m2) {
             let length_m2 = (x - u) * (x - u) + (y - v) * (y - v) + (z - w) * (z - w);
@@ -157,25 +158,25 @@ impl Outside {
     }
 
     /// Takes out the thing with the shortest link; with its place.
-    fn take(&mut self) -> Option<(Link, [f64; 3])> {
-        let mut least = [f64::INFINITY; 4];
-        let (fours, rest) = self.length_m2.as_chunks::<4>();
-        for four in fours {
-            for (least, length_m2) in least.iter_mut().zip(four) {
+    fn take(&mut self) -> Option<(Link, [f32; 3])> {
+        let mut least = [f32::INFINITY; 8];
+        let (eights, rest) = self.length_m2.as_chunks::<8>();
+        for eight in eights {
+            for (least, length_m2) in least.iter_mut().zip(eight) {
                 *least = lesser(*length_m2, *least);
             }
         }
-        let least_m2 = least.iter().chain(rest).copied().fold(f64::INFINITY, lesser);
+        let least_m2 = least.iter().chain(rest).copied().fold(f32::INFINITY, lesser);
         let index = self.length_m2.iter().position(|length_m2| *length_m2 <= least_m2)?;
         let [xs, ys, zs] = &mut self.place_m;
         let place_m = [xs.swap_remove(index), ys.swap_remove(index), zs.swap_remove(index)];
-        let length_m = self.length_m2.swap_remove(index).sqrt();
+        let length_m = f64::from(self.length_m2.swap_remove(index)).sqrt();
         Some((Link { to: self.things.swap_remove(index), length_m }, place_m))
     }
 }
 
 /// Of two lengths, neither of which is NaN.
-fn lesser(a: f64, b: f64) -> f64 {
+fn lesser(a: f32, b: f32) -> f32 {
     if a < b { a } else { b }
 }
 
@@ -357,10 +358,12 @@ impl Owners {
         self.grown.clear();
         self.grown.extend_from_slice(&self.claims);
         self.links.clear();
-        let mut places = self.claims.iter().map(|claim| claim.place.to_array()).enumerate();
-        let Some((_, place_m)) = places.next() else { return };
-        self.outside.begin(places);
-        self.outside.reach(place_m);
+        let mut claims = self.claims.iter().map(|claim| claim.place).enumerate();
+        let Some((_, first)) = claims.next() else { return };
+        // What is far from the base frame's origin is known as well as what is near.
+        let from_first = |place: Position<Base>| (place.point() - first.point()).map(single).into();
+        self.outside.begin(claims.map(|(thing, place)| (thing, from_first(place))));
+        self.outside.reach([0.0; 3]);
         while let Some((link, place_m)) = self.outside.take() {
             self.links.push(link);
             self.outside.reach(place_m);

@@ -3,7 +3,7 @@ use clock::Instant;
 use config::percepts::Percepts;
 use config::perspective::Perspective;
 use geometry::{Base, Eye, Person, Pose, Position, Thing};
-use message::{Belief, BeliefHead, Header, Modality, Observation, ObservationKind, Perceived, Snapshot};
+use message::{Belief, BeliefHead, Header, Modality, Observation, ObservationKind, Perceived};
 use perception::{Frame, Perception};
 use quantity::number::saturating_u32;
 use scene::{Cone, Occluders, Samples, Sight};
@@ -40,6 +40,8 @@ pub struct Partner {
     /// O' (Eq. 7).
     perceived: Vec<Perceived>,
     hidden: usize,
+    /// Observations that were none in his frame.
+    refused: u64,
     /// What perspectives within his are made from, if there are any.
     awareness: Option<Awareness>,
 }
@@ -99,6 +101,7 @@ impl Partner {
             visible: Vec::with_capacity(capacity),
             perceived: Vec::with_capacity(capacity),
             hidden: 0,
+            refused: 0,
             awareness: None,
         })
     }
@@ -158,7 +161,8 @@ impl Partner {
         self.perceive(entries, parent, &x_base_person);
         self.note(at, entries, parent, x_base_eye);
         let (sight, margin_m) = (&self.sight, self.empty_margin_m);
-        self.system.step(at, &self.perceived, 0..self.perceived.len(), parent.looked(), |place_m| {
+        let all = 0..self.perceived.len();
+        self.system.step_sound(at, &self.perceived, all, parent.looked(), |place_m| {
             let place = place_in_base(&x_base_person, place_m);
             surveys(sight, &place, margin_m) && surveyed(&place)
         });
@@ -186,11 +190,16 @@ impl Partner {
                 continue;
             };
             let observation = observed_from(&x_person_base, &x_base_thing, observation);
-            self.perceived.push(Perceived { observation, snapshot: Snapshot::default() });
+            if !observation.is_sound() {
+                // Further away from him than anything is.
+                self.refused += 1;
+                continue;
+            }
+            self.perceived.push(Perceived { observation, snapshot: *snapshot });
             // Where it is to be, for it is large.
             if let Some(perceived) = self.perceived.last_mut() {
-                let Perceived { observation, snapshot: again } = perceived;
-                self.perception.perceive_again_into(observation, snapshot, &self.frame, again);
+                let Perceived { observation, snapshot } = perceived;
+                self.perception.perceive_again_in(observation, &self.frame, snapshot);
             }
         }
     }
@@ -285,7 +294,7 @@ impl Partner {
         head.present = u32::from(self.present);
         head.perceivable = saturating_u32(self.perceived.len());
         head.hidden = saturating_u32(self.hidden);
-        head.refused = counts.refused();
+        head.refused = self.refused.saturating_add(counts.refused());
         head.created = counts.created;
         head.merged = counts.merged;
         head.culled = counts.culled;

@@ -4,7 +4,7 @@ use config::number::Coordinate;
 use config::percepts::Percepts;
 use config::perspective::Perspective;
 use geometry::{Base, Eye, Pose, Position};
-use message::{Belief, BeliefHead, Header, ObservationKind, Perceived, PerceptValue, SourceSet};
+use message::{Belief, BeliefHead, Header, ObservationKind, Perceived, SourceSet};
 use quantity::number::saturating_u32;
 use scene::{Cone, Sight};
 
@@ -96,7 +96,7 @@ impl Robot {
     /// saw before is not taken to have vanished: silence is no absence.
     pub fn step(&mut self, at: Instant, looked: SourceSet, entries: &[Perceived]) {
         self.at = at;
-        self.awareness.note(at, looked, entries, entries.iter().map(is_sound));
+        self.awareness.note(at, looked, entries, entries.iter().map(Perceived::is_sound));
         let x_base_eye = self.awareness.perceived_eye(0, at).unwrap_or(self.x_base_rest);
         self.awareness.have_eye(x_base_eye);
         self.field.look(&x_base_eye, self.awareness.occluders());
@@ -114,7 +114,7 @@ impl Robot {
             noted.filter(|(_, (perceives, entry))| **perceives && is_object(entry)).map(|(index, _)| index)
         };
         self.perceivable = objects().count();
-        self.system.step(at, entries, objects(), looked, |place_m| {
+        self.system.step_sound(at, entries, objects(), looked, |place_m| {
             self.field.surveys(&place_in_base(&Pose::identity(), place_m), self.empty_margin_m)
         });
         let agents = self.awareness.eyes(at).map(|(agent, met)| (agent, met.x_base_eye.origin()));
@@ -170,12 +170,6 @@ impl Robot {
         belief.owner = self.owners.owner(index);
         Some(belief)
     }
-}
-
-/// What comes from another process is an allegation: an observation and percepts to be used, by
-/// the robot as by whoever is taken to see the same.
-fn is_sound(entry: &Perceived) -> bool {
-    entry.observation.is_sound() && entry.snapshot.values().iter().all(PerceptValue::is_sound)
 }
 
 pub(crate) fn is_object(entry: &Perceived) -> bool {

@@ -1,7 +1,7 @@
 use std::cmp::Ordering;
 
-use super::Population;
 use super::neighbourhood::Neighbourhood;
+use super::{Population, Seen};
 use crate::room::Room;
 
 /// Which old member takes in which fresh one, where each can take in but one and no two old members
@@ -185,8 +185,9 @@ pub(super) fn nearest(
     place: [f32; 3],
 ) -> Option<Asked> {
     let mut nearest: Option<Asked> = None;
-    let looked_m = neighbourhood.each_close(place, population.symbols(slot), |other| {
-        let asked = Asked { slot: other, distance: population.distance(other, slot)? };
+    let from = Seen { place_m: place, symbols: population.symbols(slot) };
+    let looked_m = neighbourhood.each_close(&from, |other, seen| {
+        let asked = Asked { slot: other, distance: population.distance_seen((other, seen), (slot, &from))? };
         if nearest.is_some_and(|nearest| !asked.is_before(&nearest, population)) {
             return None;
         }

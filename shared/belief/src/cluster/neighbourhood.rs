@@ -1,6 +1,6 @@
 use quantity::number::{float_of_signed, floor_i64, single};
 
-use super::{Population, Symbols};
+use super::{Population, Seen, Symbols};
 
 /// No slot, and no cell.
 const NONE: u32 = u32::MAX;
@@ -17,6 +17,10 @@ pub(crate) struct Neighbourhood {
     /// The square of a little more than the reach, so that no rounding puts what is within it out
     /// of sight.
     near_m2: f32,
+    /// The square of a cell's width.
+    width_m2: f64,
+    /// A cell's width, less what rounds.
+    looked_m: f64,
     /// The first slot of each cell; the last cell is of those without a place.
     first: Box<[u32]>,
     placeless: u32,
@@ -25,15 +29,14 @@ pub(crate) struct Neighbourhood {
 
 #[derive(Clone, Copy, Debug)]
 struct Node {
-    position_m: [f32; 3],
+    seen: Seen,
     cell: u32,
-    symbols: Symbols,
     next: u32,
     previous: u32,
 }
 
 const OUT: Node =
-    Node { position_m: [0.0; 3], cell: NONE, symbols: Symbols::NONE, next: NONE, previous: NONE };
+    Node { seen: Seen { place_m: [0.0; 3], symbols: Symbols::NONE }, cell: NONE, next: NONE, previous: NONE };
 
 /// A little more than one, so that no rounding puts what is within reach out of sight.
 const ROUNDING: f64 = 1.001;
@@ -54,6 +57,8 @@ impl Neighbourhood {
             reaches: reach_m.is_some(),
             cells_per_m: 1.0 / width_m,
             near_m2: single(width_m * width_m),
+            width_m2: width_m * width_m,
+            looked_m: width_m / ROUNDING,
             first: vec![NONE; cells + 1].into_boxed_slice(),
             placeless: u32::try_from(cells).unwrap_or(NONE),
             nodes: vec![OUT; slots].into_boxed_slice(),
@@ -65,8 +70,7 @@ impl Neighbourhood {
         let place = self.place(population, slot);
         let cell = place.map_or(self.placeless, |place| self.cell(place));
         let Some(node) = self.nodes.get_mut(slot as usize) else { return };
-        node.position_m = place.unwrap_or([0.0; 3]);
-        node.symbols = population.symbols(slot);
+        node.seen = Seen { place_m: place.unwrap_or([0.0; 3]), symbols: population.symbols(slot) };
         if node.cell == cell {
             return;
         }
@@ -115,8 +119,8 @@ impl Neighbourhood {
             for y in [y.wrapping_sub(1), y, y.wrapping_add(1)] {
                 let mut next = self.first.get(self.hash([x, y]) as usize).copied().unwrap_or(NONE);
                 while let Some(node) = self.nodes.get(next as usize) {
-                    if squared(node.position_m, here) <= self.near_m2
-                        && !node.symbols.tell_apart(symbols)
+                    if squared(node.seen.place_m, here) <= self.near_m2
+                        && !node.seen.symbols.tell_apart(symbols)
                         && next != slot
                     {
                         visit(next);
@@ -139,16 +143,12 @@ impl Neighbourhood {
         self.reaches && self.first.get(self.placeless as usize).is_none_or(|first| *first == NONE)
     }
 
-    /// Visits the inserted slots that are closest to a place, and some others, of those that its symbols
-    /// do not tell from it: all in the four cells that are nearest. A visit may say that nobody
+    /// Visits the inserted slots that are closest to what is seen at a place, and some others, of those that its
+    /// symbols do not tell from it: all in the four cells that are nearest. A visit may say that nobody
     /// further away than so many metres is of interest from now on. How far around all were visited,
     /// in metres.
-    pub(crate) fn each_close(
-        &self,
-        here: [f32; 3],
-        symbols: Symbols,
-        mut visit: impl FnMut(u32) -> Option<f64>,
-    ) -> f64 {
+    pub(crate) fn each_close(&self, from: &Seen, mut visit: impl FnMut(u32, &Seen) -> Option<f64>) -> f64 {
+        let Seen { place_m: here, symbols } = *from;
         let [x, y, _] = here.map(|metres| f64::from(metres) * self.cells_per_m);
         // On each axis the cell, the neighbour beyond the nearer border and how far off that is, and how
         // far off what is not looked at begins.
@@ -161,33 +161,31 @@ impl Neighbourhood {
                 (cell, cell.wrapping_add(1), 1.0 - part, part)
             }
         });
-        let width_m2 = 1.0 / (self.cells_per_m * self.cells_per_m);
-        let (to_x, to_y) = (to_x * to_x * width_m2, to_y * to_y * width_m2);
         let mut near_m2 = self.near_m2;
-        let cells = [
-            ([x, y], 0.0),
-            ([x, beside_y], to_y),
-            ([beside_x, y], to_x),
-            ([beside_x, beside_y], to_x + to_y),
-        ];
-        for (cell, off_m2) in cells {
-            // Nobody there can be near enough.
-            if off_m2 > f64::from(near_m2) {
-                continue;
-            }
+        let mut look_into = |cell: [i64; 2], near_m2: &mut f32| {
             let mut next = self.first.get(self.hash(cell) as usize).copied().unwrap_or(NONE);
             while let Some(node) = self.nodes.get(next as usize) {
-                if squared(node.position_m, here) <= near_m2
-                    && !node.symbols.tell_apart(symbols)
-                    && let Some(within_m) = visit(next)
+                if squared(node.seen.place_m, here) <= *near_m2
+                    && !node.seen.symbols.tell_apart(symbols)
+                    && let Some(within_m) = visit(next, &node.seen)
                 {
-                    near_m2 = near_m2.min(single((within_m * ROUNDING).powi(2)));
+                    *near_m2 = near_m2.min(single((within_m * ROUNDING).powi(2)));
                 }
                 next = node.next;
             }
+        };
+        look_into([x, y], &mut near_m2);
+        // Behind a border that is further off nobody can be near enough: as a rule behind neither.
+        let (to_x, to_y) = (to_x * to_x * self.width_m2, to_y * to_y * self.width_m2);
+        if to_x.min(to_y) <= f64::from(near_m2) {
+            let beside = [([x, beside_y], to_y), ([beside_x, y], to_x), ([beside_x, beside_y], to_x + to_y)];
+            for (cell, off_m2) in beside {
+                if off_m2 <= f64::from(near_m2) {
+                    look_into(cell, &mut near_m2);
+                }
+            }
         }
-        // Less what rounds.
-        seen_x.min(seen_y) / (self.cells_per_m * ROUNDING)
+        seen_x.min(seen_y) * self.looked_m
     }
 
     /// How far apart members may be, in metres, who are within reach of each other.
@@ -198,7 +196,7 @@ impl Neighbourhood {
     /// Whether one of those fulfils a condition that may be as near as so many metres to the inserted slot,
     /// and are not told from it at a glance: others are not asked.
     pub(crate) fn any_within(&self, slot: u32, radius_m: f64, is: impl FnMut(u32) -> bool) -> bool {
-        self.any_around(slot, self.nodes.get(slot as usize).map(|node| node.symbols), radius_m, is)
+        self.any_around(slot, self.nodes.get(slot as usize).map(|node| node.seen.symbols), radius_m, is)
     }
 
     /// The same of all that may be as near, whatever their symbols.
@@ -213,7 +211,7 @@ impl Neighbourhood {
         radius_m: f64,
         mut is: impl FnMut(u32) -> bool,
     ) -> bool {
-        let (Some(Node { position_m: here, .. }), Some(symbols)) =
+        let (Some(Node { seen: Seen { place_m: here, .. }, .. }), Some(symbols)) =
             (self.nodes.get(slot as usize).copied(), symbols)
         else {
             return false;
@@ -233,9 +231,9 @@ impl Neighbourhood {
         across_x.flat_map(|x| across_y.clone().map(move |y| [x, y])).any(|cell| {
             let mut next = self.first.get(self.hash(cell) as usize).copied().unwrap_or(NONE);
             while let Some(node) = self.nodes.get(next as usize) {
-                if squared(node.position_m, here) <= near_m2
+                if squared(node.seen.place_m, here) <= near_m2
                     && next != slot
-                    && !node.symbols.tell_apart(symbols)
+                    && !node.seen.symbols.tell_apart(symbols)
                     && is(next)
                 {
                     return true;

@@ -33,6 +33,12 @@ pub trait Population {
     /// same whichever is named first.
     fn distance(&self, a: u32, b: u32) -> Option<f64>;
 
+    /// The same of two of whom it is known what is seen of them at a glance, and whom that does not tell apart: it
+    /// may say all there is to say.
+    fn distance_seen(&self, (a, _): (u32, &Seen), (b, _): (u32, &Seen)) -> Option<f64> {
+        self.distance(a, b)
+    }
+
     /// How far apart two members are at most, in metres, whose D is no larger than this.
     fn reach_m(&self, _distance: f64) -> f64 {
         f64::INFINITY
@@ -75,6 +81,15 @@ pub trait Population {
     fn merge(&mut self, kept: u32, gone: u32);
 }
 
+/// What is seen of a member at a glance.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Seen {
+    /// Its [place](Population::place), in metres.
+    pub place_m: [f32; 3],
+    /// Its [symbols](Population::symbols).
+    pub symbols: Symbols,
+}
+
 /// Up to four symbols of a member, each of which alone tells it from a member with another.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Symbols(u64);
@@ -82,8 +97,9 @@ pub struct Symbols(u64);
 /// Symbols that are compared at a glance, and the bits of each.
 const GLANCED_AT: usize = 4;
 const SYMBOL_BITS: usize = 16;
-/// The highest bit of each.
+/// The highest bit of each, set where a symbol was set that is not looked at.
 const HIGHEST: u64 = 0x8000_8000_8000_8000;
+const NOT_ALL: u16 = 0x8000;
 /// In the place of a symbol that a belief has not, or that needs the highest bit.
 const NO_SYMBOL: u16 = 0x7FFF;
 
@@ -94,19 +110,32 @@ impl Symbols {
     /// Sets the symbol at `place`; those beyond the fourth, and the highest, are not glanced at.
     #[inline]
     pub fn set(&mut self, place: usize, symbol: u16) {
-        if place < GLANCED_AT && symbol < NO_SYMBOL {
+        if place >= GLANCED_AT {
+            // There are more than are looked at.
+            self.0 |= HIGHEST;
+        } else if symbol < NO_SYMBOL {
             let shift = place * SYMBOL_BITS;
-            self.0 = self.0 & !(0xFFFF << shift) | u64::from(symbol) << shift;
+            self.0 = self.0 & !(u64::from(NO_SYMBOL) << shift) | u64::from(symbol) << shift;
+        } else {
+            self.0 |= u64::from(NOT_ALL) << (place * SYMBOL_BITS);
         }
+    }
+
+    /// Whether they are all that were set: two that are not [told apart](Self::tell_apart) have then no two
+    /// different ones.
+    #[must_use]
+    #[inline]
+    pub fn are_all(self) -> bool {
+        self.0 & HIGHEST == 0
     }
 
     /// Whether a symbol that both have differs: their distance is then not below the threshold.
     #[must_use]
     #[inline]
     pub fn tell_apart(self, other: Self) -> bool {
-        // None of the numbers has its highest bit, so no carry leaves its place: a sum has the bit
-        // where the number added to all ones but the highest was not zero.
-        let some = |bits: u64| (bits + !HIGHEST) & HIGHEST;
+        // Without their highest bits no carry leaves its place: a sum has the bit where the number added
+        // to all ones but the highest was not zero.
+        let some = |bits: u64| ((bits & !HIGHEST) + !HIGHEST) & HIGHEST;
         let differs = some(self.0 ^ other.0);
         let has = |symbols: Self| some(symbols.0 ^ Self::NONE.0);
         differs & has(self) & has(other) != 0

@@ -261,7 +261,7 @@ impl Twins {
             self.id += 1;
             let at = [perceived.observation.observed_at_ns, now].map(Instant::from_nanos);
             for arena in [&mut self.reference, &mut self.arena] {
-                arena.create(self.id, at, entry, perceived).unwrap();
+                arena.create(self.id, at, entry, perceived, true).unwrap();
             }
         }
         seen.iter().for_each(|seen| self.last[seen.group] = Some(observed[seen.group]));
@@ -270,14 +270,14 @@ impl Twins {
         }
         let one_frame = seen.iter().all(|one| one.group == seen[0].group);
         let expected = cluster_naively(&mut Step { arena: &mut self.reference, perceived: &perceived });
-        self.reference.settle(&perceived);
+        self.reference.settle(&perceived, true);
         let mut step = Step { arena: &mut self.arena, perceived: &perceived };
         let fresh_apart = one_frame && step.arena.keeps_apart();
         let Clustering { matching, grouping, neighbourhood, .. } = &mut self.clustering.clone();
         self.matched = settled && fresh_apart && matching.find(neighbourhood, &step);
         self.grouped = settled && !fresh_apart && grouping.find(neighbourhood, &step);
         let merged = self.clustering.run(&mut step, settled, fresh_apart);
-        self.arena.settle(&perceived);
+        self.arena.settle(&perceived, true);
         let step = Step { arena: &mut self.arena, perceived: &[] };
         step.old().iter().for_each(|&slot| self.clustering.place(&step, slot));
         [expected, merged]

@@ -18,9 +18,20 @@ impl Column {
         Cells { row, column: self }
     }
 
+    /// Whether the cells of another are beside these, or these themselves.
+    pub(crate) const fn is_beside(self, other: Self) -> bool {
+        self.step == other.step && self.len == other.len && self.first.abs_diff(other.first) < self.step
+    }
+
+    /// How many they are.
+    #[inline]
+    pub(crate) const fn len(self) -> usize {
+        self.len
+    }
+
     /// Where in the row the cell at `index` is.
     #[inline]
-    const fn place(self, index: usize) -> usize {
+    pub(crate) const fn place(self, index: usize) -> usize {
         self.first + index * self.step
     }
 
@@ -76,6 +87,13 @@ impl<T, C: Deref<Target = [T]>> Cells<C> {
         self.row.get(self.column.place(index))
     }
 
+    /// The cell at `index` of a column, and those beside it.
+    #[inline]
+    pub(crate) fn beside(&self, index: usize) -> &[T] {
+        let place = self.column.place(index);
+        self.row.get(place..place + self.column.step).unwrap_or(&[])
+    }
+
     #[inline]
     pub(crate) fn get_mut(&mut self, index: usize) -> Option<&mut T>
     where
@@ -102,6 +120,12 @@ impl<T: Copy, C: DerefMut<Target = [T]>> Cells<C> {
     #[inline]
     pub(crate) fn at(&self, place: usize) -> Option<&T> {
         self.row.get(place)
+    }
+
+    /// The row, and which of its cells they are.
+    #[inline]
+    pub(crate) fn parts(&mut self) -> (&mut [T], Column) {
+        (&mut self.row, self.column)
     }
 
     /// Copies a cell into another.

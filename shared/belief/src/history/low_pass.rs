@@ -1,7 +1,7 @@
 use std::cmp::Ordering;
 
 use clock::Instant;
-use message::Feature;
+use message::{Feature, PerceptValue};
 use quantity::number::single;
 
 use crate::sample::{Kept, Sample, Taken, order};
@@ -53,12 +53,7 @@ impl LowPass {
             // What comes every time, in place.
             Some(filter) if filter.newest.at < sample.at => {
                 filter.before = Some(filter.value);
-                mix_into(
-                    &sample.value.feature().unwrap_or(Feature::None),
-                    share,
-                    &mut filter.value,
-                    1.0 - share,
-                );
+                mix_raw_into(sample.value, share, &mut filter.value, 1.0 - share);
                 filter.newest = sample.kept();
                 filter.samples = filter.samples.saturating_add(1);
             }
@@ -157,6 +152,21 @@ pub(super) fn mix_into(x: &Feature, a: f64, y: &mut Feature, b: f64) {
         }
         (Feature::Orientation(x), Feature::Orientation(y)) => *y = mix_on_sphere(*x, a, *y, b),
         (newest, _) => *y = *newest,
+    }
+}
+
+/// [`mix_into`] of what an evaluation derived, as it stands there.
+#[inline(always)]
+fn mix_raw_into(x: &PerceptValue, a: f64, y: &mut Feature, b: f64) {
+    let weigh = |x: f32, y: f32| single(a * f64::from(x) + b * f64::from(y));
+    let (kind, [p, q, r, s]) = x.raw_feature();
+    match y {
+        Feature::Number(y) if kind == Feature::NUMBER => *y = weigh(p, *y),
+        Feature::Vector([u, v, w]) if kind == Feature::VECTOR => {
+            (*u, *v, *w) = (weigh(p, *u), weigh(q, *v), weigh(r, *w));
+        }
+        Feature::Orientation(y) if kind == Feature::ORIENTATION => *y = mix_on_sphere([p, q, r, s], a, *y, b),
+        y => *y = x.feature().unwrap_or(Feature::None),
     }
 }
 

@@ -4,7 +4,7 @@ use clock::Instant;
 use message::Feature;
 use quantity::number::saturating_u32;
 
-use super::cells::Cells;
+use super::cells::{Cells, Column};
 use crate::sample::{Kept, Sample, Taken};
 
 /// What a series gives up when it is full.
@@ -61,10 +61,17 @@ impl Series {
         Some(self.get(&cells, until.checked_sub(1)?)?.sample())
     }
 
-    /// Fetches the cell of the next sample, as a rule.
+    #[inline]
+    pub(crate) const fn is_empty(&self) -> bool {
+        self.len == 0
+    }
+
+    /// Fetches the cell of the next sample, as a rule, and those beside it.
     #[inline]
     pub(crate) fn prefetch(&self, cells: &Cells<&[Kept]>) {
-        if let Some(cell) = cells.get(self.cell(cells.len(), self.len as usize)) {
+        let beside = cells.beside(self.cell(cells.len(), self.len as usize));
+        // A cache line has two of them.
+        for cell in beside.iter().step_by(2) {
             prefetch::prefetch(cell);
         }
     }
@@ -89,24 +96,51 @@ impl Series {
         }
     }
 
-    /// Takes in one sample. `scratch` has room for one more than there are cells. `phase` spreads
-    /// the work of many series over time.
-    #[inline]
+    /// Takes in one sample, in the `column` of a row of cells. `scratch` has room for one more than there are
+    /// cells. `phase` spreads the work of many series over time.
+    #[inline(always)]
     pub(crate) fn take(
         &mut self,
-        mut cells: Cells<&mut [Kept]>,
+        row: &mut [Kept],
+        column: Column,
         thinning: Thinning,
         sample: Taken<'_>,
         phase: u64,
         scratch: &mut Vec<Kept>,
     ) {
-        // What comes every time.
-        if self.len == 0 || self.newest.at < sample.at {
-            self.append(&mut cells, thinning, sample.kept(), phase, scratch);
-            return;
+        let is_newest = self.len == 0 || self.newest.at < sample.at;
+        let fits = thinning == Thinning::ForgetOldest || (self.len as usize) < column.len();
+        // What comes every time, in a few instructions.
+        if is_newest && fits {
+            let cell = self.advance(column.len());
+            self.newest = sample.kept();
+            if let Some(cell) = row.get_mut(column.place(cell)) {
+                *cell = sample.kept();
+            }
+            if thinning == Thinning::Octaves {
+                self.thin_now_and_then(row, column, phase);
+            }
+        } else {
+            self.take_slowly(column.of(row), thinning, sample.kept(), phase, scratch);
         }
-        self.taken = self.taken.wrapping_add(1);
-        self.unite(&mut cells, thinning, [sample.kept()].into_iter(), scratch);
+    }
+
+    #[cold]
+    #[inline(never)]
+    fn take_slowly(
+        &mut self,
+        mut cells: Cells<&mut [Kept]>,
+        thinning: Thinning,
+        sample: Kept,
+        phase: u64,
+        scratch: &mut Vec<Kept>,
+    ) {
+        if self.len == 0 || self.newest.at < sample.at {
+            self.append(&mut cells, thinning, sample, phase, scratch);
+        } else {
+            self.taken = self.taken.wrapping_add(1);
+            self.unite(&mut cells, thinning, std::iter::once(sample), scratch);
+        }
     }
 
     /// The union with another series, in cells of its own. `scratch` has room for both.
@@ -146,8 +180,7 @@ impl Series {
         }
     }
 
-    /// Inlined, so that the sample is put together where it is to be.
-    #[inline(always)]
+    /// One sample more, newer than all.
     fn append(
         &mut self,
         cells: &mut Cells<&mut [Kept]>,
@@ -156,12 +189,12 @@ impl Series {
         phase: u64,
         scratch: &mut Vec<Kept>,
     ) {
-        self.taken = self.taken.wrapping_add(1);
         if self.len as usize == cells.len() {
             match thinning {
                 Thinning::ForgetOldest => {}
                 Thinning::Octaves => self.thin_newest(cells, u32::MAX),
                 Thinning::ShortestGap => {
+                    self.taken = self.taken.wrapping_add(1);
                     scratch.clear();
                     scratch.extend(self.samples(cells));
                     scratch.push(sample);
@@ -171,18 +204,38 @@ impl Series {
                 }
             }
         }
-        if self.len as usize == cells.len() {
-            self.first = if self.first + 1 < self.len { self.first + 1 } else { 0 };
-            self.len -= 1;
+        let cell = self.advance(cells.len());
+        self.newest = sample;
+        if let Some(cell) = cells.get_mut(cell) {
+            *cell = sample;
+        }
+        if thinning == Thinning::Octaves {
+            let (row, column) = cells.parts();
+            self.thin_now_and_then(row, column, phase);
+        }
+    }
+
+    /// There is one sample more, which takes the place of the oldest where there is no other; the cell that it
+    /// is to have.
+    #[inline(always)]
+    fn advance(&mut self, cells: usize) -> usize {
+        self.taken = self.taken.wrapping_add(1);
+        if self.len as usize == cells {
+            let oldest = self.first;
+            self.first = if oldest + 1 < self.len { oldest + 1 } else { 0 };
+            return oldest as usize;
         }
         self.len += 1;
-        self.newest = sample;
-        self.set(cells, self.len - 1, sample);
+        self.cell(cells, self.len as usize - 1)
+    }
+
+    /// An octave of age twice as old is crossed half as often, so it is looked at half as often: one or two samples
+    /// for each that comes, on the average, and no pass over them all.
+    #[inline(always)]
+    fn thin_now_and_then(&mut self, row: &mut [Kept], column: Column, phase: u64) {
         let octaves = self.taken.wrapping_add(phase).trailing_zeros();
-        if thinning == Thinning::Octaves && octaves > 1 {
-            // An octave of age twice as old is crossed half as often, so it is looked at half as
-            // often: one or two samples for each that comes, on the average, and no pass over them all.
-            self.thin_newest(cells, 2 * octaves + 1);
+        if octaves > 1 {
+            self.thin_newest(&mut column.of(row), 2 * octaves + 1);
         }
     }
 
@@ -219,13 +272,6 @@ impl Series {
     #[inline]
     fn get<C: Deref<Target = [Kept]>>(&self, cells: &Cells<C>, index: usize) -> Option<Kept> {
         cells.get(self.cell(cells.len(), index)).copied().filter(|_| index < self.len as usize)
-    }
-
-    #[inline]
-    fn set(&self, cells: &mut Cells<&mut [Kept]>, index: u32, sample: Kept) {
-        if let Some(cell) = cells.get_mut(self.cell(cells.len(), index as usize)) {
-            *cell = sample;
-        }
     }
 
     #[inline]
