@@ -178,18 +178,18 @@ impl Snapshot {
         values.iter().all(PerceptValue::is_sound) && values.is_sorted_by(|a, b| a.percept < b.percept)
     }
 
-    /// The evaluations, to be changed in place.
-    #[inline]
-    pub fn values_mut(&mut self) -> &mut [PerceptValue] {
-        let count = usize::try_from(self.count).unwrap_or(0).min(MAX_PERCEPTS);
-        self.values.get_mut(..count).unwrap_or(&mut [])
-    }
-
     /// The evaluation by one percept, if it passed the threshold.
     #[must_use]
     #[inline]
     pub fn value(&self, percept: u16) -> Option<&PerceptValue> {
         self.values().iter().find(|value| value.percept == percept)
+    }
+
+    /// The same, to be changed.
+    #[inline]
+    pub fn value_mut(&mut self, percept: u16) -> Option<&mut PerceptValue> {
+        let count = usize::try_from(self.count).unwrap_or(0).min(MAX_PERCEPTS);
+        self.values.get_mut(..count)?.iter_mut().find(|value| value.percept == percept)
     }
 }
 

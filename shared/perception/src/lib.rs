@@ -179,8 +179,8 @@ pub enum Unperceivable {
 pub struct Perception {
     threshold: f64,
     percepts: Vec<Percept>,
-    /// Whether none of the percepts that do not see the frame has a parent.
-    are_plain: bool,
+    /// Those that see the frame, again.
+    indexical: Vec<Percept>,
 }
 
 #[derive(Clone)]
@@ -228,8 +228,8 @@ impl Perception {
                 is_indexical,
             });
         }
-        let are_plain = ready.iter().all(|percept| percept.is_indexical || percept.parent.is_none());
-        Ok(Self { threshold: percepts.threshold, percepts: ready, are_plain })
+        let indexical = ready.iter().filter(|percept| percept.is_indexical).cloned().collect();
+        Ok(Self { threshold: percepts.threshold, percepts: ready, indexical })
     }
 
     /// The percept snapshot of an observation given in the perspective's frame (Eq. 2): the
@@ -244,7 +244,7 @@ impl Perception {
         let given = Given::new(observation, *frame);
         let mut snapshot = Snapshot::default();
         if observation.is_sound() {
-            self.fill(&mut snapshot, |percept, passed, snapshot| self.ask(percept, &given, passed, snapshot));
+            self.fill(&mut snapshot, |percept, snapshot| self.ask(percept, &given, snapshot));
         }
         snapshot
     }
@@ -276,69 +276,49 @@ impl Perception {
     #[must_use]
     pub fn perceive_again(&self, observation: &Observation, known: &Snapshot, frame: &Frame) -> Snapshot {
         let mut snapshot = Snapshot::default();
-        if observation.is_sound() && known.is_sound() {
-            snapshot = *known;
-            self.perceive_again_in(observation, frame, &mut snapshot);
-        } else if observation.is_sound() {
-            self.sift(&Given::new(observation, *frame), known, &mut snapshot);
+        if observation.is_sound() {
+            self.sift(&Given::new(observation, *frame), known.values(), &mut snapshot);
         }
         snapshot
     }
 
-    /// [`Self::perceive_again`] in place: `snapshot` is what another perspective knows. Both it and the observation
-    /// are sound, and not looked through again.
+    /// [`Self::perceive_again`] in place: `snapshot` is what [`Self::perceive`] made of it for another perspective,
+    /// and the observation is sound. Neither is looked through again.
     #[inline]
     pub fn perceive_again_in(&self, observation: &Observation, frame: &Frame, snapshot: &mut Snapshot) {
         let given = Given::new(observation, *frame);
         // As a rule the same percepts pass.
-        if !(self.are_plain && self.revise(&given, snapshot)) {
+        if !self.revise(&given, snapshot) {
             // What was revised already is evaluated once more.
             let known = *snapshot;
-            self.sift(&given, &known, snapshot);
+            *snapshot = Snapshot::default();
+            self.sift(&given, known.values(), snapshot);
         }
     }
 
     /// Evaluates anew, in its place, what sees the frame; `false` where other percepts pass now.
     #[inline]
     fn revise(&self, given: &Given<'_>, snapshot: &mut Snapshot) -> bool {
-        let mut passed = Passed(0);
-        let mut index = 0;
-        for percept in &self.percepts {
-            let known = snapshot.values().get(index).filter(|known| known.percept == percept.number);
-            let is_known = known.is_some();
-            let passes = if percept.is_indexical {
-                let again = self.ask(percept, given, passed, snapshot);
-                let passes = again.is_some();
-                if let (Some(known), Some(again)) = (snapshot.values_mut().get_mut(index), again)
-                    && is_known
-                {
-                    *known = again;
-                }
-                passes
-            } else {
-                known.is_some_and(|known| self.exceeds(known))
-            };
-            if passes != is_known {
-                return false;
-            }
-            if passes {
-                passed.add(percept.number);
-                index += 1;
+        for percept in &self.indexical {
+            let again = self.ask(percept, given, snapshot);
+            match (snapshot.value_mut(percept.number), again) {
+                (Some(known), Some(again)) => *known = again,
+                (None, None) => {}
+                (Some(_), None) | (None, Some(_)) => return false,
             }
         }
-        index == snapshot.values().len()
+        true
     }
 
     /// Takes over of what is alleged to be known what may be in a snapshot.
     #[inline(never)]
-    fn sift(&self, given: &Given<'_>, known: &Snapshot, snapshot: &mut Snapshot) {
-        let mut rest = known.values();
-        *snapshot = Snapshot::default();
-        self.fill(snapshot, |percept, passed, snapshot| {
+    fn sift(&self, given: &Given<'_>, known: &[PerceptValue], snapshot: &mut Snapshot) {
+        let mut rest = known;
+        self.fill(snapshot, |percept, snapshot| {
             if percept.is_indexical {
-                return self.ask(percept, given, passed, snapshot);
+                return self.ask(percept, given, snapshot);
             }
-            if percept.parent.is_some_and(|parent| percept.parent_says(parent, passed, snapshot).is_none()) {
+            if percept.parent.is_some_and(|parent| percept.parent_says(parent, snapshot).is_none()) {
                 return None;
             }
             while let [first, after @ ..] = rest {
@@ -354,36 +334,27 @@ impl Perception {
         });
     }
 
-    /// Fills a snapshot, percept by percept, with what each says given those that passed before it. There is room:
+    /// Fills a snapshot, percept by percept, with what each says given what those before it said. There is room:
     /// the configuration holds no more percepts than a snapshot.
     #[inline]
     fn fill(
         &self,
         snapshot: &mut Snapshot,
-        mut says: impl FnMut(&Percept, Passed, &Snapshot) -> Option<PerceptValue>,
+        mut says: impl FnMut(&Percept, &Snapshot) -> Option<PerceptValue>,
     ) {
-        let mut passed = Passed(0);
         for percept in &self.percepts {
-            if let Some(value) = says(percept, passed, snapshot)
-                && snapshot.push(value)
-            {
-                passed.add(percept.number);
+            if let Some(value) = says(percept, snapshot) {
+                snapshot.push(value);
             }
         }
     }
 
     /// What a percept says, if it passes. Most have no parent: those are asked at once.
     #[inline]
-    fn ask(
-        &self,
-        percept: &Percept,
-        given: &Given<'_>,
-        passed: Passed,
-        snapshot: &Snapshot,
-    ) -> Option<PerceptValue> {
+    fn ask(&self, percept: &Percept, given: &Given<'_>, snapshot: &Snapshot) -> Option<PerceptValue> {
         match percept.parent {
             None => self.said(percept, percept.kernel.classify(given), given.observation.confidence),
-            Some(parent) => self.ask_child(percept, given, parent, passed, snapshot),
+            Some(parent) => self.ask_child(percept, given, parent, snapshot),
         }
     }
 
@@ -393,10 +364,9 @@ impl Perception {
         percept: &Percept,
         given: &Given<'_>,
         parent: u16,
-        passed: Passed,
         snapshot: &Snapshot,
     ) -> Option<PerceptValue> {
-        let parent = percept.parent_says(parent, passed, snapshot)?;
+        let parent = percept.parent_says(parent, snapshot)?;
         let read = if percept.reads_parent { percept.kernel.read(parent.feature) } else { None };
         match read {
             Some(read) => self.said(percept, read, parent.confidence),
@@ -419,52 +389,20 @@ impl Perception {
     /// Whether a value is an evaluation with m·c > k.
     #[inline]
     fn passes(&self, value: &PerceptValue) -> bool {
-        value.is_sound() && self.exceeds(value)
-    }
-
-    #[inline]
-    fn exceeds(&self, value: &PerceptValue) -> bool {
-        f64::from(value.matching) * f64::from(value.confidence) > self.threshold
+        value.is_sound() && f64::from(value.matching) * f64::from(value.confidence) > self.threshold
     }
 }
 
 impl Percept {
     /// What its parent says in a snapshot; `None` where it is not to be asked: the parent did not pass, or is a
     /// region or a range that the thing is outside of.
-    #[inline(never)]
-    fn parent_says(&self, parent: u16, passed: Passed, snapshot: &Snapshot) -> Option<Evaluation> {
-        let value = snapshot.values().get(passed.before(parent)?)?;
+    #[inline]
+    fn parent_says(&self, parent: u16, snapshot: &Snapshot) -> Option<Evaluation> {
+        let value = snapshot.value(parent)?;
         let PerceptValue { matching, confidence, .. } = *value;
         let said = Evaluation { matching, confidence, feature: value.feature()? };
         (!self.is_asked_inside || is_inside(said.feature)).then_some(said)
     }
-}
-
-/// Which percepts passed, a bit for each: a snapshot has fewer than there are bits. There is one value for each
-/// of them, in order.
-#[derive(Clone, Copy)]
-struct Passed(u32);
-
-impl Passed {
-    #[inline]
-    fn add(&mut self, percept: u16) {
-        self.0 |= bit(percept);
-    }
-
-    /// How many passed before one that did; `None` where that one did not.
-    fn before(self, percept: u16) -> Option<usize> {
-        let bit = bit(percept);
-        if self.0 & bit == 0 {
-            return None;
-        }
-        usize::try_from((self.0 & (bit - 1)).count_ones()).ok()
-    }
-}
-
-/// The bit that stands for a percept; none where there are too many of them.
-#[inline]
-fn bit(percept: u16) -> u32 {
-    1_u32.checked_shl(u32::from(percept)).unwrap_or(0)
 }
 
 #[cfg(test)]

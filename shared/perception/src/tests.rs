@@ -286,7 +286,11 @@ proptest! {
         let known = perception.perceive(&mine, &ROBOT);
         let his = Observation { position_m: his_m, orientation_xyzw: [0.6, 0.0, 0.0, 0.8], ..mine };
         let frame = Frame { agent };
-        prop_assert_eq!(perception.perceive_again(&his, &known, &frame), perception.perceive(&his, &frame));
+        let anew = perception.perceive(&his, &frame);
+        prop_assert_eq!(perception.perceive_again(&his, &known, &frame), anew);
+        let mut in_place = known;
+        perception.perceive_again_in(&his, &frame, &mut in_place);
+        prop_assert_eq!(in_place.values(), anew.values());
     }
 
     #[test]

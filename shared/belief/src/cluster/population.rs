@@ -141,3 +141,47 @@ impl Symbols {
         differs & has(self) & has(other) != 0
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+
+    fn symbols(set: &[Option<u16>]) -> Symbols {
+        let mut symbols = Symbols::NONE;
+        for (place, symbol) in set.iter().enumerate() {
+            if let Some(symbol) = symbol {
+                symbols.set(place, *symbol);
+            }
+        }
+        symbols
+    }
+
+    fn some() -> impl Strategy<Value = Vec<Option<u16>>> {
+        let symbol = prop_oneof![0..3_u16, 0x7FFC..0x8002_u16, 0xFFFE..=u16::MAX];
+        prop::collection::vec(prop::option::of(symbol), 6)
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(4_000))]
+
+        #[test]
+        fn who_is_told_apart_differs_and_who_is_not_does_not_where_all_are_glanced_at(
+            a in some(), b in some(), places in 1..=6_usize,
+        ) {
+            let (a, b) = (&a[..places], &b[..places]);
+            let differ = a.iter().zip(b).any(|pair| matches!(pair, (Some(a), Some(b)) if a != b));
+            let (of_a, of_b) = (symbols(a), symbols(b));
+            if of_a.tell_apart(of_b) {
+                prop_assert!(differ);
+            } else if of_a.are_all() && of_b.are_all() {
+                prop_assert!(!differ);
+            }
+            let fits = |set: &[Option<u16>]| {
+                set.iter().enumerate().all(|(place, symbol)| symbol.is_none_or(|it| place < 4 && it < 0x7FFF))
+            };
+            prop_assert_eq!(of_a.are_all(), fits(a));
+        }
+    }
+}
