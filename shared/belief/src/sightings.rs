@@ -125,6 +125,7 @@ impl Sightings {
 
     /// Whether a belief was sighted in the frame before that of the step, if the step has but one. No
     /// two of which that is so are of one thing.
+    #[inline]
     pub(crate) fn was_there(&self, slot: usize) -> bool {
         let Some(before) = &self.before else { return false };
         self.runs(slot).iter().any(|run| run.overlaps(before))
@@ -147,6 +148,7 @@ impl Sightings {
     }
 
     /// Whether two beliefs cannot be of one thing.
+    #[inline]
     pub(crate) fn are_apart(&self, a: usize, b: usize) -> bool {
         if let (Some(Only::Run(a)), Some(Only::Run(b))) = (self.only.get(a), self.only.get(b)) {
             return a.overlaps(b);
@@ -181,6 +183,7 @@ impl Sightings {
         }
     }
 
+    #[inline]
     pub(crate) fn runs(&self, slot: usize) -> &[Run] {
         match self.only.get(slot) {
             Some(Only::Run(run)) => std::slice::from_ref(run),

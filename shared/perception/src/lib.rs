@@ -299,15 +299,26 @@ impl Perception {
     /// Evaluates anew, in its place, what sees the frame; `false` where other percepts pass now.
     #[inline]
     fn revise(&self, given: &Given<'_>, snapshot: &mut Snapshot) -> bool {
-        for percept in &self.indexical {
-            let again = self.ask(percept, given, snapshot);
-            match (snapshot.value_mut(percept.number), again) {
-                (Some(known), Some(again)) => *known = again,
-                (None, None) => {}
-                (Some(_), None) | (None, Some(_)) => return false,
+        self.indexical.iter().all(|percept| {
+            let sure = given.observation.confidence;
+            // What comes every time is written where it is to be, not put together first.
+            match (&percept.kernel, percept.parent) {
+                (Kernel::Position, None) => {
+                    let said = Evaluation::certain(Feature::Vector(given.observation.position_m));
+                    put(percept, self.said(percept, said, sure), snapshot)
+                }
+                (Kernel::Orientation, None) => {
+                    let said = Evaluation::certain(Feature::Orientation(given.observation.orientation_xyzw));
+                    put(percept, self.said(percept, said, sure), snapshot)
+                }
+                _ => self.revise_other(percept, given, snapshot),
             }
-        }
-        true
+        })
+    }
+
+    #[inline(never)]
+    fn revise_other(&self, percept: &Percept, given: &Given<'_>, snapshot: &mut Snapshot) -> bool {
+        put(percept, self.ask(percept, given, snapshot), snapshot)
     }
 
     /// Takes over of what is alleged to be known what may be in a snapshot.
@@ -390,6 +401,19 @@ impl Perception {
     #[inline]
     fn passes(&self, value: &PerceptValue) -> bool {
         value.is_sound() && f64::from(value.matching) * f64::from(value.confidence) > self.threshold
+    }
+}
+
+/// Puts what a percept says now in the place of what it said; `false` where it said something and does not now, or
+/// did not and does.
+#[inline(always)]
+fn put(percept: &Percept, again: Option<PerceptValue>, snapshot: &mut Snapshot) -> bool {
+    match (snapshot.value_mut(percept.number), again) {
+        (Some(known), Some(again)) => {
+            *known = again;
+            true
+        }
+        (known, again) => known.is_none() && again.is_none(),
     }
 }
 

@@ -196,11 +196,10 @@ impl Partner {
                 continue;
             }
             self.perceived.push(Perceived { observation, snapshot: *snapshot });
-            // Where it is to be, for it is large.
-            if let Some(perceived) = self.perceived.last_mut() {
-                let Perceived { observation, snapshot } = perceived;
-                self.perception.perceive_again_in(observation, &self.frame, snapshot);
-            }
+        }
+        // Of all, after all: what has just been written is read late.
+        for Perceived { observation, snapshot } in &mut self.perceived {
+            self.perception.perceive_again_in(observation, &self.frame, snapshot);
         }
     }
 

@@ -62,6 +62,7 @@ impl Cone {
     }
 
     /// How much of the ball of a radius round a point lies in the cone; `Wholly` and `Not` are sure.
+    #[inline]
     pub(crate) fn holds(&self, p_eye: &Position<Eye>, radius_m: f64) -> Within {
         let [forward, _, _] = p_eye.to_array();
         let distance = p_eye.distance(&Position::new(0.0, 0.0, 0.0));

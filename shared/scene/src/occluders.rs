@@ -146,6 +146,7 @@ impl Occluder {
 }
 
 /// The radius of the ball round a box, in metres.
+#[inline]
 pub(crate) fn norm(half_extents_m: [f64; 3]) -> f64 {
     half_extents_m.iter().map(|half| half * half).sum::<f64>().sqrt()
 }

@@ -56,6 +56,7 @@ impl Sight {
     /// most things: the ball round the box decides those cases. Of the others the rays decide, four
     /// at a time and with a margin, and each ray within the margin by itself.
     #[must_use]
+    #[inline(always)]
     pub fn visible_share(
         &self,
         x_base_thing: &Pose<Base, Thing>,
@@ -71,6 +72,7 @@ impl Sight {
     }
 
     /// One bit for each of a box's points that is in the cone.
+    #[inline(always)]
     fn in_cone(
         &self,
         x_base_thing: &Pose<Base, Thing>,
@@ -80,15 +82,24 @@ impl Sight {
         match self.cone.holds(&(self.x_eye_base * x_base_thing.origin()), norm(half_extents_m)) {
             Within::Wholly => (1 << points.len()) - 1,
             Within::Not => 0,
-            Within::Partly => {
-                let x_eye_thing = self.x_eye_base * *x_base_thing;
-                let contains = |p_thing| self.cone.contains(&(x_eye_thing * p_thing));
-                filter(points, half_extents_m, u32::MAX, contains)
-            }
+            Within::Partly => self.points_in_cone(x_base_thing, half_extents_m, points),
         }
     }
 
+    #[inline(never)]
+    fn points_in_cone(
+        &self,
+        x_base_thing: &Pose<Base, Thing>,
+        half_extents_m: [f64; 3],
+        points: &[[f64; 3]],
+    ) -> u32 {
+        let x_eye_thing = self.x_eye_base * *x_base_thing;
+        let contains = |p_thing| self.cone.contains(&(x_eye_thing * p_thing));
+        filter(points, half_extents_m, u32::MAX, contains)
+    }
+
     /// Of the points whose bits are set in `seen`, those that no occluder hides.
+    #[inline(never)]
     fn past_boxes(
         &self,
         mut seen: u32,

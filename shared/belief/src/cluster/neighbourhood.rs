@@ -30,13 +30,20 @@ pub(crate) struct Neighbourhood {
 #[derive(Clone, Copy, Debug)]
 struct Node {
     seen: Seen,
+    /// Where its cell begins, in cells.
+    corner: [f64; 2],
     cell: u32,
     next: u32,
     previous: u32,
 }
 
-const OUT: Node =
-    Node { seen: Seen { place_m: [0.0; 3], symbols: Symbols::NONE }, cell: NONE, next: NONE, previous: NONE };
+const OUT: Node = Node {
+    seen: Seen { place_m: [0.0; 3], symbols: Symbols::NONE },
+    corner: [f64::NAN; 2],
+    cell: NONE,
+    next: NONE,
+    previous: NONE,
+};
 
 /// A little more than one, so that no rounding puts what is within reach out of sight.
 const ROUNDING: f64 = 1.001;
@@ -66,22 +73,39 @@ impl Neighbourhood {
     }
 
     /// The belief in the slot is where its features say.
+    #[inline]
     pub(crate) fn insert(&mut self, population: &impl Population, slot: u32) {
         let place = self.place(population, slot);
-        let cell = place.map_or(self.placeless, |place| self.cell(place));
         let Some(node) = self.nodes.get_mut(slot as usize) else { return };
         node.seen = Seen { place_m: place.unwrap_or([0.0; 3]), symbols: population.symbols(slot) };
-        if node.cell == cell {
+        // As a rule it stays in its cell. (Where it is in none, the corner is no number.)
+        let stays = |(metres, corner): (&f32, &f64)| {
+            let along = f64::from(*metres) * self.cells_per_m;
+            *corner <= along && along < *corner + 1.0
+        };
+        if place.is_some_and(|place_m| place_m.iter().zip(&node.corner).all(stays)) {
             return;
         }
+        self.insert_anew(slot, place);
+    }
+
+    #[inline(never)]
+    fn insert_anew(&mut self, slot: u32, place: Option<[f32; 3]>) {
         self.remove(slot);
+        let (cell, corner) = match place {
+            Some(place) => {
+                let numbers = self.numbers(place);
+                (self.hash(numbers), numbers.map(float_of_signed))
+            }
+            None => (self.placeless, [f64::NAN; 2]),
+        };
         let Some(first) = self.first.get_mut(cell as usize) else { return };
         let next = std::mem::replace(first, slot);
         if let Some(follower) = self.nodes.get_mut(next as usize) {
             follower.previous = slot;
         }
         if let Some(node) = self.nodes.get_mut(slot as usize) {
-            (node.cell, node.next, node.previous) = (cell, next, NONE);
+            (node.corner, node.cell, node.next, node.previous) = (corner, cell, next, NONE);
         }
     }
 
@@ -92,7 +116,7 @@ impl Neighbourhood {
         if cell == NONE {
             return;
         }
-        node.cell = NONE;
+        (node.corner, node.cell) = ([f64::NAN; 2], NONE);
         if let Some(follower) = self.nodes.get_mut(next as usize) {
             follower.previous = previous;
         }
@@ -248,12 +272,9 @@ impl Neighbourhood {
         self.nodes.get(slot as usize).is_some_and(|node| node.cell != NONE)
     }
 
+    #[inline]
     fn place(&self, population: &impl Population, slot: u32) -> Option<[f32; 3]> {
         population.place(slot).filter(|_| self.reaches)
-    }
-
-    fn cell(&self, place: [f32; 3]) -> u32 {
-        self.hash(self.numbers(place))
     }
 
     /// The numbers of a place's cell along x and along y.
