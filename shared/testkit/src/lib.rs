@@ -9,12 +9,17 @@
 //! assert_eq!(testkit::allocations_in(|| kept.push(7)), 1);
 //! assert_eq!(testkit::allocations_in(|| drop(kept.pop())), 0);
 //! assert_eq!(testkit::bytes_kept_by(|| Box::new(7_u64)).1, 8);
+//! assert_eq!(testkit::by_size_in(|| Box::new(7_u64)).1, [(8, 1)].into());
 //! ```
 
 #![expect(unsafe_code, reason = "an allocator that counts is a `GlobalAlloc`, whose methods are unsafe")]
 
+mod sizes;
+
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell;
+
+pub use sizes::by_size_in;
 
 struct Counting;
 
@@ -28,14 +33,17 @@ fn take(bytes: usize) {
     // The thread's storage may be gone when the thread ends.
     let _gone = ALLOCATIONS.try_with(|count| count.set(count.get() + 1));
     let _gone = TAKEN.try_with(|taken| taken.set(taken.get().wrapping_add(bytes)));
+    sizes::count(bytes, 1);
 }
 
 fn give_back(bytes: usize) {
     let _gone = GIVEN_BACK.try_with(|given| given.set(given.get().wrapping_add(bytes)));
+    sizes::count(bytes, -1);
 }
 
 // SAFETY: every call is handed to the system's allocator as it came, which keeps the promises of
-// the trait; counting in a constant-initialised thread local allocates nothing.
+// the trait; counting in a constant-initialised thread local allocates nothing, but for the counts by
+// size, which do not count themselves.
 unsafe impl GlobalAlloc for Counting {
     unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
         take(layout.size());
@@ -94,6 +102,23 @@ mod tests {
         let mut grown = Vec::with_capacity(1);
         assert_eq!(allocations_in(|| grown.extend(black_box([1_u8, 2, 3]))), 1);
         assert_eq!(allocations_in(|| drop(black_box(vec![0_u64; 100]))), 1);
+    }
+
+    #[test]
+    fn what_is_kept_and_given_back_is_counted_by_its_size() {
+        let old = black_box([vec![1_u8; 24], vec![1_u8; 40]]);
+        let (kept, pieces) = by_size_in(|| {
+            let mut grown = black_box(vec![1_u8; 16]);
+            grown.reserve_exact(48);
+            drop(black_box(vec![0_u64; 100]));
+            drop(old);
+            (grown, vec![1_u8; 40], vec![1_u8; 7])
+        });
+        // One of 40 bytes for the other.
+        assert_eq!((kept.0.len(), pieces), (16, [(7, 1), (24, -1), (64, 1)].into()));
+        // And nothing of what is not asked about.
+        drop(kept);
+        assert!(by_size_in(|| ()).1.is_empty());
     }
 
     #[test]
