@@ -6,6 +6,7 @@
 //! where two differ. `docs/recording.md` describes the file.
 
 mod about;
+mod blocks;
 mod buffer;
 mod cdr;
 mod counts;

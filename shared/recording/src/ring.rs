@@ -6,6 +6,7 @@ use std::sync::Arc;
 
 use clock::Duration;
 
+use crate::blocks::Blocks;
 use crate::room::lacking;
 use crate::{Frame, NotBegun, ReadError, Reader, RecordError, Subject, Writer};
 
@@ -28,14 +29,14 @@ pub struct Ring {
 #[derive(Clone, Debug)]
 struct Part {
     newest_ns: u64,
-    bytes: Arc<[u8]>,
+    bytes: Arc<Blocks>,
 }
 
 /// The part that is being written.
 struct Present {
     began_ns: u64,
     newest_ns: u64,
-    writer: Writer<Vec<u8>>,
+    writer: Writer<Blocks>,
 }
 
 /// What a ring held at one moment.
@@ -47,7 +48,7 @@ pub struct Last {
 
 impl Ring {
     /// An empty ring that keeps `span` of frames and up to two seconds more, or as much as `bytes_most`
-    /// hold, the newest two seconds aside.
+    /// of memory hold, the newest two seconds aside.
     #[must_use]
     pub fn new(subject: Subject, span: Duration, bytes_most: usize) -> Self {
         let span_ns = clock::nanos(span);
@@ -64,26 +65,30 @@ impl Ring {
         if self.present.as_ref().is_some_and(is_over) {
             self.close()?;
         }
+        // Before anything is taken: what is forgotten makes room for what comes.
+        self.forget(frame.at_ns);
         let present = match &mut self.present {
             Some(present) => present,
             empty => empty.insert(Present {
                 began_ns: frame.at_ns,
                 newest_ns: frame.at_ns,
-                writer: Writer::raw(Vec::new(), &self.subject)?,
+                writer: Writer::raw(Blocks::default(), &self.subject)?,
             }),
         };
         present.newest_ns = present.newest_ns.max(frame.at_ns);
-        present.writer.write(frame)?;
-        let (newest_ns, span_ns) = (present.newest_ns, self.span_ns);
-        while self.parts.front().is_some_and(|part| newest_ns.saturating_sub(part.newest_ns) > span_ns) {
+        present.writer.write(frame)
+    }
+
+    fn forget(&mut self, now_ns: u64) {
+        let is_old = |part: &Part| now_ns.saturating_sub(part.newest_ns) > self.span_ns;
+        while self.parts.front().is_some_and(is_old) {
             self.parts.pop_front();
         }
-        Ok(())
     }
 
     fn close(&mut self) -> io::Result<()> {
         if let Some(Present { newest_ns, writer, .. }) = self.present.take() {
-            let bytes = writer.finish()?.into();
+            let bytes = Arc::new(writer.finish()?);
             self.parts.push_back(Part { newest_ns, bytes });
             while self.bytes() > self.bytes_most {
                 self.parts.pop_front();
@@ -102,10 +107,10 @@ impl Ring {
         Ok(Last { subject: self.subject.clone(), parts: self.parts.iter().cloned().collect() })
     }
 
-    /// Bytes that are kept, those of the newest two seconds aside.
+    /// Bytes of memory that are taken for what is kept, those of the newest two seconds aside.
     #[must_use]
     pub fn bytes(&self) -> usize {
-        self.parts.iter().map(|part| part.bytes.len()).sum()
+        self.parts.iter().map(|part| part.bytes.held()).sum()
     }
 }
 
@@ -164,7 +169,7 @@ impl Last {
     ) -> Result<u64, RecordError> {
         let file = file.to_owned();
         // It is longer than this at any rate: what is there already is not lost for nothing.
-        let size: usize = self.parts.iter().map(|part| part.bytes.len()).sum();
+        let size: usize = self.parts.iter().map(|part| part.bytes.bytes()).sum();
         if let Some(bytes) = lacking(&file, u64::try_from(size).unwrap_or(u64::MAX)) {
             return Err(RecordError::Unsaved { file, bytes });
         }
@@ -198,7 +203,7 @@ impl Last {
     pub fn save<W: Write>(&self, out: W) -> Result<(W, u64), NotSaved> {
         let mut writer = Writer::new(out, &self.subject)?;
         for part in &self.parts {
-            for frame in Reader::new(&*part.bytes, "what was kept")? {
+            for frame in Reader::new(part.bytes.reading(), "what was kept")? {
                 writer.write(&frame?)?;
             }
         }
