@@ -63,6 +63,13 @@ impl<W: Write> Writer<W> {
             .compression_threads(0)
             .chunk_size(Some(CHUNK_BYTES))
             .disable_seeking(true);
+        // What nobody looks at is read from its beginning to its end: it needs no index.
+        let options = match &views {
+            Some(_) => options,
+            None => {
+                options.emit_message_indexes(false).emit_summary_records(false).emit_summary_offsets(false)
+            }
+        };
         Ok(Self {
             out: options.create(NoSeek::new(out)).map_err(failed)?,
             views,
