@@ -105,7 +105,7 @@ impl Counts {
 /// A culling function c (Eq. 5).
 #[derive(Clone, Debug)]
 enum Cull {
-    UnseenLongerThan(Duration),
+    UnseenLongerThan(u64),
     ConfidenceBelow { percept: u16, floor: f64 },
     PlaceEmptyFor(Duration),
     Own(Supplied<dyn own::Cull>),
@@ -114,7 +114,7 @@ enum Cull {
 impl Cull {
     fn new(config: &percepts::Cull, own: &Functions) -> Result<Self, Unbelievable> {
         Ok(match config {
-            percepts::Cull::UnseenLongerThan(limit) => Self::UnseenLongerThan(*limit),
+            percepts::Cull::UnseenLongerThan(limit) => Self::UnseenLongerThan(clock::nanos(*limit)),
             percepts::Cull::ConfidenceBelow { percept, floor } => {
                 Self::ConfidenceBelow { percept: *percept, floor: *floor }
             }
@@ -423,7 +423,10 @@ impl BeliefSystem {
     fn agrees(&self, cull: &Cull, slot: u32, looked: SourceSet, in_view: impl Fn([f32; 3]) -> bool) -> bool {
         let Some(memory) = self.arena.memory(slot) else { return false };
         match cull {
-            Cull::UnseenLongerThan(limit) => self.now.since(memory.noticed_at) > *limit,
+            // In nanoseconds: asked of every belief in every step.
+            Cull::UnseenLongerThan(limit_ns) => {
+                self.now.as_nanos().saturating_sub(memory.noticed_at.as_nanos()) > *limit_ns
+            }
             Cull::ConfidenceBelow { percept, floor } => {
                 let decay =
                     self.percepts.get(usize::from(*percept)).map_or(0.0, |percept| percept.decay_per_s);
