@@ -221,7 +221,12 @@ fn compared(samples: &[(Instant, BTreeMap<String, f64>)], warm: Instant) -> Vec<
             }
         };
         if most.is_some_and(|most| after > most) {
-            wrong.push(format!("{name}: {before:.0} became {after:.0}"));
+            // How it grew says what it may be: a step, ever slower, or for ever.
+            let ten = warm.chunks(warm.len().div_ceil(10)).map(|some| format!("{:.0}", mean(some, name)));
+            wrong.push(format!(
+                "{name}: {before:.0} became {after:.0}, by {}",
+                ten.collect::<Vec<_>>().join(", ")
+            ));
         }
     }
     wrong

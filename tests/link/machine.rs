@@ -54,14 +54,17 @@ pub(crate) fn wait_until(mut holds: impl FnMut() -> bool) -> bool {
     holds()
 }
 
-/// The robot's configuration with some values changed: keys of `leo.toml`, each with its new value.
+/// The robot's configuration with some values changed: keys of `leo.toml`, with their section where others have
+/// them too (`motor.realtime.cores`), each with its new value.
 pub(crate) fn changed(changes: &[(&str, &str)]) -> String {
     let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("config/leo.toml");
     let mut text = fs::read_to_string(file).expect("the configuration");
     for (key, value) in changes {
-        let line = text.lines().find(|line| line.starts_with(&format!("{key} = ")));
-        let line = line.expect("a key").to_owned();
-        text = text.replace(&line, &format!("{key} = {value}"));
+        let (section, key) = key.rsplit_once('.').unwrap_or(("", key));
+        let from = if section.is_empty() { Some(0) } else { text.find(&format!("\n[{section}]\n")) };
+        let rest = text.split_off(from.expect("a section"));
+        let line = rest.lines().find(|line| line.starts_with(&format!("{key} = "))).expect("a key");
+        text.push_str(&rest.replacen(line, &format!("{key} = {value}"), 1));
     }
     text
 }

@@ -11,7 +11,7 @@ use crate::{PERFORMED, Side, alone, keys, link};
 
 /// How long each state of the network is looked at.
 const LOOKED_AT: Duration = Duration::from_secs(10);
-/// Set on a machine that does nothing else: then each of the two has cores of its own, and quantiles of times are
+/// Set on a machine that does nothing else: then the hot path has a core of its own, and quantiles of times are
 /// compared too.
 const QUIET: &str = "LEO_QUIET_MACHINE";
 /// So often the network goes through its states then: medians of the quantiles are compared.
@@ -109,28 +109,29 @@ fn is_quiet() -> bool {
     std::env::var_os(QUIET).is_some()
 }
 
-/// What this thread starts from now on has a core of its own where the machine is quiet, and has so many.
-fn on_core(core: usize) {
-    if is_quiet() {
-        let mut set = CpuSet::new();
-        set.set(core);
-        let _shared_on_a_machine_with_one = sched_setaffinity(None, &set);
+/// Where the machine is quiet, and has two cores, the hot path has the first, as on a robot whose cores were
+/// planned (`cores` of leo.toml), and all else of both machines and of the network the second: the changes of
+/// the robot's configuration.
+fn plan_cores() -> Vec<(&'static str, &'static str)> {
+    let mut second = CpuSet::new();
+    second.set(1);
+    if !is_quiet() || sched_setaffinity(None, &second).is_err() {
+        return Vec::new();
     }
+    ["sensor.realtime.cores", "belief.realtime.cores", "motor.realtime.cores"].map(|key| (key, "[0]")).into()
 }
 
 #[test]
 fn the_hot_path_does_not_notice_what_the_network_does() {
     let _alone = alone();
-    on_core(1);
+    let plan = plan_cores();
     let Some(mut network) = Network::or_skip("hot") else { return };
     let [a, b] = network.names.clone();
     let keys = keys("IP:10.77.0.1");
     let away = Side::away("tls/10.77.0.1:7447").keyed(keys.path(), "away");
     let mut away = Machine::ready(Some(&b), "ns-away", &away.changes());
     let robot = Side::robot("tls/10.77.0.1:7447").keyed(keys.path(), "robot");
-    on_core(0);
-    let mut robot = Machine::ready(Some(&a), "ns-robot", &robot.changes());
-    on_core(1);
+    let mut robot = Machine::ready(Some(&a), "ns-robot", &[robot.changes(), plan].concat());
     assert!(wait_until(|| away.told().contains(PERFORMED)), "{}\n{}", away.told(), away.said());
 
     let queues = Queues { frames: 4, delivery: Delivery::Newest };
