@@ -326,6 +326,16 @@ impl Arena {
         Some((&self.histories, self.row(slot)?))
     }
 
+    /// The newest feature of a percept of a settled belief.
+    #[inline]
+    pub(crate) fn newest(&self, slot: u32, percept: u16) -> Option<Feature> {
+        // Most that are asked for lie close together.
+        match self.terms.iter().position(|term| *term == percept) {
+            Some(term) => self.features(slot).get(term).copied().flatten(),
+            None => Some(self.histories.newest(self.row(slot)?, percept)?.feature),
+        }
+    }
+
     /// The histories of a settled belief, to be changed; [refresh](Self::refresh) it afterwards.
     pub(crate) fn histories_mut(&mut self, slot: u32) -> Option<(&mut Histories, u32)> {
         let row = self.row(slot)?;

@@ -488,8 +488,7 @@ impl BeliefSystem {
     }
 
     fn place_of(&self, slot: u32) -> Option<[f32; 3]> {
-        let (histories, row) = self.arena.histories(slot)?;
-        vector(histories.newest(row, self.place?)?.feature)
+        vector(self.arena.newest(slot, self.place?)?)
     }
 }
 

@@ -2,8 +2,9 @@ use belief::BeliefSystem;
 use clock::{Duration, Instant};
 use config::perspective::{Owning, Resource};
 use geometry::{Base, Pose, Position};
+use glam::{Vec3, Vec4};
 use message::NOBODY;
-use quantity::number::{float_of_count, single};
+use quantity::number::{float_of_count, floor_usize, single};
 
 /// Whose each of a perspective's beliefs is (the resource perspective): Own of V' = V ∧ Own.
 ///
@@ -11,8 +12,8 @@ use quantity::number::{float_of_count, single};
 /// all. What is nobody's is everybody's. Distances alone decide, so that it is the same in every
 /// frame; but what is told is told of the base frame.
 ///
-/// By territory, n beliefs cost n² distances. So it is judged anew when a thing has come or gone, and
-/// otherwise ten times a second: things do not change hands faster. All are compared with all only where
+/// By territory, n beliefs cost n² distances. So it is judged anew when a thing has come or gone, within a few
+/// steps, and otherwise ten times a second: things do not change hands faster. Each perspective does it in another step. All are compared with all only where
 /// they have moved so far since they last were that the territories may be others. Of more than 256 things
 /// nobody could say whose they are at a glance, and all are everybody's. Allocates in `new` alone.
 ///
@@ -48,6 +49,12 @@ pub struct Owners {
     /// Which of them lie beyond the longest link, where the gap is wide.
     beyond: Vec<bool>,
     judged: Option<Judged>,
+    /// Not all perspectives judge in one step: when within the time between two judgements this one does,
+    phase: Duration,
+    /// for how many steps it waits when something has come or gone,
+    waits: u32,
+    /// and for how many it has waited.
+    waited: u32,
 }
 
 /// When the beliefs of a system were last judged, and which they were: how many, and the youngest.
@@ -58,8 +65,11 @@ struct Judged {
     youngest: u64,
 }
 
-/// Territories are judged anew after this time, even when nothing has come or gone.
+/// Territories are judged anew this often, even when nothing has come or gone.
 const JUDGED_EVERY: Duration = Duration::from_millis(100);
+
+/// For so many steps no perspective waits that has seen something come or go.
+const WAITS_MOST: u32 = 5;
 
 /// With more things there are no territories.
 pub const TERRITORY_MOST: usize = 256;
@@ -113,71 +123,84 @@ struct Link {
     length_m: f64,
 }
 
-/// Things not yet in the tree, each with the length of its shortest link to it: column by column and in single
-/// precision, so that the compiler can look at four things at once.
+/// Things not yet in the tree, each with the length of its shortest link to it: in fours, so that the processor looks
+/// at four at once.
 #[derive(Clone, Debug)]
 struct Outside {
-    things: Vec<usize>,
-    /// From the first thing.
-    place_m: [Vec<f32>; 3],
-    length_m2: Vec<f32>,
+    fours: Vec<Four>,
+}
+
+/// Four things, by coordinate, from the first thing, in metres; and their lengths, squared. Who is in the tree is
+/// infinitely far, and so is what fills up the last four.
+#[derive(Clone, Copy, Debug)]
+struct Four {
+    x: Vec4,
+    y: Vec4,
+    z: Vec4,
+    length_m2: Vec4,
+    /// The number of the first.
+    first: usize,
+}
+
+impl Four {
+    /// Four from a number on, all infinitely far.
+    const fn from(first: usize) -> Self {
+        let far = Vec4::INFINITY;
+        Self { x: far, y: far, z: far, length_m2: far, first }
+    }
+
+    const LANES: usize = 4;
+    const LANE: Vec4 = Vec4::new(0.0, 1.0, 2.0, 3.0);
 }
 
 impl Outside {
     fn new(capacity: usize) -> Self {
-        let column = || Vec::with_capacity(capacity);
-        Self {
-            things: Vec::with_capacity(capacity),
-            place_m: [column(), column(), column()],
-            length_m2: column(),
-        }
+        Self { fours: Vec::with_capacity(capacity.div_ceil(Four::LANES)) }
     }
 
-    fn begin(&mut self, places: impl Iterator<Item = (usize, [f32; 3])>) {
-        let Self { things, place_m, length_m2 } = self;
-        things.clear();
-        length_m2.clear();
-        place_m.iter_mut().for_each(Vec::clear);
-        for (thing, place) in places {
-            things.push(thing);
-            length_m2.push(f32::INFINITY);
-            for (column, metres) in place_m.iter_mut().zip(place) {
-                column.push(metres);
+    /// All are outside, by the numbers of their order.
+    fn begin(&mut self, places: impl Iterator<Item = Vec3>) {
+        self.fours.clear();
+        for (index, place) in places.enumerate() {
+            let lane = index % Four::LANES;
+            if lane == 0 {
+                self.fours.push(Four::from(index));
+            }
+            if let Some(four) = self.fours.last_mut() {
+                (four.x[lane], four.y[lane], four.z[lane]) = place.into();
             }
         }
     }
 
     /// The tree has reached a place: things that are nearer to it than to any before have a shorter
-    /// link now.
-    fn reach(&mut self, [x, y, z]: [f32; 3]) {
-        let [xs, ys, zs] = &self.place_m;
-        for (((u, v), w), shortest_m2) in xs.iter().zip(ys).zip(zs).zip(&mut self.length_m2) {
-            let length_m2 = (x - u) * (x - u) + (y - v) * (y - v) + (z - w) * (z - w);
-            *shortest_m2 = lesser(length_m2, *shortest_m2);
+    /// link now. Takes the one with the shortest of all into the tree; with its place.
+    fn reach(&mut self, place: Vec3) -> Option<(Link, Vec3)> {
+        let [x, y, z] = place.to_array().map(Vec4::splat);
+        let (mut least, mut of_four, mut number) = (Vec4::INFINITY, Vec4::ZERO, Vec4::ZERO);
+        for four in &mut self.fours {
+            let (u, v, w) = (x - four.x, y - four.y, z - four.z);
+            four.length_m2 = four.length_m2.min(u * u + v * v + w * w);
+            of_four = Vec4::select(four.length_m2.cmplt(least), number, of_four);
+            least = least.min(four.length_m2);
+            number += Vec4::ONE;
         }
-    }
-
-    /// Takes out the thing with the shortest link; with its place.
-    fn take(&mut self) -> Option<(Link, [f32; 3])> {
-        let mut least = [f32::INFINITY; 8];
-        let (eights, rest) = self.length_m2.as_chunks::<8>();
-        for eight in eights {
-            for (least, length_m2) in least.iter_mut().zip(eight) {
-                *least = lesser(*length_m2, *least);
-            }
+        let nearest_m2 = least.min_element();
+        if nearest_m2.is_infinite() {
+            return None;
         }
-        let least_m2 = least.iter().chain(rest).copied().fold(f32::INFINITY, lesser);
-        let index = self.length_m2.iter().position(|length_m2| *length_m2 <= least_m2)?;
-        let [xs, ys, zs] = &mut self.place_m;
-        let place_m = [xs.swap_remove(index), ys.swap_remove(index), zs.swap_remove(index)];
-        let length_m = f64::from(self.length_m2.swap_remove(index)).sqrt();
-        Some((Link { to: self.things.swap_remove(index), length_m }, place_m))
+        let lane = usize::try_from(least.cmpeq(Vec4::splat(nearest_m2)).bitmask().trailing_zeros()).ok()?;
+        let number = floor_usize(f64::from(of_four[lane]));
+        let four = self.fours.get_mut(number)?;
+        let place = Vec3::new(four.x[lane], four.y[lane], four.z[lane]);
+        let it = Four::LANE.cmpeq(Vec4::splat(Four::LANE[lane]));
+        four.x = Vec4::select(it, Vec4::INFINITY, four.x);
+        four.length_m2 = Vec4::select(it, Vec4::INFINITY, four.length_m2);
+        let to = four.first + lane;
+        if four.x.cmpeq(Vec4::INFINITY).all() {
+            self.fours.swap_remove(number);
+        }
+        Some((Link { to, length_m: f64::from(nearest_m2).sqrt() }, place))
     }
-}
-
-/// Of two lengths, neither of which is NaN.
-fn lesser(a: f32, b: f32) -> f32 {
-    if a < b { a } else { b }
 }
 
 impl Owners {
@@ -199,7 +222,19 @@ impl Owners {
             gap: None,
             beyond: Vec::with_capacity(capacity),
             judged: None,
+            phase: Duration::ZERO,
+            waits: 0,
+            waited: 0,
         }
+    }
+
+    /// The same of the beliefs of an agent, at other times than those of others.
+    pub(crate) fn of(mut self, agent: u16) -> Self {
+        // By the golden section, whose multiples are nowhere close together.
+        self.phase = JUDGED_EVERY.mul_f64(f64::from(agent) * 0.618 % 1.0);
+        // Whose a thing is, is known as soon when somebody possesses it, or is told.
+        self.waits = if self.config.by == Owning::Territory { u32::from(agent) % WAITS_MOST } else { 0 };
+        self
     }
 
     /// Judges all beliefs of an instant. `agents` are those that the perspective knows of, and where.
@@ -256,13 +291,19 @@ impl Owners {
         // Identities rise: what comes is younger than all, and where nothing comes, going shows in
         // the count.
         let youngest = count.checked_sub(1).and_then(|last| system.id(last)).unwrap_or(0);
-        let is_known = self.judged.is_some_and(|judged| {
-            (judged.count, judged.youngest) == (count, youngest) && at.since(judged.at) < JUDGED_EVERY
-        });
-        // Whoever holds a thing for a moment possesses it from then on.
-        if is_known && self.config.by != Owning::Possession {
+        let time = |at: Instant| (at + self.phase).as_nanos() / clock::nanos(JUDGED_EVERY);
+        let is_known = self.judged.is_some_and(|judged| (judged.count, judged.youngest) == (count, youngest));
+        if is_known {
+            // Whoever holds a thing for a moment possesses it from then on.
+            let in_time = self.judged.is_some_and(|judged| time(judged.at) == time(at));
+            if in_time && self.config.by != Owning::Possession {
+                return false;
+            }
+        } else if self.judged.is_some() && self.waited < self.waits {
+            self.waited += 1;
             return false;
         }
+        self.waited = 0;
         self.judged = Some(Judged { at, count, youngest });
         true
     }
@@ -272,6 +313,16 @@ impl Owners {
     #[must_use]
     pub fn owner(&self, index: usize) -> u16 {
         self.owners.get(index).copied().unwrap_or(NOBODY)
+    }
+
+    /// The owner of a belief, by its identity and its index among those that there are now: what has come since
+    /// they were last judged is nobody's yet.
+    pub(crate) fn owner_of(&self, index: usize, id: u64) -> u16 {
+        let is_it = |index: &usize| self.claims.get(*index).is_some_and(|claim| claim.id == id);
+        // As a rule nothing has come or gone.
+        let found = Some(index).filter(is_it);
+        let found = found.or_else(|| self.claims.binary_search_by_key(&id, |claim| claim.id).ok());
+        found.map_or(NOBODY, |index| self.owner(index))
     }
 
     /// The owners of all; none where nobody is asked.
@@ -304,7 +355,9 @@ impl Owners {
             return;
         }
         let ratio = self.config.gap_ratio.get();
-        if !self.gap.is_some_and(|gap| self.moved_m().is_some_and(|moved_m| gap.stays(ratio, moved_m))) {
+        let stays =
+            self.gap.is_some_and(|gap| self.moved_m().is_some_and(|moved_m| gap.stays(ratio, moved_m)));
+        if !stays {
             self.grow();
             self.cut();
         }
@@ -358,15 +411,18 @@ impl Owners {
         self.grown.clear();
         self.grown.extend_from_slice(&self.claims);
         self.links.clear();
-        let mut claims = self.claims.iter().map(|claim| claim.place).enumerate();
-        let Some((_, first)) = claims.next() else { return };
+        let mut places = self.claims.iter().map(|claim| claim.place);
+        let Some(first) = places.next() else { return };
         // What is far from the base frame's origin is known as well as what is near.
-        let from_first = |place: Position<Base>| (place.point() - first.point()).map(single).into();
-        self.outside.begin(claims.map(|(thing, place)| (thing, from_first(place))));
-        self.outside.reach([0.0; 3]);
-        while let Some((link, place_m)) = self.outside.take() {
-            self.links.push(link);
-            self.outside.reach(place_m);
+        self.outside.begin(places.map(|place| {
+            let [x, y, z] = (place.point() - first.point()).map(single).into();
+            Vec3::new(x, y, z)
+        }));
+        let mut reached = Vec3::ZERO;
+        while let Some((link, place)) = self.outside.reach(reached) {
+            // The first thing is in it from the beginning.
+            self.links.push(Link { to: link.to + 1, ..link });
+            reached = place;
         }
     }
 }

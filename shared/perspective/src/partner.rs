@@ -94,7 +94,7 @@ impl Partner {
             hearing_range_m: sight.hearing_range_m.get(),
             empty_margin_m: sight.empty_margin_m.get(),
             anchor: Anchor::new(config.frame.reanchor_m.get(), config.frame.reanchor_deg.radians()),
-            owners: Owners::new(&config.resource, capacity),
+            owners: Owners::new(&config.resource, capacity).of(agent),
             eye: None,
             present: false,
             at: Instant::EPOCH,
@@ -306,7 +306,7 @@ impl Partner {
     #[must_use]
     pub fn entry(&self, index: usize) -> Option<Belief> {
         let mut belief = self.system.write(index, self.at)?;
-        belief.owner = self.owners.owner(index);
+        belief.owner = self.owners.owner_of(index, belief.id);
         Some(belief)
     }
 }

@@ -80,7 +80,7 @@ impl Robot {
             awareness,
             field,
             x_base_rest,
-            owners: Owners::new(&config.resource, capacity),
+            owners: Owners::new(&config.resource, capacity).of(0),
             empty_margin_m: config.sight.empty_margin_m.get(),
             at: Instant::EPOCH,
             perceivable: 0,
@@ -167,7 +167,7 @@ impl Robot {
     #[must_use]
     pub fn entry(&self, index: usize) -> Option<Belief> {
         let mut belief = self.system.write(index, self.at)?;
-        belief.owner = self.owners.owner(index);
+        belief.owner = self.owners.owner_of(index, belief.id);
         Some(belief)
     }
 }
