@@ -13,9 +13,10 @@ use quantity::number::{float_of_count, floor_usize, single};
 /// frame; but what is told is told of the base frame.
 ///
 /// By territory, n beliefs cost n² distances. So it is judged anew when a thing has come or gone, within a few
-/// steps, and otherwise ten times a second: things do not change hands faster. Each perspective does it in another step. All are compared with all only where
-/// they have moved so far since they last were that the territories may be others. Of more than 256 things
-/// nobody could say whose they are at a glance, and all are everybody's. Allocates in `new` alone.
+/// steps, and otherwise ten times a second: things do not change hands faster. Each perspective does it in a step
+/// of its own. All are compared with all only where they have moved so far since they last were that the
+/// territories may be others. Of more than 256 things nobody could say whose they are at a glance, and all are
+/// everybody's. Allocates in `new` alone.
 ///
 /// ```
 /// use geometry::Position;
@@ -185,10 +186,11 @@ impl Outside {
             number += Vec4::ONE;
         }
         let nearest_m2 = least.min_element();
+        let is_nearest = least.cmpeq(Vec4::splat(nearest_m2)).bitmask();
+        let lane = usize::try_from(is_nearest.trailing_zeros()).ok().filter(|lane| *lane < Four::LANES)?;
         if nearest_m2.is_infinite() {
             return None;
         }
-        let lane = usize::try_from(least.cmpeq(Vec4::splat(nearest_m2)).bitmask().trailing_zeros()).ok()?;
         let number = floor_usize(f64::from(of_four[lane]));
         let four = self.fours.get_mut(number)?;
         let place = Vec3::new(four.x[lane], four.y[lane], four.z[lane]);
