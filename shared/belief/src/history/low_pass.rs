@@ -160,13 +160,13 @@ pub(super) fn mix_into(x: &Feature, a: f64, y: &mut Feature, b: f64) {
 fn mix_raw_into(x: &PerceptValue, a: f64, y: &mut Feature, b: f64) {
     let weigh = |x: f32, y: f32| single(a * f64::from(x) + b * f64::from(y));
     let (kind, [p, q, r, s]) = x.raw_feature();
-    match y {
-        Feature::Number(y) if kind == Feature::NUMBER => *y = weigh(p, *y),
-        Feature::Vector([u, v, w]) if kind == Feature::VECTOR => {
+    match (y, kind) {
+        (Feature::Number(y), Feature::NUMBER) => *y = weigh(p, *y),
+        (Feature::Vector([u, v, w]), Feature::VECTOR) => {
             (*u, *v, *w) = (weigh(p, *u), weigh(q, *v), weigh(r, *w));
         }
-        Feature::Orientation(y) if kind == Feature::ORIENTATION => *y = mix_on_sphere([p, q, r, s], a, *y, b),
-        y => *y = x.feature().unwrap_or(Feature::None),
+        (Feature::Orientation(y), Feature::ORIENTATION) => *y = mix_on_sphere([p, q, r, s], a, *y, b),
+        (y, _) => *y = x.feature().unwrap_or(Feature::None),
     }
 }
 
