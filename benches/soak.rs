@@ -3,8 +3,7 @@
 //! processes. What it holds after warm-up it holds at the end: memory, descriptors, shared memory, disk.
 //!
 //! `cargo bench --bench soak [-- SECONDS]`: 600 without, of which the first quarter is warm-up. Ends with exit
-//! status 1 where something grows, where a process was replaced, or where the recorder dropped more than one frame of
-//! a hundred thousand.
+//! status 1 where something grows, where a process was replaced, or where the recorder dropped a frame.
 #![expect(
     clippy::expect_used,
     clippy::panic,
@@ -33,9 +32,6 @@ use tungstenite::client::IntoClientRequest as _;
 use tungstenite::{Message, WebSocket};
 
 const PAGES: usize = 3;
-/// Of so many frames the recorder may miss one: of a process that stood still and catches up, more come at
-/// once than wait for a reader.
-const DROPPED_ONE_IN: u64 = 100_000;
 /// How often everything is looked at.
 const LOOK_EVERY: Duration = Duration::from_secs(5);
 /// How often the lesson begins anew: Task 1 takes 51 s.
@@ -166,21 +162,14 @@ fn main() -> ExitCode {
     for row in rows.iter().filter(|row| row["restarts"].as_u64() != Some(0)) {
         wrong.push(format!("{} was started anew {} times", row["process"], row["restarts"]));
     }
-    let [taken, dropped] = [" frames", " frames were dropped"].map(|word| counted(&told, word));
-    if !recorded || dropped * DROPPED_ONE_IN > taken {
-        wrong.push(format!("the recorder dropped {dropped} frames of {taken}"));
+    if !told.contains("nothing was dropped") || !recorded {
+        wrong.push("the recorder dropped frames".to_owned());
     }
     if robot.said().contains("panicked") || !ended || left > 0 {
         wrong.push(format!("it did not end well, with {left} files left in shared memory: {}", robot.said()));
     }
     wrong.iter().for_each(|what| println!("WRONG: {what}"));
     if wrong.is_empty() { ExitCode::SUCCESS } else { ExitCode::FAILURE }
-}
-
-/// The sum of the numbers before a word, of those lines in which the word comes right after one.
-fn counted(told: &str, word: &str) -> u64 {
-    let number = |line: &str| line.split_once(word)?.0.split_whitespace().last()?.parse::<u64>().ok();
-    told.lines().filter_map(number).sum()
 }
 
 /// What the robot holds now, by name with its unit at the end.

@@ -2,7 +2,6 @@
 
 use clock::Duration;
 use message::{Health, Histogram, Process};
-use quantity::number::float;
 use rustix::thread::{CpuSet, sched_setaffinity};
 use transport::{Delivery, Domain, HealthReader, Node, Queues};
 
@@ -49,7 +48,8 @@ struct Did {
 
 impl Did {
     fn between(process: Process, before: &Health, after: &Health) -> Self {
-        let p99_us = |after: &Histogram, before| p99_ns(&after.since(before)) / 1e3;
+        // A bucket is up to a sixteenth wide, which is as much as is looked for.
+        let p99_us = |after: &Histogram, before| after.since(before).quantile_between_ns(0.99) / 1e3;
         Self {
             process,
             cycles: after.cycles - before.cycles,
@@ -75,23 +75,6 @@ impl Did {
             process.name(),
         );
     }
-}
-
-/// The 99th percentile, between the bounds of its bucket as far along as its rank is: a bucket is up to a sixteenth
-/// wide, which is as much as is looked for.
-fn p99_ns(histogram: &Histogram) -> f64 {
-    let rank = 0.99 * histogram.buckets().map(|(_, count)| f64::from(count)).sum::<f64>();
-    let mut before = 0.0;
-    for (upper_ns, count) in histogram.buckets() {
-        let count = f64::from(count);
-        if before + count >= rank {
-            // Sixteen buckets to each octave.
-            let width_ns = float(1_u64 << upper_ns.max(1).ilog2()) / 16.0;
-            return float(upper_ns) - width_ns * (1.0 - (rank - before) / count);
-        }
-        before += count;
-    }
-    0.0
 }
 
 fn median(numbers: impl Iterator<Item = f64>) -> f64 {

@@ -46,6 +46,8 @@ pub(crate) struct Arena {
     /// None where beliefs that were sighted at once may merge.
     sightings: Option<Sightings>,
     unsound: u64,
+    /// Whether all that is perceived is sound: somebody has looked.
+    trusts: bool,
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -122,6 +124,7 @@ impl Arena {
             metric,
             sightings: cannot_link.then(|| Sightings::new(count)),
             unsound: 0,
+            trusts: false,
         })
     }
 
@@ -143,6 +146,15 @@ impl Arena {
     /// Evaluations that were nonsense and were left out.
     pub(crate) fn unsound(&self) -> u64 {
         self.unsound
+    }
+
+    /// What is perceived is sound from now on.
+    pub(crate) fn trust(&mut self) {
+        self.trusts = true;
+    }
+
+    pub(crate) fn trusts(&self) -> bool {
+        self.trusts
     }
 
     /// Whether beliefs that were sighted at once may not merge.
@@ -178,7 +190,6 @@ impl Arena {
         [at, now]: [Instant; 2],
         entry: u32,
         perceived: &Perceived,
-        is_sound: bool,
     ) -> Option<u32> {
         let number = self.vacancies.take()?;
         let slot = self.slots.get_mut(number as usize)?;
@@ -189,7 +200,8 @@ impl Arena {
             (self.features.get_mut(start..start + terms), self.symbols.get_mut(number as usize))
         {
             for (feature, percept) in features.iter_mut().zip(&self.terms) {
-                let value = perceived.snapshot.value(*percept).filter(|value| is_sound || value.is_sound());
+                let value =
+                    perceived.snapshot.value(*percept).filter(|value| self.trusts || value.is_sound());
                 *feature = value.and_then(PerceptValue::feature);
             }
             *symbols = self.metric.symbols(features);
@@ -259,8 +271,7 @@ impl Arena {
     }
 
     fn unite(&mut self, kept: u32, gone: u32, perceived: &[Perceived]) {
-        let (Some(row), Some(others)) =
-            (self.remember(kept, perceived, false), self.remember(gone, perceived, false))
+        let (Some(row), Some(others)) = (self.remember(kept, perceived), self.remember(gone, perceived))
         else {
             return;
         };
@@ -295,7 +306,7 @@ impl Arena {
 
     /// The step's merging is over: what is left of the new beliefs remembers on its own, and stands
     /// behind the others; how many they are.
-    pub(crate) fn settle(&mut self, perceived: &[Perceived], are_sound: bool) -> usize {
+    pub(crate) fn settle(&mut self, perceived: &[Perceived]) -> usize {
         self.bury();
         let old = self.live.len();
         for index in 0..old {
@@ -303,11 +314,11 @@ impl Arena {
             if let Some(row) = self.live.get(index + AHEAD).and_then(|&slot| self.row(slot)) {
                 self.histories.prefetch(row);
             }
-            self.remember(slot, perceived, are_sound);
+            self.remember(slot, perceived);
         }
         for index in 0..self.fresh.len() {
             let Some(&slot) = self.fresh.get(index) else { break };
-            if self.lives(slot) && self.remember(slot, perceived, are_sound).is_some() {
+            if self.lives(slot) && self.remember(slot, perceived).is_some() {
                 self.live.push(slot);
             }
         }
@@ -363,7 +374,7 @@ impl Arena {
     }
 
     /// The row of histories of a belief, up to date: it gets one now if it was but a snapshot.
-    fn remember(&mut self, number: u32, perceived: &[Perceived], are_sound: bool) -> Option<u32> {
+    fn remember(&mut self, number: u32, perceived: &[Perceived]) -> Option<u32> {
         let slot = self.slots.get_mut(number as usize)?;
         let (row, mut pending) = match slot.holds {
             Holds::Nothing => return None,
@@ -380,7 +391,8 @@ impl Arena {
             pending = (first != last).then_some((snapshot.next, last));
             if let Some(perceived) = perceived.get(snapshot.entry as usize) {
                 let at = snapshot.memory.perceived_at;
-                self.unsound += self.histories.take_all(row, perceived.snapshot.values(), are_sound, at, id);
+                self.unsound +=
+                    self.histories.take_all(row, perceived.snapshot.values(), self.trusts, at, id);
             }
         }
         Some(row)

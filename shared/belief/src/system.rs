@@ -191,6 +191,14 @@ impl BeliefSystem {
         })
     }
 
+    /// The same for whoever sees to it that all he has it take in is [sound](Perceived::is_sound): it is not looked
+    /// through again, and what is not sound is believed.
+    #[must_use]
+    pub fn trusting(mut self) -> Self {
+        self.arena.trust();
+        self
+    }
+
     /// Takes in what the perspective perceived at `now`: creates beliefs, merges them, culls.
     ///
     /// `which` are the indices of the `perceived` things that count, rising. Observations and snapshots are
@@ -207,31 +215,6 @@ impl BeliefSystem {
         looked: SourceSet,
         in_view: impl Fn([f32; 3]) -> bool,
     ) {
-        self.take(now, perceived, which, looked, in_view, false);
-    }
-
-    /// The same where whoever calls has seen to it that all of the `perceived` things that count are
-    /// [sound](Perceived::is_sound): they are not looked through again, and what is not sound is believed.
-    pub fn step_sound(
-        &mut self,
-        now: Instant,
-        perceived: &[Perceived],
-        which: impl Iterator<Item = usize>,
-        looked: SourceSet,
-        in_view: impl Fn([f32; 3]) -> bool,
-    ) {
-        self.take(now, perceived, which, looked, in_view, true);
-    }
-
-    fn take(
-        &mut self,
-        now: Instant,
-        perceived: &[Perceived],
-        which: impl Iterator<Item = usize>,
-        looked: SourceSet,
-        in_view: impl Fn([f32; 3]) -> bool,
-        are_sound: bool,
-    ) {
         if now < self.now {
             self.counts.backwards += 1;
         }
@@ -240,9 +223,9 @@ impl BeliefSystem {
         self.sources.begin();
         for index in which {
             if let Some(perceived) = perceived.get(index)
-                && (are_sound || self.look_through(perceived))
+                && (self.arena.trusts() || self.look_through(perceived))
             {
-                self.create(saturating_u32(index), perceived, are_sound);
+                self.create(saturating_u32(index), perceived);
             }
         }
         let Self { arena, clustering, sources, .. } = self;
@@ -251,7 +234,7 @@ impl BeliefSystem {
         // What one source sees at one instant is apart, and so is whatever takes any of it in.
         let fresh_apart = arena.keeps_apart() && sources.frames() <= 1;
         self.counts.merged += clustering.run(&mut Step { arena, perceived }, settled, fresh_apart);
-        let stayed = self.arena.settle(perceived, are_sound);
+        let stayed = self.arena.settle(perceived);
         for stayed in self.len() - stayed..self.len() {
             self.place(stayed);
         }
@@ -343,7 +326,7 @@ impl BeliefSystem {
         is_sound
     }
 
-    fn create(&mut self, entry: u32, perceived: &Perceived, is_sound: bool) {
+    fn create(&mut self, entry: u32, perceived: &Perceived) {
         let Perceived { observation, snapshot } = perceived;
         let observed_at = Instant::from_nanos(observation.observed_at_ns);
         if observed_at > self.now + AHEAD {
@@ -366,7 +349,7 @@ impl BeliefSystem {
                 return;
             }
         }
-        match self.arena.create(self.next_id, [at, self.now], entry, perceived, is_sound) {
+        match self.arena.create(self.next_id, [at, self.now], entry, perceived) {
             Some(_) => {
                 self.counts.created += 1;
                 self.next_id += 1;

@@ -86,22 +86,46 @@ impl Histogram {
     /// ```
     #[must_use]
     pub fn quantile_ns(&self, quantile: f64) -> u64 {
+        self.bucket_at(quantile).map_or(0, |(bucket, _)| upper_bound(bucket).min(self.max_ns))
+    }
+
+    /// The same in between the bounds of its bucket, as far along as its rank is there: for who compares two
+    /// quantiles that differ by less than a bucket is wide.
+    ///
+    /// ```
+    /// let mut histogram = message::Histogram::default();
+    /// for nanos in 1..=1000 {
+    ///     histogram.record(nanos * 1000);
+    /// }
+    /// let p90 = histogram.quantile_between_ns(0.9);
+    /// assert!((899_000.0..=901_000.0).contains(&p90));
+    /// ```
+    #[must_use]
+    #[expect(clippy::cast_precision_loss, reason = "bounds below 2^53")]
+    pub fn quantile_between_ns(&self, quantile: f64) -> f64 {
+        let Some((bucket, along)) = self.bucket_at(quantile) else { return 0.0 };
+        let lower = bucket.checked_sub(1).map_or(0, upper_bound);
+        (lower as f64 + (upper_bound(bucket) - lower) as f64 * along).min(self.max_ns as f64)
+    }
+
+    /// The bucket of a quantile, and which share of it is up to its rank; `None` when nothing was counted.
+    #[expect(
+        clippy::cast_precision_loss,
+        clippy::cast_possible_truncation,
+        clippy::cast_sign_loss,
+        reason = "ranks among counts below 2^53; the cast saturates"
+    )]
+    fn bucket_at(&self, quantile: f64) -> Option<(usize, f64)> {
         let total: u64 = self.buckets.iter().map(|&bucket| u64::from(bucket)).sum();
-        #[expect(
-            clippy::cast_precision_loss,
-            clippy::cast_possible_truncation,
-            clippy::cast_sign_loss,
-            reason = "a rank among counts below 2^53; the cast saturates"
-        )]
         let rank = ((quantile.clamp(0.0, 1.0) * total as f64).ceil() as u64).max(1);
-        let mut seen = 0;
+        let mut before = 0;
         for (index, &bucket) in self.buckets.iter().enumerate() {
-            seen += u64::from(bucket);
-            if seen >= rank {
-                return upper_bound(index).min(self.max_ns);
+            if before + u64::from(bucket) >= rank {
+                return Some((index, (rank - before) as f64 / f64::from(bucket)));
             }
+            before += u64::from(bucket);
         }
-        0
+        None
     }
 
     /// What was counted since `earlier`, an older copy of the same histogram. The maximum is

@@ -210,7 +210,7 @@ fn is_extent(extent_m: f32) -> bool {
 }
 
 #[inline]
-fn is_share(share: f32) -> bool {
+pub(crate) fn is_share(share: f32) -> bool {
     (0.0..=1.0).contains(&share)
 }
 

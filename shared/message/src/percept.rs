@@ -2,6 +2,7 @@ use iceoryx2_bb_derive_macros::ZeroCopySend;
 use iceoryx2_bb_elementary_traits::zero_copy_send::ZeroCopySend;
 
 use crate::bytes::laid_out;
+use crate::observation::is_share;
 use crate::{Header, Observation, SourceSet};
 
 /// Percepts that one snapshot holds at most: the size of the percept set P.
@@ -81,13 +82,6 @@ impl Feature {
             _ => None,
         }
     }
-}
-
-/// Whether a number is from 0 to 1: told from its bits, which rise with a number that has no sign. The sum has
-/// none where it is zero.
-#[inline]
-fn is_share(number: f32) -> bool {
-    (number + 0.0).to_bits() <= 1.0_f32.to_bits()
 }
 
 /// One percept's evaluation of one observation: p(o) = (m, c, d) (Eq. 1).
@@ -279,6 +273,23 @@ mod tests {
         assert_eq!(lie.feature(), None);
         let nan = PerceptValue::new(1, 1.0, 1.0, Feature::Number(f32::NAN));
         assert_eq!(nan.feature(), None);
+    }
+
+    #[test]
+    fn a_snapshot_out_of_order_or_with_nonsense_is_not_sound() {
+        let snapshot = |values: &[(u16, f32)]| {
+            let mut snapshot = Snapshot::default();
+            for (percept, matching) in values {
+                assert!(snapshot.push(PerceptValue::new(*percept, *matching, 1.0, Feature::None)));
+            }
+            snapshot
+        };
+        assert!(snapshot(&[]).is_sound() && snapshot(&[(1, 0.5), (4, 1.0), (7, -0.0)]).is_sound());
+        for values in
+            [[(4, 0.5), (1, 0.5)], [(1, 0.5), (1, 0.5)], [(1, 0.5), (2, 1.5)], [(1, f32::NAN), (2, 0.5)]]
+        {
+            assert!(!snapshot(&values).is_sound(), "{values:?}");
+        }
     }
 
     #[test]

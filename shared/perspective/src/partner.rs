@@ -84,7 +84,8 @@ impl Partner {
             frame: Frame { agent },
             perception,
             system: BeliefSystem::with_own(percepts, functions, capacity)
-                .map_err(|source| NoPerspective::Belief { agent, source })?,
+                .map_err(|source| NoPerspective::Belief { agent, source })?
+                .trusting(),
             sight: Sight::new(Pose::identity(), cone, &Occluders::new(config.occluders.most.get())),
             samples: match sight.samples {
                 config::perspective::Samples::Centre => Samples::Centre,
@@ -161,8 +162,7 @@ impl Partner {
         self.perceive(entries, parent, &x_base_person);
         self.note(at, entries, parent, x_base_eye);
         let (sight, margin_m) = (&self.sight, self.empty_margin_m);
-        let all = 0..self.perceived.len();
-        self.system.step_sound(at, &self.perceived, all, parent.looked(), |place_m| {
+        self.system.step(at, &self.perceived, 0..self.perceived.len(), parent.looked(), |place_m| {
             let place = place_in_base(&x_base_person, place_m);
             surveys(sight, &place, margin_m) && surveyed(&place)
         });

@@ -76,7 +76,7 @@ impl Robot {
             }
         };
         Ok(Self {
-            system,
+            system: system.trusting(),
             awareness,
             field,
             x_base_rest,
@@ -114,7 +114,7 @@ impl Robot {
             noted.filter(|(_, (perceives, entry))| **perceives && is_object(entry)).map(|(index, _)| index)
         };
         self.perceivable = objects().count();
-        self.system.step_sound(at, entries, objects(), looked, |place_m| {
+        self.system.step(at, entries, objects(), looked, |place_m| {
             self.field.surveys(&place_in_base(&Pose::identity(), place_m), self.empty_margin_m)
         });
         let agents = self.awareness.eyes(at).map(|(agent, met)| (agent, met.x_base_eye.origin()));

@@ -82,20 +82,12 @@ impl Sight {
         match self.cone.holds(&(self.x_eye_base * x_base_thing.origin()), norm(half_extents_m)) {
             Within::Wholly => (1 << points.len()) - 1,
             Within::Not => 0,
-            Within::Partly => self.points_in_cone(x_base_thing, half_extents_m, points),
+            Within::Partly => {
+                let x_eye_thing = self.x_eye_base * *x_base_thing;
+                let contains = |p_thing| self.cone.contains(&(x_eye_thing * p_thing));
+                filter(points, half_extents_m, u32::MAX, contains)
+            }
         }
-    }
-
-    #[inline(never)]
-    fn points_in_cone(
-        &self,
-        x_base_thing: &Pose<Base, Thing>,
-        half_extents_m: [f64; 3],
-        points: &[[f64; 3]],
-    ) -> u32 {
-        let x_eye_thing = self.x_eye_base * *x_base_thing;
-        let contains = |p_thing| self.cone.contains(&(x_eye_thing * p_thing));
-        filter(points, half_extents_m, u32::MAX, contains)
     }
 
     /// Of the points whose bits are set in `seen`, those that no occluder hides.
@@ -130,6 +122,7 @@ impl Sight {
 }
 
 /// Of the points whose bits are set in `among`, those for which `keep` holds.
+#[inline(never)]
 fn filter(
     points: &[[f64; 3]],
     half_extents_m: [f64; 3],

@@ -86,7 +86,7 @@ impl Grown {
             let entry = u32::try_from(self.perceived.len()).unwrap();
             self.ids += 1;
             self.perceived.push(perceived);
-            self.arena.create(self.ids, instants, entry, &perceived, false).unwrap()
+            self.arena.create(self.ids, instants, entry, &perceived).unwrap()
         };
         glimpses.iter().map(create).collect()
     }
@@ -104,7 +104,7 @@ impl Grown {
     fn merged(&self, kept: u32, gone: u32) -> (String, Memory) {
         let mut arena = self.arena.clone();
         arena.merge(kept, gone, &self.perceived);
-        arena.settle(&self.perceived, false);
+        arena.settle(&self.perceived);
         assert!(!arena.lives(gone) && arena.live().contains(&kept));
         (arena.contents(kept), *arena.memory(kept).unwrap())
     }
@@ -147,13 +147,13 @@ proptest! {
         let mut of_one = grown.create(&percepts, &one);
         if settled > 0 {
             let older = grown.join(&of_one, &one);
-            grown.arena.settle(&grown.perceived, false);
+            grown.arena.settle(&grown.perceived);
             of_one = vec![older];
         }
         let of_other = grown.create(&percepts, &other);
         let (older, younger) = (grown.join(&of_one, &one), grown.join(&of_other, &other));
         if settled > 1 {
-            grown.arena.settle(&grown.perceived, false);
+            grown.arena.settle(&grown.perceived);
         }
         let (contents, memory) = grown.merged(older, younger);
         prop_assert_eq!(&(contents.clone(), memory), &grown.merged(younger, older));
@@ -171,7 +171,7 @@ proptest! {
             let best = samples.max_by(|a, b| a.at.cmp(&b.at).then_with(|| a.rank(b)));
             let mut arena = grown.arena.clone();
             arena.merge(older, younger, &grown.perceived);
-            arena.settle(&grown.perceived, false);
+            arena.settle(&grown.perceived);
             let (histories, row) = arena.histories(older).unwrap();
             prop_assert_eq!(histories.newest(row, percept), best, "{}", name);
         }

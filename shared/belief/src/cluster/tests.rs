@@ -44,7 +44,9 @@ fn seen() -> impl Strategy<Value = Seen> {
         prop::option::weighted(0.9, [0..2_i8, 0..2_i8, 1..2_i8]),
         prop::option::weighted(0.9, -2..3_i8),
     );
-    let symbol = || prop::option::weighted(0.9, 0..2_u16);
+    // Some are not among those that are glanced at.
+    let symbol = || prop_oneof![4 => 0..2_u16, 1 => prop::sample::select(vec![0x7FFF, u16::MAX])];
+    let symbol = || prop::option::weighted(0.9, symbol());
     let kind = (symbol(), symbol(), prop::option::weighted(0.9, 0..5_u8));
     let confidence = prop::sample::select(vec![0.7_f32, 0.8, 0.9]);
     (box_of, kind, confidence, 0..SOURCES).prop_map(
@@ -154,7 +156,10 @@ fn measures() -> [(&'static str, Measure); 6] {
 /// Some terms in any order, with any weights.
 fn terms() -> impl Strategy<Value = Vec<(&'static str, Measure, f64)>> {
     let weight = prop_oneof![1 => Just(0.0), 2 => prop::sample::select(vec![0.5, 1.0]), 4 => 0.001..2.0_f64];
-    let terms = prop::sample::subsequence(measures().to_vec(), 0..=6).prop_shuffle();
+    // Now and then those alone that are told at a glance.
+    let measures = prop_oneof![3 => Just(measures().to_vec()), 1 => Just(measures()[..3].to_vec())];
+    let terms = measures.prop_flat_map(|all| prop::sample::subsequence(all.clone(), 0..=all.len()));
+    let terms = terms.prop_shuffle();
     (terms, prop::collection::vec(weight, 6)).prop_map(|(terms, weights)| {
         terms.into_iter().zip(weights).map(|((name, measure), weight)| (name, measure, weight)).collect()
     })
@@ -261,7 +266,7 @@ impl Twins {
             self.id += 1;
             let at = [perceived.observation.observed_at_ns, now].map(Instant::from_nanos);
             for arena in [&mut self.reference, &mut self.arena] {
-                arena.create(self.id, at, entry, perceived, true).unwrap();
+                arena.create(self.id, at, entry, perceived).unwrap();
             }
         }
         seen.iter().for_each(|seen| self.last[seen.group] = Some(observed[seen.group]));
@@ -270,14 +275,14 @@ impl Twins {
         }
         let one_frame = seen.iter().all(|one| one.group == seen[0].group);
         let expected = cluster_naively(&mut Step { arena: &mut self.reference, perceived: &perceived });
-        self.reference.settle(&perceived, true);
+        self.reference.settle(&perceived);
         let mut step = Step { arena: &mut self.arena, perceived: &perceived };
         let fresh_apart = one_frame && step.arena.keeps_apart();
         let Clustering { matching, grouping, neighbourhood, .. } = &mut self.clustering.clone();
         self.matched = settled && fresh_apart && matching.find(neighbourhood, &step);
         self.grouped = settled && !fresh_apart && grouping.find(neighbourhood, &step);
         let merged = self.clustering.run(&mut step, settled, fresh_apart);
-        self.arena.settle(&perceived, true);
+        self.arena.settle(&perceived);
         let step = Step { arena: &mut self.arena, perceived: &[] };
         step.old().iter().for_each(|&slot| self.clustering.place(&step, slot));
         [expected, merged]

@@ -53,6 +53,19 @@ fn he_sees_that_a_wall_keeps_it_from_me_though_i_know_by_other_senses() {
 }
 
 #[test]
+fn what_is_further_from_him_than_anything_is_observed_is_refused_and_he_does_not_believe_in_it() {
+    let mut config = Perspective::builtin();
+    config.sight.range_m = 1e4.try_into().unwrap();
+    let mut minds = Minds::with(&config, 1, 1);
+    let far = [block([-600.0, 0.0, 0.03]), block([0.5, 0.0, 0.03])];
+    let [there, here] = [[600.0, 0.0, 0.5], [-600.0, 0.0, 0.5]];
+    minds.step_looking(SourceSet::ALL, &[&[person(there, here)], &far[..]].concat());
+    assert_eq!((minds.beliefs(&[]).len(), minds.beliefs(&[1]).len()), (2, 1));
+    let refused = [minds.robot.head(Header::default()), minds.at(&[1]).head(Header::default())];
+    assert_eq!(refused.map(|head| head.refused), [0, 1]);
+}
+
+#[test]
 fn walls_that_he_sees_beyond_those_that_are_remembered_are_counted_with_what_he_believes() {
     let mut config = Perspective::builtin();
     config.occluders.most = 1.try_into().unwrap();

@@ -1,7 +1,7 @@
 use clock::Duration;
 use config::perspective::{Owning, Perspective, Resource};
 use geometry::{Base, Pose, Position};
-use message::{Belief, NOBODY};
+use message::{Belief, NOBODY, Observation};
 use proptest::prelude::*;
 use proptest::test_runner::RngSeed;
 
@@ -109,6 +109,33 @@ fn each_perspective_has_its_own_beliefs_judged_by_those_whom_it_knows_of() {
     let mut unasked = Workspace::with(&config);
     unasked.step(&all);
     assert_eq!(owners(unasked.robots()), [NOBODY; 4]);
+}
+
+#[test]
+fn until_he_is_judged_anew_what_came_is_nobodys_and_the_others_stay_whose_they_were() {
+    let mut config = Perspective::builtin();
+    config.resource = resource(Owning::Territory);
+    let mut world = Workspace::with(&config);
+    let things = [[0.35, 0.1], [0.40, 0.2], [0.45, 0.0], [1.0, 0.1], [1.05, 0.2], [0.30, 0.0]];
+    let blocks = things.map(|[x, y]| block([x, y, 0.03]));
+    let owners = |beliefs: Vec<Belief>| beliefs.iter().map(|belief| belief.owner).collect::<Vec<_>>();
+    let see = |some: &[Observation]| [&[person(EYES, TABLE)], some].concat();
+    world.run(Duration::from_millis(300), &see(&blocks[..5]));
+    assert_eq!((owners(world.robots()), owners(world.his())), (vec![0, 0, 0, 1, 1], vec![0, 0, 0, 1, 1]));
+    // The robot judges in the step in which it comes, a partner in the next one.
+    world.step(&see(&blocks));
+    let (judged, waits) = (vec![0, 0, 0, 1, 1, 0], vec![0, 0, 0, 1, 1, NOBODY]);
+    assert_eq!((owners(world.robots()), owners(world.his())), (judged.clone(), waits));
+    world.step(&see(&blocks));
+    assert_eq!(owners(world.his()), judged);
+    // Where the oldest goes, all others have another index, and in the step in which it does are whose they were.
+    let mut steps = 0;
+    while world.his().len() == 6 {
+        world.step(&see(&blocks[1..]));
+        steps += 1;
+        assert!(steps < 1_000, "it is not culled");
+    }
+    assert_eq!(owners(world.his()), [0, 0, 1, 1, 0]);
 }
 
 #[test]
