@@ -25,25 +25,30 @@ pub(crate) struct Neighbourhood {
     first: Box<[u32]>,
     placeless: u32,
     nodes: Box<[Node]>,
+    /// Of each slot where its cell begins, in cells; where it is in none, no number.
+    corners: Box<[[f64; 2]]>,
 }
 
+/// Half a cache line: of many, those near one lie far apart in memory.
 #[derive(Clone, Copy, Debug)]
 struct Node {
-    seen: Seen,
-    /// Where its cell begins, in cells.
-    corner: [f64; 2],
+    place_m: [f32; 3],
     cell: u32,
+    symbols: Symbols,
     next: u32,
     previous: u32,
 }
 
-const OUT: Node = Node {
-    seen: Seen { place_m: [0.0; 3], symbols: Symbols::NONE },
-    corner: [f64::NAN; 2],
-    cell: NONE,
-    next: NONE,
-    previous: NONE,
-};
+const _: () = assert!(size_of::<Node>() == 32);
+
+impl Node {
+    const fn seen(&self) -> Seen {
+        Seen { place_m: self.place_m, symbols: self.symbols }
+    }
+}
+
+const OUT: Node = Node { place_m: [0.0; 3], cell: NONE, symbols: Symbols::NONE, next: NONE, previous: NONE };
+const NO_CORNER: [f64; 2] = [f64::NAN; 2];
 
 /// A little more than one, so that no rounding puts what is within reach out of sight.
 const ROUNDING: f64 = 1.001;
@@ -69,6 +74,7 @@ impl Neighbourhood {
             first: vec![NONE; cells + 1].into_boxed_slice(),
             placeless: u32::try_from(cells).unwrap_or(NONE),
             nodes: vec![OUT; slots].into_boxed_slice(),
+            corners: vec![NO_CORNER; slots].into_boxed_slice(),
         }
     }
 
@@ -77,13 +83,15 @@ impl Neighbourhood {
     pub(crate) fn insert(&mut self, population: &impl Population, slot: u32) {
         let place = self.place(population, slot);
         let Some(node) = self.nodes.get_mut(slot as usize) else { return };
-        node.seen = Seen { place_m: place.unwrap_or([0.0; 3]), symbols: population.symbols(slot) };
-        // As a rule it stays in its cell. (Where it is in none, the corner is no number.)
+        (node.place_m, node.symbols) = (place.unwrap_or([0.0; 3]), population.symbols(slot));
+        // As a rule it stays in its cell.
         let stays = |(metres, corner): (&f32, &f64)| {
             let along = f64::from(*metres) * self.cells_per_m;
             *corner <= along && along < *corner + 1.0
         };
-        if place.is_some_and(|place_m| place_m.iter().zip(&node.corner).all(stays)) {
+        if let (Some(place_m), Some(corner)) = (place, self.corners.get(slot as usize))
+            && place_m.iter().zip(corner).all(stays)
+        {
             return;
         }
         self.insert_anew(slot, place);
@@ -97,15 +105,18 @@ impl Neighbourhood {
                 let numbers = self.numbers(place);
                 (self.hash(numbers), numbers.map(float_of_signed))
             }
-            None => (self.placeless, [f64::NAN; 2]),
+            None => (self.placeless, NO_CORNER),
         };
         let Some(first) = self.first.get_mut(cell as usize) else { return };
         let next = std::mem::replace(first, slot);
         if let Some(follower) = self.nodes.get_mut(next as usize) {
             follower.previous = slot;
         }
-        if let Some(node) = self.nodes.get_mut(slot as usize) {
-            (node.corner, node.cell, node.next, node.previous) = (corner, cell, next, NONE);
+        if let (Some(node), Some(of_slot)) =
+            (self.nodes.get_mut(slot as usize), self.corners.get_mut(slot as usize))
+        {
+            (node.cell, node.next, node.previous) = (cell, next, NONE);
+            *of_slot = corner;
         }
     }
 
@@ -116,7 +127,10 @@ impl Neighbourhood {
         if cell == NONE {
             return;
         }
-        (node.corner, node.cell) = ([f64::NAN; 2], NONE);
+        node.cell = NONE;
+        if let Some(corner) = self.corners.get_mut(slot as usize) {
+            *corner = NO_CORNER;
+        }
         if let Some(follower) = self.nodes.get_mut(next as usize) {
             follower.previous = previous;
         }
@@ -143,8 +157,8 @@ impl Neighbourhood {
             for y in [y.wrapping_sub(1), y, y.wrapping_add(1)] {
                 let mut next = self.first.get(self.hash([x, y]) as usize).copied().unwrap_or(NONE);
                 while let Some(node) = self.nodes.get(next as usize) {
-                    if squared(node.seen.place_m, here) <= self.near_m2
-                        && !node.seen.symbols.tell_apart(symbols)
+                    if squared(node.place_m, here) <= self.near_m2
+                        && !node.symbols.tell_apart(symbols)
                         && next != slot
                     {
                         visit(next);
@@ -189,9 +203,9 @@ impl Neighbourhood {
         let mut look_into = |cell: [i64; 2], near_m2: &mut f32| {
             let mut next = self.first.get(self.hash(cell) as usize).copied().unwrap_or(NONE);
             while let Some(node) = self.nodes.get(next as usize) {
-                if squared(node.seen.place_m, here) <= *near_m2
-                    && !node.seen.symbols.tell_apart(symbols)
-                    && let Some(within_m) = visit(next, &node.seen)
+                if squared(node.place_m, here) <= *near_m2
+                    && !node.symbols.tell_apart(symbols)
+                    && let Some(within_m) = visit(next, &node.seen())
                 {
                     *near_m2 = near_m2.min(single((within_m * ROUNDING).powi(2)));
                 }
@@ -220,7 +234,7 @@ impl Neighbourhood {
     /// Whether one of those fulfils a condition that may be as near as so many metres to the inserted slot,
     /// and are not told from it at a glance: others are not asked.
     pub(crate) fn any_within(&self, slot: u32, radius_m: f64, is: impl FnMut(u32) -> bool) -> bool {
-        self.any_around(slot, self.nodes.get(slot as usize).map(|node| node.seen.symbols), radius_m, is)
+        self.any_around(slot, self.nodes.get(slot as usize).map(|node| node.symbols), radius_m, is)
     }
 
     /// The same of all that may be as near, whatever their symbols.
@@ -235,7 +249,7 @@ impl Neighbourhood {
         radius_m: f64,
         mut is: impl FnMut(u32) -> bool,
     ) -> bool {
-        let (Some(Node { seen: Seen { place_m: here, .. }, .. }), Some(symbols)) =
+        let (Some(Node { place_m: here, .. }), Some(symbols)) =
             (self.nodes.get(slot as usize).copied(), symbols)
         else {
             return false;
@@ -255,9 +269,9 @@ impl Neighbourhood {
         across_x.flat_map(|x| across_y.clone().map(move |y| [x, y])).any(|cell| {
             let mut next = self.first.get(self.hash(cell) as usize).copied().unwrap_or(NONE);
             while let Some(node) = self.nodes.get(next as usize) {
-                if squared(node.seen.place_m, here) <= near_m2
+                if squared(node.place_m, here) <= near_m2
                     && next != slot
-                    && !node.seen.symbols.tell_apart(symbols)
+                    && !node.symbols.tell_apart(symbols)
                     && is(next)
                 {
                     return true;
