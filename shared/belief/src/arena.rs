@@ -66,6 +66,9 @@ struct Slot {
 /// memory has come by then.
 const AHEAD: usize = 4;
 
+/// So many stay in the cache from one step to the next, but for the samples of each.
+const FEW: usize = 256;
+
 /// Where the percepts of a belief are.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Holds {
@@ -309,10 +312,14 @@ impl Arena {
     pub(crate) fn settle(&mut self, perceived: &[Perceived]) -> usize {
         self.bury();
         let old = self.live.len();
+        let are_many = old > FEW;
         for index in 0..old {
             let Some(&slot) = self.live.get(index) else { break };
-            if let Some(row) = self.live.get(index + AHEAD).and_then(|&slot| self.row(slot)) {
+            if are_many && let Some(row) = self.live.get(index + 2 * AHEAD).and_then(|&slot| self.row(slot)) {
                 self.histories.prefetch(row);
+            }
+            if let Some(row) = self.live.get(index + AHEAD).and_then(|&slot| self.row(slot)) {
+                self.histories.prefetch_cells(row);
             }
             self.remember(slot, perceived);
         }

@@ -9,7 +9,7 @@ mod tests;
 
 use std::ops::Range;
 
-use cells::{Column, side_by_side};
+use cells::{Column, band, bands, side_by_side};
 use clock::Instant;
 use config::percepts::{self, Percept, WhenFull};
 use low_pass::LowPass;
@@ -29,8 +29,8 @@ use crate::sample::{Kept, Sample, Taken};
 /// sample there is none; between two the earlier holds; after the last it holds while its
 /// confidence decays.
 ///
-/// What lies in one row lies together, and room is taken when a row is first used: a step goes
-/// through the rows of all that is perceived, so its cost is that of fetching them.
+/// What lies in one row lies together, the cells of a few rows in a band, and room is taken when a row is first
+/// used: a step goes through the rows of all that is perceived, so its cost is that of fetching them.
 #[derive(Clone, Debug)]
 pub(crate) struct Histories {
     generators: Box<[Generator]>,
@@ -46,6 +46,8 @@ pub(crate) struct Histories {
     cells: Table<Kept>,
     own_cells: Table<Sample>,
     scratch: Room<Kept>,
+    /// Those of a history that is merged into another.
+    others_samples: Room<Kept>,
 }
 
 /// Samples that a history of the program's own may keep.
@@ -76,7 +78,7 @@ impl Histories {
     /// Room for `rows` beliefs.
     pub(crate) fn new(percepts: &[Percept], own: &Functions, rows: usize) -> Result<Self, Unbelievable> {
         let rings: Vec<_> = percepts.iter().map(|percept| ring(&percept.history)).collect();
-        let (columns, cells) = side_by_side(&rings);
+        let (columns, cells) = side_by_side(&rings, |thinning| thinning == Thinning::ForgetOldest);
         let (mut low_passes, mut series, mut kept, mut own_cells) = (0, 0, 0, 0);
         let mut generators = Vec::with_capacity(percepts.len());
         let mut alike: Vec<Alike> = Vec::new();
@@ -119,9 +121,10 @@ impl Histories {
             low_passes: Table::new(low_passes, rows),
             series: Table::new(series, rows),
             kept: Table::new(kept, rows),
-            cells: Table::new(cells, rows),
+            cells: Table::new(cells, bands(rows)),
             own_cells: Table::new(own_cells, rows),
             scratch: Room::for_most(2 * most),
+            others_samples: Room::for_most(most),
         })
     }
 
@@ -144,7 +147,9 @@ impl Histories {
         self.low_passes.grow();
         self.series.grow();
         self.kept.grow();
-        self.cells.grow_with(Kept::NONE);
+        if let (_, 0) = band(row) {
+            self.cells.grow_with(Kept::NONE);
+        }
         self.own_cells.grow_with(Sample::NONE);
         Some(row)
     }
@@ -162,15 +167,23 @@ impl Histories {
         self.take_all(row, &[value], true, at, phase);
     }
 
-    /// Fetches the cells that the next snapshot of a row will be written into.
+    /// Fetches what a row's histories say of themselves.
     #[inline]
     pub(crate) fn prefetch(&self, row: u32) {
-        let (Some(cells), Some(series)) = (self.cells.row(row), self.series.row(row)) else { return };
+        self.series.prefetch(row);
+        self.low_passes.prefetch(row);
+    }
+
+    /// Fetches the cells that the next snapshot of a row will be written into.
+    #[inline]
+    pub(crate) fn prefetch_cells(&self, row: u32) {
+        let (band, lane) = band(row);
+        let (Some(cells), Some(series)) = (self.cells.row(band), self.series.row(row)) else { return };
         for alike in &self.alike {
             // One that takes nothing in says nothing of the others.
             let mut taking = alike.series.iter().filter_map(|index| series.get(*index));
             if let Some(series) = taking.find(|series| !series.is_empty()) {
-                series.prefetch(&alike.cells.of(cells));
+                series.prefetch(&alike.cells.in_lane(lane).of(cells));
             }
         }
     }
@@ -186,8 +199,9 @@ impl Histories {
         phase: u64,
     ) -> u64 {
         let Self { generators, low_passes, series, kept, cells, own_cells, scratch, .. } = self;
+        let (band, lane) = band(row);
         let (Some(low_passes), Some(series), Some(cells)) =
-            (low_passes.row_mut(row), series.row_mut(row), cells.row_mut(row))
+            (low_passes.row_mut(row), series.row_mut(row), cells.row_mut(band))
         else {
             return 0;
         };
@@ -201,7 +215,7 @@ impl Histories {
             match generators.get(usize::from(value.percept)) {
                 Some(Generator::Series { index, cells: column, thinning }) => {
                     if let Some(series) = series.get_mut(*index) {
-                        series.take(cells, *column, *thinning, sample, phase, scratch);
+                        series.take(cells, column.in_lane(lane), *thinning, sample, phase, scratch);
                     }
                 }
                 Some(Generator::LowPass { index, share }) => {
@@ -238,7 +252,17 @@ impl Histories {
 
     /// Unites the histories of one row with those of another; `phase` as for [`Self::take`].
     pub(crate) fn merge(&mut self, kept: u32, gone: u32, phase: u64) {
-        let Self { generators, low_passes, series, kept: lens, cells, own_cells, scratch, .. } = self;
+        let Self {
+            generators,
+            low_passes,
+            series,
+            kept: lens,
+            cells,
+            own_cells,
+            scratch,
+            others_samples,
+            ..
+        } = self;
         for generator in generators.iter() {
             match generator {
                 Generator::LowPass { index, share } => {
@@ -249,11 +273,17 @@ impl Histories {
                 }
                 Generator::Series { index, cells: column, thinning } => {
                     let other = series.get(gone, *index).copied();
-                    if let (Some(mine), Some(other), Some((cells, of_other))) =
-                        (series.get_mut(kept, *index), other, cells.two_rows_mut(kept, gone))
+                    let cells_of = |(band, lane)| (band, column.in_lane(lane));
+                    let ((band, column), (others_band, others)) =
+                        (cells_of(band(kept)), cells_of(band(gone)));
+                    others_samples.clear();
+                    if let (Some(other), Some(cells)) = (other, cells.row(others_band)) {
+                        others_samples.extend(other.samples(&others.of(cells)));
+                    }
+                    if let (Some(mine), Some(other), Some(cells)) =
+                        (series.get_mut(kept, *index), other, cells.row_mut(band))
                     {
-                        let (cells, of_other) = (column.of(cells), column.of(of_other));
-                        mine.merge(cells, *thinning, (other, of_other), phase, scratch);
+                        mine.merge(column.of(cells), *thinning, (other, others_samples), phase, scratch);
                     }
                 }
                 Generator::Own { index, cells: range, history } => {
@@ -292,7 +322,9 @@ impl Histories {
         match self.generators.get(usize::from(percept))? {
             Generator::LowPass { index, .. } => self.low_passes.get(row, *index)?.at(instant, decay_per_s),
             Generator::Series { index, cells, .. } => {
-                self.series.get(row, *index)?.at(cells.of(self.cells.row(row)?), instant, decay_per_s)
+                let (band, lane) = band(row);
+                let cells = cells.in_lane(lane).of(self.cells.row(band)?);
+                self.series.get(row, *index)?.at(cells, instant, decay_per_s)
             }
             Generator::Own { index, cells, history } => {
                 let kept = self.kept(row, *index, cells)?;
@@ -313,8 +345,9 @@ impl Histories {
                 }
             }
             Some(Generator::Series { index, cells: column, .. }) => {
-                if let (Some(series), Some(cells)) = (series.get_mut(row, *index), cells.row_mut(row)) {
-                    series.map(column.of(cells), change);
+                let (band, lane) = band(row);
+                if let (Some(series), Some(cells)) = (series.get_mut(row, *index), cells.row_mut(band)) {
+                    series.map(column.in_lane(lane).of(cells), change);
                 }
             }
             Some(Generator::Own { index, cells: range, .. }) => {
@@ -360,7 +393,8 @@ impl Histories {
         match &self.generators[usize::from(percept)] {
             Generator::LowPass { .. } => self.newest(row, percept).into_iter().collect(),
             Generator::Series { index, cells, .. } => {
-                let cells = cells.of(self.cells.row(row).unwrap());
+                let (band, lane) = band(row);
+                let cells = cells.in_lane(lane).of(self.cells.row(band).unwrap());
                 self.series.get(row, *index).unwrap().samples(&cells).map(|kept| kept.sample()).collect()
             }
             Generator::Own { index, cells, .. } => self.kept(row, *index, cells).unwrap().to_vec(),

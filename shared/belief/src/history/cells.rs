@@ -1,17 +1,43 @@
 use std::ops::{Deref, DerefMut};
 
-/// The cells of one series among those of a row: every so manieth.
+/// Beliefs that have their cells in one band.
+const LANES: u32 = 8;
+
+/// The cells of one series among those of a band: every so manieth.
 ///
-/// What series that are filled alike take in one step lies side by side: the step fetches a few whole
-/// cache lines in a row, not a part of one from each series.
+/// What series that are filled alike take in one step lies side by side: the step fetches whole cache lines in
+/// a row, not a part of one from each series. Of those that go around their cells it lies beside what the other
+/// beliefs of the band take in: they are written in few pages. Those that thin theirs go through
+/// their newest cells, which lie close together.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Column {
     first: usize,
     step: usize,
     len: usize,
+    /// How many series lie side by side.
+    beside: usize,
+    /// From here to the same series of the next belief of the band.
+    lane: usize,
+}
+
+/// The band of a belief's row, and which of its lanes is the row's.
+#[inline]
+pub(crate) const fn band(row: u32) -> (u32, usize) {
+    (row / LANES, (row % LANES) as usize)
+}
+
+/// Bands for so many rows.
+pub(crate) const fn bands(rows: usize) -> usize {
+    rows.div_ceil(LANES as usize)
 }
 
 impl Column {
+    /// The same series of another belief of the band.
+    #[inline]
+    pub(crate) const fn in_lane(self, lane: usize) -> Self {
+        Self { first: self.first + lane * self.lane, ..self }
+    }
+
     /// Its cells in a row.
     #[inline]
     pub(crate) fn of<C>(self, row: C) -> Cells<C> {
@@ -20,7 +46,7 @@ impl Column {
 
     /// Whether the cells of another are beside these, or these themselves.
     pub(crate) const fn is_beside(self, other: Self) -> bool {
-        self.step == other.step && self.len == other.len && self.first.abs_diff(other.first) < self.step
+        self.step == other.step && self.len == other.len && self.first.abs_diff(other.first) < self.beside
     }
 
     /// How many they are.
@@ -43,10 +69,12 @@ impl Column {
     }
 }
 
-/// Where in a row each of several series has its cells, by how many it keeps and what it gives up then
-/// (`None` where it is no series); and how many cells a row has. Those of equal ones lie side by side.
+/// Where in a band each of several series has its cells, by how many it keeps and what it gives up then
+/// (`None` where it is no series); and how many cells a band has. Those of equal ones lie side by side.
+/// `goes_around` says of which those of one belief lie between those of the others.
 pub(crate) fn side_by_side<T: Copy + PartialEq>(
     series: &[Option<(usize, T)>],
+    goes_around: impl Fn(T) -> bool,
 ) -> (Vec<Option<(Column, T)>>, usize) {
     let mut columns = vec![None; series.len()];
     let mut cells = 0;
@@ -54,11 +82,13 @@ pub(crate) fn side_by_side<T: Copy + PartialEq>(
         let (len, kind) = *one;
         let to_be_placed = series.iter().zip(&mut columns).filter(|(_, column)| column.is_none());
         let alike: Vec<_> = to_be_placed.filter(|(other, _)| **other == Some(*one)).collect();
-        let step = alike.len();
+        let beside = alike.len();
+        let (step, lane) =
+            if goes_around(kind) { (beside * LANES as usize, beside) } else { (beside, beside * len) };
         for (first, (_, column)) in (cells..).zip(alike) {
-            *column = Some((Column { first, step, len }, kind));
+            *column = Some((Column { first, step, len, beside, lane }, kind));
         }
-        cells += step * len;
+        cells += beside * len * LANES as usize;
     }
     (columns, cells)
 }
@@ -73,7 +103,7 @@ pub(crate) struct Cells<C> {
 impl<T, C: Deref<Target = [T]>> Cells<C> {
     /// All cells of a row.
     pub(crate) fn of(row: C) -> Self {
-        let column = Column { first: 0, step: 1, len: row.len() };
+        let column = Column { first: 0, step: 1, len: row.len(), beside: 1, lane: row.len() };
         Self { row, column }
     }
 
@@ -91,7 +121,7 @@ impl<T, C: Deref<Target = [T]>> Cells<C> {
     #[inline]
     pub(crate) fn beside(&self, index: usize) -> &[T] {
         let place = self.column.place(index);
-        self.row.get(place..place + self.column.step).unwrap_or(&[])
+        self.row.get(place..place + self.column.beside).unwrap_or(&[])
     }
 
     #[inline]
@@ -145,32 +175,62 @@ mod tests {
     use super::*;
 
     #[test]
-    fn each_series_has_its_own_cells_and_equal_ones_share_lines() {
+    fn each_series_of_each_belief_has_its_own_cells_and_equal_ones_share_lines() {
         let series = [Some((4, 'a')), None, Some((4, 'b')), Some((4, 'a')), Some((2, 'a')), Some((4, 'a'))];
-        let (columns, count) = side_by_side(&series);
-        assert_eq!(count, 4 * 4 + 2);
-        let mut row = vec![None; count];
-        for (number, (column, asked)) in columns.iter().zip(&series).enumerate() {
-            assert_eq!(column.map(|(column, kind)| (column.len, kind)), *asked);
-            let Some((column, _)) = column else { continue };
-            let mut cells = column.of(row.as_mut_slice());
-            for index in 0..cells.len() {
-                assert_eq!(cells.get_mut(index).unwrap().replace((number, index)), None, "a cell of two");
+        let (columns, count) = side_by_side(&series, |kind| kind == 'a');
+        assert_eq!(count, (4 * 4 + 2) * LANES as usize);
+        let mut band = vec![None; count];
+        for lane in 0..LANES as usize {
+            for (number, (column, asked)) in columns.iter().zip(&series).enumerate() {
+                assert_eq!(column.map(|(column, kind)| (column.len, kind)), *asked);
+                let Some((column, _)) = column else { continue };
+                let mut cells = column.in_lane(lane).of(band.as_mut_slice());
+                for index in 0..cells.len() {
+                    let cell = cells.get_mut(index).unwrap();
+                    assert_eq!(cell.replace((lane, number, index)), None, "a cell of two");
+                }
+                assert_eq!(cells.len(), column.len);
             }
-            assert_eq!(cells.len(), column.len);
         }
-        let of = |number, index| row.iter().position(|cell| *cell == Some((number, index))).unwrap();
+        let of =
+            |lane, number, index| band.iter().position(|cell| *cell == Some((lane, number, index))).unwrap();
+        for (lane, index) in (0..LANES as usize).flat_map(|lane| (0..4).map(move |index| (lane, index))) {
+            let first = of(lane, 0, index);
+            assert_eq!([of(lane, 3, index), of(lane, 5, index)], [first + 1, first + 2]);
+        }
         for index in 0..4 {
-            assert_eq!([of(3, index), of(5, index)], [of(0, index) + 1, of(0, index) + 2]);
+            assert_eq!(of(1, 0, index), of(0, 5, index) + 1, "the beliefs of a band lie beside each other");
         }
-        assert!(row.iter().all(Option::is_some), "a cell of nobody");
+        for index in 0..3 {
+            assert_eq!(of(1, 2, index + 1), of(1, 2, index) + 1, "the cells of one that thins do");
+        }
+        assert!(band.iter().all(Option::is_some), "a cell of nobody");
     }
+
+    #[test]
+    fn every_row_has_a_lane_of_a_band() {
+        let rows = 3 * LANES + 1;
+        let mut places: Vec<_> = (0..rows).map(band).collect();
+        assert!(
+            places
+                .iter()
+                .all(|(band, lane)| (*band as usize) < bands(rows as usize) && *lane < LANES as usize)
+        );
+        places.dedup();
+        assert_eq!(places.len(), rows as usize);
+        assert_eq!(bands(rows as usize), 4);
+    }
+
     #[test]
     fn who_goes_on_behind_the_last_cell_comes_to_the_first() {
-        let (columns, count) = side_by_side(&[Some((3, 'a')), Some((3, 'a')), Some((1, 'b'))]);
-        let mut row: Vec<usize> = (0..count).collect();
-        for (column, _) in columns.into_iter().flatten() {
-            let mut cells = column.of(row.as_mut_slice());
+        let (columns, count) =
+            side_by_side(&[Some((3, 'a')), Some((3, 'a')), Some((1, 'b'))], |kind| kind == 'a');
+        let mut band: Vec<usize> = (0..count).collect();
+        let lanes = || 0..LANES as usize;
+        for (column, lane) in
+            columns.into_iter().flatten().flat_map(|(column, _)| lanes().map(move |lane| (column, lane)))
+        {
+            let mut cells = column.in_lane(lane).of(band.as_mut_slice());
             let mut place = cells.place(0);
             for index in (0..cells.len()).chain([0]) {
                 assert_eq!(cells.at(place), cells.get(index));

@@ -148,7 +148,7 @@ impl Series {
         &mut self,
         mut cells: Cells<&mut [Kept]>,
         thinning: Thinning,
-        (other, of_other): (Self, Cells<&[Kept]>),
+        (other, samples): (Self, &[Kept]),
         phase: u64,
         scratch: &mut Vec<Kept>,
     ) {
@@ -159,7 +159,7 @@ impl Series {
             // One sample, newer than all: as if it had come by itself, whichever is merged into
             // which.
             (Some(mine), Some(others)) if other.len == 1 && mine < others => {
-                if let Some(sample) = other.get(&of_other, 0) {
+                if let Some(&sample) = samples.first() {
                     self.append(&mut cells, thinning, sample, phase, scratch);
                 }
                 self.taken = self.taken.wrapping_add(other.taken.wrapping_sub(1));
@@ -167,7 +167,7 @@ impl Series {
             (Some(mine), Some(others)) if self.len == 1 && others < mine => {
                 let (sample, taken) = (self.get(&cells, 0), self.taken);
                 self.taken = other.taken;
-                self.replace(&mut cells, other.samples(&of_other));
+                self.replace(&mut cells, samples.iter().copied());
                 if let Some(sample) = sample {
                     self.append(&mut cells, thinning, sample, phase, scratch);
                 }
@@ -175,7 +175,7 @@ impl Series {
             }
             (_, Some(_)) => {
                 self.taken = self.taken.wrapping_add(other.taken);
-                self.unite(&mut cells, thinning, other.samples(&of_other), scratch);
+                self.unite(&mut cells, thinning, samples.iter().copied(), scratch);
             }
         }
     }

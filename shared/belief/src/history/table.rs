@@ -2,6 +2,9 @@ use std::ops::Range;
 
 use crate::room::Room;
 
+/// Bytes of a cache line.
+const LINE: usize = 64;
+
 /// Rows of equal width, one after the other, that grow within their room.
 #[derive(Clone, Debug)]
 pub(super) struct Table<T> {
@@ -34,6 +37,14 @@ impl<T: Copy> Table<T> {
     pub(super) fn row_mut(&mut self, row: u32) -> Option<&mut [T]> {
         let start = row as usize * self.width;
         self.entries.get_mut(start..start + self.width)
+    }
+
+    /// Fetches a row.
+    #[inline]
+    pub(super) fn prefetch(&self, row: u32) {
+        for entry in self.row(row).unwrap_or(&[]).iter().step_by(LINE.div_ceil(size_of::<T>())) {
+            prefetch::prefetch(entry);
+        }
     }
 
     pub(super) fn range(&self, row: u32, range: &Range<usize>) -> Option<&[T]> {
