@@ -177,13 +177,14 @@ impl Histories {
     /// Fetches the cells that the next snapshot of a row will be written into.
     #[inline]
     pub(crate) fn prefetch_cells(&self, row: u32) {
-        let (band, lane) = band(row);
-        let (Some(cells), Some(series)) = (self.cells.row(band), self.series.row(row)) else { return };
+        let Some(series) = self.series.row(row) else { return };
         for alike in &self.alike {
             // One that takes nothing in says nothing of the others.
             let mut taking = alike.series.iter().filter_map(|index| series.get(*index));
-            if let Some(series) = taking.find(|series| !series.is_empty()) {
-                series.prefetch(&alike.cells.in_lane(lane).of(cells));
+            if let Some(series) = taking.find(|series| !series.is_empty())
+                && let Some(cells) = alike.cells.cells(&self.cells, row)
+            {
+                series.prefetch(&cells);
             }
         }
     }
@@ -273,17 +274,14 @@ impl Histories {
                 }
                 Generator::Series { index, cells: column, thinning } => {
                     let other = series.get(gone, *index).copied();
-                    let cells_of = |(band, lane)| (band, column.in_lane(lane));
-                    let ((band, column), (others_band, others)) =
-                        (cells_of(band(kept)), cells_of(band(gone)));
                     others_samples.clear();
-                    if let (Some(other), Some(cells)) = (other, cells.row(others_band)) {
-                        others_samples.extend(other.samples(&others.of(cells)));
+                    if let (Some(other), Some(cells)) = (other, column.cells(cells, gone)) {
+                        others_samples.extend(other.samples(&cells));
                     }
                     if let (Some(mine), Some(other), Some(cells)) =
-                        (series.get_mut(kept, *index), other, cells.row_mut(band))
+                        (series.get_mut(kept, *index), other, column.cells_mut(cells, kept))
                     {
-                        mine.merge(column.of(cells), *thinning, (other, others_samples), phase, scratch);
+                        mine.merge(cells, *thinning, (other, others_samples), phase, scratch);
                     }
                 }
                 Generator::Own { index, cells: range, history } => {
@@ -322,9 +320,7 @@ impl Histories {
         match self.generators.get(usize::from(percept))? {
             Generator::LowPass { index, .. } => self.low_passes.get(row, *index)?.at(instant, decay_per_s),
             Generator::Series { index, cells, .. } => {
-                let (band, lane) = band(row);
-                let cells = cells.in_lane(lane).of(self.cells.row(band)?);
-                self.series.get(row, *index)?.at(cells, instant, decay_per_s)
+                self.series.get(row, *index)?.at(cells.cells(&self.cells, row)?, instant, decay_per_s)
             }
             Generator::Own { index, cells, history } => {
                 let kept = self.kept(row, *index, cells)?;
@@ -345,9 +341,10 @@ impl Histories {
                 }
             }
             Some(Generator::Series { index, cells: column, .. }) => {
-                let (band, lane) = band(row);
-                if let (Some(series), Some(cells)) = (series.get_mut(row, *index), cells.row_mut(band)) {
-                    series.map(column.in_lane(lane).of(cells), change);
+                if let (Some(series), Some(cells)) =
+                    (series.get_mut(row, *index), column.cells_mut(cells, row))
+                {
+                    series.map(cells, change);
                 }
             }
             Some(Generator::Own { index, cells: range, .. }) => {
@@ -393,8 +390,7 @@ impl Histories {
         match &self.generators[usize::from(percept)] {
             Generator::LowPass { .. } => self.newest(row, percept).into_iter().collect(),
             Generator::Series { index, cells, .. } => {
-                let (band, lane) = band(row);
-                let cells = cells.in_lane(lane).of(self.cells.row(band).unwrap());
+                let cells = cells.cells(&self.cells, row).unwrap();
                 self.series.get(row, *index).unwrap().samples(&cells).map(|kept| kept.sample()).collect()
             }
             Generator::Own { index, cells, .. } => self.kept(row, *index, cells).unwrap().to_vec(),

@@ -1,5 +1,7 @@
 use std::ops::{Deref, DerefMut};
 
+use super::table::Table;
+
 /// Beliefs that have their cells in one band.
 const LANES: u32 = 8;
 
@@ -22,26 +24,40 @@ pub(crate) struct Column {
 
 /// The band of a belief's row, and which of its lanes is the row's.
 #[inline]
-pub(crate) const fn band(row: u32) -> (u32, usize) {
+pub(super) const fn band(row: u32) -> (u32, usize) {
     (row / LANES, (row % LANES) as usize)
 }
 
 /// Bands for so many rows.
-pub(crate) const fn bands(rows: usize) -> usize {
+pub(super) const fn bands(rows: usize) -> usize {
     rows.div_ceil(LANES as usize)
 }
 
 impl Column {
     /// The same series of another belief of the band.
     #[inline]
-    pub(crate) const fn in_lane(self, lane: usize) -> Self {
+    pub(super) const fn in_lane(self, lane: usize) -> Self {
         Self { first: self.first + lane * self.lane, ..self }
     }
 
-    /// Its cells in a row.
+    /// Its cells in a band.
     #[inline]
-    pub(crate) fn of<C>(self, row: C) -> Cells<C> {
-        Cells { row, column: self }
+    pub(crate) fn of<C>(self, band: C) -> Cells<C> {
+        Cells { row: band, column: self }
+    }
+
+    /// The cells of the belief in a row, among the bands of all.
+    #[inline]
+    pub(super) fn cells<T: Copy>(self, bands: &Table<T>, row: u32) -> Option<Cells<&[T]>> {
+        let (band, lane) = band(row);
+        Some(self.in_lane(lane).of(bands.row(band)?))
+    }
+
+    /// The same, to be changed.
+    #[inline]
+    pub(super) fn cells_mut<T: Copy>(self, bands: &mut Table<T>, row: u32) -> Option<Cells<&mut [T]>> {
+        let (band, lane) = band(row);
+        Some(self.in_lane(lane).of(bands.row_mut(band)?))
     }
 
     /// Whether the cells of another are beside these, or these themselves.
@@ -93,7 +109,7 @@ pub(crate) fn side_by_side<T: Copy + PartialEq>(
     (columns, cells)
 }
 
-/// A row of cells, seen through a column.
+/// Cells in a row, seen through a column.
 #[derive(Clone, Copy)]
 pub(crate) struct Cells<C> {
     row: C,

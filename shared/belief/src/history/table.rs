@@ -42,7 +42,7 @@ impl<T: Copy> Table<T> {
     /// Fetches a row.
     #[inline]
     pub(super) fn prefetch(&self, row: u32) {
-        for entry in self.row(row).unwrap_or(&[]).iter().step_by(LINE.div_ceil(size_of::<T>())) {
+        for entry in self.row(row).unwrap_or(&[]).iter().step_by((LINE / size_of::<T>()).max(1)) {
             prefetch::prefetch(entry);
         }
     }
