@@ -70,8 +70,8 @@ impl<T: Topic> Inlet<T> {
         Ok(Self { subscriber, bell, topic, last: None, drops: 0 })
     }
 
-    /// A reading end of a topic that somebody else has made, with the queue that it was made with;
-    /// `None` where nobody has.
+    /// A reading end of a topic that somebody else has made, with the longest queue that it was made for; `None`
+    /// where nobody has.
     pub(crate) fn open_made(node: &RawNode<Service>, topic: String) -> Result<Option<Self>, PortError> {
         let Some(service) = made_frame_service::<T>(node, &topic)? else { return Ok(None) };
         let frames = service.static_config().subscriber_max_buffer_size();

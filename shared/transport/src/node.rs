@@ -23,7 +23,7 @@ pub enum Delivery {
 /// How frames wait for their readers; the same for every port of a domain.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Queues {
-    /// Frames that wait for a reader.
+    /// Frames that wait for a reader that is one of the robot's processes.
     pub frames: usize,
     /// What happens when there are more.
     pub delivery: Delivery,
@@ -105,9 +105,10 @@ impl Node {
         Inlet::open(&self.node, topic_name::<T>(number), self.queues, true)
     }
 
-    /// Opens a reading end of a topic of a robot that runs already, for somebody who looks on: with the
-    /// queue that its processes made it with. `None` where nobody has made it (yet). It costs the
-    /// writer no system call, and nothing that waits for this reader keeps anything from others.
+    /// Opens a reading end of a topic of a robot that runs already, for somebody who looks on: in wall time with a
+    /// queue four times as long as those of its processes, because who looks on is scheduled last and wants every
+    /// frame. `None` where nobody has made it (yet). It costs the writer no system call, and nothing that waits
+    /// for this reader keeps anything from others.
     ///
     /// # Errors
     ///

@@ -18,6 +18,10 @@ const NODES: usize = 16;
 /// Frames that a reader holds at a time.
 const BORROWED: usize = 2;
 
+/// The queue of somebody who looks on is so many times as long as that of the robot's own processes: an onlooker
+/// is scheduled after all of them, and wants every frame where they want the newest.
+const ONLOOKERS: usize = 4;
+
 /// What the ends of a topic are made from.
 pub(crate) type Frames<T> =
     publish_subscribe::PortFactory<Service, [<T as Topic>::Entry], <T as Topic>::Head>;
@@ -37,7 +41,7 @@ pub(crate) fn frame_service<T: Topic>(
         .max_subscribers(READERS)
         .max_nodes(NODES)
         .history_size(0)
-        .subscriber_max_buffer_size(queues.frames)
+        .subscriber_max_buffer_size(longest(queues))
         .subscriber_max_borrowed_samples(BORROWED)
         .enable_safe_overflow(queues.delivery == Delivery::Newest)
         .open_or_create();
@@ -47,6 +51,14 @@ pub(crate) fn frame_service<T: Topic>(
             PublishSubscribeOpenError::IncompatibleTypes,
         )) => Err(PortError::other_messages(topic, purpose)),
         Err(error) => Err(PortError::new(topic, purpose, error)),
+    }
+}
+
+/// Frames that wait for a reader at most, whoever it is.
+fn longest(queues: Queues) -> usize {
+    match queues.delivery {
+        Delivery::Newest => queues.frames.saturating_mul(ONLOOKERS),
+        Delivery::Every => queues.frames,
     }
 }
 

@@ -106,6 +106,26 @@ fn a_slow_reader_loses_the_oldest_frames_and_knows_how_many() {
 }
 
 #[test]
+fn who_looks_on_loses_nothing_of_a_burst_that_a_process_loses_frames_of() {
+    let node = node(Delivery::Newest);
+    let mut outlet = node.outlet::<Events>(Some(9), 1).expect("a free writer");
+    let mut process = node.inlet::<Events>(Some(9)).expect("a free reader");
+    let mut onlooker = node.made_inlet::<Events>(Some(9)).expect("a free reader").expect("it was made");
+    let mut taken = [0, 0];
+    for sent in [1, 12, 12] {
+        for _ in 0..sent {
+            outlet.send(Header::at(0), 1, |_| event("x"), |_| {}).expect("never blocks");
+        }
+        for (inlet, taken) in [&mut process, &mut onlooker].into_iter().zip(&mut taken) {
+            while inlet.receive().expect("works").is_some() {
+                *taken += 1;
+            }
+        }
+    }
+    assert_eq!((taken, process.drops(), onlooker.drops()), ([7, 25], 18, 0));
+}
+
+#[test]
 fn in_lockstep_a_full_queue_is_an_error_that_names_the_topic() {
     let node = node(Delivery::Every);
     let mut inlet = node.inlet::<Events>(Some(3)).expect("a free reader");
