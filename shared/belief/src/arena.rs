@@ -24,7 +24,11 @@ use crate::vacancies::Vacancies;
 /// place.
 #[derive(Clone, Debug)]
 pub(crate) struct Arena {
-    slots: Box<[Slot]>,
+    memories: Box<[Memory]>,
+    /// Of each slot where the percepts are. Apart from the rest, as are the chains: there may be many slots, and
+    /// each pass over them fetches what it asks for and little else.
+    holds: Box<[Holds]>,
+    chains: Box<[Chain]>,
     /// Of each slot, counts the beliefs that it held, and their changes.
     versions: Box<[u32]>,
     /// Of each slot the newest features that the metric compares, in the order of its terms.
@@ -50,16 +54,15 @@ pub(crate) struct Arena {
     trusts: bool,
 }
 
+/// Snapshots of this step that are merged into a belief and not yet in its histories.
 #[derive(Clone, Copy, Debug)]
-struct Slot {
-    memory: Memory,
-    holds: Holds,
-    /// Slots of snapshots of this step merged into the belief and not yet in its histories, as a
-    /// chain of [`Self::next`]: the first and the last.
+struct Chain {
+    /// The slots of the first and the last, each of which names the next.
     pending: Option<(u32, u32)>,
-    /// The entry of the snapshot, and the next slot of the chain.
-    entry: u32,
+    /// Where the belief is such a snapshot itself: the next slot, its entry and when it was perceived.
     next: u32,
+    entry: u32,
+    at: Instant,
 }
 
 /// A belief's histories are fetched while those before it take their samples in: so many, that their
@@ -80,30 +83,18 @@ enum Holds {
     Histories(u32),
 }
 
-const VACANT: Slot = Slot {
-    memory: Memory {
-        id: 0,
-        born_at: Instant::EPOCH,
-        perceived_at: Instant::EPOCH,
-        noticed_at: Instant::EPOCH,
-        empty_since: None,
-        observations: 0,
-        held_by: message::NOBODY,
-        seen_by: SourceSet::EMPTY,
-    },
-    holds: Holds::Nothing,
-    pending: None,
-    entry: 0,
-    next: 0,
+const NO_MEMORY: Memory = Memory {
+    id: 0,
+    born_at: Instant::EPOCH,
+    perceived_at: Instant::EPOCH,
+    noticed_at: Instant::EPOCH,
+    empty_since: None,
+    observations: 0,
+    held_by: message::NOBODY,
+    seen_by: SourceSet::EMPTY,
 };
 
-impl Slot {
-    /// Whether the other is a snapshot newer than all that this belief remembers.
-    fn appends(&self, newer: &Self) -> bool {
-        let histories = matches!(self.holds, Holds::Histories(_)) && newer.holds == Holds::Snapshot;
-        histories && newer.memory.perceived_at > self.memory.perceived_at
-    }
-}
+const NO_CHAIN: Chain = Chain { pending: None, next: 0, entry: 0, at: Instant::EPOCH };
 
 impl Arena {
     pub(crate) fn new(percepts: &Percepts, own: &Functions, slots: u32) -> Result<Self, Unbelievable> {
@@ -114,7 +105,9 @@ impl Arena {
         let cannot_link = percepts.belief.cannot_link_same_source_instant;
         Ok(Self {
             foreseen: !terms.iter().any(|percept| histories.is_own(*percept)),
-            slots: vec![VACANT; count].into_boxed_slice(),
+            memories: vec![NO_MEMORY; count].into_boxed_slice(),
+            holds: vec![Holds::Nothing; count].into_boxed_slice(),
+            chains: vec![NO_CHAIN; count].into_boxed_slice(),
             versions: vec![0; count].into_boxed_slice(),
             features: vec![None; count * terms.len()].into_boxed_slice(),
             symbols: vec![Symbols::NONE; count].into_boxed_slice(),
@@ -132,7 +125,7 @@ impl Arena {
     }
 
     pub(crate) fn slots(&self) -> usize {
-        self.slots.len()
+        self.memories.len()
     }
 
     /// How far apart two beliefs may be and still be closer than the threshold, in metres.
@@ -167,15 +160,30 @@ impl Arena {
 
     #[inline]
     pub(crate) fn memory(&self, slot: u32) -> Option<&Memory> {
-        self.slots.get(slot as usize).map(|slot| &slot.memory)
+        self.memories.get(slot as usize)
     }
 
     pub(crate) fn memory_mut(&mut self, slot: u32) -> Option<&mut Memory> {
-        self.slots.get_mut(slot as usize).map(|slot| &mut slot.memory)
+        self.memories.get_mut(slot as usize)
     }
 
+    #[inline]
+    fn holds(&self, slot: u32) -> Holds {
+        self.holds.get(slot as usize).copied().unwrap_or(Holds::Nothing)
+    }
+
+    #[inline]
     fn lives(&self, slot: u32) -> bool {
-        self.slots.get(slot as usize).is_some_and(|slot| slot.holds != Holds::Nothing)
+        self.holds(slot) != Holds::Nothing
+    }
+
+    /// Whether the belief in `newer` is a snapshot newer than all that the one in `older` remembers.
+    #[inline]
+    fn appends(&self, older: u32, newer: u32) -> bool {
+        let histories =
+            matches!(self.holds(older), Holds::Histories(_)) && self.holds(newer) == Holds::Snapshot;
+        let at = |slot: u32| self.memory(slot).map(|memory| memory.perceived_at);
+        histories && at(newer) > at(older)
     }
 
     /// The newest features that the metric compares, in the order of its terms.
@@ -183,6 +191,24 @@ impl Arena {
     fn features(&self, slot: u32) -> &[Option<Feature>] {
         let start = slot as usize * self.terms.len();
         self.features.get(start..start + self.terms.len()).unwrap_or(&[])
+    }
+
+    /// Whether the symbols that tell the belief in `older` from others stay symbols when it takes in the other.
+    #[inline]
+    fn keeps_symbols(&self, older: u32, newer: u32) -> bool {
+        let of = |slot: u32| self.symbols.get(slot as usize).copied();
+        // Where there is but the place besides, nothing else is a symbol: both were found by their places.
+        if self.metric.weight_of_place().is_some()
+            && let (Some(older), Some(newer)) = (of(older), of(newer))
+            && older.are_among(newer)
+        {
+            return true;
+        }
+        let is_symbol = |feature: &Feature| matches!(feature, Feature::Symbol(_));
+        self.features(older).iter().zip(self.features(newer)).all(|(older, newer)| {
+            let was_symbol = older.as_ref().is_some_and(is_symbol);
+            !was_symbol || newer.as_ref().is_none_or(is_symbol)
+        })
     }
 
     /// Creates a belief (N, Eq. 6) of an entry of what was perceived, remembered at `at` and taken in at
@@ -195,9 +221,15 @@ impl Arena {
         perceived: &Perceived,
     ) -> Option<u32> {
         let number = self.vacancies.take()?;
-        let slot = self.slots.get_mut(number as usize)?;
-        slot.memory = Memory::new(id, at, now, &perceived.observation);
-        (slot.holds, slot.entry, slot.pending) = (Holds::Snapshot, entry, None);
+        if let (Some(memory), Some(holds), Some(chain)) = (
+            self.memories.get_mut(number as usize),
+            self.holds.get_mut(number as usize),
+            self.chains.get_mut(number as usize),
+        ) {
+            *memory = Memory::new(id, at, now, &perceived.observation);
+            *holds = Holds::Snapshot;
+            *chain = Chain { entry, at, ..NO_CHAIN };
+        }
         let (start, terms) = (number as usize * self.terms.len(), self.terms.len());
         if let (Some(features), Some(symbols)) =
             (self.features.get_mut(start..start + terms), self.symbols.get_mut(number as usize))
@@ -216,6 +248,16 @@ impl Arena {
         }
         self.fresh.push(number);
         Some(number)
+    }
+
+    /// Forgets the beliefs of a step that was not brought to its end; how many they are.
+    pub(crate) fn forsake(&mut self) -> u64 {
+        let mut forsaken = 0;
+        while let Some(slot) = self.fresh.pop() {
+            self.release(slot);
+            forsaken += 1;
+        }
+        forsaken
     }
 
     /// All beliefs of the step are created: `before` says of a source and an instant which frame
@@ -243,17 +285,18 @@ impl Arena {
     /// every time: what its features become is known from them; its histories can wait. `false`,
     /// and nothing done, where it is another case.
     fn append(&mut self, kept: u32, gone: u32) -> bool {
-        let Ok([older, newer]) = self.slots.get_disjoint_mut([kept as usize, gone as usize]) else {
-            return false;
-        };
-        if !self.foreseen || !older.appends(newer) {
+        if !self.foreseen || !self.appends(kept, gone) {
             return false;
         }
-        older.memory.merge(&newer.memory);
-        let pending = older.pending;
-        older.pending = Some((pending.map_or(gone, |(first, _)| first), gone));
-        if let Some(last) = pending.and_then(|(_, last)| self.slots.get_mut(last as usize)) {
-            last.next = gone;
+        if let Ok([older, newer]) = self.memories.get_disjoint_mut([kept as usize, gone as usize]) {
+            older.merge(newer);
+        }
+        if let Some(chain) = self.chains.get_mut(kept as usize) {
+            let pending = chain.pending;
+            chain.pending = Some((pending.map_or(gone, |(first, _)| first), gone));
+            if let Some(last) = pending.and_then(|(_, last)| self.chains.get_mut(last as usize)) {
+                last.next = gone;
+            }
         }
         let terms = self.terms.len();
         let row = |slot: u32| slot as usize * terms..(slot as usize + 1) * terms;
@@ -278,9 +321,9 @@ impl Arena {
         else {
             return;
         };
-        if let Ok([kept, gone]) = self.slots.get_disjoint_mut([kept as usize, gone as usize]) {
-            kept.memory.merge(&gone.memory);
-            self.histories.merge(row, others, kept.memory.id);
+        if let Ok([kept, gone]) = self.memories.get_disjoint_mut([kept as usize, gone as usize]) {
+            kept.merge(gone);
+            self.histories.merge(row, others, kept.id);
         }
         self.refresh(kept);
     }
@@ -293,13 +336,12 @@ impl Arena {
 
     /// The belief in the slot is no more.
     pub(crate) fn release(&mut self, number: u32) {
-        let Some(slot) = self.slots.get_mut(number as usize) else { return };
-        match slot.holds {
+        let Some(holds) = self.holds.get_mut(number as usize) else { return };
+        match std::mem::replace(holds, Holds::Nothing) {
             Holds::Nothing => return,
             Holds::Snapshot => {}
             Holds::Histories(row) => self.histories.free_row(row),
         }
-        (slot.holds, slot.pending) = (Holds::Nothing, None);
         self.change(number);
         if let Some(sightings) = &mut self.sightings {
             sightings.clear(number as usize);
@@ -335,8 +377,8 @@ impl Arena {
 
     /// Takes the released slots out of the order.
     pub(crate) fn bury(&mut self) {
-        let slots = &self.slots;
-        self.live.retain(|&slot| slots.get(slot as usize).is_some_and(|slot| slot.holds != Holds::Nothing));
+        let holds = &self.holds;
+        self.live.retain(|&slot| holds.get(slot as usize).is_some_and(|holds| *holds != Holds::Nothing));
     }
 
     /// The histories of a settled belief.
@@ -374,7 +416,7 @@ impl Arena {
     }
 
     fn row(&self, slot: u32) -> Option<u32> {
-        match self.slots.get(slot as usize)?.holds {
+        match self.holds(slot) {
             Holds::Histories(row) => Some(row),
             Holds::Nothing | Holds::Snapshot => None,
         }
@@ -382,22 +424,20 @@ impl Arena {
 
     /// The row of histories of a belief, up to date: it gets one now if it was but a snapshot.
     fn remember(&mut self, number: u32, perceived: &[Perceived]) -> Option<u32> {
-        let slot = self.slots.get_mut(number as usize)?;
-        let (row, mut pending) = match slot.holds {
+        let (row, mut pending) = match self.holds(number) {
             Holds::Nothing => return None,
-            Holds::Histories(row) => (row, slot.pending.take()),
+            Holds::Histories(row) => (row, self.chains.get_mut(number as usize)?.pending.take()),
             Holds::Snapshot => {
                 let row = self.histories.take_row()?;
-                slot.holds = Holds::Histories(row);
+                *self.holds.get_mut(number as usize)? = Holds::Histories(row);
                 (row, Some((number, number)))
             }
         };
-        let id = slot.memory.id;
         while let Some((first, last)) = pending {
-            let snapshot = self.slots.get(first as usize)?;
-            pending = (first != last).then_some((snapshot.next, last));
-            if let Some(perceived) = perceived.get(snapshot.entry as usize) {
-                let at = snapshot.memory.perceived_at;
+            let Chain { next, entry, at, .. } = *self.chains.get(first as usize)?;
+            pending = (first != last).then_some((next, last));
+            if let Some(perceived) = perceived.get(entry as usize) {
+                let id = self.memories.get(number as usize)?.id;
                 self.unsound +=
                     self.histories.take_all(row, perceived.snapshot.values(), self.trusts, at, id);
             }
@@ -490,18 +530,8 @@ impl Population for Step<'_> {
 
     #[inline]
     fn takes_in(&self, old: u32, fresh: u32) -> bool {
-        let Arena { slots, foreseen, .. } = &*self.arena;
-        let (Some(older), Some(newer)) = (slots.get(old as usize), slots.get(fresh as usize)) else {
-            return false;
-        };
-        *foreseen && older.appends(newer) && {
-            let features = self.arena.features(old).iter().zip(self.arena.features(fresh));
-            let is_symbol = |feature: &Feature| matches!(feature, Feature::Symbol(_));
-            features.into_iter().all(|(older, newer)| {
-                let was_symbol = older.as_ref().is_some_and(is_symbol);
-                !was_symbol || newer.as_ref().is_none_or(is_symbol)
-            })
-        }
+        let arena = &*self.arena;
+        arena.foreseen && arena.appends(old, fresh) && arena.keeps_symbols(old, fresh)
     }
 
     #[inline]
@@ -519,13 +549,12 @@ impl Population for Step<'_> {
     }
 
     fn spread(&self, members: &[u32]) -> Option<f64> {
-        let Arena { slots, foreseen, metric, sightings, .. } = &*self.arena;
+        let Arena { foreseen, metric, sightings, .. } = &*self.arena;
         let (&oldest, others) = members.split_first()?;
         let has_room = sightings.as_ref()?.has_room_for(oldest as usize, others.len());
-        let oldest = slots.get(oldest as usize)?;
         // A snapshot remembers nothing that might come between.
-        let newer = |slot: &Slot| oldest.holds == Holds::Snapshot || oldest.appends(slot);
-        let all_newer = others.iter().all(|&slot| slots.get(slot as usize).is_some_and(newer));
+        let is_snapshot = self.arena.holds(oldest) == Holds::Snapshot;
+        let all_newer = is_snapshot || others.iter().all(|&slot| self.arena.appends(oldest, slot));
         let bound = metric.spread(&members.iter().map(|&slot| self.arena.features(slot)));
         bound.filter(|_| *foreseen && has_room && all_newer)
     }

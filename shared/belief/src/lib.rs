@@ -134,4 +134,4 @@ mod vacancies;
 pub use cluster::{Clustering, Population, Seen, Symbols, cluster_naively};
 pub use own::{Cull, Distance, Doubtful, Functions, History, Samples};
 pub use sample::Sample;
-pub use system::{BeliefSystem, Counts, Unbelievable};
+pub use system::{BeliefSystem, Counts, Intake, Unbelievable};

@@ -1,3 +1,4 @@
+mod intake;
 mod reanchor;
 #[cfg(test)]
 mod tests;
@@ -12,6 +13,8 @@ use crate::cluster::Clustering;
 use crate::own::{self, Doubtful, Functions, Supplied};
 use crate::sample::Sample;
 use crate::sources::{Admission, Sources};
+
+pub use intake::Intake;
 
 /// An observation may be this much ahead of the step's instant: sensory processes go on while a
 /// frame is on its way. Beyond it, the source's clock is wrong.
@@ -215,32 +218,13 @@ impl BeliefSystem {
         looked: SourceSet,
         in_view: impl Fn([f32; 3]) -> bool,
     ) {
-        if now < self.now {
-            self.counts.backwards += 1;
-        }
-        self.now = self.now.max(now);
-        let first_new = self.next_id;
-        self.sources.begin();
+        let mut intake = self.begin(now);
         for index in which {
-            if let Some(perceived) = perceived.get(index)
-                && (self.arena.trusts() || self.look_through(perceived))
-            {
-                self.create(saturating_u32(index), perceived);
+            if let Some(perceived) = perceived.get(index) {
+                intake.take_in(index, perceived);
             }
         }
-        let Self { arena, clustering, sources, .. } = self;
-        arena.follow(|source, at| sources.before(source, at));
-        let settled = std::mem::replace(&mut self.settled, true);
-        // What one source sees at one instant is apart, and so is whatever takes any of it in.
-        let fresh_apart = arena.keeps_apart() && sources.frames() <= 1;
-        self.counts.merged += clustering.run(&mut Step { arena, perceived }, settled, fresh_apart);
-        let stayed = self.arena.settle(perceived);
-        for stayed in self.len() - stayed..self.len() {
-            self.place(stayed);
-        }
-        self.cull(looked, in_view);
-        self.evict();
-        self.number(first_new);
+        intake.finish(perceived, looked, in_view);
     }
 
     /// How many beliefs there are.

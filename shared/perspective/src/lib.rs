@@ -99,6 +99,7 @@ mod owners;
 mod partner;
 mod robot;
 mod transform;
+mod view;
 
 pub use anchor::Anchor;
 pub use awareness::Awareness;

@@ -2,19 +2,17 @@ use belief::{BeliefSystem, Functions};
 use clock::Instant;
 use config::percepts::Percepts;
 use config::perspective::Perspective;
-use geometry::{Base, Eye, Person, Pose, Position, Thing};
-use message::{Belief, BeliefHead, Header, Modality, Observation, ObservationKind, Perceived};
+use geometry::{Base, Eye, Person, Pose, Position};
+use message::{Belief, BeliefHead, Header, Perceived};
 use perception::{Frame, Perception};
 use quantity::number::saturating_u32;
 use scene::{Cone, Occluders, Samples, Sight};
 
 use crate::field::{glimpses, surveys};
 use crate::robot::is_object;
-use crate::transform::{observed_from, place_in_base, place_of_thing};
+use crate::transform::place_in_base;
+use crate::view::View;
 use crate::{Anchor, Awareness, NoPerspective, Owners};
-
-/// A thing is seen when more than this share of its sample points is.
-const MAJORITY: f64 = 0.5;
 
 /// What the robot takes a partner to perceive and to believe, or what a partner takes another, or
 /// the robot, to.
@@ -22,12 +20,8 @@ const MAJORITY: f64 = 0.5;
 /// Allocates in `new` and in [`Self::with_awareness`] alone.
 #[derive(Clone)]
 pub struct Partner {
-    frame: Frame,
-    perception: Perception,
+    view: View,
     system: BeliefSystem,
-    sight: Sight,
-    samples: Samples,
-    hearing_range_m: f64,
     empty_margin_m: f64,
     anchor: Anchor,
     owners: Owners,
@@ -35,13 +29,6 @@ pub struct Partner {
     present: bool,
     /// The last instant at which he was present: his beliefs are those of then.
     at: Instant,
-    /// V (Eq. 8) of each observation.
-    visible: Vec<bool>,
-    /// O' (Eq. 7).
-    perceived: Vec<Perceived>,
-    hidden: usize,
-    /// Observations that were none in his frame.
-    refused: u64,
     /// What perspectives within his are made from, if there are any.
     awareness: Option<Awareness>,
 }
@@ -81,28 +68,31 @@ impl Partner {
         let cone = Cone::new(sight.cone_half_angle_deg.radians(), sight.range_m.get())
             .map_err(|source| NoPerspective::Cone { agent, source })?;
         Ok(Self {
-            frame: Frame { agent },
-            perception,
+            view: View {
+                frame: Frame { agent },
+                perception,
+                sight: Sight::new(Pose::identity(), cone, &Occluders::new(config.occluders.most.get())),
+                samples: match sight.samples {
+                    config::perspective::Samples::Centre => Samples::Centre,
+                    config::perspective::Samples::Faces => Samples::Faces,
+                    config::perspective::Samples::Corners => Samples::Corners,
+                },
+                hearing_range_m: sight.hearing_range_m.get(),
+                of_occluders: false,
+                visible: Vec::with_capacity(capacity),
+                perceived: Vec::with_capacity(capacity),
+                hidden: 0,
+                refused: 0,
+            },
             system: BeliefSystem::with_own(percepts, functions, capacity)
                 .map_err(|source| NoPerspective::Belief { agent, source })?
                 .trusting(),
-            sight: Sight::new(Pose::identity(), cone, &Occluders::new(config.occluders.most.get())),
-            samples: match sight.samples {
-                config::perspective::Samples::Centre => Samples::Centre,
-                config::perspective::Samples::Faces => Samples::Faces,
-                config::perspective::Samples::Corners => Samples::Corners,
-            },
-            hearing_range_m: sight.hearing_range_m.get(),
             empty_margin_m: sight.empty_margin_m.get(),
             anchor: Anchor::new(config.frame.reanchor_m.get(), config.frame.reanchor_deg.radians()),
             owners: Owners::new(&config.resource, capacity).of(agent),
             eye: None,
             present: false,
             at: Instant::EPOCH,
-            visible: Vec::with_capacity(capacity),
-            perceived: Vec::with_capacity(capacity),
-            hidden: 0,
-            refused: 0,
             awareness: None,
         })
     }
@@ -111,7 +101,8 @@ impl Partner {
     /// also perceives occluders, and the eyes of the robot and of up to `partners` partners.
     #[must_use]
     pub fn with_awareness(mut self, config: &Perspective, partners: u16, capacity: usize) -> Self {
-        self.awareness = Some(Awareness::new(self.frame.agent, config, partners, capacity));
+        self.view.of_occluders = true;
+        self.awareness = Some(Awareness::new(self.agent(), config, partners, capacity));
         self
     }
 
@@ -138,12 +129,12 @@ impl Partner {
         parent: &Awareness,
         surveyed: impl Fn(&Position<Base>) -> bool,
     ) {
-        self.perceived.clear();
-        let eye = parent.eye(self.frame.agent, at);
+        let eye = parent.eye(self.agent(), at);
         let was_present = std::mem::replace(&mut self.present, eye.is_some());
         let Some(x_base_eye) = eye else {
             let aware = entries.iter().zip(parent.perceives());
-            self.hidden = aware.filter(|(entry, perceives)| **perceives && is_object(entry)).count();
+            self.view.perceived.clear();
+            self.view.hidden = aware.filter(|(entry, perceives)| **perceives && is_object(entry)).count();
             if let Some(awareness) = &mut self.awareness {
                 awareness.lose();
             }
@@ -158,11 +149,18 @@ impl Partner {
         if let Some(x_new_old) = anew {
             self.system.reanchor(&x_new_old);
         }
-        self.sight.look(&x_base_eye, parent.occluders());
-        self.perceive(entries, parent, &x_base_person);
-        self.note(at, entries, parent, x_base_eye);
-        let (sight, margin_m) = (&self.sight, self.empty_margin_m);
-        self.system.step(at, &self.perceived, 0..self.perceived.len(), parent.looked(), |place_m| {
+        self.view.sight.look(&x_base_eye, parent.occluders());
+        let mut intake = self.system.begin(at);
+        self.view.perceive(entries, parent, &x_base_person, |index, perceived| {
+            intake.take_in(index, perceived);
+        });
+        let View { sight, perceived, visible, .. } = &self.view;
+        if let Some(awareness) = &mut self.awareness {
+            awareness.note(at, parent.looked(), entries, visible.iter().copied());
+            know(awareness, sight, at, parent, x_base_eye);
+        }
+        let margin_m = self.empty_margin_m;
+        intake.finish(perceived, parent.looked(), |place_m| {
             let place = place_in_base(&x_base_person, place_m);
             surveys(sight, &place, margin_m) && surveyed(&place)
         });
@@ -170,86 +168,10 @@ impl Partner {
         self.owners.judge_system(&self.system, at, &x_base_person, agents);
     }
 
-    /// O' = {P(o') | o' ∈ O, V(o') = 1} (Eq. 7), perceived again in his frame.
-    fn perceive(&mut self, entries: &[Perceived], parent: &Awareness, x_base_person: &Pose<Base, Person>) {
-        let x_person_base = x_base_person.inverse();
-        let all = self.awareness.is_some();
-        self.hidden = 0;
-        self.visible.clear();
-        for (entry, aware) in entries.iter().zip(parent.perceives()) {
-            let Perceived { observation, snapshot } = entry;
-            let asked = *aware && (is_object(entry) || all && is_occluder(observation));
-            let place = if asked { place_of_thing(observation) } else { None };
-            let seen = place.filter(|(place, half)| self.perceives(observation, place, *half));
-            self.visible.push(seen.is_some());
-            if !(*aware && is_object(entry)) {
-                continue;
-            }
-            let Some((x_base_thing, _)) = seen else {
-                self.hidden += 1;
-                continue;
-            };
-            let observation = observed_from(&x_person_base, &x_base_thing, observation);
-            if !observation.is_sound() {
-                // Further away from him than anything is.
-                self.refused += 1;
-                continue;
-            }
-            self.perceived.push(Perceived { observation, snapshot: *snapshot });
-        }
-        // Of all, after all: what has just been written is read late.
-        for Perceived { observation, snapshot } in &mut self.perceived {
-            self.perception.perceive_again_in(observation, &self.frame, snapshot);
-        }
-    }
-
-    /// V (Eq. 8), for each sense its own; an actor perceives what he himself handles. Of an occluder
-    /// a glimpse is enough.
-    fn perceives(
-        &self,
-        observation: &Observation,
-        x_base_thing: &Pose<Base, Thing>,
-        half_extents_m: [f64; 3],
-    ) -> bool {
-        if observation.held_by == self.frame.agent {
-            return true;
-        }
-        match observation.modality() {
-            Some(Modality::Vision) if is_occluder(observation) => {
-                glimpses(&self.sight, x_base_thing, half_extents_m)
-            }
-            Some(Modality::Vision) => {
-                self.sight.visible_share(x_base_thing, half_extents_m, self.samples) > MAJORITY
-            }
-            Some(Modality::Hearing) => {
-                self.sight.eye().distance(&x_base_thing.origin()) <= self.hearing_range_m
-            }
-            // What the robot feels in its own joints, nobody else feels.
-            Some(Modality::Touch) | None => false,
-        }
-    }
-
-    /// Takes note of what he perceived for those within his perspective. Of all whom his parent
-    /// sees, and of the parent itself, he sees those whose eyes are in his view: you know that I see
-    /// only while you see me.
-    fn note(&mut self, at: Instant, entries: &[Perceived], parent: &Awareness, x_base_eye: Pose<Base, Eye>) {
-        let Some(awareness) = &mut self.awareness else { return };
-        awareness.note(at, parent.looked(), entries, self.visible.iter().copied());
-        awareness.have_eye(x_base_eye);
-        for (agent, met) in parent.eyes(at) {
-            if self.sight.sees(&met.x_base_eye.origin()) {
-                awareness.meet(agent, met);
-            }
-        }
-        // What the parent remembers stands there, as far as anybody in his mind is concerned.
-        let glimpses = |x_base_box: &_, half_extents_m| glimpses(&self.sight, x_base_box, half_extents_m);
-        awareness.forget(at, glimpses, |x_base_box| parent.remembers(x_base_box));
-    }
-
     /// Who he is: 1, 2, …, or 0 the robot.
     #[must_use]
     pub fn agent(&self) -> u16 {
-        self.frame.agent
+        self.view.frame.agent
     }
 
     /// Whether he could perceive anything at the last step's instant.
@@ -261,7 +183,7 @@ impl Partner {
     /// Whether he would notice, as he looks now, that a thing is gone from a place.
     #[must_use]
     pub fn surveys(&self, place: &Position<Base>) -> bool {
-        self.present && surveys(&self.sight, place, self.empty_margin_m)
+        self.present && surveys(&self.view.sight, place, self.empty_margin_m)
     }
 
     /// His frame, if he was ever perceived.
@@ -281,7 +203,7 @@ impl Partner {
     #[must_use]
     pub fn head(&self, header: Header) -> BeliefHead {
         let counts = self.system.counts();
-        let mut head = BeliefHead::of(u32::from(self.frame.agent), header);
+        let mut head = BeliefHead::of(u32::from(self.view.frame.agent), header);
         if let Some(x_base_person) = self.anchor.frame() {
             head.frame_position_m = x_base_person.position_m();
             head.frame_orientation_xyzw = x_base_person.orientation_xyzw();
@@ -291,9 +213,9 @@ impl Partner {
             head.eye_orientation_xyzw = x_base_eye.orientation_xyzw();
         }
         head.present = u32::from(self.present);
-        head.perceivable = saturating_u32(self.perceived.len());
-        head.hidden = saturating_u32(self.hidden);
-        head.refused = self.refused.saturating_add(counts.refused());
+        head.perceivable = saturating_u32(self.view.perceived.len());
+        head.hidden = saturating_u32(self.view.hidden);
+        head.refused = self.view.refused.saturating_add(counts.refused());
         head.created = counts.created;
         head.merged = counts.merged;
         head.culled = counts.culled;
@@ -311,6 +233,22 @@ impl Partner {
     }
 }
 
-fn is_occluder(observation: &Observation) -> bool {
-    observation.kind() == Some(ObservationKind::Occluder)
+/// He knows of those whose eyes are in his view, of all whom his parent sees, and of the parent itself: you know
+/// that I see only while you see me. And of what hides things from whoever is in his mind.
+fn know(
+    awareness: &mut Awareness,
+    sight: &Sight,
+    at: Instant,
+    parent: &Awareness,
+    x_base_eye: Pose<Base, Eye>,
+) {
+    awareness.have_eye(x_base_eye);
+    for (agent, met) in parent.eyes(at) {
+        if sight.sees(&met.x_base_eye.origin()) {
+            awareness.meet(agent, met);
+        }
+    }
+    // What the parent remembers stands there, as far as anybody in his mind is concerned.
+    let glimpses = |x_base_box: &_, half_extents_m| glimpses(sight, x_base_box, half_extents_m);
+    awareness.forget(at, glimpses, |x_base_box| parent.remembers(x_base_box));
 }

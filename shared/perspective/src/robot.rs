@@ -12,6 +12,9 @@ use crate::field::Field;
 use crate::transform::place_in_base;
 use crate::{Awareness, NoPerspective, Owners};
 
+/// An entry is fetched while so many before it are looked through.
+const AHEAD: usize = 4;
+
 /// The robot's own perspective: it perceives all that was observed, in its base frame, and notices
 /// an absence where its sensors look.
 ///
@@ -96,7 +99,21 @@ impl Robot {
     /// saw before is not taken to have vanished: silence is no absence.
     pub fn step(&mut self, at: Instant, looked: SourceSet, entries: &[Perceived]) {
         self.at = at;
-        self.awareness.note(at, looked, entries, entries.iter().map(Perceived::is_sound));
+        self.perceivable = 0;
+        // Each entry is looked through, noted and taken in before the next one: there may be many.
+        let mut intake = self.system.begin(at);
+        let noted = entries.iter().enumerate().map(|(index, entry)| {
+            if let Some(later) = entries.get(index + AHEAD) {
+                prefetch::prefetch_whole(later);
+            }
+            let is_sound = entry.is_sound();
+            if is_sound && is_object(entry) {
+                self.perceivable += 1;
+                intake.take_in(index, entry);
+            }
+            is_sound
+        });
+        self.awareness.note(at, looked, entries, noted);
         let x_base_eye = self.awareness.perceived_eye(0, at).unwrap_or(self.x_base_rest);
         self.awareness.have_eye(x_base_eye);
         self.field.look(&x_base_eye, self.awareness.occluders());
@@ -109,13 +126,9 @@ impl Robot {
         let left_out = entries.len().saturating_sub(noted.len());
         self.refused = self.refused.saturating_add(u64::from(saturating_u32(refused)));
         self.left_out = self.left_out.saturating_add(u64::from(saturating_u32(left_out)));
-        let objects = || {
-            let noted = noted.iter().zip(entries).enumerate();
-            noted.filter(|(_, (perceives, entry))| **perceives && is_object(entry)).map(|(index, _)| index)
-        };
-        self.perceivable = objects().count();
-        self.system.step(at, entries, objects(), looked, |place_m| {
-            self.field.surveys(&place_in_base(&Pose::identity(), place_m), self.empty_margin_m)
+        let (field, margin_m) = (&self.field, self.empty_margin_m);
+        intake.finish(entries, looked, |place_m| {
+            field.surveys(&place_in_base(&Pose::identity(), place_m), margin_m)
         });
         let agents = self.awareness.eyes(at).map(|(agent, met)| (agent, met.x_base_eye.origin()));
         self.owners.judge_system(&self.system, at, &Pose::<Base, Base>::identity(), agents);

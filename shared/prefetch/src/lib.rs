@@ -7,36 +7,55 @@
 //! ```
 #![expect(unsafe_code, reason = "the instructions for it take a raw address")]
 
+/// Bytes of a cache line.
+const LINE: usize = 64;
+
 /// Asks for the cache line in which a value begins, into the nearest cache, without waiting for it.
 ///
 /// A hint: nothing but time changes, and on processors other than `x86_64` and `aarch64` nothing at all.
 #[inline(always)]
 pub fn prefetch<T>(value: &T) {
+    line(std::ptr::from_ref(value).cast());
+}
+
+/// Asks for all the lines of a value, as [`prefetch`] does for its first.
+#[inline(always)]
+pub fn prefetch_whole<T>(value: &T) {
+    let start = std::ptr::from_ref(value).cast::<u8>();
+    for offset in (0..size_of::<T>()).step_by(LINE) {
+        line(start.wrapping_add(offset));
+    }
+    // It need not begin where a line does.
+    line(start.wrapping_add(size_of::<T>().saturating_sub(1)));
+}
+
+#[inline(always)]
+fn line(address: *const u8) {
     #[cfg(target_arch = "x86_64")]
     {
         use std::arch::x86_64::{_MM_HINT_T0, _mm_prefetch};
         // SAFETY: PREFETCHT0 is part of SSE, which every x86_64 processor has, and neither faults nor
-        // changes what a program sees (Intel SDM, volume 2B).
-        unsafe { _mm_prefetch::<_MM_HINT_T0>(std::ptr::from_ref(value).cast()) };
+        // changes what a program sees, whatever the address (Intel SDM, volume 2B).
+        unsafe { _mm_prefetch::<_MM_HINT_T0>(address.cast()) };
     }
     #[cfg(target_arch = "aarch64")]
     {
-        // SAFETY: PRFM neither faults nor changes what a program sees (Arm ARM, C6.2, PRFM).
+        // SAFETY: PRFM neither faults nor changes what a program sees, whatever the address (Arm ARM, C6.2, PRFM).
         unsafe {
             std::arch::asm!(
-                "prfm pldl1keep, [{value}]",
-                value = in(reg) std::ptr::from_ref(value),
+                "prfm pldl1keep, [{address}]",
+                address = in(reg) address,
                 options(nostack, preserves_flags, readonly)
             );
         }
     }
     #[cfg(not(any(target_arch = "x86_64", target_arch = "aarch64")))]
-    let _not_asked_for = value;
+    let _not_asked_for = address;
 }
 
 #[cfg(test)]
 mod tests {
-    use super::prefetch;
+    use super::{prefetch, prefetch_whole};
 
     #[test]
     fn nothing_changes() {
@@ -44,6 +63,7 @@ mod tests {
         let sum: u64 = (values.iter().zip(values.iter().skip(64)))
             .map(|(value, ahead)| {
                 prefetch(ahead);
+                prefetch_whole(ahead);
                 value
             })
             .sum();
@@ -51,5 +71,6 @@ mod tests {
         assert_eq!(sum, (0..last as u64).sum());
         // A value that is nowhere.
         prefetch(&());
+        prefetch_whole(&());
     }
 }

@@ -129,17 +129,33 @@ impl Symbols {
         self.0 & HIGHEST == 0
     }
 
+    /// Whether the other has a symbol wherever this one has, as far as all are glanced at.
+    #[must_use]
+    #[inline]
+    pub fn are_among(self, other: Self) -> bool {
+        self.are_all() && other.are_all() && self.has() & !other.has() == 0
+    }
+
+    /// The highest bit of each symbol that it has, of those that are glanced at.
+    #[inline]
+    const fn has(self) -> u64 {
+        some(self.0 ^ Self::NONE.0)
+    }
+
     /// Whether a symbol that both have differs: their distance is then not below the threshold.
     #[must_use]
     #[inline]
     pub fn tell_apart(self, other: Self) -> bool {
-        // Without their highest bits no carry leaves its place: a sum has the bit where the number added
-        // to all ones but the highest was not zero.
-        let some = |bits: u64| ((bits & !HIGHEST) + !HIGHEST) & HIGHEST;
-        let differs = some(self.0 ^ other.0);
-        let has = |symbols: Self| some(symbols.0 ^ Self::NONE.0);
-        differs & has(self) & has(other) != 0
+        some(self.0 ^ other.0) & self.has() & other.has() != 0
     }
+}
+
+/// The highest bit of each place whose other bits are not all zero.
+#[inline]
+const fn some(bits: u64) -> u64 {
+    // Without their highest bits no carry leaves its place: a sum has the bit where the number added to all ones
+    // but the highest was not zero.
+    ((bits & !HIGHEST) + !HIGHEST) & HIGHEST
 }
 
 #[cfg(test)]
@@ -158,7 +174,7 @@ mod tests {
         symbols
     }
 
-    fn some() -> impl Strategy<Value = Vec<Option<u16>>> {
+    fn drawn() -> impl Strategy<Value = Vec<Option<u16>>> {
         let symbol = prop_oneof![0..3_u16, 0x7FFC..0x8002_u16, 0xFFFE..=u16::MAX];
         prop::collection::vec(prop::option::of(symbol), 6)
     }
@@ -168,11 +184,13 @@ mod tests {
 
         #[test]
         fn who_is_told_apart_differs_and_who_is_not_does_not_where_all_are_glanced_at(
-            a in some(), b in some(), places in 1..=6_usize,
+            a in drawn(), b in drawn(), places in 1..=6_usize,
         ) {
             let (a, b) = (&a[..places], &b[..places]);
             let differ = a.iter().zip(b).any(|pair| matches!(pair, (Some(a), Some(b)) if a != b));
             let (of_a, of_b) = (symbols(a), symbols(b));
+            let are_among = a.iter().zip(b).all(|(a, b)| a.is_none() || b.is_some());
+            prop_assert_eq!(of_a.are_among(of_b), are_among && of_a.are_all() && of_b.are_all());
             if of_a.tell_apart(of_b) {
                 prop_assert!(differ);
             } else if of_a.are_all() && of_b.are_all() {

@@ -2,7 +2,7 @@ use std::ops::Deref;
 
 use clock::Instant;
 use message::Feature;
-use quantity::number::saturating_u32;
+use quantity::number::saturating_u16;
 
 use super::cells::{Cells, Column};
 use crate::sample::{Kept, Sample, Taken};
@@ -24,10 +24,10 @@ pub(crate) enum Thinning {
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Series {
     /// The cell of the oldest sample.
-    first: u32,
-    len: u32,
-    /// Samples ever taken in, of all histories merged into this one.
-    taken: u64,
+    first: u16,
+    len: u16,
+    /// Samples ever taken in, of all histories merged into this one; after the most that it counts to, zero.
+    taken: u32,
     /// The newest sample again: asked every time, and its cell lies elsewhere.
     newest: Kept,
 }
@@ -78,7 +78,7 @@ impl Series {
 
     /// Samples ever taken in.
     #[cfg(test)]
-    pub(crate) fn taken(&self) -> u64 {
+    pub(crate) fn taken(&self) -> u32 {
         self.taken
     }
 
@@ -192,7 +192,7 @@ impl Series {
         if self.len as usize == cells.len() {
             match thinning {
                 Thinning::ForgetOldest => {}
-                Thinning::Octaves => self.thin_newest(cells, u32::MAX),
+                Thinning::Octaves => self.thin_newest(cells, u16::MAX),
                 Thinning::ShortestGap => {
                     self.taken = self.taken.wrapping_add(1);
                     scratch.clear();
@@ -233,15 +233,15 @@ impl Series {
     /// for each that comes, on the average, and no pass over them all.
     #[inline(always)]
     fn thin_now_and_then(&mut self, row: &mut [Kept], column: Column, phase: u64) {
-        let octaves = self.taken.wrapping_add(phase).trailing_zeros();
+        let octaves = u64::from(self.taken).wrapping_add(phase).trailing_zeros();
         if octaves > 1 {
-            self.thin_newest(&mut column.of(row), 2 * octaves + 1);
+            self.thin_newest(&mut column.of(row), u16::try_from(2 * octaves + 1).unwrap_or(u16::MAX));
         }
     }
 
     /// Drops, among the `most` newest samples that have a neighbour on each side, those that the
     /// older neighbour may stand for.
-    fn thin_newest(&mut self, cells: &mut Cells<&mut [Kept]>, most: u32) {
+    fn thin_newest(&mut self, cells: &mut Cells<&mut [Kept]>, most: u16) {
         let last = self.len.saturating_sub(1);
         let newest = self.newest.at.as_nanos();
         let looked_at = last.saturating_sub(1).min(most);
@@ -349,8 +349,8 @@ fn thin(samples: &mut Vec<Kept>, room: usize, thinning: Thinning) {
 /// Drops each sample that its older neighbour may stand for.
 fn thin_octaves(samples: &mut Vec<Kept>) {
     let newest = samples.last().copied().unwrap_or(Kept::NONE);
-    let mut series = Series { len: saturating_u32(samples.len()), newest, ..Series::default() };
-    series.thin_newest(&mut Cells::of(samples.as_mut_slice()), u32::MAX);
+    let mut series = Series { len: saturating_u16(samples.len()), newest, ..Series::default() };
+    series.thin_newest(&mut Cells::of(samples.as_mut_slice()), u16::MAX);
     samples.truncate(series.len as usize);
 }
 

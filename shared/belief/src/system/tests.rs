@@ -62,6 +62,29 @@ impl Robot {
 }
 
 #[test]
+fn what_was_taken_in_by_a_step_that_was_not_finished_is_forgotten_and_counted() {
+    let mut robot = Robot::new(&Percepts::builtin());
+    robot.see(ms(0), &[block(ms(0), [0.5, 0.0, 0.0], RED)], true);
+    let seen = [block(ms(5), [0.5, 0.002, 0.0], RED), block(ms(5), [0.9, 0.0, 0.0], BLUE)];
+    let mut intake = robot.system.begin(ms(5));
+    for (index, observation) in seen.into_iter().enumerate() {
+        let snapshot = robot.perception.perceive(&observation, &Frame { agent: 0 });
+        intake.take_in(index, &Perceived { observation, snapshot });
+    }
+    let _not_finished = intake;
+    // Another step, with one other thing in the place of the two.
+    let seen = [block(ms(10), [0.5, 0.004, 0.0], RED)];
+    let perceived = seen.map(|observation| Perceived {
+        observation,
+        snapshot: robot.perception.perceive(&observation, &Frame { agent: 0 }),
+    });
+    robot.system.step(ms(10), &perceived, 0..1, SourceSet::of(0), |_| true);
+    assert_eq!(robot.ids(), [1]);
+    assert_eq!(robot.system.beliefs().next().unwrap().observations, 2);
+    assert_eq!((robot.system.counts().overflowed, robot.system.counts().created), (2, 2));
+}
+
+#[test]
 fn a_thing_that_moves_keeps_its_identity() {
     let mut robot = Robot::new(&Percepts::builtin());
     let mut x = 0.0;
