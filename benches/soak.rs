@@ -1,5 +1,5 @@
 //! A day in ten minutes: the whole robot at full rate with a lesson that is played again and again, a
-//! recording, three pages, metrics that are scraped, and faults on the buses, with the percepts and with
+//! recording, three pages, metrics that are scraped, the black box that is asked for, and faults on the buses, with the percepts and with
 //! processes. What it holds after warm-up it holds at the end: memory, descriptors, shared memory, disk.
 //!
 //! `cargo bench --bench soak [-- SECONDS]`: 600 without, of which the first quarter is warm-up. Ends with exit
@@ -36,8 +36,12 @@ const PAGES: usize = 3;
 const LOOK_EVERY: Duration = Duration::from_secs(5);
 /// How often the lesson begins anew: Task 1 takes 51 s.
 const PLAY_EVERY: Duration = Duration::from_secs(60);
-/// The black box fills for two minutes.
+/// The black box fills for two minutes ...
 const WARM_UP: Duration = Duration::from_secs(150);
+/// ... and is asked for when it is full, and again and again: what it needs to write its file it needs then, and
+/// not when the first joint is quarantined.
+const ASK_FIRST: Duration = Duration::from_secs(122);
+const ASK_EVERY: Duration = Duration::from_secs(60);
 /// What may be more at the end: a share, and so much besides (kilobytes, files, descriptors).
 const SHARE: f64 = 0.05;
 const BESIDES: [(&str, f64); 4] = [("kB", 1500.0), ("descriptors", 3.0), ("files", 3.0), ("bytes", 64e3)];
@@ -119,6 +123,10 @@ fn main() -> ExitCode {
     };
 
     let began = clock::now();
+    let asker = {
+        let (domain, stop) = (domain.clone(), Arc::clone(&stop));
+        thread::spawn(move || ask(&domain, began + ASK_FIRST, &stop))
+    };
     let mut samples = Vec::new();
     while clock::now().since(began) < Duration::from_secs(seconds) {
         pause(LOOK_EVERY);
@@ -128,6 +136,7 @@ fn main() -> ExitCode {
     stop.store(true, Ordering::Relaxed);
     pages.into_iter().for_each(|page| page.join().expect("a page lives on"));
     scraper.join().expect("the scraper lives on");
+    let asked = asker.join().expect("who asks lives on");
     // Ended by itself, before the robot: what it counts is then what it saw.
     let _sent = kill_process(Pid::from_raw(recorder_pid).expect("a number"), Signal::INT);
     let mut told = String::new();
@@ -138,7 +147,7 @@ fn main() -> ExitCode {
     let left = shared_memory(&domain).0;
 
     println!(
-        "{seconds} s, {PAGES} pages, {} bytes shown, {} scrapes",
+        "{seconds} s, {PAGES} pages, {} bytes shown, {} scrapes, {asked} files of the black box asked for",
         shown.load(Ordering::Relaxed),
         scraped.load(Ordering::Relaxed)
     );
@@ -269,4 +278,21 @@ fn scrape(host: &str, stop: &AtomicBool, scraped: &AtomicU64) {
         assert!(text.contains("leo_process_running"), "{text}");
         scraped.fetch_add(1, Ordering::Relaxed);
     }
+}
+
+/// Asks for the black box again and again; how often it was written.
+fn ask(domain: &Path, first: Instant, stop: &AtomicBool) -> usize {
+    let (mut next, mut written) = (first, 0);
+    while !stop.load(Ordering::Relaxed) {
+        pause(Duration::from_millis(200));
+        if clock::now() < next {
+            continue;
+        }
+        next += ASK_EVERY;
+        let asked = leo(&["record", "--black-box", "--domain"]).arg(domain).output().expect("starts");
+        let said = String::from_utf8_lossy(&asked.stderr);
+        assert!(asked.status.success(), "the black box was not written: {said}");
+        written += 1;
+    }
+    written
 }
