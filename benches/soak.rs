@@ -1,6 +1,6 @@
 //! A day in ten minutes: the whole robot at full rate with a lesson that is played again and again, a
-//! recording, three pages, metrics that are scraped, the black box that is asked for, and faults on the buses, with the percepts and with
-//! processes. What it holds after warm-up it holds at the end: memory, descriptors, shared memory, disk.
+//! recording, three pages, metrics that are scraped, the black box that is asked for, and faults on the buses,
+//! with the percepts and with processes. What it holds after warm-up it holds at the end: memory, descriptors, shared memory, disk.
 //!
 //! `cargo bench --bench soak [-- SECONDS]`: 600 without, of which the first quarter is warm-up. Ends with exit
 //! status 1 where something grows, where a process was replaced, or where the recorder dropped a frame.

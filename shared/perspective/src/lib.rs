@@ -98,8 +98,8 @@ mod occluders;
 mod owners;
 mod partner;
 mod robot;
+mod senses;
 mod transform;
-mod view;
 
 pub use anchor::Anchor;
 pub use awareness::Awareness;

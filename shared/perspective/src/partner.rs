@@ -10,8 +10,8 @@ use scene::{Cone, Occluders, Samples, Sight};
 
 use crate::field::{glimpses, surveys};
 use crate::robot::is_object;
+use crate::senses::Senses;
 use crate::transform::place_in_base;
-use crate::view::View;
 use crate::{Anchor, Awareness, NoPerspective, Owners};
 
 /// What the robot takes a partner to perceive and to believe, or what a partner takes another, or
@@ -20,7 +20,7 @@ use crate::{Anchor, Awareness, NoPerspective, Owners};
 /// Allocates in `new` and in [`Self::with_awareness`] alone.
 #[derive(Clone)]
 pub struct Partner {
-    view: View,
+    senses: Senses,
     system: BeliefSystem,
     empty_margin_m: f64,
     anchor: Anchor,
@@ -68,7 +68,7 @@ impl Partner {
         let cone = Cone::new(sight.cone_half_angle_deg.radians(), sight.range_m.get())
             .map_err(|source| NoPerspective::Cone { agent, source })?;
         Ok(Self {
-            view: View {
+            senses: Senses {
                 frame: Frame { agent },
                 perception,
                 sight: Sight::new(Pose::identity(), cone, &Occluders::new(config.occluders.most.get())),
@@ -101,7 +101,7 @@ impl Partner {
     /// also perceives occluders, and the eyes of the robot and of up to `partners` partners.
     #[must_use]
     pub fn with_awareness(mut self, config: &Perspective, partners: u16, capacity: usize) -> Self {
-        self.view.of_occluders = true;
+        self.senses.of_occluders = true;
         self.awareness = Some(Awareness::new(self.agent(), config, partners, capacity));
         self
     }
@@ -133,8 +133,8 @@ impl Partner {
         let was_present = std::mem::replace(&mut self.present, eye.is_some());
         let Some(x_base_eye) = eye else {
             let aware = entries.iter().zip(parent.perceives());
-            self.view.perceived.clear();
-            self.view.hidden = aware.filter(|(entry, perceives)| **perceives && is_object(entry)).count();
+            self.senses.perceived.clear();
+            self.senses.hidden = aware.filter(|(entry, perceives)| **perceives && is_object(entry)).count();
             if let Some(awareness) = &mut self.awareness {
                 awareness.lose();
             }
@@ -149,12 +149,12 @@ impl Partner {
         if let Some(x_new_old) = anew {
             self.system.reanchor(&x_new_old);
         }
-        self.view.sight.look(&x_base_eye, parent.occluders());
+        self.senses.sight.look(&x_base_eye, parent.occluders());
         let mut intake = self.system.begin(at);
-        self.view.perceive(entries, parent, &x_base_person, |index, perceived| {
+        self.senses.perceive(entries, parent, &x_base_person, |index, perceived| {
             intake.take_in(index, perceived);
         });
-        let View { sight, perceived, visible, .. } = &self.view;
+        let Senses { sight, perceived, visible, .. } = &self.senses;
         if let Some(awareness) = &mut self.awareness {
             awareness.note(at, parent.looked(), entries, visible.iter().copied());
             know(awareness, sight, at, parent, x_base_eye);
@@ -171,7 +171,7 @@ impl Partner {
     /// Who he is: 1, 2, …, or 0 the robot.
     #[must_use]
     pub fn agent(&self) -> u16 {
-        self.view.frame.agent
+        self.senses.frame.agent
     }
 
     /// Whether he could perceive anything at the last step's instant.
@@ -183,7 +183,7 @@ impl Partner {
     /// Whether he would notice, as he looks now, that a thing is gone from a place.
     #[must_use]
     pub fn surveys(&self, place: &Position<Base>) -> bool {
-        self.present && surveys(&self.view.sight, place, self.empty_margin_m)
+        self.present && surveys(&self.senses.sight, place, self.empty_margin_m)
     }
 
     /// His frame, if he was ever perceived.
@@ -203,7 +203,7 @@ impl Partner {
     #[must_use]
     pub fn head(&self, header: Header) -> BeliefHead {
         let counts = self.system.counts();
-        let mut head = BeliefHead::of(u32::from(self.view.frame.agent), header);
+        let mut head = BeliefHead::of(u32::from(self.senses.frame.agent), header);
         if let Some(x_base_person) = self.anchor.frame() {
             head.frame_position_m = x_base_person.position_m();
             head.frame_orientation_xyzw = x_base_person.orientation_xyzw();
@@ -213,9 +213,9 @@ impl Partner {
             head.eye_orientation_xyzw = x_base_eye.orientation_xyzw();
         }
         head.present = u32::from(self.present);
-        head.perceivable = saturating_u32(self.view.perceived.len());
-        head.hidden = saturating_u32(self.view.hidden);
-        head.refused = self.view.refused.saturating_add(counts.refused());
+        head.perceivable = saturating_u32(self.senses.perceived.len());
+        head.hidden = saturating_u32(self.senses.hidden);
+        head.refused = self.senses.refused.saturating_add(counts.refused());
         head.created = counts.created;
         head.merged = counts.merged;
         head.culled = counts.culled;

@@ -15,9 +15,9 @@ const MAJORITY: f64 = 0.5;
 /// been written is read late, and what was written long ago lies far away.
 const TOGETHER: usize = 64;
 
-/// What an agent perceives of what his parent is aware of.
+/// With what an agent perceives, and what of that which his parent is aware of.
 #[derive(Clone)]
-pub(crate) struct View {
+pub(crate) struct Senses {
     pub(crate) frame: Frame,
     pub(crate) perception: Perception,
     pub(crate) sight: Sight,
@@ -35,7 +35,7 @@ pub(crate) struct View {
     pub(crate) refused: u64,
 }
 
-impl View {
+impl Senses {
     /// O' = {P(o') | o' ∈ O, V(o') = 1} (Eq. 7), perceived again in his frame and told at once, each with its index.
     pub(crate) fn perceive(
         &mut self,
