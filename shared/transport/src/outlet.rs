@@ -12,7 +12,7 @@ use iceoryx2::service::ipc::Service;
 use iceoryx2::service::port_factory::PortFactory as _;
 use message::{Head as _, Topic};
 
-use crate::service::{Frames, READERS, bell_service, frame_service};
+use crate::service::{Frames, LOANED, READERS, alive, bell_service, frame_service};
 use crate::{Delivery, PortError, Queues, SendError};
 
 /// A frame's memory, not yet written.
@@ -49,7 +49,8 @@ impl<T: Topic> Outlet<T> {
             .publisher_builder()
             .initial_max_slice_len(capacity)
             .allocation_strategy(AllocationStrategy::Static)
-            .max_loaned_samples(1)
+            .max_loaned_samples(LOANED)
+            .override_sample_preallocation(move |worst| alive(queues, worst))
             .backpressure_strategy(BackpressureStrategy::DiscardData)
             // Only without overflow is a queue ever full.
             .set_backpressure_handler(|_| BackpressureAction::DiscardDataAndFail)

@@ -17,6 +17,8 @@ pub(crate) const READERS: usize = 8;
 const NODES: usize = 16;
 /// Frames that a reader holds at a time.
 const BORROWED: usize = 2;
+/// Frames that the writer writes at a time.
+pub(crate) const LOANED: usize = 1;
 
 /// The queue of somebody who looks on is so many times as long as that of the robot's own processes: an onlooker
 /// is scheduled after all of them, and wants every frame where they want the newest.
@@ -51,6 +53,19 @@ pub(crate) fn frame_service<T: Topic>(
             PublishSubscribeOpenError::IncompatibleTypes,
         )) => Err(PortError::other_messages(topic, purpose)),
         Err(error) => Err(PortError::new(topic, purpose, error)),
+    }
+}
+
+/// Frames of a topic that are alive at a time at most, out of `worst`, the middleware's own reckoning; the writer
+/// never runs out of memory if it has room for so many.
+///
+/// The middleware gives every reader a full queue of frames that no other reader has. Where a queue that is full
+/// forgets its oldest frame, each holds nothing but the last frames sent, so all of them together hold what the
+/// longest holds; only what is borrowed can be older, and one frame is being written.
+pub(crate) fn alive(queues: Queues, worst: usize) -> usize {
+    match queues.delivery {
+        Delivery::Newest => longest(queues).saturating_add(READERS * BORROWED).saturating_add(LOANED).min(worst),
+        Delivery::Every => worst,
     }
 }
 

@@ -2,6 +2,7 @@
 #![expect(clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]
 
 use std::ops::Deref;
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex, PoisonError, Weak};
 use std::time::Duration;
 
@@ -123,6 +124,101 @@ fn who_looks_on_loses_nothing_of_a_burst_that_a_process_loses_frames_of() {
         }
     }
     assert_eq!((taken, process.drops(), onlooker.drops()), ([7, 25], 18, 0));
+}
+
+#[test]
+fn a_writer_finds_room_while_every_reader_holds_old_frames_and_has_a_full_queue() {
+    let node = node(Delivery::Newest);
+    let mut outlet = node.outlet::<Events>(Some(10), 1).expect("a free writer");
+    let mut send = |times: usize| {
+        for _ in 0..times {
+            outlet.send(Header::at(0), 1, |_| event("x"), |_| {}).expect("room for another frame");
+        }
+    };
+    // Each of the eight readers borrows two frames that no other has, and lets its queue run over.
+    let mut readers = Vec::new();
+    let mut held = Vec::new();
+    for reader in 0..8 {
+        let inlet = match reader % 2 {
+            0 => node.inlet::<Events>(Some(10)),
+            _ => node.made_inlet::<Events>(Some(10)).map(|made| made.expect("it was made")),
+        };
+        let mut inlet = inlet.expect("a free reader");
+        assert!(inlet.receive().expect("works").is_none());
+        for _ in 0..2 {
+            send(1);
+            held.push(inlet.receive().expect("works").expect("sent"));
+        }
+        readers.push(inlet);
+    }
+    let sequences = held.iter().map(|frame| frame.head().sequence).collect::<Vec<_>>();
+    assert_eq!(sequences, (1..=16).collect::<Vec<_>>());
+    send(100);
+    // What was borrowed is as it was written, and what waits are the last frames.
+    assert!(held.iter().zip(sequences).all(|(frame, sequence)| frame.head().sequence == sequence));
+    drop(held);
+    let waiting = readers.iter_mut().map(|inlet| {
+        let mut sequences = Vec::new();
+        while let Some(frame) = inlet.receive().expect("works") {
+            sequences.push(frame.head().sequence);
+        }
+        sequences
+    });
+    let (of_processes, of_onlookers) = (114..=116, 105..=116);
+    for (reader, sequences) in waiting.enumerate() {
+        let expected = if reader % 2 == 0 { of_processes.clone() } else { of_onlookers.clone() };
+        assert_eq!(sequences, expected.collect::<Vec<_>>(), "reader {reader}");
+    }
+}
+
+#[test]
+fn a_writer_finds_room_while_readers_come_and_go_and_take_frames_at_any_moment() {
+    let writer = node(Delivery::Newest);
+    let mut outlet = writer.outlet::<Events>(Some(11), 1).expect("a free writer");
+    let ends = AtomicBool::new(false);
+    let began = AtomicUsize::new(0);
+    std::thread::scope(|scope| {
+        for reader in 0..8 {
+            let (ends, began) = (&ends, &began);
+            scope.spawn(move || {
+                let node = node(Delivery::Newest);
+                let mut turn = 0;
+                while !ends.load(Ordering::Acquire) {
+                    let mut inlet = match reader % 2 {
+                        0 => node.inlet::<Events>(Some(11)).expect("a free reader"),
+                        _ => node.made_inlet::<Events>(Some(11)).expect("a free reader").expect("it was made"),
+                    };
+                    // Holds one while it takes the next, for as long as another reader's turn lasts.
+                    let mut held = None;
+                    for _ in 0..1000 {
+                        if let Some(frame) = inlet.receive().expect("works") {
+                            held = Some(frame);
+                        }
+                        if ends.load(Ordering::Acquire) {
+                            break;
+                        }
+                    }
+                    drop(held);
+                    turn += 1;
+                    if turn == 1 {
+                        began.fetch_add(1, Ordering::AcqRel);
+                    }
+                }
+            });
+        }
+        let mut sent = 0;
+        let refused = loop {
+            match outlet.send(Header::at(0), 1, |_| event("x"), |_| {}) {
+                Ok(_) => sent += 1,
+                Err(error) => break Some(error),
+            }
+            if sent >= 20_000 && began.load(Ordering::Acquire) == 8 {
+                break None;
+            }
+        };
+        ends.store(true, Ordering::Release);
+        assert!(refused.is_none(), "after {sent}: {refused:?}");
+    });
 }
 
 #[test]
