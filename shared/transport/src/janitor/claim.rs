@@ -62,8 +62,12 @@ pub fn claim(domain: &Domain) -> Result<Claim, ClaimError> {
     let root = domain.root();
     let path = root.join(CLAIM_FILE);
     loop {
-        let made = fs::DirBuilder::new().recursive(true).mode(0o700).create(root);
-        made.map_err(|source| ClaimError::Failed { path: root.to_owned(), source })?;
+        match fs::DirBuilder::new().recursive(true).mode(0o700).create(root) {
+            Ok(()) => {}
+            // Somebody wiped it between being found there and being looked at, and may have made it again.
+            Err(error) if error.kind() == io::ErrorKind::AlreadyExists && is_free(root) => continue,
+            Err(source) => return Err(ClaimError::Failed { path: root.to_owned(), source }),
+        }
         let failed = |source| ClaimError::Failed { path: path.clone(), source };
         let file = match OpenOptions::new().write(true).create(true).truncate(false).mode(0o600).open(&path) {
             Ok(file) => file,
@@ -110,6 +114,14 @@ impl Claim {
     /// Whether it is the claim on the domain with this root.
     pub(super) fn is_on(&self, root: &Path) -> bool {
         is_at(&self.file, &root.join(CLAIM_FILE))
+    }
+}
+
+/// Whether there is nothing at a path but perhaps a directory.
+fn is_free(path: &Path) -> bool {
+    match fs::symlink_metadata(path) {
+        Ok(there) => there.is_dir(),
+        Err(error) => error.kind() == io::ErrorKind::NotFound,
     }
 }
 

@@ -107,6 +107,32 @@ fn a_domain_is_claimed_once_until_its_holder_is_gone() {
 }
 
 #[test]
+fn a_domain_that_is_claimed_while_another_is_wiping_it_is_held_or_his() {
+    let domain = Domain::named(&format!("janitor-contended-{}", std::process::id())).unwrap();
+    let claimed = std::thread::scope(|scope| {
+        let claimers = [0, 1].map(|_| {
+            scope.spawn(|| {
+                let mut claimed = 0;
+                for _ in 0..2000 {
+                    match claim(&domain) {
+                        Ok(claim) => {
+                            Janitor::new(&domain).wipe(claim);
+                            claimed += 1;
+                        }
+                        Err(ClaimError::Held { .. }) => {}
+                        Err(error) => panic!("{error}"),
+                    }
+                }
+                claimed
+            })
+        });
+        claimers.map(|claimer| claimer.join().unwrap())
+    });
+    assert!(claimed.iter().sum::<u32>() > 0, "{claimed:?}");
+    assert!(!domain.root().exists());
+}
+
+#[test]
 fn a_sweep_removes_a_domain_whose_holder_is_gone_and_no_other() {
     let living = Place::new("living");
     file(&living.shared("a.data"), b"whole", 0o600);
