@@ -10,6 +10,7 @@ use std::time::Duration;
 
 use config::leo::{Leo, Rights};
 use config::{ConfigError, Robot};
+use process::queues;
 use realtime::{Awake, SerialWorkers};
 use rustix::process::{Resource, getrlimit};
 use rustix::thread::{CpuSet, sched_getaffinity, sched_setaffinity};
@@ -137,6 +138,7 @@ fn machine(robot: &Robot) -> Machine {
         shared_memory_free: shared_memory_free(),
         shared_memory_needed: shared_memory_needed(
             &leo.buffers,
+            queues(&leo.buffers, false),
             leo.belief.perspectives(leo.belief.partners),
         ),
         descriptors: getrlimit(Resource::Nofile).current,
@@ -209,10 +211,11 @@ fn shared_memory_free() -> Option<u64> {
     Some(system.f_bavail.saturating_mul(system.f_frsize))
 }
 
-/// Whether shared memory has room for a robot with so many partners; where it has not, what to do. Asked
-/// before the first byte is written there: a page that does not fit kills who touches it.
-pub(crate) fn room(leo: &Leo, partners: u32) -> Result<(), String> {
-    let needed = shared_memory_needed(&leo.buffers, leo.belief.perspectives(partners));
+/// Whether shared memory has room for a robot with so many partners, in `lockstep` time or not; where it has not,
+/// what to do. Asked before the first byte is written there: a page that does not fit kills who touches it.
+pub(crate) fn room(leo: &Leo, partners: u32, lockstep: bool) -> Result<(), String> {
+    let queues = queues(&leo.buffers, lockstep);
+    let needed = shared_memory_needed(&leo.buffers, queues, leo.belief.perspectives(partners));
     let finding = shared_memory(shared_memory_free(), needed);
     if finding.verdict == Verdict::Broken {
         let mend = finding.mend.map_or_else(String::new, |mend| format!(": `{mend}`"));

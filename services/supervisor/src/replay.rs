@@ -153,7 +153,7 @@ pub fn replay<R: Read>(
 ) -> Result<Played, ReplayError> {
     sweep_stale();
     let partners = reader.about().map_or(replaying.settings.belief.partners, |about| about.partners);
-    room(&replaying.settings, partners).map_err(RunError::NoRoom)?;
+    room(&replaying.settings, partners, true).map_err(RunError::NoRoom)?;
     let claim = claim(&replaying.domain).map_err(RunError::from)?;
     let made = replaying.domain.make().map_err(|error| ReplayError::from(RunError::from(error)));
     let outcome = made.and_then(|()| play(replaying, reader, partners, tell));

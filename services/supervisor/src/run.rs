@@ -113,7 +113,7 @@ pub fn run(orders: &Orders) -> Result<Outcome, RunError> {
         tracing::info!(domain = name, "removed what a killed robot left behind");
     }
     let partners = orders.partners.unwrap_or(orders.settings.belief.partners);
-    room(&orders.settings, partners).map_err(RunError::NoRoom)?;
+    room(&orders.settings, partners, false).map_err(RunError::NoRoom)?;
     let claim = claim(&orders.domain)?;
     if let Some(reason) = emergency::reason(orders.domain.root()) {
         tracing::warn!(

@@ -88,7 +88,7 @@ pub fn teach(teaching: &Teaching) -> Result<Account, TeachError> {
     sweep_stale();
     let settings = &teaching.settings;
     let partners = teaching.partners.unwrap_or(settings.belief.partners);
-    room(settings, partners).map_err(RunError::NoRoom)?;
+    room(settings, partners, true).map_err(RunError::NoRoom)?;
     let claim = claim(&teaching.domain).map_err(RunError::from)?;
     let outcome =
         teaching.domain.make().map_err(|error| RunError::from(error).into()).and_then(|()| play(teaching));

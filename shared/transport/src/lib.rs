@@ -20,6 +20,7 @@ mod inlet;
 pub mod janitor;
 mod node;
 mod outlet;
+mod queues;
 mod service;
 
 pub use board::{
@@ -29,5 +30,6 @@ pub use board::{
 pub use domain::{Domain, DomainError, OtherProgram};
 pub use error::{JoinError, PortError, ReceiveError, SendError};
 pub use inlet::{Frame, Inlet};
-pub use node::{Delivery, Node, Queues};
+pub use node::Node;
 pub use outlet::Outlet;
+pub use queues::{Delivery, Queues};

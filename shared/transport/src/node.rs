@@ -9,25 +9,7 @@ use iceoryx2::prelude::{
 use iceoryx2::service::ipc::Service;
 use message::Topic;
 
-use crate::{Domain, Inlet, JoinError, Outlet, PortError};
-
-/// What happens when a reader's queue is full.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Delivery {
-    /// Its oldest frame is dropped, and it sees a gap: wall time.
-    Newest,
-    /// Sending fails with an error that names the topic: lockstep time.
-    Every,
-}
-
-/// How frames wait for their readers; the same for every port of a domain.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Queues {
-    /// Frames that wait for a reader that is one of the robot's processes.
-    pub frames: usize,
-    /// What happens when there are more.
-    pub delivery: Delivery,
-}
+use crate::{Domain, Inlet, JoinError, Outlet, PortError, Queues};
 
 /// This process's place in a domain: what its ports are made from.
 #[derive(Debug)]

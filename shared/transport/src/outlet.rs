@@ -12,7 +12,8 @@ use iceoryx2::service::ipc::Service;
 use iceoryx2::service::port_factory::PortFactory as _;
 use message::{Head as _, Topic};
 
-use crate::service::{Frames, LOANED, READERS, alive, bell_service, frame_service};
+use crate::queues::{LOANED, READERS};
+use crate::service::{Frames, bell_service, frame_service};
 use crate::{Delivery, PortError, Queues, SendError};
 
 /// A frame's memory, not yet written.
@@ -50,7 +51,8 @@ impl<T: Topic> Outlet<T> {
             .initial_max_slice_len(capacity)
             .allocation_strategy(AllocationStrategy::Static)
             .max_loaned_samples(LOANED)
-            .override_sample_preallocation(move |worst| alive(queues, worst))
+            // The middleware reckons with a queue for every reader that no other shares anything with.
+            .override_sample_preallocation(move |_| queues.alive())
             .backpressure_strategy(BackpressureStrategy::DiscardData)
             // Only without overflow is a queue ever full.
             .set_backpressure_handler(|_| BackpressureAction::DiscardDataAndFail)

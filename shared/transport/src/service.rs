@@ -9,20 +9,11 @@ use iceoryx2::service::ipc::Service;
 use iceoryx2::service::port_factory::{event, publish_subscribe};
 use message::Topic;
 
+use crate::queues::{BORROWED, READERS};
 use crate::{Delivery, PortError, Queues};
 
-/// Readers that a topic has at most: its process, a recorder, a bench and somebody who looks.
-pub(crate) const READERS: usize = 8;
 /// Nodes that use a topic at most, dead ones that the janitor has not seen yet included.
 const NODES: usize = 16;
-/// Frames that a reader holds at a time.
-const BORROWED: usize = 2;
-/// Frames that the writer writes at a time.
-pub(crate) const LOANED: usize = 1;
-
-/// The queue of somebody who looks on is so many times as long as that of the robot's own processes: an onlooker
-/// is scheduled after all of them, and wants every frame where they want the newest.
-const ONLOOKERS: usize = 4;
 
 /// What the ends of a topic are made from.
 pub(crate) type Frames<T> =
@@ -43,7 +34,7 @@ pub(crate) fn frame_service<T: Topic>(
         .max_subscribers(READERS)
         .max_nodes(NODES)
         .history_size(0)
-        .subscriber_max_buffer_size(longest(queues))
+        .subscriber_max_buffer_size(queues.longest())
         .subscriber_max_borrowed_samples(BORROWED)
         .enable_safe_overflow(queues.delivery == Delivery::Newest)
         .open_or_create();
@@ -53,27 +44,6 @@ pub(crate) fn frame_service<T: Topic>(
             PublishSubscribeOpenError::IncompatibleTypes,
         )) => Err(PortError::other_messages(topic, purpose)),
         Err(error) => Err(PortError::new(topic, purpose, error)),
-    }
-}
-
-/// Frames of a topic that are alive at a time at most, out of `worst`, the middleware's own reckoning; the writer
-/// never runs out of memory if it has room for so many.
-///
-/// The middleware gives every reader a full queue of frames that no other reader has. Where a queue that is full
-/// forgets its oldest frame, each holds nothing but the last frames sent, so all of them together hold what the
-/// longest holds; only what is borrowed can be older, and one frame is being written.
-pub(crate) fn alive(queues: Queues, worst: usize) -> usize {
-    match queues.delivery {
-        Delivery::Newest => longest(queues).saturating_add(READERS * BORROWED).saturating_add(LOANED).min(worst),
-        Delivery::Every => worst,
-    }
-}
-
-/// Frames that wait for a reader at most, whoever it is.
-fn longest(queues: Queues) -> usize {
-    match queues.delivery {
-        Delivery::Newest => queues.frames.saturating_mul(ONLOOKERS),
-        Delivery::Every => queues.frames,
     }
 }
 

@@ -186,7 +186,9 @@ fn a_writer_finds_room_while_readers_come_and_go_and_take_frames_at_any_moment()
                 while !ends.load(Ordering::Acquire) {
                     let mut inlet = match reader % 2 {
                         0 => node.inlet::<Events>(Some(11)).expect("a free reader"),
-                        _ => node.made_inlet::<Events>(Some(11)).expect("a free reader").expect("it was made"),
+                        _ => {
+                            node.made_inlet::<Events>(Some(11)).expect("a free reader").expect("it was made")
+                        }
                     };
                     // Holds one while it takes the next, for as long as another reader's turn lasts.
                     let mut held = None;

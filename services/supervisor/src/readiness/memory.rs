@@ -1,23 +1,22 @@
 //! Room in shared memory, and memory that may be away.
 
 use config::leo::Buffers;
+use transport::Queues;
 
 use super::{Finding, System};
 
 /// Shared memory that the processes need whatever the sizes of their buffers are.
 const SHARED_MEMORY_BASE: u64 = 8 << 20;
 /// Shared memory for one object in one frame of one perspective, the observations and percepts about it
-/// included, and its share of what waits for those who look on. Measured: 403 KiB per object with four frames and
-/// one partner, 137 KiB with one frame.
-const SHARED_MEMORY_OF_OBJECT: u64 = 48 << 10;
+/// included. Measured: 3.2 KiB for the robot and one partner.
+const SHARED_MEMORY_OF_OBJECT: u64 = 2 << 10;
 
 /// Bytes of shared memory that a robot with so many perspectives needs, rather more than fewer.
 #[must_use]
-pub fn shared_memory_needed(buffers: &Buffers, perspectives: u32) -> u64 {
+pub fn shared_memory_needed(buffers: &Buffers, queues: Queues, perspectives: u32) -> u64 {
     let number = |count: usize| u64::try_from(count).unwrap_or(u64::MAX);
     number(buffers.objects.get())
-        // What is read and written while others wait is a frame more.
-        .saturating_mul(number(buffers.frames.get()).saturating_add(1))
+        .saturating_mul(number(queues.alive()))
         .saturating_mul(u64::from(perspectives))
         .saturating_mul(SHARED_MEMORY_OF_OBJECT)
         .saturating_add(SHARED_MEMORY_BASE)

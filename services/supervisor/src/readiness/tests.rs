@@ -88,15 +88,24 @@ fn larger_buffers_need_more_shared_memory() {
         let text = format!("objects = {objects}\nframes = {frames}\n");
         config::parse::<Buffers>(&text, Path::new("leo.toml")).unwrap()
     };
-    // Measured of running robots with one partner, in KiB.
-    for (objects, frames, measured) in
-        [(64, 4, 27_632), (1024, 1, 140_404), (1024, 4, 413_688), (4096, 4, 1_649_092)]
-    {
-        let needed = shared_memory_needed(&buffers(objects, frames), 2) >> 10;
+    let needed = |objects, frames, lockstep, perspectives| {
+        let buffers = buffers(objects, frames);
+        shared_memory_needed(&buffers, process::queues(&buffers, lockstep), perspectives) >> 10
+    };
+    // Measured of robots with one partner, in KiB.
+    for (objects, frames, lockstep, measured) in [
+        (64, 4, false, 10_351),
+        (1024, 1, false, 70_686),
+        (1024, 4, false, 110_836),
+        (4096, 4, false, 432_388),
+        (64, 4, true, 38_875),
+        (1024, 4, true, 480_400),
+    ] {
+        let needed = needed(objects, frames, lockstep, 2);
         assert!(measured < needed && needed < 2 * measured + 8192, "{objects}, {frames}: {needed} KiB");
     }
-    assert!(shared_memory_needed(&buffers(64, 8), 2) > shared_memory_needed(&buffers(64, 4), 2));
-    assert!(shared_memory_needed(&buffers(64, 4), 3) > shared_memory_needed(&buffers(64, 4), 2));
+    assert!(needed(64, 8, false, 2) > needed(64, 4, false, 2));
+    assert!(needed(64, 4, false, 3) > needed(64, 4, false, 2));
 }
 
 #[test]

@@ -1,0 +1,53 @@
+/// Readers that a topic has at most: its process, a recorder, a bench and somebody who looks.
+pub(crate) const READERS: usize = 8;
+/// Frames that a reader holds at a time.
+pub(crate) const BORROWED: usize = 2;
+/// Frames that the writer writes at a time.
+pub(crate) const LOANED: usize = 1;
+
+/// The queue of somebody who looks on is so many times as long as that of the robot's own processes: an onlooker
+/// is scheduled after all of them, and wants every frame where they want the newest.
+const ONLOOKERS: usize = 4;
+
+/// What happens when a reader's queue is full.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Delivery {
+    /// Its oldest frame is dropped, and it sees a gap: wall time.
+    Newest,
+    /// Sending fails with an error that names the topic: lockstep time.
+    Every,
+}
+
+/// How frames wait for their readers; the same for every port of a domain.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Queues {
+    /// Frames that wait for a reader that is one of the robot's processes.
+    pub frames: usize,
+    /// What happens when there are more.
+    pub delivery: Delivery,
+}
+
+impl Queues {
+    /// Frames of a topic that its memory has room for: so many are alive at most, so that whoever writes always
+    /// finds room for the next.
+    ///
+    /// Where a queue that is full forgets its oldest frame, each holds nothing but the last frames sent, and all of
+    /// them together what the longest holds; only what is borrowed can be older, and one frame is being written.
+    /// Where none is forgotten, every reader may have stopped at another place.
+    #[must_use]
+    pub fn alive(self) -> usize {
+        match self.delivery {
+            Delivery::Newest => self.longest().saturating_add(READERS * BORROWED),
+            Delivery::Every => self.longest().saturating_add(BORROWED).saturating_mul(READERS),
+        }
+        .saturating_add(LOANED)
+    }
+
+    /// Frames that wait for a reader at most, whoever it is.
+    pub(crate) fn longest(self) -> usize {
+        match self.delivery {
+            Delivery::Newest => self.frames.saturating_mul(ONLOOKERS),
+            Delivery::Every => self.frames,
+        }
+    }
+}
