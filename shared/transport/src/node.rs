@@ -88,7 +88,7 @@ impl Node {
     }
 
     /// Opens a reading end of a topic of a robot that runs already, for somebody who looks on: in wall time with a
-    /// queue four times as long as those of its processes, because who looks on is scheduled last and wants every
+    /// queue eight times as long as those of its processes, because who looks on is scheduled last and wants every
     /// frame. `None` where nobody has made it (yet). It costs the writer no system call, and nothing that waits
     /// for this reader keeps anything from others.
     ///

@@ -7,7 +7,7 @@ pub(crate) const LOANED: usize = 1;
 
 /// The queue of somebody who looks on is so many times as long as that of the robot's own processes: an onlooker
 /// is scheduled after all of them, and wants every frame where they want the newest.
-const ONLOOKERS: usize = 4;
+const ONLOOKERS: usize = 8;
 
 /// What happens when a reader's queue is full.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

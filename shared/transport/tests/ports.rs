@@ -113,7 +113,7 @@ fn who_looks_on_loses_nothing_of_a_burst_that_a_process_loses_frames_of() {
     let mut process = node.inlet::<Events>(Some(9)).expect("a free reader");
     let mut onlooker = node.made_inlet::<Events>(Some(9)).expect("a free reader").expect("it was made");
     let mut taken = [0, 0];
-    for sent in [1, 12, 12] {
+    for sent in [1, 24, 24] {
         for _ in 0..sent {
             outlet.send(Header::at(0), 1, |_| event("x"), |_| {}).expect("never blocks");
         }
@@ -123,7 +123,7 @@ fn who_looks_on_loses_nothing_of_a_burst_that_a_process_loses_frames_of() {
             }
         }
     }
-    assert_eq!((taken, process.drops(), onlooker.drops()), ([7, 25], 18, 0));
+    assert_eq!((taken, process.drops(), onlooker.drops()), ([7, 49], 42, 0));
 }
 
 #[test]
@@ -164,7 +164,7 @@ fn a_writer_finds_room_while_every_reader_holds_old_frames_and_has_a_full_queue(
         }
         sequences
     });
-    let (of_processes, of_onlookers) = (114..=116, 105..=116);
+    let (of_processes, of_onlookers) = (114..=116, 93..=116);
     for (reader, sequences) in waiting.enumerate() {
         let expected = if reader % 2 == 0 { of_processes.clone() } else { of_onlookers.clone() };
         assert_eq!(sequences, expected.collect::<Vec<_>>(), "reader {reader}");

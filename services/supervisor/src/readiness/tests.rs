@@ -94,10 +94,10 @@ fn larger_buffers_need_more_shared_memory() {
     };
     // Measured of robots with one partner, in KiB.
     for (objects, frames, lockstep, measured) in [
-        (64, 4, false, 10_351),
-        (1024, 1, false, 70_686),
-        (1024, 4, false, 110_836),
-        (4096, 4, false, 432_388),
+        (64, 4, false, 15_163),
+        (1024, 1, false, 84_069),
+        (1024, 4, false, 164_368),
+        (4096, 4, false, 641_824),
         (64, 4, true, 38_875),
         (1024, 4, true, 480_400),
     ] {
