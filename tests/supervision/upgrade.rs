@@ -78,6 +78,9 @@ fn who_has_other_messages_than_the_robot_is_told_so_once_and_can_stop_it_all_the
     let told = leo(&["emergency-stop", "--domain", domain]).output().expect("runs");
     let said = String::from_utf8_lossy(&told.stdout);
     assert!(told.status.success() && said.contains("all 65 servos say that their torque is off"), "{told:?}");
+    let domain = robot.domain().to_owned();
     let (_, said) = robot.stop(Signal::TERM);
     assert!(said.contains("EMERGENCY STOP"), "{said}");
+    // It is there for the next robot of that name, which there will not be.
+    fs::remove_dir_all(domain).expect("the emergency stop outlives its robot");
 }
