@@ -9,6 +9,7 @@ mod namespaces;
 mod network;
 mod strangers;
 mod taught;
+mod wakeful;
 
 use std::fs;
 use std::net::TcpListener;

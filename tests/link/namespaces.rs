@@ -7,6 +7,7 @@ use transport::{Delivery, Domain, HealthReader, Node, Queues};
 
 use crate::machine::{Machine, pause, wait_until};
 use crate::network::Network;
+use crate::wakeful::Wakeful;
 use crate::{PERFORMED, Side, alone, keys, link};
 
 /// How long each state of the network is looked at.
@@ -125,6 +126,7 @@ fn the_hot_path_does_not_notice_what_the_network_does() {
     let _alone = alone();
     let plan = plan_cores();
     let Some(mut network) = Network::or_skip("hot") else { return };
+    let _wakeful = is_quiet().then(Wakeful::begin);
     let [a, b] = network.names.clone();
     let keys = keys("IP:10.77.0.1");
     let away = Side::away("tls/10.77.0.1:7447").keyed(keys.path(), "away");

@@ -12,7 +12,7 @@ use iceoryx2::service::ipc::Service;
 use iceoryx2::service::port_factory::PortFactory as _;
 use message::{Head as _, Topic};
 
-use crate::queues::{LOANED, READERS};
+use crate::queues::{LOANED, READERS, alive};
 use crate::service::{Frames, bell_service, frame_service};
 use crate::{Delivery, PortError, Queues, SendError};
 
@@ -46,13 +46,17 @@ impl<T: Topic> Outlet<T> {
         let purpose = "writing";
         let failed = |reason: &dyn fmt::Debug| PortError::new(&topic, purpose, reason);
         let service = frame_service::<T>(node, &topic, queues, purpose)?;
+        // Whoever made the topic may have made it for longer queues.
+        let made = service.static_config();
+        let (readers, borrowed) = (made.max_subscribers(), made.subscriber_max_borrowed_samples());
+        let alive = alive(queues.delivery, made.subscriber_max_buffer_size(), readers, borrowed);
         let publisher = service
             .publisher_builder()
             .initial_max_slice_len(capacity)
             .allocation_strategy(AllocationStrategy::Static)
             .max_loaned_samples(LOANED)
-            // The middleware reckons with a queue for every reader that no other shares anything with.
-            .override_sample_preallocation(move |_| queues.alive())
+            // The middleware reckons with queues that share nothing.
+            .override_sample_preallocation(move |_| alive)
             .backpressure_strategy(BackpressureStrategy::DiscardData)
             // Only without overflow is a queue ever full.
             .set_backpressure_handler(|_| BackpressureAction::DiscardDataAndFail)

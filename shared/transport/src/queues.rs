@@ -30,17 +30,9 @@ pub struct Queues {
 impl Queues {
     /// Frames of a topic that its memory has room for: so many are alive at most, so that whoever writes always
     /// finds room for the next.
-    ///
-    /// Where a queue that is full forgets its oldest frame, each holds nothing but the last frames sent, and all of
-    /// them together what the longest holds; only what is borrowed can be older, and one frame is being written.
-    /// Where none is forgotten, every reader may have stopped at another place.
     #[must_use]
     pub fn alive(self) -> usize {
-        match self.delivery {
-            Delivery::Newest => self.longest().saturating_add(READERS * BORROWED),
-            Delivery::Every => self.longest().saturating_add(BORROWED).saturating_mul(READERS),
-        }
-        .saturating_add(LOANED)
+        alive(self.delivery, self.longest(), READERS, BORROWED)
     }
 
     /// Frames that wait for a reader at most, whoever it is.
@@ -50,4 +42,18 @@ impl Queues {
             Delivery::Every => self.frames,
         }
     }
+}
+
+/// Frames of a topic that are alive at most, where each of so many `readers` has a queue that is no longer than the
+/// `longest` and may hold some `borrowed` frames.
+///
+/// Where a queue that is full forgets its oldest frame, each holds nothing but the last frames sent, and all of
+/// them together what the longest holds; only what is borrowed can be older, and one frame is being written.
+/// Where none is forgotten, every reader may have stopped at another place.
+pub(crate) fn alive(delivery: Delivery, longest: usize, readers: usize, borrowed: usize) -> usize {
+    match delivery {
+        Delivery::Newest => longest.saturating_add(readers.saturating_mul(borrowed)),
+        Delivery::Every => longest.saturating_add(borrowed).saturating_mul(readers),
+    }
+    .saturating_add(LOANED)
 }

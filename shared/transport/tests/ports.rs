@@ -172,6 +172,20 @@ fn a_writer_finds_room_while_every_reader_holds_old_frames_and_has_a_full_queue(
 }
 
 #[test]
+fn a_writer_finds_room_in_a_topic_that_was_made_for_longer_queues_than_his() {
+    let node = node(Delivery::Newest);
+    let queues = Queues { frames: 50, delivery: Delivery::Newest };
+    let elsewhere = Node::join(&node._domain.domain, "elsewhere", 1, queues).expect("the domain was made");
+    let mut reader = elsewhere.inlet::<Events>(Some(12)).expect("a free reader");
+    let mut outlet = node.outlet::<Events>(Some(12), 1).expect("a free writer");
+    assert!(reader.receive().expect("works").is_none());
+    for _ in 0..100 {
+        outlet.send(Header::at(0), 1, |_| event("x"), |_| {}).expect("room for another frame");
+    }
+    assert_eq!(std::iter::from_fn(|| reader.receive().expect("works")).count(), 50);
+}
+
+#[test]
 fn a_writer_finds_room_while_readers_come_and_go_and_take_frames_at_any_moment() {
     let writer = node(Delivery::Newest);
     let mut outlet = writer.outlet::<Events>(Some(11), 1).expect("a free writer");
