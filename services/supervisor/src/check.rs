@@ -136,11 +136,7 @@ fn machine(robot: &Robot) -> Machine {
         cores: cores_on_request(),
         given_cores: own_cores(),
         shared_memory_free: shared_memory_free(),
-        shared_memory_needed: shared_memory_needed(
-            &leo.buffers,
-            queues(&leo.buffers, false),
-            leo.belief.perspectives(leo.belief.partners),
-        ),
+        shared_memory_needed: needed(leo, leo.belief.partners, false),
         descriptors: getrlimit(Resource::Nofile).current,
         memory_limit: getrlimit(Resource::Memlock).current,
         missing_rights: missing_rights(leo),
@@ -214,15 +210,19 @@ fn shared_memory_free() -> Option<u64> {
 /// Whether shared memory has room for a robot with so many partners, in `lockstep` time or not; where it has not,
 /// what to do. Asked before the first byte is written there: a page that does not fit kills who touches it.
 pub(crate) fn room(leo: &Leo, partners: u32, lockstep: bool) -> Result<(), String> {
-    let queues = queues(&leo.buffers, lockstep);
-    let needed = shared_memory_needed(&leo.buffers, queues, leo.belief.perspectives(partners));
-    let finding = shared_memory(shared_memory_free(), needed);
+    let finding = shared_memory(shared_memory_free(), needed(leo, partners, lockstep));
     if finding.verdict == Verdict::Broken {
         let mend = finding.mend.map_or_else(String::new, |mend| format!(": `{mend}`"));
         Err(finding.text + &mend)
     } else {
         Ok(())
     }
+}
+
+/// Bytes of shared memory that a robot with so many partners needs, in `lockstep` time or not.
+fn needed(leo: &Leo, partners: u32, lockstep: bool) -> u64 {
+    let frames = queues(&leo.buffers, lockstep).alive();
+    shared_memory_needed(leo.buffers.objects.get(), frames, leo.belief.perspectives(partners))
 }
 
 fn is_writable(folder: &str) -> bool {

@@ -1,8 +1,5 @@
 //! Room in shared memory, and memory that may be away.
 
-use config::leo::Buffers;
-use transport::Queues;
-
 use super::{Finding, System};
 
 /// Shared memory that the processes need whatever the sizes of their buffers are.
@@ -11,12 +8,13 @@ const SHARED_MEMORY_BASE: u64 = 8 << 20;
 /// included. Measured: 3.2 KiB for the robot and one partner.
 const SHARED_MEMORY_OF_OBJECT: u64 = 2 << 10;
 
-/// Bytes of shared memory that a robot with so many perspectives needs, rather more than fewer.
+/// Bytes of shared memory that a robot with so many perspectives needs, whose topics have memory for so many frames
+/// of so many objects; rather more than fewer.
 #[must_use]
-pub fn shared_memory_needed(buffers: &Buffers, queues: Queues, perspectives: u32) -> u64 {
+pub fn shared_memory_needed(objects: usize, frames: usize, perspectives: u32) -> u64 {
     let number = |count: usize| u64::try_from(count).unwrap_or(u64::MAX);
-    number(buffers.objects.get())
-        .saturating_mul(number(queues.alive()))
+    number(objects)
+        .saturating_mul(number(frames))
         .saturating_mul(u64::from(perspectives))
         .saturating_mul(SHARED_MEMORY_OF_OBJECT)
         .saturating_add(SHARED_MEMORY_BASE)

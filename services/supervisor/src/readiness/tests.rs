@@ -90,7 +90,8 @@ fn larger_buffers_need_more_shared_memory() {
     };
     let needed = |objects, frames, lockstep, perspectives| {
         let buffers = buffers(objects, frames);
-        shared_memory_needed(&buffers, process::queues(&buffers, lockstep), perspectives) >> 10
+        let frames = process::queues(&buffers, lockstep).alive();
+        shared_memory_needed(buffers.objects.get(), frames, perspectives) >> 10
     };
     // Measured of robots with one partner, in KiB.
     for (objects, frames, lockstep, measured) in [
