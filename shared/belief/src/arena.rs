@@ -1,12 +1,17 @@
+mod arrivals;
+mod step;
 #[cfg(test)]
 mod tests;
 
 use clock::Instant;
 use config::percepts::Percepts;
-use message::{Feature, Perceived, PerceptValue, SourceSet};
+use message::{Feature, Perceived, PerceptValue, Snapshot, SourceSet};
+
+pub(crate) use arrivals::{Arrivals, Arriving};
+pub(crate) use step::Step;
 
 use crate::Unbelievable;
-use crate::cluster::{Population, Seen, Symbols};
+use crate::cluster::{Seen, Symbols};
 use crate::history::Histories;
 use crate::memory::Memory;
 use crate::metric::{Metric, Reach};
@@ -193,22 +198,44 @@ impl Arena {
         self.features.get(start..start + self.terms.len()).unwrap_or(&[])
     }
 
-    /// Whether the symbols that tell the belief in `older` from others stay symbols when it takes in the other.
+    /// Whether the symbols that tell the belief in `older` from others stay symbols when it takes in another one, of
+    /// which the symbols are known, and the features if they are asked for.
     #[inline]
-    fn keeps_symbols(&self, older: u32, newer: u32) -> bool {
-        let of = |slot: u32| self.symbols.get(slot as usize).copied();
+    fn keeps_symbols<F: AsRef<[Option<Feature>]>>(
+        &self,
+        older: u32,
+        newer: Symbols,
+        features: impl FnOnce() -> Option<F>,
+    ) -> bool {
         // Where there is but the place besides, nothing else is a symbol: both were found by their places.
         if self.metric.weight_of_place().is_some()
-            && let (Some(older), Some(newer)) = (of(older), of(newer))
-            && older.are_among(newer)
+            && self.symbols.get(older as usize).is_some_and(|older| older.are_among(newer))
         {
             return true;
         }
         let is_symbol = |feature: &Feature| matches!(feature, Feature::Symbol(_));
-        self.features(older).iter().zip(self.features(newer)).all(|(older, newer)| {
-            let was_symbol = older.as_ref().is_some_and(is_symbol);
-            !was_symbol || newer.as_ref().is_none_or(is_symbol)
+        features().is_some_and(|newer| {
+            self.features(older).iter().zip(newer.as_ref()).all(|(older, newer)| {
+                let was_symbol = older.as_ref().is_some_and(is_symbol);
+                !was_symbol || newer.as_ref().is_none_or(is_symbol)
+            })
         })
+    }
+
+    /// D of two of which no more is to be known than what is seen at a glance, where it is below the threshold;
+    /// `None` where more is to be known.
+    #[inline]
+    fn distance_at_a_glance(&self, a: &Seen, b: &Seen) -> Option<Option<f64>> {
+        let weight = self.metric.weight_of_place()?;
+        let are_all = a.symbols.are_all() && b.symbols.are_all();
+        are_all.then(|| self.metric.below_threshold_of(weight, a.place_m, b.place_m))
+    }
+
+    /// The feature of a percept in a snapshot.
+    #[inline(always)]
+    fn feature_in(&self, snapshot: &Snapshot, percept: u16) -> Option<Feature> {
+        let value = snapshot.value(percept).filter(|value| self.trusts || value.is_sound())?;
+        Some(value.sound_feature())
     }
 
     /// Creates a belief (N, Eq. 6) of an entry of what was perceived, remembered at `at` and taken in at
@@ -237,9 +264,9 @@ impl Arena {
             for (feature, percept) in features.iter_mut().zip(&self.terms) {
                 let value =
                     perceived.snapshot.value(*percept).filter(|value| self.trusts || value.is_sound());
-                *feature = value.and_then(PerceptValue::feature);
+                *feature = value.map(PerceptValue::sound_feature);
             }
-            *symbols = self.metric.symbols(features);
+            *symbols = self.metric.symbols(|term| features.get(term).copied().flatten());
         }
         if let Some(sightings) = &mut self.sightings {
             let Perceived { observation, .. } = perceived;
@@ -303,14 +330,15 @@ impl Arena {
         if let Ok([features, newer]) = self.features.get_disjoint_mut([row(kept), row(gone)]) {
             for ((feature, newer), percept) in features.iter_mut().zip(newer).zip(&self.terms) {
                 if let Some(newer) = newer {
-                    self.histories.foresee(*percept, feature, newer);
+                    let newer = PerceptValue::new(*percept, 1.0, 1.0, *newer);
+                    self.histories.foresee(*percept, feature, &newer);
                 }
             }
             // As a rule it has the same.
             if let Ok([symbols, newer]) = self.symbols.get_disjoint_mut([kept as usize, gone as usize])
                 && (symbols != newer || !newer.are_all())
             {
-                *symbols = self.metric.symbols(features);
+                *symbols = self.metric.symbols(|term| features.get(term).copied().flatten());
             }
         }
         true
@@ -354,17 +382,22 @@ impl Arena {
     pub(crate) fn settle(&mut self, perceived: &[Perceived]) -> usize {
         self.bury();
         let old = self.live.len();
-        let are_many = old > FEW;
         for index in 0..old {
             let Some(&slot) = self.live.get(index) else { break };
-            if are_many && let Some(row) = self.live.get(index + 2 * AHEAD).and_then(|&slot| self.row(slot)) {
-                self.histories.prefetch(row);
+            if let Some(&slot) = self.live.get(index + 2 * AHEAD) {
+                self.prefetch(slot, false);
             }
-            if let Some(row) = self.live.get(index + AHEAD).and_then(|&slot| self.row(slot)) {
-                self.histories.prefetch_cells(row);
+            if let Some(&slot) = self.live.get(index + AHEAD) {
+                self.prefetch(slot, true);
             }
             self.remember(slot, perceived);
         }
+        self.settle_fresh(perceived)
+    }
+
+    /// [`Self::settle`] where nothing was merged into the older ones but what they have taken in.
+    pub(crate) fn settle_fresh(&mut self, perceived: &[Perceived]) -> usize {
+        let old = self.live.len();
         for index in 0..self.fresh.len() {
             let Some(&slot) = self.fresh.get(index) else { break };
             if self.lives(slot) && self.remember(slot, perceived).is_some() {
@@ -373,6 +406,23 @@ impl Arena {
         }
         self.fresh.clear();
         self.live.len() - old
+    }
+
+    /// Whether there are so many beliefs that what is known of them does not stay in the cache.
+    #[inline]
+    fn are_many(&self) -> bool {
+        self.live.len() > FEW
+    }
+
+    /// Fetches what a belief's histories say of themselves, or, if it will be asked `soon`, the cells that it will
+    /// write.
+    #[inline(always)]
+    fn prefetch(&self, slot: u32, soon: bool) {
+        if (soon || self.are_many())
+            && let Some(row) = self.row(slot)
+        {
+            if soon { self.histories.prefetch_cells(row) } else { self.histories.prefetch(row) }
+        }
     }
 
     /// Takes the released slots out of the order.
@@ -409,7 +459,8 @@ impl Arena {
         for (feature, percept) in features.zip(&self.terms) {
             *feature = self.histories.newest(row, *percept).map(|sample| sample.feature);
         }
-        let symbols = self.metric.symbols(self.features(slot));
+        let features = self.features(slot);
+        let symbols = self.metric.symbols(|term| features.get(term).copied().flatten());
         if let Some(held) = self.symbols.get_mut(slot as usize) {
             *held = symbols;
         }
@@ -453,113 +504,18 @@ impl Arena {
             let newest = histories.newest(row, *percept).map(|sample| sample.feature);
             assert_eq!(*feature, newest, "what was clustered by is what is remembered");
         }
-        assert_eq!(self.symbols[slot as usize], self.metric.symbols(self.features(slot)));
+        let features = self.features(slot);
+        assert_eq!(self.symbols[slot as usize], self.metric.symbols(|term| features[term]));
         let sightings = self.sightings.as_ref().map(|sightings| sightings.runs(slot as usize));
         format!("{:?}\n{sightings:?}\n{}", self.memory(slot).unwrap(), histories.contents(row))
     }
 }
 
-/// The beliefs within a step, and what it perceived.
-pub(crate) struct Step<'a> {
-    pub(crate) arena: &'a mut Arena,
-    pub(crate) perceived: &'a [Perceived],
-}
-
-impl Population for Step<'_> {
-    #[inline]
-    fn old(&self) -> &[u32] {
-        &self.arena.live
-    }
-
-    #[inline]
-    fn fresh(&self) -> &[u32] {
-        &self.arena.fresh
-    }
-
-    fn lives(&self, slot: u32) -> bool {
-        self.arena.lives(slot)
-    }
-
-    #[inline]
-    fn id(&self, slot: u32) -> u64 {
-        self.arena.memory(slot).map_or(0, |memory| memory.id)
-    }
-
-    fn version(&self, slot: u32) -> u32 {
-        self.arena.versions.get(slot as usize).copied().unwrap_or(0)
-    }
-
-    #[inline]
-    fn place(&self, slot: u32) -> Option<[f32; 3]> {
-        let Reach { term, .. } = self.arena.reach?;
-        match self.arena.features(slot).get(term).copied().flatten()? {
-            Feature::Vector(position_m) => Some(position_m),
-            Feature::None | Feature::Symbol(_) | Feature::Number(_) | Feature::Orientation(_) => None,
-        }
-    }
-
-    #[inline]
-    fn symbols(&self, slot: u32) -> Symbols {
-        self.arena.symbols.get(slot as usize).copied().unwrap_or(Symbols::NONE)
-    }
-
-    fn distance(&self, a: u32, b: u32) -> Option<f64> {
-        let Arena { metric, sightings, .. } = &*self.arena;
-        let distance = metric.below_threshold(self.arena.features(a), self.arena.features(b))?;
-        let apart = sightings.as_ref().is_some_and(|sightings| sightings.are_apart(a as usize, b as usize));
-        (!apart).then_some(distance)
-    }
-
-    #[inline]
-    fn distance_seen(&self, (a, of_a): (u32, &Seen), (b, of_b): (u32, &Seen)) -> Option<f64> {
-        let Arena { metric, sightings, .. } = &*self.arena;
-        let Some(weight) = metric.weight_of_place() else { return self.distance(a, b) };
-        if !(of_a.symbols.are_all() && of_b.symbols.are_all()) {
-            return self.distance(a, b);
-        }
-        let distance = metric.below_threshold_of(weight, of_a.place_m, of_b.place_m)?;
-        let apart = sightings.as_ref().is_some_and(|sightings| sightings.are_apart(a as usize, b as usize));
-        (!apart).then_some(distance)
-    }
-
-    #[inline]
-    fn reach_m(&self, distance: f64) -> f64 {
-        // A sum of several terms rounds.
-        self.arena.reach.map_or(f64::INFINITY, |reach| distance * reach.metres_per_distance * (1.0 + 1e-9))
-    }
-
-    #[inline]
-    fn takes_in(&self, old: u32, fresh: u32) -> bool {
-        let arena = &*self.arena;
-        arena.foreseen && arena.appends(old, fresh) && arena.keeps_symbols(old, fresh)
-    }
-
-    #[inline]
-    fn is_companion(&self, old: u32) -> bool {
-        self.arena.sightings.as_ref().is_some_and(|sightings| sightings.was_there(old as usize))
-    }
-
-    fn stay_apart(&self, a: u32, b: u32) -> bool {
-        self.arena.sightings.as_ref().is_some_and(|sightings| sightings.stay_apart(a as usize, b as usize))
-    }
-
-    fn frame(&self, fresh: u32) -> Option<(u16, u64)> {
-        let Run { source, first, .. } = self.arena.sightings.as_ref()?.runs(fresh as usize).first()?;
-        Some((*source, first.as_nanos()))
-    }
-
-    fn spread(&self, members: &[u32]) -> Option<f64> {
-        let Arena { foreseen, metric, sightings, .. } = &*self.arena;
-        let (&oldest, others) = members.split_first()?;
-        let has_room = sightings.as_ref()?.has_room_for(oldest as usize, others.len());
-        // A snapshot remembers nothing that might come between.
-        let is_snapshot = self.arena.holds(oldest) == Holds::Snapshot;
-        let all_newer = is_snapshot || others.iter().all(|&slot| self.arena.appends(oldest, slot));
-        let bound = metric.spread(&members.iter().map(|&slot| self.arena.features(slot)));
-        bound.filter(|_| *foreseen && has_room && all_newer)
-    }
-
-    fn merge(&mut self, kept: u32, gone: u32) {
-        self.arena.merge(kept, gone, self.perceived);
+/// A feature that stands for a place.
+#[inline]
+fn place_in(feature: Feature) -> Option<[f32; 3]> {
+    match feature {
+        Feature::Vector(position_m) => Some(position_m),
+        Feature::None | Feature::Symbol(_) | Feature::Number(_) | Feature::Orientation(_) => None,
     }
 }

@@ -16,7 +16,11 @@ use matching::Matching;
 pub use naive::cluster as cluster_naively;
 use neighbourhood::Neighbourhood;
 pub use population::{Population, Seen, Symbols};
+use quantity::number::saturating_u32;
 use queue::{Pair, Queue};
+
+/// Members are expected while those before them are merged: so many, that their memory has come by then.
+const AHEAD: usize = 4;
 
 /// Finds the pairs to merge without looking at all pairs: with bit for bit the outcome of
 /// [the naive loop](cluster_naively).
@@ -75,15 +79,42 @@ impl Clustering {
     /// `settled` says that no two of the old members are closer than the threshold. `fresh_apart`
     /// says that no two of the fresh members are ever merged, nor any with what took another in.
     pub fn run(&mut self, population: &mut impl Population, settled: bool, fresh_apart: bool) -> u64 {
-        if settled && fresh_apart && self.matching.find(&self.neighbourhood, population) {
-            let mut merged = 0;
-            for (old, fresh) in self.matching.pairs() {
-                population.merge(old, fresh);
-                self.neighbourhood.insert(population, old);
-                merged += 1;
-            }
+        if settled
+            && fresh_apart
+            && let Some(merged) = self.run_matched(population)
+        {
             return merged;
         }
+        self.run_unmatched(population, settled, fresh_apart)
+    }
+
+    /// [`Self::run`] where the old members are settled and the fresh ones apart; `None`, and nothing done, where it
+    /// takes the loop.
+    pub(crate) fn run_matched(&mut self, population: &mut impl Population) -> Option<u64> {
+        if !self.matching.find(&self.neighbourhood, population) {
+            return None;
+        }
+        let mut merged = 0;
+        while let Some((old, fresh)) = self.matching.pair(merged) {
+            for (ahead, soon) in [(2 * AHEAD, false), (AHEAD, true)] {
+                if let Some((old, fresh)) = self.matching.pair(merged + ahead) {
+                    population.expect(old, fresh, soon);
+                }
+            }
+            population.merge(old, fresh);
+            self.neighbourhood.insert(population, old);
+            merged += 1;
+        }
+        Some(u64::from(saturating_u32(merged)))
+    }
+
+    /// [`Self::run`] for all that are not matched.
+    pub(crate) fn run_unmatched(
+        &mut self,
+        population: &mut impl Population,
+        settled: bool,
+        fresh_apart: bool,
+    ) -> u64 {
         if settled && !fresh_apart && self.grouping.find(&mut self.neighbourhood, population) {
             return self.grouping.merge(&mut self.neighbourhood, population);
         }

@@ -237,9 +237,10 @@ impl Histories {
         unsound
     }
 
-    /// Makes the newest feature of a percept what it will be when a sample is taken that is newer than
+    /// Makes the newest feature of a percept what it will be when a sound sample is taken that is newer than
     /// all.
-    pub(crate) fn foresee(&self, percept: u16, newest: &mut Option<Feature>, sample: &Feature) {
+    #[inline(always)]
+    pub(crate) fn foresee(&self, percept: u16, newest: &mut Option<Feature>, sample: &PerceptValue) {
         match (self.generators.get(usize::from(percept)), &mut *newest) {
             (Some(Generator::LowPass { share, .. }), Some(newest)) => {
                 low_pass::mix_into(sample, *share, newest, 1.0 - *share);
@@ -247,7 +248,7 @@ impl Histories {
             (
                 Some(Generator::LowPass { .. } | Generator::Series { .. } | Generator::Own { .. }) | None,
                 _,
-            ) => *newest = Some(*sample),
+            ) => *newest = Some(sample.sound_feature()),
         }
     }
 

@@ -33,6 +33,18 @@ impl Memory {
         }
     }
 
+    /// [`Self::merge`] of a single observation, made at `at`, later than all of these, and taken in at `now`.
+    #[inline]
+    pub(crate) fn take_in(&mut self, at: Instant, now: Instant, held_by: u16, seen_by: SourceSet) {
+        self.held_by = held_by;
+        self.perceived_at = at;
+        self.noticed_at = self.noticed_at.max(now);
+        // Of one that is noticed the place is not empty.
+        self.empty_since = None;
+        self.observations = self.observations.saturating_add(1);
+        self.seen_by = self.seen_by.union(seen_by);
+    }
+
     /// The union with another belief of the same object. The older identity survives.
     pub(crate) fn merge(&mut self, other: &Self) {
         // Of two holders at one instant the lowest agent, and anybody rather than nobody.

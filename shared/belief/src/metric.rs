@@ -87,14 +87,13 @@ impl Metric {
         })
     }
 
-    /// Of a belief's features, in the order of the terms, the symbols that alone tell it from
-    /// others.
-    #[inline]
-    pub(crate) fn symbols(&self, features: &[Option<Feature>]) -> Symbols {
+    /// Of a belief's features, those of each term, the symbols that alone tell it from others.
+    #[inline(always)]
+    pub(crate) fn symbols(&self, feature: impl Fn(usize) -> Option<Feature>) -> Symbols {
         let mut symbols = Symbols::NONE;
         for (place, term) in self.telling.iter().enumerate() {
-            if let Some(Some(Feature::Symbol(symbol))) = features.get(*term) {
-                symbols.set(place, *symbol);
+            if let Some(Feature::Symbol(symbol)) = feature(*term) {
+                symbols.set(place, symbol);
             }
         }
         symbols

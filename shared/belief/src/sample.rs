@@ -2,7 +2,7 @@ use std::cmp::Ordering;
 
 use clock::Instant;
 use message::{Feature, PerceptValue};
-use quantity::number::single;
+use quantity::number::{saturating_u16, single};
 
 /// One evaluation (m, c, d) of a percept and when it was made.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -84,11 +84,8 @@ impl Kept {
     #[inline]
     pub(crate) fn feature(&self) -> Feature {
         let kind = self.matching >> KIND_AT | (self.confidence >> KIND_AT) << 2;
-        // What is kept is sound, and has a feature.
-        u16::try_from(kind)
-            .ok()
-            .and_then(|kind| Feature::from_raw(kind, self.numbers))
-            .unwrap_or(Feature::None)
+        // What is kept is sound.
+        Feature::from_sound(saturating_u16(kind as usize), self.numbers)
     }
 
     #[inline]

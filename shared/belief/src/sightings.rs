@@ -147,6 +147,22 @@ impl Sightings {
         room >= more || room + joins.count() >= more
     }
 
+    /// All that is perceived in the step is of one frame, or nothing is.
+    pub(crate) fn follow_frame(&mut self, frame: Option<Run>, before: Option<Instant>) {
+        self.frame = frame;
+        self.before = frame.zip(before).map(|(frame, at)| Run::of(frame.source, at));
+        self.frames = usize::from(frame.is_some());
+    }
+
+    /// Whether a belief was sighted in a run.
+    #[inline]
+    pub(crate) fn saw(&self, slot: usize, run: &Run) -> bool {
+        match self.only.get(slot) {
+            Some(Only::Run(only)) => only.overlaps(run),
+            _ => self.runs(slot).iter().any(|other| other.overlaps(run)),
+        }
+    }
+
     /// Whether two beliefs cannot be of one thing.
     #[inline]
     pub(crate) fn are_apart(&self, a: usize, b: usize) -> bool {
@@ -158,20 +174,31 @@ impl Sightings {
 
     /// The belief in `kept` takes over the sightings of the one in `gone`.
     pub(crate) fn merge(&mut self, kept: usize, gone: usize) {
-        // What comes every time: a sighting continues a run.
-        match self.only.get_disjoint_mut([kept, gone]) {
-            Ok([Only::Run(run), Only::Run(next)]) if run.touches(next) => {
-                *run = run.joined(next);
-                return;
+        match self.only.get(gone).copied() {
+            Some(Only::Run(next)) => self.add(kept, &next),
+            Some(Only::More) => {
+                let others = self.of.get(gone).copied().unwrap_or(NEVER);
+                self.unite(kept, others.as_slice());
             }
-            Ok([Only::More, Only::Run(next)]) if self.of.get_mut(kept).is_some_and(|of| of.extend(next)) => {
-                return;
-            }
-            _ => {}
+            Some(Only::Never) | None => {}
         }
+    }
+
+    /// A belief was sighted in one run more.
+    #[inline]
+    pub(crate) fn add(&mut self, slot: usize, next: &Run) {
+        // What comes every time: a sighting continues a run.
+        match self.only.get_mut(slot) {
+            Some(Only::Run(run)) if run.touches(next) => *run = run.joined(next),
+            Some(Only::More) if self.of.get_mut(slot).is_some_and(|of| of.extend(next)) => {}
+            _ => self.unite(slot, std::slice::from_ref(next)),
+        }
+    }
+
+    fn unite(&mut self, kept: usize, others: &[Run]) {
         let mut all = NEVER;
-        for slot in [kept, gone] {
-            self.runs(slot).iter().for_each(|run| all.add(*run, self.frame.as_ref()));
+        for run in self.runs(kept).iter().chain(others) {
+            all.add(*run, self.frame.as_ref());
         }
         let only = match *all.as_slice() {
             [] => Only::Never,

@@ -8,7 +8,7 @@ use config::percepts::{self, Percept, Percepts};
 use message::{Belief, Feature, Perceived, PerceptValue, Remembered, SourceSet};
 use quantity::number::saturating_u32;
 
-use crate::arena::{Arena, Step};
+use crate::arena::{Arena, Arrivals, Step};
 use crate::cluster::Clustering;
 use crate::own::{self, Doubtful, Functions, Supplied};
 use crate::sample::Sample;
@@ -58,6 +58,9 @@ pub struct BeliefSystem {
     cull: Vec<Cull>,
     capacity: usize,
     arena: Arena,
+    /// What is taken in, if it is but noted until the step is finished.
+    arrivals: Arrivals,
+    notes: bool,
     clustering: Clustering,
     /// Whether no two beliefs are closer than the threshold: none has changed since the
     /// clustering.
@@ -183,6 +186,8 @@ impl BeliefSystem {
             place: percepts.place(),
             cull: percepts.belief.cull.iter().map(|cull| Cull::new(cull, own)).collect::<Result<_, _>>()?,
             capacity,
+            arrivals: Arrivals::new(arena.slots()),
+            notes: false,
             clustering: Clustering::new(arena.slots(), arena.reach_m()),
             arena,
             settled: true,
@@ -333,12 +338,16 @@ impl BeliefSystem {
                 return;
             }
         }
-        match self.arena.create(self.next_id, [at, self.now], entry, perceived) {
-            Some(_) => {
-                self.counts.created += 1;
-                self.next_id += 1;
-            }
-            None => self.counts.overflowed += 1,
+        let is_created = if self.notes {
+            self.arrivals.note(&self.arena, at, entry, perceived)
+        } else {
+            self.arena.create(self.next_id, [at, self.now], entry, perceived).is_some()
+        };
+        if is_created {
+            self.counts.created += 1;
+            self.next_id += 1;
+        } else {
+            self.counts.overflowed += 1;
         }
     }
 

@@ -64,22 +64,26 @@ impl Feature {
     #[must_use]
     #[inline]
     pub fn from_raw(kind: u16, numbers: [f32; 4]) -> Option<Self> {
+        Self::stands(kind, numbers).then(|| Self::from_sound(kind, numbers))
+    }
+
+    /// The same where it is known that they stand for one, and not looked at again. What others stand for is of no
+    /// use, but does no harm.
+    #[must_use]
+    #[inline]
+    pub fn from_sound(kind: u16, numbers: [f32; 4]) -> Self {
         let [a, b, c, _] = numbers;
-        if !Self::stands(kind, numbers) {
-            return None;
-        }
         match kind {
-            NONE => Some(Self::None),
             #[expect(
                 clippy::cast_possible_truncation,
                 clippy::cast_sign_loss,
                 reason = "what stands for a symbol is in its range"
             )]
-            SYMBOL => Some(Self::Symbol(a as u16)),
-            NUMBER => Some(Self::Number(a)),
-            VECTOR => Some(Self::Vector([a, b, c])),
-            ORIENTATION => Some(Self::Orientation(numbers)),
-            _ => None,
+            SYMBOL => Self::Symbol(a as u16),
+            NUMBER => Self::Number(a),
+            VECTOR => Self::Vector([a, b, c]),
+            ORIENTATION => Self::Orientation(numbers),
+            _ => Self::None,
         }
     }
 }
@@ -113,6 +117,13 @@ impl PerceptValue {
     #[inline]
     pub fn feature(&self) -> Option<Feature> {
         Feature::from_raw(self.feature_kind, self.feature)
+    }
+
+    /// The derived feature of an evaluation that [is sound](Self::is_sound); of another, it is of no use.
+    #[must_use]
+    #[inline]
+    pub fn sound_feature(&self) -> Feature {
+        Feature::from_sound(self.feature_kind, self.feature)
     }
 
     /// The derived feature as it stands there: its kind and four numbers, of which nothing is promised.
@@ -176,7 +187,10 @@ impl Snapshot {
     #[must_use]
     #[inline]
     pub fn value(&self, percept: u16) -> Option<&PerceptValue> {
-        self.values().iter().find(|value| value.percept == percept)
+        let values = self.values();
+        // Where all percepts before it passed as well.
+        let here = values.get(usize::from(percept)).filter(|value| value.percept == percept);
+        here.or_else(|| values.iter().find(|value| value.percept == percept))
     }
 
     /// The same, to be changed.

@@ -21,12 +21,24 @@ pub fn prefetch<T>(value: &T) {
 /// Asks for all the lines of a value, as [`prefetch`] does for its first.
 #[inline(always)]
 pub fn prefetch_whole<T>(value: &T) {
-    let start = std::ptr::from_ref(value).cast::<u8>();
-    for offset in (0..size_of::<T>()).step_by(LINE) {
+    lines(std::ptr::from_ref(value).cast(), size_of::<T>());
+}
+
+/// Asks for all the lines of what lies side by side.
+#[inline(always)]
+pub fn prefetch_all<T>(values: &[T]) {
+    lines(values.as_ptr().cast(), size_of_val(values));
+}
+
+#[inline(always)]
+fn lines(start: *const u8, bytes: usize) {
+    let mut offset = 0;
+    while offset < bytes {
         line(start.wrapping_add(offset));
+        offset += LINE;
     }
     // It need not begin where a line does.
-    line(start.wrapping_add(size_of::<T>().saturating_sub(1)));
+    line(start.wrapping_add(bytes.saturating_sub(1)));
 }
 
 #[inline(always)]

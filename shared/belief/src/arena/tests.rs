@@ -49,7 +49,7 @@ fn belief() -> impl Strategy<Value = Believed> {
 impl Glimpse {
     fn perceived(&self, percepts: &Percepts) -> Perceived {
         let Self { matching, confidence, .. } = *self;
-        let mut snapshot = message::Snapshot::default();
+        let mut snapshot = Snapshot::default();
         let half_rad = self.turn_rad / 2.0;
         for (name, feature) in [
             ("position", self.place.map(Feature::Vector)),

@@ -98,9 +98,11 @@ impl Matching {
         self.holds(neighbourhood, population)
     }
 
-    /// The pairs of the matching: the old member and the fresh one.
-    pub(super) fn pairs(&self) -> impl Iterator<Item = (u32, u32)> {
-        self.askers.iter().filter_map(|&slot| Some((slot, self.kept.get(slot as usize)?.slot)))
+    /// The pairs of the matching, by their numbers: the old member and the fresh one.
+    #[inline]
+    pub(super) fn pair(&self, index: usize) -> Option<(u32, u32)> {
+        let &slot = self.askers.get(index)?;
+        Some((slot, self.kept.get(slot as usize)?.slot))
     }
 
     /// A fresh member asks an old one; who has to ask on.
@@ -147,7 +149,7 @@ impl Matching {
     /// matching, and so have moved by no more than its distance.
     fn holds(&self, neighbourhood: &Neighbourhood, population: &impl Population) -> bool {
         let mut farthest = 0.0_f64;
-        for (old, fresh) in self.pairs() {
+        for (old, fresh) in (0..self.askers.len()).filter_map(|index| self.pair(index)) {
             if !population.takes_in(old, fresh) {
                 return false;
             }

@@ -77,6 +77,9 @@ pub trait Population {
         None
     }
 
+    /// The two are about to be merged; `soon` after very few others.
+    fn expect(&self, _kept: u32, _gone: u32, _soon: bool) {}
+
     /// Merges the member in `gone` into the one in `kept`; `gone` ends.
     fn merge(&mut self, kept: u32, gone: u32);
 }

@@ -53,7 +53,7 @@ impl LowPass {
             // What comes every time, in place.
             Some(filter) if filter.newest.at < sample.at => {
                 filter.before = Some(filter.value);
-                mix_raw_into(sample.value, share, &mut filter.value, 1.0 - share);
+                mix_into(sample.value, share, &mut filter.value, 1.0 - share);
                 filter.newest = sample.kept();
                 filter.samples = filter.samples.saturating_add(1);
             }
@@ -135,29 +135,14 @@ fn filtered(value: &Feature, past: &Feature, samples: u32, share: f64) -> Featur
 /// a·x + b·y for two features of one kind, a + b = 1; x for others.
 fn mix(x: &Feature, a: f64, y: &Feature, b: f64) -> Feature {
     let mut mixed = *y;
-    mix_into(x, a, &mut mixed, b);
+    mix_into(&PerceptValue::new(0, 1.0, 1.0, *x), a, &mut mixed, b);
     mixed
 }
 
-/// [`mix`] in the place of y. Inlined, so that x is not put together first.
+/// [`mix`] in the place of y, of what a sound evaluation derived, as it stands there: inlined, so that x is not put
+/// together first.
 #[inline(always)]
-pub(super) fn mix_into(x: &Feature, a: f64, y: &mut Feature, b: f64) {
-    let weigh = |x: f32, y: f32| single(a * f64::from(x) + b * f64::from(y));
-    match (x, &mut *y) {
-        (Feature::Number(x), Feature::Number(y)) => *y = weigh(*x, *y),
-        (Feature::Vector(x), Feature::Vector(y)) => {
-            for (x, y) in x.iter().zip(y) {
-                *y = weigh(*x, *y);
-            }
-        }
-        (Feature::Orientation(x), Feature::Orientation(y)) => *y = mix_on_sphere(*x, a, *y, b),
-        (newest, _) => *y = *newest,
-    }
-}
-
-/// [`mix_into`] of what an evaluation derived, as it stands there.
-#[inline(always)]
-fn mix_raw_into(x: &PerceptValue, a: f64, y: &mut Feature, b: f64) {
+pub(super) fn mix_into(x: &PerceptValue, a: f64, y: &mut Feature, b: f64) {
     let weigh = |x: f32, y: f32| single(a * f64::from(x) + b * f64::from(y));
     let (kind, [p, q, r, s]) = x.raw_feature();
     match (y, kind) {
@@ -166,7 +151,7 @@ fn mix_raw_into(x: &PerceptValue, a: f64, y: &mut Feature, b: f64) {
             (*u, *v, *w) = (weigh(p, *u), weigh(q, *v), weigh(r, *w));
         }
         (Feature::Orientation(y), Feature::ORIENTATION) => *y = mix_on_sphere([p, q, r, s], a, *y, b),
-        (y, _) => *y = x.feature().unwrap_or(Feature::None),
+        (y, _) => *y = x.sound_feature(),
     }
 }
 

@@ -69,11 +69,7 @@ impl Series {
     /// Fetches the cell of the next sample, as a rule, and those beside it.
     #[inline]
     pub(crate) fn prefetch(&self, cells: &Cells<&[Kept]>) {
-        let beside = cells.beside(self.cell(cells.len(), self.len as usize));
-        // A cache line has two of them.
-        for cell in beside.iter().step_by(2) {
-            prefetch::prefetch(cell);
-        }
+        prefetch::prefetch_all(cells.beside(self.cell(cells.len(), self.len as usize)));
     }
 
     /// Samples ever taken in.
@@ -249,18 +245,20 @@ impl Series {
         // Those that stay move up behind each other.
         let mut place = cells.place(self.cell(cells.len(), oldest as usize));
         let mut this = cells.behind(place);
-        let at = |cells: &Cells<&mut [Kept]>, place| cells.at(place).map_or(0, |sample| sample.at.as_nanos());
-        let mut older = at(cells, place);
+        let at = |cells: &Cells<&mut [Kept]>, place| cells.at(place).map(|sample| sample.at.as_nanos());
+        let (Some(mut at_older), Some(mut at_this)) = (at(cells, place), at(cells, this)) else { return };
         let mut stay = 0;
         for _ in 0..looked_at {
             let next = cells.behind(this);
-            if !stands_for(newest.saturating_sub(older), newest.saturating_sub(at(cells, next))) {
-                older = at(cells, this);
+            let Some(at_next) = at(cells, next) else { break };
+            // They are in the order of time: no age is below zero.
+            if !stands_for(newest.wrapping_sub(at_older), newest.wrapping_sub(at_next)) {
+                at_older = at_this;
                 place = cells.behind(place);
                 cells.shift(this, place);
                 stay += 1;
             }
-            this = next;
+            (this, at_this) = (next, at_next);
         }
         if stay < looked_at {
             let behind = cells.behind(place);
@@ -362,5 +360,5 @@ fn thin_octaves(samples: &mut Vec<Kept>) {
 /// for ever. Where nothing else may be dropped, at most two samples per octave of age remain, and
 /// the newest two.
 fn stands_for(older: u64, younger: u64) -> bool {
-    older <= younger.saturating_mul(2)
+    older.wrapping_sub(younger) <= younger
 }

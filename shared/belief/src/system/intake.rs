@@ -3,7 +3,7 @@ use message::{Perceived, SourceSet};
 use quantity::number::saturating_u32;
 
 use super::BeliefSystem;
-use crate::arena::Step;
+use crate::arena::{Arriving, Step};
 
 /// A [step](BeliefSystem::step) that has begun: things are taken in one by one, each as soon as it was
 /// perceived and while it is at hand. It counts once it is [finished](Self::finish); what was taken in by one
@@ -11,7 +11,7 @@ use crate::arena::Step;
 #[derive(Debug)]
 #[must_use = "what is taken in is believed once the step is finished"]
 pub struct Intake<'a> {
-    system: &'a mut BeliefSystem,
+    pub(super) system: &'a mut BeliefSystem,
     first_new: u64,
 }
 
@@ -22,12 +22,19 @@ impl BeliefSystem {
             self.counts.backwards += 1;
         }
         self.now = self.now.max(now);
-        let forsaken = self.arena.forsake();
-        self.counts.created -= forsaken;
-        self.next_id -= forsaken;
-        self.counts.overflowed += forsaken;
+        let forsaken = self.arena.forsake() + self.arrivals.keep_within(0);
+        self.forsake(forsaken);
+        // Of several frames it takes more to find out who becomes whom: as a rule there are as many every time.
+        self.notes = self.arena.glances() && self.sources.frames() <= 1;
         self.sources.begin();
         Intake { first_new: self.next_id, system: self }
+    }
+
+    /// So many things were taken in for nothing.
+    fn forsake(&mut self, things: u64) {
+        self.counts.created -= things;
+        self.next_id -= things;
+        self.counts.overflowed += things;
     }
 }
 
@@ -45,18 +52,57 @@ impl Intake<'_> {
     /// for [`BeliefSystem::step`].
     pub fn finish(self, perceived: &[Perceived], looked: SourceSet, in_view: impl Fn([f32; 3]) -> bool) {
         let Self { system, first_new } = self;
-        let BeliefSystem { arena, clustering, sources, settled, .. } = &mut *system;
-        arena.follow(|source, at| sources.before(source, at));
-        let settled = std::mem::replace(settled, true);
+        let settled = std::mem::replace(&mut system.settled, true);
         // What one source sees at one instant is apart, and so is whatever takes any of it in.
-        let fresh_apart = arena.keeps_apart() && sources.frames() <= 1;
-        system.counts.merged += clustering.run(&mut Step { arena, perceived }, settled, fresh_apart);
-        let stayed = system.arena.settle(perceived);
+        let fresh_apart = system.arena.keeps_apart() && system.sources.frames() <= 1;
+        let stayed = if system.notes {
+            system.cluster_arrivals(first_new, perceived, settled, fresh_apart)
+        } else {
+            let BeliefSystem { arena, clustering, sources, .. } = &mut *system;
+            arena.follow(|source, at| sources.before(source, at));
+            system.counts.merged += clustering.run(&mut Step { arena, perceived }, settled, fresh_apart);
+            system.arena.settle(perceived)
+        };
         for stayed in system.len() - stayed..system.len() {
             system.place(stayed);
         }
         system.cull(looked, in_view);
         system.evict();
         system.number(first_new);
+    }
+}
+
+impl BeliefSystem {
+    /// Clusters what was noted only, and settles; how many are new and stay.
+    fn cluster_arrivals(
+        &mut self,
+        first_new: u64,
+        perceived: &[Perceived],
+        settled: bool,
+        fresh_apart: bool,
+    ) -> usize {
+        let lost = self.arrivals.keep_within(perceived.len());
+        self.forsake(lost);
+        let Self { arena, arrivals, clustering, sources, .. } = self;
+        let mut matched = None;
+        if settled && fresh_apart && arrivals.have_places() {
+            let before = arrivals.frame().and_then(|(source, at)| sources.before(source, at));
+            arena.follow_arrivals(arrivals, before);
+            let step = Step { arena: &mut *arena, perceived };
+            matched =
+                clustering.run_matched(&mut Arriving { step, arrivals, first_new, now: self.now, before });
+        }
+        // Those that nobody has taken in.
+        arrivals.admit(arena, first_new, self.now, perceived);
+        arena.follow(|source, at| sources.before(source, at));
+        let (merged, stayed) = match matched {
+            Some(merged) => (merged, arena.settle_fresh(perceived)),
+            None => {
+                let step = &mut Step { arena: &mut *arena, perceived };
+                (clustering.run_unmatched(step, settled, fresh_apart), arena.settle(perceived))
+            }
+        };
+        self.counts.merged += merged;
+        stayed
     }
 }

@@ -1,3 +1,4 @@
+mod arrivals;
 mod culling;
 mod functions;
 

@@ -1,0 +1,329 @@
+use clock::Instant;
+use message::{Feature, MAX_PERCEPTS, Perceived, Snapshot, SourceSet};
+use quantity::number::saturating_u32;
+
+use super::{Arena, Holds, Step, place_in};
+use crate::cluster::{Population, Seen, Symbols};
+use crate::metric::Reach;
+use crate::room::Room;
+use crate::sightings::Run;
+
+/// What a step perceived in one frame and no belief has taken in yet: of each thing no more than it takes to
+/// find the belief that will.
+///
+/// Nearly all that is perceived is of a thing that is believed in already, and is over with the step. It is not
+/// made a belief of its own first (N, Eq. 6): what there was to write, to read again and to take out of the way
+/// would be most of the cost. Those that are left are [made beliefs](Self::admit) then, and so are all where it takes
+/// more to find out who becomes whom.
+#[derive(Clone, Debug)]
+pub(crate) struct Arrivals {
+    things: Room<Arrival>,
+    /// Their numbers, behind those of all slots.
+    numbers: Box<[u32]>,
+    /// Whether one of them has no place.
+    placeless: bool,
+    frame: Run,
+    /// When they are remembered.
+    at: Instant,
+}
+
+#[derive(Clone, Copy, Debug)]
+struct Arrival {
+    /// Of what was perceived; [`TAKEN_IN`] once a belief has it.
+    entry: u32,
+    place_m: [f32; 3],
+    symbols: Symbols,
+}
+
+const TAKEN_IN: u32 = u32::MAX;
+
+const NOWHERE: [f32; 3] = [0.0; 3];
+
+impl Arrivals {
+    /// Room for as many as there are slots.
+    pub(crate) fn new(slots: usize) -> Self {
+        let first = saturating_u32(slots);
+        Self {
+            things: Room::for_most(slots),
+            numbers: (first..first.saturating_mul(2)).collect(),
+            placeless: false,
+            frame: Run::of(0, Instant::EPOCH),
+            at: Instant::EPOCH,
+        }
+    }
+
+    pub(crate) fn len(&self) -> usize {
+        self.things.len()
+    }
+
+    /// Whether all can be found a belief for: each has a place.
+    pub(crate) fn have_places(&self) -> bool {
+        !self.placeless
+    }
+
+    /// The source and the instant of the frame; `None` where nothing arrived.
+    pub(crate) fn frame(&self) -> Option<(u16, Instant)> {
+        (!self.things.is_empty()).then_some((self.frame.source, self.frame.first))
+    }
+
+    /// Notes an entry of what was perceived, remembered at `at`. `false` where there is no room for one
+    /// belief more.
+    #[inline]
+    pub(crate) fn note(&mut self, arena: &Arena, at: Instant, entry: u32, perceived: &Perceived) -> bool {
+        if self.things.len() + arena.live().len() >= arena.slots() {
+            return false;
+        }
+        if self.things.is_empty() {
+            let Perceived { observation, .. } = perceived;
+            self.placeless = false;
+            self.frame = Run::of(observation.source, Instant::from_nanos(observation.observed_at_ns));
+            self.at = at;
+        }
+        let (place, symbols) = arena.glance(&perceived.snapshot);
+        self.placeless |= place.is_none();
+        self.things.push(Arrival { entry, place_m: place.unwrap_or(NOWHERE), symbols });
+        true
+    }
+
+    /// Forgets all that are no entry of so many; how many they are.
+    pub(crate) fn keep_within(&mut self, entries: usize) -> u64 {
+        let before = self.things.len();
+        // They come in the order of the entries.
+        while self.things.pop_if(|arrival| arrival.entry as usize >= entries).is_some() {}
+        u64::from(saturating_u32(before - self.things.len()))
+    }
+
+    /// Makes a belief of each that none has taken in, as in a step at `now`, the first of all having the identity
+    /// `first_new`.
+    pub(crate) fn admit(&mut self, arena: &mut Arena, first_new: u64, now: Instant, perceived: &[Perceived]) {
+        for (id, arrival) in (first_new..).zip(self.things.drain(..)) {
+            let Arrival { entry, .. } = arrival;
+            // What a belief has is in no entry.
+            if let Some(perceived) = perceived.get(entry as usize) {
+                let at = Instant::from_nanos(perceived.observation.observed_at_ns).min(now);
+                arena.create(id, [at, now], entry, perceived);
+            }
+        }
+    }
+}
+
+/// The beliefs of earlier steps, and what has arrived.
+pub(crate) struct Arriving<'a> {
+    pub(crate) step: Step<'a>,
+    pub(crate) arrivals: &'a mut Arrivals,
+    pub(crate) first_new: u64,
+    pub(crate) now: Instant,
+    /// The frame of the source before the one that they are of.
+    pub(crate) before: Option<Instant>,
+}
+
+impl Arriving<'_> {
+    fn index(&self, number: u32) -> Option<usize> {
+        (number as usize).checked_sub(self.step.arena.slots())
+    }
+
+    #[inline]
+    fn arrival(&self, number: u32) -> Option<&Arrival> {
+        self.arrivals.things.get(self.index(number)?)
+    }
+
+    fn perceived(&self, number: u32) -> Option<&Perceived> {
+        self.step.perceived.get(self.arrival(number)?.entry as usize)
+    }
+
+    fn frame(&self) -> Run {
+        Run { follows: self.before, ..self.arrivals.frame }
+    }
+}
+
+/// Old members are in slots, fresh ones have the numbers behind them.
+impl Population for Arriving<'_> {
+    #[inline]
+    fn old(&self) -> &[u32] {
+        self.step.old()
+    }
+
+    #[inline]
+    fn fresh(&self) -> &[u32] {
+        self.arrivals.numbers.get(..self.arrivals.things.len()).unwrap_or(&[])
+    }
+
+    fn lives(&self, number: u32) -> bool {
+        match self.index(number) {
+            None => self.step.lives(number),
+            Some(_) => self.arrival(number).is_some_and(|arrival| arrival.entry != TAKEN_IN),
+        }
+    }
+
+    #[inline]
+    fn id(&self, number: u32) -> u64 {
+        match self.index(number) {
+            None => self.step.id(number),
+            Some(index) => self.first_new + u64::from(saturating_u32(index)),
+        }
+    }
+
+    /// Nobody waits for who has changed.
+    fn version(&self, _number: u32) -> u32 {
+        0
+    }
+
+    #[inline]
+    fn place(&self, number: u32) -> Option<[f32; 3]> {
+        match self.arrival(number) {
+            None => self.step.place(number),
+            Some(arrival) => Some(arrival.place_m),
+        }
+    }
+
+    #[inline]
+    fn symbols(&self, number: u32) -> Symbols {
+        self.arrival(number).map_or_else(|| self.step.symbols(number), |arrival| arrival.symbols)
+    }
+
+    fn distance(&self, old: u32, fresh: u32) -> Option<f64> {
+        self.step.arena.distance_to(old, self.perceived(fresh)?, &self.frame())
+    }
+
+    #[inline]
+    fn distance_seen(&self, (old, of_old): (u32, &Seen), (fresh, of_fresh): (u32, &Seen)) -> Option<f64> {
+        match self.step.arena.distance_at_a_glance(of_old, of_fresh) {
+            Some(distance) => distance.filter(|_| !self.step.arena.saw(old, &self.arrivals.frame)),
+            None => self.distance(old, fresh),
+        }
+    }
+
+    #[inline]
+    fn reach_m(&self, distance: f64) -> f64 {
+        self.step.reach_m(distance)
+    }
+
+    #[inline]
+    fn takes_in(&self, old: u32, fresh: u32) -> bool {
+        let arena = &*self.step.arena;
+        let Some(Arrival { symbols, .. }) = self.arrival(fresh) else { return false };
+        let features = || self.perceived(fresh).map(|perceived| arena.features_in(&perceived.snapshot));
+        arena.is_older(old, self.arrivals.at) && arena.keeps_symbols(old, *symbols, features)
+    }
+
+    #[inline]
+    fn is_companion(&self, old: u32) -> bool {
+        self.step.is_companion(old)
+    }
+
+    fn stay_apart(&self, a: u32, b: u32) -> bool {
+        self.step.stay_apart(a, b)
+    }
+
+    #[inline]
+    fn expect(&self, old: u32, fresh: u32, soon: bool) {
+        self.step.arena.prefetch(old, soon);
+        if !soon
+            && self.step.arena.are_many()
+            && let Some(perceived) = self.perceived(fresh)
+        {
+            prefetch::prefetch_whole(perceived);
+        }
+    }
+
+    fn merge(&mut self, old: u32, fresh: u32) {
+        let (frame, instants) = (self.frame(), [self.arrivals.at, self.now]);
+        let Some(index) = self.index(fresh) else { return };
+        let Some(Arrival { entry, symbols, .. }) = self.arrivals.things.get_mut(index) else { return };
+        if let Some(perceived) = self.step.perceived.get(*entry as usize) {
+            self.step.arena.take_in(old, instants, perceived, *symbols, &frame);
+            *entry = TAKEN_IN;
+        }
+    }
+}
+
+impl Arena {
+    /// Whether all there is to know of what is perceived, to find the belief that takes it in, is seen at a
+    /// glance as a rule, and what that belief becomes is known before its histories have taken it in.
+    pub(crate) fn glances(&self) -> bool {
+        let finds = self.reach.is_some() && self.metric.weight_of_place().is_some();
+        self.foreseen && finds && self.keeps_apart() && self.terms.len() <= MAX_PERCEPTS
+    }
+
+    /// Place and symbols of what is perceived.
+    #[inline(always)]
+    fn glance(&self, snapshot: &Snapshot) -> (Option<[f32; 3]>, Symbols) {
+        let feature = |term: usize| self.feature_in(snapshot, *self.terms.get(term)?);
+        let place = self.reach.and_then(|Reach { term, .. }| place_in(feature(term)?));
+        (place, self.metric.symbols(feature))
+    }
+
+    /// All features of what is perceived that the metric compares, in the order of its terms.
+    fn features_in(&self, snapshot: &Snapshot) -> [Option<Feature>; MAX_PERCEPTS] {
+        let mut features = [None; MAX_PERCEPTS];
+        for (feature, percept) in features.iter_mut().zip(&self.terms) {
+            *feature = self.feature_in(snapshot, *percept);
+        }
+        features
+    }
+
+    /// D of a belief and what is perceived in a frame, where it is below the threshold and they may be merged.
+    fn distance_to(&self, slot: u32, perceived: &Perceived, frame: &Run) -> Option<f64> {
+        let features = self.features_in(&perceived.snapshot);
+        let distance = self.metric.below_threshold(self.features(slot), &features)?;
+        (!self.saw(slot, frame)).then_some(distance)
+    }
+
+    #[inline]
+    fn saw(&self, slot: u32, frame: &Run) -> bool {
+        self.sightings.as_ref().is_some_and(|sightings| sightings.saw(slot as usize, frame))
+    }
+
+    /// Whether a belief has histories, and all that they remember is older.
+    #[inline]
+    fn is_older(&self, slot: u32, at: Instant) -> bool {
+        let has_histories = matches!(self.holds(slot), Holds::Histories(_));
+        has_histories && self.memory(slot).is_some_and(|memory| memory.perceived_at < at)
+    }
+
+    /// What arrived in this step is all of one frame.
+    pub(crate) fn follow_arrivals(&mut self, arrivals: &Arrivals, before: Option<Instant>) {
+        if let Some(sightings) = &mut self.sightings {
+            sightings.follow_frame((arrivals.len() > 0).then_some(arrivals.frame), before);
+        }
+    }
+
+    /// A belief takes in what was perceived in a `frame`, remembered `at`, later than all that it remembers, and
+    /// taken in `now`: what [`Self::create`] and [`Self::merge`] come to, without a belief in between.
+    fn take_in(
+        &mut self,
+        slot: u32,
+        [at, now]: [Instant; 2],
+        perceived: &Perceived,
+        newer: Symbols,
+        frame: &Run,
+    ) {
+        let Perceived { observation, snapshot } = perceived;
+        let (Some(row), Some(memory)) = (self.row(slot), self.memories.get_mut(slot as usize)) else {
+            return;
+        };
+        memory.take_in(at, now, observation.held_by, SourceSet::of(observation.source));
+        let phase = memory.id;
+        let terms = self.terms.len();
+        let features = slot as usize * terms..(slot as usize + 1) * terms;
+        if let (Some(features), Some(symbols)) =
+            (self.features.get_mut(features), self.symbols.get_mut(slot as usize))
+        {
+            for (feature, percept) in features.iter_mut().zip(&self.terms) {
+                let value = snapshot.value(*percept).filter(|value| self.trusts || value.is_sound());
+                if let Some(value) = value {
+                    self.histories.foresee(*percept, feature, value);
+                }
+            }
+            // As a rule it has the same.
+            if *symbols != newer || !newer.are_all() {
+                *symbols = self.metric.symbols(|term| features.get(term).copied().flatten());
+            }
+        }
+        self.change(slot);
+        if let Some(sightings) = &mut self.sightings {
+            sightings.add(slot as usize, frame);
+        }
+        self.unsound += self.histories.take_all(row, snapshot.values(), self.trusts, at, phase);
+    }
+}

@@ -1,0 +1,147 @@
+use proptest::prelude::*;
+
+use super::*;
+
+/// One thing in one frame.
+#[derive(Clone, Debug)]
+struct Thing {
+    position_m: [f32; 3],
+    colour: usize,
+    has_place: bool,
+    is_sound: bool,
+    confidence: f32,
+    held_by: u16,
+}
+
+/// What a source sees in a step, so long after the step's instant.
+type Sight = (u16, i64, Vec<Thing>);
+
+/// So long after the one before, what is seen, who looks, and whether the view is free.
+type Instance = (u64, Vec<Sight>, bool);
+
+fn thing() -> impl Strategy<Value = Thing> {
+    // A few places, some of them within reach of each other, and a little to the side.
+    let along = || (0..6_u8, -0.03..0.03_f32).prop_map(|(cell, wobble)| f32::from(cell) * 0.1 + wobble);
+    let held_by = prop::sample::select(vec![NOBODY, NOBODY, 0, 1]);
+    let sure = prop::sample::select(vec![0.4_f32, 0.9]);
+    let rarely_not = || prop::bool::weighted(0.97);
+    (along(), along(), 0..4_usize, rarely_not(), rarely_not(), sure, held_by).prop_map(
+        |(x, y, colour, has_place, is_sound, confidence, held_by)| Thing {
+            position_m: [x, y, 0.0],
+            colour,
+            has_place,
+            is_sound,
+            confidence,
+            held_by,
+        },
+    )
+}
+
+fn instance() -> impl Strategy<Value = Instance> {
+    let sight = || {
+        let source = prop::sample::select(vec![0_u16, 0, 0, 0, 3]);
+        let after_ms = prop::sample::select(vec![0_i64, 0, 0, -2, 2, -400]);
+        (source, after_ms, prop::collection::vec(thing(), 0..8))
+    };
+    let sights = prop_oneof![
+        4 => prop::collection::vec(sight(), 1),
+        1 => prop::collection::vec(sight(), 0..3),
+    ];
+    let passed_ms = prop::sample::select(vec![5_u64, 5, 5, 5, 0, 700]);
+    (passed_ms, sights, prop::bool::weighted(0.7))
+}
+
+impl Thing {
+    fn perceived(&self, perception: &Perception, source: u16, at_ns: u64, percepts: &Percepts) -> Perceived {
+        let colour_rgb = [RED, BLUE, [0.05, 0.55, 0.1], [0.5, 0.5, 0.5]][self.colour];
+        let observation = Observation {
+            held_by: self.held_by,
+            confidence: self.confidence,
+            ..block(Instant::from_nanos(at_ns), self.position_m, colour_rgb)
+        };
+        let observation = Observation { source, ..observation };
+        let mut snapshot = perception.perceive(&observation, &Frame { agent: 0 });
+        if !self.has_place {
+            let place = percepts.index("position").unwrap();
+            let others = snapshot.values().iter().filter(|value| value.percept != place);
+            let others = others.copied().collect::<Vec<_>>();
+            snapshot = message::Snapshot::default();
+            others.into_iter().for_each(|value| assert!(snapshot.push(value)));
+        }
+        if !self.is_sound
+            && let Some(value) = snapshot.value_mut(percepts.index("colour").unwrap())
+        {
+            value.matching = f32::NAN;
+        }
+        Perceived { observation, snapshot }
+    }
+}
+
+/// All that a system holds, to the last bit.
+fn contents(system: &BeliefSystem) -> Vec<String> {
+    system.arena.live().iter().map(|slot| system.arena.contents(*slot)).collect()
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(3_000))]
+
+    #[test]
+    fn what_is_but_noted_becomes_what_it_becomes_as_a_belief_of_its_own(
+        instances in prop::collection::vec(instance(), 1..12),
+        capacity in 3..12_usize,
+        (trusts, normalised, symbols_tell) in (any::<bool>(), prop::bool::weighted(0.1), prop::bool::weighted(0.8)),
+    ) {
+        let mut percepts = Percepts::builtin();
+        percepts.belief.normalised = normalised;
+        if !symbols_tell {
+            percepts.belief.distance.retain(|distance| distance.measure != Measure::Differs);
+        }
+        let perception = Perception::new(&percepts).unwrap();
+        let mut noting = BeliefSystem::new(&percepts, capacity).unwrap();
+        if trusts {
+            noting = noting.trusting();
+        }
+        let mut creating = noting.clone();
+        let mut now_ms = 0;
+        for (passed_ms, sights, in_view) in instances {
+            now_ms += passed_ms;
+            let now = ms(now_ms);
+            let of_sight = |(source, after_ms, things): &Sight| {
+                let at_ns = now.as_nanos().saturating_add_signed(after_ms * 1_000_000);
+                let perceived = |thing: &Thing| thing.perceived(&perception, *source, at_ns, &percepts);
+                things.iter().map(perceived).filter(|perceived| !trusts || perceived.is_sound()).collect::<Vec<_>>()
+            };
+            let perceived: Vec<_> = sights.iter().flat_map(of_sight).collect();
+            let looked: SourceSet = sights.iter().map(|(source, ..)| SourceSet::of(*source)).collect();
+            for (system, notes) in [(&mut noting, true), (&mut creating, false)] {
+                let mut intake = system.begin(now);
+                intake.system.notes &= notes;
+                for (index, perceived) in perceived.iter().enumerate() {
+                    intake.take_in(index, perceived);
+                }
+                intake.finish(&perceived, looked, |_| in_view);
+            }
+            prop_assert_eq!(contents(&noting), contents(&creating));
+            prop_assert_eq!(noting.counts(), creating.counts());
+            prop_assert_eq!(noting.next_id, creating.next_id);
+        }
+    }
+}
+
+#[test]
+fn what_is_not_among_what_was_perceived_is_not_believed_and_counted() {
+    let mut robot = Robot::new(&Percepts::builtin());
+    let seen = [block(ms(0), [0.5, 0.0, 0.0], RED), block(ms(0), [0.9, 0.0, 0.0], BLUE)];
+    let perceived = seen.map(|observation| Perceived {
+        observation,
+        snapshot: robot.perception.perceive(&observation, &Frame { agent: 0 }),
+    });
+    let mut intake = robot.system.begin(ms(0));
+    for (index, perceived) in perceived.iter().enumerate() {
+        intake.take_in(index, perceived);
+    }
+    let (told, _not_told) = perceived.split_at(1);
+    intake.finish(told, SourceSet::of(0), |_| true);
+    assert_eq!(robot.ids(), [1]);
+    assert_eq!((robot.system.counts().overflowed, robot.system.counts().created), (1, 1));
+}
