@@ -216,7 +216,7 @@ impl Histories {
             match generators.get(usize::from(value.percept)) {
                 Some(Generator::Series { index, cells: column, thinning }) => {
                     if let Some(series) = series.get_mut(*index) {
-                        series.take(cells, column.in_lane(lane), *thinning, sample, phase, scratch);
+                        series.take((&mut *cells, lane), column, *thinning, sample, phase, scratch);
                     }
                 }
                 Some(Generator::LowPass { index, share }) => {

@@ -92,13 +92,13 @@ impl Series {
         }
     }
 
-    /// Takes in one sample, in the `column` of a row of cells. `scratch` has room for one more than there are
-    /// cells. `phase` spreads the work of many series over time.
+    /// Takes in one sample, in the `column` of a lane of a band of cells. `scratch` has room for one more than there
+    /// are cells. `phase` spreads the work of many series over time.
     #[inline(always)]
     pub(crate) fn take(
         &mut self,
-        row: &mut [Kept],
-        column: Column,
+        (band, lane): (&mut [Kept], usize),
+        column: &Column,
         thinning: Thinning,
         sample: Taken<'_>,
         phase: u64,
@@ -110,14 +110,14 @@ impl Series {
         if is_newest && fits {
             let cell = self.advance(column.len());
             self.newest = sample.kept();
-            if let Some(cell) = row.get_mut(column.place(cell)) {
+            if let Some(cell) = band.get_mut(column.place_in(lane, cell)) {
                 *cell = sample.kept();
             }
             if thinning == Thinning::Octaves {
-                self.thin_now_and_then(row, column, phase);
+                self.thin_now_and_then(band, lane, column, phase);
             }
         } else {
-            self.take_slowly(column.of(row), thinning, sample.kept(), phase, scratch);
+            self.take_slowly(column.in_lane(lane).of(band), thinning, sample.kept(), phase, scratch);
         }
     }
 
@@ -207,7 +207,7 @@ impl Series {
         }
         if thinning == Thinning::Octaves {
             let (row, column) = cells.parts();
-            self.thin_now_and_then(row, column, phase);
+            self.thin_now_and_then(row, 0, &column, phase);
         }
     }
 
@@ -228,15 +228,22 @@ impl Series {
     /// An octave of age twice as old is crossed half as often, so it is looked at half as often: one or two samples
     /// for each that comes, on the average, and no pass over them all.
     #[inline(always)]
-    fn thin_now_and_then(&mut self, row: &mut [Kept], column: Column, phase: u64) {
+    fn thin_now_and_then(&mut self, band: &mut [Kept], lane: usize, column: &Column, phase: u64) {
         let octaves = u64::from(self.taken).wrapping_add(phase).trailing_zeros();
         if octaves > 1 {
-            self.thin_newest(&mut column.of(row), u16::try_from(2 * octaves + 1).unwrap_or(u16::MAX));
+            self.thin_octaves(band, lane, column, octaves);
         }
+    }
+
+    #[inline(never)]
+    fn thin_octaves(&mut self, band: &mut [Kept], lane: usize, column: &Column, octaves: u32) {
+        let most = u16::try_from(2 * octaves + 1).unwrap_or(u16::MAX);
+        self.thin_newest(&mut column.in_lane(lane).of(band), most);
     }
 
     /// Drops, among the `most` newest samples that have a neighbour on each side, those that the
     /// older neighbour may stand for.
+    #[inline]
     fn thin_newest(&mut self, cells: &mut Cells<&mut [Kept]>, most: u16) {
         let last = self.len.saturating_sub(1);
         let newest = self.newest.at.as_nanos();
