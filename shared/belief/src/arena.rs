@@ -11,7 +11,7 @@ pub(crate) use arrivals::{Arrivals, Arriving};
 pub(crate) use step::Step;
 
 use crate::Unbelievable;
-use crate::cluster::{Seen, Symbols};
+use crate::cluster::{AHEAD, Seen, Symbols};
 use crate::history::Histories;
 use crate::memory::Memory;
 use crate::metric::{Metric, Reach};
@@ -69,10 +69,6 @@ struct Chain {
     entry: u32,
     at: Instant,
 }
-
-/// A belief's histories are fetched while those before it take their samples in: so many, that their
-/// memory has come by then.
-const AHEAD: usize = 4;
 
 /// So many stay in the cache from one step to the next, but for the samples of each.
 const FEW: usize = 256;
@@ -234,8 +230,7 @@ impl Arena {
     /// The feature of a percept in a snapshot.
     #[inline(always)]
     fn feature_in(&self, snapshot: &Snapshot, percept: u16) -> Option<Feature> {
-        let value = snapshot.value(percept).filter(|value| self.trusts || value.is_sound())?;
-        Some(value.sound_feature())
+        evaluation(snapshot, percept, self.trusts).map(PerceptValue::sound_feature)
     }
 
     /// Creates a belief (N, Eq. 6) of an entry of what was perceived, remembered at `at` and taken in at
@@ -262,11 +257,10 @@ impl Arena {
             (self.features.get_mut(start..start + terms), self.symbols.get_mut(number as usize))
         {
             for (feature, percept) in features.iter_mut().zip(&self.terms) {
-                let value =
-                    perceived.snapshot.value(*percept).filter(|value| self.trusts || value.is_sound());
+                let value = evaluation(&perceived.snapshot, *percept, self.trusts);
                 *feature = value.map(PerceptValue::sound_feature);
             }
-            *symbols = self.metric.symbols(|term| features.get(term).copied().flatten());
+            *symbols = self.metric.symbols_of(features);
         }
         if let Some(sightings) = &mut self.sightings {
             let Perceived { observation, .. } = perceived;
@@ -338,7 +332,7 @@ impl Arena {
             if let Ok([symbols, newer]) = self.symbols.get_disjoint_mut([kept as usize, gone as usize])
                 && (symbols != newer || !newer.are_all())
             {
-                *symbols = self.metric.symbols(|term| features.get(term).copied().flatten());
+                *symbols = self.metric.symbols_of(features);
             }
         }
         true
@@ -459,8 +453,7 @@ impl Arena {
         for (feature, percept) in features.zip(&self.terms) {
             *feature = self.histories.newest(row, *percept).map(|sample| sample.feature);
         }
-        let features = self.features(slot);
-        let symbols = self.metric.symbols(|term| features.get(term).copied().flatten());
+        let symbols = self.metric.symbols_of(self.features(slot));
         if let Some(held) = self.symbols.get_mut(slot as usize) {
             *held = symbols;
         }
@@ -504,18 +497,14 @@ impl Arena {
             let newest = histories.newest(row, *percept).map(|sample| sample.feature);
             assert_eq!(*feature, newest, "what was clustered by is what is remembered");
         }
-        let features = self.features(slot);
-        assert_eq!(self.symbols[slot as usize], self.metric.symbols(|term| features[term]));
+        assert_eq!(self.symbols[slot as usize], self.metric.symbols_of(self.features(slot)));
         let sightings = self.sightings.as_ref().map(|sightings| sightings.runs(slot as usize));
         format!("{:?}\n{sightings:?}\n{}", self.memory(slot).unwrap(), histories.contents(row))
     }
 }
 
-/// A feature that stands for a place.
-#[inline]
-fn place_in(feature: Feature) -> Option<[f32; 3]> {
-    match feature {
-        Feature::Vector(position_m) => Some(position_m),
-        Feature::None | Feature::Symbol(_) | Feature::Number(_) | Feature::Orientation(_) => None,
-    }
+/// What a percept says in a snapshot, if it may be used: somebody has looked through a snapshot that is trusted.
+#[inline(always)]
+fn evaluation(snapshot: &Snapshot, percept: u16, trusts: bool) -> Option<&PerceptValue> {
+    snapshot.value(percept).filter(|value| trusts || value.is_sound())
 }

@@ -19,8 +19,8 @@ pub use population::{Population, Seen, Symbols};
 use quantity::number::saturating_u32;
 use queue::{Pair, Queue};
 
-/// Members are expected while those before them are merged: so many, that their memory has come by then.
-const AHEAD: usize = 4;
+/// What is known of a belief is fetched while those before it take something in: so many, that it has come by then.
+pub(crate) const AHEAD: usize = 4;
 
 /// Finds the pairs to merge without looking at all pairs: with bit for bit the outcome of
 /// [the naive loop](cluster_naively).

@@ -99,6 +99,12 @@ impl Metric {
         symbols
     }
 
+    /// The same of features in the order of the terms.
+    #[inline(always)]
+    pub(crate) fn symbols_of(&self, features: &[Option<Feature>]) -> Symbols {
+        self.symbols(|term| features.get(term).copied().flatten())
+    }
+
     /// The percepts that the terms compare, in the order of the terms.
     pub(crate) fn percepts(&self) -> impl Iterator<Item = u16> {
         self.terms.iter().map(|term| term.percept)

@@ -148,9 +148,9 @@ impl Sightings {
     }
 
     /// All that is perceived in the step is of one frame, or nothing is.
-    pub(crate) fn follow_frame(&mut self, frame: Option<Run>, before: Option<Instant>) {
+    pub(crate) fn follow_frame(&mut self, frame: Option<Run>) {
         self.frame = frame;
-        self.before = frame.zip(before).map(|(frame, at)| Run::of(frame.source, at));
+        self.before = frame.and_then(|frame| Some(Run::of(frame.source, frame.follows?)));
         self.frames = usize::from(frame.is_some());
     }
 

@@ -5,7 +5,7 @@ mod tests;
 
 use clock::{Duration, Instant};
 use config::percepts::{self, Percept, Percepts};
-use message::{Belief, Feature, Perceived, PerceptValue, Remembered, SourceSet};
+use message::{Belief, Perceived, PerceptValue, Remembered, SourceSet};
 use quantity::number::saturating_u32;
 
 use crate::arena::{Arena, Arrivals, Step};
@@ -58,8 +58,8 @@ pub struct BeliefSystem {
     cull: Vec<Cull>,
     capacity: usize,
     arena: Arena,
-    /// What is taken in, if it is but noted until the step is finished.
     arrivals: Arrivals,
+    /// Whether this step notes what it takes in, and makes beliefs of it no sooner than it is finished.
     notes: bool,
     clustering: Clustering,
     /// Whether no two beliefs are closer than the threshold: none has changed since the
@@ -464,13 +464,6 @@ impl BeliefSystem {
     }
 
     fn place_of(&self, slot: u32) -> Option<[f32; 3]> {
-        vector(self.arena.newest(slot, self.place?)?)
-    }
-}
-
-fn vector(feature: Feature) -> Option<[f32; 3]> {
-    match feature {
-        Feature::Vector(vector) => Some(vector),
-        Feature::None | Feature::Symbol(_) | Feature::Number(_) | Feature::Orientation(_) => None,
+        self.arena.newest(slot, self.place?)?.vector()
     }
 }

@@ -202,10 +202,7 @@ impl Belief {
     /// The vector remembered of a percept, in the frame of its perspective; `None` where it is none.
     #[must_use]
     pub fn vector(&self, percept: u16) -> Option<[f64; 3]> {
-        match self.percept(percept)?.feature()? {
-            Feature::Vector(vector) => Some(vector.map(f64::from)),
-            Feature::None | Feature::Symbol(_) | Feature::Number(_) | Feature::Orientation(_) => None,
-        }
+        Some(self.percept(percept)?.feature()?.vector()?.map(f64::from))
     }
 }
 

@@ -38,6 +38,16 @@ impl Feature {
     /// The kind of an orientation.
     pub const ORIENTATION: u16 = ORIENTATION;
 
+    /// The position or the extents, in metres; `None` of other features.
+    #[must_use]
+    #[inline]
+    pub fn vector(self) -> Option<[f32; 3]> {
+        match self {
+            Self::Vector(vector) => Some(vector),
+            Self::None | Self::Symbol(_) | Self::Number(_) | Self::Orientation(_) => None,
+        }
+    }
+
     /// As it stands in shared memory: its kind and four numbers, those that it does not need zero.
     #[must_use]
     #[inline]

@@ -76,8 +76,8 @@ impl Kernel {
     #[inline]
     pub(crate) fn read(&self, feature: Feature) -> Option<Evaluation> {
         match self {
-            Self::Nearest(prototypes) => prototypes.read(vector(feature)?),
-            Self::Region(region) => Some(within(region, vector(feature)?)),
+            Self::Nearest(prototypes) => prototypes.read(feature.vector()?),
+            Self::Region(region) => Some(within(region, feature.vector()?)),
             Self::Range(range) => range.degree(feature).map(|degree| Evaluation {
                 matching: Range::matching(degree),
                 ..Evaluation::certain(Feature::Number(degree))
@@ -98,12 +98,4 @@ fn within(region: &Region, place_m: [f32; 3]) -> Evaluation {
     // remembered as outside.
     let degree = if region.holds(place_m) { 1.0 } else { 0.0 };
     Evaluation::certain(Feature::Number(degree))
-}
-
-#[inline]
-fn vector(feature: Feature) -> Option<[f32; 3]> {
-    match feature {
-        Feature::Vector(vector) => Some(vector),
-        Feature::None | Feature::Symbol(_) | Feature::Number(_) | Feature::Orientation(_) => None,
-    }
 }

@@ -32,10 +32,8 @@ pub fn prefetch_all<T>(values: &[T]) {
 
 #[inline(always)]
 fn lines(start: *const u8, bytes: usize) {
-    let mut offset = 0;
-    while offset < bytes {
+    for offset in (0..bytes).step_by(LINE) {
         line(start.wrapping_add(offset));
-        offset += LINE;
     }
     // It need not begin where a line does.
     line(start.wrapping_add(bytes.saturating_sub(1)));
@@ -67,7 +65,7 @@ fn line(address: *const u8) {
 
 #[cfg(test)]
 mod tests {
-    use super::{prefetch, prefetch_whole};
+    use super::{prefetch, prefetch_all, prefetch_whole};
 
     #[test]
     fn nothing_changes() {
@@ -84,5 +82,7 @@ mod tests {
         // A value that is nowhere.
         prefetch(&());
         prefetch_whole(&());
+        prefetch_all(&values);
+        prefetch_all::<u64>(&[]);
     }
 }

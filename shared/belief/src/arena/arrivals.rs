@@ -2,7 +2,7 @@ use clock::Instant;
 use message::{Feature, MAX_PERCEPTS, Perceived, Snapshot, SourceSet};
 use quantity::number::saturating_u32;
 
-use super::{Arena, Holds, Step, place_in};
+use super::{Arena, Holds, Step, evaluation};
 use crate::cluster::{Population, Seen, Symbols};
 use crate::metric::Reach;
 use crate::room::Room;
@@ -20,8 +20,7 @@ pub(crate) struct Arrivals {
     things: Room<Arrival>,
     /// Their numbers, behind those of all slots.
     numbers: Box<[u32]>,
-    /// Whether one of them has no place.
-    placeless: bool,
+    /// The frame that they are of, if it is one.
     frame: Run,
     /// When they are remembered.
     at: Instant,
@@ -31,13 +30,11 @@ pub(crate) struct Arrivals {
 struct Arrival {
     /// Of what was perceived; [`TAKEN_IN`] once a belief has it.
     entry: u32,
-    place_m: [f32; 3],
+    place_m: Option<[f32; 3]>,
     symbols: Symbols,
 }
 
 const TAKEN_IN: u32 = u32::MAX;
-
-const NOWHERE: [f32; 3] = [0.0; 3];
 
 impl Arrivals {
     /// Room for as many as there are slots.
@@ -46,24 +43,9 @@ impl Arrivals {
         Self {
             things: Room::for_most(slots),
             numbers: (first..first.saturating_mul(2)).collect(),
-            placeless: false,
             frame: Run::of(0, Instant::EPOCH),
             at: Instant::EPOCH,
         }
-    }
-
-    pub(crate) fn len(&self) -> usize {
-        self.things.len()
-    }
-
-    /// Whether all can be found a belief for: each has a place.
-    pub(crate) fn have_places(&self) -> bool {
-        !self.placeless
-    }
-
-    /// The source and the instant of the frame; `None` where nothing arrived.
-    pub(crate) fn frame(&self) -> Option<(u16, Instant)> {
-        (!self.things.is_empty()).then_some((self.frame.source, self.frame.first))
     }
 
     /// Notes an entry of what was perceived, remembered at `at`. `false` where there is no room for one
@@ -75,14 +57,21 @@ impl Arrivals {
         }
         if self.things.is_empty() {
             let Perceived { observation, .. } = perceived;
-            self.placeless = false;
             self.frame = Run::of(observation.source, Instant::from_nanos(observation.observed_at_ns));
             self.at = at;
         }
-        let (place, symbols) = arena.glance(&perceived.snapshot);
-        self.placeless |= place.is_none();
-        self.things.push(Arrival { entry, place_m: place.unwrap_or(NOWHERE), symbols });
+        let (place_m, symbols) = arena.glance(&perceived.snapshot);
+        self.things.push(Arrival { entry, place_m, symbols });
         true
+    }
+
+    /// All are noted, and all of one frame: `before` says of a source and an instant which frame of the source was
+    /// the one before.
+    pub(crate) fn follow(&mut self, arena: &mut Arena, before: impl Fn(u16, Instant) -> Option<Instant>) {
+        self.frame.follows = before(self.frame.source, self.frame.first);
+        if let Some(sightings) = &mut arena.sightings {
+            sightings.follow_frame((!self.things.is_empty()).then_some(self.frame));
+        }
     }
 
     /// Forgets all that are no entry of so many; how many they are.
@@ -113,8 +102,6 @@ pub(crate) struct Arriving<'a> {
     pub(crate) arrivals: &'a mut Arrivals,
     pub(crate) first_new: u64,
     pub(crate) now: Instant,
-    /// The frame of the source before the one that they are of.
-    pub(crate) before: Option<Instant>,
 }
 
 impl Arriving<'_> {
@@ -129,10 +116,6 @@ impl Arriving<'_> {
 
     fn perceived(&self, number: u32) -> Option<&Perceived> {
         self.step.perceived.get(self.arrival(number)?.entry as usize)
-    }
-
-    fn frame(&self) -> Run {
-        Run { follows: self.before, ..self.arrivals.frame }
     }
 }
 
@@ -172,7 +155,7 @@ impl Population for Arriving<'_> {
     fn place(&self, number: u32) -> Option<[f32; 3]> {
         match self.arrival(number) {
             None => self.step.place(number),
-            Some(arrival) => Some(arrival.place_m),
+            Some(arrival) => arrival.place_m,
         }
     }
 
@@ -182,7 +165,7 @@ impl Population for Arriving<'_> {
     }
 
     fn distance(&self, old: u32, fresh: u32) -> Option<f64> {
-        self.step.arena.distance_to(old, self.perceived(fresh)?, &self.frame())
+        self.step.arena.distance_to(old, self.perceived(fresh)?, &self.arrivals.frame)
     }
 
     #[inline]
@@ -227,11 +210,11 @@ impl Population for Arriving<'_> {
     }
 
     fn merge(&mut self, old: u32, fresh: u32) {
-        let (frame, instants) = (self.frame(), [self.arrivals.at, self.now]);
         let Some(index) = self.index(fresh) else { return };
-        let Some(Arrival { entry, symbols, .. }) = self.arrivals.things.get_mut(index) else { return };
+        let Arrivals { things, frame, at, .. } = &mut *self.arrivals;
+        let Some(Arrival { entry, symbols, .. }) = things.get_mut(index) else { return };
         if let Some(perceived) = self.step.perceived.get(*entry as usize) {
-            self.step.arena.take_in(old, instants, perceived, *symbols, &frame);
+            self.step.arena.take_in(old, [*at, self.now], perceived, *symbols, frame);
             *entry = TAKEN_IN;
         }
     }
@@ -249,7 +232,7 @@ impl Arena {
     #[inline(always)]
     fn glance(&self, snapshot: &Snapshot) -> (Option<[f32; 3]>, Symbols) {
         let feature = |term: usize| self.feature_in(snapshot, *self.terms.get(term)?);
-        let place = self.reach.and_then(|Reach { term, .. }| place_in(feature(term)?));
+        let place = self.reach.and_then(|Reach { term, .. }| feature(term)?.vector());
         (place, self.metric.symbols(feature))
     }
 
@@ -281,13 +264,6 @@ impl Arena {
         has_histories && self.memory(slot).is_some_and(|memory| memory.perceived_at < at)
     }
 
-    /// What arrived in this step is all of one frame.
-    pub(crate) fn follow_arrivals(&mut self, arrivals: &Arrivals, before: Option<Instant>) {
-        if let Some(sightings) = &mut self.sightings {
-            sightings.follow_frame((arrivals.len() > 0).then_some(arrivals.frame), before);
-        }
-    }
-
     /// A belief takes in what was perceived in a `frame`, remembered `at`, later than all that it remembers, and
     /// taken in `now`: what [`Self::create`] and [`Self::merge`] come to, without a belief in between.
     fn take_in(
@@ -310,14 +286,13 @@ impl Arena {
             (self.features.get_mut(features), self.symbols.get_mut(slot as usize))
         {
             for (feature, percept) in features.iter_mut().zip(&self.terms) {
-                let value = snapshot.value(*percept).filter(|value| self.trusts || value.is_sound());
-                if let Some(value) = value {
+                if let Some(value) = evaluation(snapshot, *percept, self.trusts) {
                     self.histories.foresee(*percept, feature, value);
                 }
             }
             // As a rule it has the same.
             if *symbols != newer || !newer.are_all() {
-                *symbols = self.metric.symbols(|term| features.get(term).copied().flatten());
+                *symbols = self.metric.symbols_of(features);
             }
         }
         self.change(slot);

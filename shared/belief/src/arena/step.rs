@@ -1,6 +1,6 @@
 use message::Perceived;
 
-use super::{Arena, Holds, place_in};
+use super::{Arena, Holds};
 use crate::cluster::{Population, Seen, Symbols};
 use crate::metric::Reach;
 use crate::sightings::Run;
@@ -38,7 +38,7 @@ impl Population for Step<'_> {
     #[inline]
     fn place(&self, slot: u32) -> Option<[f32; 3]> {
         let Reach { term, .. } = self.arena.reach?;
-        place_in(self.arena.features(slot).get(term).copied().flatten()?)
+        self.arena.features(slot).get(term).copied().flatten()?.vector()
     }
 
     #[inline]

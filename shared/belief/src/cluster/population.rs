@@ -77,7 +77,8 @@ pub trait Population {
         None
     }
 
-    /// The two are about to be merged; `soon` after very few others.
+    /// The two are about to be merged, so that their memory may be fetched; `soon` says that it is the second
+    /// time of saying so, and few others come before them.
     fn expect(&self, _kept: u32, _gone: u32, _soon: bool) {}
 
     /// Merges the member in `gone` into the one in `kept`; `gone` ends.

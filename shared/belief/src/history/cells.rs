@@ -71,12 +71,6 @@ impl Column {
         self.len
     }
 
-    /// Where in the band the cell at `index` of another belief is.
-    #[inline]
-    pub(crate) const fn place_in(&self, lane: usize, index: usize) -> usize {
-        self.first + lane * self.lane + index * self.step
-    }
-
     /// Where in the row the cell at `index` is.
     #[inline]
     pub(crate) const fn place(self, index: usize) -> usize {

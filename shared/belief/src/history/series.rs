@@ -110,7 +110,7 @@ impl Series {
         if is_newest && fits {
             let cell = self.advance(column.len());
             self.newest = sample.kept();
-            if let Some(cell) = band.get_mut(column.place_in(lane, cell)) {
+            if let Some(cell) = band.get_mut(column.in_lane(lane).place(cell)) {
                 *cell = sample.kept();
             }
             if thinning == Thinning::Octaves {
@@ -231,12 +231,13 @@ impl Series {
     fn thin_now_and_then(&mut self, band: &mut [Kept], lane: usize, column: &Column, phase: u64) {
         let octaves = u64::from(self.taken).wrapping_add(phase).trailing_zeros();
         if octaves > 1 {
-            self.thin_octaves(band, lane, column, octaves);
+            self.thin_lane(band, lane, column, octaves);
         }
     }
 
+    /// Apart, so that what comes every time is short.
     #[inline(never)]
-    fn thin_octaves(&mut self, band: &mut [Kept], lane: usize, column: &Column, octaves: u32) {
+    fn thin_lane(&mut self, band: &mut [Kept], lane: usize, column: &Column, octaves: u32) {
         let most = u16::try_from(2 * octaves + 1).unwrap_or(u16::MAX);
         self.thin_newest(&mut column.in_lane(lane).of(band), most);
     }

@@ -85,12 +85,10 @@ impl BeliefSystem {
         self.forsake(lost);
         let Self { arena, arrivals, clustering, sources, .. } = self;
         let mut matched = None;
-        if settled && fresh_apart && arrivals.have_places() {
-            let before = arrivals.frame().and_then(|(source, at)| sources.before(source, at));
-            arena.follow_arrivals(arrivals, before);
+        if settled && fresh_apart {
+            arrivals.follow(arena, |source, at| sources.before(source, at));
             let step = Step { arena: &mut *arena, perceived };
-            matched =
-                clustering.run_matched(&mut Arriving { step, arrivals, first_new, now: self.now, before });
+            matched = clustering.run_matched(&mut Arriving { step, arrivals, first_new, now: self.now });
         }
         // Those that nobody has taken in.
         arrivals.admit(arena, first_new, self.now, perceived);

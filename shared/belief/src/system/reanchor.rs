@@ -5,7 +5,7 @@ use geometry::{Pose, Position};
 use message::Feature;
 use quantity::number::single;
 
-use super::{BeliefSystem, vector};
+use super::BeliefSystem;
 use crate::sample::Sample;
 
 impl BeliefSystem {
@@ -50,7 +50,7 @@ impl BeliefSystem {
             let sample = match &percept.kernel {
                 Kernel::Region(region) => {
                     let of_thing = self.place.and_then(|place| histories.newest(row, place));
-                    let of_place = read.filter(|read| vector(read.feature).is_some()).or(of_thing);
+                    let of_place = read.filter(|read| read.feature.vector().is_some()).or(of_thing);
                     region_anew(region, of_place, histories.newest(row, number))
                 }
                 Kernel::Range(range) => match origin(&self.percepts, percept).kernel {
@@ -81,7 +81,7 @@ impl BeliefSystem {
 /// A region of a place, as sure as it was, or where nobody asked it until now as the place is.
 fn region_anew(region: &Region, of_place: Option<Sample>, newest: Option<Sample>) -> Option<Sample> {
     let of_place = of_place?;
-    let degree = if region.holds(vector(of_place.feature)?) { 1.0 } else { 0.0 };
+    let degree = if region.holds(of_place.feature.vector()?) { 1.0 } else { 0.0 };
     Some(Sample { feature: Feature::Number(degree), ..newest.unwrap_or(of_place) })
 }
 

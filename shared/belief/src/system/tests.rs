@@ -5,7 +5,7 @@ mod functions;
 use config::number::NotNegative;
 use config::percepts::{Component, Distance, Kernel, Measure, NoTermApplies, Range, Region};
 use geometry::Pose;
-use message::{NOBODY, Observation, SourceSet, State};
+use message::{Feature, NOBODY, Observation, SourceSet, State};
 use perception::{Frame, Perception};
 
 use super::*;

@@ -89,7 +89,9 @@ proptest! {
     fn what_is_but_noted_becomes_what_it_becomes_as_a_belief_of_its_own(
         instances in prop::collection::vec(instance(), 1..12),
         capacity in 3..12_usize,
-        (trusts, normalised, symbols_tell) in (any::<bool>(), prop::bool::weighted(0.1), prop::bool::weighted(0.8)),
+        trusts in any::<bool>(),
+        normalised in prop::bool::weighted(0.1),
+        symbols_tell in prop::bool::weighted(0.8),
     ) {
         let mut percepts = Percepts::builtin();
         percepts.belief.normalised = normalised;
@@ -109,7 +111,8 @@ proptest! {
             let of_sight = |(source, after_ms, things): &Sight| {
                 let at_ns = now.as_nanos().saturating_add_signed(after_ms * 1_000_000);
                 let perceived = |thing: &Thing| thing.perceived(&perception, *source, at_ns, &percepts);
-                things.iter().map(perceived).filter(|perceived| !trusts || perceived.is_sound()).collect::<Vec<_>>()
+                let may_enter = |perceived: &Perceived| !trusts || perceived.is_sound();
+                things.iter().map(perceived).filter(may_enter).collect::<Vec<_>>()
             };
             let perceived: Vec<_> = sights.iter().flat_map(of_sight).collect();
             let looked: SourceSet = sights.iter().map(|(source, ..)| SourceSet::of(*source)).collect();
