@@ -17,6 +17,8 @@ const LOOKED_AT: Duration = Duration::from_secs(10);
 const QUIET: &str = "LEO_QUIET_MACHINE";
 /// So often the network goes through its states then: medians of the quantiles are compared.
 const ROUNDS: usize = 9;
+const HOT_CORE: usize = 0;
+const OTHER_CORE: usize = 1;
 const HOT: [Process; 3] = [Process::Sensor, Process::Belief, Process::Motor];
 
 /// The boards of the hot path's processes.
@@ -114,7 +116,7 @@ fn is_quiet() -> bool {
 /// the robot's configuration.
 fn plan_cores() -> Vec<(&'static str, &'static str)> {
     let mut second = CpuSet::new();
-    second.set(1);
+    second.set(OTHER_CORE);
     if !is_quiet() || sched_setaffinity(None, &second).is_err() {
         return Vec::new();
     }
@@ -126,7 +128,7 @@ fn the_hot_path_does_not_notice_what_the_network_does() {
     let _alone = alone();
     let plan = plan_cores();
     let Some(mut network) = Network::or_skip("hot") else { return };
-    let _wakeful = is_quiet().then(Wakeful::begin);
+    let _wakeful = is_quiet().then(|| Wakeful::on([HOT_CORE, OTHER_CORE]));
     let [a, b] = network.names.clone();
     let keys = keys("IP:10.77.0.1");
     let away = Side::away("tls/10.77.0.1:7447").keyed(keys.path(), "away");
