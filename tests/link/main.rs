@@ -10,6 +10,7 @@ mod network;
 mod strangers;
 mod taught;
 mod wakeful;
+mod yardstick;
 
 use std::fs;
 use std::net::TcpListener;

@@ -15,7 +15,10 @@ impl Wakeful {
         let spins = "import os, sys; os.sched_setscheduler(0, os.SCHED_IDLE, os.sched_param(0)); \
                      os.sched_setaffinity(0, {int(sys.argv[1])})\nwhile True: pass";
         let spin = |core: usize| {
-            Command::new("python3").args(["-c", spins, &core.to_string()]).spawn().expect("as the network was")
+            Command::new("python3")
+                .args(["-c", spins, &core.to_string()])
+                .spawn()
+                .expect("as the network was")
         };
         Self(cores.into_iter().map(spin).collect())
     }

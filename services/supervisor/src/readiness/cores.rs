@@ -221,11 +221,33 @@ pub(super) fn governors(system: &System, cores: &[u16]) -> Finding {
     }
 }
 
+const HALTS: &str = "this kernel has no driver for them: an idle core halts whatever Leo asks for, and is the host's until \
+                     the host gives it back";
+const NO_HALT: &str =
+    "add `idle=poll` to the kernel's command line (a guest of KVM: `cpuidle_haltpoll.force=1`)";
+
+/// Whether an idle core of a virtual machine is given back to the host, whatever wake-up latency was asked for.
+///
+/// Without a driver the kernel does not choose among idle states, and knows no bound on their latency
+/// (`cpuidle_idle_call` in `kernel/sched/idle.c`). Of a real machine that is the state that is left soonest.
+fn halts(system: &System) -> bool {
+    let has = |file: &str, word: &str| {
+        system.read(file).is_some_and(|text| text.split_whitespace().any(|part| part == word))
+    };
+    has(&format!("{CPU}/cpuidle/current_driver"), "none")
+        && has("/proc/cpuinfo", "hypervisor")
+        && !has("/proc/cmdline", "idle=poll")
+}
+
 /// Idle states that take long to leave, where cores may enter them.
 pub(super) fn idle_states(system: &System, cores: &[u16], sleep: &Sleep) -> Finding {
     let about = "idle states";
     if *sleep == Sleep::Prevented {
-        return Finding::good(about, "none is entered while the robot runs");
+        return if halts(system) {
+            Finding::slower(about, HALTS, NO_HALT)
+        } else {
+            Finding::good(about, "none is entered while the robot runs")
+        };
     }
     let mut worst = 0;
     let mut changes = Vec::new();
