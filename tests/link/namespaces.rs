@@ -158,7 +158,7 @@ fn changes(rounds: &[[Look; 4]]) -> Vec<(String, f64)> {
 /// How often the network goes through its states on a quiet machine.
 fn quiet_rounds() -> Option<usize> {
     let rounds = std::env::var(QUIET).ok()?;
-    Some(rounds.parse().expect("the number of rounds, 40 for one"))
+    Some(rounds.parse().expect("the number of rounds, 14 for one"))
 }
 
 /// Where the machine is quiet, and has two cores, the hot path has the first, as on a robot whose cores were
