@@ -134,6 +134,7 @@ fn changes(rounds: &[[Look; 4]]) -> Vec<(String, f64)> {
             seconds(state).count(),
             CALM * fast_us
         );
+        assert!(calm(state).count() * 4 >= seconds(state).count(), "{name}: few seconds tell nothing of all");
     }
     let mut changes = Vec::new();
     for (index, process) in HOT.into_iter().enumerate() {

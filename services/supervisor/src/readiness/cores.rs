@@ -242,12 +242,11 @@ fn halts(system: &System) -> bool {
 /// Idle states that take long to leave, where cores may enter them.
 pub(super) fn idle_states(system: &System, cores: &[u16], sleep: &Sleep) -> Finding {
     let about = "idle states";
+    if halts(system) {
+        return Finding::slower(about, HALTS, NO_HALT);
+    }
     if *sleep == Sleep::Prevented {
-        return if halts(system) {
-            Finding::slower(about, HALTS, NO_HALT)
-        } else {
-            Finding::good(about, "none is entered while the robot runs")
-        };
+        return Finding::good(about, "none is entered while the robot runs");
     }
     let mut worst = 0;
     let mut changes = Vec::new();

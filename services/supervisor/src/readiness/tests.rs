@@ -284,17 +284,19 @@ fn idle_states_that_no_core_enters_may_be_deep() {
 
 #[test]
 fn cores_of_a_virtual_machine_that_halt_whatever_is_asked_are_told() {
-    let awake = |files: &[(&str, &str)]| {
+    let with = |sleep, files: &[(&str, &str)]| {
         let (root, machine) = good();
         files.iter().for_each(|(file, text)| put(&root, file, text));
-        bad(&root, &Machine { sleep: Sleep::Prevented, ..machine })
+        bad(&root, &Machine { sleep, ..machine })
     };
+    let awake = |files: &[(&str, &str)]| with(Sleep::Prevented, files);
     let driver = ("sys/devices/system/cpu/cpuidle/current_driver", "none\n");
     let guest = ("proc/cpuinfo", "flags\t: fpu hypervisor lahf_lm\n");
     let bad = awake(&[driver, guest]);
     assert_eq!(bad.len(), 1, "{bad:?}");
     assert_eq!((bad[0].verdict, bad[0].about.as_str()), (Verdict::Slower, "idle states"));
     assert!(bad[0].mend.as_ref().unwrap().contains("idle=poll"), "{bad:?}");
+    assert_eq!(with(Sleep::Allowed, &[driver, guest]), bad, "nor where nobody asks");
     assert_eq!(awake(&[driver]), [], "a real core wakes soon");
     assert_eq!(awake(&[(driver.0, "haltpoll\n"), guest]), [], "the driver polls");
     assert_eq!(awake(&[driver, guest, ("proc/cmdline", "quiet idle=poll\n")]), [], "nothing halts");
