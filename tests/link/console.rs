@@ -14,9 +14,9 @@ fn a_console_that_begins_anew_on_another_machine_is_told_what_was_learned_before
     let keys = keys("DNS:localhost");
     let port = free_port();
     let console = |side: Side| side.with("off_board", "[\"console\"]");
-    let away = console(Side::away(&format!("tls/localhost:{port}")).keyed(keys.path(), "away"));
+    let away = console(Side::away(&format!("quic/localhost:{port}")).keyed(keys.path(), "away"));
     let away = Machine::ready(None, "link-ears", &away.changes());
-    let robot = console(Side::robot(&format!("tls/127.0.0.1:{port}")).keyed(keys.path(), "robot"));
+    let robot = console(Side::robot(&format!("quic/127.0.0.1:{port}")).keyed(keys.path(), "robot"));
     let robot = Machine::ready(None, "link-mind", &robot.changes());
     assert!(robot.process("learner").is_some() && robot.process("console").is_none());
     assert!(away.process("learner").is_none() && away.process("console").is_some());

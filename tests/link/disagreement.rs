@@ -8,9 +8,9 @@ fn machines_that_are_configured_otherwise_take_nothing_from_each_other_and_both_
     let _alone = alone();
     let keys = keys("DNS:localhost");
     let port = free_port();
-    let away = Side::away(&format!("tls/localhost:{port}")).keyed(keys.path(), "away").with("partners", "2");
+    let away = Side::away(&format!("quic/localhost:{port}")).keyed(keys.path(), "away").with("partners", "2");
     let away = Machine::ready(None, "link-two", &away.changes());
-    let robot = Side::robot(&format!("tls/127.0.0.1:{port}")).keyed(keys.path(), "robot");
+    let robot = Side::robot(&format!("quic/127.0.0.1:{port}")).keyed(keys.path(), "robot");
     let robot = Machine::ready(None, "link-alone", &robot.changes());
     let both = [&away, &robot];
     let refused = |machine: &Machine| machine.metric("leo_link_refused_total");

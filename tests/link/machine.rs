@@ -12,7 +12,7 @@ use rustix::process::{Pid, Signal, kill_process};
 use tempfile::TempDir;
 
 /// Patience with a loaded machine.
-pub(crate) const PATIENCE: Duration = Duration::from_secs(90);
+const PATIENCE: Duration = Duration::from_secs(90);
 
 /// One of two linked machines: a `leo run` with a domain and a memory of its own. Dropping it kills it.
 pub(crate) struct Machine {

@@ -13,7 +13,7 @@ mod wakeful;
 mod yardstick;
 
 use std::fs;
-use std::net::TcpListener;
+use std::net::UdpSocket;
 use std::path::Path;
 use std::process::Command;
 use std::sync::{Mutex, MutexGuard, PoisonError};
@@ -34,7 +34,7 @@ pub(crate) fn alone() -> MutexGuard<'static, ()> {
 
 /// A port that nobody uses.
 pub(crate) fn free_port() -> u16 {
-    TcpListener::bind("127.0.0.1:0").and_then(|listener| listener.local_addr()).expect("a port").port()
+    UdpSocket::bind("127.0.0.1:0").and_then(|socket| socket.local_addr()).expect("a port").port()
 }
 
 /// Keys for two machines, as docs/more_than_one_machine.md makes them; `robot` has these names.
@@ -100,9 +100,9 @@ fn a_learner_on_another_machine_learns_task_1_and_performs_it() {
     let _alone = alone();
     let keys = keys("DNS:localhost");
     let port = free_port();
-    let away = Side::away(&format!("tls/localhost:{port}")).keyed(keys.path(), "away");
+    let away = Side::away(&format!("quic/localhost:{port}")).keyed(keys.path(), "away");
     let mut away = Machine::ready(None, "link-away", &away.changes());
-    let robot = Side::robot(&format!("tls/127.0.0.1:{port}")).keyed(keys.path(), "robot");
+    let robot = Side::robot(&format!("quic/127.0.0.1:{port}")).keyed(keys.path(), "robot");
     let mut robot = Machine::ready(None, "link-robot", &robot.changes());
     assert!(robot.process("learner").is_none() && robot.process("console").is_none());
     assert!(away.process("belief").is_none() && away.process("learner").is_some());

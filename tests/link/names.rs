@@ -24,12 +24,12 @@ fn two_robots_of_one_network_are_heard_by_their_own_machines_alone() {
     let keys = keys("DNS:localhost");
     let ports = [free_port(), free_port()];
     // Both machines reach both robots, and have keys for both: the names alone tell them apart.
-    let everybody = ports.map(|port| format!("\"tls/localhost:{port}\"")).join(", ");
+    let everybody = ports.map(|port| format!("\"quic/localhost:{port}\"")).join(", ");
     let everybody = format!("[{everybody}]");
     let pair = |name: &str, port, lesson, task| {
         let named = |side: Side, key| side.keyed(keys.path(), key).with("robot", &format!("\"{name}\""));
-        let away = named(Side::away("tls/localhost:1"), "away").with("connect", &everybody);
-        let robot = named(Side::robot(&format!("tls/127.0.0.1:{port}")), "robot");
+        let away = named(Side::away("quic/localhost:1"), "away").with("connect", &everybody);
+        let robot = named(Side::robot(&format!("quic/127.0.0.1:{port}")), "robot");
         let lesson = Path::new(env!("CARGO_MANIFEST_DIR")).join("config/lessons").join(lesson);
         let lesson = ["--lesson", lesson.to_str().expect("is text")];
         let away = Machine::start(None, &format!("link-{name}-away"), &away.changes());
@@ -44,12 +44,13 @@ fn two_robots_of_one_network_are_heard_by_their_own_machines_alone() {
         assert!(wait_until(|| pair.has_learned()), "{}\n{}\n{}", away.told(), away.said(), robot.said());
     }
     for pair in &pairs {
+        let said = format!("{}\nThe other machine:\n{}", pair.robot.said(), pair.away.said());
         for machine in [&pair.robot, &pair.away] {
-            assert_eq!(machine.count("leo_link_heard"), 1, "{}", machine.said());
+            assert_eq!(machine.count("leo_link_heard"), 1, "{said}");
             // Nobody else's words even came.
-            assert_eq!(machine.count("leo_link_refused_total"), 0, "{}", machine.said());
-            assert_eq!(machine.count("leo_link_hearings_total"), 1, "{}", machine.said());
-            assert!(!machine.said().contains("a second machine speaks"), "{}", machine.said());
+            assert_eq!(machine.count("leo_link_refused_total"), 0, "{said}");
+            assert_eq!(machine.count("leo_link_hearings_total"), 1, "{said}");
+            assert!(!machine.said().contains("a second machine speaks"), "{said}");
         }
     }
     let [ada, bea] = &pairs;

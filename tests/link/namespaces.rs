@@ -182,9 +182,9 @@ fn the_hot_path_does_not_notice_what_the_network_does() {
     let _wakeful = quiet_rounds().map(|_| Wakeful::on([HOT_CORE, OTHER_CORE]));
     let [a, b] = network.names.clone();
     let keys = keys("IP:10.77.0.1");
-    let away = Side::away("tls/10.77.0.1:7447").keyed(keys.path(), "away");
+    let away = Side::away("quic/10.77.0.1:7447").keyed(keys.path(), "away");
     let mut away = Machine::ready(Some(&b), "ns-away", &away.changes());
-    let robot = Side::robot("tls/10.77.0.1:7447").keyed(keys.path(), "robot");
+    let robot = Side::robot("quic/10.77.0.1:7447").keyed(keys.path(), "robot");
     let mut robot = Machine::ready(Some(&a), "ns-robot", &[robot.changes(), plan].concat());
     assert!(wait_until(|| away.told().contains(PERFORMED)), "{}\n{}", away.told(), away.said());
 

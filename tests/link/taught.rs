@@ -55,9 +55,9 @@ fn what_was_learned_over_a_bad_network_is_right_and_stays_learned() {
     let Some(mut network) = Network::or_skip("taught") else { return };
     let [a, b] = network.names.clone();
     let keys = keys("IP:10.77.0.1");
-    let away = Side::away("tls/10.77.0.1:7447").keyed(keys.path(), "away");
+    let away = Side::away("quic/10.77.0.1:7447").keyed(keys.path(), "away");
     let mut away = Machine::ready(Some(&b), "ns-pupil", &away.changes());
-    let robot = Side::robot("tls/10.77.0.1:7447").keyed(keys.path(), "robot");
+    let robot = Side::robot("quic/10.77.0.1:7447").keyed(keys.path(), "robot");
     let lesson = keys.path().join("lesson.toml");
     fs::write(&lesson, long_lesson()).expect("writes");
     let lesson = ["--lesson", lesson.to_str().expect("is text")];

@@ -227,7 +227,7 @@ fn configuration(link: &Link) -> Result<Config, String> {
     set("connect/endpoints", &list(&link.connect))?;
     set("connect/retry", "{ period_init_ms: 250, period_max_ms: 1000, period_increase_factor: 2 }")?;
     set("transport/unicast/max_sessions", "8")?;
-    set("transport/link/protocols", if link.is_encrypted() { "[\"tls\", \"tcp\"]" } else { "[\"tcp\"]" })?;
+    set("transport/link/protocols", if link.is_encrypted() { "[\"quic\", \"tcp\"]" } else { "[\"tcp\"]" })?;
     set("transport/link/tx/lease", &LEASE_MS.to_string())?;
     set("transport/link/rx/max_message_size", &MESSAGE_MOST.to_string())?;
     if link.is_encrypted() {
@@ -237,7 +237,7 @@ fn configuration(link: &Link) -> Result<Config, String> {
         key("connect_certificate", &link.certificate)?;
         key("listen_private_key", &link.private_key)?;
         key("connect_private_key", &link.private_key)?;
-        // Who connects shows a certificate too, and who is connected to has the name that was asked for.
+        // QUIC's TLS is configured as that of TLS over TCP. Who connects shows a certificate too, and who is connected to has the name that was asked for.
         set("transport/link/tls/enable_mtls", "true")?;
         set("transport/link/tls/verify_name_on_connect", "true")?;
         set("transport/link/tls/close_link_on_expiration", "true")?;
@@ -271,35 +271,6 @@ impl Net {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_session_that_breaks_is_followed_by_another_one_until_nobody_wants_one() {
-        let (mut opened, mut paused) = (0, 0);
-        let open = || {
-            opened += 1;
-            Some(opened)
-        };
-        // The third one ends because nobody sends any more.
-        let carry = |session| if session < 3 { Err("it was closed") } else { Ok(()) };
-        let pause = || {
-            paused += 1;
-            true
-        };
-        keep(open, carry, pause);
-        assert_eq!((opened, paused), (3, 2));
-        // Nobody wants one while none can be opened, or after one broke.
-        keep(|| None::<()>, |()| Err("is not opened"), || true);
-        let mut carried = 0;
-        keep(
-            || Some(()),
-            |()| {
-                carried += 1;
-                Err("it was closed")
-            },
-            || false,
-        );
-        assert_eq!(carried, 1);
-    }
-}
+mod certificates;
+#[cfg(test)]
+mod tests;

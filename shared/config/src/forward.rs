@@ -44,7 +44,7 @@ impl Forward {
     /// Mends what the error is about; whether it could.
     fn mend(&mut self, error: &ConfigError, builtin: &str) -> bool {
         let ConfigError::Invalid { line, reason, .. } = error else { return false };
-        if self.list_sources() {
+        if self.list_sources() || self.rename_endpoints() {
             return true;
         }
         let Some(key) = reason.strip_prefix("missing field `").and_then(|rest| rest.split('`').next()) else {
@@ -80,6 +80,23 @@ impl Forward {
         }
         self.text = self.text.replacen(&format!("{old}\n"), "", 1) + &list;
         self.steps.push(format!("`{}` of [sensor] became a [[sensor.source]] each", old.trim()));
+        true
+    }
+
+    /// Endpoints `tls/` in the table `link` were of TLS over TCP, before it was over UDP.
+    fn rename_endpoints(&mut self) -> bool {
+        const NAMES: [&str; 2] = ["\"tls/", "\"quic/"];
+        let is_old =
+            |line: &&str| matches!(key_of(line), Some("listen" | "connect")) && line.contains(NAMES[0]);
+        let Some(old) = lines_of(&self.text, "link").into_iter().find(is_old).map(str::to_owned) else {
+            return false;
+        };
+        self.text = self.text.replacen(&old, &old.replace(NAMES[0], NAMES[1]), 1);
+        let key = key_of(&old).unwrap_or_default();
+        self.steps.push(format!(
+            "`{key}` of [link] is by \"quic/\", no longer by \"tls/\": the same on the other machine; firewalls have to let \
+             UDP through"
+        ));
         true
     }
 
@@ -251,6 +268,25 @@ mod tests {
         let leo: Leo = crate::parse(&forward.text, Path::new("leo.toml")).unwrap();
         assert_eq!(leo.sensor.source.len(), 2);
         assert_eq!(leo.sensor.simulator(), Some(0));
+    }
+
+    #[test]
+    fn endpoints_of_tls_over_tcp_become_those_of_quic() {
+        let old = BUILTIN
+            .replacen("listen = []  ", "listen = [\"tls/0.0.0.0:7447\", \"tls/[::1]:7448\"] ", 1)
+            .replacen("connect = []  ", "connect = [\"tls/a.local:1\", \"tcp/127.0.0.1:2\"] ", 1);
+        let forward = leo(&old).unwrap();
+        assert_eq!(forward.steps.len(), 2, "{:?}", forward.steps);
+        assert!(
+            forward.text.contains("listen = [\"quic/0.0.0.0:7447\", \"quic/[::1]:7448\"] "),
+            "{}",
+            forward.text
+        );
+        assert!(
+            forward.text.contains("connect = [\"quic/a.local:1\", \"tcp/127.0.0.1:2\"] "),
+            "{}",
+            forward.text
+        );
     }
 
     #[test]

@@ -98,7 +98,8 @@ impl RobotName {
     }
 }
 
-/// Where a machine is reached: `tls/HOST:PORT`, or `tcp/HOST:PORT` of this machine alone.
+/// Where a machine is reached: `quic/HOST:PORT` (QUIC, which is TLS 1.3 over UDP: RFC 9000, RFC 9001), or
+/// `tcp/HOST:PORT` of this machine alone.
 #[derive(Clone, Debug, PartialEq, Eq, Deserialize)]
 #[serde(try_from = "String")]
 pub struct Endpoint(String);
@@ -107,7 +108,7 @@ impl TryFrom<String> for Endpoint {
     type Error = String;
 
     fn try_from(text: String) -> Result<Self, String> {
-        let wrong = || format!("{text:?} is no endpoint, as in \"tls/leo.local:7447\"");
+        let wrong = || format!("{text:?} is no endpoint, as in \"quic/leo.local:7447\"");
         let (protocol, address) = text.split_once('/').ok_or_else(wrong)?;
         let (host, port) = address.rsplit_once(':').ok_or_else(wrong)?;
         let legal = |letter: char| letter.is_ascii_alphanumeric() || "-._:[]".contains(letter);
@@ -115,13 +116,17 @@ impl TryFrom<String> for Endpoint {
             return Err(wrong());
         }
         match protocol {
-            "tls" => Ok(Self(text)),
+            "quic" => Ok(Self(text)),
             "tcp" if is_loopback(host) => Ok(Self(text)),
             "tcp" => Err(format!(
                 "{text:?} would send everything in the clear, and take commands from anybody: \"tcp/\" is for \
-                 127.0.0.1 and [::1]; say \"tls/{address}\", with keys"
+                 127.0.0.1 and [::1]; say \"quic/{address}\", with keys"
             )),
-            _ => Err(format!("{text:?} is neither \"tls/\" nor \"tcp/\"")),
+            "tls" => Err(format!(
+                "{text:?} was TLS over TCP; this version has it over UDP, and so must the other machine: say \
+                 \"quic/{address}\", with the same keys (a firewall has to let UDP through)"
+            )),
+            _ => Err(format!("{text:?} is neither \"quic/\" nor \"tcp/\"")),
         }
     }
 }
@@ -139,7 +144,7 @@ impl Endpoint {
     }
 
     fn is_encrypted(&self) -> bool {
-        self.0.starts_with("tls/")
+        self.0.starts_with("quic/")
     }
 }
 
@@ -201,7 +206,7 @@ pub(crate) fn fault(link: &Link) -> Option<(&'static str, String)> {
     }
     let keys = [&link.authority, &link.certificate, &link.private_key];
     if link.is_encrypted() && keys.iter().any(|file| file.as_os_str().is_empty()) {
-        let reason = "\"tls/\" wants `authority`, `certificate` and `private_key`; \
+        let reason = "\"quic/\" wants `authority`, `certificate` and `private_key`; \
                       docs/more_than_one_machine.md says how to make them";
         return Some(("authority", reason.to_owned()));
     }
@@ -224,16 +229,22 @@ mod tests {
         for open in ["tcp/0.0.0.0:7447", "tcp/192.168.0.7:7447", "tcp/[::]:7447", "tcp/localhost.evil:1"] {
             assert!(endpoint(open).unwrap_err().contains("in the clear"), "{open}");
         }
-        assert!(endpoint("tls/0.0.0.0:7447").is_ok());
+        assert!(endpoint("quic/0.0.0.0:7447").is_ok());
     }
 
     #[test]
     fn what_is_no_endpoint_is_refused() {
         for wrong in
-            ["", "tls", "tls/leo", "tls/leo:", "tls/leo:70000", "tls/:7447", "udp/[::1]:1", "tls/a#b:1"]
+            ["", "quic", "quic/leo", "quic/leo:", "quic/leo:70000", "quic/:7447", "udp/[::1]:1", "quic/a#b:1"]
         {
             assert!(endpoint(wrong).is_err(), "{wrong}");
         }
+    }
+
+    #[test]
+    fn what_earlier_versions_spoke_is_told_what_it_has_become() {
+        let told = endpoint("tls/leo.local:7447").unwrap_err();
+        assert!(told.contains("say \"quic/leo.local:7447\""), "{told}");
     }
 
     #[test]
