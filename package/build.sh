@@ -1,18 +1,16 @@
 #!/usr/bin/env bash
 # Builds the Debian package: package/build.sh [--quick]. Its path is the last line printed.
-# Needs a Rust toolchain; fetches cargo-deb where it is absent. --quick packs an unoptimised program, without the link.
+# Needs a Rust toolchain; fetches cargo-deb where it is absent. --quick packs an unoptimised program.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 
 profile=release
-features=link
 if [ "${1:-}" = --quick ]; then
   profile=dev
-  features=
 fi
 
 cargo deb --version >/dev/null 2>&1 || cargo install cargo-deb --locked
-cargo build --locked --profile "$profile" --features "$features" --bin leo >&2
+cargo build --locked --profile "$profile" --bin leo >&2
 
 target="$(cargo metadata --format-version 1 --no-deps | sed 's/.*"target_directory":"\([^"]*\)".*/\1/')"
 built="$target/$([ "$profile" = dev ] && echo debug || echo release)"

@@ -362,21 +362,8 @@ fn startable(robot: &Robot, config: Option<&Path>) -> Result<(), Failure> {
 }
 
 /// Refuses a link that there cannot be.
-#[cfg(feature = "link")]
 fn linkable(link: &config::leo::Link) -> Result<(), Failure> {
     link_process::check(link).map_err(Failed::usage)
-}
-
-/// Refuses a link that there cannot be.
-#[cfg(not(feature = "link"))]
-fn linkable(link: &config::leo::Link) -> Result<(), Failure> {
-    if link.side == config::leo::Side::Off {
-        return Ok(());
-    }
-    Err(Failed::usage(
-        "leo.toml: `side` of [link]: this program was built without the link; build it with `--features link`, or \
-         say `side = \"off\"`",
-    ))
 }
 
 /// Refuses to play a lesson to a robot that does not look at the simulator; the number of that source.
@@ -395,8 +382,8 @@ fn teachable(robot: &Robot, config: Option<&Path>) -> Result<usize, Failure> {
 /// `RUST_LOG` whatever it says.
 fn listen(voice: Voice, verbose: bool, json: bool) {
     use tracing_subscriber::EnvFilter;
-    // What the link's library has to say of every try to connect, the link says once.
-    let default = if verbose { "debug,zenoh=error" } else { "warn,zenoh=off" };
+    // What the link's library has to say of every packet and try to connect, the link says once.
+    let default = if verbose { "debug,quinn=warn,quinn_proto=warn" } else { "warn" };
     let filter = EnvFilter::try_from_default_env().unwrap_or_else(|_| EnvFilter::new(default));
     let colour = std::io::stderr().is_terminal() && std::env::var_os("NO_COLOR").is_none();
     let subscriber = tracing_subscriber::fmt()

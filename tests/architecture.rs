@@ -54,7 +54,7 @@ const PEERS: [(&str, &[&str]); 8] = [
 ];
 
 /// What others made that only some of our crates may know.
-const WRAPPED: [(&str, &[&str]); 16] = [
+const WRAPPED: [(&str, &[&str]); 18] = [
     ("iceoryx2", &["transport"]),
     ("iceoryx2-bb-derive-macros", &["message"]),
     ("iceoryx2-bb-elementary-traits", &["message"]),
@@ -70,7 +70,9 @@ const WRAPPED: [(&str, &[&str]); 16] = [
     ("rustix", &["clock", "realtime", "recording", "serial", "supervisor-process", "transport"]),
     ("urdf-rs", &["kinematics"]),
     ("toml", &["config"]),
-    ("zenoh", &["link-process"]),
+    ("quinn", &["link-process"]),
+    ("quinn-proto", &["link-process"]),
+    ("rustls", &["link-process"]),
 ];
 
 /// Crates that may hold unsafe code.
@@ -80,7 +82,7 @@ const MAY_BE_UNSAFE: [&str; 3] = ["shared/prefetch", "shared/realtime", "shared/
 const SHELL_FILES: [&str; 3] = ["lib.rs", "run.rs", "shell.rs"];
 
 /// Further files of a shell, where it has more than one noun.
-const MORE_SHELL_FILES: [&str; 42] = [
+const MORE_SHELL_FILES: [&str; 44] = [
     "console/src/black_box.rs",
     "console/src/black_box/files.rs",
     "console/src/fares.rs",
@@ -98,6 +100,8 @@ const MORE_SHELL_FILES: [&str; 42] = [
     "learner/src/keeper.rs",
     "learner/src/memory.rs",
     "link/src/net.rs",
+    "link/src/net/keys.rs",
+    "link/src/net/peers.rs",
     "link/src/ports.rs",
     "mock_bus/src/alone.rs",
     "mock_bus/src/end.rs",

@@ -35,7 +35,6 @@ pub(crate) enum Process {
     #[command(hide = true)]
     Console(Told),
     /// Carries frames between this machine and another one
-    #[cfg(feature = "link")]
     #[command(hide = true)]
     Link(Told),
 }
@@ -86,7 +85,6 @@ impl Process {
             | Self::Learner(told)
             | Self::Motor(told)
             | Self::Console(told) => told,
-            #[cfg(feature = "link")]
             Self::Link(told) => told,
             Self::MockBus(_) => {
                 let Self::MockBus(mock_bus) = self else { return Ok(ExitCode::SUCCESS) };
@@ -102,7 +100,6 @@ impl Process {
             Self::Learner(_) => learner_process::run(&launch, &robot),
             Self::Motor(_) => motor_process::run(&launch, &robot),
             Self::Console(_) => console_process::run(&launch, &robot, &lesson(&launch)?),
-            #[cfg(feature = "link")]
             Self::Link(_) => link_process::run(&launch, &robot),
             Self::MockBus(_) => Ok(()),
         }

@@ -144,10 +144,6 @@ fn a_wrong_configuration_is_one_error_that_names_the_place() {
     );
     let file = write(&files, "leo.toml", &linked);
     assert_refused(&tell(&["run", "--config", &file]), 2, &["leo.toml:", "`authority`, `certificate`"]);
-    if !cfg!(feature = "link") {
-        let file = write(&files, "leo.toml", &linked.replacen("quic/0.0.0.0", "tcp/127.0.0.1", 1));
-        assert_refused(&tell(&["run", "--config", &file]), 2, &["--features link"]);
-    }
     assert_refused(&tell(&["check", "--config", "/nowhere/leo.toml"]), 2, &["/nowhere/leo.toml"]);
 
     let files = tempfile::tempdir().expect("a folder");

@@ -1,12 +1,12 @@
 //! Two machines that do not mean the same.
 
 use crate::machine::{Machine, wait_until};
-use crate::{Side, alone, free_port, keys};
+use crate::{Side, alone, free_port, keys_or_skip};
 
 #[test]
 fn machines_that_are_configured_otherwise_take_nothing_from_each_other_and_both_say_what_to_do() {
     let _alone = alone();
-    let keys = keys("DNS:localhost");
+    let Some(keys) = keys_or_skip("DNS:localhost") else { return };
     let port = free_port();
     let away = Side::away(&format!("quic/localhost:{port}")).keyed(keys.path(), "away").with("partners", "2");
     let away = Machine::ready(None, "link-two", &away.changes());

@@ -7,7 +7,7 @@ use clock::Duration;
 
 use crate::machine::{Machine, pause, wait_until};
 use crate::network::Network;
-use crate::{PERFORMED, Side, alone, keys};
+use crate::{PERFORMED, Side, alone, keys_or_skip};
 
 /// How long the network is cut.
 const CUT: Duration = Duration::from_secs(10);
@@ -54,7 +54,7 @@ fn what_was_learned_over_a_bad_network_is_right_and_stays_learned() {
     let _alone = alone();
     let Some(mut network) = Network::or_skip("taught") else { return };
     let [a, b] = network.names.clone();
-    let keys = keys("IP:10.77.0.1");
+    let Some(keys) = keys_or_skip("IP:10.77.0.1") else { return };
     let away = Side::away("quic/10.77.0.1:7447").keyed(keys.path(), "away");
     let mut away = Machine::ready(Some(&b), "ns-pupil", &away.changes());
     let robot = Side::robot("quic/10.77.0.1:7447").keyed(keys.path(), "robot");
@@ -80,7 +80,9 @@ fn what_was_learned_over_a_bad_network_is_right_and_stays_learned() {
     network.set("0 0");
     let heard = || away.told().matches(UNSEEN).count() > unseen;
     assert!(wait_until(heard), "it recovers by itself, and tells that showing apart\n{}", all(&away, &robot));
-    assert!(away.metric("leo_link_hearings_total") >= 2.0, "{}", away.said());
+    // The board tells of it within a tenth of a second.
+    let heard_again = || away.metric("leo_link_hearings_total") >= 2.0;
+    assert!(wait_until(heard_again), "{}", all(&away, &robot));
     assert!(holds(&away, examples.len() + 2), "{}", all(&away, &robot));
     assert!(wait_until(|| away.told().contains(PERFORMED)), "{}", all(&away, &robot));
 

@@ -2,7 +2,7 @@
 //!
 //! On each of two machines runs a link process. It reads the topics whose writers run there, as any reader does,
 //! which costs those writers nothing, and publishes the topics whose writers run on the other one, in their stead.
-//! Between the two go bundles of frames, over zenoh, whose library only this crate knows.
+//! Between the two go bundles of frames, over QUIC, whose library only this crate knows.
 //!
 //! Nobody waits for the network. Where it is slower than what is written, older frames are overtaken by newer ones
 //! and never sent; what was said is kept until the other machine has it. How much may be under way follows the
@@ -23,7 +23,8 @@ mod window;
 mod wire;
 
 pub use agreement::{Agreement, Disagreement};
+pub use net::KeyError;
 pub use offset::{Exchange, Offset};
-pub use shell::{KeyError, check, run};
+pub use shell::{check, run};
 pub use stream::{Class, Stream};
 pub use wire::{Bundle, Frame, Nonsense, Pulse};

@@ -1,17 +1,15 @@
 use std::collections::{BTreeMap, VecDeque};
-use std::fs::File;
-use std::path::{Path, PathBuf};
 
 use clock::{Duration, Instant};
 use config::Robot;
-use config::leo::Link;
+use config::leo::{Link, Side};
 use message::{Header, LinkHealth, Process};
 use process::{Failure, Launch, Member, Progress};
 
 use crate::Stream;
 use crate::agreement::{Agreement, Disagreement};
 use crate::instants::Instants;
-use crate::net::{Message, Net, Sort};
+use crate::net::{KeyError, Keys, Message, Net, Sort};
 use crate::ports::{Springs, Taps};
 use crate::talk::Talk;
 use crate::wire::{Bundle, Frame, Nonsense, Pulse};
@@ -24,31 +22,13 @@ const SAY_EVERY: Duration = Duration::from_millis(20);
 /// Frames that wait for that at most.
 const UNSAID_MOST: usize = 8192;
 
-/// Why the link's keys cannot be used.
-#[derive(Debug, thiserror::Error)]
-#[error("leo.toml: `{key}` of [link]: cannot read {}: {source}", file.display())]
-pub struct KeyError {
-    key: &'static str,
-    file: PathBuf,
-    source: std::io::Error,
-}
-
-/// Whether the keys that the link is configured with are there and can be read.
+/// Whether the keys that the link is configured with can be used.
 ///
 /// # Errors
 ///
 /// One cannot.
 pub fn check(link: &Link) -> Result<(), KeyError> {
-    let readable = |key, file: &Path| match File::open(file) {
-        Ok(_) => Ok(()),
-        Err(source) => Err(KeyError { key, file: file.to_owned(), source }),
-    };
-    if !link.is_encrypted() {
-        return Ok(());
-    }
-    readable("authority", &link.authority)?;
-    readable("certificate", &link.certificate)?;
-    readable("private_key", &link.private_key)
+    if link.side == Side::Off { Ok(()) } else { Keys::read(link).map(drop) }
 }
 
 /// Carries frames until the process is told to stop.

@@ -94,8 +94,8 @@ impl Forward {
         self.text = self.text.replacen(&old, &old.replace(NAMES[0], NAMES[1]), 1);
         let key = key_of(&old).unwrap_or_default();
         self.steps.push(format!(
-            "`{key}` of [link] is by \"quic/\", no longer by \"tls/\": the same on the other machine; firewalls have to let \
-             UDP through"
+            "`{key}` of [link] is by \"quic/\", no longer by \"tls/\": the same on the other machine; firewalls have to let UDP \
+             through"
         ));
         true
     }
@@ -274,7 +274,7 @@ mod tests {
     fn endpoints_of_tls_over_tcp_become_those_of_quic() {
         let old = BUILTIN
             .replacen("listen = []  ", "listen = [\"tls/0.0.0.0:7447\", \"tls/[::1]:7448\"] ", 1)
-            .replacen("connect = []  ", "connect = [\"tls/a.local:1\", \"tcp/127.0.0.1:2\"] ", 1);
+            .replacen("connect = []  ", "connect = [\"tls/a.local:1\", \"quic/127.0.0.1:2\"] ", 1);
         let forward = leo(&old).unwrap();
         assert_eq!(forward.steps.len(), 2, "{:?}", forward.steps);
         assert!(
@@ -283,7 +283,7 @@ mod tests {
             forward.text
         );
         assert!(
-            forward.text.contains("connect = [\"quic/a.local:1\", \"tcp/127.0.0.1:2\"] "),
+            forward.text.contains("connect = [\"quic/a.local:1\", \"quic/127.0.0.1:2\"] "),
             "{}",
             forward.text
         );

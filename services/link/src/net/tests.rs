@@ -1,30 +1,120 @@
+use std::net::UdpSocket;
+
+use clock::Duration;
+use config::Robot;
+use config::leo::Side;
+
+use super::certificates::{everybody_or_skip, free_port};
 use super::*;
 
+/// Patience with a loaded machine.
+const PATIENCE: Duration = Duration::from_secs(60);
+
+/// Two machines of a robot, by the names of their keys: the first is awaited at a port, and the second looks for it.
+struct Pair {
+    keys: tempfile::TempDir,
+    port: u16,
+}
+
+impl Pair {
+    fn or_skip() -> Option<Self> {
+        everybody_or_skip().map(|keys| Self { keys, port: free_port() })
+    }
+
+    fn link(&self, side: Side, name: &str) -> Link {
+        let mut link = Robot::load(None).unwrap().leo.link;
+        link.side = side;
+        let file = |ending: &str| self.keys.path().join(format!("{name}.{ending}"));
+        (link.certificate, link.private_key) = (file("pem"), file("key"));
+        link.authority = self.keys.path().join("authority.pem");
+        link
+    }
+
+    fn robot(&self) -> Net {
+        let mut link = self.link(Side::Robot, "robot");
+        link.listen = vec![format!("quic/127.0.0.1:{}", self.port).try_into().unwrap()];
+        Net::start(&link).unwrap()
+    }
+
+    fn away(&self, change: impl FnOnce(&mut Link)) -> Net {
+        let mut link = self.link(Side::Away, "away");
+        link.connect = vec![format!("quic/localhost:{}", self.port).try_into().unwrap()];
+        change(&mut link);
+        Net::start(&link).unwrap()
+    }
+}
+
+fn wait<T>(mut what: impl FnMut() -> Option<T>) -> T {
+    let end = clock::now() + PATIENCE;
+    loop {
+        if let Some(it) = what() {
+            return it;
+        }
+        assert!(clock::now() < end, "it does not come");
+        clock::sleep_until(clock::now() + Duration::from_millis(2));
+    }
+}
+
+/// Says something until the other one hears it; what it hears.
+fn greet(from: &Net, to: &Net, word: &[u8]) -> Message {
+    wait(|| {
+        from.send(Sort::Pulse, word.to_vec());
+        std::iter::from_fn(|| to.receive()).find(|message| message.bytes == word)
+    })
+}
+
 #[test]
-fn a_session_that_breaks_is_followed_by_another_one_until_nobody_wants_one() {
-    let (mut opened, mut paused) = (0, 0);
-    let open = || {
-        opened += 1;
-        Some(opened)
-    };
-    // The third one ends because nobody sends any more.
-    let carry = |session| if session < 3 { Err("it was closed") } else { Ok(()) };
-    let pause = || {
-        paused += 1;
-        true
-    };
-    keep(open, carry, pause);
-    assert_eq!((opened, paused), (3, 2));
-    // Nobody wants one while none can be opened, or after one broke.
-    keep(|| None::<()>, |()| Err("is not opened"), || true);
-    let mut carried = 0;
-    keep(
-        || Some(()),
-        |()| {
-            carried += 1;
-            Err("it was closed")
-        },
-        || false,
-    );
-    assert_eq!(carried, 1);
+fn bundles_come_whole_and_in_order_both_ways_and_pulses_beside_them() {
+    let Some(pair) = Pair::or_skip() else { return };
+    let (robot, away) = (pair.robot(), pair.away(|_| {}));
+    for (from, to) in [(&away, &robot), (&robot, &away)] {
+        assert_eq!(greet(from, to, b"hello").sort, Sort::Pulse);
+        // Larger than what is under way at once.
+        let bundle = |number: u8| vec![number; 300_000 + usize::from(number)];
+        let mut next = 0;
+        for wanted in 0..40 {
+            let came = wait(|| {
+                // As the link does: what is handed over while there is no room is lost.
+                while next < 40 && next < wanted + 4 && from.has_room() {
+                    from.send(Sort::Bundle, bundle(next));
+                    next += 1;
+                }
+                std::iter::from_fn(|| to.receive()).find(|message| message.sort == Sort::Bundle)
+            });
+            assert_eq!(came.bytes, bundle(wanted), "{wanted}");
+        }
+    }
+}
+
+#[test]
+fn who_begins_anew_is_found_and_who_leaves_says_so() {
+    let Some(pair) = Pair::or_skip() else { return };
+    let away = pair.away(|_| {});
+    for life in [b"one", b"two"] {
+        let robot = pair.robot();
+        greet(&robot, &away, life);
+        greet(&away, &robot, life);
+        drop(robot);
+        // Its port is free as soon as it has left.
+        UdpSocket::bind(("127.0.0.1", pair.port)).unwrap();
+    }
+    assert!(!away.is_over());
+}
+
+#[test]
+fn another_robot_and_another_of_the_same_side_are_not_talked_to() {
+    let Some(pair) = Pair::or_skip() else { return };
+    let robot = pair.robot();
+    let other = pair.away(|link| link.robot = "other".to_owned().try_into().unwrap());
+    let twin = pair.away(|link| link.side = Side::Robot);
+    let right = pair.away(|_| {});
+    let strangers = [other, twin];
+    // For longer than any of them takes to connect.
+    for _again in 0..20 {
+        strangers.iter().for_each(|stranger| stranger.send(Sort::Pulse, b"strange".to_vec()));
+        assert_ne!(greet(&right, &robot, b"right").bytes, b"strange");
+        robot.send(Sort::Pulse, b"secret".to_vec());
+        clock::sleep_until(clock::now() + Duration::from_millis(50));
+        assert!(strangers.iter().all(|stranger| stranger.receive().is_none()));
+    }
 }

@@ -1,4 +1,5 @@
-use crossbeam::channel::{Receiver, Sender};
+use crossbeam::channel::Sender;
+use tokio::sync::mpsc::Receiver;
 
 use super::*;
 
@@ -35,11 +36,14 @@ fn talk(ends: &mut [End; 2]) {
         let [one, other] = &mut *ends;
         one.cycle(now);
         other.cycle(now);
-        for (from, to) in [(&*one, &*other), (other, one)] {
-            while let Ok((sort, bytes)) = from.sent.try_recv() {
-                let _full = to.comes.try_send(Message { sort, at: now, bytes });
-            }
-        }
+        deliver(now, &mut one.sent, &other.comes);
+        deliver(now, &mut other.sent, &one.comes);
+    }
+}
+
+fn deliver(now: Instant, sent: &mut Receiver<(Sort, Vec<u8>)>, comes: &Sender<Message>) {
+    while let Ok((sort, bytes)) = sent.try_recv() {
+        let _full = comes.try_send(Message { sort, at: now, bytes });
     }
 }
 

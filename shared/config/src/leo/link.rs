@@ -1,4 +1,3 @@
-use std::net::IpAddr;
 use std::path::{Path, PathBuf};
 
 use serde::Deserialize;
@@ -98,8 +97,7 @@ impl RobotName {
     }
 }
 
-/// Where a machine is reached: `quic/HOST:PORT` (QUIC, which is TLS 1.3 over UDP: RFC 9000, RFC 9001), or
-/// `tcp/HOST:PORT` of this machine alone.
+/// Where a machine is reached: `quic/HOST:PORT` (QUIC, which is TLS 1.3 over UDP: RFC 9000, RFC 9001).
 #[derive(Clone, Debug, PartialEq, Eq, Deserialize)]
 #[serde(try_from = "String")]
 pub struct Endpoint(String);
@@ -117,23 +115,21 @@ impl TryFrom<String> for Endpoint {
         }
         match protocol {
             "quic" => Ok(Self(text)),
-            "tcp" if is_loopback(host) => Ok(Self(text)),
-            "tcp" => Err(format!(
-                "{text:?} would send everything in the clear, and take commands from anybody: \"tcp/\" is for \
-                 127.0.0.1 and [::1]; say \"quic/{address}\", with keys"
-            )),
             "tls" => Err(format!(
                 "{text:?} was TLS over TCP; this version has it over UDP, and so must the other machine: say \
                  \"quic/{address}\", with the same keys (a firewall has to let UDP through)"
             )),
-            _ => Err(format!("{text:?} is neither \"quic/\" nor \"tcp/\"")),
+            "tcp" => Err(format!(
+                "{text:?} would send everything in the clear, and take commands from anybody: say \"quic/{address}\", with keys"
+            )),
+            _ => Err(format!("{text:?} does not begin with \"quic/\"")),
         }
     }
 }
 
-fn is_loopback(host: &str) -> bool {
-    let bare = host.strip_prefix('[').and_then(|host| host.strip_suffix(']')).unwrap_or(host);
-    bare.parse::<IpAddr>().is_ok_and(|address| address.is_loopback())
+/// A host without the brackets of an address of IPv6.
+fn bare(host: &str) -> &str {
+    host.strip_prefix('[').and_then(|host| host.strip_suffix(']')).unwrap_or(host)
 }
 
 impl Endpoint {
@@ -143,18 +139,20 @@ impl Endpoint {
         &self.0
     }
 
-    fn is_encrypted(&self) -> bool {
-        self.0.starts_with("quic/")
+    /// The name or address, and the port: `leo.local:7447`, `[::1]:7447`.
+    #[must_use]
+    pub fn host_and_port(&self) -> &str {
+        self.0.split_once('/').map_or("", |(_, address)| address)
+    }
+
+    /// The name or address alone: `leo.local`, `::1`.
+    #[must_use]
+    pub fn host(&self) -> &str {
+        bare(self.host_and_port().rsplit_once(':').map_or("", |(host, _)| host))
     }
 }
 
 impl Link {
-    /// Whether any endpoint wants keys.
-    #[must_use]
-    pub fn is_encrypted(&self) -> bool {
-        self.listen.iter().chain(&self.connect).any(Endpoint::is_encrypted)
-    }
-
     /// Whether a process runs away from the robot.
     #[must_use]
     pub fn is_off_board(&self, process: message::Process) -> bool {
@@ -205,8 +203,8 @@ pub(crate) fn fault(link: &Link) -> Option<(&'static str, String)> {
         return Some(("listen", "the link is on, and neither `listen` nor `connect` says where".to_owned()));
     }
     let keys = [&link.authority, &link.certificate, &link.private_key];
-    if link.is_encrypted() && keys.iter().any(|file| file.as_os_str().is_empty()) {
-        let reason = "\"quic/\" wants `authority`, `certificate` and `private_key`; \
+    if keys.iter().any(|file| file.as_os_str().is_empty()) {
+        let reason = "the link is on, and wants `authority`, `certificate` and `private_key`; \
                       docs/more_than_one_machine.md says how to make them";
         return Some(("authority", reason.to_owned()));
     }
@@ -223,13 +221,18 @@ mod tests {
 
     #[test]
     fn what_others_could_read_is_refused() {
-        for loopback in ["tcp/127.0.0.1:7447", "tcp/[::1]:7447", "tcp/127.1.2.3:1"] {
-            assert!(endpoint(loopback).is_ok(), "{loopback}");
-        }
-        for open in ["tcp/0.0.0.0:7447", "tcp/192.168.0.7:7447", "tcp/[::]:7447", "tcp/localhost.evil:1"] {
+        for open in ["tcp/0.0.0.0:7447", "tcp/192.168.0.7:7447", "tcp/[::]:7447", "tcp/127.0.0.1:1"] {
             assert!(endpoint(open).unwrap_err().contains("in the clear"), "{open}");
         }
         assert!(endpoint("quic/0.0.0.0:7447").is_ok());
+    }
+
+    #[test]
+    fn an_endpoint_has_a_host_and_a_port() {
+        let named = endpoint("quic/leo.local:7447").unwrap();
+        assert_eq!((named.host(), named.host_and_port()), ("leo.local", "leo.local:7447"));
+        let six = endpoint("quic/[::1]:7447").unwrap();
+        assert_eq!((six.host(), six.host_and_port()), ("::1", "[::1]:7447"));
     }
 
     #[test]
