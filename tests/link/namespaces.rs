@@ -11,13 +11,14 @@ use crate::wakeful::Wakeful;
 use crate::yardstick::Yardstick;
 use crate::{PERFORMED, Side, alone, keys_or_skip, link};
 
-/// How long each state of the network is looked at.
-const LOOKED_AT: Duration = Duration::from_secs(10);
+/// So long, so often, is each state of the network looked at.
+const STRETCH: Duration = Duration::from_millis(250);
+const STRETCHES: usize = 40;
 /// Set on a machine that does nothing else, to how often the network goes through its states then: the hot path
 /// has a core of its own, and quantiles of times are compared too.
 const QUIET: &str = "LEO_QUIET_MACHINE";
 /// What counts is where the same work takes no longer than so many times as long as in the fastest tenth of all
-/// seconds.
+/// stretches.
 const CALM: f64 = 1.2;
 /// The states of the network, as it is first.
 const STATES: [&str; 4] = ["as it should be", "200 ms, 5 % lost", "cut", "well again"];
@@ -34,11 +35,11 @@ struct HotPath {
 /// What the hot path did in one state of the network.
 struct Look {
     all: Vec<Did>,
-    seconds: Vec<Second>,
+    stretches: Vec<Stretch>,
 }
 
-/// What it did in a second, and what the same work took then.
-struct Second {
+/// What it did in a stretch of time, and what the same work took then.
+struct Stretch {
     yardstick_us: f64,
     all: Vec<Did>,
 }
@@ -55,19 +56,19 @@ impl HotPath {
 
     fn look(&self, what: &str) -> Look {
         let first = self.read();
-        let mut seconds = Vec::new();
+        let mut stretches = Vec::new();
         let mut before = first.clone();
-        for _ in 0..LOOKED_AT.as_secs() {
-            pause(Duration::from_secs(1));
+        for _ in 0..STRETCHES {
+            pause(STRETCH);
             let after = self.read();
             let did = self.did(&before, &after);
-            let second = |yardstick: &Yardstick| Second { yardstick_us: yardstick.median_us(), all: did };
-            seconds.extend(self.yardstick.as_ref().map(second));
+            let stretch = |yardstick: &Yardstick| Stretch { yardstick_us: yardstick.most_us(), all: did };
+            stretches.extend(self.yardstick.as_ref().map(stretch));
             before = after;
         }
         let all = self.did(&first, &before);
         all.iter().for_each(|did| did.tell(what));
-        Look { all, seconds }
+        Look { all, stretches }
     }
 }
 
@@ -117,31 +118,36 @@ fn p99_us(took: &Histogram) -> f64 {
     took.quantile_between_ns(0.99) / 1e3
 }
 
-/// By how much each 99th percentile changes, of all seconds of a state in which the core was as fast as it
-/// gets: a virtual one has better and worse seconds, and is at its worst without regard to the network.
-#[expect(clippy::print_stdout, reason = "it tells how many seconds are compared")]
+/// By how much each 99th percentile changes, of all stretches of a state in which the core was as fast as it
+/// gets: a virtual one is now faster and now slower, without regard to the network.
+#[expect(clippy::print_stdout, reason = "it tells how many stretches are compared")]
 fn changes(rounds: &[[Look; 4]]) -> Vec<(String, f64)> {
-    let seconds =
-        |state: usize| rounds.iter().filter_map(move |round| round.get(state)).flat_map(|look| &look.seconds);
-    let mut paces: Vec<f64> = (0..4).flat_map(seconds).map(|second| second.yardstick_us).collect();
+    let stretches = |state: usize| {
+        rounds.iter().filter_map(move |round| round.get(state)).flat_map(|look| &look.stretches)
+    };
+    let mut paces: Vec<f64> = (0..4).flat_map(stretches).map(|stretch| stretch.yardstick_us).collect();
     paces.sort_by(f64::total_cmp);
-    let fast_us = *paces.get(paces.len() / 10).expect("some seconds");
-    let calm = |state| seconds(state).filter(move |second| second.yardstick_us <= CALM * fast_us);
+    let fast_us = *paces.get(paces.len() / 10).expect("some stretches");
+    let calm = |state| stretches(state).filter(move |stretch| stretch.yardstick_us <= CALM * fast_us);
     for (state, name) in STATES.into_iter().enumerate() {
         println!(
-            "{name}: {} of {} s count, in which the same work took {fast_us:.1} to {:.1} us",
+            "{name}: {} of {} stretches of {} ms count, in which the same work took {fast_us:.1} to {:.1} us",
             calm(state).count(),
-            seconds(state).count(),
+            stretches(state).count(),
+            STRETCH.as_millis(),
             CALM * fast_us
         );
-        assert!(calm(state).count() * 4 >= seconds(state).count(), "{name}: few seconds tell nothing of all");
+        assert!(
+            calm(state).count() * 4 >= stretches(state).count(),
+            "{name}: few of them tell nothing of all"
+        );
     }
     let mut changes = Vec::new();
     for (index, process) in HOT.into_iter().enumerate() {
         for (quantity, name) in ["wake-up", "execution"].into_iter().enumerate() {
             let p99_us = |state| {
                 let mut all = Histogram::default();
-                let took = |second: &Second| second.all.get(index)?.took.get(quantity).copied();
+                let took = |stretch: &Stretch| stretch.all.get(index)?.took.get(quantity).copied();
                 calm(state).filter_map(took).for_each(|took| all.add(&took));
                 p99_us(&all)
             };

@@ -85,7 +85,6 @@ fn sign(folder: &Path, name: &str, extensions: &str, days: &str) {
 }
 
 /// The keys of everybody who is shown, in one folder; `None`, with a word why, where openssl is not there.
-#[expect(clippy::print_stdout, reason = "it tells why nothing is tried")]
 pub(super) fn everybody_or_skip() -> Option<TempDir> {
     if let Err(error) = Command::new("openssl").arg("version").output() {
         assert!(std::env::var_os("LEO_READERS_REQUIRED").is_none(), "openssl: {error}");

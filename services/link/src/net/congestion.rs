@@ -1,4 +1,8 @@
 //! How fast QUIC sends.
+#![expect(
+    clippy::disallowed_types,
+    reason = "the library tells of its own instants, and nobody else is told"
+)]
 
 use std::any::Any;
 use std::sync::Arc;

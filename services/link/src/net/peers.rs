@@ -127,7 +127,7 @@ impl Peers {
                 match comes.await {
                     Ok(connection) => peers.talk(endpoint, connection).await,
                     Err(error) => {
-                        peers.warn(format!("somebody at {from} is not let in to the link: {error}"))
+                        peers.warn(format!("somebody at {from} is not let in to the link: {error}"));
                     }
                 }
             });

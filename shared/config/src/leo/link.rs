@@ -120,7 +120,8 @@ impl TryFrom<String> for Endpoint {
                  \"quic/{address}\", with the same keys (a firewall has to let UDP through)"
             )),
             "tcp" => Err(format!(
-                "{text:?} would send everything in the clear, and take commands from anybody: say \"quic/{address}\", with keys"
+                "{text:?} would send everything in the clear, and take commands from anybody: say \
+                 \"quic/{address}\", with keys"
             )),
             _ => Err(format!("{text:?} does not begin with \"quic/\"")),
         }
