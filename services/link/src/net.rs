@@ -114,6 +114,4 @@ impl Net {
 }
 
 #[cfg(test)]
-mod certificates;
-#[cfg(test)]
 mod tests;

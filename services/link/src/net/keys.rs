@@ -133,7 +133,7 @@ fn is_good_until(certificate: &CertificateDer<'_>, now: UnixTime) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::net::certificates::{everybody_or_skip, shown};
+    use crate::net::tests::certificates::{everybody_or_skip, shown};
 
     #[test]
     fn a_certificate_is_good_for_as_long_as_it_says() {

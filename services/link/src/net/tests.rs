@@ -4,8 +4,10 @@ use clock::Duration;
 use config::Robot;
 use config::leo::Side;
 
-use super::certificates::{everybody_or_skip, free_port};
+use self::certificates::{everybody_or_skip, free_port};
 use super::*;
+
+pub(super) mod certificates;
 
 /// Patience with a loaded machine.
 const PATIENCE: Duration = Duration::from_secs(60);

@@ -18,8 +18,8 @@ use tempfile::TempDir;
 use tokio::task::JoinSet;
 use tokio::time::timeout;
 
-use super::keys::protocol;
-use super::{Net, Sort};
+use crate::net::keys::protocol;
+use crate::net::{Net, Sort};
 
 /// A certificate that somebody shows.
 #[derive(Clone, Copy, Debug)]
@@ -85,7 +85,7 @@ fn sign(folder: &Path, name: &str, extensions: &str, days: &str) {
 }
 
 /// The keys of everybody who is shown, in one folder; `None`, with a word why, where openssl is not there.
-pub(super) fn everybody_or_skip() -> Option<TempDir> {
+pub(in crate::net) fn everybody_or_skip() -> Option<TempDir> {
     if let Err(error) = Command::new("openssl").arg("version").output() {
         assert!(std::env::var_os("LEO_READERS_REQUIRED").is_none(), "openssl: {error}");
         println!("skipped: the keys of a link are made with openssl: {error}");
@@ -110,7 +110,10 @@ fn authority(folder: &Path) -> Arc<RootCertStore> {
     Arc::new(store)
 }
 
-pub(super) fn shown(folder: &Path, name: &str) -> (Vec<CertificateDer<'static>>, PrivateKeyDer<'static>) {
+pub(in crate::net) fn shown(
+    folder: &Path,
+    name: &str,
+) -> (Vec<CertificateDer<'static>>, PrivateKeyDer<'static>) {
     let certificate = CertificateDer::from_pem_file(folder.join(format!("{name}.pem"))).unwrap();
     (vec![certificate], PrivateKeyDer::from_pem_file(folder.join(format!("{name}.key"))).unwrap())
 }
