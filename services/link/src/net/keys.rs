@@ -7,6 +7,7 @@ use std::time::Duration;
 use config::leo::{Link, RobotName, Side};
 use quinn::crypto::rustls::{QuicClientConfig, QuicServerConfig};
 use quinn::{ClientConfig, Connection, IdleTimeout, ServerConfig, TransportConfig, VarInt};
+use rustls::client::Resumption;
 use rustls::pki_types::pem::PemObject as _;
 use rustls::pki_types::{CertificateDer, PrivateKeyDer, UnixTime};
 use rustls::server::WebPkiClientVerifier;
@@ -83,6 +84,9 @@ impl Keys {
         let other = if link.side == Side::Away { Side::Robot } else { Side::Away };
         server.alpn_protocols = vec![protocol(&link.robot, other)];
         client.alpn_protocols = vec![protocol(&link.robot, link.side)];
+        // Every connection shows its certificate: none goes on from an earlier one.
+        server.send_tls13_tickets = 0;
+        client.resumption = Resumption::disabled();
         let server = QuicServerConfig::try_from(server).map_err(|error| unusable(&error))?;
         let client = QuicClientConfig::try_from(client).map_err(|error| unusable(&error))?;
         let transport = Arc::new(transport());
