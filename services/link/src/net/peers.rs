@@ -27,7 +27,7 @@ const CONNECTED_MOST: usize = 8;
 const MESSAGE_MOST: u32 = 16 * 1024 * 1024;
 /// How often it is looked whether a certificate has expired.
 const LOOK: Duration = Duration::from_secs(10);
-/// How long whom one leaves may take to hear so.
+/// How long those whom one leaves may take to hear so.
 const LEAVE: Duration = Duration::from_millis(200);
 /// How much is said of what goes wrong: strangers fill no journal.
 const SAID_MOST: usize = 64;
@@ -79,10 +79,13 @@ pub(super) async fn carry(
     let left = peers.connected.take();
     left.values().for_each(|peer| peer.connection.close(WELL, b""));
     tasks.shutdown().await;
-    for peer in left.values() {
-        // Who does not hear it finds out.
-        let _heard = timeout(LEAVE, peer.endpoint.wait_idle()).await;
-    }
+    let heard = async {
+        for peer in left.values() {
+            peer.endpoint.wait_idle().await;
+        }
+    };
+    // Who does not hear it in time finds out.
+    let _late = timeout(LEAVE, heard).await;
 }
 
 impl Peers {
