@@ -1,10 +1,12 @@
-use std::net::UdpSocket;
+use std::net::{Ipv4Addr, UdpSocket};
 
 use clock::Duration;
 use config::Robot;
 use config::leo::Side;
+use quinn::ConnectionError;
+use tokio::time::timeout;
 
-use self::certificates::{everybody_or_skip, free_port};
+use self::certificates::{client, everybody_or_skip, free_port, within};
 use super::*;
 
 pub(super) mod certificates;
@@ -89,7 +91,7 @@ fn bundles_come_whole_and_in_order_both_ways_and_pulses_beside_them() {
 }
 
 #[test]
-fn who_begins_anew_is_found_and_who_leaves_says_so() {
+fn who_begins_anew_is_found() {
     let Some(pair) = Pair::or_skip() else { return };
     let away = pair.away(|_| {});
     for life in [b"one", b"two"] {
@@ -101,6 +103,24 @@ fn who_begins_anew_is_found_and_who_leaves_says_so() {
         UdpSocket::bind(("127.0.0.1", pair.port)).unwrap();
     }
     assert!(!away.is_over());
+}
+
+#[test]
+fn who_leaves_says_so() {
+    let Some(pair) = Pair::or_skip() else { return };
+    let robot = pair.robot();
+    within(async {
+        let endpoint = client(pair.keys.path(), Some("away"));
+        let at = (Ipv4Addr::LOCALHOST, pair.port).into();
+        let connection = endpoint.connect(at, "localhost").unwrap().await.unwrap();
+        // It is talked to, until there is nobody to talk.
+        while timeout(std::time::Duration::from_millis(20), connection.read_datagram()).await.is_err() {
+            robot.send(Sort::Pulse, b"hello".to_vec());
+        }
+        drop(robot);
+        let ended = connection.closed().await;
+        assert!(matches!(ended, ConnectionError::ApplicationClosed(_)), "{ended}");
+    });
 }
 
 #[test]

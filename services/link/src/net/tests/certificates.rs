@@ -138,7 +138,7 @@ fn server(folder: &Path, name: &str) -> (Endpoint, u16) {
 }
 
 /// Somebody who connects, and shows this, or nothing.
-fn client(folder: &Path, name: Option<&str>) -> Endpoint {
+pub(super) fn client(folder: &Path, name: Option<&str>) -> Endpoint {
     let tls = ClientConfig::builder().with_root_certificates(authority(folder));
     let mut tls = match name.map(|name| shown(folder, name)) {
         Some((chain, key)) => tls.with_client_auth_cert(chain, key).unwrap(),
@@ -175,7 +175,7 @@ pub(super) fn free_port() -> u16 {
 }
 
 /// Runs this for as long as is patient.
-fn within<T>(what: impl Future<Output = T>) -> T {
+pub(super) fn within<T>(what: impl Future<Output = T>) -> T {
     let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build().unwrap();
     runtime.block_on(async { timeout(PATIENCE, what).await }).expect("it ends in time")
 }
