@@ -114,7 +114,7 @@ fn who_leaves_says_so() {
         let at = (Ipv4Addr::LOCALHOST, pair.port).into();
         let connection = endpoint.connect(at, "localhost").unwrap().await.unwrap();
         // It is talked to, until there is nobody to talk.
-        while timeout(std::time::Duration::from_millis(20), connection.read_datagram()).await.is_err() {
+        while timeout(Duration::from_millis(20), connection.read_datagram()).await.is_err() {
             robot.send(Sort::Pulse, b"hello".to_vec());
         }
         drop(robot);
