@@ -25,7 +25,12 @@ fn low_pass(share: f64) -> percepts::History {
 
 /// Histories of one percept, with room for three beliefs.
 fn histories(generator: &percepts::History) -> Histories {
-    let percept = Percept {
+    histories_of(std::slice::from_ref(generator))
+}
+
+/// Histories of several percepts.
+fn histories_of(generators: &[percepts::History]) -> Histories {
+    let percept = |generator: &percepts::History| Percept {
         name: "p".to_owned(),
         parent: None,
         role: Role::Neither,
@@ -33,7 +38,8 @@ fn histories(generator: &percepts::History) -> Histories {
         history: generator.clone(),
         kernel: Kernel::Position,
     };
-    Histories::new(&[percept], &Functions::default(), 3).unwrap()
+    let percepts: Vec<_> = generators.iter().map(percept).collect();
+    Histories::new(&percepts, &Functions::default(), 3).unwrap()
 }
 
 /// A row of samples that came one by one.
@@ -181,6 +187,18 @@ fn generators() -> impl Strategy<Value = percepts::History> {
     ])
 }
 
+/// Such as are taken in side by side, and those that come between.
+fn alike() -> impl Strategy<Value = percepts::History> {
+    let ring = series(5, WhenFull::ForgetOldest);
+    let others = [series(5, WhenFull::Thin), low_pass(0.3)];
+    prop_oneof![
+        3 => Just(log_timescale(5)),
+        6 => Just(log_timescale(64)),
+        3 => Just(ring),
+        1 => prop::sample::select(others.to_vec()),
+    ]
+}
+
 /// Features of one kind: numbers, places, turns about any axis, symbols.
 fn features() -> impl Strategy<Value = Vec<Feature>> {
     let of = || 1..16_usize;
@@ -258,6 +276,47 @@ proptest! {
         let newest = history.newest().unwrap();
         prop_assert_eq!(Sample { feature: expected.feature, ..newest }, expected);
         prop_assert!(agree(newest.feature, expected.feature), "{:?} {:?}", newest.feature, expected.feature);
+    }
+
+    /// In cells side by side, whatever each of them has seen.
+    #[test]
+    fn several_percepts_are_remembered_as_each_would_be_alone(
+        generators in prop::collection::vec(alike(), 1..8),
+        snapshots in prop::collection::vec(
+            (0..9_u64, prop::collection::vec((prop::bool::weighted(0.95), 0..4_u8), 8)), 1..120,
+        ),
+        are_sound in prop::bool::ANY, lane in 0..3_usize, phase in 0..64_u64,
+    ) {
+        let mut together = histories_of(&generators);
+        let mut alone: Vec<_> = generators.iter().map(histories).collect();
+        let row = |histories: &mut Histories| {
+            (0..=lane).map(|_| histories.take_row().unwrap()).last().unwrap()
+        };
+        let of_all = row(&mut together);
+        let rows: Vec<_> = alone.iter_mut().map(row).collect();
+        let mut at = 10;
+        let mut refused = 0;
+        for (gap, seen) in snapshots {
+            // Now and then of the same instant, or of an earlier one.
+            at = (at + gap).saturating_sub(1);
+            let mut values = Vec::new();
+            for ((percept, (is_seen, x)), _) in (0..).zip(seen).zip(&generators) {
+                let is_sound = are_sound || x > 0;
+                let confidence = if is_sound { 0.5 + 0.1 * f32::from(x) } else { f32::NAN };
+                if is_seen {
+                    values.push(PerceptValue::new(percept, 1.0, confidence, Feature::Number(f32::from(x))));
+                    refused += u64::from(!is_sound);
+                    let one = Sample { confidence, ..sample(at, Feature::Number(f32::from(x))) };
+                    if is_sound {
+                        alone[usize::from(percept)].take(rows[usize::from(percept)], 0, one, phase);
+                    }
+                }
+            }
+            refused -= together.take_all(of_all, &values, are_sound, Instant::from_nanos(at), phase);
+        }
+        let alone: Vec<_> = alone.iter().zip(rows).map(|(alone, row)| alone.contents(row)).collect();
+        prop_assert_eq!(together.contents(of_all), alone.join("\n"));
+        prop_assert_eq!(refused, 0);
     }
 
     #[test]

@@ -13,6 +13,8 @@ struct Thing {
     held_by: u16,
 }
 
+const GREY: usize = 3;
+
 /// What a source sees in a step, so long after the step's instant.
 type Sight = (u16, i64, Vec<Thing>);
 
@@ -52,8 +54,17 @@ fn instance() -> impl Strategy<Value = Instance> {
 }
 
 impl Thing {
-    fn perceived(&self, perception: &Perception, source: u16, at_ns: u64, percepts: &Percepts) -> Perceived {
-        let colour_rgb = [RED, BLUE, [0.05, 0.55, 0.1], [0.5, 0.5, 0.5]][self.colour];
+    /// As a source perceives it, grey as a number and no symbol where it `counts_greys`.
+    fn perceived(
+        &self,
+        perception: &Perception,
+        (source, at_ns): (u16, u64),
+        percepts: &Percepts,
+        counts_greys: bool,
+    ) -> Perceived {
+        // Grey has no name, and light grey is taken for white.
+        let grey = if counts_greys { 0.9 } else { 0.5 };
+        let colour_rgb = [RED, BLUE, [0.05, 0.55, 0.1], [grey; 3]][self.colour];
         let observation = Observation {
             held_by: self.held_by,
             confidence: self.confidence,
@@ -67,6 +78,13 @@ impl Thing {
             let others = others.copied().collect::<Vec<_>>();
             snapshot = message::Snapshot::default();
             others.into_iter().for_each(|value| assert!(snapshot.push(value)));
+        }
+        if counts_greys && self.colour == GREY {
+            let colour = percepts.index("colour").unwrap();
+            let feature = Feature::Number(self.position_m[0]);
+            if let Some(value) = snapshot.value_mut(colour) {
+                *value = PerceptValue::new(colour, 1.0, self.confidence, feature);
+            }
         }
         if !self.is_sound
             && let Some(value) = snapshot.value_mut(percepts.index("colour").unwrap())
@@ -92,6 +110,7 @@ proptest! {
         trusts in any::<bool>(),
         normalised in prop::bool::weighted(0.1),
         symbols_tell in prop::bool::weighted(0.8),
+        counts_greys in prop::bool::weighted(0.2),
     ) {
         let mut percepts = Percepts::builtin();
         percepts.belief.normalised = normalised;
@@ -110,7 +129,8 @@ proptest! {
             let now = ms(now_ms);
             let of_sight = |(source, after_ms, things): &Sight| {
                 let at_ns = now.as_nanos().saturating_add_signed(after_ms * 1_000_000);
-                let perceived = |thing: &Thing| thing.perceived(&perception, *source, at_ns, &percepts);
+                let perceived =
+                    |thing: &Thing| thing.perceived(&perception, (*source, at_ns), &percepts, counts_greys);
                 let may_enter = |perceived: &Perceived| !trusts || perceived.is_sound();
                 things.iter().map(perceived).filter(may_enter).collect::<Vec<_>>()
             };
