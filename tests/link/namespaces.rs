@@ -104,7 +104,7 @@ impl Did {
     #[expect(clippy::print_stdout, reason = "it tells how the hot path fared")]
     fn tell(&self, what: &str) {
         let Self { process, cycles, drops, undelivered, took } = self;
-        let [wakeup, execution] = took.map(|took| p99_us(&took));
+        let [wakeup, execution] = took.map(|took| quantile_us(&took, 0.99));
         println!(
             "{what:<24} {:<8} {cycles:>5} cycles, p99 of wake-up {wakeup:>7.1} us, of execution {execution:>7.1} us; \
              {drops} dropped, {undelivered} undelivered in all",
@@ -114,12 +114,12 @@ impl Did {
 }
 
 /// A bucket is up to a sixteenth wide, which is as much as is looked for.
-fn p99_us(took: &Histogram) -> f64 {
-    took.quantile_between_ns(0.99) / 1e3
+fn quantile_us(took: &Histogram, share: f64) -> f64 {
+    took.quantile_between_ns(share) / 1e3
 }
 
-/// By how much each 99th percentile changes, of all stretches of a state in which the core was as fast as it
-/// gets: a virtual one is now faster and now slower, without regard to the network.
+/// By how much each 99th percentile changes, told beside the medians, of all stretches of a state in which the core
+/// was as fast as it gets: a virtual one is now faster and now slower, without regard to the network.
 #[expect(clippy::print_stdout, reason = "it tells how many stretches are compared")]
 fn changes(rounds: &[[Look; 4]]) -> Vec<(String, f64)> {
     let stretches = |state: usize| {
@@ -149,7 +149,7 @@ fn changes(rounds: &[[Look; 4]]) -> Vec<(String, f64)> {
                 let mut all = Histogram::default();
                 let took = |stretch: &Stretch| stretch.all.get(index)?.took.get(quantity).copied();
                 calm(state).filter_map(took).for_each(|took| all.add(&took));
-                [0.5, 0.99].map(|share| all.quantile_between_ns(share) / 1e3)
+                [0.5, 0.99].map(|share| quantile_us(&all, share))
             };
             let [half_then, then] = took_us(0);
             for (state, what) in STATES.into_iter().enumerate().skip(1) {

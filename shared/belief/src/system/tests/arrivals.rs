@@ -152,6 +152,34 @@ proptest! {
 }
 
 #[test]
+fn whose_symbol_becomes_a_number_may_become_one_with_its_neighbour() {
+    let percepts = Percepts::builtin();
+    let perception = Perception::new(&percepts).unwrap();
+    let mut noting = BeliefSystem::new(&percepts, 8).unwrap().trusting();
+    let mut creating = noting.clone();
+    // Of another colour, seen each by itself and near each other; then one as near that has none.
+    for (now_ms, x, colour) in [(5, 0.50, 0), (10, 0.52, 1), (15, 0.50, GREY)] {
+        let thing = Thing {
+            position_m: [x, 0.0, 0.0],
+            colour,
+            has_place: true,
+            is_sound: true,
+            confidence: 0.9,
+            held_by: NOBODY,
+        };
+        let perceived = [thing.perceived(&perception, (0, ms(now_ms).as_nanos()), &percepts, true)];
+        for (system, notes) in [(&mut noting, true), (&mut creating, false)] {
+            let mut intake = system.begin(ms(now_ms));
+            intake.system.notes &= notes;
+            intake.take_in(0, &perceived[0]);
+            intake.finish(&perceived, SourceSet::of(0), |_| false);
+        }
+        assert_eq!(contents(&noting), contents(&creating));
+    }
+    assert_eq!((noting.len(), noting.counts().merged), (1, 2));
+}
+
+#[test]
 fn what_is_not_among_what_was_perceived_is_not_believed_and_counted() {
     let mut robot = Robot::new(&Percepts::builtin());
     let seen = [block(ms(0), [0.5, 0.0, 0.0], RED), block(ms(0), [0.9, 0.0, 0.0], BLUE)];
