@@ -70,7 +70,8 @@ struct Chain {
     at: Instant,
 }
 
-/// So many stay in the cache from one step to the next, but for the samples of each.
+/// So many stay in the cache from one step to the next, but for the samples of each, which are written sooner than they
+/// are fetched.
 const FEW: usize = 256;
 
 /// Where the percepts of a belief are.
@@ -408,11 +409,11 @@ impl Arena {
         self.live.len() > FEW
     }
 
-    /// Fetches what a belief's histories say of themselves, or, if it will be asked `soon`, the cells that it will
-    /// write.
+    /// Of many, fetches what a belief's histories say of themselves, or, if it will be asked `soon`, the cells that it
+    /// will write.
     #[inline(always)]
     fn prefetch(&self, slot: u32, soon: bool) {
-        if (soon || self.are_many())
+        if self.are_many()
             && let Some(row) = self.row(slot)
         {
             if soon { self.histories.prefetch_cells(row) } else { self.histories.prefetch(row) }

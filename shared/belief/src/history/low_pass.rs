@@ -159,14 +159,19 @@ pub(super) fn mix_into(x: &PerceptValue, a: f64, y: &mut Feature, b: f64) {
 #[inline]
 fn mix_on_sphere(x: [f32; 4], a: f64, y: [f32; 4], b: f64) -> [f32; 4] {
     let (wide_x, wide_y) = (x.map(f64::from), y.map(f64::from));
-    let dot: f64 = wide_x.iter().zip(&wide_y).map(|(x, y)| x * y).sum();
     // q and −q are one orientation.
-    let b = if dot < 0.0 { -b } else { b };
+    let b = if dot(wide_x, wide_y) < 0.0 { -b } else { b };
     let mut mean = wide_x;
     for (x, y) in mean.iter_mut().zip(&wide_y) {
         *x = a * *x + b * y;
     }
-    let norm = mean.iter().map(|part| part * part).sum::<f64>().sqrt();
+    let norm = dot(mean, mean).sqrt();
     let scale = 1.0 / norm;
     if norm > 1e-6 { mean.map(|part| single(part * scale)) } else { x }
+}
+
+/// Added pair by pair: the filter's root waits for it, and all that comes later for the root.
+#[inline]
+fn dot([p, q, r, s]: [f64; 4], [t, u, v, w]: [f64; 4]) -> f64 {
+    (p * t + q * u) + (r * v + s * w)
 }
