@@ -170,7 +170,7 @@ fn mix_on_sphere(x: [f32; 4], a: f64, y: [f32; 4], b: f64) -> [f32; 4] {
     if norm > 1e-6 { mean.map(|part| single(part * scale)) } else { x }
 }
 
-/// Added pair by pair: the filter's root waits for it, and all that comes later for the root.
+/// Added pair by pair: the filter's root waits for the sum.
 #[inline]
 fn dot([p, q, r, s]: [f64; 4], [t, u, v, w]: [f64; 4]) -> f64 {
     (p * t + q * u) + (r * v + s * w)
