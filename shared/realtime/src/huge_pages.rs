@@ -17,7 +17,11 @@ pub fn use_huge_pages() -> u64 {
     let maps = fs::read_to_string("/proc/self/maps");
     if let (Some(size), Ok(maps)) = (size.filter(|size| size.is_power_of_two()), maps) {
         for range in maps.lines().filter_map(own_memory) {
-            let _pages_that_stay_are_as_good_as_before = collapse(&within(&range, size));
+            // One by one: of a longer range the kernel gives up the rest where one page cannot be moved, and one of
+            // which nothing was ever used cannot.
+            for page in within(&range, size).step_by(size) {
+                let _one_that_stays_is_as_good_as_before = collapse(page, size);
+            }
         }
     }
     in_huge_pages().unwrap_or(0)
@@ -53,15 +57,12 @@ fn within(range: &Range<usize>, size: usize) -> Range<usize> {
     start..(range.end - range.end % size).max(start)
 }
 
-/// Whether all of a range lies in huge pages now.
-fn collapse(range: &Range<usize>) -> bool {
-    if range.is_empty() {
-        return true;
-    }
-    let start = std::ptr::without_provenance_mut::<c_void>(range.start);
+/// Whether the huge page of `size` bytes at an address is one now.
+fn collapse(page: usize, size: usize) -> bool {
+    let start = std::ptr::without_provenance_mut::<c_void>(page);
     // SAFETY: MADV_COLLAPSE (madvise(2)) changes on which pages memory lies, and nothing that a program
-    // could read of it; of a range that is no longer mapped it says that it is not.
-    unsafe { libc::madvise(start, range.len(), libc::MADV_COLLAPSE) == 0 }
+    // could read of it; of a page that is no longer mapped it says that it is not.
+    unsafe { libc::madvise(start, size, libc::MADV_COLLAPSE) == 0 }
 }
 
 /// Of this process's own memory, what lies in huge pages, in bytes.
@@ -75,23 +76,44 @@ fn in_huge_pages() -> Option<u64> {
 mod tests {
     use super::*;
 
+    /// The huge pages that lie wholly within some bytes; none where the kernel knows no huge pages.
+    fn huge_pages_of(bytes: &[u8]) -> Vec<(usize, usize)> {
+        let size = fs::read_to_string("/sys/kernel/mm/transparent_hugepage/hpage_pmd_size");
+        let Some(size) = size.ok().and_then(|size| size.trim().parse().ok()) else { return Vec::new() };
+        let start = bytes.as_ptr().addr();
+        within(&(start..start + bytes.len()), size).step_by(size).map(|page| (page, size)).collect()
+    }
+
     #[test]
     fn memory_is_the_same_in_huge_pages() {
         const BYTES: usize = 32 << 20;
         let bytes: Vec<u8> = (0..BYTES).map(|index| u8::try_from(index % 251).unwrap()).collect();
         let after = use_huge_pages();
         // Where the kernel can move it, it has been: a kernel that cannot, or has no room, is no fault here.
-        let size =
-            fs::read_to_string("/sys/kernel/mm/transparent_hugepage/hpage_pmd_size").unwrap_or_default();
-        let whole = size.trim().parse().map_or(0..0, |size| {
-            let start = bytes.as_ptr().addr();
-            within(&(start..start + BYTES), size)
-        });
-        if collapse(&whole) {
-            let length = u64::try_from(whole.len()).unwrap();
+        let pages = huge_pages_of(&bytes);
+        if pages.iter().all(|&(page, size)| collapse(page, size)) {
+            let length = pages.iter().map(|&(_page, size)| u64::try_from(size).unwrap()).sum();
             assert!(after >= length, "{after} bytes are in huge pages, of {length} that can be");
         }
         assert!((0..BYTES).all(|index| bytes.get(index) == u8::try_from(index % 251).ok().as_ref()));
+    }
+
+    #[test]
+    fn memory_behind_what_was_never_used_is_moved_as_well() {
+        // More than the other tests of this process hold, whose huge pages would count.
+        const BYTES: usize = 128 << 20;
+        const HOLE: usize = 32 << 20;
+        // Zeroes that are asked for as such are mapped, and there only when they are used.
+        let mut bytes = vec![0; BYTES];
+        let after_hole = bytes.get_mut(HOLE..).unwrap();
+        after_hole.fill(7);
+        let after = use_huge_pages();
+        let pages = huge_pages_of(after_hole);
+        if pages.iter().all(|&(page, size)| collapse(page, size)) {
+            let length = pages.iter().map(|&(_page, size)| u64::try_from(size).unwrap()).sum();
+            assert!(after >= length, "{after} bytes are in huge pages, of {length} behind the hole");
+        }
+        assert!(bytes == [vec![0; HOLE], vec![7; BYTES - HOLE]].concat());
     }
 
     #[test]
