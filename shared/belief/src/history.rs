@@ -2,6 +2,7 @@
 
 mod cells;
 mod low_pass;
+mod rings;
 mod series;
 mod table;
 #[cfg(test)]
@@ -9,18 +10,18 @@ mod tests;
 
 use std::ops::Range;
 
-use cells::{Column, band, bands, side_by_side};
 use clock::Instant;
-use config::percepts::{self, Percept, WhenFull};
+use config::percepts::{self, Kernel, Percept, WhenFull};
 use low_pass::LowPass;
 use message::{Feature, PerceptValue};
-use series::{Series, Thinning};
+use rings::Rings;
+use series::Thinning;
 use table::Table;
 
 use crate::Unbelievable;
 use crate::own::{Functions, History, Samples, Supplied};
 use crate::room::Room;
-use crate::sample::{Kept, Sample, Taken};
+use crate::sample::{Kept, Narrow, Sample, Taken};
 
 /// The histories of all beliefs of a system: a row for each belief, in each row one history per
 /// percept of the set P; an empty one says that the belief does not map the percept.
@@ -34,20 +35,16 @@ use crate::sample::{Kept, Sample, Taken};
 #[derive(Clone, Debug)]
 pub(crate) struct Histories {
     generators: Box<[Generator]>,
-    /// Which series have their cells side by side.
-    alike: Box<[Alike]>,
     rows: usize,
     used: usize,
     free: Room<u32>,
     low_passes: Table<LowPass>,
-    series: Table<Series>,
+    /// Of percepts that derive one number at most, and of others.
+    narrow: Rings<Narrow>,
+    wide: Rings<Kept>,
     /// How many samples each history of the program's own keeps.
     kept: Table<u32>,
-    cells: Table<Kept>,
     own_cells: Table<Sample>,
-    scratch: Room<Kept>,
-    /// Those of a history that is merged into another.
-    others_samples: Room<Kept>,
 }
 
 /// Samples that a history of the program's own may keep.
@@ -59,42 +56,24 @@ enum Generator {
     /// The filtered present; a is the share of the newest sample.
     LowPass { index: usize, share: f64 },
     /// Samples as they were: lossless, or thinned on a logarithmic time scale.
-    Series { index: usize, cells: Column, thinning: Thinning },
+    Narrow { index: usize },
+    /// The same of what derives several numbers.
+    Wide { index: usize },
     /// The program's own, over samples that are kept for it.
     Own { index: usize, cells: Range<usize>, history: Supplied<dyn History> },
-}
-
-/// Series that are filled alike, as a rule: what comes next of each lies side by side.
-#[derive(Clone, Debug)]
-struct Alike {
-    /// Where in a row they are.
-    series: Vec<usize>,
-    /// The cells of the first.
-    cells: Column,
-    thinning: Thinning,
 }
 
 impl Histories {
     /// Room for `rows` beliefs.
     pub(crate) fn new(percepts: &[Percept], own: &Functions, rows: usize) -> Result<Self, Unbelievable> {
-        let rings: Vec<_> = percepts.iter().map(|percept| ring(&percept.history)).collect();
-        let (columns, cells) = side_by_side(&rings, |thinning| thinning == Thinning::ForgetOldest);
-        let (mut low_passes, mut series, mut kept, mut own_cells) = (0, 0, 0, 0);
+        let (mut narrow, mut wide) = (Vec::new(), Vec::new());
+        let (mut low_passes, mut kept, mut own_cells) = (0, 0, 0);
         let mut generators = Vec::with_capacity(percepts.len());
-        let mut alike: Vec<Alike> = Vec::new();
-        for (percept, column) in percepts.iter().zip(columns) {
-            if let Some((cells, thinning)) = column {
-                match alike.iter_mut().find(|all| cells.is_beside(all.cells) && all.thinning == thinning) {
-                    Some(all) => all.series.push(series),
-                    None => alike.push(Alike { series: vec![series], cells, thinning }),
-                }
-                generators.push(Generator::Series { index: series, cells, thinning });
-                series += 1;
-            }
-            match &percept.history {
+        for percept in percepts {
+            generators.push(match &percept.history {
                 percepts::History::LowPass { share } => {
-                    generators.push(Generator::LowPass { index: low_passes, share: share.get() });
                     low_passes += 1;
+                    Generator::LowPass { index: low_passes - 1, share: share.get() }
                 }
                 percepts::History::Own(name) => {
                     let history = own.history(name)?;
@@ -103,28 +82,32 @@ impl Histories {
                         return Err(Unbelievable::Samples { name: name.clone(), samples });
                     }
                     let cells = own_cells..own_cells + samples;
-                    generators.push(Generator::Own { index: kept, cells, history });
                     kept += 1;
                     own_cells += samples;
+                    Generator::Own { index: kept - 1, cells, history }
                 }
-                // Pushed above.
-                percepts::History::Lossless { .. } | percepts::History::LogTimescale { .. } => {}
-            }
+                percepts::History::Lossless { samples, when_full } => {
+                    let thinning = match when_full {
+                        WhenFull::ForgetOldest => Thinning::ForgetOldest,
+                        WhenFull::Thin => Thinning::ShortestGap,
+                    };
+                    series(percept, (samples.get(), thinning), &mut narrow, &mut wide)
+                }
+                percepts::History::LogTimescale { samples } => {
+                    series(percept, (samples.get(), Thinning::Octaves), &mut narrow, &mut wide)
+                }
+            });
         }
-        let most = rings.iter().flatten().map(|(samples, _)| *samples).max().unwrap_or(0);
         Ok(Self {
             generators: generators.into_boxed_slice(),
-            alike: alike.into_boxed_slice(),
             rows,
             used: 0,
             free: Room::for_most(rows),
             low_passes: Table::new(low_passes, rows),
-            series: Table::new(series, rows),
+            narrow: Rings::new(&narrow, rows),
+            wide: Rings::new(&wide, rows),
             kept: Table::new(kept, rows),
-            cells: Table::new(cells, bands(rows)),
             own_cells: Table::new(own_cells, rows),
-            scratch: Room::for_most(2 * most),
-            others_samples: Room::for_most(most),
         })
     }
 
@@ -138,18 +121,17 @@ impl Histories {
     pub(crate) fn take_row(&mut self) -> Option<u32> {
         if let Some(row) = self.free.pop() {
             self.low_passes.reset(row as usize);
-            self.series.reset(row as usize);
+            self.narrow.reset(row as usize);
+            self.wide.reset(row as usize);
             self.kept.reset(row as usize);
             return Some(row);
         }
         let row = u32::try_from(self.used).ok().filter(|_| self.used < self.rows)?;
         self.used += 1;
         self.low_passes.grow();
-        self.series.grow();
+        self.narrow.grow(row);
+        self.wide.grow(row);
         self.kept.grow();
-        if let (_, 0) = band(row) {
-            self.cells.grow_with(Kept::NONE);
-        }
         self.own_cells.grow_with(Sample::NONE);
         Some(row)
     }
@@ -170,23 +152,16 @@ impl Histories {
     /// Fetches what a row's histories say of themselves.
     #[inline]
     pub(crate) fn prefetch(&self, row: u32) {
-        self.series.prefetch(row);
+        self.narrow.prefetch(row);
+        self.wide.prefetch(row);
         self.low_passes.prefetch(row);
     }
 
     /// Fetches the cells that the next snapshot of a row will be written into.
     #[inline]
     pub(crate) fn prefetch_cells(&self, row: u32) {
-        let Some(series) = self.series.row(row) else { return };
-        for alike in &self.alike {
-            // One that takes nothing in says nothing of the others.
-            let mut taking = alike.series.iter().filter_map(|index| series.get(*index));
-            if let Some(series) = taking.find(|series| !series.is_empty())
-                && let Some(cells) = alike.cells.cells(&self.cells, row)
-            {
-                series.prefetch(&cells);
-            }
-        }
+        self.narrow.prefetch_cells(row);
+        self.wide.prefetch_cells(row);
     }
 
     /// Takes the evaluations of one snapshot, made at an instant; how many were nonsense and left
@@ -199,10 +174,9 @@ impl Histories {
         at: Instant,
         phase: u64,
     ) -> u64 {
-        let Self { generators, low_passes, series, kept, cells, own_cells, scratch, .. } = self;
-        let (band, lane) = band(row);
-        let (Some(low_passes), Some(series), Some(cells)) =
-            (low_passes.row_mut(row), series.row_mut(row), cells.row_mut(band))
+        let Self { generators, low_passes, narrow, wide, kept, own_cells, .. } = self;
+        let (Some(low_passes), Some(mut narrow), Some(mut wide)) =
+            (low_passes.row_mut(row), narrow.row_mut(row), wide.row_mut(row))
         else {
             return 0;
         };
@@ -214,11 +188,8 @@ impl Histories {
             }
             let sample = Taken { at, value };
             match generators.get(usize::from(value.percept)) {
-                Some(Generator::Series { index, cells: column, thinning }) => {
-                    if let Some(series) = series.get_mut(*index) {
-                        series.take((&mut *cells, lane), column, *thinning, sample, phase, scratch);
-                    }
-                }
+                Some(Generator::Narrow { index }) => narrow.take(*index, sample, phase),
+                Some(Generator::Wide { index }) => wide.take(*index, sample, phase),
                 Some(Generator::LowPass { index, share }) => {
                     if let Some(low_pass) = low_passes.get_mut(*index) {
                         low_pass.take(sample, *share);
@@ -245,26 +216,16 @@ impl Histories {
             (Some(Generator::LowPass { share, .. }), Some(newest)) => {
                 low_pass::mix_into(sample, *share, newest, 1.0 - *share);
             }
-            (
-                Some(Generator::LowPass { .. } | Generator::Series { .. } | Generator::Own { .. }) | None,
-                _,
-            ) => *newest = Some(sample.sound_feature()),
+            (Some(Generator::Narrow { .. }), _) => *newest = Some(Narrow::remains(sample.sound_feature())),
+            (Some(Generator::LowPass { .. } | Generator::Wide { .. } | Generator::Own { .. }) | None, _) => {
+                *newest = Some(sample.sound_feature());
+            }
         }
     }
 
     /// Unites the histories of one row with those of another; `phase` as for [`Self::take`].
     pub(crate) fn merge(&mut self, kept: u32, gone: u32, phase: u64) {
-        let Self {
-            generators,
-            low_passes,
-            series,
-            kept: lens,
-            cells,
-            own_cells,
-            scratch,
-            others_samples,
-            ..
-        } = self;
+        let Self { generators, low_passes, narrow, wide, kept: lens, own_cells, .. } = self;
         for generator in generators.iter() {
             match generator {
                 Generator::LowPass { index, share } => {
@@ -273,18 +234,8 @@ impl Histories {
                         mine.merge(&other, *share);
                     }
                 }
-                Generator::Series { index, cells: column, thinning } => {
-                    let other = series.get(gone, *index).copied();
-                    others_samples.clear();
-                    if let (Some(other), Some(cells)) = (other, column.cells(cells, gone)) {
-                        others_samples.extend(other.samples(&cells));
-                    }
-                    if let (Some(mine), Some(other), Some(cells)) =
-                        (series.get_mut(kept, *index), other, column.cells_mut(cells, kept))
-                    {
-                        mine.merge(cells, *thinning, (other, others_samples), phase, scratch);
-                    }
-                }
+                Generator::Narrow { index } => narrow.merge(*index, kept, gone, phase),
+                Generator::Wide { index } => wide.merge(*index, kept, gone, phase),
                 Generator::Own { index, cells: range, history } => {
                     let others = lens.get(gone, *index).map_or(0, |len| *len as usize);
                     if let (Some(len), Some((cells, of_other))) =
@@ -303,7 +254,8 @@ impl Histories {
     pub(crate) fn newest(&self, row: u32, percept: u16) -> Option<Sample> {
         match self.generators.get(usize::from(percept))? {
             Generator::LowPass { index, .. } => self.low_passes.get(row, *index)?.newest(),
-            Generator::Series { index, .. } => self.series.get(row, *index)?.newest(),
+            Generator::Narrow { index } => self.narrow.newest(row, *index),
+            Generator::Wide { index } => self.wide.newest(row, *index),
             Generator::Own { index, cells, history } => {
                 let end = Instant::from_nanos(u64::MAX);
                 history.at(self.kept(row, *index, cells)?, end).filter(Sample::is_sound)
@@ -320,9 +272,8 @@ impl Histories {
     pub(crate) fn at(&self, row: u32, percept: u16, instant: Instant, decay_per_s: f64) -> Option<Sample> {
         match self.generators.get(usize::from(percept))? {
             Generator::LowPass { index, .. } => self.low_passes.get(row, *index)?.at(instant, decay_per_s),
-            Generator::Series { index, cells, .. } => {
-                self.series.get(row, *index)?.at(cells.cells(&self.cells, row)?, instant, decay_per_s)
-            }
+            Generator::Narrow { index } => self.narrow.at(row, *index, instant, decay_per_s),
+            Generator::Wide { index } => self.wide.at(row, *index, instant, decay_per_s),
             Generator::Own { index, cells, history } => {
                 let kept = self.kept(row, *index, cells)?;
                 let sample = history.at(kept, instant).filter(Sample::is_sound)?;
@@ -334,20 +285,15 @@ impl Histories {
 
     /// Replaces every remembered feature of a percept.
     pub(crate) fn map(&mut self, row: u32, percept: u16, change: impl Fn(Feature) -> Feature) {
-        let Self { generators, low_passes, series, kept, cells, own_cells, .. } = self;
+        let Self { generators, low_passes, narrow, wide, kept, own_cells, .. } = self;
         match generators.get(usize::from(percept)) {
             Some(Generator::LowPass { index, .. }) => {
                 if let Some(low_pass) = low_passes.get_mut(row, *index) {
                     low_pass.map(change);
                 }
             }
-            Some(Generator::Series { index, cells: column, .. }) => {
-                if let (Some(series), Some(cells)) =
-                    (series.get_mut(row, *index), column.cells_mut(cells, row))
-                {
-                    series.map(cells, change);
-                }
-            }
+            Some(Generator::Narrow { index }) => narrow.map(row, *index, change),
+            Some(Generator::Wide { index }) => wide.map(row, *index, change),
             Some(Generator::Own { index, cells: range, .. }) => {
                 if let (Some(len), Some(cells)) = (kept.get_mut(row, *index), own_cells.range_mut(row, range))
                 {
@@ -368,11 +314,8 @@ impl Histories {
                     *low_pass = LowPass::default();
                 }
             }
-            Some(Generator::Series { index, .. }) => {
-                if let Some(series) = self.series.get_mut(row, *index) {
-                    *series = Series::default();
-                }
-            }
+            Some(Generator::Narrow { index }) => self.narrow.forget(row, *index),
+            Some(Generator::Wide { index }) => self.wide.forget(row, *index),
             Some(Generator::Own { index, .. }) => {
                 if let Some(len) = self.kept.get_mut(row, *index) {
                     *len = 0;
@@ -390,10 +333,8 @@ impl Histories {
     pub(crate) fn samples(&self, row: u32, percept: u16) -> Vec<Sample> {
         match &self.generators[usize::from(percept)] {
             Generator::LowPass { .. } => self.newest(row, percept).into_iter().collect(),
-            Generator::Series { index, cells, .. } => {
-                let cells = cells.cells(&self.cells, row).unwrap();
-                self.series.get(row, *index).unwrap().samples(&cells).map(|kept| kept.sample()).collect()
-            }
+            Generator::Narrow { index } => self.narrow.samples(row, *index),
+            Generator::Wide { index } => self.wide.samples(row, *index),
             Generator::Own { index, cells, .. } => self.kept(row, *index, cells).unwrap().to_vec(),
         }
     }
@@ -404,9 +345,11 @@ impl Histories {
         let percepts = 0..u16::try_from(self.generators.len()).unwrap();
         let histories = percepts.map(|percept| match &self.generators[usize::from(percept)] {
             Generator::LowPass { index, .. } => format!("{:?}", self.low_passes.get(row, *index)),
-            Generator::Series { index, .. } => {
-                let taken = self.series.get(row, *index).unwrap().taken();
-                format!("{taken} {:?}", self.samples(row, percept))
+            Generator::Narrow { index } => {
+                format!("{} {:?}", self.narrow.taken(row, *index), self.samples(row, percept))
+            }
+            Generator::Wide { index } => {
+                format!("{} {:?}", self.wide.taken(row, *index), self.samples(row, percept))
             }
             Generator::Own { .. } => format!("{:?}", self.samples(row, percept)),
         });
@@ -414,17 +357,23 @@ impl Histories {
     }
 }
 
-/// How many samples a history keeps as a ring, and what it gives up when that is full; `None` where it is
-/// no ring.
-fn ring(history: &percepts::History) -> Option<(usize, Thinning)> {
-    match history {
-        percepts::History::Lossless { samples, when_full: WhenFull::ForgetOldest } => {
-            Some((samples.get().max(1), Thinning::ForgetOldest))
+/// A series for a percept, among the `narrow` or the `wide` ones: how many samples it keeps, and what it gives up then.
+fn series(
+    percept: &Percept,
+    (samples, thinning): (usize, Thinning),
+    narrow: &mut Vec<(usize, Thinning)>,
+    wide: &mut Vec<(usize, Thinning)>,
+) -> Generator {
+    let of = |all: &mut Vec<_>| {
+        all.push((samples.max(1), thinning));
+        all.len() - 1
+    };
+    match percept.kernel {
+        Kernel::Position | Kernel::Orientation | Kernel::Extents | Kernel::Own(_) => {
+            Generator::Wide { index: of(wide) }
         }
-        percepts::History::Lossless { samples, when_full: WhenFull::Thin } => {
-            Some((samples.get().max(1), Thinning::ShortestGap))
+        Kernel::Source | Kernel::State(_) | Kernel::Nearest(_) | Kernel::Region(_) | Kernel::Range(_) => {
+            Generator::Narrow { index: of(narrow) }
         }
-        percepts::History::LogTimescale { samples } => Some((samples.get().max(1), Thinning::Octaves)),
-        percepts::History::LowPass { .. } | percepts::History::Own(_) => None,
     }
 }

@@ -1,5 +1,8 @@
+mod cell;
+
 use std::cmp::Ordering;
 
+pub(crate) use cell::{Cell, Narrow};
 use clock::Instant;
 use message::{Feature, PerceptValue};
 use quantity::number::{saturating_u16, single};

@@ -85,26 +85,30 @@ impl Column {
     }
 }
 
-/// Where in a band each of several series has its cells, by how many it keeps and what it gives up then
-/// (`None` where it is no series); and how many cells a band has. Those of equal ones lie side by side.
-/// `goes_around` says of which those of one belief lie between those of the others.
+/// Where in a band each of several series has its cells, by how many it keeps and what it gives up then; and how many
+/// cells a band has. Those of equal ones lie side by side. `goes_around` says of which those of one belief lie between
+/// those of the others.
 pub(crate) fn side_by_side<T: Copy + PartialEq>(
-    series: &[Option<(usize, T)>],
+    series: &[(usize, T)],
     goes_around: impl Fn(T) -> bool,
-) -> (Vec<Option<(Column, T)>>, usize) {
-    let mut columns = vec![None; series.len()];
+) -> (Vec<(Column, T)>, usize) {
+    let mut columns: Vec<(Column, T)> = Vec::with_capacity(series.len());
     let mut cells = 0;
-    for one in series.iter().flatten() {
+    for (index, one) in series.iter().enumerate() {
         let (len, kind) = *one;
-        let to_be_placed = series.iter().zip(&mut columns).filter(|(_, column)| column.is_none());
-        let alike: Vec<_> = to_be_placed.filter(|(other, _)| **other == Some(*one)).collect();
-        let beside = alike.len();
-        let (step, lane) =
-            if goes_around(kind) { (beside * LANES as usize, beside) } else { (beside, beside * len) };
-        for (first, (_, column)) in (cells..).zip(alike) {
-            *column = Some((Column { first, step, len, beside, lane }, kind));
-        }
-        cells += beside * len * LANES as usize;
+        let alike = |among: &[(usize, T)]| among.iter().filter(|other| *other == one).count();
+        let first_of_them = series.iter().position(|other| other == one);
+        let column = if let Some((column, _)) = first_of_them.and_then(|first| columns.get(first)) {
+            Column { first: column.first + alike(series.get(..index).unwrap_or(&[])), ..*column }
+        } else {
+            let beside = alike(series);
+            let (step, lane) =
+                if goes_around(kind) { (beside * LANES as usize, beside) } else { (beside, beside * len) };
+            let first = cells;
+            cells += beside * len * LANES as usize;
+            Column { first, step, len, beside, lane }
+        };
+        columns.push((column, kind));
     }
     (columns, cells)
 }
@@ -168,12 +172,6 @@ impl<T: Copy, C: DerefMut<Target = [T]>> Cells<C> {
         self.row.get(place)
     }
 
-    /// The row, and which of its cells they are.
-    #[inline]
-    pub(crate) fn parts(&mut self) -> (&mut [T], Column) {
-        (&mut self.row, self.column)
-    }
-
     /// Copies a cell into another.
     #[inline]
     pub(crate) fn shift(&mut self, from: usize, to: usize) {
@@ -192,14 +190,14 @@ mod tests {
 
     #[test]
     fn each_series_of_each_belief_has_its_own_cells_and_equal_ones_share_lines() {
-        let series = [Some((4, 'a')), None, Some((4, 'b')), Some((4, 'a')), Some((2, 'a')), Some((4, 'a'))];
+        let series = [(4, 'a'), (4, 'b'), (4, 'a'), (2, 'a'), (4, 'a')];
         let (columns, count) = side_by_side(&series, |kind| kind == 'a');
         assert_eq!(count, (4 * 4 + 2) * LANES as usize);
         let mut band = vec![None; count];
         for lane in 0..LANES as usize {
             for (number, (column, asked)) in columns.iter().zip(&series).enumerate() {
-                assert_eq!(column.map(|(column, kind)| (column.len, kind)), *asked);
-                let Some((column, _)) = column else { continue };
+                let (column, kind) = column;
+                assert_eq!((column.len, *kind), *asked);
                 let mut cells = column.in_lane(lane).of(band.as_mut_slice());
                 for index in 0..cells.len() {
                     let cell = cells.get_mut(index).unwrap();
@@ -212,13 +210,13 @@ mod tests {
             |lane, number, index| band.iter().position(|cell| *cell == Some((lane, number, index))).unwrap();
         for (lane, index) in (0..LANES as usize).flat_map(|lane| (0..4).map(move |index| (lane, index))) {
             let first = of(lane, 0, index);
-            assert_eq!([of(lane, 3, index), of(lane, 5, index)], [first + 1, first + 2]);
+            assert_eq!([of(lane, 2, index), of(lane, 4, index)], [first + 1, first + 2]);
         }
         for index in 0..4 {
-            assert_eq!(of(1, 0, index), of(0, 5, index) + 1, "the beliefs of a band lie beside each other");
+            assert_eq!(of(1, 0, index), of(0, 4, index) + 1, "the beliefs of a band lie beside each other");
         }
         for index in 0..3 {
-            assert_eq!(of(1, 2, index + 1), of(1, 2, index) + 1, "the cells of one that thins do");
+            assert_eq!(of(1, 1, index + 1), of(1, 1, index) + 1, "the cells of one that thins do");
         }
         assert!(band.iter().all(Option::is_some), "a cell of nobody");
     }
@@ -239,12 +237,11 @@ mod tests {
 
     #[test]
     fn who_goes_on_behind_the_last_cell_comes_to_the_first() {
-        let (columns, count) =
-            side_by_side(&[Some((3, 'a')), Some((3, 'a')), Some((1, 'b'))], |kind| kind == 'a');
+        let (columns, count) = side_by_side(&[(3, 'a'), (3, 'a'), (1, 'b')], |kind| kind == 'a');
         let mut band: Vec<usize> = (0..count).collect();
         let lanes = || 0..LANES as usize;
         for (column, lane) in
-            columns.into_iter().flatten().flat_map(|(column, _)| lanes().map(move |lane| (column, lane)))
+            columns.into_iter().flat_map(|(column, _)| lanes().map(move |lane| (column, lane)))
         {
             let mut cells = column.in_lane(lane).of(band.as_mut_slice());
             let mut place = cells.place(0);

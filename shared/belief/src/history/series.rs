@@ -5,7 +5,7 @@ use message::Feature;
 use quantity::number::saturating_u16;
 
 use super::cells::{Cells, Column};
-use crate::sample::{Kept, Sample, Taken};
+use crate::sample::{Cell, Kept, Sample, Taken};
 
 /// What a series gives up when it is full.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -19,35 +19,38 @@ pub(crate) enum Thinning {
     Octaves,
 }
 
+/// A series of octaves is thinned after so many samples. More and a series that grew old has no room for them; fewer and
+/// it is gone through more often than it is worth: a pass drops nearly all that have come since the one before.
+const THINNED_EVERY: u64 = 16;
+
 /// Samples in the order of their instants, at most one per instant: a ring over cells that are
 /// kept elsewhere and handed to every call, always the same ones.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Series {
+pub(crate) struct Series<T> {
     /// The cell of the oldest sample.
     first: u16,
     len: u16,
     /// Samples ever taken in, of all histories merged into this one; after the most that it counts to, zero.
     taken: u32,
     /// The newest sample again: asked every time, and its cell lies elsewhere.
-    newest: Kept,
+    newest: T,
 }
 
-impl Default for Series {
+impl<T: Cell> Default for Series<T> {
     fn default() -> Self {
-        Self { first: 0, len: 0, taken: 0, newest: Kept::NONE }
+        Self { first: 0, len: 0, taken: 0, newest: T::NONE }
     }
 }
 
-impl Series {
+impl<T: Cell> Series<T> {
     #[inline]
     pub(crate) fn newest(&self) -> Option<Sample> {
-        (self.len > 0).then(|| self.newest.sample())
+        (self.len > 0).then(|| self.newest.kept().sample())
     }
 
-    pub(crate) fn at(&self, cells: Cells<&[Kept]>, instant: Instant, decay_per_s: f64) -> Option<Sample> {
-        let newest = self.newest()?;
-        if newest.at <= instant {
-            return Some(newest.decayed(instant, decay_per_s));
+    pub(crate) fn at(&self, cells: Cells<&[T]>, instant: Instant, decay_per_s: f64) -> Option<Sample> {
+        if self.newest.at() <= instant {
+            return Some(self.newest()?.decayed(instant, decay_per_s));
         }
         let (mut until, mut beyond) = (0, self.len as usize);
         while until < beyond {
@@ -68,7 +71,7 @@ impl Series {
 
     /// Fetches the cell of the next sample, as a rule, and those beside it.
     #[inline]
-    pub(crate) fn prefetch(&self, cells: &Cells<&[Kept]>) {
+    pub(crate) fn prefetch(&self, cells: &Cells<&[T]>) {
         prefetch::prefetch_all(cells.beside(self.cell(cells.len(), self.len as usize)));
     }
 
@@ -79,14 +82,15 @@ impl Series {
     }
 
     /// From the oldest to the newest.
-    pub(crate) fn samples<C: Deref<Target = [Kept]>>(&self, cells: &Cells<C>) -> impl Iterator<Item = Kept> {
+    pub(crate) fn samples<C: Deref<Target = [T]>>(&self, cells: &Cells<C>) -> impl Iterator<Item = Kept> {
         (0..self.len as usize).filter_map(move |index| self.get(cells, index))
     }
 
-    pub(crate) fn map(&mut self, mut cells: Cells<&mut [Kept]>, change: impl Fn(Feature) -> Feature) {
+    pub(crate) fn map(&mut self, mut cells: Cells<&mut [T]>, change: impl Fn(Feature) -> Feature) {
         for index in 0..self.len as usize {
             if let Some(sample) = cells.get_mut(self.cell(cells.len(), index)) {
-                *sample = sample.with(change(sample.feature()));
+                let kept = sample.kept();
+                *sample = T::of(kept.with(change(kept.feature())));
                 self.newest = *sample;
             }
         }
@@ -97,24 +101,25 @@ impl Series {
     #[inline(always)]
     pub(crate) fn take(
         &mut self,
-        (band, lane): (&mut [Kept], usize),
+        (band, lane): (&mut [T], usize),
         column: &Column,
         thinning: Thinning,
         sample: Taken<'_>,
         phase: u64,
         scratch: &mut Vec<Kept>,
     ) {
-        let is_newest = self.len == 0 || self.newest.at < sample.at;
+        let is_newest = self.len == 0 || self.newest.at() < sample.at;
         let fits = thinning == Thinning::ForgetOldest || (self.len as usize) < column.len();
         // What comes every time, in a few instructions.
         if is_newest && fits {
             let cell = self.advance(column.len());
-            self.newest = sample.kept();
+            self.newest = T::of_taken(sample);
             if let Some(cell) = band.get_mut(column.in_lane(lane).place(cell)) {
-                *cell = sample.kept();
+                // Not read back from the other: that would wait until it is written.
+                *cell = T::of_taken(sample);
             }
-            if thinning == Thinning::Octaves {
-                self.thin_now_and_then(band, lane, column, phase);
+            if thinning == Thinning::Octaves && self.is_due(phase) {
+                self.thin_lane(band, lane, column);
             }
         } else {
             self.take_slowly(column.in_lane(lane).of(band), thinning, sample.kept(), phase, scratch);
@@ -125,13 +130,13 @@ impl Series {
     #[inline(never)]
     fn take_slowly(
         &mut self,
-        mut cells: Cells<&mut [Kept]>,
+        mut cells: Cells<&mut [T]>,
         thinning: Thinning,
         sample: Kept,
         phase: u64,
         scratch: &mut Vec<Kept>,
     ) {
-        if self.len == 0 || self.newest.at < sample.at {
+        if self.len == 0 || self.newest.at() < sample.at {
             self.append(&mut cells, thinning, sample, phase, scratch);
         } else {
             self.taken = self.taken.wrapping_add(1);
@@ -142,13 +147,13 @@ impl Series {
     /// The union with another series, in cells of its own. `scratch` has room for both.
     pub(crate) fn merge(
         &mut self,
-        mut cells: Cells<&mut [Kept]>,
+        mut cells: Cells<&mut [T]>,
         thinning: Thinning,
         (other, samples): (Self, &[Kept]),
         phase: u64,
         scratch: &mut Vec<Kept>,
     ) {
-        let newest = |series: &Self| (series.len > 0).then_some(series.newest.at);
+        let newest = |series: &Self| (series.len > 0).then_some(series.newest.at());
         let (mine, others) = (newest(self), newest(&other));
         match (mine, others) {
             (_, None) => {}
@@ -179,7 +184,7 @@ impl Series {
     /// One sample more, newer than all.
     fn append(
         &mut self,
-        cells: &mut Cells<&mut [Kept]>,
+        cells: &mut Cells<&mut [T]>,
         thinning: Thinning,
         sample: Kept,
         phase: u64,
@@ -188,7 +193,7 @@ impl Series {
         if self.len as usize == cells.len() {
             match thinning {
                 Thinning::ForgetOldest => {}
-                Thinning::Octaves => self.thin_newest(cells, u16::MAX),
+                Thinning::Octaves => self.thin_octaves(cells),
                 Thinning::ShortestGap => {
                     self.taken = self.taken.wrapping_add(1);
                     scratch.clear();
@@ -201,13 +206,12 @@ impl Series {
             }
         }
         let cell = self.advance(cells.len());
-        self.newest = sample;
+        self.newest = T::of(sample);
         if let Some(cell) = cells.get_mut(cell) {
-            *cell = sample;
+            *cell = self.newest;
         }
-        if thinning == Thinning::Octaves {
-            let (row, column) = cells.parts();
-            self.thin_now_and_then(row, 0, &column, phase);
+        if thinning == Thinning::Octaves && self.is_due(phase) {
+            self.thin_octaves(cells);
         }
     }
 
@@ -225,59 +229,51 @@ impl Series {
         self.cell(cells, self.len as usize - 1)
     }
 
-    /// An octave of age twice as old is crossed half as often, so it is looked at half as often: one or two samples
-    /// for each that comes, on the average, and no pass over them all.
+    /// Whether it is time to thin.
     #[inline(always)]
-    fn thin_now_and_then(&mut self, band: &mut [Kept], lane: usize, column: &Column, phase: u64) {
-        let octaves = u64::from(self.taken).wrapping_add(phase).trailing_zeros();
-        if octaves > 1 {
-            self.thin_lane(band, lane, column, octaves);
-        }
+    fn is_due(&self, phase: u64) -> bool {
+        u64::from(self.taken).wrapping_add(phase).is_multiple_of(THINNED_EVERY)
     }
 
     /// Apart, so that what comes every time is short.
     #[inline(never)]
-    fn thin_lane(&mut self, band: &mut [Kept], lane: usize, column: &Column, octaves: u32) {
-        let most = u16::try_from(2 * octaves + 1).unwrap_or(u16::MAX);
-        self.thin_newest(&mut column.in_lane(lane).of(band), most);
+    fn thin_lane(&mut self, band: &mut [T], lane: usize, column: &Column) {
+        self.thin_octaves(&mut column.in_lane(lane).of(band));
     }
 
-    /// Drops, among the `most` newest samples that have a neighbour on each side, those that the
-    /// older neighbour may stand for.
-    #[inline]
-    fn thin_newest(&mut self, cells: &mut Cells<&mut [Kept]>, most: u16) {
-        let last = self.len.saturating_sub(1);
-        let newest = self.newest.at.as_nanos();
-        let looked_at = last.saturating_sub(1).min(most);
-        let oldest = last.saturating_sub(1) - looked_at;
+    /// Drops the samples that the older neighbour may stand for.
+    fn thin_octaves(&mut self, cells: &mut Cells<&mut [T]>) {
+        let newest = self.newest.at().as_nanos();
         // Those that stay move up behind each other.
-        let mut place = cells.place(self.cell(cells.len(), oldest as usize));
+        let mut place = cells.place(self.cell(cells.len(), 0));
         let mut this = cells.behind(place);
-        let at = |cells: &Cells<&mut [Kept]>, place| cells.at(place).map(|sample| sample.at.as_nanos());
+        let at = |cells: &Cells<&mut [T]>, place| cells.at(place).map(|sample| sample.at().as_nanos());
         let (Some(mut at_older), Some(mut at_this)) = (at(cells, place), at(cells, this)) else { return };
-        let mut stay = 0;
-        for _ in 0..looked_at {
+        let mut dropped = 0;
+        for _ in 1..self.len.saturating_sub(1) {
             let next = cells.behind(this);
             let Some(at_next) = at(cells, next) else { break };
             // They are in the order of time: no age is below zero.
-            if !stands_for(newest.wrapping_sub(at_older), newest.wrapping_sub(at_next)) {
+            if stands_for(newest.wrapping_sub(at_older), newest.wrapping_sub(at_next)) {
+                dropped += 1;
+            } else {
                 at_older = at_this;
                 place = cells.behind(place);
                 cells.shift(this, place);
-                stay += 1;
             }
             (this, at_this) = (next, at_next);
         }
-        if stay < looked_at {
+        if dropped > 0 {
+            // The newest stays.
             let behind = cells.behind(place);
             cells.shift(this, behind);
-            self.len -= looked_at - stay;
+            self.len -= dropped;
         }
     }
 
     #[inline]
-    fn get<C: Deref<Target = [Kept]>>(&self, cells: &Cells<C>, index: usize) -> Option<Kept> {
-        cells.get(self.cell(cells.len(), index)).copied().filter(|_| index < self.len as usize)
+    fn get<C: Deref<Target = [T]>>(&self, cells: &Cells<C>, index: usize) -> Option<Kept> {
+        cells.get(self.cell(cells.len(), index)).map(|cell| cell.kept()).filter(|_| index < self.len as usize)
     }
 
     #[inline]
@@ -288,7 +284,7 @@ impl Series {
 
     fn unite(
         &mut self,
-        cells: &mut Cells<&mut [Kept]>,
+        cells: &mut Cells<&mut [T]>,
         thinning: Thinning,
         others: impl Iterator<Item = Kept>,
         scratch: &mut Vec<Kept>,
@@ -299,13 +295,13 @@ impl Series {
         self.replace(cells, scratch.iter().copied());
     }
 
-    fn replace(&mut self, cells: &mut Cells<&mut [Kept]>, samples: impl Iterator<Item = Kept>) {
+    fn replace(&mut self, cells: &mut Cells<&mut [T]>, samples: impl Iterator<Item = Kept>) {
         (self.first, self.len) = (0, 0);
         for (index, sample) in (0..cells.len()).zip(samples) {
             if let Some(cell) = cells.get_mut(index) {
-                *cell = sample;
+                *cell = T::of(sample);
                 self.len += 1;
-                self.newest = sample;
+                self.newest = *cell;
             }
         }
     }
@@ -352,11 +348,11 @@ fn thin(samples: &mut Vec<Kept>, room: usize, thinning: Thinning) {
     samples.drain(..excess);
 }
 
-/// Drops each sample that its older neighbour may stand for.
+/// Drops the samples that their older neighbours may stand for.
 fn thin_octaves(samples: &mut Vec<Kept>) {
     let newest = samples.last().copied().unwrap_or(Kept::NONE);
-    let mut series = Series { len: saturating_u16(samples.len()), newest, ..Series::default() };
-    series.thin_newest(&mut Cells::of(samples.as_mut_slice()), u16::MAX);
+    let mut series = Series::<Kept> { len: saturating_u16(samples.len()), newest, ..Series::default() };
+    series.thin_octaves(&mut Cells::of(samples.as_mut_slice()));
     samples.truncate(series.len as usize);
 }
 

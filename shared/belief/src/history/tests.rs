@@ -25,21 +25,35 @@ fn low_pass(share: f64) -> percepts::History {
 
 /// Histories of one percept, with room for three beliefs.
 fn histories(generator: &percepts::History) -> Histories {
-    histories_of(std::slice::from_ref(generator))
+    histories_of([(generator, Kernel::Source)])
 }
 
 /// Histories of several percepts.
-fn histories_of(generators: &[percepts::History]) -> Histories {
-    let percept = |generator: &percepts::History| Percept {
+fn histories_of<'a>(percepts: impl IntoIterator<Item = (&'a percepts::History, Kernel)>) -> Histories {
+    let percept = |(history, kernel): (&percepts::History, Kernel)| Percept {
         name: "p".to_owned(),
         parent: None,
         role: Role::Neither,
         decay_per_s: DECAY,
-        history: generator.clone(),
-        kernel: Kernel::Position,
+        history: history.clone(),
+        kernel,
     };
-    let percepts: Vec<_> = generators.iter().map(percept).collect();
+    let percepts: Vec<_> = percepts.into_iter().map(percept).collect();
     Histories::new(&percepts, &Functions::default(), 3).unwrap()
+}
+
+/// One that derives one symbol, and one that derives several numbers.
+fn kernels() -> impl Strategy<Value = Kernel> {
+    prop::sample::select(vec![Kernel::Source, Kernel::Position])
+}
+
+/// What a percept of either may derive.
+fn small(number: u8) -> Feature {
+    match number {
+        0 => Feature::None,
+        1 => Feature::Symbol(u16::MAX),
+        _ => Feature::Number(-f32::from(number)),
+    }
 }
 
 /// A row of samples that came one by one.
@@ -278,17 +292,17 @@ proptest! {
         prop_assert!(agree(newest.feature, expected.feature), "{:?} {:?}", newest.feature, expected.feature);
     }
 
-    /// In cells side by side, whatever each of them has seen.
+    /// In cells side by side, whatever each of them has seen, and in cells of either form.
     #[test]
     fn several_percepts_are_remembered_as_each_would_be_alone(
-        generators in prop::collection::vec(alike(), 1..8),
+        percepts in prop::collection::vec((alike(), kernels()), 1..8),
         snapshots in prop::collection::vec(
             (0..9_u64, prop::collection::vec((prop::bool::weighted(0.95), 0..4_u8), 8)), 1..120,
         ),
         are_sound in prop::bool::ANY, lane in 0..3_usize, phase in 0..64_u64,
     ) {
-        let mut together = histories_of(&generators);
-        let mut alone: Vec<_> = generators.iter().map(histories).collect();
+        let mut together = histories_of(percepts.iter().map(|(generator, kernel)| (generator, kernel.clone())));
+        let mut alone: Vec<_> = percepts.iter().map(|(generator, _)| histories(generator)).collect();
         let row = |histories: &mut Histories| {
             (0..=lane).map(|_| histories.take_row().unwrap()).last().unwrap()
         };
@@ -300,13 +314,13 @@ proptest! {
             // Now and then of the same instant, or of an earlier one.
             at = (at + gap).saturating_sub(1);
             let mut values = Vec::new();
-            for ((percept, (is_seen, x)), _) in (0..).zip(seen).zip(&generators) {
+            for ((percept, (is_seen, x)), _) in (0..).zip(seen).zip(&percepts) {
                 let is_sound = are_sound || x > 0;
                 let confidence = if is_sound { 0.5 + 0.1 * f32::from(x) } else { f32::NAN };
                 if is_seen {
-                    values.push(PerceptValue::new(percept, 1.0, confidence, Feature::Number(f32::from(x))));
+                    values.push(PerceptValue::new(percept, 1.0, confidence, small(x)));
                     refused += u64::from(!is_sound);
-                    let one = Sample { confidence, ..sample(at, Feature::Number(f32::from(x))) };
+                    let one = Sample { confidence, ..sample(at, small(x)) };
                     if is_sound {
                         alone[usize::from(percept)].take(rows[usize::from(percept)], 0, one, phase);
                     }
@@ -319,10 +333,28 @@ proptest! {
         prop_assert_eq!(refused, 0);
     }
 
+    /// What a percept cannot derive is not taken for what it derived, and an arena foresees that.
     #[test]
-    fn merging_is_commutative(generator in generators(), a in samples(12), b in samples(12)) {
+    fn what_is_remembered_is_what_was_foreseen(
+        generator in generators(), kernel in kernels(), first in features(), second in features(),
+    ) {
+        let mut histories = histories_of([(&generator, kernel)]);
+        let row = histories.take_row().unwrap();
+        let mut foreseen = None;
+        for (at, feature) in (1..).zip(first.into_iter().chain(second)) {
+            histories.foresee(0, &mut foreseen, &PerceptValue::new(0, 1.0, 0.9, feature));
+            histories.take(row, 0, sample(at, feature), 0);
+            prop_assert_eq!(histories.newest(row, 0).map(|sample| sample.feature), foreseen);
+            prop_assert_eq!(histories.samples(row, 0).last().copied(), histories.newest(row, 0));
+        }
+    }
+
+    #[test]
+    fn merging_is_commutative(
+        generator in generators(), kernel in kernels(), a in samples(12), b in samples(12),
+    ) {
         let merged = |first: &[Sample], second: &[Sample]| {
-            let mut histories = histories(&generator);
+            let mut histories = histories_of([(&generator, kernel.clone())]);
             let (kept, gone) = (grow(&mut histories, first), grow(&mut histories, second));
             histories.merge(kept, gone, 0);
             histories.contents(kept)

@@ -1,0 +1,108 @@
+use clock::Instant;
+use message::{Feature, PerceptValue};
+
+use super::{KIND_AT, Kept, Sample, Taken};
+
+/// In what form a history's cells keep samples.
+pub(crate) trait Cell: Copy {
+    /// What stands in a cell that holds no sample yet.
+    const NONE: Self;
+
+    fn of(sample: Kept) -> Self;
+
+    /// That of a sample as it comes.
+    fn of_taken(sample: Taken<'_>) -> Self;
+
+    fn kept(self) -> Kept;
+
+    fn at(&self) -> Instant;
+}
+
+impl Cell for Kept {
+    const NONE: Self = Self::NONE;
+
+    #[inline(always)]
+    fn of(sample: Kept) -> Self {
+        sample
+    }
+
+    #[inline(always)]
+    fn of_taken(sample: Taken<'_>) -> Self {
+        sample.kept()
+    }
+
+    #[inline(always)]
+    fn kept(self) -> Kept {
+        self
+    }
+
+    #[inline(always)]
+    fn at(&self) -> Instant {
+        self.at
+    }
+}
+
+/// A sample of a percept that derives a symbol, a number or nothing, in fewer bytes yet: of a feature that has more
+/// numbers nothing is left.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Narrow {
+    /// Of the instant, in nanoseconds, the lower and the upper half: so that there is no gap between two of these.
+    at: [u32; 2],
+    /// As in [`Kept`].
+    matching: u32,
+    confidence: f32,
+    number: f32,
+}
+
+/// The highest kind of a feature that has one number at most.
+const ONE_NUMBER: u16 = 2;
+
+impl Narrow {
+    /// What is left in this form of a feature.
+    #[inline]
+    pub(crate) fn remains(feature: Feature) -> Feature {
+        match feature {
+            Feature::None | Feature::Symbol(_) | Feature::Number(_) => feature,
+            Feature::Vector(_) | Feature::Orientation(_) => Feature::None,
+        }
+    }
+}
+
+impl Cell for Narrow {
+    const NONE: Self = Self { at: [0; 2], matching: 0, confidence: 0.0, number: 0.0 };
+
+    #[inline]
+    fn of(sample: Kept) -> Self {
+        let Sample { at, matching, confidence, feature } = sample.sample();
+        let value = PerceptValue::new(0, matching, confidence, Self::remains(feature));
+        Self::of_taken(Taken { at, value: &value })
+    }
+
+    #[inline(always)]
+    fn of_taken(sample: Taken<'_>) -> Self {
+        let PerceptValue { matching, confidence, .. } = *sample.value;
+        let (kind, [number, ..]) = sample.value.raw_feature();
+        let kind = if kind <= ONE_NUMBER { u32::from(kind) } else { 0 };
+        let at = sample.at.as_nanos();
+        // They fit.
+        let at = [at & u64::from(u32::MAX), at >> 32].map(|half| u32::try_from(half).unwrap_or(0));
+        Self {
+            at,
+            matching: (matching + 0.0).to_bits() | kind << KIND_AT,
+            confidence: confidence + 0.0,
+            number,
+        }
+    }
+
+    #[inline]
+    fn kept(self) -> Kept {
+        let Self { matching, confidence, number, .. } = self;
+        Kept { at: self.at(), matching, confidence: confidence.to_bits(), numbers: [number, 0.0, 0.0, 0.0] }
+    }
+
+    #[inline(always)]
+    fn at(&self) -> Instant {
+        let [lower, upper] = self.at.map(u64::from);
+        Instant::from_nanos(lower | upper << 32)
+    }
+}
