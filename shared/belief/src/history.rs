@@ -268,7 +268,8 @@ impl Histories {
         self.own_cells.range(row, cells)?.get(..*self.kept.get(row, index)? as usize)
     }
 
-    /// h(t), and its sample's instant.
+    /// h(t), and its sample's instant: inlined, so that what is read is not put together in memory first.
+    #[inline(always)]
     pub(crate) fn at(&self, row: u32, percept: u16, instant: Instant, decay_per_s: f64) -> Option<Sample> {
         match self.generators.get(usize::from(percept))? {
             Generator::LowPass { index, .. } => self.low_passes.get(row, *index)?.at(instant, decay_per_s),

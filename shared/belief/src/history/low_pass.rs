@@ -33,6 +33,7 @@ impl LowPass {
         self.filter.map(|filter| filter.present())
     }
 
+    #[inline(always)]
     pub(crate) fn at(&self, instant: Instant, decay_per_s: f64) -> Option<Sample> {
         let filter = self.filter.filter(|filter| filter.first_at <= instant)?;
         Some(filter.present().decayed(instant, decay_per_s))

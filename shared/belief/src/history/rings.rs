@@ -108,6 +108,7 @@ impl<T: Cell> Rings<T> {
         self.get(row, index)?.newest()
     }
 
+    #[inline(always)]
     pub(crate) fn at(&self, row: u32, index: usize, instant: Instant, decay_per_s: f64) -> Option<Sample> {
         self.get(row, index)?.at(self.cells(row, index)?, instant, decay_per_s)
     }
