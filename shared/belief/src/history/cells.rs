@@ -9,8 +9,8 @@ const LANES: u32 = 8;
 ///
 /// What series that are filled alike take in one step lies side by side: the step fetches whole cache lines in
 /// a row, not a part of one from each series. Of those that go around their cells it lies beside what the other
-/// beliefs of the band take in: they are written in few pages. Those that thin theirs go through
-/// their newest cells, which lie close together.
+/// beliefs of the band take in: they are written in few pages. Those that thin theirs go through all of
+/// them now and then, so those of each belief lie in a row.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Column {
     first: usize,
