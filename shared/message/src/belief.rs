@@ -110,6 +110,7 @@ impl Remembered {
 
     /// The remembered feature; `None` where the numbers are no feature.
     #[must_use]
+    #[inline]
     pub fn feature(&self) -> Option<Feature> {
         Feature::from_raw(self.feature_kind, self.feature)
     }
@@ -170,6 +171,7 @@ impl Belief {
 
     /// The remembered percepts.
     #[must_use]
+    #[inline]
     pub fn percepts(&self) -> &[Remembered] {
         let count = usize::try_from(self.count).unwrap_or(0).min(MAX_PERCEPTS);
         self.percepts.get(..count).unwrap_or(&[])
