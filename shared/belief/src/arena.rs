@@ -231,7 +231,8 @@ impl Arena {
     /// The feature of a percept in a snapshot.
     #[inline(always)]
     fn feature_in(&self, snapshot: &Snapshot, percept: u16) -> Option<Feature> {
-        evaluation(snapshot, percept, self.trusts).map(PerceptValue::sound_feature)
+        let value = evaluation(snapshot, percept, self.trusts)?;
+        Some(self.histories.remains(percept, value.sound_feature()))
     }
 
     /// Creates a belief (N, Eq. 6) of an entry of what was perceived, remembered at `at` and taken in at
@@ -259,7 +260,7 @@ impl Arena {
         {
             for (feature, percept) in features.iter_mut().zip(&self.terms) {
                 let value = evaluation(&perceived.snapshot, *percept, self.trusts);
-                *feature = value.map(PerceptValue::sound_feature);
+                *feature = value.map(|value| self.histories.remains(*percept, value.sound_feature()));
             }
             *symbols = self.metric.symbols_of(features);
         }

@@ -55,7 +55,7 @@ const OWN_MOST: usize = 4096;
 enum Generator {
     /// The filtered present; a is the share of the newest sample.
     LowPass { index: usize, share: f64 },
-    /// Samples as they were: lossless, or thinned on a logarithmic time scale.
+    /// Samples as they were, lossless or thinned on a logarithmic time scale, of what derives one number at most.
     Narrow { index: usize },
     /// The same of what derives several numbers.
     Wide { index: usize },
@@ -91,10 +91,10 @@ impl Histories {
                         WhenFull::ForgetOldest => Thinning::ForgetOldest,
                         WhenFull::Thin => Thinning::ShortestGap,
                     };
-                    series(percept, (samples.get(), thinning), &mut narrow, &mut wide)
+                    ring(percept, (samples.get(), thinning), &mut narrow, &mut wide)
                 }
                 percepts::History::LogTimescale { samples } => {
-                    series(percept, (samples.get(), Thinning::Octaves), &mut narrow, &mut wide)
+                    ring(percept, (samples.get(), Thinning::Octaves), &mut narrow, &mut wide)
                 }
             });
         }
@@ -216,10 +216,16 @@ impl Histories {
             (Some(Generator::LowPass { share, .. }), Some(newest)) => {
                 low_pass::mix_into(sample, *share, newest, 1.0 - *share);
             }
-            (Some(Generator::Narrow { .. }), _) => *newest = Some(Narrow::remains(sample.sound_feature())),
-            (Some(Generator::LowPass { .. } | Generator::Wide { .. } | Generator::Own { .. }) | None, _) => {
-                *newest = Some(sample.sound_feature());
-            }
+            _ => *newest = Some(self.remains(percept, sample.sound_feature())),
+        }
+    }
+
+    /// What is remembered of a feature that a percept is said to have derived: nothing, where it could not.
+    #[inline(always)]
+    pub(crate) fn remains(&self, percept: u16, feature: Feature) -> Feature {
+        match self.generators.get(usize::from(percept)) {
+            Some(Generator::Narrow { .. }) => Narrow::remains(feature),
+            _ => feature,
         }
     }
 
@@ -340,6 +346,16 @@ impl Histories {
         }
     }
 
+    /// How many samples a history still has.
+    #[cfg(test)]
+    pub(crate) fn len(&self, row: u32, percept: u16) -> usize {
+        match &self.generators[usize::from(percept)] {
+            Generator::Narrow { index } => self.narrow.len(row, *index),
+            Generator::Wide { index } => self.wide.len(row, *index),
+            Generator::LowPass { .. } | Generator::Own { .. } => self.samples(row, percept).len(),
+        }
+    }
+
     /// All that a row holds, to the last bit; where in their cells the samples lie is no part of it.
     #[cfg(test)]
     pub(crate) fn contents(&self, row: u32) -> String {
@@ -358,8 +374,8 @@ impl Histories {
     }
 }
 
-/// A series for a percept, among the `narrow` or the `wide` ones: how many samples it keeps, and what it gives up then.
-fn series(
+/// A ring for a percept, put among the `narrow` or the `wide` ones: how many samples it keeps, and what it gives up.
+fn ring(
     percept: &Percept,
     (samples, thinning): (usize, Thinning),
     narrow: &mut Vec<(usize, Thinning)>,

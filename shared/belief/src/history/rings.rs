@@ -152,6 +152,12 @@ impl<T: Cell> Rings<T> {
         self.get(row, index).unwrap().samples(&cells).map(|kept| kept.sample()).collect()
     }
 
+    /// Samples that a series still has.
+    #[cfg(test)]
+    pub(crate) fn len(&self, row: u32, index: usize) -> usize {
+        self.get(row, index).unwrap().len()
+    }
+
     /// Samples that a series ever took in.
     #[cfg(test)]
     pub(crate) fn taken(&self, row: u32, index: usize) -> u32 {

@@ -7,7 +7,7 @@ use quantity::number::saturating_u16;
 use super::cells::{Cells, Column};
 use crate::sample::{Cell, Kept, Sample, Taken};
 
-/// What a series gives up when it is full.
+/// What a series gives up when it is full, and octaves [now and then](THINNED_EVERY).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Thinning {
     /// The oldest sample.
@@ -62,6 +62,11 @@ impl<T: Cell> Series<T> {
             }
         }
         Some(self.get(&cells, until.checked_sub(1)?)?.sample())
+    }
+
+    #[cfg(test)]
+    pub(crate) const fn len(&self) -> usize {
+        self.len as usize
     }
 
     #[inline]
@@ -122,7 +127,9 @@ impl<T: Cell> Series<T> {
                 self.thin_lane(band, lane, column);
             }
         } else {
-            self.take_slowly(column.in_lane(lane).of(band), thinning, sample.kept(), phase, scratch);
+            // Who wins of two at one instant is told by what would be left of each.
+            let sample = T::of_taken(sample).kept();
+            self.take_slowly(column.in_lane(lane).of(band), thinning, sample, phase, scratch);
         }
     }
 
@@ -140,7 +147,7 @@ impl<T: Cell> Series<T> {
             self.append(&mut cells, thinning, sample, phase, scratch);
         } else {
             self.taken = self.taken.wrapping_add(1);
-            self.unite(&mut cells, thinning, std::iter::once(sample), scratch);
+            self.unite(&mut cells, thinning, std::iter::once(sample), phase, scratch);
         }
     }
 
@@ -176,7 +183,7 @@ impl<T: Cell> Series<T> {
             }
             (_, Some(_)) => {
                 self.taken = self.taken.wrapping_add(other.taken);
-                self.unite(&mut cells, thinning, samples.iter().copied(), scratch);
+                self.unite(&mut cells, thinning, samples.iter().copied(), phase, scratch);
             }
         }
     }
@@ -263,12 +270,10 @@ impl<T: Cell> Series<T> {
             }
             (this, at_this) = (next, at_next);
         }
-        if dropped > 0 {
-            // The newest stays.
-            let behind = cells.behind(place);
-            cells.shift(this, behind);
-            self.len -= dropped;
-        }
+        // The newest stays.
+        let behind = cells.behind(place);
+        cells.shift(this, behind);
+        self.len -= dropped;
     }
 
     #[inline]
@@ -287,12 +292,16 @@ impl<T: Cell> Series<T> {
         cells: &mut Cells<&mut [T]>,
         thinning: Thinning,
         others: impl Iterator<Item = Kept>,
+        phase: u64,
         scratch: &mut Vec<Kept>,
     ) {
         scratch.clear();
         union(self.samples(cells), others, scratch);
         thin(scratch, cells.len(), thinning);
         self.replace(cells, scratch.iter().copied());
+        if thinning == Thinning::Octaves && self.is_due(phase) {
+            self.thin_octaves(cells);
+        }
     }
 
     fn replace(&mut self, cells: &mut Cells<&mut [T]>, samples: impl Iterator<Item = Kept>) {

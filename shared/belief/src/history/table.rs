@@ -2,9 +2,6 @@ use std::ops::Range;
 
 use crate::room::Room;
 
-/// Bytes of a cache line.
-const LINE: usize = 64;
-
 /// Rows of equal width, one after the other, that grow within their room.
 #[derive(Clone, Debug)]
 pub(super) struct Table<T> {
@@ -42,9 +39,7 @@ impl<T: Copy> Table<T> {
     /// Fetches a row.
     #[inline]
     pub(super) fn prefetch(&self, row: u32) {
-        for entry in self.row(row).unwrap_or(&[]).iter().step_by((LINE / size_of::<T>()).max(1)) {
-            prefetch::prefetch(entry);
-        }
+        prefetch::prefetch_all(self.row(row).unwrap_or(&[]));
     }
 
     pub(super) fn range(&self, row: u32, range: &Range<usize>) -> Option<&[T]> {

@@ -43,8 +43,8 @@ impl Cell for Kept {
 }
 
 /// A sample of a percept that derives a symbol, a number or nothing, in fewer bytes yet: of a feature that has more
-/// numbers nothing is left.
-#[derive(Clone, Copy, Debug, PartialEq)]
+/// numbers it is left that there was one.
+#[derive(Clone, Copy, Debug)]
 pub(crate) struct Narrow {
     /// Of the instant, in nanoseconds, the lower and the upper half: so that there is no gap between two of these.
     at: [u32; 2],
@@ -53,9 +53,6 @@ pub(crate) struct Narrow {
     confidence: f32,
     number: f32,
 }
-
-/// The highest kind of a feature that has one number at most.
-const ONE_NUMBER: u16 = 2;
 
 impl Narrow {
     /// What is left in this form of a feature.
@@ -74,7 +71,7 @@ impl Cell for Narrow {
     #[inline]
     fn of(sample: Kept) -> Self {
         let Sample { at, matching, confidence, feature } = sample.sample();
-        let value = PerceptValue::new(0, matching, confidence, Self::remains(feature));
+        let value = PerceptValue::new(0, matching, confidence, feature);
         Self::of_taken(Taken { at, value: &value })
     }
 
@@ -82,7 +79,7 @@ impl Cell for Narrow {
     fn of_taken(sample: Taken<'_>) -> Self {
         let PerceptValue { matching, confidence, .. } = *sample.value;
         let (kind, [number, ..]) = sample.value.raw_feature();
-        let kind = if kind <= ONE_NUMBER { u32::from(kind) } else { 0 };
+        let kind = if kind <= Feature::NUMBER { u32::from(kind) } else { 0 };
         let at = sample.at.as_nanos();
         // They fit.
         let at = [at & u64::from(u32::MAX), at >> 32].map(|half| u32::try_from(half).unwrap_or(0));

@@ -54,7 +54,8 @@ fn instance() -> impl Strategy<Value = Instance> {
 }
 
 impl Thing {
-    /// As a source perceives it, grey as a number and no symbol where it `counts_greys`.
+    /// As a source perceives it, grey as no symbol where it `counts_greys`: as a number, or as a vector, which no colour
+    /// can be.
     fn perceived(
         &self,
         perception: &Perception,
@@ -81,7 +82,8 @@ impl Thing {
         }
         if counts_greys && self.colour == GREY {
             let colour = percepts.index("colour").unwrap();
-            let feature = Feature::Number(self.position_m[0]);
+            let [x, y, _] = self.position_m;
+            let feature = if x > y { Feature::Number(x) } else { Feature::Vector(self.position_m) };
             if let Some(value) = snapshot.value_mut(colour) {
                 *value = PerceptValue::new(colour, 1.0, self.confidence, feature);
             }
