@@ -1,3 +1,6 @@
+#[cfg(test)]
+mod tests;
+
 use config::percepts::{self, Measure, NoTermApplies};
 use message::Feature;
 
