@@ -6,6 +6,7 @@ mod believe;
 mod check;
 mod conflict;
 mod emergency;
+mod figure_4;
 mod full_disk;
 mod house;
 mod learn;

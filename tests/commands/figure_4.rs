@@ -1,0 +1,62 @@
+//! The timeline of Fig. 4 of the paper, as the running processes publish it in the lesson of it.
+
+use std::collections::BTreeMap;
+
+use config::percepts::Percepts;
+use message::{Belief, Beliefs};
+use recording::Buffer;
+
+use crate::house::tell;
+use crate::recordings::{file, frames};
+
+/// Whether somebody believes the button to be pressed, and when he last perceived it.
+type Pressed = (bool, u64);
+
+/// What a frame of beliefs says of the button: a red square, whose hole the peg fills.
+fn button(percepts: &Percepts, beliefs: &[Belief]) -> Option<Pressed> {
+    let is = |belief: &Belief, percept: &str, name: &str| {
+        let number = percepts.index(percept).expect("configured");
+        let symbols = percepts.percepts.get(usize::from(number)).map(config::percepts::Percept::symbols);
+        let known = symbols.and_then(|mut symbols| symbols.position(|known| known == name));
+        belief.symbol(number).map(usize::from) == Some(known.expect("a symbol"))
+    };
+    let mut buttons =
+        beliefs.iter().filter(|belief| is(belief, "shape", "square") && is(belief, "colour", "red"));
+    let button = buttons.next()?;
+    assert!(buttons.next().is_none(), "there is one button");
+    let filled = button.number(percepts.index("filled").expect("configured"))?;
+    Some((filled > 0.5, button.perceived_at_ns))
+}
+
+#[test]
+fn he_believes_the_button_as_he_last_saw_it_until_he_looks_again() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let to = file(&folder, "button.mcap");
+    let told = tell(&["teach", "config/lessons/the_button.toml", "--record", &to]);
+    assert_eq!((told.status, told.err.as_str()), (Some(0), ""), "{told:?}");
+
+    let percepts = Percepts::builtin();
+    let mut believed: BTreeMap<u64, [Option<Pressed>; 2]> = BTreeMap::new();
+    for frame in frames(&to) {
+        let perspective = match frame.buffer {
+            Buffer::Beliefs(0) => 0,
+            Buffer::Beliefs(1) => 1,
+            _ => continue,
+        };
+        let (head, beliefs) = frame.read::<Beliefs>().expect("beliefs of this version");
+        believed.entry(head.header.valid_at_ns).or_default()[perspective] = button(&percepts, &beliefs);
+    }
+    let both = believed.iter().filter_map(|(at_ns, [robots, his])| Some((*at_ns, (*robots)?, (*his)?)));
+    let both: Vec<(u64, Pressed, Pressed)> = both.collect();
+    let spans: Vec<_> = both.chunk_by(|a, b| (a.1.0, a.2.0) == (b.1.0, b.2.0)).collect();
+
+    // Not pressed for both; pressed behind his back; he looks again.
+    let sequence: Vec<_> = spans.iter().map(|span| (span[0].1.0, span[0].2.0)).collect();
+    assert_eq!(sequence, [(false, false), (true, false), (true, true)]);
+    // Pressed 4.5 s after the script began, seen by him again between 8 s and 9 s after.
+    let apart_ms = |span: &[(u64, Pressed, Pressed)]| (span[span.len() - 1].0 - span[0].0) / 1_000_000;
+    assert!((3_400..4_700).contains(&apart_ms(spans[1])), "{} ms", apart_ms(spans[1]));
+    // All the while the robot perceives it, and he does not: his belief is that of before he turned away.
+    let [first, .., last] = spans[1] else { panic!("more than one frame") };
+    assert!(last.1.1 > first.1.1 && last.2.1 == first.2.1 && first.2.1 + 1_000_000_000 < first.0);
+}
