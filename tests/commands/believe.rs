@@ -304,6 +304,23 @@ fn what_cannot_be_used_is_told_at_the_end_and_what_found_no_room_too() {
 }
 
 #[test]
+fn beliefs_that_found_no_room_are_told_of_whose_they_are() {
+    // Never more than are perceived at once, and more than are believed.
+    let row = |at_ns: u64, y: f64| {
+        let block = |index: u32| format!("{{\"position_m\": [{}, {y}, 0.03]}}", f64::from(index) * 0.3);
+        let blocks: Vec<String> = (0..40).map(block).collect();
+        format!("{{\"at_ns\": {at_ns}, \"observations\": [{}]}}\n", blocks.join(", "))
+    };
+    let trace = format!("{HEADER}\n{}{}", row(5_000_000, 0.0), row(10_000_000, 0.5));
+    let told = believe(&[], &trace);
+    assert_eq!((told.status, told.err.as_str()), (Some(0), ""), "{told:?}");
+    let line = "Leo believes in 64 things\n";
+    assert!(told.out.contains(line), "{line} is not in\n{}", told.out);
+    let line = "  16 observations, beliefs and occluders found no room: raise buffers.objects in leo.toml\n";
+    assert!(told.out.contains(line), "{line} is not in\n{}", told.out);
+}
+
+#[test]
 fn what_is_no_trace_is_refused_in_one_line() {
     let files = tempfile::tempdir().expect("a folder");
     let file = |name: &str, text: &str| write(&files, name, text);

@@ -56,6 +56,17 @@ fn write_mind(words: &Words, mind: &Mind<'_>, out: &mut String) -> fmt::Result {
         let text = describe(words, mind, belief);
         writeln!(out, "  {id:>4}  {text:<56} {observations:>6} times, {:.2} s ago", age.as_secs_f64())?;
     }
+    if head.overflowed > 0 {
+        let count = head.overflowed;
+        writeln!(
+            out,
+            "  {count} observations, beliefs and occluders found no room: raise buffers.objects in leo.toml"
+        )?;
+    }
+    if head.refused > 0 {
+        let count = head.refused;
+        writeln!(out, "  {count} observations or evaluations were refused: unsound, old, or ahead of time")?;
+    }
     if head.perspective != 0 {
         for difference in mind.differences {
             write_difference(words, head, difference, out)?;

@@ -147,6 +147,8 @@ fn the_table_at_the_end_says_what_differs_and_what_went_in() {
     let head = BeliefHead {
         present: 1,
         frame_position_m: [2.0, 0.0, 0.0],
+        overflowed: 12,
+        refused: 13,
         ..BeliefHead::of(1, Header::at(2_000_000_000))
     };
     let mind = Mind { head: &head, beliefs: &beliefs, pairs: &[], differences: &differences };
@@ -173,6 +175,8 @@ fn the_table_at_the_end_says_what_differs_and_what_went_in() {
         "     7  red square at (0.50, 0.00, 0.00), not on, held by Leo",
         "3 times, 2.00 s ago\n",
         "  7, which is Leo's 4, differs:\n        on           on for Leo, not on for partner 1\n",
+        "  12 observations, beliefs and occluders found no room: raise buffers.objects in leo.toml\n",
+        "  13 observations or evaluations were refused: unsound, old, or ahead of time\n",
         "partner 2 was never there\n",
         "5 frames, 9 observations\n3 observations refused: no number (the first: line 4)\n2 frames are earlier than",
         "observed, and not simulated: partner 3, partner 4; for his beliefs too, give --partners 4\n",
