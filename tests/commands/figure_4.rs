@@ -38,11 +38,8 @@ fn he_believes_the_button_as_he_last_saw_it_until_he_looks_again() {
     let percepts = Percepts::builtin();
     let mut believed: BTreeMap<u64, [Option<Pressed>; 2]> = BTreeMap::new();
     for frame in frames(&to) {
-        let perspective = match frame.buffer {
-            Buffer::Beliefs(0) => 0,
-            Buffer::Beliefs(1) => 1,
-            _ => continue,
-        };
+        let of_both = [Buffer::Beliefs(0), Buffer::Beliefs(1)];
+        let Some(perspective) = of_both.iter().position(|buffer| *buffer == frame.buffer) else { continue };
         let (head, beliefs) = frame.read::<Beliefs>().expect("beliefs of this version");
         believed.entry(head.header.valid_at_ns).or_default()[perspective] = button(&percepts, &beliefs);
     }

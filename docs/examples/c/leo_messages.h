@@ -182,6 +182,10 @@ enum leo_loss {
     LEO_LOSS_PERSON = 16,
     /* There was no room for it. */
     LEO_LOSS_LEFT_OUT = 17,
+    /* The degree of a state was neither in [0, 1] nor NaN, which says that the thing has no such state. */
+    LEO_LOSS_STATE = 18,
+    /* It was of a person of whom there was another one of the same instant in the frame. */
+    LEO_LOSS_TWICE = 19,
 };
 
 /* The sense that made an observation. */

@@ -173,6 +173,10 @@ class Loss(enum.IntEnum):
     PERSON = 16
     # There was no room for it.
     LEFT_OUT = 17
+    # The degree of a state was neither in [0, 1] nor NaN, which says that the thing has no such state.
+    STATE = 18
+    # It was of a person of whom there was another one of the same instant in the frame.
+    TWICE = 19
 
 
 # The sense that made an observation.

@@ -1,6 +1,8 @@
 use clock::{Duration, Instant};
 use geometry::{Base, Pose, Thing};
-use message::{Header, Hop, LOSSES, Loss, Observation, SourceHealth, Text};
+use message::{
+    Header, Hop, LOSSES, Loss, Observation, ObservationKind, PERSPECTIVES_MOST, SourceHealth, Text,
+};
 use quantity::number::single;
 
 /// A source may be ahead of the cycle by so much: what it sends while the cycle begins is later
@@ -16,6 +18,11 @@ const SILENT_LEAST: Duration = Duration::from_millis(100);
 /// A source that was silent is heard again when it has not been silent for so long: one that is a
 /// little slower than expected is told to be silent once, and not with every frame.
 const SETTLED: Duration = Duration::from_secs(1);
+
+/// Agents whose perspective somebody can take, the robot among them.
+const PERSONS: usize = PERSPECTIVES_MOST as usize;
+/// No instant of an observation.
+const NEVER: u64 = u64::MAX;
 
 /// There is a bit for every loss.
 const _: () = assert!(LOSSES <= 32);
@@ -44,6 +51,8 @@ pub(crate) struct Source {
     /// robot's base frame.
     header: Option<Header>,
     observations: Vec<Observation>,
+    /// Of each person whom somebody can be, the instant of which the last observation was.
+    persons: Box<[u64; PERSONS]>,
     capacity: usize,
     health: SourceHealth,
     /// Losses that have happened and were not told yet, one bit each.
@@ -74,6 +83,7 @@ impl Source {
             silent_at: Instant::EPOCH,
             header: None,
             observations: Vec::with_capacity(capacity),
+            persons: Box::new([NEVER; PERSONS]),
             capacity,
             health: SourceHealth { name: Text::new(name), ..SourceHealth::default() },
             untold: 0,
@@ -134,6 +144,10 @@ impl Source {
         for entry in entries.iter().take(room) {
             match self.judge(now, *entry) {
                 Ok(observation) => {
+                    if self.is_twice(&observation) {
+                        self.lose(Loss::Twice, 1);
+                        continue;
+                    }
                     newest = newest.max(Some(Instant::from_nanos(observation.observed_at_ns)));
                     self.observations.push(observation);
                 }
@@ -148,6 +162,16 @@ impl Source {
         let before = self.header.map_or(0, |earlier| earlier.left_out);
         taken.left_out = before.saturating_add(header.left_out).saturating_add(beyond);
         self.header = Some(taken);
+    }
+
+    /// Whether it is of a person whom the one before of him puts elsewhere at the same instant. Whoever has a higher
+    /// number is nobody's partner.
+    fn is_twice(&mut self, observation: &Observation) -> bool {
+        let is_person = observation.kind() == Some(ObservationKind::Person);
+        let newest = self.persons.get_mut(usize::from(observation.partner)).filter(|_| is_person);
+        newest.is_some_and(|newest| {
+            std::mem::replace(newest, observation.observed_at_ns) == observation.observed_at_ns
+        })
     }
 
     /// The observation as the robot makes it, from this source, in its base frame.

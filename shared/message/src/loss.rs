@@ -40,6 +40,10 @@ numbered! {
         Person = 16,
         /// There was no room for it.
         LeftOut = 17,
+        /// The degree of a state was neither in [0, 1] nor NaN, which says that the thing has no such state.
+        State = 18,
+        /// It was of a person of whom there was another one of the same instant in the frame.
+        Twice = 19,
     }
 }
 
@@ -77,6 +81,8 @@ impl Loss {
             Self::Confidence => "confidence",
             Self::Person => "person",
             Self::LeftOut => "left-out",
+            Self::State => "state",
+            Self::Twice => "twice",
         }
     }
 
@@ -111,6 +117,10 @@ impl Loss {
             Self::Confidence => "`confidence` must be from 0 to 1",
             Self::Person => "`partner` of a person must be 1, 2, ..., or 0 for the robot's own head",
             Self::LeftOut => "there was no room for all its observations: raise `buffers.objects`",
+            Self::State => "each of `states` must be from 0 to 1, or NaN where the thing has no such state",
+            Self::Twice => {
+                "a person may be in one place at an instant: the first observation of each was taken"
+            }
         }
     }
 }

@@ -148,6 +148,7 @@ impl Observation {
             & are_all(self.half_extents_m, is_extent)
             & are_all(self.colour_rgb, is_share)
             & are_all(self.shape, is_share)
+            & are_all(self.states, is_degree)
             & is_share(self.confidence)
             & is_unit(self.orientation_xyzw)
             & ((self.kind() != Some(ObservationKind::Person)) | (self.partner != NOBODY))
@@ -155,7 +156,7 @@ impl Observation {
 
     /// What is wrong with it, if anything: a known kind and sense, place and extents finite and
     /// within 1000 m, extents not negative, a quaternion of norm one within 1 %, colour, shape and
-    /// confidence in [0, 1], and of a person, who. (States may be NaN: the thing has none.)
+    /// confidence in [0, 1], states too or NaN (the thing has none), and of a person, who.
     ///
     /// ```
     /// use message::{Loss, Observation};
@@ -181,6 +182,8 @@ impl Observation {
             Loss::Extents
         } else if !is_each(&self.colour_rgb, is_share) || !is_each(&self.shape, is_share) {
             Loss::Look
+        } else if !is_each(&self.states, is_degree) {
+            Loss::State
         } else if !is_share(self.confidence) {
             Loss::Confidence
         } else {
@@ -212,6 +215,12 @@ fn is_extent(extent_m: f32) -> bool {
 #[inline]
 pub(crate) fn is_share(share: f32) -> bool {
     (0.0..=1.0).contains(&share)
+}
+
+/// Of a state; NaN where the thing has none.
+#[inline]
+fn is_degree(degree: f32) -> bool {
+    is_share(degree) | degree.is_nan()
 }
 
 /// 1 % of a norm is 2 % of its square, less what rounds.
@@ -256,6 +265,8 @@ mod tests {
             (Observation { half_extents_m: [0.1, f32::NAN, 0.1], ..sound }, Loss::Extents),
             (Observation { colour_rgb: [0.0, 0.0, 1.5], ..sound }, Loss::Look),
             (Observation { shape: [0.0, 0.0, 0.0, f32::NAN], ..sound }, Loss::Look),
+            (Observation { states: [f32::INFINITY; STATES], ..sound }, Loss::State),
+            (Observation { states: [-0.5; STATES], ..sound }, Loss::State),
             (Observation { confidence: -0.5, ..sound }, Loss::Confidence),
             (Observation { confidence: f32::NAN, ..sound }, Loss::Confidence),
             (Observation { partner: NOBODY, ..sound }, Loss::Person),

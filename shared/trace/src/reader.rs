@@ -1,7 +1,9 @@
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fs::File;
 use std::io::{BufReader, Chain, Cursor, Read};
 use std::path::Path;
+
+use message::ObservationKind;
 
 use crate::lines::Lines;
 use crate::records::Records;
@@ -122,12 +124,18 @@ impl<R: Read> Reader<R> {
             }
             self.newest.insert(frame.source, frame.at_ns);
             let (refusals, at_ns) = (&mut self.refusals, frame.at_ns);
-            frame.observations.retain(|observation| match Reason::against(observation, at_ns) {
-                Some(reason) => {
+            let mut persons = BTreeSet::new();
+            frame.observations.retain(|observation| {
+                let is_person = observation.kind() == Some(ObservationKind::Person);
+                let reason = Reason::against(observation, at_ns).or_else(|| {
+                    let twice =
+                        is_person && !persons.insert((observation.partner, observation.observed_at_ns));
+                    twice.then_some(Reason::Twice)
+                });
+                if let Some(reason) = reason {
                     refusals.count(reason, 1, place);
-                    false
                 }
-                None => true,
+                reason.is_none()
             });
             return Ok(Some(frame));
         }

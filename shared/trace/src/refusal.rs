@@ -9,10 +9,10 @@ use crate::Place;
 pub enum Reason {
     /// The Perception System cannot use its numbers.
     Unsound(Loss),
-    /// The degree of a state is not from 0 to 1.
-    State,
     /// It was observed long after its frame.
     Ahead,
+    /// It is of a person of whom there is another one of the same instant in the frame.
+    Twice,
     /// The frame is not later than the one before it of its source.
     Stale,
 }
@@ -26,11 +26,8 @@ impl Reason {
     /// of `at_ns`; `None` for a sound one.
     #[must_use]
     pub fn against(observation: &Observation, at_ns: u64) -> Option<Self> {
-        let degree = |degree: &f32| degree.is_nan() || (0.0..=1.0).contains(degree);
         if let Some(fault) = observation.fault() {
             Some(Self::Unsound(fault))
-        } else if !observation.states.iter().all(degree) {
-            Some(Self::State)
         } else if observation.observed_at_ns > at_ns.saturating_add(AHEAD_NS) {
             Some(Self::Ahead)
         } else {
@@ -43,7 +40,7 @@ impl fmt::Display for Reason {
     fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
         out.write_str(match self {
             Self::Unsound(fault) => fault.advice(),
-            Self::State => "the degree of a state must be from 0 to 1",
+            Self::Twice => Loss::Twice.advice(),
             Self::Ahead => "`observed_at_ns` must be no more than a second after `at_ns`",
             Self::Stale => "`at_ns` must be later than in the frame before of the same source",
         })

@@ -367,13 +367,14 @@ fn what_cannot_be_used_is_refused_with_its_reason_and_the_rest_goes_on() {
 {"at_ns": 3, "source": 1, "observations": [{"position_m": [1, 0, 0], "states": {"on": 2}}]}
 {"at_ns": 4, "source": 1, "observations": [{"position_m": [1, 0, 0], "states": {"on": null}}]}
 {"at_ns": 5, "source": 1, "observations": [{"position_m": [1, 0, 0], "observed_at_ns": 2000000000}]}
+{"at_ns": 6, "source": 1, "observations": [{"kind": "person", "partner": 1, "position_m": [1, 0, 0]}, {"kind": "person", "partner": 2, "position_m": [1, 0, 0]}, {"kind": "person", "partner": 1, "position_m": [2, 0, 0]}, {"kind": "person", "partner": 1, "position_m": [3, 0, 0], "observed_at_ns": 5}]}
 "#;
     // Whoever edits on another system leaves a mark and other ends of lines.
     for text in [text.to_owned(), format!("\u{feff}{}", text.replace('\n', "\r\n"))] {
         let (frames, error, reader) = read(text.as_bytes());
         assert!(error.is_none(), "{error:?}");
         let counts: Vec<_> = frames.iter().map(|frame| (frame.at_ns, frame.observations.len())).collect();
-        assert_eq!(counts, [(5, 1), (6, 0), (3, 0), (4, 1), (5, 0)]);
+        assert_eq!(counts, [(5, 1), (6, 0), (3, 0), (4, 1), (5, 0), (6, 3)]);
         let refused: Vec<_> = reader
             .refused()
             .iter()
@@ -385,8 +386,9 @@ fn what_cannot_be_used_is_refused_with_its_reason_and_the_rest_goes_on() {
                 (Reason::Unsound(Loss::Place), 2, Place::Line(2)),
                 (Reason::Unsound(Loss::Orientation), 1, Place::Line(4)),
                 (Reason::Stale, 2, Place::Line(5)),
-                (Reason::State, 1, Place::Line(6)),
+                (Reason::Unsound(Loss::State), 1, Place::Line(6)),
                 (Reason::Ahead, 1, Place::Line(8)),
+                (Reason::Twice, 1, Place::Line(9)),
             ]
         );
     }

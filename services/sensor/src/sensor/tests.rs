@@ -77,9 +77,27 @@ fn an_unsound_observation_is_refused_by_its_reason_and_the_others_are_taken() {
     let mut sensor = sensor(&[""]);
     let nan = Observation { confidence: f32::NAN, ..seen(9) };
     let nobody = Observation { kind: ObservationKind::Person.raw(), partner: NOBODY, ..seen(9) };
-    cycle(&mut sensor, 10, &[(0, header(1, 9), &[nan, seen(9), nobody, nan])]);
+    let odd = Observation { states: [2.0; message::STATES], ..seen(9) };
+    cycle(&mut sensor, 10, &[(0, header(1, 9), &[nan, seen(9), nobody, nan, odd])]);
     assert_eq!(sensor.len(), 1);
-    assert_eq!(lost(&sensor), [(Loss::Confidence, 2), (Loss::Person, 1)]);
+    assert_eq!(lost(&sensor), [(Loss::Confidence, 2), (Loss::Person, 1), (Loss::State, 1)]);
+}
+
+#[test]
+fn a_person_is_in_one_place_at_an_instant() {
+    let mut sensor = sensor(&["", ""]);
+    let person = |partner: u16, at: u64, x: f32| Observation {
+        kind: ObservationKind::Person.raw(),
+        partner,
+        position_m: [x, 0.0, 0.0],
+        ..seen(at)
+    };
+    let frame =
+        [person(1, 9, 0.1), person(2, 9, 0.2), person(1, 9, 0.3), person(1, 8, 0.4), person(0, 9, 0.5)];
+    cycle(&mut sensor, 10, &[(0, header(1, 9), &frame), (1, header(1, 9), &[person(1, 9, 0.6)])]);
+    let places: Vec<f32> = reported(&sensor).iter().map(|observation| observation.position_m[0]).collect();
+    assert_eq!(places, [0.1, 0.2, 0.4, 0.5, 0.6], "what another source says is another matter");
+    assert_eq!(lost(&sensor), [(Loss::Twice, 1)]);
 }
 
 #[test]
