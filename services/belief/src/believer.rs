@@ -64,6 +64,8 @@ pub struct Believer {
     others: Vec<Other>,
     header: Header,
     at: Instant,
+    /// Frames whose instant was taken to be another.
+    untimely: u64,
     computed: Perspectives,
 }
 
@@ -157,17 +159,19 @@ impl Believer {
         for (counts, nested) in computed.perspectives.iter_mut().zip(&perspectives) {
             counts.path = nested.path;
         }
-        Ok(Self { robot, others, header: Header::default(), at: Instant::EPOCH, computed })
+        Ok(Self { robot, others, header: Header::default(), at: Instant::EPOCH, untimely: 0, computed })
     }
 
     /// Brings every perspective to the instant that a frame of the percept buffer speaks about.
     ///
     /// A frame that claims to come from the future counts as of `now`, and one older than its
-    /// predecessor as of that one: beliefs never run backwards. What none of the sources that looked
+    /// predecessor as of that one, and is [counted](Self::untimely): beliefs never run backwards. What none of the sources that looked
     /// saw before does not vanish in it.
     pub fn step(&mut self, now: Instant, head: &PerceptHead, entries: &[Perceived]) {
         let header = &head.header;
-        self.at = Instant::from_nanos(header.valid_at_ns).min(now).max(self.at);
+        let alleged = Instant::from_nanos(header.valid_at_ns);
+        self.at = alleged.min(now).max(self.at);
+        self.untimely += u64::from(self.at != alleged);
         self.header = Header { valid_at_ns: self.at.as_nanos(), ..header.onwards() };
         self.robot.step(self.at, head.looked(), entries);
         self.count(0);
@@ -185,6 +189,12 @@ impl Believer {
                 self.count(saturating_u32(index + 1));
             }
         }
+    }
+
+    /// Frames that were ahead of now, or older than the one before.
+    #[must_use]
+    pub fn untimely(&self) -> u64 {
+        self.untimely
     }
 
     /// What was computed of each perspective, counted where it is computed.

@@ -75,7 +75,7 @@ pub fn run(launch: &Launch, robot: &Robot) -> Result<(), Failure> {
             }
             let health = member.health();
             health.drops = percepts.drops();
-            health.refused = believer.head(0).refused;
+            health.refused = believer.head(0).refused.saturating_add(believer.untimely());
             health.undelivered = outlets.iter().map(Outlet::undelivered).sum::<u64>()
                 + differing.iter().map(Outlet::undelivered).sum::<u64>();
             member.end_step();

@@ -64,6 +64,8 @@ fn time_never_runs_backwards_nor_ahead_of_now() {
     assert_eq!(believer.head(0).header.valid_at_ns, now.as_nanos());
     believer.step(now, &frame_at(3), &[]);
     assert_eq!(believer.head(1).header.valid_at_ns, now.as_nanos());
+    believer.step(now + Duration::from_millis(5), &frame_at(now.as_nanos() + 1_000_000), &[]);
+    assert_eq!(believer.untimely(), 2, "what comes a little later than it was is in time");
 }
 
 #[test]
