@@ -4,10 +4,14 @@
 
 mod frames;
 
-use belief_process::{Believer, Divergences, Unbelieving};
+use std::sync::Arc;
+
+use belief_process::{Believer, Divergences, Own, Unbelieving};
 use clock::{Duration, Instant};
+use config::percepts::Percepts;
 use frames::{Frames, capacity};
-use message::{Header, Hop, Observation, Perceived, PerceptHead, PerceptValue, Snapshot, SourceSet};
+use message::{Feature, Header, Hop, Observation, Perceived, PerceptHead, PerceptValue, Snapshot, SourceSet};
+use perception::{Classify, Evaluation, Frame, Given, Perception};
 use perspective::{Divergence, NoPerspective, Side};
 
 fn believer(partners: u32) -> Believer {
@@ -15,7 +19,7 @@ fn believer(partners: u32) -> Believer {
 }
 
 fn nested(partners: u32, depth: u32) -> Believer {
-    let percepts = config::percepts::Percepts::builtin();
+    let percepts = Percepts::builtin();
     Believer::new(&percepts, &config::perspective::Perspective::builtin(), partners, depth, capacity())
         .unwrap()
 }
@@ -75,9 +79,9 @@ fn unsound_entries_are_refused_and_counted_and_harm_nothing() {
     let (now, head, entries) = frames.next();
     let sound = *entries.last().unwrap();
     let mut lying = Snapshot::default();
-    assert!(lying.push(PerceptValue::new(0, f32::NAN, 1.0, message::Feature::None)));
+    assert!(lying.push(PerceptValue::new(0, f32::NAN, 1.0, Feature::None)));
     let mut shapeless = Snapshot::default();
-    assert!(shapeless.push(PerceptValue::new(0, 1.0, 1.0, message::Feature::Number(f32::NAN))));
+    assert!(shapeless.push(PerceptValue::new(0, 1.0, 1.0, Feature::Number(f32::NAN))));
     let observation = sound.observation;
     let unsound = [
         Perceived { observation: Observation { position_m: [f32::NAN; 3], ..observation }, ..sound },
@@ -95,6 +99,46 @@ fn unsound_entries_are_refused_and_counted_and_harm_nothing() {
     assert_eq!(believer.len(0), 4);
 }
 
+/// Who holds it has it: it means another thing to each perspective.
+struct Mine;
+
+impl Classify for Mine {
+    fn classify(&self, given: &Given<'_>) -> Evaluation {
+        let mine = given.observation.held_by == given.frame.agent;
+        Evaluation::certain(Feature::Number(if mine { 1.0 } else { 0.0 }))
+    }
+}
+
+#[test]
+fn each_perspective_perceives_the_programs_own_percept_by_itself() {
+    let text = std::fs::read_to_string("../../config/percepts.toml").unwrap();
+    let mine = "[[percept]]\nname = \"mine\"\nrole = \"neither\"\ndecay_per_s = 0.0\n\
+                history = { log_timescale = { samples = 8 } }\nkernel = { own = \"mine\" }\n\n[belief]\n";
+    let percepts = Percepts::parse(&text.replacen("[belief]\n", mine, 1), "percepts.toml".as_ref()).unwrap();
+    let mut own = Own::default();
+    own.percepts.push(("mine".to_owned(), Arc::new(Mine)));
+    let perception = Perception::with_own(&percepts, &own.percepts).unwrap();
+    let config = config::perspective::Perspective::builtin();
+    let mut believer = Believer::with_own(&percepts, &own, &config, 1, 1, capacity()).unwrap();
+    let mut frames = Frames::new(8);
+    let (now, head, entries) = frames.next();
+    let again = |entry: &Perceived| Perceived {
+        snapshot: perception.perceive(&entry.observation, &Frame { agent: 0 }),
+        ..*entry
+    };
+    let entries: Vec<_> = entries.iter().map(again).collect();
+    believer.step(now, &head, &entries);
+
+    let number = percepts.index("mine").unwrap();
+    let said = |perspective| {
+        let beliefs = (0..believer.len(perspective)).filter_map(|index| believer.entry(perspective, index));
+        beliefs.map(|belief| (belief.held_by, belief.number(number))).collect::<Vec<_>>()
+    };
+    let (robots, his) = (said(0), said(1));
+    assert!(robots.contains(&(1, Some(0.0))) && his.contains(&(1, Some(1.0))), "{robots:?} {his:?}");
+    assert!(robots.iter().chain(&his).filter(|said| said.0 != 1).all(|said| said.1 == Some(0.0)));
+}
+
 #[test]
 fn entries_beyond_the_capacity_are_left_out_and_counted() {
     let mut believer = believer(1);
@@ -107,7 +151,7 @@ fn entries_beyond_the_capacity_are_left_out_and_counted() {
 
 #[test]
 fn too_many_and_too_deep_perspectives_are_refused() {
-    let percepts = config::percepts::Percepts::builtin();
+    let percepts = Percepts::builtin();
     let config = config::perspective::Perspective::builtin();
     let refused = |partners, depth| Believer::new(&percepts, &config, partners, depth, 1).err().unwrap();
     let too_many = refused(65_535, 1);
@@ -153,7 +197,7 @@ fn nested_perspectives_are_numbered_after_the_partners_and_change_nothing_of_the
 
 #[test]
 fn each_perspective_is_compared_with_the_one_that_it_is_nested_in() {
-    let percepts = config::percepts::Percepts::builtin();
+    let percepts = Percepts::builtin();
     let mut believer = nested(2, 2);
     let mut divergences = Divergences::new(&percepts, &believer, capacity());
     let within: Vec<_> = (0..8).map(|perspective| believer.within(perspective)).collect();

@@ -3,7 +3,7 @@ use config::leo;
 use config::percepts::Percepts;
 use geometry::Pose;
 use message::{Header, LOSSES, Loss, MAX_SOURCES, Observation, Perceived, PerceptHead, SourceSet, Sources};
-use perception::{Frame, Perception, Unperceivable};
+use perception::{Frame, Own, Perception, Unperceivable};
 use quantity::number::{saturating_u32, single};
 
 use crate::source::Source;
@@ -85,6 +85,20 @@ impl Sensor {
     ///
     /// The percepts cannot be evaluated, or a source cannot be.
     pub fn new(percepts: &Percepts, sources: &[leo::Source], capacity: usize) -> Result<Self, Unsensing> {
+        Self::with_own(percepts, &Own::new(), sources, capacity)
+    }
+
+    /// The same with the program's own percepts.
+    ///
+    /// # Errors
+    ///
+    /// As [`Self::new`].
+    pub fn with_own(
+        percepts: &Percepts,
+        own: &Own,
+        sources: &[leo::Source],
+        capacity: usize,
+    ) -> Result<Self, Unsensing> {
         if sources.len() > MAX_SOURCES {
             return Err(Unsensing::Sources { sources: sources.len() });
         }
@@ -98,7 +112,7 @@ impl Sensor {
             Ok(Source::new(number, &source.name, x_base_source.transpose()?, confidence, period, capacity))
         };
         Ok(Self {
-            perception: Perception::new(percepts)?,
+            perception: Perception::with_own(percepts, own)?,
             sources: (0..).zip(sources).map(make).collect::<Result<_, Unsensing>>()?,
             capacity,
             now: Instant::EPOCH,

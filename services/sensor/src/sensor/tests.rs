@@ -1,7 +1,9 @@
 use std::path::Path;
+use std::sync::Arc;
 
 use clock::Duration;
-use message::{Hop, NOBODY, ObservationKind};
+use message::{Feature, Hop, NOBODY, ObservationKind};
+use perception::{Classify, Evaluation, Given};
 
 use super::*;
 
@@ -81,6 +83,34 @@ fn an_unsound_observation_is_refused_by_its_reason_and_the_others_are_taken() {
     cycle(&mut sensor, 10, &[(0, header(1, 9), &[nan, seen(9), nobody, nan, odd])]);
     assert_eq!(sensor.len(), 1);
     assert_eq!(lost(&sensor), [(Loss::Confidence, 2), (Loss::Person, 1), (Loss::State, 1)]);
+}
+
+/// How far off the floor a thing is.
+struct Height;
+
+impl Classify for Height {
+    fn classify(&self, given: &Given<'_>) -> Evaluation {
+        let [.., z] = given.observation.position_m;
+        Evaluation::certain(Feature::Number(z))
+    }
+}
+
+#[test]
+fn the_programs_own_percept_is_in_the_percept_buffer() {
+    let text = std::fs::read_to_string("../../config/percepts.toml").unwrap();
+    let height = "[[percept]]\nname = \"height\"\nrole = \"neither\"\ndecay_per_s = 0.0\n\
+                  history = { log_timescale = { samples = 8 } }\nkernel = { own = \"height\" }\n\n[belief]\n";
+    let percepts =
+        Percepts::parse(&text.replacen("[belief]\n", height, 1), Path::new("percepts.toml")).unwrap();
+    let without = Sensor::new(&percepts, &sources(&[""]), CAPACITY).err().unwrap().to_string();
+    assert!(without.contains("`height`"), "{without}");
+    let own: Own = vec![("height".to_owned(), Arc::new(Height))];
+    let mut sensor = Sensor::with_own(&percepts, &own, &sources(&[""]), CAPACITY).unwrap();
+    let high = Observation { position_m: [0.0, 0.0, 0.75], ..seen(9) };
+    cycle(&mut sensor, 10, &[(0, header(1, 9), &[high])]);
+    let perceived = sensor.perceived().next().unwrap();
+    let value = perceived.snapshot.value(percepts.index("height").unwrap()).unwrap();
+    assert_eq!(value.feature(), Some(Feature::Number(0.75)));
 }
 
 #[test]
