@@ -281,6 +281,25 @@ fn recurrence(x: Feature, share: f64, y: Feature) -> Feature {
     }
 }
 
+/// A question about a `share` of the time since the first sample, asked so long after the last, is answered by a sample
+/// at most twice as old as asked, or as if all had been kept.
+fn keeps_octaves(
+    histories: &Histories,
+    row: u32,
+    drawn: &[Sample],
+    (wait, share): (u64, f64),
+) -> Result<(), TestCaseError> {
+    let (first, now) = (drawn[0].at, drawn[drawn.len() - 1].at.as_nanos() + wait);
+    let age = quantity::number::floor_u64(share * quantity::number::float(now - first.as_nanos()));
+    let asked = Instant::from_nanos(now - age);
+    let exact = drawn.iter().rev().find(|sample| sample.at <= asked).unwrap();
+    let answered = histories.at(row, 0, asked, 0.0).unwrap();
+    prop_assert!(answered.at <= asked);
+    let answered_age = now - answered.at.as_nanos();
+    prop_assert!(answered.at == exact.at || answered_age <= 2 * age, "{answered_age} for {age}");
+    Ok(())
+}
+
 /// Whether two features are the same, turns to within rounding and whichever of q and −q they are.
 fn agree(one: Feature, other: Feature) -> bool {
     match (one, other) {
@@ -442,14 +461,28 @@ proptest! {
         let drawn: Vec<_> = gaps.iter().map(|gap| { at += gap; sample(at, Feature::None) }).collect();
         let mut history = grown(&log_timescale(room), &[]);
         drawn.iter().for_each(|sample| history.0.take(history.1, 0, *sample, phase));
-        let (first, now) = (drawn[0].at, drawn[drawn.len() - 1].at.as_nanos() + wait);
-        let age = quantity::number::floor_u64(share * quantity::number::float(now - first.as_nanos()));
-        let asked = Instant::from_nanos(now - age);
-        let exact = drawn.iter().rev().find(|sample| sample.at <= asked).unwrap();
-        let answered = history.at(asked, 0.0).unwrap();
-        prop_assert!(answered.at <= asked);
-        let answered_age = now - answered.at.as_nanos();
-        prop_assert!(answered.at == exact.at || answered_age <= 2 * age, "{answered_age} for {age}");
+        keeps_octaves(&history.0, history.1, &drawn, (wait, share))?;
+    }
+
+    /// As of several sources, some of which are slow; and of two beliefs that become one.
+    #[test]
+    fn a_log_timescale_does_so_whatever_order_its_samples_came_in_and_when_it_is_merged(
+        came in prop::collection::vec((1..1_000_u64, 0..6_usize, prop::bool::weighted(0.3)), 1..400),
+        wait in 0..5_000_u64, share in 0.0..=1.0_f64, phase in 0..16_u64,
+    ) {
+        let mut at = 0;
+        let drawn: Vec<_> =
+            came.iter().map(|(gap, ..)| { at += gap; sample(at, Feature::None) }).collect();
+        // Each as late as so many others.
+        let mut order: Vec<usize> = (0..drawn.len()).collect();
+        order.sort_by_key(|index| index + came[*index].1);
+        let mut histories = histories(&log_timescale(64));
+        let rows = [(); 2].map(|()| histories.take_row().unwrap());
+        for index in order {
+            histories.take(rows[usize::from(came[index].2)], 0, drawn[index], phase);
+        }
+        histories.merge(rows[0], rows[1], phase);
+        keeps_octaves(&histories, rows[0], &drawn, (wait, share))?;
     }
 
     #[test]
