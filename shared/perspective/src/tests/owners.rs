@@ -86,6 +86,27 @@ fn what_is_told_is_so_and_what_is_not_asked_is_everybodys() {
     }
 }
 
+/// Regions are told in the base frame, and his beliefs are in his own.
+#[test]
+fn what_is_told_and_what_somebody_held_is_so_in_every_perspective() {
+    let region = "[{ owner = 1, from_m = [0.8, -1.0], to_m = [1.2, 1.0] }]";
+    let text =
+        include_str!("../../../../config/perspective.toml").replace("told = []", &format!("told = {region}"));
+    let told: Perspective = config::parse(&text, "p.toml".as_ref()).unwrap();
+    let near = block([0.35, 0.1, 0.03]);
+    let held = Observation { held_by: 1, ..block([0.40, 0.3, 0.03]) };
+    let far = block([1.0, 0.1, 0.03]);
+    let all = [person(EYES, TABLE), near, held, far];
+    for (by, expected) in [(Owning::Told, [NOBODY, NOBODY, 1]), (Owning::Possession, [NOBODY, 1, NOBODY])] {
+        let config = Perspective { resource: Resource { by, ..told.resource.clone() }, ..told.clone() };
+        let mut world = Workspace::with(&config);
+        world.step(&all);
+        let owners = |beliefs: Vec<Belief>| beliefs.iter().map(|belief| belief.owner).collect::<Vec<_>>();
+        assert_eq!(owners(world.robots()), expected, "{by:?}");
+        assert_eq!(owners(world.his()), expected, "{by:?}");
+    }
+}
+
 #[test]
 fn each_perspective_has_its_own_beliefs_judged_by_those_whom_it_knows_of() {
     let mut config = Perspective::builtin();
