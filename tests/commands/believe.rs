@@ -10,6 +10,7 @@ use serde_json::Value;
 
 use crate::assert_refused;
 use crate::house::{Told, leo, read, tell, write};
+use crate::venv;
 
 /// Fig. 4 of the paper as a recording: a block is moved and a button pressed while he looks away.
 const MOVED: &str = "config/traces/moved.jsonl";
@@ -391,13 +392,28 @@ fn who_has_read_enough_ends_it_well_and_a_full_disk_does_not() {
     assert!(err.starts_with("leo: cannot write to standard output: ") && err.lines().count() == 1, "{err}");
 }
 
+/// A block of `docs/traces.md`, of those of its kind.
+fn block(kind: &str, nth: usize) -> String {
+    let page = read("docs/traces.md");
+    let rest = page.split(&format!("```{kind}\n")).nth(1 + nth).expect("a block");
+    rest.split("```").next().expect("its end").to_owned()
+}
+
+#[test]
+fn an_mcap_file_that_is_made_as_its_page_says_is_believed_as_its_lines_are() {
+    let Some(python) = venv::interpreter("mcap-ros2-support==0.5.7", "mcap.writer") else { return };
+    let folder = tempfile::tempdir().expect("a folder");
+    let made = folder.path().join("made.mcap");
+    let mut python = Command::new(python);
+    python.args(["-c", &block("python", 1)]).arg(&made);
+    let told = pipe(&mut python, read(MOVED).as_bytes());
+    assert_eq!((told.status, told.err.as_str()), (Some(0), ""), "{told:?}");
+    let (of_it, of_lines) = (tell(&["believe", made.to_str().expect("text")]), tell(&["believe", MOVED]));
+    assert_eq!((of_it.status, of_it.out), (of_lines.status, of_lines.out));
+}
+
 #[test]
 fn the_example_of_a_detector_does_what_its_page_says() {
-    let page = read("docs/traces.md");
-    let block = |kind: &str, nth: usize| {
-        let rest = page.split(&format!("```{kind}\n")).nth(1 + nth).expect("a block");
-        rest.split("```").next().expect("its end").to_owned()
-    };
     let mut python = Command::new("python3");
     python.args(["-c", &block("python", 0)]);
     match Command::new("python3").arg("--version").output() {

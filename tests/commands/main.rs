@@ -15,6 +15,8 @@ mod replays;
 mod sources;
 mod study;
 mod tasks;
+#[path = "../sources/venv.rs"]
+mod venv;
 mod viewers;
 mod wrong;
 

@@ -11,9 +11,7 @@ use tempfile::TempDir;
 
 use crate::house::{short_lesson, write};
 use crate::recordings::{file, frames, recorded};
-
-#[path = "../sources/venv.rs"]
-mod venv;
+use crate::venv;
 
 #[test]
 fn the_layout_for_viewers_shows_channels_that_there_are() {

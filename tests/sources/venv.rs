@@ -1,3 +1,4 @@
+use std::fs::File;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
@@ -25,6 +26,9 @@ fn made(package: &str, module: &str) -> Option<PathBuf> {
     let succeeds = |command: &mut Command| {
         command.stdout(Stdio::null()).stderr(Stdio::null()).status().is_ok_and(|status| status.success())
     };
+    // Other tests want the same one, in this process or in another.
+    let lock = File::create(folder.with_extension("lock")).ok()?;
+    lock.lock().ok()?;
     let works = || succeeds(Command::new(&python).arg("-c").arg(format!("import {module}")));
     if !works() {
         let install = ["-m", "pip", "install", "--quiet", "--disable-pip-version-check", package];
