@@ -1,11 +1,14 @@
 use clock::{Duration, Instant};
-use message::{Header, Hop, NOBODY, Observation, ObservationKind, Observations};
+use message::{Header, Hop, NOBODY, Observation, ObservationKind, Observations, STATES};
 use transport::Outlet;
 
 /// Where the liar puts things: nothing of the lesson is there.
 const ELSEWHERE_M: [f32; 3] = [50.0, 50.0, 50.0];
 
-/// Lies of every kind, in turn. None of them may become a percept.
+/// Whom nobody takes the perspective of.
+const STRANGER: u16 = 200;
+
+/// Lies of every kind, in turn. None of them may become a percept, but for one observation of a stranger in each frame.
 pub(crate) struct Garbage {
     began: Instant,
     count: u64,
@@ -51,12 +54,13 @@ impl Garbage {
     }
 }
 
-/// An observation with something wrong about it, or the same old wall, which is nothing to believe in.
+/// An observation with something wrong about it, the same old wall, which is nothing to believe in, or a stranger, who
+/// is in a frame only once.
 fn unsound(lie: u64, began: Instant, now: Instant) -> Observation {
     let now_ns = now.as_nanos();
     let sound =
         Observation { position_m: ELSEWHERE_M, half_extents_m: [0.03; 3], ..Observation::object(0, now_ns) };
-    match lie % 17 {
+    match lie % 19 {
         0 => Observation { kind: 0, ..sound },
         1 => Observation { modality: u16::MAX, ..sound },
         2 => Observation { position_m: [f32::NAN, 0.0, 0.0], ..sound },
@@ -73,6 +77,8 @@ fn unsound(lie: u64, began: Instant, now: Instant) -> Observation {
         13 => Observation { kind: ObservationKind::Person.raw(), orientation_xyzw: [0.0; 4], ..sound },
         14 => Observation { observed_at_ns: u64::MAX, ..sound },
         15 => Observation { observed_at_ns: 1, ..sound },
+        16 => Observation { states: [2.0; STATES], ..sound },
+        17 => Observation { kind: ObservationKind::Person.raw(), partner: STRANGER, ..sound },
         _ => Observation { observed_at_ns: began.as_nanos(), kind: ObservationKind::Occluder.raw(), ..sound },
     }
 }
