@@ -317,7 +317,7 @@ fn beliefs_that_found_no_room_are_told_of_whose_they_are() {
     assert_eq!((told.status, told.err.as_str()), (Some(0), ""), "{told:?}");
     let line = "Leo believes in 64 things\n";
     assert!(told.out.contains(line), "{line} is not in\n{}", told.out);
-    let line = "  16 observations, beliefs and occluders found no room: raise buffers.objects in leo.toml\n";
+    let line = "  16 observations, beliefs or occluders found no room: raise buffers.objects in leo.toml, or occluders.most in perspective.toml\n";
     assert!(told.out.contains(line), "{line} is not in\n{}", told.out);
 }
 

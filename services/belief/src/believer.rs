@@ -64,7 +64,7 @@ pub struct Believer {
     others: Vec<Other>,
     header: Header,
     at: Instant,
-    /// Frames whose instant was taken to be another.
+    /// Frames that were taken as of another instant than they alleged.
     untimely: u64,
     computed: Perspectives,
 }
@@ -164,9 +164,9 @@ impl Believer {
 
     /// Brings every perspective to the instant that a frame of the percept buffer speaks about.
     ///
-    /// A frame that claims to come from the future counts as of `now`, and one older than its
-    /// predecessor as of that one, and is [counted](Self::untimely): beliefs never run backwards. What none of the sources that looked
-    /// saw before does not vanish in it.
+    /// A frame that claims to come from the future counts as of `now`, and one older than its predecessor as of that
+    /// one, and both are [counted](Self::untimely): beliefs never run backwards. What none of the sources that
+    /// looked saw before does not vanish in it.
     pub fn step(&mut self, now: Instant, head: &PerceptHead, entries: &[Perceived]) {
         let header = &head.header;
         let alleged = Instant::from_nanos(header.valid_at_ns);

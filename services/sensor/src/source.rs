@@ -21,9 +21,6 @@ const SETTLED: Duration = Duration::from_secs(1);
 
 /// Agents whose perspective somebody can take, the robot among them.
 const PERSONS: usize = PERSPECTIVES_MOST as usize;
-/// No instant of an observation.
-const NEVER: u64 = u64::MAX;
-
 /// There is a bit for every loss.
 const _: () = assert!(LOSSES <= 32);
 
@@ -51,8 +48,8 @@ pub(crate) struct Source {
     /// robot's base frame.
     header: Option<Header>,
     observations: Vec<Observation>,
-    /// Of each person whom somebody can be, the instant of which the last observation was.
-    persons: Box<[u64; PERSONS]>,
+    /// Of each agent when he was observed last, if he was.
+    persons: Box<[Option<Instant>; PERSONS]>,
     capacity: usize,
     health: SourceHealth,
     /// Losses that have happened and were not told yet, one bit each.
@@ -83,7 +80,7 @@ impl Source {
             silent_at: Instant::EPOCH,
             header: None,
             observations: Vec::with_capacity(capacity),
-            persons: Box::new([NEVER; PERSONS]),
+            persons: Box::new([None; PERSONS]),
             capacity,
             health: SourceHealth { name: Text::new(name), ..SourceHealth::default() },
             untold: 0,
@@ -164,13 +161,16 @@ impl Source {
         self.header = Some(taken);
     }
 
-    /// Whether it is of a person whom the one before of him puts elsewhere at the same instant. Whoever has a higher
-    /// number is nobody's partner.
+    /// Whether it is of a person who was observed at the same instant already, and not later yet: of what is older than
+    /// the newest of somebody nothing is made. Whoever has a higher number than an agent is nobody's partner.
     fn is_twice(&mut self, observation: &Observation) -> bool {
         let is_person = observation.kind() == Some(ObservationKind::Person);
         let newest = self.persons.get_mut(usize::from(observation.partner)).filter(|_| is_person);
+        let at = Some(Instant::from_nanos(observation.observed_at_ns));
         newest.is_some_and(|newest| {
-            std::mem::replace(newest, observation.observed_at_ns) == observation.observed_at_ns
+            let is_twice = *newest == at;
+            *newest = at.max(*newest);
+            is_twice
         })
     }
 

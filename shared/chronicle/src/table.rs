@@ -60,7 +60,8 @@ fn write_mind(words: &Words, mind: &Mind<'_>, out: &mut String) -> fmt::Result {
         let count = head.overflowed;
         writeln!(
             out,
-            "  {count} observations, beliefs and occluders found no room: raise buffers.objects in leo.toml"
+            "  {count} observations, beliefs or occluders found no room: raise buffers.objects in leo.toml, or \
+             occluders.most in perspective.toml"
         )?;
     }
     if head.refused > 0 {

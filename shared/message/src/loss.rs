@@ -117,7 +117,9 @@ impl Loss {
             Self::Confidence => "`confidence` must be from 0 to 1",
             Self::Person => "`partner` of a person must be 1, 2, ..., or 0 for the robot's own head",
             Self::LeftOut => "there was no room for all its observations: raise `buffers.objects`",
-            Self::State => "each of `states` must be from 0 to 1, or NaN where the thing has no such state",
+            Self::State => {
+                "each of `states` must be from 0 to 1; one that the thing has not is NaN, or left out of a trace"
+            }
             Self::Twice => {
                 "a person may be in one place at an instant: the first observation of each was taken"
             }

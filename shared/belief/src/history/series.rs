@@ -19,8 +19,9 @@ pub(crate) enum Thinning {
     Octaves,
 }
 
-/// A series of octaves is thinned after so many samples. More and a series that grew old has no room for them; fewer and
-/// it is gone through more often than it is worth: a pass drops nearly all that have come since the one before.
+/// A series of octaves is thinned after so many samples. Were they more, a series that grew old would have no room for
+/// them; were they fewer, it would be gone through more often than it is worth: a pass drops nearly all that have come
+/// since the one before.
 const THINNED_EVERY: u64 = 16;
 
 /// Samples in the order of their instants, at most one per instant: a ring over cells that are

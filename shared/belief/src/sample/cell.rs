@@ -42,8 +42,8 @@ impl Cell for Kept {
     }
 }
 
-/// A sample of a percept that derives a symbol, a number or nothing, in fewer bytes yet: of a feature that has more
-/// numbers it is left that there was one.
+/// A sample of a percept that derives a symbol, a number or nothing, in fewer bytes yet. A feature of more numbers than
+/// one is kept as none.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Narrow {
     /// Of the instant, in nanoseconds, the lower and the upper half: so that there is no gap between two of these.

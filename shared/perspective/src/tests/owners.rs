@@ -73,14 +73,19 @@ fn a_thing_is_his_who_last_held_it_and_nobodys_before() {
     assert_eq!(judge(&[(2, NOBODY), (5, NOBODY)]), [0, NOBODY]);
 }
 
-#[test]
-fn what_is_told_is_so_and_what_is_not_asked_is_everybodys() {
+/// What lies around x = 1 m is told to be the teacher's.
+fn told(by: Owning) -> Perspective {
     let region = "[{ owner = 1, from_m = [0.8, -1.0], to_m = [1.2, 1.0] }]";
     let text =
         include_str!("../../../../config/perspective.toml").replace("told = []", &format!("told = {region}"));
     let config: Perspective = config::parse(&text, "p.toml".as_ref()).unwrap();
+    Perspective { resource: Resource { by, ..config.resource }, ..config }
+}
+
+#[test]
+fn what_is_told_is_so_and_what_is_not_asked_is_everybodys() {
     for (by, expected) in [(Owning::Told, 1), (Owning::None, NOBODY)] {
-        let mut owners = Owners::new(&Resource { by, ..config.resource.clone() }, 4);
+        let mut owners = Owners::new(&told(by).resource, 4);
         owners.judge(claims(&[[1.0, 0.0], [0.4, 0.0]]), agents([ROBOT, TEACHER]));
         assert_eq!((owners.owner(0), owners.owner(1), owners.owner(9)), (expected, NOBODY, NOBODY));
     }
@@ -89,17 +94,12 @@ fn what_is_told_is_so_and_what_is_not_asked_is_everybodys() {
 /// Regions are told in the base frame, and his beliefs are in his own.
 #[test]
 fn what_is_told_and_what_somebody_held_is_so_in_every_perspective() {
-    let region = "[{ owner = 1, from_m = [0.8, -1.0], to_m = [1.2, 1.0] }]";
-    let text =
-        include_str!("../../../../config/perspective.toml").replace("told = []", &format!("told = {region}"));
-    let told: Perspective = config::parse(&text, "p.toml".as_ref()).unwrap();
     let near = block([0.35, 0.1, 0.03]);
     let held = Observation { held_by: 1, ..block([0.40, 0.3, 0.03]) };
     let far = block([1.0, 0.1, 0.03]);
     let all = [person(EYES, TABLE), near, held, far];
     for (by, expected) in [(Owning::Told, [NOBODY, NOBODY, 1]), (Owning::Possession, [NOBODY, 1, NOBODY])] {
-        let config = Perspective { resource: Resource { by, ..told.resource.clone() }, ..told.clone() };
-        let mut world = Workspace::with(&config);
+        let mut world = Workspace::with(&told(by));
         world.step(&all);
         let owners = |beliefs: Vec<Belief>| beliefs.iter().map(|belief| belief.owner).collect::<Vec<_>>();
         assert_eq!(owners(world.robots()), expected, "{by:?}");

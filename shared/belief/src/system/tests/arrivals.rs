@@ -54,8 +54,8 @@ fn instance() -> impl Strategy<Value = Instance> {
 }
 
 impl Thing {
-    /// As a source perceives it, grey as no symbol where it `counts_greys`: as a number, or as a vector, which no colour
-    /// can be.
+    /// As a source perceives it, grey as no symbol where it `counts_greys`: as a number, or as a vector, which no
+    /// colour can be.
     fn perceived(
         &self,
         perception: &Perception,
