@@ -128,6 +128,10 @@ fn a_person_is_in_one_place_at_an_instant() {
     let places: Vec<f32> = reported(&sensor).iter().map(|observation| observation.position_m[0]).collect();
     assert_eq!(places, [0.1, 0.2, 0.3, 0.5, 0.6], "what another source says is another matter");
     assert_eq!(lost(&sensor), [(Loss::Twice, 1)]);
+    // Of a thing the number of a partner says nothing.
+    let thing = Observation { partner: 1, ..seen(19) };
+    cycle(&mut sensor, 20, &[(0, header(2, 19), &[thing; 3])]);
+    assert_eq!((sensor.len(), lost(&sensor)), (3, vec![(Loss::Twice, 1)]));
 }
 
 #[test]
