@@ -144,14 +144,21 @@ impl Observation {
         // at once.
         self.kind().is_some()
             & self.modality().is_some()
-            & are_all(self.position_m, is_within_reach)
+            & self.is_placed()
             & are_all(self.half_extents_m, is_extent)
             & are_all(self.colour_rgb, is_share)
             & are_all(self.shape, is_share)
             & are_all(self.states, is_degree)
             & is_share(self.confidence)
-            & is_unit(self.orientation_xyzw)
             & ((self.kind() != Some(ObservationKind::Person)) | (self.partner != NOBODY))
+    }
+
+    /// Whether its pose is sound: place and orientation. What else is of a sound observation stays so wherever it is
+    /// seen from.
+    #[must_use]
+    #[inline]
+    pub fn is_placed(&self) -> bool {
+        are_all(self.position_m, is_within_reach) & is_unit(self.orientation_xyzw)
     }
 
     /// What is wrong with it, if anything: a known kind and sense, place and extents finite and

@@ -6,7 +6,7 @@ use scene::{Samples, Sight};
 use crate::Awareness;
 use crate::field::glimpses;
 use crate::robot::is_object;
-use crate::transform::{observed_from, place_of_thing};
+use crate::transform::{observe_from, place_of_thing};
 
 /// A thing is seen when more than this share of its sample points is.
 const MAJORITY: f64 = 0.5;
@@ -63,7 +63,7 @@ impl Senses {
 
     /// V of one observation; of an object that he perceives, how it is in his frame.
     fn look_at(&mut self, entry: &Perceived, aware: bool, x_person_base: &Pose<Person, Base>) {
-        let Perceived { observation, snapshot } = entry;
+        let Perceived { observation, .. } = entry;
         let is_asked = aware && (is_object(entry) || self.of_occluders && is_occluder(observation));
         let place = if is_asked { place_of_thing(observation) } else { None };
         let seen = place.filter(|(place, half)| self.perceives(observation, place, *half));
@@ -75,13 +75,16 @@ impl Senses {
             self.hidden += 1;
             return;
         };
-        let observation = observed_from(x_person_base, &x_base_thing, observation);
-        if !observation.is_sound() {
-            // Further away from him than anything is.
-            self.refused += 1;
-            return;
+        self.perceived.push(*entry);
+        // In its place: put together first, it would be copied twice.
+        if let Some(Perceived { observation, .. }) = self.perceived.last_mut() {
+            observe_from(x_person_base, &x_base_thing, observation);
+            if !observation.is_placed() {
+                // Further away from him than anything is.
+                self.perceived.pop();
+                self.refused += 1;
+            }
         }
-        self.perceived.push(Perceived { observation, snapshot: *snapshot });
     }
 
     /// V (Eq. 8), for each sense its own; an actor perceives what he himself handles. Of an occluder

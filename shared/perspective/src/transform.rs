@@ -59,12 +59,21 @@ pub fn observed_from(
     x_base_thing: &Pose<Base, Thing>,
     observation: &Observation,
 ) -> Observation {
+    let mut his = *observation;
+    observe_from(x_person_base, x_base_thing, &mut his);
+    his
+}
+
+/// [`observed_from`] in the place of the observation.
+#[inline]
+pub(crate) fn observe_from(
+    x_person_base: &Pose<Person, Base>,
+    x_base_thing: &Pose<Base, Thing>,
+    observation: &mut Observation,
+) {
     let x_person_thing = *x_person_base * *x_base_thing;
-    Observation {
-        position_m: x_person_thing.position_m().map(single),
-        orientation_xyzw: x_person_thing.orientation_xyzw().map(single),
-        ..*observation
-    }
+    observation.position_m = x_person_thing.position_m().map(single);
+    observation.orientation_xyzw = x_person_thing.orientation_xyzw().map(single);
 }
 
 /// A remembered place of a person's frame, in the base frame.

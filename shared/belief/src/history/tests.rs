@@ -154,6 +154,30 @@ fn an_orientation_is_filtered_on_the_sphere_along_the_shorter_way() {
 }
 
 #[test]
+fn what_stands_is_remembered_as_it_stands_and_every_turn_with_a_norm_of_one() {
+    let filtered = |all: &[[f32; 4]]| {
+        let samples: Vec<_> =
+            (1..).zip(all).map(|(at, xyzw)| sample(at, Feature::Orientation(*xyzw))).collect();
+        let history = grown(&low_pass(0.5), &samples);
+        let Some(Feature::Orientation(xyzw)) = history.newest().map(|sample| sample.feature) else {
+            panic!("an orientation is remembered")
+        };
+        xyzw
+    };
+    let excess = |xyzw: [f32; 4]| xyzw.iter().map(|part| f64::from(*part).powi(2)).sum::<f64>() - 1.0;
+    let turned = [0.1_f32, -0.5, 0.5, 0.7];
+    assert_eq!(filtered(&[turned; 3]), turned);
+    // A source may be off by 1 %.
+    let off = excess(filtered(&[turned.map(|part| part * 0.996); 3]));
+    assert!(off.abs() < 3e-7, "{off}");
+    for step in 0..200_u8 {
+        let (sin, cos) = (f32::from(step) * 0.001).sin_cos();
+        let off = excess(filtered(&[[0.0, 0.0, 0.0, 1.0], [0.0, 0.6 * sin, 0.8 * sin, cos]]));
+        assert!(off.abs() < 3e-7, "{step} {off}");
+    }
+}
+
+#[test]
 fn half_a_day_at_20_hz_fits_a_log_timescale_of_64_and_reaches_back_to_its_beginning() {
     let period = 50_000_000;
     let mut history = grown(&log_timescale(64), &[]);
@@ -253,7 +277,14 @@ fn features() -> impl Strategy<Value = Vec<Feature>> {
         let whole = (x * x + y * y + z * z + cos * cos).sqrt();
         Feature::Orientation([x, y, z, cos].map(|part| part / whole))
     });
+    // What stands, or turns by a little at a time.
+    let still =
+        prop::sample::select(vec![0.0, 0.0, 0.0, 1e-4, 0.01, 0.06, 0.07, 0.3_f32]).prop_map(|angle_rad| {
+            let (sin, cos) = (0.4 + angle_rad / 2.0).sin_cos();
+            Feature::Orientation([0.0, 0.6 * sin, 0.8 * sin, cos])
+        });
     prop_oneof![
+        prop::collection::vec(still, of()),
         prop::collection::vec((-9.0..9.0_f32).prop_map(Feature::Number), of()),
         prop::collection::vec(prop::array::uniform3(-9.0..9.0_f32).prop_map(Feature::Vector), of()),
         prop::collection::vec(turn, of()),
