@@ -80,7 +80,7 @@ impl End {
         let mut pty = Some(pty);
         let mut pacer = Pacer::new(self.baud);
         let mut voice = Voice {
-            answers: Answers::default(),
+            answers: Answers::for_servos(self.servos().line.servos().len()),
             said: Vec::with_capacity(4096),
             lateness: Lateness::default(),
         };

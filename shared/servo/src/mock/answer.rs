@@ -39,10 +39,15 @@ pub struct Answers {
 /// As long an answer as is usual, in bytes.
 const USUAL: usize = 128;
 
+/// Instructions that are heard at once, as a rule, by a line that was late: a host that had no answer in time asks
+/// again.
+const AT_ONCE: usize = 4;
+
 impl Answers {
-    /// None, with memory for so many.
+    /// None, with memory for what so many servos say to several instructions at once, and for an echo of each.
     #[must_use]
-    pub fn with_capacity(count: usize) -> Self {
+    pub fn for_servos(servos: usize) -> Self {
+        let count = AT_ONCE * (servos + 1);
         let spare = std::iter::repeat_with(|| Vec::with_capacity(USUAL)).take(count).collect();
         Self { list: Vec::with_capacity(count), spare }
     }
@@ -72,5 +77,24 @@ impl Answers {
         bytes.clear();
         bytes.extend_from_slice(said);
         self.list.push(Answer { id, wait, bytes });
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn there_is_memory_for_all_that_is_said_at_once_and_it_is_used_again() {
+        let mut answers = Answers::for_servos(3);
+        let room = |answers: &Answers| (answers.list.capacity(), answers.spare.capacity());
+        let before = room(&answers);
+        for _ in 0..3 {
+            (0..AT_ONCE * 4).for_each(|_| answers.add(1, Duration::ZERO, &[0; USUAL]));
+            assert!(answers.spare.is_empty() && answers.get().len() == AT_ONCE * 4);
+            assert!(answers.get().iter().all(|answer| answer.bytes.capacity() == USUAL));
+            answers.clear();
+        }
+        assert_eq!(room(&answers), before);
     }
 }

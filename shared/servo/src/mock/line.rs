@@ -49,8 +49,7 @@ impl Line {
     /// A line with these servos, on which nothing goes wrong.
     #[must_use]
     pub fn new(servos: Vec<Servo>) -> Self {
-        // Two instructions at once, and an echo of each.
-        let said = Answers::with_capacity(2 * servos.len() + 2);
+        let said = Answers::for_servos(servos.len());
         Self {
             servos,
             twins: Vec::new(),
