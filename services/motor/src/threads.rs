@@ -1,9 +1,12 @@
 use std::path::Path;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread::JoinHandle;
 
 use clock::{Duration, Instant};
 use config::motor::{Bus, Device};
-use crossbeam::channel::{Receiver, RecvTimeoutError, Sender, TryRecvError, bounded};
+use crossbeam::channel::{Receiver, RecvTimeoutError, TryRecvError, bounded};
+use crossbeam::queue::ArrayQueue;
 use message::Histogram;
 use process::Lookout;
 use serial::{OpenError, Tty};
@@ -27,7 +30,7 @@ pub struct Threads {
 #[derive(Debug)]
 struct End {
     name: String,
-    to: Option<Sender<Box<Exchange>>>,
+    to: Arc<Inbox>,
     from: Receiver<Box<Exchange>>,
     /// Requests that had to be left out because the bus was still busy.
     skipped: u64,
@@ -193,8 +196,7 @@ impl Threads {
             };
             end.away = 0;
             motor.request(bus, now, &mut exchange.request);
-            let ended = || ThreadError::Ended { bus: end.name.clone() };
-            end.to.as_ref().ok_or_else(ended)?.send(exchange).map_err(|_| ended())?;
+            end.give(exchange)?;
         }
         Ok(())
     }
@@ -249,15 +251,16 @@ impl End {
         lookout: Lookout,
     ) -> Result<Self, ThreadError> {
         let name = bus.name.clone();
-        let (to, inbox) = bounded::<Box<Exchange>>(1);
+        let to = Arc::new(Inbox::new());
+        let inbox = Arc::clone(&to);
         let (outbox, from) = bounded(1);
         let mut master = Master::new(bus.baud, patience);
         let thread = std::thread::Builder::new()
             .name(format!("bus {name}"))
             .spawn(move || {
                 loop {
-                    match inbox.recv_timeout(UNLED) {
-                        Ok(mut job) => {
+                    match inbox.wait() {
+                        Next::Job(mut job) => {
                             let Exchange { request, replies, begun_at, done_at } = job.as_mut();
                             *begun_at = clock::now();
                             master.exchange(&mut port, request, replies);
@@ -268,16 +271,16 @@ impl End {
                             port.close_lost();
                         }
                         // The cycle itself may hang: an emergency stop must not wait for it.
-                        Err(RecvTimeoutError::Timeout) if lookout.is_raised() => master.cut(&mut port),
-                        Err(RecvTimeoutError::Timeout) => {}
-                        Err(RecvTimeoutError::Disconnected) => break,
+                        Next::Unled if lookout.is_raised() => master.cut(&mut port),
+                        Next::Unled => {}
+                        Next::Shut => break,
                     }
                 }
             })
             .map_err(|source| ThreadError::Spawn { bus: name.clone(), source })?;
         Ok(Self {
             name,
-            to: Some(to),
+            to,
             from,
             skipped: 0,
             away: 0,
@@ -286,13 +289,63 @@ impl End {
             thread: Some(thread),
         })
     }
+
+    /// Gives the thread what it is to exchange.
+    fn give(&self, exchange: Box<Exchange>) -> Result<(), ThreadError> {
+        let thread = self.thread.as_ref().filter(|thread| !thread.is_finished());
+        let thread = thread.ok_or_else(|| ThreadError::Ended { bus: self.name.clone() })?;
+        // There is one exchange: nothing else is in there.
+        let _nothing = self.to.jobs.force_push(exchange);
+        thread.thread().unpark();
+        Ok(())
+    }
+}
+
+/// What a thread is given to do. A channel would do the same, but whoever waits for one takes a lock, and allocates the
+/// first time, which is late where the machine has too much to do.
+#[derive(Debug)]
+struct Inbox {
+    jobs: ArrayQueue<Box<Exchange>>,
+    is_shut: AtomicBool,
+}
+
+enum Next {
+    Job(Box<Exchange>),
+    /// Nothing has come for [`UNLED`].
+    Unled,
+    Shut,
+}
+
+impl Inbox {
+    fn new() -> Self {
+        Self { jobs: ArrayQueue::new(1), is_shut: AtomicBool::new(false) }
+    }
+
+    /// Waits for what is next, on the thread that is unparked when there is anything.
+    fn wait(&self) -> Next {
+        let until = clock::now() + UNLED;
+        loop {
+            if let Some(job) = self.jobs.pop() {
+                return Next::Job(job);
+            }
+            if self.is_shut.load(Ordering::Acquire) {
+                return Next::Shut;
+            }
+            let now = clock::now();
+            if now >= until {
+                return Next::Unled;
+            }
+            std::thread::park_timeout(until.since(now));
+        }
+    }
 }
 
 impl Drop for End {
     /// Ends the thread: it finishes the request that it carries, and finds nobody behind it.
     fn drop(&mut self) {
-        self.to = None;
+        self.to.is_shut.store(true, Ordering::Release);
         if let Some(thread) = self.thread.take() {
+            thread.thread().unpark();
             // A thread that panicked has said so.
             let _ended = thread.join();
         }

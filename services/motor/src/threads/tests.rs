@@ -54,9 +54,9 @@ fn a_bus_that_does_not_come_back_is_lost_after_25_cycles_and_the_body_stops_unti
     let mut rig = Rig::new(Time::Wall);
     rig.until("following", follows);
     // What the bus is given lies here, as with a device that hangs and does not hang up.
-    let (to, hung) = bounded(1);
-    let thread = rig.threads.ends[0].to.replace(to).unwrap();
-    rig.until_so("given to the one that hangs", |_| !hung.is_empty());
+    let hung = Arc::new(Inbox::new());
+    let inbox = std::mem::replace(&mut rig.threads.ends[0].to, Arc::clone(&hung));
+    rig.until_so("given to the one that hangs", |_| !hung.jobs.is_empty());
     for cycle in 1..AWAY_MOST {
         rig.cycle();
         assert!(!rig.motor.is_lost(0), "cycle {cycle}");
@@ -74,8 +74,8 @@ fn a_bus_that_does_not_come_back_is_lost_after_25_cycles_and_the_body_stops_unti
     }
     assert!(are(&rig, &lost, JointCause::BusLost));
     assert_eq!(rig.motor.bus_counts(0).hang_ups, 1);
-    thread.send(hung.recv().unwrap()).unwrap();
-    rig.threads.ends[0].to = Some(thread);
+    inbox.jobs.push(hung.jobs.pop().unwrap()).unwrap();
+    rig.threads.ends[0].to = inbox;
     rig.until("following again", follows);
     assert!(!rig.motor.is_lost(0));
 }
@@ -94,7 +94,7 @@ fn a_thread_whose_line_takes_no_bytes_says_so_and_closes_it_without_being_asked_
     let mut exchange = Box::<Exchange>::default();
     let mut motor = Motor::new(&robot.motor, &robot.leo.motor).unwrap();
     motor.request(0, clock::now(), &mut exchange.request);
-    end.to.as_ref().unwrap().send(exchange).unwrap();
+    end.give(exchange).unwrap();
     let exchange = end.from.recv_timeout(LONG).unwrap();
     assert_eq!(exchange.replies.lost, Some(Lost::Stuck));
     let give_up = clock::now() + LONG;
