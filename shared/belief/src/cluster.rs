@@ -15,6 +15,7 @@ use grouping::Grouping;
 use matching::Matching;
 pub use naive::cluster as cluster_naively;
 use neighbourhood::Neighbourhood;
+pub(crate) use population::Places;
 pub use population::{Population, Seen, Symbols};
 use quantity::number::saturating_u32;
 use queue::{Pair, Queue};

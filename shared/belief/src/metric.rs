@@ -5,7 +5,7 @@ use config::percepts::{self, Measure, NoTermApplies};
 use message::Feature;
 
 use crate::Unbelievable;
-use crate::cluster::Symbols;
+use crate::cluster::{Places, Symbols};
 use crate::own::{Distance, Functions, Supplied};
 use crate::sample::order;
 
@@ -20,6 +20,8 @@ pub(crate) struct Metric {
     telling: Box<[usize]>,
     /// The weight of the only term besides them, where that is in metres.
     of_place: Option<f64>,
+    /// Where the symbols of all terms but that one are, if they are all glanced at.
+    all_told: Option<Places>,
 }
 
 /// A term w·q·d.
@@ -74,13 +76,14 @@ impl Metric {
             matches!(term.measure, How::Differs) && term.weight >= config.threshold && !config.normalised
         };
         let telling = terms.iter().enumerate().filter(|(_, term)| tells(term));
-        let telling = telling.map(|(place, _)| place).collect();
+        let telling: Box<[usize]> = telling.map(|(place, _)| place).collect();
         let mut others = terms.iter().filter(|term| !tells(term));
         let of_place = match (others.next(), others.next()) {
             (Some(Term { weight, measure: How::Metres, .. }), None) if !config.normalised => Some(*weight),
             _ => None,
         };
         Ok(Self {
+            all_told: of_place.and(Symbols::first(telling.len())),
             telling,
             of_place,
             terms,
@@ -106,6 +109,13 @@ impl Metric {
     #[inline(always)]
     pub(crate) fn symbols_of(&self, features: &[Option<Feature>]) -> Symbols {
         self.symbols(|term| features.get(term).copied().flatten())
+    }
+
+    /// Whether these symbols are the features of all terms but [that of the place](Self::weight_of_place), which is the
+    /// only other one.
+    #[inline]
+    pub(crate) fn are_all_told(&self, symbols: Symbols) -> bool {
+        self.all_told.is_some_and(|places| symbols.are_at(places))
     }
 
     /// The percepts that the terms compare, in the order of the terms.

@@ -280,25 +280,42 @@ impl Arena {
         };
         memory.take_in(at, now, observation.held_by, SourceSet::of(observation.source));
         let phase = memory.id;
-        let terms = self.terms.len();
-        let features = slot as usize * terms..(slot as usize + 1) * terms;
-        if let (Some(features), Some(symbols)) =
-            (self.features.get_mut(features), self.symbols.get_mut(slot as usize))
+        // As a rule it has the same symbols and keeps them: then there is its place besides.
+        if self.symbols.get(slot as usize) == Some(&newer)
+            && self.metric.are_all_told(newer)
+            && let Some(Reach { term, .. }) = self.reach
         {
-            for (feature, percept) in features.iter_mut().zip(&self.terms) {
-                if let Some(value) = evaluation(snapshot, *percept, self.trusts) {
-                    self.histories.foresee(*percept, feature, value);
-                }
+            let feature = self.features.get_mut(slot as usize * self.terms.len() + term);
+            if let (Some(feature), Some(percept)) = (feature, self.terms.get(term))
+                && let Some(value) = evaluation(snapshot, *percept, self.trusts)
+            {
+                self.histories.foresee(*percept, feature, value);
             }
-            // As a rule it has the same.
-            if *symbols != newer || !newer.are_all() {
-                *symbols = self.metric.symbols_of(features);
-            }
+        } else {
+            self.foresee_all(slot, snapshot);
         }
         self.change(slot);
         if let Some(sightings) = &mut self.sightings {
             sightings.add(slot as usize, frame);
         }
         self.unsound += self.histories.take_all(row, snapshot.values(), self.trusts, at, phase);
+    }
+
+    /// The features that the metric compares become what they will be when a belief has taken in a snapshot.
+    #[inline(never)]
+    fn foresee_all(&mut self, slot: u32, snapshot: &Snapshot) {
+        let terms = self.terms.len();
+        let features = slot as usize * terms..(slot as usize + 1) * terms;
+        let (Some(features), Some(symbols)) =
+            (self.features.get_mut(features), self.symbols.get_mut(slot as usize))
+        else {
+            return;
+        };
+        for (feature, percept) in features.iter_mut().zip(&self.terms) {
+            if let Some(value) = evaluation(snapshot, *percept, self.trusts) {
+                self.histories.foresee(*percept, feature, value);
+            }
+        }
+        *symbols = self.metric.symbols_of(features);
     }
 }

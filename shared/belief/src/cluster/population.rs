@@ -98,6 +98,10 @@ pub struct Seen {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Symbols(u64);
 
+/// Places of symbols, of those that are glanced at.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Places(u64);
+
 /// Symbols that are compared at a glance, and the bits of each.
 const GLANCED_AT: usize = 4;
 const SYMBOL_BITS: usize = 16;
@@ -129,8 +133,24 @@ impl Symbols {
     /// different ones.
     #[must_use]
     #[inline]
-    pub fn are_all(self) -> bool {
+    pub const fn are_all(self) -> bool {
         self.0 & HIGHEST == 0
+    }
+
+    /// What says that the first so many are all there: nothing does where there are more than are glanced at.
+    pub(crate) const fn first(count: usize) -> Option<Places> {
+        match count {
+            0..GLANCED_AT => Some(Places(HIGHEST & !(u64::MAX << (count * SYMBOL_BITS)))),
+            GLANCED_AT => Some(Places(HIGHEST)),
+            _ => None,
+        }
+    }
+
+    /// Whether it has a symbol at these places and no other, and they are all that were set.
+    #[must_use]
+    #[inline]
+    pub(crate) const fn are_at(self, places: Places) -> bool {
+        self.are_all() && self.has() == places.0
     }
 
     /// Whether the other has a symbol wherever this one has, as far as all are glanced at.
@@ -204,6 +224,8 @@ mod tests {
                 set.iter().enumerate().all(|(place, symbol)| symbol.is_none_or(|it| place < 4 && it < 0x7FFF))
             };
             prop_assert_eq!(of_a.are_all(), fits(a));
+            let has_all = Symbols::first(places).is_some_and(|all| of_a.are_at(all));
+            prop_assert_eq!(has_all, fits(a) && places <= GLANCED_AT && a.iter().all(Option::is_some));
         }
     }
 }
