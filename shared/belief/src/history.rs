@@ -14,7 +14,7 @@ use clock::Instant;
 use config::percepts::{self, Kernel, Percept, WhenFull};
 use low_pass::LowPass;
 use message::{Feature, PerceptValue};
-use rings::Rings;
+use rings::{Ring, Rings};
 use series::Thinning;
 use table::Table;
 
@@ -56,9 +56,9 @@ enum Generator {
     /// The filtered present; a is the share of the newest sample.
     LowPass { index: usize, share: f64 },
     /// Samples as they were, lossless or thinned on a logarithmic time scale, of what derives one number at most.
-    Narrow { index: usize },
+    Narrow(Ring),
     /// The same of what derives several numbers.
-    Wide { index: usize },
+    Wide(Ring),
     /// The program's own, over samples that are kept for it.
     Own { index: usize, cells: Range<usize>, history: Supplied<dyn History> },
 }
@@ -66,14 +66,20 @@ enum Generator {
 impl Histories {
     /// Room for `rows` beliefs.
     pub(crate) fn new(percepts: &[Percept], own: &Functions, rows: usize) -> Result<Self, Unbelievable> {
-        let (mut narrow, mut wide) = (Vec::new(), Vec::new());
+        let of = |is_narrow| -> Vec<_> {
+            let all = percepts.iter().filter(|percept| derives_one_number(&percept.kernel) == is_narrow);
+            all.filter_map(|percept| keeps(&percept.history)).collect()
+        };
+        let (narrow, narrow_rings) = Rings::new(&of(true), rows);
+        let (wide, wide_rings) = Rings::new(&of(false), rows);
+        let (mut narrow_rings, mut wide_rings) = (narrow_rings.into_iter(), wide_rings.into_iter());
         let (mut low_passes, mut kept, mut own_cells) = (0, 0, 0);
         let mut generators = Vec::with_capacity(percepts.len());
         for percept in percepts {
-            generators.push(match &percept.history {
+            generators.extend(match &percept.history {
                 percepts::History::LowPass { share } => {
                     low_passes += 1;
-                    Generator::LowPass { index: low_passes - 1, share: share.get() }
+                    Some(Generator::LowPass { index: low_passes - 1, share: share.get() })
                 }
                 percepts::History::Own(name) => {
                     let history = own.history(name)?;
@@ -84,17 +90,14 @@ impl Histories {
                     let cells = own_cells..own_cells + samples;
                     kept += 1;
                     own_cells += samples;
-                    Generator::Own { index: kept - 1, cells, history }
+                    Some(Generator::Own { index: kept - 1, cells, history })
                 }
-                percepts::History::Lossless { samples, when_full } => {
-                    let thinning = match when_full {
-                        WhenFull::ForgetOldest => Thinning::ForgetOldest,
-                        WhenFull::Thin => Thinning::ShortestGap,
-                    };
-                    ring(percept, (samples.get(), thinning), &mut narrow, &mut wide)
-                }
-                percepts::History::LogTimescale { samples } => {
-                    ring(percept, (samples.get(), Thinning::Octaves), &mut narrow, &mut wide)
+                percepts::History::Lossless { .. } | percepts::History::LogTimescale { .. } => {
+                    if derives_one_number(&percept.kernel) {
+                        narrow_rings.next().map(Generator::Narrow)
+                    } else {
+                        wide_rings.next().map(Generator::Wide)
+                    }
                 }
             });
         }
@@ -104,8 +107,8 @@ impl Histories {
             used: 0,
             free: Room::for_most(rows),
             low_passes: Table::new(low_passes, rows),
-            narrow: Rings::new(&narrow, rows),
-            wide: Rings::new(&wide, rows),
+            narrow,
+            wide,
             kept: Table::new(kept, rows),
             own_cells: Table::new(own_cells, rows),
         })
@@ -174,12 +177,6 @@ impl Histories {
         at: Instant,
         phase: u64,
     ) -> u64 {
-        let Self { generators, low_passes, narrow, wide, kept, own_cells, .. } = self;
-        let (Some(low_passes), Some(mut narrow), Some(mut wide)) =
-            (low_passes.row_mut(row), narrow.row_mut(row), wide.row_mut(row))
-        else {
-            return 0;
-        };
         let mut unsound = 0;
         for value in values {
             if !are_sound && !value.is_sound() {
@@ -187,25 +184,34 @@ impl Histories {
                 continue;
             }
             let sample = Taken { at, value };
-            match generators.get(usize::from(value.percept)) {
-                Some(Generator::Narrow { index }) => narrow.take(*index, sample, phase),
-                Some(Generator::Wide { index }) => wide.take(*index, sample, phase),
+            // Most are of these two.
+            match self.generators.get(usize::from(value.percept)) {
+                Some(Generator::Narrow(ring)) => self.narrow.take(row, ring, sample, phase),
                 Some(Generator::LowPass { index, share }) => {
-                    if let Some(low_pass) = low_passes.get_mut(*index) {
+                    if let Some(low_pass) = self.low_passes.get_mut(row, *index) {
                         low_pass.take(sample, *share);
                     }
                 }
-                Some(Generator::Own { index, cells, history }) => {
-                    if let (Some(len), Some(cells)) =
-                        (kept.get_mut(row, *index), own_cells.range_mut(row, cells))
-                    {
-                        history.take(&mut Samples { cells, len }, &sample.kept().sample());
-                    }
-                }
-                None => {}
+                _ => self.take_otherwise(row, sample, phase),
             }
         }
         unsound
+    }
+
+    /// Takes a sound sample into a history of another kind.
+    #[inline(never)]
+    fn take_otherwise(&mut self, row: u32, sample: Taken<'_>, phase: u64) {
+        let Self { generators, wide, kept, own_cells, .. } = self;
+        match generators.get(usize::from(sample.value.percept)) {
+            Some(Generator::Wide(ring)) => wide.take(row, ring, sample, phase),
+            Some(Generator::Own { index, cells, history }) => {
+                if let (Some(len), Some(cells)) = (kept.get_mut(row, *index), own_cells.range_mut(row, cells))
+                {
+                    history.take(&mut Samples { cells, len }, &sample.kept().sample());
+                }
+            }
+            Some(Generator::Narrow(_) | Generator::LowPass { .. }) | None => {}
+        }
     }
 
     /// Makes the newest feature of a percept what it will be when a sound sample is taken that is newer than
@@ -224,7 +230,7 @@ impl Histories {
     #[inline(always)]
     pub(crate) fn remains(&self, percept: u16, feature: Feature) -> Feature {
         match self.generators.get(usize::from(percept)) {
-            Some(Generator::Narrow { .. }) => Narrow::remains(feature),
+            Some(Generator::Narrow(_)) => Narrow::remains(feature),
             _ => feature,
         }
     }
@@ -240,8 +246,8 @@ impl Histories {
                         mine.merge(&other, *share);
                     }
                 }
-                Generator::Narrow { index } => narrow.merge(*index, kept, gone, phase),
-                Generator::Wide { index } => wide.merge(*index, kept, gone, phase),
+                Generator::Narrow(ring) => narrow.merge(ring, kept, gone, phase),
+                Generator::Wide(ring) => wide.merge(ring, kept, gone, phase),
                 Generator::Own { index, cells: range, history } => {
                     let others = lens.get(gone, *index).map_or(0, |len| *len as usize);
                     if let (Some(len), Some((cells, of_other))) =
@@ -260,8 +266,8 @@ impl Histories {
     pub(crate) fn newest(&self, row: u32, percept: u16) -> Option<Sample> {
         match self.generators.get(usize::from(percept))? {
             Generator::LowPass { index, .. } => self.low_passes.get(row, *index)?.newest(),
-            Generator::Narrow { index } => self.narrow.newest(row, *index),
-            Generator::Wide { index } => self.wide.newest(row, *index),
+            Generator::Narrow(ring) => self.narrow.newest(row, ring),
+            Generator::Wide(ring) => self.wide.newest(row, ring),
             Generator::Own { index, cells, history } => {
                 let end = Instant::from_nanos(u64::MAX);
                 history.at(self.kept(row, *index, cells)?, end).filter(Sample::is_sound)
@@ -279,8 +285,8 @@ impl Histories {
     pub(crate) fn at(&self, row: u32, percept: u16, instant: Instant, decay_per_s: f64) -> Option<Sample> {
         match self.generators.get(usize::from(percept))? {
             Generator::LowPass { index, .. } => self.low_passes.get(row, *index)?.at(instant, decay_per_s),
-            Generator::Narrow { index } => self.narrow.at(row, *index, instant, decay_per_s),
-            Generator::Wide { index } => self.wide.at(row, *index, instant, decay_per_s),
+            Generator::Narrow(ring) => self.narrow.at(row, ring, instant, decay_per_s),
+            Generator::Wide(ring) => self.wide.at(row, ring, instant, decay_per_s),
             Generator::Own { index, cells, history } => {
                 let kept = self.kept(row, *index, cells)?;
                 let sample = history.at(kept, instant).filter(Sample::is_sound)?;
@@ -299,8 +305,8 @@ impl Histories {
                     low_pass.map(change);
                 }
             }
-            Some(Generator::Narrow { index }) => narrow.map(row, *index, change),
-            Some(Generator::Wide { index }) => wide.map(row, *index, change),
+            Some(Generator::Narrow(ring)) => narrow.map(row, ring, change),
+            Some(Generator::Wide(ring)) => wide.map(row, ring, change),
             Some(Generator::Own { index, cells: range, .. }) => {
                 if let (Some(len), Some(cells)) = (kept.get_mut(row, *index), own_cells.range_mut(row, range))
                 {
@@ -321,8 +327,8 @@ impl Histories {
                     *low_pass = LowPass::default();
                 }
             }
-            Some(Generator::Narrow { index }) => self.narrow.forget(row, *index),
-            Some(Generator::Wide { index }) => self.wide.forget(row, *index),
+            Some(Generator::Narrow(ring)) => self.narrow.forget(row, ring),
+            Some(Generator::Wide(ring)) => self.wide.forget(row, ring),
             Some(Generator::Own { index, .. }) => {
                 if let Some(len) = self.kept.get_mut(row, *index) {
                     *len = 0;
@@ -340,8 +346,8 @@ impl Histories {
     pub(crate) fn samples(&self, row: u32, percept: u16) -> Vec<Sample> {
         match &self.generators[usize::from(percept)] {
             Generator::LowPass { .. } => self.newest(row, percept).into_iter().collect(),
-            Generator::Narrow { index } => self.narrow.samples(row, *index),
-            Generator::Wide { index } => self.wide.samples(row, *index),
+            Generator::Narrow(ring) => self.narrow.samples(row, ring),
+            Generator::Wide(ring) => self.wide.samples(row, ring),
             Generator::Own { index, cells, .. } => self.kept(row, *index, cells).unwrap().to_vec(),
         }
     }
@@ -350,8 +356,8 @@ impl Histories {
     #[cfg(test)]
     pub(crate) fn len(&self, row: u32, percept: u16) -> usize {
         match &self.generators[usize::from(percept)] {
-            Generator::Narrow { index } => self.narrow.len(row, *index),
-            Generator::Wide { index } => self.wide.len(row, *index),
+            Generator::Narrow(ring) => self.narrow.len(row, ring),
+            Generator::Wide(ring) => self.wide.len(row, ring),
             Generator::LowPass { .. } | Generator::Own { .. } => self.samples(row, percept).len(),
         }
     }
@@ -362,11 +368,11 @@ impl Histories {
         let percepts = 0..u16::try_from(self.generators.len()).unwrap();
         let histories = percepts.map(|percept| match &self.generators[usize::from(percept)] {
             Generator::LowPass { index, .. } => format!("{:?}", self.low_passes.get(row, *index)),
-            Generator::Narrow { index } => {
-                format!("{} {:?}", self.narrow.taken(row, *index), self.samples(row, percept))
+            Generator::Narrow(ring) => {
+                format!("{} {:?}", self.narrow.taken(row, ring), self.samples(row, percept))
             }
-            Generator::Wide { index } => {
-                format!("{} {:?}", self.wide.taken(row, *index), self.samples(row, percept))
+            Generator::Wide(ring) => {
+                format!("{} {:?}", self.wide.taken(row, ring), self.samples(row, percept))
             }
             Generator::Own { .. } => format!("{:?}", self.samples(row, percept)),
         });
@@ -374,23 +380,25 @@ impl Histories {
     }
 }
 
-/// A ring for a percept, put among the `narrow` or the `wide` ones: how many samples it keeps, and what it gives up.
-fn ring(
-    percept: &Percept,
-    (samples, thinning): (usize, Thinning),
-    narrow: &mut Vec<(usize, Thinning)>,
-    wide: &mut Vec<(usize, Thinning)>,
-) -> Generator {
-    let of = |all: &mut Vec<_>| {
-        all.push((samples.max(1), thinning));
-        all.len() - 1
-    };
-    match percept.kernel {
-        Kernel::Position | Kernel::Orientation | Kernel::Extents | Kernel::Own(_) => {
-            Generator::Wide { index: of(wide) }
+/// How many samples a history keeps as they were, and what it gives up then, if it is one that does.
+fn keeps(history: &percepts::History) -> Option<(usize, Thinning)> {
+    match history {
+        percepts::History::Lossless { samples, when_full } => {
+            let thinning = match when_full {
+                WhenFull::ForgetOldest => Thinning::ForgetOldest,
+                WhenFull::Thin => Thinning::ShortestGap,
+            };
+            Some((samples.get().max(1), thinning))
         }
-        Kernel::Source | Kernel::State(_) | Kernel::Nearest(_) | Kernel::Region(_) | Kernel::Range(_) => {
-            Generator::Narrow { index: of(narrow) }
-        }
+        percepts::History::LogTimescale { samples } => Some((samples.get().max(1), Thinning::Octaves)),
+        percepts::History::LowPass { .. } | percepts::History::Own(_) => None,
+    }
+}
+
+/// Whether a kernel derives one number at most.
+const fn derives_one_number(kernel: &Kernel) -> bool {
+    match kernel {
+        Kernel::Position | Kernel::Orientation | Kernel::Extents | Kernel::Own(_) => false,
+        Kernel::Source | Kernel::State(_) | Kernel::Nearest(_) | Kernel::Region(_) | Kernel::Range(_) => true,
     }
 }

@@ -34,30 +34,35 @@ pub(super) const fn bands(rows: usize) -> usize {
 }
 
 impl Column {
-    /// The same series of another belief of the band.
+    /// The first cell of the belief in a row, among the bands of all.
     #[inline]
-    pub(super) const fn in_lane(self, lane: usize) -> Self {
-        Self { first: self.first + lane * self.lane, ..self }
+    pub(super) const fn first_of<T>(&self, bands: &Table<T>, row: u32) -> usize {
+        let (band, lane) = band(row);
+        bands.start(band) + self.first + lane * self.lane
     }
 
-    /// Its cells in a band.
+    /// That of the belief in a row.
     #[inline]
-    pub(crate) fn of<C>(self, band: C) -> Cells<C> {
-        Cells { row: band, column: self }
+    const fn in_row<T>(self, bands: &Table<T>, row: u32) -> Self {
+        Self { first: self.first_of(bands, row), ..self }
+    }
+
+    /// Its cells among all.
+    #[inline]
+    pub(crate) const fn of<C>(self, all: C) -> Cells<C> {
+        Cells { all, column: self }
     }
 
     /// The cells of the belief in a row, among the bands of all.
     #[inline]
-    pub(super) fn cells<T: Copy>(self, bands: &Table<T>, row: u32) -> Option<Cells<&[T]>> {
-        let (band, lane) = band(row);
-        Some(self.in_lane(lane).of(bands.row(band)?))
+    pub(super) fn cells<'a, T: Copy>(&self, bands: &'a Table<T>, row: u32) -> Cells<&'a [T]> {
+        self.in_row(bands, row).of(bands.all())
     }
 
     /// The same, to be changed.
     #[inline]
-    pub(super) fn cells_mut<T: Copy>(self, bands: &mut Table<T>, row: u32) -> Option<Cells<&mut [T]>> {
-        let (band, lane) = band(row);
-        Some(self.in_lane(lane).of(bands.row_mut(band)?))
+    pub(super) fn cells_mut<'a, T: Copy>(&self, bands: &'a mut Table<T>, row: u32) -> Cells<&'a mut [T]> {
+        self.in_row(bands, row).of(bands.all_mut())
     }
 
     /// Whether the cells of another are beside these, or these themselves.
@@ -71,7 +76,13 @@ impl Column {
         self.len
     }
 
-    /// Where in the row the cell at `index` is.
+    /// From one cell to the next.
+    #[inline]
+    pub(crate) const fn step(&self) -> usize {
+        self.step
+    }
+
+    /// Where the cell at `index` is.
     #[inline]
     pub(crate) const fn place(self, index: usize) -> usize {
         self.first + index * self.step
@@ -113,18 +124,18 @@ pub(crate) fn side_by_side<T: Copy + PartialEq>(
     (columns, cells)
 }
 
-/// Cells in a row, seen through a column.
+/// Cells among others, seen through a column.
 #[derive(Clone, Copy)]
 pub(crate) struct Cells<C> {
-    row: C,
+    all: C,
     column: Column,
 }
 
 impl<T, C: Deref<Target = [T]>> Cells<C> {
-    /// All cells of a row.
-    pub(crate) fn of(row: C) -> Self {
-        let column = Column { first: 0, step: 1, len: row.len(), beside: 1, lane: row.len() };
-        Self { row, column }
+    /// All of them.
+    pub(crate) fn of(all: C) -> Self {
+        let column = Column { first: 0, step: 1, len: all.len(), beside: 1, lane: all.len() };
+        Self { all, column }
     }
 
     #[inline]
@@ -134,14 +145,14 @@ impl<T, C: Deref<Target = [T]>> Cells<C> {
 
     #[inline]
     pub(crate) fn get(&self, index: usize) -> Option<&T> {
-        self.row.get(self.column.place(index))
+        self.all.get(self.column.place(index))
     }
 
     /// The cell at `index` of a column, and those beside it.
     #[inline]
     pub(crate) fn beside(&self, index: usize) -> &[T] {
         let place = self.column.place(index);
-        self.row.get(place..place + self.column.beside).unwrap_or(&[])
+        self.all.get(place..place + self.column.beside).unwrap_or(&[])
     }
 
     #[inline]
@@ -149,11 +160,11 @@ impl<T, C: Deref<Target = [T]>> Cells<C> {
     where
         C: DerefMut,
     {
-        self.row.get_mut(self.column.place(index))
+        self.all.get_mut(self.column.place(index))
     }
 }
 
-/// Places are those in the row.
+/// Places are those among all.
 impl<T: Copy, C: DerefMut<Target = [T]>> Cells<C> {
     /// Where the cell at `index` is.
     #[inline]
@@ -169,15 +180,15 @@ impl<T: Copy, C: DerefMut<Target = [T]>> Cells<C> {
 
     #[inline]
     pub(crate) fn at(&self, place: usize) -> Option<&T> {
-        self.row.get(place)
+        self.all.get(place)
     }
 
     /// Copies a cell into another.
     #[inline]
     pub(crate) fn shift(&mut self, from: usize, to: usize) {
         if from != to
-            && let Some(&cell) = self.row.get(from)
-            && let Some(place) = self.row.get_mut(to)
+            && let Some(&cell) = self.all.get(from)
+            && let Some(place) = self.all.get_mut(to)
         {
             *place = cell;
         }
@@ -187,6 +198,11 @@ impl<T: Copy, C: DerefMut<Target = [T]>> Cells<C> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// The same series of another belief of the band.
+    fn in_lane(column: Column, lane: usize) -> Column {
+        Column { first: column.first + lane * column.lane, ..column }
+    }
 
     #[test]
     fn each_series_of_each_belief_has_its_own_cells_and_equal_ones_share_lines() {
@@ -198,7 +214,7 @@ mod tests {
             for (number, (column, asked)) in columns.iter().zip(&series).enumerate() {
                 let (column, kind) = column;
                 assert_eq!((column.len, *kind), *asked);
-                let mut cells = column.in_lane(lane).of(band.as_mut_slice());
+                let mut cells = in_lane(*column, lane).of(band.as_mut_slice());
                 for index in 0..cells.len() {
                     let cell = cells.get_mut(index).unwrap();
                     assert_eq!(cell.replace((lane, number, index)), None, "a cell of two");
@@ -243,7 +259,7 @@ mod tests {
         for (column, lane) in
             columns.into_iter().flat_map(|(column, _)| lanes().map(move |lane| (column, lane)))
         {
-            let mut cells = column.in_lane(lane).of(band.as_mut_slice());
+            let mut cells = in_lane(column, lane).of(band.as_mut_slice());
             let mut place = cells.place(0);
             for index in (0..cells.len()).chain([0]) {
                 assert_eq!(cells.at(place), cells.get(index));

@@ -58,9 +58,14 @@ impl LowPass {
                 filter.newest = sample.kept();
                 filter.samples = filter.samples.saturating_add(1);
             }
-            Some(_) => self.merge(&Self::of(sample.kept()), share),
-            None => *self = Self::of(sample.kept()),
+            _ => self.take_slowly(sample.kept(), share),
         }
+    }
+
+    #[cold]
+    #[inline(never)]
+    fn take_slowly(&mut self, sample: Kept, share: f64) {
+        self.merge(&Self::of(sample), share);
     }
 
     /// What came later is filtered on top of what came earlier. That is the recurrence itself
@@ -152,8 +157,15 @@ pub(super) fn mix_into(x: &PerceptValue, a: f64, y: &mut Feature, b: f64) {
             (*u, *v, *w) = (weigh(p, *u), weigh(q, *v), weigh(r, *w));
         }
         (Feature::Orientation(y), Feature::ORIENTATION) => *y = mix_on_sphere([p, q, r, s], a, *y, b),
-        (y, _) => *y = x.sound_feature(),
+        (y, _) => hold(x, y),
     }
+}
+
+/// Of what is not filtered, or was of another kind, the newest holds.
+#[cold]
+#[inline(never)]
+fn hold(x: &PerceptValue, y: &mut Feature) {
+    *y = x.sound_feature();
 }
 
 /// The weighted mean of two unit quaternions along the shorter way, x where there is none.

@@ -10,8 +10,6 @@ use crate::sample::{Cell, Kept, Sample, Taken};
 /// The histories of all beliefs that keep samples as they were, in cells of one form: of each row so many series.
 #[derive(Clone, Debug)]
 pub(crate) struct Rings<T> {
-    /// Of each series where its cells are, and what it gives up.
-    columns: Box<[(Column, Thinning)]>,
     /// Which series have their cells side by side.
     alike: Box<[Alike]>,
     series: Table<Series<T>>,
@@ -19,6 +17,14 @@ pub(crate) struct Rings<T> {
     scratch: Room<Kept>,
     /// Those of a history that is merged into another.
     others_samples: Room<Kept>,
+}
+
+/// One series of every row.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Ring {
+    index: usize,
+    column: Column,
+    thinning: Thinning,
 }
 
 /// Series that are filled alike, as a rule: what comes next of each lies side by side.
@@ -31,8 +37,8 @@ struct Alike {
 }
 
 impl<T: Cell> Rings<T> {
-    /// For so many rows. Of each series how many samples it keeps, and what it gives up then.
-    pub(crate) fn new(series: &[(usize, Thinning)], rows: usize) -> Self {
+    /// For so many rows, and each series of a row. Of each how many samples it keeps, and what it gives up then.
+    pub(crate) fn new(series: &[(usize, Thinning)], rows: usize) -> (Self, Vec<Ring>) {
         let (columns, cells) = side_by_side(series, |thinning| thinning == Thinning::ForgetOldest);
         let mut alike: Vec<Alike> = Vec::new();
         for (index, (cells, _)) in columns.iter().enumerate() {
@@ -42,14 +48,15 @@ impl<T: Cell> Rings<T> {
             }
         }
         let most = series.iter().map(|(samples, _)| *samples).max().unwrap_or(0);
-        Self {
+        let all = Self {
             series: Table::new(columns.len(), rows),
-            columns: columns.into_boxed_slice(),
             alike: alike.into_boxed_slice(),
             cells: Table::new(cells, bands(rows)),
             scratch: Room::for_most(2 * most),
             others_samples: Room::for_most(most),
-        }
+        };
+        let ring = |(index, (column, thinning))| Ring { index, column, thinning };
+        (all, columns.into_iter().enumerate().map(ring).collect())
     }
 
     /// One row more, of empty series.
@@ -77,110 +84,83 @@ impl<T: Cell> Rings<T> {
         for alike in &self.alike {
             // One that takes nothing in says nothing of the others.
             let mut taking = alike.series.iter().filter_map(|index| series.get(*index));
-            if let Some(series) = taking.find(|series| !series.is_empty())
-                && let Some(cells) = alike.cells.cells(&self.cells, row)
-            {
-                series.prefetch(&cells);
+            if let Some(series) = taking.find(|series| !series.is_empty()) {
+                series.prefetch(&alike.cells.cells(&self.cells, row));
             }
         }
     }
 
-    /// A row, to take samples in.
+    /// Takes in one sound sample; `phase` as for [`super::Histories::take`].
     #[inline(always)]
-    pub(crate) fn row_mut(&mut self, row: u32) -> Option<Row<'_, T>> {
-        let (band, lane) = band(row);
-        let Self { columns, series, cells, scratch, .. } = self;
-        Some(Row { columns, series: series.row_mut(row)?, band: cells.row_mut(band)?, lane, scratch })
-    }
-
-    /// A series of a row.
-    #[inline]
-    fn get(&self, row: u32, index: usize) -> Option<&Series<T>> {
-        self.series.get(row, index)
-    }
-
-    fn cells(&self, row: u32, index: usize) -> Option<Cells<&[T]>> {
-        self.columns.get(index)?.0.cells(&self.cells, row)
+    pub(crate) fn take(&mut self, row: u32, ring: &Ring, sample: Taken<'_>, phase: u64) {
+        if let Some(series) = self.series.get_mut(row, ring.index) {
+            let cells = (&mut self.cells, row);
+            series.take(cells, &ring.column, ring.thinning, sample, phase, &mut self.scratch);
+        }
     }
 
     #[inline]
-    pub(crate) fn newest(&self, row: u32, index: usize) -> Option<Sample> {
-        self.get(row, index)?.newest()
+    fn get(&self, row: u32, ring: &Ring) -> Option<&Series<T>> {
+        self.series.get(row, ring.index)
+    }
+
+    fn cells(&self, row: u32, ring: &Ring) -> Cells<&[T]> {
+        ring.column.cells(&self.cells, row)
+    }
+
+    #[inline]
+    pub(crate) fn newest(&self, row: u32, ring: &Ring) -> Option<Sample> {
+        self.get(row, ring)?.newest()
     }
 
     #[inline(always)]
-    pub(crate) fn at(&self, row: u32, index: usize, instant: Instant, decay_per_s: f64) -> Option<Sample> {
-        self.get(row, index)?.at(self.cells(row, index)?, instant, decay_per_s)
+    pub(crate) fn at(&self, row: u32, ring: &Ring, instant: Instant, decay_per_s: f64) -> Option<Sample> {
+        self.get(row, ring)?.at(self.cells(row, ring), instant, decay_per_s)
     }
 
     /// Unites a series of one row with that of another.
-    pub(crate) fn merge(&mut self, index: usize, kept: u32, gone: u32, phase: u64) {
-        let Self { columns, series, cells, scratch, others_samples, .. } = self;
-        let (Some((column, thinning)), Some(other)) = (columns.get(index), series.get(gone, index).copied())
-        else {
-            return;
-        };
+    pub(crate) fn merge(&mut self, ring: &Ring, kept: u32, gone: u32, phase: u64) {
+        let Self { series, cells, scratch, others_samples, .. } = self;
+        let Ring { index, column, thinning } = ring;
+        let Some(other) = series.get(gone, *index).copied() else { return };
         others_samples.clear();
-        if let Some(cells) = column.cells(cells, gone) {
-            others_samples.extend(other.samples(&cells));
-        }
-        if let (Some(mine), Some(cells)) = (series.get_mut(kept, index), column.cells_mut(cells, kept)) {
+        others_samples.extend(other.samples(&column.cells(cells, gone)));
+        if let Some(mine) = series.get_mut(kept, *index) {
+            let cells = column.cells_mut(cells, kept);
             mine.merge(cells, *thinning, (other, others_samples), phase, scratch);
         }
     }
 
     /// Replaces every remembered feature of a series.
-    pub(crate) fn map(&mut self, row: u32, index: usize, change: impl Fn(Feature) -> Feature) {
-        let Self { columns, series, cells, .. } = self;
-        let cells = columns.get(index).and_then(|(column, _)| column.cells_mut(cells, row));
-        if let (Some(series), Some(cells)) = (series.get_mut(row, index), cells) {
-            series.map(cells, change);
+    pub(crate) fn map(&mut self, row: u32, ring: &Ring, change: impl Fn(Feature) -> Feature) {
+        if let Some(series) = self.series.get_mut(row, ring.index) {
+            series.map(ring.column.cells_mut(&mut self.cells, row), change);
         }
     }
 
     /// Forgets everything of a series.
-    pub(crate) fn forget(&mut self, row: u32, index: usize) {
-        if let Some(series) = self.series.get_mut(row, index) {
+    pub(crate) fn forget(&mut self, row: u32, ring: &Ring) {
+        if let Some(series) = self.series.get_mut(row, ring.index) {
             *series = Series::default();
         }
     }
 
     /// All samples that a series still has.
     #[cfg(test)]
-    pub(crate) fn samples(&self, row: u32, index: usize) -> Vec<Sample> {
-        let cells = self.cells(row, index).unwrap();
-        self.get(row, index).unwrap().samples(&cells).map(|kept| kept.sample()).collect()
+    pub(crate) fn samples(&self, row: u32, ring: &Ring) -> Vec<Sample> {
+        let cells = self.cells(row, ring);
+        self.get(row, ring).unwrap().samples(&cells).map(|kept| kept.sample()).collect()
     }
 
     /// Samples that a series still has.
     #[cfg(test)]
-    pub(crate) fn len(&self, row: u32, index: usize) -> usize {
-        self.get(row, index).unwrap().len()
+    pub(crate) fn len(&self, row: u32, ring: &Ring) -> usize {
+        self.get(row, ring).unwrap().len()
     }
 
     /// Samples that a series ever took in.
     #[cfg(test)]
-    pub(crate) fn taken(&self, row: u32, index: usize) -> u32 {
-        self.get(row, index).unwrap().taken()
-    }
-}
-
-/// The series of one belief.
-pub(crate) struct Row<'a, T> {
-    columns: &'a [(Column, Thinning)],
-    series: &'a mut [Series<T>],
-    band: &'a mut [T],
-    lane: usize,
-    scratch: &'a mut Room<Kept>,
-}
-
-impl<T: Cell> Row<'_, T> {
-    /// Takes in one sound sample; `phase` as for [`super::Histories::take`].
-    #[inline(always)]
-    pub(crate) fn take(&mut self, index: usize, sample: Taken<'_>, phase: u64) {
-        let Self { columns, series, band, lane, scratch } = self;
-        if let (Some((column, thinning)), Some(series)) = (columns.get(index), series.get_mut(index)) {
-            series.take((&mut *band, *lane), column, *thinning, sample, phase, scratch);
-        }
+    pub(crate) fn taken(&self, row: u32, ring: &Ring) -> u32 {
+        self.get(row, ring).unwrap().taken()
     }
 }

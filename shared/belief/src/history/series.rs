@@ -5,6 +5,7 @@ use message::Feature;
 use quantity::number::saturating_u16;
 
 use super::cells::{Cells, Column};
+use super::table::Table;
 use crate::sample::{Cell, Kept, Sample, Taken};
 
 /// What a series gives up when it is full, and octaves [now and then](THINNED_EVERY).
@@ -102,12 +103,12 @@ impl<T: Cell> Series<T> {
         }
     }
 
-    /// Takes in one sample, in the `column` of a lane of a band of cells. `scratch` has room for one more than there
-    /// are cells. `phase` spreads the work of many series over time.
+    /// Takes in one sample, in its `column` of the cells of a row. `scratch` has room for one more than there are cells
+    /// in it. `phase` spreads the work of many series over time.
     #[inline(always)]
     pub(crate) fn take(
         &mut self,
-        (band, lane): (&mut [T], usize),
+        (bands, row): (&mut Table<T>, u32),
         column: &Column,
         thinning: Thinning,
         sample: Taken<'_>,
@@ -120,17 +121,18 @@ impl<T: Cell> Series<T> {
         if is_newest && fits {
             let cell = self.advance(column.len());
             self.newest = T::of_taken(sample);
-            if let Some(cell) = band.get_mut(column.in_lane(lane).place(cell)) {
+            let place = column.first_of(bands, row) + cell * column.step();
+            if let Some(cell) = bands.all_mut().get_mut(place) {
                 // Not read back from the other: that would wait until it is written.
                 *cell = T::of_taken(sample);
             }
             if thinning == Thinning::Octaves && self.is_due(phase) {
-                self.thin_lane(band, lane, column);
+                self.thin_row(bands, row, column);
             }
         } else {
             // Who wins of two at one instant is told by what would be left of each.
             let sample = T::of_taken(sample).kept();
-            self.take_slowly(column.in_lane(lane).of(band), thinning, sample, phase, scratch);
+            self.take_slowly(column.cells_mut(bands, row), thinning, sample, phase, scratch);
         }
     }
 
@@ -245,33 +247,37 @@ impl<T: Cell> Series<T> {
 
     /// Apart, so that what comes every time is short.
     #[inline(never)]
-    fn thin_lane(&mut self, band: &mut [T], lane: usize, column: &Column) {
-        self.thin_octaves(&mut column.in_lane(lane).of(band));
+    fn thin_row(&mut self, bands: &mut Table<T>, row: u32, column: &Column) {
+        self.thin_octaves(&mut column.cells_mut(bands, row));
     }
 
     /// Drops the samples that the older neighbour may stand for.
     fn thin_octaves(&mut self, cells: &mut Cells<&mut [T]>) {
         let newest = self.newest.at().as_nanos();
+        let at = |cells: &Cells<&mut [T]>, place| cells.at(place).map(|sample| sample.at().as_nanos());
         // Those that stay move up behind each other.
         let mut place = cells.place(self.cell(cells.len(), 0));
         let mut this = cells.behind(place);
-        let at = |cells: &Cells<&mut [T]>, place| cells.at(place).map(|sample| sample.at().as_nanos());
         let (Some(mut at_older), Some(mut at_this)) = (at(cells, place), at(cells, this)) else { return };
-        let mut dropped = 0;
-        for _ in 1..self.len.saturating_sub(1) {
-            let next = cells.behind(this);
-            let Some(at_next) = at(cells, next) else { break };
-            // They are in the order of time: no age is below zero.
-            if stands_for(newest.wrapping_sub(at_older), newest.wrapping_sub(at_next)) {
+        let (mut dropped, mut left) = (0, self.len);
+        while left > 2 {
+            let until = stands_until(at_older, newest);
+            let next = loop {
+                let next = cells.behind(this);
+                let Some(at_next) = at(cells, next) else { return };
+                left -= 1;
+                // So is the newest, and stays.
+                if at_next > until {
+                    break (next, at_next);
+                }
                 dropped += 1;
-            } else {
-                at_older = at_this;
-                place = cells.behind(place);
-                cells.shift(this, place);
-            }
-            (this, at_this) = (next, at_next);
+                (this, at_this) = (next, at_next);
+            };
+            place = cells.behind(place);
+            cells.shift(this, place);
+            at_older = at_this;
+            (this, at_this) = next;
         }
-        // The newest stays.
         let behind = cells.behind(place);
         cells.shift(this, behind);
         self.len -= dropped;
@@ -366,13 +372,14 @@ fn thin_octaves(samples: &mut Vec<Kept>) {
     samples.truncate(series.len as usize);
 }
 
-/// Whether a sample of the age `older` may stand for those between it and one of the age
-/// `younger`.
+/// The latest sample that one taken at `older` may stand for, and for those between the two.
 ///
 /// A question about an age between the two is then answered by the older, at most twice as old
 /// as asked. Ages grow by the same amount for all, so the ratio only falls: the promise holds
 /// for ever. Where nothing else may be dropped, at most two samples per octave of age remain, and
 /// the newest two.
-fn stands_for(older: u64, younger: u64) -> bool {
-    older.wrapping_sub(younger) <= younger
+///
+/// Half way in time: its age is half that of the older.
+const fn stands_until(older: u64, newest: u64) -> u64 {
+    u64::midpoint(older, newest)
 }

@@ -9,6 +9,14 @@ pub(super) struct Table<T> {
     entries: Room<T>,
 }
 
+impl<T> Table<T> {
+    /// Where a row begins among all entries.
+    #[inline]
+    pub(super) const fn start(&self, row: u32) -> usize {
+        row as usize * self.width
+    }
+}
+
 impl<T: Copy> Table<T> {
     pub(super) fn new(width: usize, rows: usize) -> Self {
         Self { width, entries: Room::for_most(width * rows) }
@@ -19,27 +27,33 @@ impl<T: Copy> Table<T> {
     }
 
     pub(super) fn get(&self, row: u32, index: usize) -> Option<&T> {
-        self.entries.get(row as usize * self.width + index)
+        self.entries.get(self.start(row) + index)
     }
 
     pub(super) fn get_mut(&mut self, row: u32, index: usize) -> Option<&mut T> {
-        self.entries.get_mut(row as usize * self.width + index)
+        let start = self.start(row);
+        self.entries.get_mut(start + index)
     }
 
     pub(super) fn row(&self, row: u32) -> Option<&[T]> {
         self.range(row, &(0..self.width))
     }
 
-    #[inline]
-    pub(super) fn row_mut(&mut self, row: u32) -> Option<&mut [T]> {
-        let start = row as usize * self.width;
-        self.entries.get_mut(start..start + self.width)
-    }
-
     /// Fetches a row.
     #[inline]
     pub(super) fn prefetch(&self, row: u32) {
         prefetch::prefetch_all(self.row(row).unwrap_or(&[]));
+    }
+
+    /// The entries of all rows.
+    #[inline]
+    pub(super) fn all(&self) -> &[T] {
+        &self.entries
+    }
+
+    #[inline]
+    pub(super) fn all_mut(&mut self) -> &mut [T] {
+        &mut self.entries
     }
 
     pub(super) fn range(&self, row: u32, range: &Range<usize>) -> Option<&[T]> {
@@ -59,7 +73,7 @@ impl<T: Copy> Table<T> {
     }
 
     fn of(&self, row: u32, range: &Range<usize>) -> Range<usize> {
-        let start = row as usize * self.width;
+        let start = self.start(row);
         start + range.start..start + range.end
     }
 }
