@@ -54,6 +54,8 @@ pub(crate) struct Arena {
     reach: Option<Reach>,
     /// None where beliefs that were sighted at once may merge.
     sightings: Option<Sightings>,
+    /// No belief ever remembered anything later.
+    latest: Instant,
     unsound: u64,
     /// Whether all that is perceived is sound: somebody has looked.
     trusts: bool,
@@ -121,6 +123,7 @@ impl Arena {
             reach: metric.reach(percepts.place()),
             metric,
             sightings: cannot_link.then(|| Sightings::new(count)),
+            latest: Instant::EPOCH,
             unsound: 0,
             trusts: false,
         })
@@ -245,6 +248,7 @@ impl Arena {
         perceived: &Perceived,
     ) -> Option<u32> {
         let number = self.vacancies.take()?;
+        self.latest = self.latest.max(at);
         if let (Some(memory), Some(holds), Some(chain)) = (
             self.memories.get_mut(number as usize),
             self.holds.get_mut(number as usize),

@@ -127,8 +127,7 @@ impl Sightings {
     /// two of which that is so are of one thing.
     #[inline]
     pub(crate) fn was_there(&self, slot: usize) -> bool {
-        let Some(before) = &self.before else { return false };
-        self.runs(slot).iter().any(|run| run.overlaps(before))
+        self.before.as_ref().is_some_and(|before| self.saw(slot, before))
     }
 
     /// Whether two beliefs cannot be of one thing, even when each is sighted in every frame of the step.

@@ -4,6 +4,7 @@ use quantity::number::saturating_u32;
 
 use super::{Arena, Holds, Step, evaluation};
 use crate::cluster::{Population, Seen, Symbols};
+use crate::memory::Memory;
 use crate::metric::Reach;
 use crate::room::Room;
 use crate::sightings::Run;
@@ -261,7 +262,8 @@ impl Arena {
     #[inline]
     fn is_older(&self, slot: u32, at: Instant) -> bool {
         let has_histories = matches!(self.holds(slot), Holds::Histories(_));
-        has_histories && self.memory(slot).is_some_and(|memory| memory.perceived_at < at)
+        let is_older = |memory: &Memory| memory.perceived_at < at;
+        has_histories && (self.latest < at || self.memory(slot).is_some_and(is_older))
     }
 
     /// A belief takes in what was perceived in a `frame`, remembered `at`, later than all that it remembers, and
@@ -279,6 +281,7 @@ impl Arena {
             return;
         };
         memory.take_in(at, now, observation.held_by, SourceSet::of(observation.source));
+        self.latest = self.latest.max(at);
         let phase = memory.id;
         // As a rule it has the same symbols and keeps them: then there is its place besides.
         if self.symbols.get(slot as usize) == Some(&newer)

@@ -20,6 +20,8 @@ pub(super) struct Matching {
     askers: Room<u32>,
     /// Fresh members who have yet to ask whoever would have them.
     waiting: Room<u32>,
+    /// Old members that are no companions.
+    strangers: Room<u32>,
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -66,6 +68,7 @@ impl Matching {
             kept: vec![NOBODY; slots].into_boxed_slice(),
             askers: Room::for_most(slots),
             waiting: Room::for_most(slots),
+            strangers: Room::for_most(slots),
         }
     }
 
@@ -147,7 +150,7 @@ impl Matching {
     ///
     /// The first two old ones to merge would each have taken in one fresh member at most, that of the
     /// matching, and so have moved by no more than its distance.
-    fn holds(&self, neighbourhood: &Neighbourhood, population: &impl Population) -> bool {
+    fn holds(&mut self, neighbourhood: &Neighbourhood, population: &impl Population) -> bool {
         let mut farthest = 0.0_f64;
         for (old, fresh) in (0..self.askers.len()).filter_map(|index| self.pair(index)) {
             if !population.takes_in(old, fresh) {
@@ -167,12 +170,13 @@ impl Matching {
                     && !population.stay_apart(slot, other)
             })
         };
-        let old = population.old();
-        let strangers = || old.iter().copied().filter(|&slot| !population.is_companion(slot));
         // Of any two that might merge, one is no companion and one keeps a fresh member: the fewer of
         // both look around.
-        if strangers().count() <= self.askers.len() {
-            !strangers().any(|slot| meets(slot, false))
+        let strangers = population.old().iter().copied().filter(|&slot| !population.is_companion(slot));
+        self.strangers.clear();
+        self.strangers.extend(strangers.take(self.askers.len() + 1));
+        if self.strangers.len() <= self.askers.len() {
+            !self.strangers.iter().any(|&slot| meets(slot, false))
         } else {
             !self.askers.iter().any(|&slot| meets(slot, population.is_companion(slot)))
         }
