@@ -14,8 +14,10 @@ use crate::room::Room;
 /// the nearest old one, which keeps the nearest that has asked.
 #[derive(Clone, Debug)]
 pub(super) struct Matching {
-    /// By the slot of the old member, whom it keeps.
+    /// By the slot of the old member, whom it keeps, or kept in an earlier round.
     kept: Box<[Asker]>,
+    /// Counts the matchings.
+    round: u32,
     /// The old members that keep anybody.
     askers: Room<u32>,
     /// Fresh members who have yet to ask whoever would have them.
@@ -24,23 +26,24 @@ pub(super) struct Matching {
     strangers: Room<u32>,
 }
 
+/// A fresh member that has asked in a round.
 #[derive(Clone, Copy, Debug)]
 struct Asker {
-    slot: u32,
-    id: u64,
     distance: f64,
+    slot: u32,
+    round: u32,
 }
 
-/// Nobody has asked.
-const NOBODY: Asker = Asker { slot: u32::MAX, id: 0, distance: 0.0 };
+/// Nobody has asked: no round has this number.
+const NOBODY: Asker = Asker { distance: 0.0, slot: u32::MAX, round: 0 };
 
 impl Asker {
-    fn is_somebody(&self) -> bool {
-        self.slot != NOBODY.slot
-    }
-
-    fn is_before(&self, other: &Self) -> bool {
-        self.distance.total_cmp(&other.distance).then_with(|| self.id.cmp(&other.id)).is_lt()
+    fn is_before(&self, other: &Self, population: &impl Population) -> bool {
+        match self.distance.total_cmp(&other.distance) {
+            Ordering::Less => true,
+            Ordering::Greater => false,
+            Ordering::Equal => population.id(self.slot) < population.id(other.slot),
+        }
     }
 }
 
@@ -66,6 +69,7 @@ impl Matching {
     pub(super) fn new(slots: usize) -> Self {
         Self {
             kept: vec![NOBODY; slots].into_boxed_slice(),
+            round: 0,
             askers: Room::for_most(slots),
             waiting: Room::for_most(slots),
             strangers: Room::for_most(slots),
@@ -75,12 +79,7 @@ impl Matching {
     /// Matches the fresh members with the old ones, which alone are in the neighbourhood. `false` where
     /// that may not be what the loop does.
     pub(super) fn find(&mut self, neighbourhood: &Neighbourhood, population: &impl Population) -> bool {
-        for slot in self.askers.drain(..) {
-            if let Some(kept) = self.kept.get_mut(slot as usize) {
-                *kept = NOBODY;
-            }
-        }
-        self.waiting.clear();
+        self.begin();
         if !neighbourhood.is_of_places() {
             return false;
         }
@@ -101,6 +100,23 @@ impl Matching {
         self.holds(neighbourhood, population)
     }
 
+    /// Nobody keeps anybody.
+    fn begin(&mut self) {
+        self.askers.clear();
+        self.waiting.clear();
+        self.round = self.round.wrapping_add(1);
+        if self.round == NOBODY.round {
+            // The numbers come again, and what was kept in a round months ago is still there.
+            self.kept.fill(NOBODY);
+            self.round += 1;
+        }
+    }
+
+    /// Whom an old member keeps.
+    fn kept_by(&self, slot: u32) -> Option<&Asker> {
+        self.kept.get(slot as usize).filter(|kept| kept.round == self.round)
+    }
+
     /// The pairs of the matching, by their numbers: the old member and the fresh one.
     #[inline]
     pub(super) fn pair(&self, index: usize) -> Option<(u32, u32)> {
@@ -111,12 +127,12 @@ impl Matching {
     /// A fresh member asks an old one; who has to ask on.
     fn ask(&mut self, population: &impl Population, slot: u32, asked: Asked) -> Option<u32> {
         let kept = self.kept.get_mut(asked.slot as usize)?;
-        let asker = Asker { slot, id: population.id(slot), distance: asked.distance };
-        if !kept.is_somebody() {
+        let asker = Asker { slot, distance: asked.distance, round: self.round };
+        if kept.round != self.round {
             *kept = asker;
             self.askers.push(asked.slot);
             None
-        } else if asker.is_before(kept) {
+        } else if asker.is_before(kept, population) {
             Some(std::mem::replace(kept, asker).slot)
         } else {
             Some(slot)
@@ -130,13 +146,12 @@ impl Matching {
         population: &impl Population,
         slot: u32,
     ) -> Option<Asked> {
-        let id = population.id(slot);
         let mut nearest: Option<Asked> = None;
         neighbourhood.each_near(population, slot, |other| {
             let Some(distance) = population.distance(other, slot) else { return };
-            let (asked, asker) = (Asked { slot: other, distance }, Asker { slot, id, distance });
-            let kept = self.kept.get(other as usize).filter(|kept| kept.is_somebody());
-            if kept.is_none_or(|kept| asker.is_before(kept))
+            let (asked, asker) =
+                (Asked { slot: other, distance }, Asker { slot, distance, round: self.round });
+            if self.kept_by(other).is_none_or(|kept| asker.is_before(kept, population))
                 && nearest.is_none_or(|nearest| asked.is_before(&nearest, population))
             {
                 nearest = Some(asked);
@@ -156,13 +171,16 @@ impl Matching {
             if !population.takes_in(old, fresh) {
                 return false;
             }
-            farthest = farthest.max(self.kept.get(old as usize).map_or(0.0, |asker| asker.distance));
+            farthest = farthest.max(self.kept_by(old).map_or(0.0, |asker| asker.distance));
         }
         if self.askers.is_empty() {
             return true;
         }
+        let strangers = population.old().iter().copied().filter(|&slot| !population.is_companion(slot));
+        self.strangers.clear();
+        self.strangers.extend(strangers.take(self.askers.len() + 1));
         let moved_m = population.reach_m(farthest);
-        let keeps = |slot: u32| self.kept.get(slot as usize).is_some_and(Asker::is_somebody);
+        let keeps = |slot: u32| self.kept_by(slot).is_some();
         let meets = |slot: u32, is_companion: bool| {
             neighbourhood.any_within(slot, neighbourhood.reach_m() + 2.0 * moved_m, |other| {
                 (keeps(slot) || keeps(other))
@@ -172,9 +190,6 @@ impl Matching {
         };
         // Of any two that might merge, one is no companion and one keeps a fresh member: the fewer of
         // both look around.
-        let strangers = population.old().iter().copied().filter(|&slot| !population.is_companion(slot));
-        self.strangers.clear();
-        self.strangers.extend(strangers.take(self.askers.len() + 1));
         if self.strangers.len() <= self.askers.len() {
             !self.strangers.iter().any(|&slot| meets(slot, false))
         } else {
