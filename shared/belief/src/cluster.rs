@@ -96,9 +96,10 @@ impl Clustering {
             return None;
         }
         let mut merged = 0;
+        let are_expected = population.are_expected();
         while let Some((old, fresh)) = self.matching.pair(merged) {
             for (ahead, soon) in [(2 * AHEAD, false), (AHEAD, true)] {
-                if let Some((old, fresh)) = self.matching.pair(merged + ahead) {
+                if are_expected && let Some((old, fresh)) = self.matching.pair(merged + ahead) {
                     population.expect(old, fresh, soon);
                 }
             }

@@ -66,9 +66,16 @@ impl Run {
         self.overlaps(other) || self.continues(other)
     }
 
-    fn joined(&self, other: &Self) -> Self {
-        let first = if self.first <= other.first { self } else { other };
-        Self { last: self.last.max(other.last), ..*first }
+    fn joined(mut self, other: &Self) -> Self {
+        self.join(other);
+        self
+    }
+
+    fn join(&mut self, other: &Self) {
+        if other.first < self.first {
+            (self.first, self.follows) = (other.first, other.follows);
+        }
+        self.last = self.last.max(other.last);
     }
 }
 
@@ -188,7 +195,7 @@ impl Sightings {
     pub(crate) fn add(&mut self, slot: usize, next: &Run) {
         // What comes every time: a sighting continues a run.
         match self.only.get_mut(slot) {
-            Some(Only::Run(run)) if run.touches(next) => *run = run.joined(next),
+            Some(Only::Run(run)) if run.touches(next) => run.join(next),
             Some(Only::More) if self.of.get_mut(slot).is_some_and(|of| of.extend(next)) => {}
             _ => self.unite(slot, std::slice::from_ref(next)),
         }
@@ -227,7 +234,7 @@ impl Runs {
     /// Adds a run. `frame` is that of the step.
     fn add(&mut self, mut run: Run, frame: Option<&Run>) {
         while let Some(index) = self.as_slice().iter().position(|other| run.touches(other)) {
-            run = run.joined(&self.remove(index));
+            run.join(&self.remove(index));
         }
         if self.len == RUNS {
             run = self.make_room(run, frame);
@@ -249,7 +256,7 @@ impl Runs {
         let mut touched = self.runs.iter_mut().take(self.len).filter(|other| run.touches(other));
         match (touched.next(), touched.next()) {
             (Some(only), None) if only.first <= run.first => {
-                *only = only.joined(run);
+                only.join(run);
                 true
             }
             _ => false,

@@ -199,13 +199,14 @@ impl Population for Arriving<'_> {
         self.step.stay_apart(a, b)
     }
 
+    fn are_expected(&self) -> bool {
+        self.step.arena.are_many()
+    }
+
     #[inline]
     fn expect(&self, old: u32, fresh: u32, soon: bool) {
         self.step.arena.prefetch(old, soon);
-        if !soon
-            && self.step.arena.are_many()
-            && let Some(perceived) = self.perceived(fresh)
-        {
+        if !soon && let Some(perceived) = self.perceived(fresh) {
             prefetch::prefetch_whole(perceived);
         }
     }
@@ -234,7 +235,10 @@ impl Arena {
     fn glance(&self, snapshot: &Snapshot) -> (Option<[f32; 3]>, Symbols) {
         let feature = |term: usize| self.feature_in(snapshot, *self.terms.get(term)?);
         let place = self.reach.and_then(|Reach { term, .. }| feature(term)?.vector());
-        (place, self.metric.symbols(feature))
+        // A symbol is remembered as it was derived.
+        let derived =
+            |term: usize| Some(evaluation(snapshot, *self.terms.get(term)?, self.trusts)?.sound_feature());
+        (place, self.metric.symbols(derived))
     }
 
     /// All features of what is perceived that the metric compares, in the order of its terms.

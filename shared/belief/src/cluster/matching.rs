@@ -217,3 +217,30 @@ pub(super) fn nearest(
     });
     nearest.filter(|nearest| population.reach_m(nearest.distance) < looked_m)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_was_kept_in_a_round_is_forgotten_in_the_next_and_when_its_number_comes_again() {
+        let mut matching = Matching::new(2);
+        let keep = |matching: &mut Matching| {
+            matching.kept[1] = Asker { distance: 0.0, slot: 0, round: matching.round };
+            assert!(matching.kept_by(1).is_some() && matching.kept_by(0).is_none());
+        };
+        matching.begin();
+        keep(&mut matching);
+        let first = matching.round;
+        matching.begin();
+        assert!(matching.kept_by(1).is_none());
+        matching.round = first;
+        assert!(matching.kept_by(1).is_some(), "it lies there still");
+        // As many rounds later.
+        matching.round = u32::MAX;
+        matching.begin();
+        assert_eq!(matching.round, first);
+        assert!(matching.kept_by(1).is_none());
+        keep(&mut matching);
+    }
+}

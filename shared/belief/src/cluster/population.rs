@@ -77,6 +77,11 @@ pub trait Population {
         None
     }
 
+    /// Whether it is of use to be told who is [expected](Self::expect).
+    fn are_expected(&self) -> bool {
+        false
+    }
+
     /// The two are about to be merged, so that their memory may be fetched; `soon` says that it is the second
     /// time of saying so, and few others come before them.
     fn expect(&self, _kept: u32, _gone: u32, _soon: bool) {}
