@@ -65,7 +65,7 @@ impl Feature {
     #[inline]
     fn stands(kind: u16, numbers: [f32; 4]) -> bool {
         // All are looked at, for they are finite as a rule: so the compiler can look at all at once.
-        let are_finite = numbers.iter().fold(true, |all, number| all & (number.abs() <= f32::MAX));
+        let are_finite = numbers.iter().fold(true, |all, number| all & number.is_finite());
         let [a, ..] = numbers;
         are_finite && kind <= ORIENTATION && (kind != SYMBOL || (0.0..=f32::from(u16::MAX)).contains(&a))
     }
@@ -189,13 +189,8 @@ impl Snapshot {
     #[must_use]
     #[inline]
     pub fn is_sound(&self) -> bool {
-        let mut least = 0;
-        self.values().iter().all(|value| {
-            let percept = u32::from(value.percept);
-            let is_next = percept >= least;
-            least = percept + 1;
-            is_next && value.is_sound()
-        })
+        let values = self.values();
+        values.iter().all(PerceptValue::is_sound) && values.is_sorted_by(|a, b| a.percept < b.percept)
     }
 
     /// The evaluation by one percept, if it passed the threshold.

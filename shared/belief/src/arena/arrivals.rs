@@ -235,10 +235,7 @@ impl Arena {
     fn glance(&self, snapshot: &Snapshot) -> (Option<[f32; 3]>, Symbols) {
         let feature = |term: usize| self.feature_in(snapshot, *self.terms.get(term)?);
         let place = self.reach.and_then(|Reach { term, .. }| feature(term)?.vector());
-        // A symbol is remembered as it was derived.
-        let derived =
-            |term: usize| Some(evaluation(snapshot, *self.terms.get(term)?, self.trusts)?.sound_feature());
-        (place, self.metric.symbols(derived))
+        (place, self.metric.symbols(feature))
     }
 
     /// All features of what is perceived that the metric compares, in the order of its terms.

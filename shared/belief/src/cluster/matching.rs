@@ -39,11 +39,17 @@ const NOBODY: Asker = Asker { distance: 0.0, slot: u32::MAX, round: 0 };
 
 impl Asker {
     fn is_before(&self, other: &Self, population: &impl Population) -> bool {
-        match self.distance.total_cmp(&other.distance) {
-            Ordering::Less => true,
-            Ordering::Greater => false,
-            Ordering::Equal => population.id(self.slot) < population.id(other.slot),
-        }
+        is_nearer((self.distance, self.slot), (other.distance, other.slot), population)
+    }
+}
+
+/// Whether the first of two comes first: the nearer, or of two that are equally near the older.
+#[inline]
+fn is_nearer(a: (f64, u32), b: (f64, u32), population: &impl Population) -> bool {
+    match a.0.total_cmp(&b.0) {
+        Ordering::Less => true,
+        Ordering::Greater => false,
+        Ordering::Equal => population.id(a.1) < population.id(b.1),
     }
 }
 
@@ -57,11 +63,7 @@ pub(super) struct Asked {
 impl Asked {
     /// The older of two that are equally near comes first.
     fn is_before(&self, other: &Self, population: &impl Population) -> bool {
-        match self.distance.total_cmp(&other.distance) {
-            Ordering::Less => true,
-            Ordering::Greater => false,
-            Ordering::Equal => population.id(self.slot) < population.id(other.slot),
-        }
+        is_nearer((self.distance, self.slot), (other.distance, other.slot), population)
     }
 }
 
@@ -176,6 +178,7 @@ impl Matching {
         if self.askers.is_empty() {
             return true;
         }
+        // One more than there are askers is as good as all.
         let strangers = population.old().iter().copied().filter(|&slot| !population.is_companion(slot));
         self.strangers.clear();
         self.strangers.extend(strangers.take(self.askers.len() + 1));

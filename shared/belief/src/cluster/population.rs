@@ -79,7 +79,7 @@ pub trait Population {
 
     /// Whether it is of use to be told who is [expected](Self::expect).
     fn are_expected(&self) -> bool {
-        false
+        true
     }
 
     /// The two are about to be merged, so that their memory may be fetched; `soon` says that it is the second

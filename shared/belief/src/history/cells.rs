@@ -34,17 +34,11 @@ pub(super) const fn bands(rows: usize) -> usize {
 }
 
 impl Column {
-    /// The first cell of the belief in a row, among the bands of all.
+    /// That of the belief in a row, among the bands of all.
     #[inline]
-    pub(super) const fn first_of<T>(&self, bands: &Table<T>, row: u32) -> usize {
+    pub(super) const fn in_row<T: Copy>(self, bands: &Table<T>, row: u32) -> Self {
         let (band, lane) = band(row);
-        bands.start(band) + self.first + lane * self.lane
-    }
-
-    /// That of the belief in a row.
-    #[inline]
-    const fn in_row<T>(self, bands: &Table<T>, row: u32) -> Self {
-        Self { first: self.first_of(bands, row), ..self }
+        Self { first: bands.start(band) + self.first + lane * self.lane, ..self }
     }
 
     /// Its cells among all.
@@ -74,12 +68,6 @@ impl Column {
     #[inline]
     pub(crate) const fn len(self) -> usize {
         self.len
-    }
-
-    /// From one cell to the next.
-    #[inline]
-    pub(crate) const fn step(&self) -> usize {
-        self.step
     }
 
     /// Where the cell at `index` is.

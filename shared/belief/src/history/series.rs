@@ -121,7 +121,7 @@ impl<T: Cell> Series<T> {
         if is_newest && fits {
             let cell = self.advance(column.len());
             self.newest = T::of_taken(sample);
-            let place = column.first_of(bands, row) + cell * column.step();
+            let place = column.in_row(bands, row).place(cell);
             if let Some(cell) = bands.all_mut().get_mut(place) {
                 // Not read back from the other: that would wait until it is written.
                 *cell = T::of_taken(sample);
@@ -264,9 +264,9 @@ impl<T: Cell> Series<T> {
             let until = stands_until(at_older, newest);
             let next = loop {
                 let next = cells.behind(this);
-                let Some(at_next) = at(cells, next) else { return };
+                let at_next = at(cells, next).unwrap_or(u64::MAX);
                 left -= 1;
-                // So is the newest, and stays.
+                // The newest always is, so it stays.
                 if at_next > until {
                     break (next, at_next);
                 }

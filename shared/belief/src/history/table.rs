@@ -9,17 +9,15 @@ pub(super) struct Table<T> {
     entries: Room<T>,
 }
 
-impl<T> Table<T> {
+impl<T: Copy> Table<T> {
+    pub(super) fn new(width: usize, rows: usize) -> Self {
+        Self { width, entries: Room::for_most(width * rows) }
+    }
+
     /// Where a row begins among all entries.
     #[inline]
     pub(super) const fn start(&self, row: u32) -> usize {
         row as usize * self.width
-    }
-}
-
-impl<T: Copy> Table<T> {
-    pub(super) fn new(width: usize, rows: usize) -> Self {
-        Self { width, entries: Room::for_most(width * rows) }
     }
 
     pub(super) fn grow_with(&mut self, entry: T) {
