@@ -1,10 +1,12 @@
+mod tree;
+
 use belief::BeliefSystem;
 use clock::{Duration, Instant};
 use config::perspective::{Owning, Resource};
 use geometry::{Base, Pose, Position};
-use glam::{Vec3, Vec4};
 use message::NOBODY;
-use quantity::number::{float_of_count, floor_usize, single};
+use quantity::number::float_of_count;
+use tree::Tree;
 
 /// Whose each of a perspective's beliefs is (the resource perspective): Own of V' = V ∧ Own.
 ///
@@ -14,9 +16,9 @@ use quantity::number::{float_of_count, floor_usize, single};
 ///
 /// By territory, n beliefs cost n² distances. So it is judged anew when a thing has come or gone, within a few
 /// steps, and otherwise ten times a second: things do not change hands faster. Each perspective does it in a step
-/// of its own. All are compared with all only where they have moved so far since they last were that the
-/// territories may be others. Of more than 256 things nobody could say whose they are at a glance, and all are
-/// everybody's. Allocates in `new` alone.
+/// of its own, and where there are many, goes on in those that follow. All are compared with all only where they have
+/// moved so far since they last were that the territories may be others. Of more than 256 things nobody could say
+/// whose they are at a glance, and all are everybody's. Allocates in `new` alone.
 ///
 /// ```
 /// use geometry::Position;
@@ -35,20 +37,16 @@ use quantity::number::{float_of_count, floor_usize, single};
 pub struct Owners {
     config: Resource,
     capacity: usize,
+    /// Those last judged, and whose they are.
     claims: Vec<Claim>,
     owners: Vec<u16>,
+    /// Those that are being judged.
+    asked: Vec<Claim>,
     /// Who was last perceived to hold each thing, in the order of identities; and of the step before.
     held: Vec<(u64, u16)>,
     held_before: Vec<(u64, u16)>,
-    /// The tree of the shortest links, in the order in which it grows.
-    links: Vec<Link>,
-    /// Those not yet in the tree, each with its shortest link to it.
-    outside: Outside,
-    /// Where the things were when the tree grew.
-    grown: Vec<Claim>,
-    gap: Option<Gap>,
-    /// Which of them lie beyond the longest link, where the gap is wide.
-    beyond: Vec<bool>,
+    /// What parts territories.
+    tree: Tree,
     judged: Option<Judged>,
     /// Not all perspectives judge in one step: when within the time between two judgements this one does,
     phase: Duration,
@@ -75,6 +73,11 @@ const WAITS_MOST: u32 = 5;
 /// With more things there are no territories.
 pub const TERRITORY_MOST: usize = 256;
 
+/// Things that are compared with all others in one step, if no more than that are a share of all.
+const COMPARED: usize = 16;
+/// In so many steps all are.
+const STEPS: usize = 8;
+
 /// What is asked of one belief.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Claim {
@@ -84,125 +87,6 @@ pub struct Claim {
     pub place: Position<Base>,
     /// The agent who holds it, or `NOBODY`.
     pub held_by: u16,
-}
-
-/// The longest link of a tree and the longest of its others: the gap between two clusters, and the widest
-/// within one.
-#[derive(Clone, Copy, Debug)]
-struct Gap {
-    longest_m: f64,
-    widest_m: f64,
-}
-
-/// More than what single precision rounds off lengths, as a share of them.
-const ROUNDING: f64 = 1e-6;
-
-impl Gap {
-    fn is_wide(&self, ratio: f64) -> bool {
-        self.longest_m >= ratio * self.widest_m
-    }
-
-    /// Whether the gap is as wide or as narrow, and between the same things, wherever each of them
-    /// went that has moved by no more than so far.
-    ///
-    /// Then no distance has changed by more than twice that, and nor has any link in the order of
-    /// lengths: who is joined by links up to some length is then joined by links of that much more.
-    fn stays(&self, ratio: f64, moved_m: f64) -> bool {
-        let by_m = 2.0 * moved_m + ROUNDING * self.longest_m;
-        if self.is_wide(ratio) {
-            let (longest_m, widest_m) = (self.longest_m - by_m, self.widest_m + by_m);
-            longest_m > widest_m && longest_m >= ratio * widest_m
-        } else {
-            self.longest_m + by_m < ratio * (self.widest_m - by_m)
-        }
-    }
-}
-
-#[derive(Clone, Copy, Debug)]
-struct Link {
-    to: usize,
-    length_m: f64,
-}
-
-/// Things not yet in the tree, each with the length of its shortest link to it: in fours, so that the processor looks
-/// at four at once.
-#[derive(Clone, Debug)]
-struct Outside {
-    fours: Vec<Four>,
-}
-
-/// Four things, by coordinate, from the first thing, in metres; and their lengths, squared. Who is in the tree is
-/// infinitely far, and so is what fills up the last four.
-#[derive(Clone, Copy, Debug)]
-struct Four {
-    x: Vec4,
-    y: Vec4,
-    z: Vec4,
-    length_m2: Vec4,
-    /// The number of the first.
-    first: usize,
-}
-
-impl Four {
-    /// Four from a number on, all infinitely far.
-    const fn from(first: usize) -> Self {
-        let far = Vec4::INFINITY;
-        Self { x: far, y: far, z: far, length_m2: far, first }
-    }
-
-    const LANES: usize = 4;
-    const LANE: Vec4 = Vec4::new(0.0, 1.0, 2.0, 3.0);
-}
-
-impl Outside {
-    fn new(capacity: usize) -> Self {
-        Self { fours: Vec::with_capacity(capacity.div_ceil(Four::LANES)) }
-    }
-
-    /// All are outside, by the numbers of their order.
-    fn begin(&mut self, places: impl Iterator<Item = Vec3>) {
-        self.fours.clear();
-        for (index, place) in places.enumerate() {
-            let lane = index % Four::LANES;
-            if lane == 0 {
-                self.fours.push(Four::from(index));
-            }
-            if let Some(four) = self.fours.last_mut() {
-                (four.x[lane], four.y[lane], four.z[lane]) = place.into();
-            }
-        }
-    }
-
-    /// The tree has reached a place: things that are nearer to it than to any before have a shorter
-    /// link now. Takes the one with the shortest of all into the tree; with its place.
-    fn reach(&mut self, place: Vec3) -> Option<(Link, Vec3)> {
-        let [x, y, z] = place.to_array().map(Vec4::splat);
-        let (mut least, mut of_four, mut number) = (Vec4::INFINITY, Vec4::ZERO, Vec4::ZERO);
-        for four in &mut self.fours {
-            let (u, v, w) = (x - four.x, y - four.y, z - four.z);
-            four.length_m2 = four.length_m2.min(u * u + v * v + w * w);
-            of_four = Vec4::select(four.length_m2.cmplt(least), number, of_four);
-            least = least.min(four.length_m2);
-            number += Vec4::ONE;
-        }
-        let nearest_m2 = least.min_element();
-        let is_nearest = least.cmpeq(Vec4::splat(nearest_m2)).bitmask();
-        let lane = usize::try_from(is_nearest.trailing_zeros()).ok().filter(|lane| *lane < Four::LANES)?;
-        if nearest_m2.is_infinite() {
-            return None;
-        }
-        let number = floor_usize(f64::from(of_four[lane]));
-        let four = self.fours.get_mut(number)?;
-        let place = Vec3::new(four.x[lane], four.y[lane], four.z[lane]);
-        let it = Four::LANE.cmpeq(Vec4::splat(Four::LANE[lane]));
-        four.x = Vec4::select(it, Vec4::INFINITY, four.x);
-        four.length_m2 = Vec4::select(it, Vec4::INFINITY, four.length_m2);
-        let to = four.first + lane;
-        if four.x.cmpeq(Vec4::INFINITY).all() {
-            self.fours.swap_remove(number);
-        }
-        Some((Link { to, length_m: f64::from(nearest_m2).sqrt() }, place))
-    }
 }
 
 impl Owners {
@@ -216,13 +100,10 @@ impl Owners {
             capacity,
             claims: Vec::with_capacity(capacity),
             owners: Vec::with_capacity(capacity),
+            asked: Vec::with_capacity(capacity),
             held: Vec::with_capacity(capacity),
             held_before: Vec::with_capacity(capacity),
-            links: Vec::with_capacity(capacity),
-            outside: Outside::new(capacity),
-            grown: Vec::with_capacity(capacity),
-            gap: None,
-            beyond: Vec::with_capacity(capacity),
+            tree: Tree::new(capacity.min(TERRITORY_MOST)),
             judged: None,
             phase: Duration::ZERO,
             waits: 0,
@@ -246,8 +127,65 @@ impl Owners {
         claims: impl IntoIterator<Item = Claim>,
         agents: impl IntoIterator<Item = (u16, Position<Base>), IntoIter: Clone>,
     ) {
-        self.claims.clear();
-        self.claims.extend(claims.into_iter().take(self.capacity));
+        self.ask(claims);
+        self.tree.grow(usize::MAX);
+        self.answer(agents);
+    }
+
+    /// Judges the beliefs of a system, whose frame is `x_base_frame`, at an instant, if it is time. Until that has
+    /// come to an end, all is as it was judged before.
+    pub(crate) fn judge_system<F>(
+        &mut self,
+        system: &BeliefSystem,
+        at: Instant,
+        x_base_frame: &Pose<Base, F>,
+        agents: impl IntoIterator<Item = (u16, Position<Base>), IntoIter: Clone>,
+    ) {
+        if self.config.by == Owning::None {
+            return;
+        }
+        if self.tree.is_grown() {
+            if !self.is_due(system, at) {
+                return;
+            }
+            self.ask((0..system.len()).filter_map(|index| {
+                let (id, held_by) = (system.id(index)?, system.held_by(index)?);
+                // What has no place is in no region, and as long as there is such a thing, there are no
+                // territories: it may be between them.
+                let place_m = system.position(index).map_or([f64::NAN; 3], |place_m| place_m.map(f64::from));
+                let [x, y, z] = place_m;
+                let place = *x_base_frame * Position::new(x, y, z);
+                Some(Claim { id, place, held_by })
+            }));
+            // Of many, to ask is enough for one step.
+            if !self.tree.is_grown() && self.asked.len() > COMPARED {
+                return;
+            }
+        }
+        if self.tree.grow(COMPARED.max(self.asked.len().div_ceil(STEPS))) {
+            self.answer(agents);
+        }
+    }
+
+    /// Begins to judge: by territory, the tree of the things has to grow first where they may part elsewhere than
+    /// they did.
+    fn ask(&mut self, claims: impl IntoIterator<Item = Claim>) {
+        self.asked.clear();
+        self.asked.extend(claims.into_iter().take(self.capacity));
+        if self.config.by != Owning::Territory {
+            return;
+        }
+        let is_placed = |claim: &Claim| claim.place.to_array().iter().all(|metres| metres.is_finite());
+        if self.asked.len() > TERRITORY_MOST || !self.asked.iter().all(is_placed) {
+            self.tree.clear();
+        } else if !self.tree.stays(self.config.gap_ratio.get(), &self.asked) {
+            self.tree.begin(&self.asked);
+        }
+    }
+
+    /// Judges what was asked: by territory, once the tree is grown.
+    fn answer(&mut self, agents: impl IntoIterator<Item = (u16, Position<Base>), IntoIter: Clone>) {
+        std::mem::swap(&mut self.claims, &mut self.asked);
         self.owners.clear();
         match self.config.by {
             Owning::None => {}
@@ -262,29 +200,6 @@ impl Owners {
             }
             Owning::Territory => self.by_territory(&agents.into_iter()),
         }
-    }
-
-    /// Judges the beliefs of a system, whose frame is `x_base_frame`, at an instant, if it is time.
-    pub(crate) fn judge_system<F>(
-        &mut self,
-        system: &BeliefSystem,
-        at: Instant,
-        x_base_frame: &Pose<Base, F>,
-        agents: impl IntoIterator<Item = (u16, Position<Base>), IntoIter: Clone>,
-    ) {
-        if self.config.by == Owning::None || !self.is_due(system, at) {
-            return;
-        }
-        let claims = (0..system.len()).filter_map(|index| {
-            let (id, held_by) = (system.id(index)?, system.held_by(index)?);
-            // What has no place is in no region, and as long as there is such a thing, there are no
-            // territories: it may be between them.
-            let place_m = system.position(index).map_or([f64::NAN; 3], |place_m| place_m.map(f64::from));
-            let [x, y, z] = place_m;
-            let place = *x_base_frame * Position::new(x, y, z);
-            Some(Claim { id, place, held_by })
-        });
-        self.judge(claims, agents);
     }
 
     /// Whether the beliefs of a system are to be judged; if so, takes note that they are.
@@ -352,79 +267,20 @@ impl Owners {
     /// and each is nearer to another agent.
     fn by_territory(&mut self, agents: &(impl Iterator<Item = (u16, Position<Base>)> + Clone)) {
         self.owners.extend(self.claims.iter().map(|_| NOBODY));
-        let is_placed = |claim: &Claim| claim.place.to_array().iter().all(|metres| metres.is_finite());
-        if self.claims.len() > TERRITORY_MOST || !self.claims.iter().all(is_placed) {
+        if !self.tree.is_parted(self.config.gap_ratio.get()) {
             return;
         }
-        let ratio = self.config.gap_ratio.get();
-        let stays =
-            self.gap.is_some_and(|gap| self.moved_m().is_some_and(|moved_m| gap.stays(ratio, moved_m)));
-        if !stays {
-            self.grow();
-            self.cut();
-        }
-        if !self.gap.is_some_and(|gap| gap.is_wide(ratio)) {
-            return;
-        }
+        let sides = || self.claims.iter().zip(self.tree.beyond());
         let side = |wanted: bool| {
-            let members = self.claims.iter().zip(&self.beyond).filter(move |(_, beyond)| **beyond == wanted);
+            let members = sides().filter(move |(_, beyond)| **beyond == wanted);
             nearest(members.map(|(claim, _)| claim.place), agents.clone())
         };
         if let (Some(here), Some(there)) = (side(false), side(true))
             && here != there
         {
-            for (owner, beyond) in self.owners.iter_mut().zip(&self.beyond) {
+            for (owner, beyond) in self.owners.iter_mut().zip(self.tree.beyond()) {
                 *owner = if *beyond { there } else { here };
             }
-        }
-    }
-
-    /// How far the thing that moved furthest has moved since the tree grew; `None` where it grew of others.
-    fn moved_m(&self) -> Option<f64> {
-        let are_same = self.claims.len() == self.grown.len();
-        let mut pairs = self.claims.iter().zip(&self.grown).filter(|_| are_same).peekable();
-        pairs.peek()?;
-        pairs.try_fold(0.0, |furthest_m: f64, (now, then)| {
-            (now.id == then.id).then(|| furthest_m.max(now.place.distance(&then.place)))
-        })
-    }
-
-    /// Finds the longest link of the tree, and who lies beyond it.
-    fn cut(&mut self) {
-        let lengths = self.links.iter().map(|link| link.length_m).enumerate();
-        let longest = lengths.clone().max_by(|a, b| a.1.total_cmp(&b.1));
-        self.gap = longest.map(|(gap, longest_m)| {
-            let others = lengths.filter(|(link, _)| *link != gap).map(|(_, length_m)| length_m);
-            Gap { longest_m, widest_m: others.fold(0.0, f64::max) }
-        });
-        self.beyond.clear();
-        self.beyond.resize(self.claims.len(), false);
-        // The tree grows over its longest link when nothing else is left on this side of it, and not
-        // back: beyond lies what it reaches from then on.
-        for link in self.links.iter().skip(longest.map_or(0, |(gap, _)| gap)) {
-            if let Some(beyond) = self.beyond.get_mut(link.to) {
-                *beyond = true;
-            }
-        }
-    }
-
-    /// Prim's algorithm, from the first thing on, over the squares of the lengths.
-    fn grow(&mut self) {
-        self.grown.clear();
-        self.grown.extend_from_slice(&self.claims);
-        self.links.clear();
-        let mut places = self.claims.iter().map(|claim| claim.place);
-        let Some(first) = places.next() else { return };
-        // What is far from the base frame's origin is known as well as what is near.
-        self.outside.begin(places.map(|place| {
-            let [x, y, z] = (place.point() - first.point()).map(single).into();
-            Vec3::new(x, y, z)
-        }));
-        let mut reached = Vec3::ZERO;
-        while let Some((link, place)) = self.outside.reach(reached) {
-            // The first thing is in it from the beginning.
-            self.links.push(Link { to: link.to + 1, ..link });
-            reached = place;
         }
     }
 }

@@ -1,4 +1,5 @@
 use clock::Duration;
+use config::percepts::Percepts;
 use config::perspective::{Owning, Perspective, Resource};
 use geometry::{Base, Pose, Position};
 use message::{Belief, NOBODY, Observation};
@@ -157,6 +158,43 @@ fn until_he_is_judged_anew_what_came_is_nobodys_and_the_others_stay_whose_they_w
         assert!(steps < 1_000, "it is not culled");
     }
     assert_eq!(owners(world.his()), [0, 0, 1, 1, 0]);
+}
+
+#[test]
+fn many_are_compared_in_some_steps_until_which_they_are_whose_they_were() {
+    let mut config = Perspective::builtin();
+    config.resource = resource(Owning::Territory);
+    let mut world = Workspace::with_room(Percepts::builtin(), &config, 64);
+    let group = |x: f32| {
+        (0..20_u8).map(move |index| {
+            let [row, column] = [index / 5, index % 5].map(f32::from);
+            block([x + 0.1 * row, 0.1 * column - 0.2, 0.03])
+        })
+    };
+    let blocks: Vec<_> = group(0.2).chain(group(0.85)).chain([block([0.1, 0.0, 0.03])]).collect();
+    let owners = |beliefs: Vec<Belief>| beliefs.iter().map(|belief| belief.owner).collect::<Vec<_>>();
+    let see = |some: &[Observation]| [&[person(EYES, TABLE)], some].concat();
+    // In the first, it is asked, and in each of the others sixteen find their nearest.
+    let whose = [[0; 20], [1; 20]].concat();
+    for expected in [&[NOBODY; 40][..], &[NOBODY; 40], &[NOBODY; 40], &whose[..]] {
+        world.step(&see(&blocks[..40]));
+        assert_eq!(owners(world.robots()), expected);
+        assert_eq!(owners(world.his()), expected);
+    }
+    // One more comes.
+    let with = |owner: u16| [&whose[..], &[owner]].concat();
+    for expected in [NOBODY, NOBODY, NOBODY, 0] {
+        world.step(&see(&blocks));
+        assert_eq!(owners(world.robots()), with(expected));
+    }
+    // The oldest goes before the others are judged without it.
+    while world.robots().len() > 40 {
+        world.step(&see(&blocks[1..]));
+    }
+    for _ in 0..4 {
+        assert_eq!(owners(world.robots()), with(0)[1..]);
+        world.step(&see(&blocks[1..]));
+    }
 }
 
 #[test]

@@ -38,9 +38,14 @@ impl Workspace {
 
     /// With other percepts than the built-in ones.
     pub(super) fn perceiving(percepts: Percepts, config: &Perspective) -> Self {
+        Self::with_room(percepts, config, 16)
+    }
+
+    /// With room for so many things.
+    pub(super) fn with_room(percepts: Percepts, config: &Perspective, capacity: usize) -> Self {
         let perception = Perception::new(&percepts).unwrap();
-        let robot = Robot::new(&percepts, config, 1, 16).unwrap();
-        let partner = Partner::new(1, perception.clone(), &percepts, config, 16).unwrap();
+        let robot = Robot::new(&percepts, config, 1, capacity).unwrap();
+        let partner = Partner::new(1, perception.clone(), &percepts, config, capacity).unwrap();
         Self {
             percepts,
             perception,

@@ -1,0 +1,254 @@
+use geometry::{Base, Position};
+use glam::{Vec3, Vec4};
+use quantity::number::{floor_usize, single};
+
+use super::Claim;
+
+/// The tree of the shortest links between things, by Prim's algorithm, and where it parts: single linkage, cut at
+/// the longest link.
+///
+/// Of n things it compares n² distances, so it may [grow](Self::grow) over several steps. Meanwhile it is of where
+/// they were when it [began](Self::begin). Allocates in `new` alone.
+#[derive(Clone, Debug)]
+pub(super) struct Tree {
+    /// Of which things, and where they were when it began.
+    things: Vec<Claim>,
+    links: Vec<Link>,
+    /// Those not yet in it, each with its shortest link to it.
+    outside: Outside,
+    /// What is the newest in it, from the first thing.
+    reached: Vec3,
+    is_grown: bool,
+    gap: Option<Gap>,
+    /// Which of the things lie beyond the longest link.
+    beyond: Vec<bool>,
+}
+
+impl Tree {
+    /// Of nothing yet; of so many things at most.
+    pub(super) fn new(capacity: usize) -> Self {
+        Self {
+            things: Vec::with_capacity(capacity),
+            links: Vec::with_capacity(capacity),
+            outside: Outside::new(capacity),
+            reached: Vec3::ZERO,
+            is_grown: true,
+            gap: None,
+            beyond: Vec::with_capacity(capacity),
+        }
+    }
+
+    /// Of no thing at all.
+    pub(super) fn clear(&mut self) {
+        self.begin(&[]);
+        self.grow(0);
+    }
+
+    /// The first of some things, all of which have a place, is all that is in it yet.
+    pub(super) fn begin(&mut self, things: &[Claim]) {
+        self.things.clear();
+        self.things.extend_from_slice(things);
+        self.links.clear();
+        let mut places = things.iter().map(|thing| thing.place);
+        let first = places.next().unwrap_or_else(|| Position::<Base>::new(0.0, 0.0, 0.0));
+        // What is far from the base frame's origin is known as well as what is near.
+        self.outside.begin(places.map(|place| {
+            let [x, y, z] = (place.point() - first.point()).map(single).into();
+            Vec3::new(x, y, z)
+        }));
+        (self.reached, self.is_grown, self.gap) = (Vec3::ZERO, false, None);
+    }
+
+    /// Grows by so many links at most; whether it has grown over all.
+    pub(super) fn grow(&mut self, most: usize) -> bool {
+        if self.is_grown {
+            return true;
+        }
+        for _ in 0..most {
+            let Some((link, place)) = self.outside.reach(self.reached) else { break };
+            // The first thing is in it from the beginning.
+            self.links.push(Link { to: link.to + 1, ..link });
+            self.reached = place;
+        }
+        self.is_grown = self.outside.is_empty();
+        if self.is_grown {
+            self.cut();
+        }
+        self.is_grown
+    }
+
+    /// Whether it has grown over all.
+    pub(super) fn is_grown(&self) -> bool {
+        self.is_grown
+    }
+
+    /// Whether it parts where the longest link is so many times as long as any other.
+    pub(super) fn is_parted(&self, ratio: f64) -> bool {
+        self.gap.is_some_and(|gap| gap.is_wide(ratio))
+    }
+
+    /// Of each thing, in their order, whether it lies beyond the longest link.
+    pub(super) fn beyond(&self) -> &[bool] {
+        &self.beyond
+    }
+
+    /// Whether it is of the same things and parts where one of where they are now would.
+    pub(super) fn stays(&self, ratio: f64, now: &[Claim]) -> bool {
+        self.gap.is_some_and(|gap| self.moved_m(now).is_some_and(|moved_m| gap.stays(ratio, moved_m)))
+    }
+
+    /// How far the thing that moved furthest has moved; `None` where it is of others.
+    fn moved_m(&self, now: &[Claim]) -> Option<f64> {
+        let are_same = now.len() == self.things.len();
+        let mut pairs = now.iter().zip(&self.things).filter(|_| are_same).peekable();
+        pairs.peek()?;
+        pairs.try_fold(0.0, |furthest_m: f64, (now, then)| {
+            (now.id == then.id).then(|| furthest_m.max(now.place.distance(&then.place)))
+        })
+    }
+
+    /// Finds the longest link, and who lies beyond it.
+    fn cut(&mut self) {
+        let lengths = self.links.iter().map(|link| link.length_m).enumerate();
+        let longest = lengths.clone().max_by(|a, b| a.1.total_cmp(&b.1));
+        self.gap = longest.map(|(gap, longest_m)| {
+            let others = lengths.filter(|(link, _)| *link != gap).map(|(_, length_m)| length_m);
+            Gap { longest_m, widest_m: others.fold(0.0, f64::max) }
+        });
+        self.beyond.clear();
+        self.beyond.resize(self.things.len(), false);
+        // The tree grows over its longest link when nothing else is left on this side of it, and not
+        // back: beyond lies what it reaches from then on.
+        for link in self.links.iter().skip(longest.map_or(0, |(gap, _)| gap)) {
+            if let Some(beyond) = self.beyond.get_mut(link.to) {
+                *beyond = true;
+            }
+        }
+    }
+}
+
+/// The longest link of a tree and the longest of its others: the gap between two clusters, and the widest
+/// within one.
+#[derive(Clone, Copy, Debug)]
+struct Gap {
+    longest_m: f64,
+    widest_m: f64,
+}
+
+/// More than what single precision rounds off lengths, as a share of them.
+const ROUNDING: f64 = 1e-6;
+
+impl Gap {
+    fn is_wide(&self, ratio: f64) -> bool {
+        self.longest_m >= ratio * self.widest_m
+    }
+
+    /// Whether the gap is as wide or as narrow, and between the same things, wherever each of them
+    /// went that has moved by no more than so far.
+    ///
+    /// Then no distance has changed by more than twice that, and nor has any link in the order of
+    /// lengths: who is joined by links up to some length is then joined by links of that much more.
+    fn stays(&self, ratio: f64, moved_m: f64) -> bool {
+        let by_m = 2.0 * moved_m + ROUNDING * self.longest_m;
+        if self.is_wide(ratio) {
+            let (longest_m, widest_m) = (self.longest_m - by_m, self.widest_m + by_m);
+            longest_m > widest_m && longest_m >= ratio * widest_m
+        } else {
+            self.longest_m + by_m < ratio * (self.widest_m - by_m)
+        }
+    }
+}
+
+#[derive(Clone, Copy, Debug)]
+struct Link {
+    to: usize,
+    length_m: f64,
+}
+
+/// Things not yet in the tree, each with the length of its shortest link to it: in fours, so that the processor looks
+/// at four at once.
+#[derive(Clone, Debug)]
+struct Outside {
+    fours: Vec<Four>,
+}
+
+/// Four things, by coordinate, from the first thing, in metres; and their lengths, squared. Who is in the tree is
+/// infinitely far, and so is what fills up the last four.
+#[derive(Clone, Copy, Debug)]
+struct Four {
+    x: Vec4,
+    y: Vec4,
+    z: Vec4,
+    length_m2: Vec4,
+    /// The number of the first.
+    first: usize,
+}
+
+impl Four {
+    /// Four from a number on, all infinitely far.
+    const fn from(first: usize) -> Self {
+        let far = Vec4::INFINITY;
+        Self { x: far, y: far, z: far, length_m2: far, first }
+    }
+
+    const LANES: usize = 4;
+    const LANE: Vec4 = Vec4::new(0.0, 1.0, 2.0, 3.0);
+}
+
+impl Outside {
+    fn new(capacity: usize) -> Self {
+        Self { fours: Vec::with_capacity(capacity.div_ceil(Four::LANES)) }
+    }
+
+    /// Whether all are in the tree.
+    fn is_empty(&self) -> bool {
+        self.fours.is_empty()
+    }
+
+    /// All are outside, by the numbers of their order.
+    fn begin(&mut self, places: impl Iterator<Item = Vec3>) {
+        self.fours.clear();
+        for (index, place) in places.enumerate() {
+            let lane = index % Four::LANES;
+            if lane == 0 {
+                self.fours.push(Four::from(index));
+            }
+            if let Some(four) = self.fours.last_mut() {
+                (four.x[lane], four.y[lane], four.z[lane]) = place.into();
+            }
+        }
+    }
+
+    /// The tree has reached a place: things that are nearer to it than to any before have a shorter
+    /// link now. Takes the one with the shortest of all into the tree; with its place.
+    fn reach(&mut self, place: Vec3) -> Option<(Link, Vec3)> {
+        let [x, y, z] = place.to_array().map(Vec4::splat);
+        let (mut least, mut of_four, mut number) = (Vec4::INFINITY, Vec4::ZERO, Vec4::ZERO);
+        for four in &mut self.fours {
+            let (u, v, w) = (x - four.x, y - four.y, z - four.z);
+            four.length_m2 = four.length_m2.min(u * u + v * v + w * w);
+            of_four = Vec4::select(four.length_m2.cmplt(least), number, of_four);
+            least = least.min(four.length_m2);
+            number += Vec4::ONE;
+        }
+        let nearest_m2 = least.min_element();
+        let is_nearest = least.cmpeq(Vec4::splat(nearest_m2)).bitmask();
+        let lane = usize::try_from(is_nearest.trailing_zeros()).ok().filter(|lane| *lane < Four::LANES)?;
+        if nearest_m2.is_infinite() {
+            // None has a length that single precision knows.
+            self.fours.clear();
+            return None;
+        }
+        let number = floor_usize(f64::from(of_four[lane]));
+        let four = self.fours.get_mut(number)?;
+        let place = Vec3::new(four.x[lane], four.y[lane], four.z[lane]);
+        let it = Four::LANE.cmpeq(Vec4::splat(Four::LANE[lane]));
+        four.x = Vec4::select(it, Vec4::INFINITY, four.x);
+        four.length_m2 = Vec4::select(it, Vec4::INFINITY, four.length_m2);
+        let to = four.first + lane;
+        if four.x.cmpeq(Vec4::INFINITY).all() {
+            self.fours.swap_remove(number);
+        }
+        Some((Link { to, length_m: f64::from(nearest_m2).sqrt() }, place))
+    }
+}
