@@ -56,7 +56,7 @@ impl Tree {
             let [x, y, z] = (place.point() - first.point()).map(single).into();
             Vec3::new(x, y, z)
         }));
-        (self.reached, self.is_grown, self.gap) = (Vec3::ZERO, false, None);
+        (self.reached, self.is_grown) = (Vec3::ZERO, false);
     }
 
     /// Grows by so many links at most; whether it has grown over all.
@@ -250,5 +250,24 @@ impl Outside {
             self.fours.swap_remove(number);
         }
         Some((Link { to, length_m: f64::from(nearest_m2).sqrt() }, place))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn it_is_grown_when_the_last_thing_is_in_it_or_so_far_that_it_cannot_be() {
+        for last_m in [3.0, 1e30] {
+            let places = [0.0, 1.0, last_m].map(|x| Position::new(x, 0.0, 0.0));
+            let things: Vec<_> =
+                (0..).zip(places).map(|(id, place)| Claim { id, place, held_by: message::NOBODY }).collect();
+            let mut tree = Tree::new(things.len());
+            assert!(tree.grow(0), "of nothing");
+            tree.begin(&things);
+            assert!(!tree.grow(1));
+            assert!(tree.grow(1) && tree.is_grown(), "{last_m} m");
+        }
     }
 }

@@ -7,7 +7,7 @@ use proptest::prelude::*;
 use proptest::test_runner::RngSeed;
 
 use super::workspace::{EYES, TABLE, Workspace, block, person, wall};
-use crate::{Claim, Owners};
+use crate::{Claim, Owners, TERRITORY_MOST};
 
 const ROBOT: [f64; 2] = [0.0, 0.0];
 const TEACHER: [f64; 2] = [1.5, 0.0];
@@ -195,12 +195,49 @@ fn many_are_compared_in_some_steps_until_which_they_are_whose_they_were() {
         assert_eq!(owners(world.robots()), with(0)[1..]);
         world.step(&see(&blocks[1..]));
     }
+    // Where nothing moves, the tree is as it was, and there is nobody else any more.
+    world.run(Duration::from_secs(1), &blocks[1..]);
+    assert_eq!(owners(world.robots()), [NOBODY; 40]);
+}
+
+#[test]
+fn however_many_they_are_it_takes_eight_steps_more_at_most() {
+    let mut config = Perspective::builtin();
+    config.resource = resource(Owning::Territory);
+    let mut world = Workspace::with_room(Percepts::builtin(), &config, 256);
+    let group = |x: f32| {
+        (0..120_u8).map(move |index| {
+            let [row, column] = [index / 10, index % 10].map(f32::from);
+            block([x + 0.05 * row, 0.05 * column - 0.25, 0.03])
+        })
+    };
+    let all: Vec<_> = [person(EYES, TABLE)].into_iter().chain(group(0.1)).chain(group(0.9)).collect();
+    for _ in 0..8 {
+        world.step(&all);
+        assert!(world.robots().iter().all(|belief| belief.owner == NOBODY));
+    }
+    world.step(&all);
+    let owners: Vec<_> = world.robots().iter().map(|belief| belief.owner).collect();
+    assert_eq!(owners, [[0; 120], [1; 120]].concat());
+}
+
+#[test]
+fn of_too_many_nobody_could_say_whose_they_are() {
+    let mut owners = Owners::new(&resource(Owning::Territory), 2 * TERRITORY_MOST);
+    for (count, expected) in [(TERRITORY_MOST, [0, 1]), (TERRITORY_MOST + 1, [NOBODY; 2])] {
+        let places: Vec<_> =
+            (0..count).map(|index| if index < 128 { [0.2, 0.0] } else { [1.3, 0.0] }).collect();
+        owners.judge(claims(&places), agents([ROBOT, TEACHER]));
+        assert_eq!([owners.owner(0), owners.owner(count - 1)], expected, "{count}");
+    }
 }
 
 #[test]
 fn a_thing_without_a_place_leaves_no_territories() {
     let mut owners = Owners::new(&resource(Owning::Territory), 64);
     let places = [[0.3, 0.0], [0.4, 0.0], [1.3, 0.0], [1.4, 0.0], [f64::NAN, 0.0]];
+    owners.judge(claims(&places[..4]), agents([ROBOT, TEACHER]));
+    assert_eq!(owners.all(), [0, 0, 1, 1]);
     owners.judge(claims(&places), agents([ROBOT, TEACHER]));
     assert_eq!(owners.all(), [NOBODY; 5]);
 }
