@@ -89,6 +89,7 @@ fn a_disturbed_lesson_is_learned_and_performed_all_the_same() {
     let node = Node::join(&domain, "observer", 1, QUEUES).expect("joins");
     let mut events = node.inlet::<Events>(None).expect("a free reader");
     let mut beliefs = node.inlet::<Beliefs>(Some(0)).expect("a free reader");
+    let mut his_beliefs = node.inlet::<Beliefs>(Some(1)).expect("a free reader");
     let mut idler = node.inlet::<Beliefs>(Some(0)).expect("a free reader");
     let mut heard = Heard::default();
 
@@ -113,27 +114,32 @@ fn a_disturbed_lesson_is_learned_and_performed_all_the_same() {
         "{}",
         robot.said()
     );
-    let before = held(&mut beliefs);
-    assert!(before.places.len() >= 10, "{} objects", before.places.len());
+    let before = [&mut beliefs, &mut his_beliefs].map(held);
+    for held in &before {
+        assert!(held.places.len() >= 10, "{} objects", held.places.len());
+    }
     signal(robot.processes()["belief"], Signal::KILL);
-    let mut after = held(&mut beliefs);
-    assert!(
-        wait_until(|| {
-            after = held(&mut beliefs);
-            after.incarnation > before.incarnation && after.places.len() >= before.places.len()
-        }),
-        "{} of {} objects are believed again\n{}",
-        after.places.len(),
-        before.places.len(),
-        robot.said()
-    );
-    // Those that the teacher does not move are believed where they were.
-    let again = before.places.iter().filter(|place| is_among(place, &after.places)).count();
-    assert!(
-        again + 2 >= before.places.len(),
-        "{again} of {} objects are where they were",
-        before.places.len()
-    );
+    // The teacher sees all that he ever saw, so what he believes is not lost either.
+    for (inlet, before) in [&mut beliefs, &mut his_beliefs].into_iter().zip(before) {
+        let mut after = held(inlet);
+        assert!(
+            wait_until(|| {
+                after = held(inlet);
+                after.incarnation > before.incarnation && after.places.len() >= before.places.len()
+            }),
+            "{} of {} objects are believed again\n{}",
+            after.places.len(),
+            before.places.len(),
+            robot.said()
+        );
+        // Those that the teacher does not move are believed where they were.
+        let again = before.places.iter().filter(|place| is_among(place, &after.places)).count();
+        assert!(
+            again + 2 >= before.places.len(),
+            "{again} of {} objects are where they were",
+            before.places.len()
+        );
+    }
     assert!(
         wait_until(|| {
             heard.listen(&mut events);
@@ -162,7 +168,7 @@ fn a_disturbed_lesson_is_learned_and_performed_all_the_same() {
     }
     assert_eq!(heard.result.as_deref(), Some("filled 5 of 5"), "{}", robot.said());
 
-    drop((events, beliefs, node));
+    drop((events, beliefs, his_beliefs, node));
     let domain = robot.domain().to_owned();
     let (status, said) = robot.stop(Signal::TERM);
     assert!(status.success(), "{status}\n{said}");

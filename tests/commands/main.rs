@@ -340,6 +340,25 @@ fn a_process_that_dies_or_hangs_in_lockstep_ends_the_lesson_by_name() {
 }
 
 #[test]
+fn what_the_robot_has_no_room_for_is_told_once_and_it_goes_on() {
+    let files = tempfile::tempdir().expect("a folder");
+    let small = read("config/leo.toml").replace("objects = 64 ", "objects = 8 ");
+    let config = write(&files, "leo.toml", &small);
+    assert_ne!(read(&config), read("config/leo.toml"));
+    let (command, folder) = leo(&["run", "--config", &config]);
+    let run = Leo::start(command, folder);
+    let words =
+        "there is more than I have room for, and some of it is left out: raise `buffers.objects` in leo.toml";
+    assert!(wait_until(|| run.said("out").contains(words)), "{}\n{}", run.said("out"), run.said("err"));
+    // The lesson goes on for long after that.
+    assert!(wait_until(|| run.said("out").matches("teacher:").count() >= 2), "{}", run.said("out"));
+    run.interrupt();
+    let told = run.end();
+    assert_eq!(told.status, Some(0), "{told:?}");
+    assert_eq!(told.out.matches(words).count(), 1, "{told:?}");
+}
+
+#[test]
 fn control_c_ends_a_run_and_a_lesson_and_leaves_nothing() {
     let (command, files) = leo(&["run"]);
     let run = Leo::start(command, files);

@@ -129,9 +129,10 @@ impl Look {
         Ok(())
     }
 
-    /// What is to be said, once, because some perspective has had no room for something.
+    /// What is to be said, once, because some perspective has had no room for something, or what it is made from.
     pub(crate) fn crowded(&mut self) -> Option<&'static str> {
-        let is_crowded = self.perspectives.iter().any(|perspective| perspective.head.overflowed > 0);
+        let leaves_out = |head: &BeliefHead| head.overflowed > 0 || head.header.left_out > 0;
+        let is_crowded = self.perspectives.iter().any(|perspective| leaves_out(&perspective.head));
         (is_crowded && !std::mem::replace(&mut self.crowded, is_crowded)).then_some(CROWDED)
     }
 
