@@ -94,7 +94,8 @@ impl Tree {
 
     /// Whether it is of the same things and parts where one of where they are now would.
     pub(super) fn stays(&self, ratio: f64, now: &[Claim]) -> bool {
-        self.gap.is_some_and(|gap| self.moved_m(now).is_some_and(|moved_m| gap.stays(ratio, moved_m)))
+        let gap = self.gap.filter(|_| self.is_grown);
+        gap.is_some_and(|gap| self.moved_m(now).is_some_and(|moved_m| gap.stays(ratio, moved_m)))
     }
 
     /// How far the thing that moved furthest has moved; `None` where it is of others.
@@ -266,7 +267,7 @@ mod tests {
             let mut tree = Tree::new(things.len());
             assert!(tree.grow(0), "of nothing");
             tree.begin(&things);
-            assert!(!tree.grow(1));
+            assert!(!tree.grow(1) && !tree.stays(1.5, &things));
             assert!(tree.grow(1) && tree.is_grown(), "{last_m} m");
         }
     }

@@ -160,17 +160,20 @@ fn until_he_is_judged_anew_what_came_is_nobodys_and_the_others_stay_whose_they_w
     assert_eq!(owners(world.his()), [0, 0, 1, 1, 0]);
 }
 
+/// Blocks in so many rows and columns, from a row at `x` on.
+fn grid(x: f32, [rows, columns]: [u8; 2], pitch_m: f32) -> impl Iterator<Item = Observation> {
+    (0..rows * columns).map(move |index| {
+        let [row, column] = [index / columns, index % columns].map(f32::from);
+        block([x + pitch_m * row, pitch_m * column - 0.2, 0.03])
+    })
+}
+
 #[test]
 fn many_are_compared_in_some_steps_until_which_they_are_whose_they_were() {
     let mut config = Perspective::builtin();
     config.resource = resource(Owning::Territory);
     let mut world = Workspace::with_room(Percepts::builtin(), &config, 64);
-    let group = |x: f32| {
-        (0..20_u8).map(move |index| {
-            let [row, column] = [index / 5, index % 5].map(f32::from);
-            block([x + 0.1 * row, 0.1 * column - 0.2, 0.03])
-        })
-    };
+    let group = |x: f32| grid(x, [4, 5], 0.1);
     let blocks: Vec<_> = group(0.2).chain(group(0.85)).chain([block([0.1, 0.0, 0.03])]).collect();
     let owners = |beliefs: Vec<Belief>| beliefs.iter().map(|belief| belief.owner).collect::<Vec<_>>();
     let see = |some: &[Observation]| [&[person(EYES, TABLE)], some].concat();
@@ -205,12 +208,7 @@ fn however_many_they_are_it_takes_eight_steps_more_at_most() {
     let mut config = Perspective::builtin();
     config.resource = resource(Owning::Territory);
     let mut world = Workspace::with_room(Percepts::builtin(), &config, 256);
-    let group = |x: f32| {
-        (0..120_u8).map(move |index| {
-            let [row, column] = [index / 10, index % 10].map(f32::from);
-            block([x + 0.05 * row, 0.05 * column - 0.25, 0.03])
-        })
-    };
+    let group = |x: f32| grid(x, [12, 10], 0.05);
     let all: Vec<_> = [person(EYES, TABLE)].into_iter().chain(group(0.1)).chain(group(0.9)).collect();
     for _ in 0..8 {
         world.step(&all);
