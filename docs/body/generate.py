@@ -278,8 +278,12 @@ MOTOR_HEAD = """\
 #            is the joint's rest position
 #   min_rad, max_rad  lowest and highest position of the joint, as in the URDF
 #   velocity_rad_s, acceleration_rad_s2  highest speed, as in the URDF, and acceleration; the servo's own
-#            profile follows from them: 1.5 and 8 times as much, and in the soft start less
-#   group    torque comes on one group after the other, in the order of this file
+#            profile is never faster than that
+#   group    torque comes on one group after the other, in the order of this file; the joints of a group stop together,
+#            and with them the groups that hang from them in the URDF
+#   rest_rad optional: where the joint rests without torque, to which it is lowered before its torque goes off after
+#            some hardware alerts; its zero without
+#   max_tracking_error_rad  optional: as in leo.toml, for this joint
 """
 
 

@@ -3,6 +3,7 @@
 mod link;
 mod source;
 
+use std::collections::BTreeMap;
 use std::net::SocketAddr;
 
 use serde::Deserialize;
@@ -233,11 +234,23 @@ pub struct Motor {
     pub soft_start_rad_s: Positive,
     /// What is done about a servo's hardware alert.
     pub on_alert: OnAlert,
+    /// After what joints are armed without a person's order.
+    pub automatic_arming: AutomaticArming,
+    /// What the emergency stop does.
+    pub stop_category: StopCategory,
+    /// How far a joint may be from its command, in radians: the command waits for it there.
+    pub max_tracking_error_rad: Positive,
+    /// A joint that is so far from its command for this long is blocked.
+    pub blocked_after_ms: Milliseconds,
+    /// How far beyond its limits a joint may be found and still be moved back, in radians.
+    pub max_beyond_limits_rad: Positive,
+    /// What a joint does before its torque goes off, by the kind of hardware alert.
+    pub alert: AlertReactions,
     /// Real-time rights.
     pub realtime: Rights,
 }
 
-/// What is done about a servo that reports a hardware alert, besides stopping its group.
+/// What is done about a servo that reports a hardware alert, once its torque is off.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum OnAlert {
@@ -245,6 +258,123 @@ pub enum OnAlert {
     Hold,
     /// It is rebooted, a few times at most.
     Reboot,
+}
+
+/// After what joints are armed without a person's order.
+#[derive(Clone, Debug, PartialEq, Eq, Deserialize)]
+#[serde(untagged)]
+pub enum AutomaticArming {
+    /// A rule for all causes.
+    Rule(ArmingRule),
+    /// These causes, on any servos.
+    After(Vec<ArmingCause>),
+}
+
+impl AutomaticArming {
+    /// Whether joints are armed by themselves after `cause`, on a robot of which all servos are simulated or not.
+    #[must_use]
+    pub fn covers(&self, cause: ArmingCause, is_simulated: bool) -> bool {
+        match self {
+            Self::Rule(ArmingRule::Never) => false,
+            // Whoever raised the emergency stop has not asked for motion by releasing it, simulated or not.
+            Self::Rule(ArmingRule::Simulated) => is_simulated && cause != ArmingCause::EmergencyStop,
+            Self::After(causes) => causes.contains(&cause),
+        }
+    }
+}
+
+/// A rule for all causes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum ArmingRule {
+    /// Joints are armed by a person's order alone.
+    Never,
+    /// Where every bus is the mock servo bus, by themselves after every cause but an emergency stop; else as `Never`.
+    Simulated,
+}
+
+/// What ended a joint's licence to move.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum ArmingCause {
+    /// The motor process started.
+    Start,
+    /// No commander was there for so long that torque went off.
+    CommandTimeout,
+    /// The servo did not answer, and answers again.
+    Silent,
+    /// The servo restarted: its power came back.
+    Restarted,
+    /// The line was lost, and is there again.
+    BusLost,
+    /// The servo's own watchdog tripped.
+    Watchdog,
+    /// Another joint failed, of the same group or one that carries it, or a bus was lost.
+    OtherFailed,
+    /// A servo was rebooted after a hardware alert, as `on_alert` says.
+    Alert,
+    /// The emergency stop was raised, and is released.
+    EmergencyStop,
+}
+
+/// The stop category of the emergency stop, after IEC 60204-1.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
+#[serde(try_from = "u8")]
+pub enum StopCategory {
+    /// Torque goes off at once.
+    Zero,
+    /// Joints slow down and stop, then torque goes off.
+    One,
+    /// Joints slow down and stop, and torque stays on.
+    Two,
+}
+
+impl TryFrom<u8> for StopCategory {
+    type Error = String;
+
+    fn try_from(category: u8) -> Result<Self, String> {
+        match category {
+            0 => Ok(Self::Zero),
+            1 => Ok(Self::One),
+            2 => Ok(Self::Two),
+            _ => Err(format!("there is no stop category {category}: use 0, 1 or 2")),
+        }
+    }
+}
+
+/// What a joint does before its torque goes off, by the kind of hardware alert. A servo that has switched its torque
+/// off by itself is limp whatever is written here.
+#[derive(Clone, Debug, PartialEq, Eq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct AlertReactions {
+    /// The supply is out of the servo's limits (bit 0).
+    pub input_voltage: AlertReaction,
+    /// The servo is too hot (bit 2).
+    pub overheating: AlertReaction,
+    /// The encoder fails (bit 3).
+    pub encoder: AlertReaction,
+    /// The circuit was shocked, or has too little power (bit 4).
+    pub electrical_shock: AlertReaction,
+    /// The load is too much for too long (bit 5).
+    pub overload: AlertReaction,
+    /// What joints of a group do at most, whatever the kind, by the name of the group.
+    pub groups: BTreeMap<String, AlertReaction>,
+    /// For how long a joint holds before it is lowered, or lets go.
+    pub hold_ms: Milliseconds,
+    /// For how long it may be on its way to its rest pose.
+    pub lower_within_ms: Milliseconds,
+}
+
+/// What a joint does before its torque goes off. From the least to the most.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum AlertReaction {
+    /// Nothing: torque goes off at once.
+    Limp,
+    /// It stops, and holds for `hold_ms`.
+    Hold,
+    /// It stops, holds for `hold_ms`, and is lowered slowly to its rest pose.
+    Lower,
 }
 
 /// The simulator process.

@@ -117,6 +117,10 @@ pub struct Joint {
     pub acceleration_rad_s2: f64,
     /// The index of its group: joints whose torque is switched on together.
     pub group: usize,
+    /// Where it rests without torque, in radians: it is lowered to there before its torque goes off.
+    pub rest_rad: f64,
+    /// How far it may be from its command, in radians; what `leo.toml` says of all joints, without.
+    pub max_tracking_error_rad: Option<f64>,
 }
 
 impl Joint {
@@ -217,6 +221,8 @@ struct RawJoint {
     velocity_rad_s: Spanned<Positive>,
     acceleration_rad_s2: Positive,
     group: String,
+    rest_rad: Option<Spanned<Finite>>,
+    max_tracking_error_rad: Option<Positive>,
 }
 
 /// Reads and checks `motor.toml`.
@@ -327,8 +333,21 @@ fn check_joint(raw: RawJoint, motor: &mut Motor) -> Result<Joint, Wrong> {
         velocity_rad_s,
         acceleration_rad_s2: raw.acceleration_rad_s2.get(),
         group,
+        // The joint's zero, as far as it can stand there.
+        rest_rad: raw
+            .rest_rad
+            .as_ref()
+            .map_or_else(|| 0.0_f64.clamp(min_rad, max_rad), |rest| rest.get_ref().get()),
+        max_tracking_error_rad: raw.max_tracking_error_rad.map(Positive::get),
         name: raw.name.into_inner(),
     };
+    if let Some(at) = raw.rest_rad.as_ref().filter(|_| !(min_rad..=max_rad).contains(&joint.rest_rad)) {
+        let reason = format!(
+            "the joint cannot rest at {} rad: its limits are {min_rad} and {max_rad}",
+            joint.rest_rad
+        );
+        return Err(wrong(at, reason));
+    }
     for (limit, at) in [(min_rad, &raw.min_rad), (max_rad, &raw.max_rad)] {
         let servo = joint.servo_rad(limit);
         // One count is lost at the upper end: a turn has 4096 counts, from 0 to 4095.

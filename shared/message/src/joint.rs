@@ -21,6 +21,10 @@ numbered! {
         Quarantined = 5,
         /// Told to switch its torque off, and its servo has not confirmed it yet.
         Releasing = 6,
+        /// Moving slowly from where torque came on, a little beyond its limits, back within them.
+        Aligning = 7,
+        /// Moving slowly to its rest pose, before its torque goes off.
+        Lowering = 8,
     }
 }
 
@@ -59,6 +63,76 @@ numbered! {
         Derated = 14,
         /// The servo answers, and nothing shows that its answers are new: its own clock does not go right.
         Unbelieved = 15,
+        /// The joint did not follow its command: something held it, or its servo is too weak.
+        Blocked = 16,
+        /// It stands further beyond its limits than the tolerance: a slipped horn, a wrong offset, a swapped servo.
+        BeyondLimits = 17,
+    }
+}
+
+numbered! {
+    /// What is known of the connection to a joint's servo.
+    JointLink: u16 {
+        /// It has not been asked yet.
+        Unknown = 0,
+        /// It is there, and is the configured model; how it is set up is being read or written.
+        Identified = 1,
+        /// It is set up and read in every cycle.
+        Answering = 2,
+        /// It does not answer, or cannot be believed: quarantined, and asked again now and then.
+        Silent = 3,
+        /// Its answers arrive broken: two servos may answer at once.
+        Doubted = 4,
+    }
+}
+
+numbered! {
+    /// What is known of the torque of a joint's servo.
+    JointPower: u16 {
+        /// Nothing: it may be on.
+        Unknown = 0,
+        /// The servo has said that it is off.
+        Off = 1,
+        /// It was found on: another process switched it on.
+        Found = 2,
+        /// It is being switched on.
+        Rising = 3,
+        /// The motor process switched it on, and the servo's bus watchdog is armed.
+        On = 4,
+        /// The servo is told to switch it off, and has not confirmed it.
+        Cutting = 5,
+    }
+}
+
+numbered! {
+    /// Whether a joint may move.
+    JointLicence: u16 {
+        /// Not until its cause is gone and a person has acknowledged it.
+        Locked = 0,
+        /// Not until somebody arms it.
+        Disarmed = 1,
+        /// It may.
+        Armed = 2,
+    }
+}
+
+numbered! {
+    /// How a joint moves.
+    JointMotion: u16 {
+        /// No goal is sent: it is limp, or its servo stays where it is.
+        Idle = 0,
+        /// Slowly back within its limits.
+        Align = 1,
+        /// After goals, no faster than the soft start.
+        Soft = 2,
+        /// After goals.
+        Track = 3,
+        /// Slowing down to a stop.
+        Halt = 4,
+        /// Held at the place where it stopped, for goals to come.
+        Hold = 5,
+        /// Slowly to its rest pose.
+        Retreat = 6,
     }
 }
 
@@ -74,6 +148,8 @@ impl JointMode {
             Self::Holding => "holding",
             Self::Quarantined => "quarantined",
             Self::Releasing => "releasing",
+            Self::Aligning => "aligning",
+            Self::Lowering => "lowering",
         }
     }
 }
@@ -99,6 +175,65 @@ impl JointCause {
             Self::DuplicateId => "duplicate-id",
             Self::Derated => "derated",
             Self::Unbelieved => "unbelieved",
+            Self::Blocked => "blocked",
+            Self::BeyondLimits => "beyond-limits",
+        }
+    }
+}
+
+impl JointLink {
+    /// Its word, as people and metrics say it.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Unknown => "unknown",
+            Self::Identified => "identified",
+            Self::Answering => "answering",
+            Self::Silent => "silent",
+            Self::Doubted => "doubted",
+        }
+    }
+}
+
+impl JointPower {
+    /// Its word, as people and metrics say it.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Unknown => "unknown",
+            Self::Off => "off",
+            Self::Found => "found-on",
+            Self::Rising => "rising",
+            Self::On => "on",
+            Self::Cutting => "cutting",
+        }
+    }
+}
+
+impl JointLicence {
+    /// Its word, as people and metrics say it.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Locked => "locked",
+            Self::Disarmed => "disarmed",
+            Self::Armed => "armed",
+        }
+    }
+}
+
+impl JointMotion {
+    /// Its word, as people and metrics say it.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Idle => "idle",
+            Self::Align => "align",
+            Self::Soft => "soft",
+            Self::Track => "track",
+            Self::Halt => "halt",
+            Self::Hold => "hold",
+            Self::Retreat => "retreat",
         }
     }
 }
@@ -122,7 +257,7 @@ pub struct JointGoal {
 /// What one joint does.
 #[derive(Clone, Copy, Debug, PartialEq, ZeroCopySend)]
 #[repr(C)]
-#[type_name("leo/JointState/2")]
+#[type_name("leo/JointState/3")]
 pub struct JointState {
     /// The joint: its index in the robot's configuration.
     pub joint: u32,
@@ -136,6 +271,29 @@ pub struct JointState {
     command_position_rad: f64,
     present_temperature_c: f32,
     present_input_v: f32,
+    link: u16,
+    power: u16,
+    licence: u16,
+    motion: u16,
+    licence_cause: u16,
+    /// Not used; zero.
+    pub reserved: [u16; 3],
+}
+
+/// The four state machines of a joint at one instant. A joint moves only where its link answers, its power is on,
+/// its licence is armed, and its servo's bus watchdog is armed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct JointMachines {
+    /// The connection to its servo.
+    pub link: JointLink,
+    /// The torque of its servo.
+    pub power: JointPower,
+    /// Whether it may move.
+    pub licence: JointLicence,
+    /// Why it is locked or disarmed; [`JointCause::None`] while it is armed.
+    pub licence_cause: JointCause,
+    /// How it moves.
+    pub motion: JointMotion,
 }
 
 impl JointState {
@@ -154,6 +312,44 @@ impl JointState {
             command_position_rad: f64::NAN,
             present_temperature_c: f32::NAN,
             present_input_v: f32::NAN,
+            link: JointLink::Unknown.raw(),
+            power: JointPower::Unknown.raw(),
+            licence: JointLicence::Disarmed.raw(),
+            motion: JointMotion::Idle.raw(),
+            licence_cause: JointCause::NotStarted.raw(),
+            reserved: [0; 3],
+        }
+    }
+
+    /// The same joint with the states of its machines.
+    #[must_use]
+    pub const fn with_machines(self, machines: JointMachines) -> Self {
+        let JointMachines { link, power, licence, licence_cause, motion } = machines;
+        Self {
+            link: link.raw(),
+            power: power.raw(),
+            licence: licence.raw(),
+            licence_cause: licence_cause.raw(),
+            motion: motion.raw(),
+            ..self
+        }
+    }
+
+    /// The states of its machines; `None` for nonsense.
+    #[must_use]
+    pub const fn machines(&self) -> Option<JointMachines> {
+        let (Some(link), Some(power)) = (JointLink::from_raw(self.link), JointPower::from_raw(self.power))
+        else {
+            return None;
+        };
+        let (Some(licence), Some(motion)) =
+            (JointLicence::from_raw(self.licence), JointMotion::from_raw(self.motion))
+        else {
+            return None;
+        };
+        match JointCause::from_raw(self.licence_cause) {
+            Some(licence_cause) => Some(JointMachines { link, power, licence, licence_cause, motion }),
+            None => None,
         }
     }
 
@@ -243,9 +439,10 @@ fn finite(number: f64) -> Option<f64> {
 laid_out!(JointGoal = "leo/JointGoal/1" {
     joint, reserved, goal_position_rad, arrive_at_ns
 });
-laid_out!(JointState = "leo/JointState/2" {
+laid_out!(JointState = "leo/JointState/3" {
     joint, mode, cause, sampled_at_ns, present_position_rad, present_velocity_rad_s, present_current_a,
-    command_position_rad, present_temperature_c, present_input_v
+    command_position_rad, present_temperature_c, present_input_v, link, power, licence, motion, licence_cause,
+    reserved
 });
 
 #[cfg(test)]

@@ -11,10 +11,17 @@ pub const MAX_JOINTS: usize = 256;
 /// is not.
 #[derive(Clone, Copy, Debug, PartialEq, ZeroCopySend)]
 #[repr(C)]
-#[type_name("leo/Joints/1")]
+#[type_name("leo/Joints/2")]
 pub struct Joints {
     /// How many joints there are.
     pub count: u64,
+    /// How often a joint was locked since the motor process started. An acknowledgement names the newest that
+    /// was seen, so that it acknowledges no other.
+    pub locks: u64,
+    /// Goals beyond a joint's limits, which became the limit.
+    pub limited: u64,
+    /// Goals refused: no number, or for no joint.
+    pub refused: u64,
     /// What each of them does.
     pub states: [JointState; MAX_JOINTS],
 }
@@ -22,7 +29,7 @@ pub struct Joints {
 impl Default for Joints {
     fn default() -> Self {
         let unread = JointState::unread(u32::MAX, JointMode::Limp, JointCause::NotStarted);
-        Self { count: 0, states: [unread; MAX_JOINTS] }
+        Self { count: 0, locks: 0, limited: 0, refused: 0, states: [unread; MAX_JOINTS] }
     }
 }
 

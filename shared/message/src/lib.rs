@@ -44,7 +44,10 @@ pub use event::{Event, EventKind};
 pub use header::{Head, Header, Hop};
 pub use health::{Health, Process, ProcessState, Roster, UnknownProcess};
 pub use histogram::Histogram;
-pub use joint::{JointCause, JointGoal, JointMode, JointState};
+pub use joint::{
+    JointCause, JointGoal, JointLicence, JointLink, JointMachines, JointMode, JointMotion, JointPower,
+    JointState,
+};
 pub use joints::{Joints, MAX_JOINTS};
 pub use layouts::layouts;
 pub use link::LinkHealth;

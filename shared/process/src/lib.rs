@@ -14,6 +14,7 @@
 //! }
 //! ```
 
+pub mod arming;
 mod aside;
 pub mod black_box;
 pub mod emergency;

@@ -66,6 +66,8 @@ const PROGRAM_FILE: &str = "program";
 const ROOT_FILE: &str = "iceoryx2.toml";
 /// The file that is there while the emergency stop is raised.
 const EMERGENCY_STOP: &str = "emergency-stop";
+/// The file that orders the motor process to arm its joints.
+const ARM_ORDER: &str = "arm";
 
 impl Domain {
     /// Names a domain `/dev/shm/leo-<name>`; nothing is written yet.
@@ -184,6 +186,12 @@ impl Domain {
     #[must_use]
     pub fn emergency_stop(root: &Path) -> PathBuf {
         root.join(EMERGENCY_STOP)
+    }
+
+    /// The file by which a person orders the motor process of the domain whose root this is to arm its joints.
+    #[must_use]
+    pub fn arm_order(root: &Path) -> PathBuf {
+        root.join(ARM_ORDER)
     }
 
     /// What the names of all shared-memory files of the domain begin with.

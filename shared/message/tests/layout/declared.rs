@@ -61,8 +61,8 @@ pub(crate) fn compiled() -> Vec<Compiled> {
         }
         Histogram {}
         JointGoal { joint, reserved, goal_position_rad, arrive_at_ns }
-        JointState { joint, sampled_at_ns }
-        Joints { count, states }
+        JointState { joint, sampled_at_ns, reserved }
+        Joints { count, locks, limited, refused, states }
         LinkHealth {
             is_heard, hearings, round_trip_ns, clock_error_ns, sent, overtaken, given_up, received, lost,
             refused, late, bytes_sent, bytes_received, delay

@@ -2,8 +2,8 @@ use std::fs;
 use std::path::Path;
 
 use message::{
-    EventKind, Hop, JointCause, JointMode, Loss, Modality, ObservationKind, Process, ProcessState, SceneMode,
-    State, TeacherActKind, ThingRole, TurnKind,
+    EventKind, Hop, JointCause, JointLicence, JointLink, JointMode, JointMotion, JointPower, Loss, Modality,
+    ObservationKind, Process, ProcessState, SceneMode, State, TeacherActKind, ThingRole, TurnKind,
 };
 
 /// A kind of number that stands for something: its name and what each stands for.
@@ -31,8 +31,8 @@ fn compiled() -> Vec<(&'static str, Vec<(String, u32)>)> {
         };
     }
     compiled!(
-        EventKind Hop JointCause JointMode Loss Modality ObservationKind Process ProcessState SceneMode State
-        TeacherActKind ThingRole TurnKind
+        EventKind Hop JointCause JointLicence JointLink JointMode JointMotion JointPower Loss Modality
+        ObservationKind Process ProcessState SceneMode State TeacherActKind ThingRole TurnKind
     )
 }
 
