@@ -1,5 +1,5 @@
 use clock::Instant;
-use servo::table::{GOAL_POSITION, TORQUE_ENABLE};
+use servo::table::{PROFILE_VELOCITY, TORQUE_ENABLE};
 use servo::{Address, Id, Instruction, Reading};
 
 use crate::counts::BusCounts;
@@ -110,11 +110,11 @@ impl Bus {
         match purpose {
             // Those who have let go are asked by turns whether they still do and where they are.
             Purpose::LetGo if self.round == 0 && self.have_let_go(joints) => {
-                self.plan_measurements(joints, request);
+                self.plan_measurements(now, joints, request);
             }
             Purpose::LetGo => self.plan_release(joints, request),
             Purpose::Drive { arm_up_to } => {
-                self.plan_measurements(joints, request);
+                self.plan_measurements(now, joints, request);
                 self.plan_job(now, joints, arm_up_to, request);
             }
         }
@@ -126,12 +126,12 @@ impl Bus {
 
     /// Goals to all, and the question for measurements: to those who know how in one chain, to
     /// the others one by one.
-    fn plan_measurements(&mut self, joints: &[Joint], request: &mut Request) {
-        let mut goals = Few::<{ 5 * SERVOS_MOST }>::default();
+    fn plan_measurements(&mut self, now: Instant, joints: &[Joint], request: &mut Request) {
+        let mut goals = Few::<{ 9 * SERVOS_MOST }>::default();
         for joint in self.joints.iter().filter_map(|&index| joints.get(index)) {
-            if let Some(count) = joint.command_count() {
+            if let Some(counts) = joint.command_counts(now) {
                 goals.push(&[joint.id().get()]);
-                goals.push(&count.to_le_bytes());
+                counts.iter().for_each(|count| goals.push(&count.to_le_bytes()));
             }
         }
         for (topic, fast) in [(Topic::Chain, true), (Topic::Each, false)] {
@@ -281,7 +281,7 @@ impl Bus {
                         *heard = true;
                         if topic == Topic::Torque {
                             if let Some(torque) = status.params.first() {
-                                joint.confirm(*torque);
+                                joint.confirm(now, *torque);
                             }
                         } else if joint.read(now, replies.asked_at(topic), &status) == Taken::Stale {
                             self.counts.stale += 1;
@@ -347,7 +347,7 @@ impl Bus {
                 let id = joint.id();
                 for &index in &self.joints {
                     if let Some(joint) = joints.get_mut(index) {
-                        joint.forbid(id);
+                        joint.forbid(now, id);
                     }
                 }
             }
@@ -414,8 +414,9 @@ impl Bus {
 /// The goals of this cycle, which nobody answers, and behind them the question for measurements.
 fn told_and_asked(goals: &[u8], question: Option<Instruction<'_>>, out: &mut [u8]) -> usize {
     let goals = (!goals.is_empty()).then_some(Instruction::SyncWrite {
-        address: GOAL_POSITION.address,
-        length: GOAL_POSITION.length,
+        // The velocity of the profile, and the goal position behind it.
+        address: PROFILE_VELOCITY.address,
+        length: 8,
         records: goals,
     });
     let mut end = 0;

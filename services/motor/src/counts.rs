@@ -8,6 +8,10 @@ pub struct Counts {
     /// Answers dropped because nobody awaited them, or because they were sampled before they were
     /// asked for.
     pub stale: u64,
+    /// Times that a joint was locked.
+    pub locks: u64,
+    /// Times that a joint moved without being allowed to, and was stopped: none, unless this program is wrong.
+    pub violations: u64,
 }
 
 /// What is counted of one bus.
@@ -43,15 +47,18 @@ pub struct Incidents {
     pub watchdogs: u64,
     /// Answers that refuse an instruction by an error number, but for the number that says that it arrived broken.
     pub refusals: u64,
+    /// Times that a joint did not follow its command for so long that it was stopped.
+    pub blocked: u64,
 }
 
 impl Incidents {
     /// Adds what befell a joint's servo.
     pub(crate) const fn add(&mut self, other: Self) {
-        let Self { alerts, restarts, watchdogs, refusals } = other;
+        let Self { alerts, restarts, watchdogs, refusals, blocked } = other;
         self.alerts += alerts;
         self.restarts += restarts;
         self.watchdogs += watchdogs;
         self.refusals += refusals;
+        self.blocked += blocked;
     }
 }

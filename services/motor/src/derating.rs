@@ -7,12 +7,17 @@ const HOT_C: f64 = 2.0;
 /// A servo with less than this share of the way from its lowest voltage up to what it is made for
 /// begins to be spared.
 const LOW_VOLTAGE_SHARE: f64 = 0.4;
+/// A servo that is spared is so until it is this much further from both bounds: it would come and go else.
+const HYSTERESIS_C: f64 = 3.0;
+const HYSTERESIS_SHARE: f64 = 0.1;
 
-/// The share of its speed that a servo in this condition is allowed: 1 is all of it, 0 is to hold.
-pub(crate) fn derating(condition: Condition, bounds: Bounds, nominal_v: f64) -> f64 {
+/// The share of its speed that a servo in this condition is allowed, where it was spared before or not: 1 is all of it,
+/// 0 is to hold.
+pub(crate) fn derating(condition: Condition, bounds: Bounds, nominal_v: f64, was_spared: bool) -> f64 {
+    let (more_c, more) = if was_spared { (HYSTERESIS_C, HYSTERESIS_SHARE) } else { (0.0, 0.0) };
     let below_c = f64::from(bounds.temperature_c) - f64::from(condition.temperature_c);
-    let cool = (below_c - HOT_C) / (WARM_C - HOT_C);
-    let spare_v = LOW_VOLTAGE_SHARE * (nominal_v - f64::from(bounds.min_v));
+    let cool = (below_c - HOT_C) / (WARM_C + more_c - HOT_C);
+    let spare_v = (LOW_VOLTAGE_SHARE + more) * (nominal_v - f64::from(bounds.min_v));
     let fed = (f64::from(condition.input_v) - f64::from(bounds.min_v)) / spare_v;
     // A lowest voltage above what the servo is made for is set for another supply, of which nothing more is known:
     // below it the servo says so itself.
@@ -25,9 +30,23 @@ pub(crate) fn derating(condition: Condition, bounds: Bounds, nominal_v: f64) -> 
 mod tests {
     use super::*;
 
+    fn condition() -> Condition {
+        Condition {
+            has_torque: true,
+            errors: servo::HardwareErrors::default(),
+            watchdog: crate::joint::Watchdog::Armed,
+            temperature_c: 40.0,
+            input_v: 12.0,
+        }
+    }
+
+    fn bounds(min_v: f32) -> Bounds {
+        Bounds { temperature_c: 80.0, min_v, velocity_rad_s: 4.0 }
+    }
+
     fn share(temperature_c: f32, input_v: f32) -> f64 {
-        let condition = Condition { temperature_c, input_v, ..Condition::default() };
-        derating(condition, Bounds { temperature_c: 80.0, min_v: 9.5 }, 12.0)
+        let condition = Condition { temperature_c, input_v, ..condition() };
+        derating(condition, bounds(9.5), 12.0, false)
     }
 
     #[test]
@@ -43,11 +62,30 @@ mod tests {
     }
 
     #[test]
+    fn a_servo_at_the_bound_is_not_spared_now_and_then() {
+        // The temperature goes to and fro by a degree.
+        let mut is_spared = false;
+        let mut changes = 0;
+        for step in 0..100_u8 {
+            let temperature_c = if step % 2 == 0 { 67.5 } else { 68.5 };
+            let condition = Condition { temperature_c, input_v: 12.0, ..condition() };
+            let was_spared = std::mem::replace(
+                &mut is_spared,
+                derating(condition, bounds(9.5), 12.0, is_spared) < 1.0,
+            );
+            changes += u32::from(was_spared != is_spared);
+        }
+        assert_eq!((is_spared, changes), (true, 1));
+        let cool = Condition { temperature_c: 64.9, input_v: 12.0, ..condition() };
+        assert!((derating(cool, bounds(9.5), 12.0, true) - 1.0).abs() < 1e-9);
+    }
+
+    #[test]
     fn a_lowest_voltage_above_what_the_servo_is_made_for_spares_nothing() {
         // Four cells in series, and a limit that is to keep them from being drained.
         for min_v in [12.0, 13.0, 14.9] {
-            let condition = Condition { temperature_c: 40.0, input_v: 14.8, ..Condition::default() };
-            let share = derating(condition, Bounds { temperature_c: 80.0, min_v }, 12.0);
+            let condition = Condition { temperature_c: 40.0, input_v: 14.8, ..condition() };
+            let share = derating(condition, bounds(min_v), 12.0, false);
             assert!((share - 1.0).abs() < 1e-9, "{share} at a limit of {min_v} V");
         }
     }

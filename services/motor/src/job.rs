@@ -1,15 +1,24 @@
 use servo::table::{
-    BUS_WATCHDOG, HARDWARE_ERROR_STATUS, HOMING_OFFSET, Item, MAX_POSITION_LIMIT, MIN_VOLTAGE_LIMIT,
-    PRESENT_INPUT_VOLTAGE, PRESENT_TEMPERATURE, PROFILE_ACCELERATION, RETURN_DELAY, SECONDARY_ID, SHUTDOWN,
-    STARTUP_CONFIGURATION, STATUS_RETURN_LEVEL, TEMPERATURE_LIMIT, TORQUE_ENABLE, by_address,
+    BUS_WATCHDOG, CURRENT_LIMIT, DRIVE_MODE, HARDWARE_ERROR_STATUS, HOMING_OFFSET, Item, MAX_POSITION_LIMIT,
+    MIN_POSITION_LIMIT, MIN_VOLTAGE_LIMIT, OPERATING_MODE, PRESENT_INPUT_VOLTAGE, PRESENT_TEMPERATURE,
+    PROFILE_ACCELERATION, PROFILE_VELOCITY, PWM_LIMIT, RETURN_DELAY, SECONDARY_ID, SHUTDOWN, STARTUP_CONFIGURATION,
+    STATUS_RETURN_LEVEL, TEMPERATURE_LIMIT, TORQUE_ENABLE, VELOCITY_LIMIT, by_address,
 };
-use servo::{Address, HardwareErrors, Id, Instruction, Model, Reading};
+use servo::{Address, HardwareErrors, Id, Instruction, Model, Reading, velocity_count, velocity_rad_s};
 
+use crate::joint::Watchdog;
+use crate::notice::Notice;
 use crate::{Topic, Trouble};
 
-/// From return delay to status return level: how it is set up, looked at before anything of it is written but
-/// the last.
-const SETUP: Item = span(RETURN_DELAY, STATUS_RETURN_LEVEL);
+/// From return delay to profile velocity: how it is set up, looked at before anything of it is written but the status
+/// return level.
+const SETUP: Item = span(RETURN_DELAY, PROFILE_VELOCITY);
+/// The servo's own bus watchdog, in 20 ms: 200 ms.
+const WATCHDOG: u8 = 10;
+/// What the watchdog reads once it has tripped.
+const TRIPPED: u8 = 0xFF;
+/// The position limits of a servo from the factory.
+pub(crate) const FACTORY_LIMITS: (i32, i32) = (0, 4095);
 /// The status return level of a servo that answers everything.
 const ANSWERS_ALL: u8 = 2;
 /// Return delay, drive mode, operating mode: none, normal with a profile of velocity, position.
@@ -40,11 +49,15 @@ pub(crate) enum Job {
         min: i32,
         max: i32,
     },
-    SetWatchdog(u8),
+    /// Arm your bus watchdog; clear it before, where it has tripped.
+    Guard {
+        clear: bool,
+    },
     /// Acceleration, velocity and goal position, in counts.
     Aim([i32; 3]),
     /// Acceleration and velocity, in counts.
     Profile([i32; 2]),
+    /// Torque off; or your bus watchdog armed, and torque on.
     Torque(bool),
     /// Stay where you are, torque on, wherever the goal is.
     Stay,
@@ -74,7 +87,7 @@ impl Job {
             Self::Look => usize::from(CONDITION.length),
             Self::SetMode
             | Self::SetLimits { .. }
-            | Self::SetWatchdog(_)
+            | Self::Guard { .. }
             | Self::Aim(_)
             | Self::Profile(_)
             | Self::Torque(_)
@@ -93,14 +106,19 @@ impl Job {
             Self::Doubt { alike: false } => say(read(Reading::ITEM)),
             Self::LetGo => encode_two(id, (TORQUE_ENABLE, 0), Instruction::Ping, out),
             Self::Inspect => encode_two(id, (STATUS_RETURN_LEVEL, ANSWERS_ALL), read(SETUP), out),
+            Self::Guard { clear: true } => {
+                encode_two(id, (BUS_WATCHDOG, 0), write(BUS_WATCHDOG, &[WATCHDOG]), out)
+            }
+            Self::Guard { clear: false } => say(write(BUS_WATCHDOG, &[WATCHDOG])),
             Self::SetMode => say(write(RETURN_DELAY, &MODE)),
             Self::SetLimits { min, max } => say(write(MAX_POSITION_LIMIT, &words([max, min, 0])[..8])),
-            Self::SetWatchdog(units) => say(write(BUS_WATCHDOG, &[units])),
             Self::Aim(counts) => say(write(PROFILE_ACCELERATION, &words(counts))),
             Self::Profile([acceleration, velocity]) => {
                 say(write(PROFILE_ACCELERATION, &words([acceleration, velocity, 0])[..8]))
             }
-            Self::Torque(on) => say(write(TORQUE_ENABLE, &[u8::from(on)])),
+            Self::Torque(false) => say(write(TORQUE_ENABLE, &[0])),
+            // A servo that has restarted since its watchdog was armed has none.
+            Self::Torque(true) => encode_two(id, (BUS_WATCHDOG, WATCHDOG), write(TORQUE_ENABLE, &[1]), out),
             // A servo whose torque comes on takes where it stands for its goal, beyond its limits too.
             Self::Stay => encode_two(id, (TORQUE_ENABLE, 0), write(TORQUE_ENABLE, &[1]), out),
             Self::Look => say(read(CONDITION)),
@@ -169,6 +187,76 @@ fn at(item: Item) -> usize {
     usize::from(item.address - SETUP.address)
 }
 
+/// The bus watchdog, by the answer to [`Job::Inspect`].
+pub(crate) fn watchdog(setup: &[u8]) -> Watchdog {
+    setup.get(at(BUS_WATCHDOG)).map_or(Watchdog::Unset, |units| watchdog_of(*units))
+}
+
+const fn watchdog_of(units: u8) -> Watchdog {
+    match units {
+        TRIPPED => Watchdog::Tripped,
+        WATCHDOG => Watchdog::Armed,
+        _ => Watchdog::Unset,
+    }
+}
+
+/// The value of an item in the answer to [`Job::Inspect`].
+fn value(setup: &[u8], item: Item) -> Option<i32> {
+    let bytes = setup.get(at(item)..)?.get(..usize::from(item.length))?;
+    match *bytes {
+        [a] => Some(i32::from(a)),
+        [a, b] => Some(i32::from(u16::from_le_bytes([a, b]))),
+        [a, b, c, d] => Some(i32::from_le_bytes([a, b, c, d])),
+        _ => None,
+    }
+}
+
+/// A limit with which the servo cannot move at all, by the answer to [`Job::Inspect`].
+pub(crate) fn powerless(setup: &[u8]) -> Option<Trouble> {
+    let is_zero = |item: &&Item| value(setup, **item) == Some(0);
+    [PWM_LIMIT, CURRENT_LIMIT, VELOCITY_LIMIT].iter().find(is_zero).map(|item| Trouble::Powerless(item.address))
+}
+
+/// What people are told of how a servo of a model is set up, whose limits shall be from `min` to `max` counts and whose
+/// joint turns at up to `fastest_rad_s`.
+pub(crate) fn notices(
+    model: Model,
+    setup: &[u8],
+    (min, max): (i32, i32),
+    fastest_rad_s: f64,
+) -> impl Iterator<Item = Notice> {
+    let [delay, drive, mode] = MODE.map(i32::from);
+    let initial = |item: Item| by_address(model, item.address).and_then(|entry| i32::try_from(entry.initial).ok());
+    let written = [
+        (RETURN_DELAY, delay),
+        (DRIVE_MODE, drive),
+        (OPERATING_MODE, mode),
+        (MAX_POSITION_LIMIT, max),
+        (MIN_POSITION_LIMIT, min),
+    ];
+    let overwritten = written.map(|(item, new)| {
+        value(setup, item).filter(|old| *old != new).map(|old| Notice::Overwritten { item, old, new })
+    });
+    let wanted = [
+        (PWM_LIMIT, initial(PWM_LIMIT)),
+        (CURRENT_LIMIT, initial(CURRENT_LIMIT)),
+        (VELOCITY_LIMIT, Some(velocity_count(fastest_rad_s))),
+    ];
+    let tighter = wanted.map(|(item, needed)| {
+        let (found, needed) = value(setup, item).zip(needed)?;
+        (found < needed).then_some(Notice::Tighter { item, found, needed })
+    });
+    // What this program leaves there is no news; what is slower than any of that is.
+    let slow = velocity_count(SLOW_RAD_S);
+    let left_over = value(setup, PROFILE_VELOCITY)
+        .filter(|found| !has_torque(setup) && (1..slow).contains(found))
+        .map(|found| Notice::LeftOver { item: PROFILE_VELOCITY, found });
+    overwritten.into_iter().chain(tighter).chain([left_over]).flatten()
+}
+
+/// No profile of this program is slower.
+const SLOW_RAD_S: f64 = 0.05;
+
 /// What a servo bears, from the answer to [`Job::Inspect`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Bounds {
@@ -176,22 +264,29 @@ pub(crate) struct Bounds {
     pub(crate) temperature_c: f32,
     /// It reports an error below this.
     pub(crate) min_v: f32,
+    /// No profile may be faster than this.
+    pub(crate) velocity_rad_s: f64,
 }
 
 impl Bounds {
     pub(crate) fn parse(setup: &[u8]) -> Option<Self> {
         let temperature = *setup.get(at(TEMPERATURE_LIMIT))?;
         let volts = setup.get(at(MIN_VOLTAGE_LIMIT)..)?.first_chunk()?;
-        Some(Self { temperature_c: f32::from(temperature), min_v: decivolts(*volts) })
+        let velocity = value(setup, VELOCITY_LIMIT)?;
+        Some(Self {
+            temperature_c: f32::from(temperature),
+            min_v: decivolts(*volts),
+            velocity_rad_s: velocity_rad_s(velocity),
+        })
     }
 }
 
 /// How a servo is.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Condition {
     pub(crate) has_torque: bool,
     pub(crate) errors: HardwareErrors,
-    pub(crate) watchdog_tripped: bool,
+    pub(crate) watchdog: Watchdog,
     pub(crate) temperature_c: f32,
     pub(crate) input_v: f32,
 }
@@ -204,7 +299,7 @@ impl Condition {
         Some(Self {
             has_torque: *byte(TORQUE_ENABLE)? == 1,
             errors: HardwareErrors(*byte(HARDWARE_ERROR_STATUS)?),
-            watchdog_tripped: *byte(BUS_WATCHDOG)? == 0xFF,
+            watchdog: watchdog_of(*byte(BUS_WATCHDOG)?),
             temperature_c: f32::from(*byte(PRESENT_TEMPERATURE)?),
             input_v: decivolts(*bytes.get(at(PRESENT_INPUT_VOLTAGE)..)?.first_chunk()?),
         })

@@ -1,17 +1,29 @@
 mod answers;
+mod licence;
+mod link;
+mod motion;
+mod policy;
+mod power;
 mod rise;
+mod state;
+mod steer;
 
 #[cfg(test)]
 pub(crate) use answers::REBOOTS_MOST;
 use clock::{Duration, Instant};
-use config::leo::OnAlert;
-use message::{JointCause, JointMode, JointState};
-use servo::{Id, Limits, Model, Motion, Reading, position_count};
+use config::leo::AlertReaction;
+use message::JointCause;
+use servo::{Id, Model, Reading, position_count};
 
-use crate::derating::derating;
+pub(crate) use licence::{Ending, Licence, is_own_fault};
+pub(crate) use link::{Link, Setup};
+pub(crate) use motion::Motion;
+pub(crate) use policy::Policy;
+pub(crate) use power::{Power, Rise, Watchdog};
+
 use crate::job::{Bounds, Condition};
+use crate::notice::Notices;
 use crate::servo_clock::ServoClock;
-use crate::stage::Stage;
 use crate::{Incidents, Trouble};
 
 /// How long a servo that is quarantined is left alone at first.
@@ -21,24 +33,20 @@ const FRESH: Duration = Duration::from_millis(100);
 /// No servo turns faster, by its motor or by anybody's hand, and no reading is off by more.
 const SPEED_MOST_RAD_S: f64 = 30.0;
 const JUMP_MOST_RAD: f64 = 0.1;
-/// Who turns no faster stands: two counts of velocity. Who was told to stay is no further from there.
+/// A servo that turns no faster stands: two counts of velocity. One that was told to stay is no further from there.
 const STILL_RAD_S: f64 = 0.05;
 const STAYS_RAD: f64 = 0.05;
 /// How often it is looked how a servo is.
 const LOOK_EVERY: Duration = Duration::from_millis(500);
-
-/// What the configuration says of every joint alike.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Policy {
-    pub(crate) soft_start: Duration,
-    pub(crate) soft_start_rad_s: f64,
-    pub(crate) on_alert: OnAlert,
-}
+/// How long the last command of a motion is repeated before no more is sent.
+const SETTLE: Duration = Duration::from_millis(40);
 
 #[derive(Clone, Copy, Debug)]
 struct Goal {
     position_rad: f64,
     arrive_at: Instant,
+    /// When it was decided: a goal is good for the command time-out.
+    decided_at: Instant,
 }
 
 /// What a joint made of a reading.
@@ -52,7 +60,42 @@ pub(crate) enum Taken {
     Unproven,
 }
 
-/// One joint with its servo. Positions are the joint's own unless they say otherwise.
+/// What holds for the whole body in a cycle.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Orders {
+    /// Whether there is a commander.
+    pub(crate) live: bool,
+    /// Why the joint must not move although it could: another joint failed, or a bus is lost.
+    pub(crate) halt: Option<JointCause>,
+    /// Whether a bus is lost: no torque comes on then.
+    pub(crate) body_stopped: bool,
+    /// Whether no commander has been there for so long that no servo shall have torque.
+    pub(crate) limp: bool,
+}
+
+/// How the servo of a joint answers.
+#[derive(Clone, Copy, Debug)]
+struct Contact {
+    /// Times in a row that it was silent, and that its answer was broken.
+    misses: u32,
+    corrupt: u32,
+    /// Times in a row that it did not acknowledge what it was told, though it may be read.
+    unacknowledged: u32,
+    /// Readings in a row that were not believed.
+    rejected: u32,
+    /// Until when its readings must be believed before it may move, where they were not for long.
+    trusted_at: Option<Instant>,
+    /// How long it is left alone when it falls silent the next time.
+    wait: Duration,
+    /// Whether its firmware knows the fast reads.
+    is_fast: bool,
+}
+
+/// One joint with its servo: four state machines, and what is known of the servo. Positions are the joint's own unless
+/// they say otherwise.
+///
+/// A joint moves only where its link answers, its power is on by its own doing (which arms the servo's bus watchdog)
+/// and its licence is armed: [`may_move`](Self::may_move).
 #[derive(Clone, Debug)]
 pub(crate) struct Joint {
     settings: config::motor::Joint,
@@ -60,84 +103,93 @@ pub(crate) struct Joint {
     index: u32,
     id: Id,
     model: Model,
-    stage: Stage,
-    cause: JointCause,
-    trouble: Option<Trouble>,
-    /// Why it must not move now although it could.
-    halt: Option<JointCause>,
-    /// Times in a row that it was silent, and that its answer was broken.
-    misses: u32,
-    spoilt: u32,
-    /// Readings in a row that were not believed.
-    unbelieved: u32,
-    /// Until when its readings must be believed before it may follow, where they were not for long.
-    proven_at: Option<Instant>,
-    /// Times in a row that it did not acknowledge what it was told, though it may be read.
-    unacknowledged: u32,
-    /// How long it is left alone when it falls silent the next time.
-    wait: Duration,
+    /// What its group does at most after an alert.
+    reaction_most: AlertReaction,
+
+    link: Link,
+    power: Power,
+    licence: Licence,
     motion: Motion,
+
+    /// What holds for the whole body.
+    orders: Orders,
+    /// Why the torque of the whole body is switched off, if it is.
+    let_go: Option<JointCause>,
     goal: Option<Goal>,
-    reading: Option<(Instant, Reading)>,
+
+    contact: Contact,
     clock: ServoClock,
-    /// Whether its firmware knows the fast reads.
-    is_fast: bool,
-    bounds: Option<Bounds>,
+    reading: Option<(Instant, Reading)>,
     condition: Option<Condition>,
+    bounds: Option<Bounds>,
     look_at: Instant,
-    following_since: Instant,
-    /// It started anew by itself, and does not follow again yet.
-    restarted: bool,
-    /// It followed when it fell silent: has it its torque still when it is back?
-    had_torque: bool,
-    /// Its servo may have torque although it does not follow: as long as nobody knows, it may.
-    may_have_torque: bool,
-    /// Its commander has been gone for so long that its servo shall have no torque.
-    shall_be_limp: bool,
-    /// It stood beyond its limits when torque came on, and comes back to them.
-    returns: bool,
-    /// Its servo has the profile of operation.
-    is_quick: bool,
+
+    /// Since when it has been further from its command than it may be.
+    behind_since: Option<Instant>,
+    /// Whether it is spared: what is spared is so until it is well beyond the bound.
+    is_spared: bool,
+    /// What is done about its hardware alert, while it has one.
+    reaction: Option<AlertReaction>,
+    /// When its torque goes off after an alert, where it does not move.
+    cut_at: Option<Instant>,
+    /// When its servo is told to begin anew, and how often it was.
+    reboot_at: Option<Instant>,
     reboots: u32,
+
+    trouble: Option<Trouble>,
+    notices: Notices,
     /// What befell its servo since its bus has counted it last.
     incidents: Incidents,
+    /// Times that it moved without being allowed to, and was stopped: none, unless this program is wrong.
+    violations: u64,
 }
 
 impl Joint {
-    pub(crate) fn new(index: u32, id: Id, settings: &config::motor::Joint, policy: Policy) -> Self {
+    pub(crate) fn new(
+        index: u32,
+        id: Id,
+        settings: &config::motor::Joint,
+        policy: Policy,
+        reaction_most: AlertReaction,
+    ) -> Self {
         Self {
             settings: settings.clone(),
             policy,
             index,
             id,
             model: settings.model.into(),
-            stage: Stage::Ask,
-            cause: JointCause::NotStarted,
-            trouble: None,
-            halt: None,
-            misses: 0,
-            spoilt: 0,
-            unbelieved: 0,
-            proven_at: None,
-            unacknowledged: 0,
-            wait: WAIT_FIRST,
-            motion: Motion::at(f64::NAN),
+            reaction_most,
+            link: Link::Unknown,
+            power: Power::Unknown { was_on: false },
+            licence: Licence::Disarmed { cause: JointCause::NotStarted },
+            motion: Motion::Idle,
+            orders: Orders::default(),
+            let_go: None,
             goal: None,
-            reading: None,
+            contact: Contact {
+                misses: 0,
+                corrupt: 0,
+                unacknowledged: 0,
+                rejected: 0,
+                trusted_at: None,
+                wait: WAIT_FIRST,
+                is_fast: false,
+            },
             clock: ServoClock::default(),
-            is_fast: false,
-            bounds: None,
+            reading: None,
             condition: None,
+            bounds: None,
             look_at: Instant::EPOCH,
-            following_since: Instant::EPOCH,
-            restarted: false,
-            had_torque: false,
-            may_have_torque: true,
-            shall_be_limp: false,
-            returns: false,
-            is_quick: false,
+            behind_since: None,
+            is_spared: false,
+            reaction: None,
+            cut_at: None,
+            reboot_at: None,
             reboots: 0,
+            trouble: None,
+            notices: Notices::default(),
             incidents: Incidents::default(),
+            violations: 0,
         }
     }
 
@@ -153,12 +205,20 @@ impl Joint {
         self.settings.group
     }
 
+    pub(crate) const fn model(&self) -> Model {
+        self.model
+    }
+
     pub(crate) const fn trouble(&self) -> Option<Trouble> {
         self.trouble
     }
 
     pub(crate) const fn is_fast(&self) -> bool {
-        self.is_fast
+        self.contact.is_fast
+    }
+
+    pub(crate) const fn violations(&self) -> u64 {
+        self.violations
     }
 
     #[cfg(test)]
@@ -171,246 +231,334 @@ impl Joint {
         std::mem::take(&mut self.incidents)
     }
 
+    /// What people are to be told of its servo since this was asked last.
+    pub(crate) fn take_notices(&mut self) -> Notices {
+        std::mem::take(&mut self.notices)
+    }
+
     /// Whether it was not heard when it was asked last.
     pub(crate) const fn is_suspect(&self) -> bool {
-        self.misses > 0
+        self.contact.misses > 0
     }
 
     /// Whether it is quarantined.
-    pub(crate) fn is_absent(&self) -> bool {
-        matches!(self.stage, Stage::Absent { .. }) || self.is_unproven()
+    pub(crate) const fn is_absent(&self) -> bool {
+        self.link.is_quarantined() || self.is_unproven()
     }
 
     /// Whether its servo answers again and is not believed yet: it gets no torque.
-    fn is_unproven(&self) -> bool {
-        let is_down = matches!(self.stage, Stage::Ask | Stage::Inspect | Stage::Configure(_) | Stage::Ready);
-        is_down && self.proven_at.is_some()
+    const fn is_unproven(&self) -> bool {
+        self.contact.trusted_at.is_some()
     }
 
     /// Whether its group's turn is not over: it is on its way to have torque.
     pub(crate) fn is_rising(&self) -> bool {
-        match self.stage {
-            Stage::Ask | Stage::Inspect | Stage::Configure(_) | Stage::Ready | Stage::Arm(_) => {
-                !self.is_unproven()
-            }
-            Stage::Held { told } => told.is_some() && self.halt.is_none(),
-            Stage::Absent { .. }
-            | Stage::Doubt(_)
-            | Stage::Following
-            | Stage::Release
-            | Stage::LetGo { .. }
-            | Stage::Failed { .. } => false,
+        if self.let_go.is_some() || self.is_absent() || self.licence.is_locked() {
+            return false;
+        }
+        match self.link {
+            Link::Unknown | Link::Identified(_) => true,
+            Link::Answering => self.licence.is_given() && !self.power.is_on(),
+            Link::Silent { .. } | Link::Doubted(_) => false,
         }
     }
 
     /// Whether it is not known yet that it is one servo, of which everything is as it should be.
-    pub(crate) const fn is_unsettled(&self) -> bool {
-        match self.stage {
-            Stage::Doubt(_) | Stage::Ask | Stage::Inspect | Stage::Configure(_) => true,
-            Stage::Ready | Stage::Arm(_) => !self.clock.is_known(),
-            Stage::Absent { .. }
-            | Stage::Following
-            | Stage::Held { .. }
-            | Stage::Release
-            | Stage::LetGo { .. }
-            | Stage::Failed { .. } => false,
-        }
+    pub(crate) fn is_unsettled(&self) -> bool {
+        let is_known = self.power.is_on() || self.clock.is_known();
+        !self.licence.is_locked()
+            && (self.link.is_unsettled() || (matches!(self.link, Link::Answering) && !is_known))
     }
 
     /// Whether its position is read in every cycle.
-    pub(crate) const fn is_read(&self) -> bool {
-        match self.stage {
-            Stage::Ready
-            | Stage::Arm(_)
-            | Stage::Following
-            | Stage::Held { .. }
-            | Stage::Release
-            | Stage::LetGo { confirmed: true } => true,
-            Stage::Absent { .. }
-            | Stage::Doubt(_)
-            | Stage::Ask
-            | Stage::Inspect
-            | Stage::Configure(_)
-            | Stage::LetGo { confirmed: false }
-            | Stage::Failed { .. } => false,
+    pub(crate) fn is_read(&self) -> bool {
+        if self.let_go.is_some() { self.has_let_go() } else { matches!(self.link, Link::Answering) }
+    }
+
+    /// Whether others must not move: those of its group, and of the groups that it carries. It failed, does not
+    /// answer, or has not come back since.
+    pub(crate) fn stops_group(&self) -> bool {
+        match self.licence {
+            _ if self.is_absent() || self.licence.ending().is_some_and(|ending| ending.locks) => true,
+            Licence::Locked { .. } => true,
+            Licence::Disarmed { cause } => is_own_fault(cause),
+            Licence::Armed { after, .. } => is_own_fault(after) && !self.power.is_on(),
         }
     }
 
-    /// Whether its group must not move: it lost its torque while the others have theirs.
-    pub(crate) fn stops_group(&self) -> bool {
-        self.restarted || matches!(self.stage, Stage::Failed { cause: JointCause::Alert, .. })
-    }
-
-    /// Whether it moves by command, or on its way back to its limits.
+    /// Whether it moves by command, or on its way back within its limits.
     pub(crate) fn is_moving(&self) -> bool {
-        let moves = self.returns || self.motion.velocity_rad_s.abs() > 0.0;
-        (self.stage == Stage::Following && moves) || self.stage == Stage::Held { told: None }
+        match self.motion {
+            Motion::Align { .. } => true,
+            Motion::Stay { .. } => !self.stays(),
+            motion => motion.setpoint().is_some_and(|at| at.velocity_rad_s.abs() > 0.0),
+        }
     }
 
     /// Whether its servo has said that its torque is off, since it was told so.
     pub(crate) fn has_let_go(&self) -> bool {
-        self.stage == Stage::LetGo { confirmed: true }
+        self.let_go.is_some() && matches!(self.power, Power::Off)
+    }
+
+    /// Whether it may move: the guard of every state of motion but idle.
+    pub(crate) fn may_move(&self) -> bool {
+        matches!(self.link, Link::Answering)
+            && self.power.is_on()
+            && self.licence.is_armed()
+            && self.let_go.is_none()
     }
 
     /// Sets where it shall be; a goal beyond the joint's limits becomes the limit. `None` for a
     /// goal that is no number, otherwise whether it was within the limits.
-    pub(crate) fn set_goal(&mut self, position_rad: f64, arrive_at: Instant) -> Option<bool> {
+    pub(crate) fn set_goal(&mut self, position_rad: f64, arrive_at: Instant, decided_at: Instant) -> Option<bool> {
         let within = self.clamped(position_rad)?;
-        self.goal = Some(Goal { position_rad: within, arrive_at });
+        self.goal = Some(Goal { position_rad: within, arrive_at, decided_at });
         Some(position_rad.total_cmp(&within).is_eq())
     }
 
-    /// Forgets where it should be.
-    pub(crate) fn forget_goal(&mut self) {
-        self.goal = None;
+    /// Lives on to `now`, which is `dt_s` after the last cycle.
+    pub(crate) fn step(&mut self, now: Instant, dt_s: f64, orders: Orders) {
+        self.orders = orders;
+        if !orders.live || orders.halt.is_some() || !self.licence.is_given() {
+            self.goal = None;
+        }
+        // A commander's clock may be wrong, and a goal from the future would never grow old.
+        if let Some(goal) = &mut self.goal {
+            goal.decided_at = goal.decided_at.min(now);
+        }
+        self.goal = self.goal.filter(|goal| now.since(goal.decided_at) <= self.policy.command_timeout);
+        if self.let_go.is_some() {
+            return;
+        }
+        if orders.limp {
+            self.release(now);
+        }
+        self.license(now);
+        self.conduct(now);
+        if dt_s > 0.0 {
+            self.steer(now, dt_s);
+        }
+        self.guard();
     }
 
-    /// Says why it must not move, if so: goals are forgotten then.
-    pub(crate) fn set_halt(&mut self, halt: Option<JointCause>) {
-        self.halt = halt;
-        if halt.is_some() {
+    /// Stops a motion that is not allowed. It is this program's own fault, and says so.
+    fn guard(&mut self) {
+        let is_wrong = self.motion != Motion::Idle && !self.may_move();
+        debug_assert!(!is_wrong, "joint {} moves without being allowed to: {self:?}", self.index);
+        if is_wrong {
+            self.violations += 1;
+            self.motion = Motion::Idle;
+        }
+    }
+
+    /// Arms it by a person's order, which lapses at an instant unless its torque is on by then.
+    pub(crate) fn arm(&mut self, lapses_at: Instant) {
+        if let Licence::Disarmed { cause } = self.licence
+            && self.may_be_armed()
+        {
+            self.licence = Licence::Armed { after: cause, lapses_at: Some(lapses_at), ending: None };
+        }
+    }
+
+    /// Gives a new lock its number, which is one more than `locks`; whether there was one.
+    pub(crate) fn count_lock(&mut self, locks: u64) -> bool {
+        match &mut self.licence {
+            Licence::Locked { number: number @ None, .. } => {
+                *number = Some(locks + 1);
+                true
+            }
+            Licence::Locked { .. } | Licence::Disarmed { .. } | Licence::Armed { .. } => false,
+        }
+    }
+
+    /// Unlocks it where a person has seen its lock and the cause is gone. What can be wrong still is looked at anew.
+    pub(crate) fn acknowledge(&mut self, now: Instant, locks: u64) {
+        let Licence::Locked { cause, number: Some(number) } = self.licence else { return };
+        let is_off = matches!(self.power, Power::Off);
+        if number > locks || self.let_go.is_some() || self.link.is_quarantined() {
+            return;
+        }
+        match cause {
+            JointCause::BeyondLimits if self.beyond_rad(now).is_none_or(|rad| rad > self.policy.max_beyond_limits_rad) => {
+                return;
+            }
+            JointCause::BeyondLimits | JointCause::Blocked => {}
+            // Only a reboot clears what it switched itself off for.
+            JointCause::Alert if is_off => self.reboot_at = Some(now),
+            _ if is_off => self.begin_anew(),
+            _ => return,
+        }
+        (self.trouble, self.reaction) = (None, None);
+        self.licence = Licence::Disarmed { cause };
+    }
+
+    /// Ends the licence for an emergency stop that lets the joint come to rest first.
+    pub(crate) fn end_by_emergency(&mut self) {
+        let ending = Ending { cause: JointCause::Emergency, locks: false };
+        if self.licence.is_given() {
+            self.end_licence(ending);
+        } else if let Licence::Disarmed { .. } = self.licence {
+            self.licence = ending.licence();
+        }
+    }
+
+    /// Asks its servo anew what it is and how it is set up.
+    fn begin_anew(&mut self) {
+        self.link = Link::Unknown;
+        self.power = Power::Unknown { was_on: false };
+        self.motion = Motion::Idle;
+        self.clock.forget();
+    }
+
+    /// Switches the torque off where no commander has been there for long.
+    fn release(&mut self, now: Instant) {
+        let is_known = matches!(self.power, Power::Found { .. } | Power::Rising { is_on: true, .. } | Power::On { .. });
+        if is_known {
+            self.disarm(JointCause::CommandTimeout);
+            self.cut(now);
+        } else if matches!(self.power, Power::Rising { .. }) {
+            self.disarm(JointCause::CommandTimeout);
+        }
+    }
+
+    /// Switches the torque off from `now` on, whatever it is doing.
+    fn cut(&mut self, now: Instant) {
+        self.power = Power::Cutting { tell_at: now };
+        (self.motion, self.goal, self.cut_at, self.behind_since) = (Motion::Idle, None, None, None);
+        if let Some(ending) = self.licence.ending() {
+            self.licence = ending.licence();
+        }
+    }
+
+    /// Ends the licence at once; a lock stays.
+    fn disarm(&mut self, cause: JointCause) {
+        let ending = self.licence.ending();
+        match self.licence {
+            Licence::Locked { .. } => {}
+            Licence::Armed { .. } if ending.is_some_and(|ending| ending.locks) => {
+                self.licence = ending.map_or(self.licence, Ending::licence);
+            }
+            Licence::Armed { .. } | Licence::Disarmed { .. } => self.licence = Licence::Disarmed { cause },
+        }
+        (self.motion, self.goal) = (Motion::Idle, None);
+        self.abandon_rise();
+    }
+
+    /// Ends the licence once the joint has stopped; at once where it does not move.
+    fn end_licence(&mut self, ending: Ending) {
+        let Licence::Armed { after, lapses_at, ending: before } = self.licence else {
+            if ending.locks && !self.licence.is_locked() {
+                self.licence = ending.licence();
+            }
+            return;
+        };
+        // A lock outranks all else, and the first one stands.
+        let ending = before.filter(|before| before.locks || !ending.locks).unwrap_or(ending);
+        if self.motion == Motion::Idle {
+            self.abandon_rise();
+            self.licence = ending.licence();
+        } else {
+            self.goal = None;
+            self.licence = Licence::Armed { after, lapses_at, ending: Some(ending) };
+            self.halt();
+        }
+    }
+
+    /// Breaks off what has not come to torque yet.
+    fn abandon_rise(&mut self) {
+        if let Power::Rising { step, is_on, is_tripped } = self.power {
+            let watchdog = match step {
+                Rise::Guard if is_tripped => Watchdog::Tripped,
+                Rise::Guard => Watchdog::Unset,
+                Rise::Aim | Rise::Torque => Watchdog::Armed,
+            };
+            self.power = if is_on { Power::Found { watchdog, stay: None } } else { Power::Off };
+        }
+    }
+
+    /// Gives the licence, takes it, and lets it lapse.
+    fn license(&mut self, now: Instant) {
+        let Orders { live, halt, body_stopped, .. } = self.orders;
+        if !live || body_stopped {
+            self.abandon_rise();
+        }
+        self.lock_beyond_limits(now);
+        match self.licence {
+            // What comes up does so while others stand still; then it waits for them.
+            Licence::Armed { .. } if self.power.is_on() && halt.is_some() => {
+                let cause = halt.unwrap_or(JointCause::GroupStopped);
+                self.end_licence(Ending { cause, locks: false });
+            }
+            Licence::Armed { after, lapses_at: Some(lapses_at), ending: None }
+                if now >= lapses_at && !self.power.is_on() =>
+            {
+                self.disarm(after);
+            }
+            Licence::Armed { after, ending: Some(ending), lapses_at } => {
+                // What stopped it is over, and the configuration says that it need not wait for a person.
+                if !ending.locks && live && halt.is_none() && self.policy.arms_after(ending.cause) {
+                    self.licence = Licence::Armed { after, lapses_at, ending: None };
+                }
+            }
+            Licence::Disarmed { cause } if live && self.may_be_armed() && self.policy.arms_after(cause) => {
+                self.licence = Licence::Armed { after: cause, lapses_at: None, ending: None };
+            }
+            Licence::Armed { .. } | Licence::Disarmed { .. } | Licence::Locked { .. } => {}
+        }
+    }
+
+    /// Whether an order to arm means it: its servo answers, or is being asked; and what has torque already does not
+    /// have to stand still for others.
+    fn may_be_armed(&self) -> bool {
+        self.let_go.is_none() && !self.is_absent() && !(self.power.is_on() && self.orders.halt.is_some())
+    }
+
+    /// Locks it where it was found too far beyond its limits.
+    fn lock_beyond_limits(&mut self, now: Instant) {
+        let is_at_rest = self.motion == Motion::Idle && !self.licence.is_locked();
+        let Some(rad) = self.beyond_rad(now).filter(|_| is_at_rest && matches!(self.link, Link::Answering)) else {
+            return;
+        };
+        if rad > self.policy.max_beyond_limits_rad {
+            self.trouble = Some(Trouble::BeyondLimits { by_mrad: quantity::number::round_i64(rad * 1e3) });
+            self.abandon_rise();
+            self.licence = Licence::Locked { cause: JointCause::BeyondLimits, number: None };
             self.goal = None;
         }
     }
 
-    /// Moves the command on by `dt_s`: towards the goal, or to a stop without one.
-    pub(crate) fn steer(&mut self, now: Instant, dt_s: f64) {
-        if self.stage != Stage::Following {
-            return;
-        }
-        let stop = Limits {
-            velocity_rad_s: self.settings.velocity_rad_s,
-            acceleration_rad_s2: self.settings.acceleration_rad_s2,
-        };
-        if self.returns {
-            if self.is_far_from(self.motion.position_rad) {
-                return;
-            }
-            (self.returns, self.following_since) = (false, now);
-        }
-        let share = self.derating();
-        // Until its servo has the profile of operation it could not keep up with more.
-        let soft = !self.is_quick || now < self.following_since + self.policy.soft_start;
-        let soft_rad_s = if soft { self.policy.soft_start_rad_s } else { f64::INFINITY };
-        // The acceleration stays: with less of it, what moves already could not stop within its limits.
-        let limits = Limits { velocity_rad_s: (stop.velocity_rad_s * share).min(soft_rad_s), ..stop };
-        let next = match self.goal.filter(|_| share > 0.0) {
-            Some(goal) => {
-                let within_s = goal.arrive_at.since(now).as_secs_f64();
-                let velocity_rad_s = self.motion.cruise(goal.position_rad, limits, within_s);
-                self.motion.towards(goal.position_rad, Limits { velocity_rad_s, ..limits }, dt_s)
-            }
-            None => self.motion.stopping(stop, dt_s),
-        };
-        let next = next.unwrap_or(Motion { velocity_rad_s: 0.0, ..self.motion });
-        // Steps of uneven length miss the goal by a hair, and the goal may be the limit.
-        self.motion = match self.clamped(next.position_rad) {
-            Some(within) if within.total_cmp(&next.position_rad).is_ne() => Motion::at(within),
-            _ => next,
-        };
-    }
-
-    /// The goal position that its servo is given in this cycle, in counts.
-    pub(crate) fn command_count(&self) -> Option<i32> {
-        let within = self.clamped(self.motion.position_rad)?;
-        (self.stage == Stage::Following).then(|| position_count(self.settings.servo_rad(within)))
-    }
-
-    /// Switches the torque off where it shall be limp: its commander was gone for long.
-    pub(crate) fn release(&mut self, shall_be_limp: bool) {
-        self.shall_be_limp = shall_be_limp;
-        let may_have_torque = matches!(self.stage, Stage::Following | Stage::Held { .. } | Stage::Arm(_))
-            || (self.stage == Stage::Ready && self.may_have_torque);
-        if shall_be_limp && may_have_torque {
-            self.stage = Stage::Release;
-            self.cause = JointCause::CommandTimeout;
-        }
-    }
-
-    /// Breaks off what has not come to torque yet: nobody commands, or the body stands still.
-    pub(crate) fn stop_arming(&mut self) {
-        if matches!(self.stage, Stage::Arm(_)) {
-            self.stage = Stage::Ready;
-        }
-    }
-
-    /// Stops it on its way back to its limits, which its servo goes by itself: no goal that it would take
-    /// is where it stands. So it does where a motor process sent it there that is no more.
-    pub(crate) fn stop_returning(&mut self) {
-        let is_sent =
-            self.stage == Stage::Following && self.returns && self.is_far_from(self.motion.position_rad);
-        if is_sent || (self.stage == Stage::Ready && self.may_have_torque && self.comes_back()) {
-            (self.returns, self.may_have_torque) = (false, true);
-            self.stage = Stage::Held { told: None };
-        }
-    }
-
     /// Switches the torque off with that of the whole body, whatever it is doing.
-    pub(crate) fn let_go(&mut self, cause: JointCause) {
-        if !matches!(self.stage, Stage::LetGo { .. }) {
-            self.stage = Stage::LetGo { confirmed: false };
+    pub(crate) fn let_go(&mut self, now: Instant, cause: JointCause) {
+        if self.let_go.is_none() {
+            self.cut(now);
+            self.disarm(cause);
         }
-        self.cause = cause;
-        self.goal = None;
-        self.motion = Motion::at(f64::NAN);
+        self.let_go = Some(cause);
     }
 
-    /// Notes what its servo says of its torque after it was told to let go.
-    pub(crate) fn confirm(&mut self, torque: u8) {
-        self.misses = 0;
-        if let Stage::LetGo { confirmed } = &mut self.stage {
-            *confirmed = torque == 0;
+    /// Notes what its servo says of its torque after the whole body was told to let go.
+    pub(crate) fn confirm(&mut self, now: Instant, torque: u8) {
+        self.contact.misses = 0;
+        if self.let_go.is_some() {
+            self.power = if torque == 0 { Power::Off } else { Power::Cutting { tell_at: now } };
         }
     }
 
-    /// Starts anew as if nothing had been: after an emergency stop was released.
-    pub(crate) fn start_anew(&mut self) {
-        let fresh = Self::new(self.index, self.id, &self.settings, self.policy);
-        *self = Self { reading: self.reading, ..fresh };
+    /// Ends what [`let_go`](Self::let_go) began: its servo is asked anew what it is. It moves no sooner than somebody
+    /// arms it.
+    pub(crate) fn end_let_go(&mut self) {
+        if self.let_go.take().is_some() {
+            (self.contact.misses, self.contact.corrupt, self.contact.unacknowledged) = (0, 0, 0);
+            (self.contact.rejected, self.contact.trusted_at, self.contact.wait) = (0, None, WAIT_FIRST);
+            self.begin_anew();
+        }
     }
 
-    /// What the joint does, for whoever looks; `live` says whether there is a commander.
-    pub(crate) fn state(&self, live: bool) -> JointState {
-        let pace = if self.motion.velocity_rad_s.abs() <= 0.0 {
-            JointMode::Holding
-        } else {
-            JointMode::Decelerating
-        };
-        let (mode, cause) = match self.stage {
-            Stage::Absent { .. } | Stage::Doubt(_) => (JointMode::Quarantined, self.cause),
-            _ if self.is_unproven() => (JointMode::Quarantined, JointCause::Unbelieved),
-            Stage::Ready if self.cause == JointCause::CommandTimeout && !self.may_have_torque => {
-                (JointMode::Limp, self.cause)
-            }
-            Stage::Ask | Stage::Inspect | Stage::Configure(_) | Stage::Ready | Stage::Arm(_) => {
-                (JointMode::Starting, self.cause)
-            }
-            Stage::Following => match self.halt {
-                Some(cause) => (pace, cause),
-                None if !live => (pace, JointCause::CommandTimeout),
-                None if self.returns => (JointMode::Starting, JointCause::NotStarted),
-                None if self.derating() < 1.0 => (JointMode::Following, JointCause::Derated),
-                None => (JointMode::Following, JointCause::None),
-            },
-            Stage::Held { .. } => match self.halt.or((!live).then_some(JointCause::CommandTimeout)) {
-                Some(cause) if self.stays() => (JointMode::Holding, cause),
-                Some(cause) => (JointMode::Decelerating, cause),
-                None => (JointMode::Starting, JointCause::NotStarted),
-            },
-            Stage::Release | Stage::LetGo { confirmed: false } => (JointMode::Releasing, self.cause),
-            Stage::LetGo { confirmed: true } => (JointMode::Limp, self.cause),
-            Stage::Failed { cause, release_at: Some(_), .. } => (JointMode::Releasing, cause),
-            Stage::Failed { cause, release_at: None, .. } => (JointMode::Limp, cause),
-        };
-        let mut state = JointState::unread(self.index, mode, cause);
-        if let Some((at, reading)) = self.reading {
-            let Reading { position_rad, velocity_rad_s, current_a, .. } = reading;
-            state = state.with_reading(at.as_nanos(), position_rad, velocity_rad_s, current_a);
-        }
-        if let Some(condition) = self.condition {
-            state = state.with_condition(condition.temperature_c, condition.input_v);
-        }
-        if self.stage == Stage::Following { state.with_command(self.motion.position_rad) } else { state }
+    /// How far beyond its limits it stands, in radians; `None` where that is not known.
+    fn beyond_rad(&self, now: Instant) -> Option<f64> {
+        let (at, reading) = self.reading?;
+        let within = self.clamped(reading.position_rad)?;
+        (now.since(at) <= FRESH).then_some((reading.position_rad - within).abs())
     }
 
     /// Whether a joint can have come from where it was read before to here. One answer in 65536 whose
@@ -435,24 +583,22 @@ impl Joint {
 
     /// Whether it was read to stand since its servo was told to stay, and where it was told to.
     fn stays(&self) -> bool {
-        let Stage::Held { told: Some((told_at, stood_rad)) } = self.stage else { return false };
-        self.reading.is_some_and(|(at, reading)| {
+        let told = match (self.motion, self.power) {
+            (Motion::Stay { told }, _) | (_, Power::Found { stay: told, .. }) => told,
+            _ => None,
+        };
+        told.zip(self.reading).is_some_and(|((told_at, stood_rad), (at, reading))| {
             let is_there = (reading.position_rad - stood_rad).abs() <= STAYS_RAD;
             at >= told_at && reading.velocity_rad_s.abs() <= STILL_RAD_S && is_there
         })
     }
 
-    /// Whether its servo has torque, and is to keep it.
-    const fn keeps_torque(&self) -> bool {
-        matches!(self.stage, Stage::Following | Stage::Held { .. })
-    }
-
-    /// Whether it was read far from there: its command began at its limit, and it stood beyond.
+    /// Whether it was read far from there.
     fn is_far_from(&self, position_rad: f64) -> bool {
         self.reading.is_none_or(|(_, reading)| (reading.position_rad - position_rad).abs() > JUMP_MOST_RAD)
     }
 
-    /// Whether it was read to move far beyond its limits.
+    /// Whether it was read to move beyond its limits.
     fn comes_back(&self) -> bool {
         self.reading.is_some_and(|(_, reading)| {
             let limit_rad = self.clamped(reading.position_rad);
@@ -461,21 +607,8 @@ impl Joint {
         })
     }
 
-    /// Whether its soft start is over and its servo still has the profile of it.
-    fn is_eased_in(&self, now: Instant) -> bool {
-        !self.is_quick && !self.returns && now >= self.following_since + self.policy.soft_start
-    }
-
-    /// The share of its speed that it is allowed.
-    fn derating(&self) -> f64 {
-        match (self.condition, self.bounds) {
-            (Some(condition), Some(bounds)) => derating(condition, bounds, self.model.nominal_volts()),
-            _ => 1.0,
-        }
-    }
-
     /// The limits of its servo, in counts.
-    fn limit_counts(&self) -> (i32, i32) {
+    pub(crate) fn limit_counts(&self) -> (i32, i32) {
         let one = position_count(self.settings.servo_rad(self.settings.min_rad));
         let other = position_count(self.settings.servo_rad(self.settings.max_rad));
         (one.min(other), one.max(other))

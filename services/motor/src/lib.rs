@@ -4,6 +4,7 @@
 //! [`Replies`] into joint states. A [`Master`] carries a request over a [`Port`].
 
 mod bus;
+mod carriers;
 mod counts;
 mod derating;
 mod doubt;
@@ -14,12 +15,12 @@ mod joint;
 mod ledger;
 mod line;
 mod motor;
+mod notice;
 mod patience;
 mod reporter;
 mod request;
 mod servo_clock;
 mod shell;
-mod stage;
 mod threads;
 mod trouble;
 
@@ -27,6 +28,7 @@ pub use counts::{BusCounts, Counts, Incidents};
 pub use exchange::{Master, Port, Received, Sent};
 pub use line::Line;
 pub use motor::{Motor, MotorError};
+pub use notice::Notice;
 pub use request::{Part, Replies, Request, SERVOS_MOST, Topic};
 pub use shell::run;
 pub use threads::{ThreadError, Threads};

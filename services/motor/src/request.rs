@@ -7,7 +7,7 @@ pub const SERVOS_MOST: usize = 32;
 /// Bytes of a request: goals for every servo and questions to every servo, stuffed.
 const BYTES: usize = 1024;
 /// Data of one answer.
-const DATA: usize = 96;
+const DATA: usize = 128;
 /// Bytes of a status without data: header, address, length, instruction, error, check sum.
 pub(crate) const STATUS_BYTES: usize = 11;
 /// Bytes of a chain before the first answer in it: header, address, length, instruction.

@@ -42,13 +42,43 @@ pub enum Trouble {
          stored, as soon as its power comes on; write 0 with `leo bus write`"
     )]
     Startup(u8),
+    /// The servo has the limits of another joint.
+    #[error(
+        "its limits (items 48 and 52) are exactly those of joint number {0} in motor.toml: are two servos swapped, or \
+         their ids? Put them right, or write its limits with `leo bus write`, and then `leo arm --acknowledge`"
+    )]
+    OtherJoint(usize),
+    /// The servo may not move at all.
+    #[error(
+        "its item {0}, a limit of its power, is 0, so that it cannot move; write what it comes with from the factory \
+         with `leo bus write`, and then `leo arm --acknowledge`"
+    )]
+    Powerless(u16),
+    /// The joint did not follow its command.
+    #[error(
+        "blocked: it was {} rad from its command for longer than `blocked_after_ms`; look what holds it, then \
+         `leo arm --acknowledge`", f64_of_mrad(*by_mrad)
+    )]
+    Blocked {
+        /// How far its command was ahead of it, in thousandths of a radian.
+        by_mrad: i64,
+    },
+    /// The joint stands too far beyond its limits.
+    #[error(
+        "it stands {} rad beyond its limits: a slipped horn, a wrong offset_rad or a swapped servo? Bring it back by \
+         hand, or correct motor.toml, and then `leo arm --acknowledge`", f64_of_mrad(*by_mrad)
+    )]
+    BeyondLimits {
+        /// How far, in thousandths of a radian.
+        by_mrad: i64,
+    },
     /// The servo refused an instruction.
-    #[error("{0}; torque stays off until the motor process or a released emergency stop brings it up again")]
+    #[error("{0}; torque stays off until `leo arm --acknowledge`")]
     Refused(servo::Fault),
     /// The servo reports a hardware alert.
     #[error(
-        "hardware alert: {0}; its group holds, and its torque stays off until its servo begins anew, where `on_alert` \
-         says so, or the motor process or a released emergency stop brings it up again"
+        "hardware alert: {0}; its group holds. Once its torque is off it stays off until its servo begins anew, where \
+         `on_alert` says so, or until `leo arm --acknowledge`"
     )]
     Alert(HardwareErrors),
     /// Nothing shows that the servo's answers are new.
@@ -60,8 +90,13 @@ pub enum Trouble {
     Unbelieved,
     /// Two servos answer to one identifier.
     #[error(
-        "two servos answer to id {0} on this bus; give one of them another id (connect it alone); torque stays \
-         off until the motor process or a released emergency stop brings it up again"
+        "two servos answer to id {0} on this bus; give one of them another id (connect it alone); torque of the whole \
+         bus stays off until `leo arm --acknowledge`"
     )]
     Duplicate(u8),
+}
+
+#[expect(clippy::cast_precision_loss, reason = "thousandths of a radian are few")]
+fn f64_of_mrad(mrad: i64) -> f64 {
+    mrad as f64 / 1e3
 }

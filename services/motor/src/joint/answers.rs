@@ -1,16 +1,15 @@
 //! What a joint makes of what its servo says, or does not say.
 
 use clock::{Duration, Instant};
-use config::leo::OnAlert;
+use config::leo::{AlertReaction, OnAlert};
 use message::JointCause;
 use servo::{Fault, HardwareErrors, Id, Reading, Status};
 
-use super::{Joint, Taken, WAIT_FIRST};
+use super::{Ending, Joint, Licence, Link, Motion, Power, Rise, Setup, Taken, WAIT_FIRST, Watchdog};
 use crate::Trouble;
 use crate::doubt::Doubt;
 use crate::job::{Condition, Job};
 use crate::servo_clock::Age;
-use crate::stage::Stage;
 
 /// Times in a row that a servo may be silent before it is quarantined.
 const MISSES_MOST: u32 = 3;
@@ -46,7 +45,7 @@ impl Joint {
                 let (velocity_rad_s, current_a) = (turn * servo.velocity_rad_s, turn * servo.current_a);
                 // It was sampled soon after it was asked for, whenever the answer was taken up.
                 self.reading = Some((asked_at, Reading { current_a, velocity_rad_s, position_rad, ..servo }));
-                (self.misses, self.spoilt) = (0, 0);
+                (self.contact.misses, self.contact.corrupt) = (0, 0);
             } else {
                 self.disbelieve(now);
             }
@@ -60,23 +59,20 @@ impl Joint {
 
     /// Notes a reading that is believed.
     fn believe(&mut self, now: Instant) {
-        self.unbelieved = 0;
-        if self.proven_at.is_some_and(|proven_at| now >= proven_at) {
-            (self.proven_at, self.trouble) = (None, None);
-            if self.cause == JointCause::Unbelieved {
-                self.cause = JointCause::NotStarted;
-            }
+        self.contact.rejected = 0;
+        if self.contact.trusted_at.is_some_and(|trusted_at| now >= trusted_at) {
+            (self.contact.trusted_at, self.trouble) = (None, None);
         }
     }
 
-    /// Notes a reading that is not believed. Where none is, nobody knows where the joint stands: that is like
+    /// Notes a reading that is not believed. Where none is, it is not known where the joint stands: that is like
     /// silence, but that another answer does not end it.
     fn disbelieve(&mut self, now: Instant) {
-        self.unbelieved = self.unbelieved.saturating_add(1);
-        if self.unbelieved < UNBELIEVED_MOST || matches!(self.stage, Stage::LetGo { .. }) {
+        self.contact.rejected = self.contact.rejected.saturating_add(1);
+        if self.contact.rejected < UNBELIEVED_MOST || self.let_go.is_some() {
             return;
         }
-        self.proven_at = Some(now + PROVEN_AFTER);
+        self.contact.trusted_at = Some(now + PROVEN_AFTER);
         self.trouble = Some(Trouble::Unbelieved);
         self.quarantine(now, JointCause::Unbelieved);
     }
@@ -86,11 +82,11 @@ impl Joint {
         if job == Job::Reboot {
             return;
         }
-        self.misses = 0;
+        self.contact.misses = 0;
         if job.is_told() && status.fault == Some(Fault::Checksum) {
-            self.unacknowledged += 1;
+            self.contact.unacknowledged += 1;
         } else if job.is_told() {
-            (self.unacknowledged, self.wait) = (0, WAIT_FIRST);
+            (self.contact.unacknowledged, self.contact.wait) = (0, WAIT_FIRST);
         }
         if self.judge(now, status) {
             self.advance(now, job, status.params);
@@ -111,32 +107,31 @@ impl Joint {
         if job == Job::Reboot {
             return;
         }
-        self.unacknowledged += u32::from(job.is_told());
+        self.contact.unacknowledged += u32::from(job.is_told());
         self.missed(now, spoilt);
     }
 
-    /// Notes that its servo was not heard when it was asked: that it was silent or, if `spoilt`,
-    /// that its answer arrived broken.
+    /// Notes that its servo did not answer, or, if `spoilt`, that its answer arrived broken.
     pub(crate) fn missed(&mut self, now: Instant, spoilt: bool) {
-        if matches!(self.stage, Stage::Absent { .. }) {
-            self.cause = JointCause::Silent;
-            self.stage = Stage::Absent { ask_at: self.leave_alone(now) };
+        if self.let_go.is_some() {
+            if matches!(self.power, Power::Off) {
+                self.power = Power::Cutting { tell_at: now };
+            }
             return;
         }
-        if let Stage::LetGo { confirmed } = &mut self.stage {
-            *confirmed = false;
+        if let Link::Silent { .. } = self.link {
+            self.link = Link::Silent { ask_at: self.leave_alone(now), cause: JointCause::Silent };
             return;
         }
-        self.misses += 1;
-        self.spoilt += u32::from(spoilt);
-        if self.misses < MISSES_MOST && self.unacknowledged < MISSES_MOST {
+        self.contact.misses += 1;
+        self.contact.corrupt += u32::from(spoilt);
+        let Self { contact, power, .. } = self;
+        if contact.misses < MISSES_MOST && contact.unacknowledged < MISSES_MOST {
             return;
         }
-        if self.spoilt >= MISSES_MOST && !matches!(self.stage, Stage::Failed { .. }) {
-            (self.misses, self.spoilt, self.unacknowledged, self.goal) = (0, 0, 0, None);
-            self.had_torque |= self.keeps_torque();
-            self.stage = Stage::Doubt(Doubt::default());
-            self.cause = JointCause::Silent;
+        if contact.corrupt >= MISSES_MOST && !matches!(power, Power::Cutting { .. }) && !self.licence.is_locked() {
+            self.fall_silent(JointCause::Silent);
+            self.link = Link::Doubted(Doubt::default());
         } else {
             self.quarantine(now, JointCause::Silent);
         }
@@ -144,16 +139,19 @@ impl Joint {
 
     /// Notes that its bus is lost.
     pub(crate) fn lost(&mut self, now: Instant) {
-        if let Stage::LetGo { confirmed } = &mut self.stage {
-            *confirmed = false;
+        if self.let_go.is_some() {
+            self.power = Power::Cutting { tell_at: now };
         } else {
             self.quarantine(now, JointCause::BusLost);
         }
     }
 
     /// Switches its torque off for good: its bus has two servos of one identifier.
-    pub(crate) fn forbid(&mut self, id: Id) {
-        self.fail(JointCause::DuplicateId, Trouble::Duplicate(id.get()));
+    pub(crate) fn forbid(&mut self, now: Instant, id: Id) {
+        if self.link.is_quarantined() {
+            self.link = Link::Unknown;
+        }
+        self.fail(now, JointCause::DuplicateId, Trouble::Duplicate(id.get()));
     }
 
     /// Lets the joint fail when its servo reports a fault or an alert; whether all is well.
@@ -167,64 +165,76 @@ impl Joint {
             }
             (Some(fault), _) => {
                 self.incidents.refusals += 1;
-                self.fail(JointCause::Refused, Trouble::Refused(fault));
+                self.fail(now, JointCause::Refused, Trouble::Refused(fault));
                 false
             }
             (None, true) => {
-                self.alert(now, HardwareErrors::default());
+                self.alert(now, HardwareErrors::default(), None);
                 false
             }
         }
     }
 
-    /// Stops the joint for a hardware alert, and with it its group.
-    fn alert(&mut self, now: Instant, errors: HardwareErrors) {
-        if matches!(self.stage, Stage::Failed { cause: JointCause::Alert, .. }) && !errors.is_none() {
-            self.trouble = Some(Trouble::Alert(errors));
-        }
-        if matches!(self.stage, Stage::Failed { .. } | Stage::LetGo { .. }) {
+    /// Reacts to a hardware alert of its servo, as its kind asks for: `has_torque` is what the servo says of that, where
+    /// it has been asked.
+    fn alert(&mut self, now: Instant, errors: HardwareErrors, has_torque: Option<bool>) {
+        let is_handled = matches!(self.licence, Licence::Locked { cause, .. } if cause != JointCause::Alert);
+        if self.let_go.is_some() || is_handled {
             return;
         }
-        self.incidents.alerts += 1;
-        let reboots = self.policy.on_alert == OnAlert::Reboot && self.reboots < REBOOTS_MOST;
-        self.trouble = Some(Trouble::Alert(errors));
-        self.goal = None;
-        self.stage = Stage::Failed {
-            cause: JointCause::Alert,
-            release_at: Some(now),
-            reboot_at: reboots.then_some(now + REBOOT_AFTER),
-        };
+        let is_new = self.reaction.is_none();
+        if is_new {
+            self.incidents.alerts += 1;
+            let reboots = self.policy.on_alert == OnAlert::Reboot && self.reboots < REBOOTS_MOST;
+            self.reboot_at = reboots.then_some(now + REBOOT_AFTER);
+        }
+        if is_new || !errors.is_none() {
+            self.trouble = Some(Trouble::Alert(errors));
+            self.reaction = Some(self.policy.reaction(errors, self.reaction_most));
+        }
+        self.end_licence(Ending { cause: JointCause::Alert, locks: true });
+        let may_be_on = self.power.may_be_on() && !matches!(self.power, Power::Cutting { .. });
+        if !may_be_on {
+            return;
+        }
+        if self.reaction == Some(AlertReaction::Limp) || has_torque == Some(false) {
+            self.cut(now);
+        } else if self.motion == Motion::Idle {
+            self.cut_at.get_or_insert(now + self.policy.hold);
+        }
     }
 
-    pub(super) fn fail(&mut self, cause: JointCause, trouble: Trouble) {
-        if !matches!(self.stage, Stage::Failed { .. } | Stage::LetGo { .. }) {
-            self.stage = Stage::Failed { cause, release_at: Some(Instant::EPOCH), reboot_at: None };
-            self.trouble = Some(trouble);
-            self.goal = None;
+    /// Locks the joint, and switches its torque off.
+    pub(super) fn fail(&mut self, now: Instant, cause: JointCause, trouble: Trouble) {
+        if self.licence.is_locked() || self.let_go.is_some() {
+            return;
         }
+        self.trouble = Some(trouble);
+        self.end_licence(Ending { cause, locks: true });
+        self.cut(now);
     }
 
     /// Notes what its servo answered when it was told to switch its torque off.
     fn released(&mut self, now: Instant, fault: Option<Fault>) {
-        if let Stage::Failed { release_at, .. } = &mut self.stage {
+        if let Power::Cutting { tell_at } = &mut self.power {
             match fault {
-                None => *release_at = None,
+                None => self.power = Power::Off,
                 // What arrived broken is said again at once.
                 Some(Fault::Checksum) => {}
                 // Saying so in every cycle would keep the bus from looking at the others.
-                Some(_) => *release_at = Some(now + WAIT_MOST),
+                Some(_) => *tell_at = now + WAIT_MOST,
             }
         }
     }
 
     /// Its servo began anew by itself: without torque, and with what is kept without power.
     fn has_restarted(&mut self) {
-        if self.keeps_torque() || matches!(self.stage, Stage::Arm(_)) {
+        if self.let_go.is_none() && self.power.is_ours() {
             self.incidents.restarts += 1;
-            self.restarted = true;
-            self.goal = None;
-            self.cause = JointCause::Restarted;
-            self.stage = Stage::Inspect;
+            self.motion = Motion::Idle;
+            self.disarm(JointCause::Restarted);
+            self.power = Power::Unknown { was_on: false };
+            self.link = Link::Identified(Setup::Inspect);
         }
     }
 
@@ -232,43 +242,73 @@ impl Joint {
         let Some(condition) = Condition::parse(answer) else { return };
         self.condition = Some(condition);
         if !condition.errors.is_none() {
-            self.alert(now, condition.errors);
-        } else if self.stage == Stage::Following && condition.watchdog_tripped {
-            self.incidents.watchdogs += 1;
-            self.cause = JointCause::Watchdog;
-            self.goal = None;
-            self.stage = Stage::Arm(crate::stage::Arm::Clear);
-        } else if self.keeps_torque() && !condition.has_torque {
-            self.has_restarted();
-        } else if self.stage == Stage::Ready {
-            // Another hand may have switched it on.
-            self.may_have_torque |= condition.has_torque;
+            self.alert(now, condition.errors, Some(condition.has_torque));
+            return;
+        }
+        match self.power {
+            Power::On { .. } if !condition.has_torque => self.has_restarted(),
+            Power::On { .. } if condition.watchdog != Watchdog::Armed => self.watchdog_is_off(condition.watchdog),
+            // Another hand may have switched it on, or off.
+            Power::Off if condition.has_torque && self.licence.is_locked() => {
+                self.power = Power::Cutting { tell_at: now };
+            }
+            Power::Off if condition.has_torque => {
+                self.power = Power::Found { watchdog: condition.watchdog, stay: None };
+            }
+            Power::Found { .. } if !condition.has_torque => self.power = Power::Off,
+            Power::Found { stay, .. } => self.power = Power::Found { watchdog: condition.watchdog, stay },
+            Power::Unknown { .. }
+            | Power::Off
+            | Power::Rising { .. }
+            | Power::On { .. }
+            | Power::Cutting { .. } => {}
         }
     }
 
+    /// The servo's bus watchdog has tripped, or was switched off: nothing moves until it is armed again.
+    fn watchdog_is_off(&mut self, watchdog: Watchdog) {
+        self.incidents.watchdogs += 1;
+        self.motion = Motion::Idle;
+        self.disarm(JointCause::Watchdog);
+        self.power = Power::Rising {
+            step: Rise::Guard,
+            is_on: true,
+            is_tripped: watchdog == Watchdog::Tripped,
+        };
+        // Its watchdog is armed at once, and its joint when the licence is given.
+        self.abandon_rise();
+    }
+
+    /// Notes that nothing is known of its servo any more.
+    fn fall_silent(&mut self, cause: JointCause) {
+        let contact = &mut self.contact;
+        (contact.misses, contact.corrupt, contact.unacknowledged, contact.rejected) = (0, 0, 0, 0);
+        self.clock.forget();
+        self.goal = None;
+        if matches!(self.power, Power::Cutting { .. }) {
+            return;
+        }
+        self.motion = Motion::Idle;
+        let was_on = self.power.is_on() || matches!(self.power, Power::Unknown { was_on: true });
+        if self.licence.is_armed() {
+            self.disarm(cause);
+        }
+        self.power = Power::Unknown { was_on };
+    }
+
     pub(super) fn quarantine(&mut self, now: Instant, cause: JointCause) {
-        (self.misses, self.spoilt, self.unacknowledged, self.unbelieved) = (0, 0, 0, 0);
         if cause == JointCause::BusLost {
             // It may answer as soon as its line is back.
-            self.wait = WAIT_FIRST;
+            self.contact.wait = WAIT_FIRST;
         }
-        self.cause = cause;
-        self.goal = None;
-        self.clock.forget();
-        self.had_torque |= self.keeps_torque();
-        let ask_at = self.leave_alone(now);
-        // A servo that failed stays failed also when it was away, and is told until it confirms.
-        self.stage = if let Stage::Failed { cause, release_at, reboot_at } = self.stage {
-            Stage::Failed { cause, release_at: release_at.map(|_| ask_at), reboot_at }
-        } else {
-            Stage::Absent { ask_at }
-        };
+        self.fall_silent(cause);
+        self.link = Link::Silent { ask_at: self.leave_alone(now), cause };
     }
 
     /// Until when a silent servo is left alone: twice as long each time, until it acknowledges something.
     fn leave_alone(&mut self, now: Instant) -> Instant {
-        let until = now + self.wait;
-        self.wait = (2 * self.wait).min(WAIT_MOST);
+        let until = now + self.contact.wait;
+        self.contact.wait = (2 * self.contact.wait).min(WAIT_MOST);
         until
     }
 }

@@ -1,0 +1,54 @@
+/// Which groups stop which: a group stops with its own joints, and with those from which it hangs.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) struct Carriers {
+    /// By group, those whose failure stops it, its own among them.
+    of: Vec<Vec<usize>>,
+}
+
+impl Carriers {
+    /// So many groups, of which none hangs from another.
+    pub(crate) fn alone(groups: usize) -> Self {
+        Self { of: (0..groups).map(|group| vec![group]).collect() }
+    }
+
+    /// So many groups of joints, by the group of each joint, and by the nearest joint that carries each. A parent that is
+    /// no joint, or a circle, carries nothing more.
+    pub(crate) fn new(groups: usize, group_of: &[usize], parents: &[Option<usize>]) -> Self {
+        let mut carriers = Self::alone(groups);
+        for (joint, group) in group_of.iter().enumerate() {
+            let mut at = joint;
+            // No way up is longer than there are joints.
+            for _step in 0..group_of.len() {
+                let Some(parent) = parents.get(at).copied().flatten() else { break };
+                if let (Some(of), Some(carrier)) = (carriers.of.get_mut(*group), group_of.get(parent))
+                    && !of.contains(carrier)
+                {
+                    of.push(*carrier);
+                }
+                at = parent;
+            }
+        }
+        carriers
+    }
+
+    /// The groups whose failure stops this one.
+    pub(crate) fn of(&self, group: usize) -> &[usize] {
+        self.of.get(group).map_or(&[], Vec::as_slice)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_hangs_from_a_group_stops_with_it_and_not_the_other_way_round() {
+        // A torso, a shoulder on it, a hand on that, and a wheel.
+        let carriers = Carriers::new(4, &[0, 1, 2, 3], &[None, Some(0), Some(1), None]);
+        assert_eq!([0, 1, 2, 3].map(|group| carriers.of(group).to_vec()), [vec![0], vec![1, 0], vec![2, 1, 0], vec![3]]);
+        assert_eq!(Carriers::new(2, &[0, 1], &[]), Carriers::alone(2));
+        let circle = Carriers::new(2, &[0, 1], &[Some(1), Some(0)]);
+        assert_eq!(circle.of(0), [0, 1]);
+        assert_eq!(circle.of(7), [0; 0]);
+    }
+}

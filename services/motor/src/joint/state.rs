@@ -1,0 +1,101 @@
+//! What is published of a joint.
+
+use message::{JointCause, JointMachines, JointMode, JointState};
+use servo::Reading;
+
+use super::motion::published;
+use super::{Joint, Licence, Link, Motion, Power};
+
+impl Joint {
+    /// What the joint does, for whoever looks.
+    pub(crate) fn state(&self) -> JointState {
+        let (mode, cause) = self.mode();
+        let (licence, licence_cause) = match self.let_go {
+            Some(cause @ JointCause::Emergency) => (message::JointLicence::Locked, cause),
+            _ => self.licence.published(),
+        };
+        let mut state = JointState::unread(self.index, mode, cause).with_machines(JointMachines {
+            link: self.link.published(),
+            power: self.power.published(),
+            licence,
+            licence_cause,
+            motion: published(self.motion, self.stays()),
+        });
+        if let Some((at, reading)) = self.reading {
+            let Reading { position_rad, velocity_rad_s, current_a, .. } = reading;
+            state = state.with_reading(at.as_nanos(), position_rad, velocity_rad_s, current_a);
+        }
+        if let Some(condition) = self.condition {
+            state = state.with_condition(condition.temperature_c, condition.input_v);
+        }
+        match self.motion {
+            Motion::Align { to_rad } => state.with_command(to_rad),
+            motion => motion.setpoint().map_or(state, |at| state.with_command(at.position_rad)),
+        }
+    }
+
+    /// The four machines in one word, and why.
+    fn mode(&self) -> (JointMode, JointCause) {
+        let cause = self.let_go.unwrap_or_else(|| self.licence_cause());
+        if let Power::Cutting { .. } = self.power {
+            return (JointMode::Releasing, cause);
+        }
+        if self.let_go.is_some() {
+            return (JointMode::Limp, cause);
+        }
+        match (self.link, self.power) {
+            (Link::Silent { cause, .. }, _) => (JointMode::Quarantined, cause),
+            (Link::Doubted(_), _) => (JointMode::Quarantined, JointCause::Silent),
+            _ if self.is_unproven() => (JointMode::Quarantined, JointCause::Unbelieved),
+            (_, Power::Off) if !self.licence.is_armed() => (JointMode::Limp, cause),
+            (Link::Unknown | Link::Identified(_), _) if self.licence.is_locked() => (JointMode::Limp, cause),
+            (_, Power::Found { .. }) => match self.licence {
+                Licence::Locked { cause, .. } => (JointMode::Holding, cause),
+                _ if !self.orders.live => (self.pace(), JointCause::CommandTimeout),
+                _ => (self.pace(), self.orders.halt.unwrap_or(cause)),
+            },
+            (Link::Unknown | Link::Identified(_) | Link::Answering, Power::Unknown { .. } | Power::Off | Power::Rising { .. }) => {
+                (JointMode::Starting, cause)
+            }
+            (_, Power::On { .. }) => self.mode_of_motion(cause),
+            (_, Power::Cutting { .. }) => (JointMode::Releasing, cause),
+        }
+    }
+
+    fn mode_of_motion(&self, cause: JointCause) -> (JointMode, JointCause) {
+        let ends_by = self.licence.ending().map(|ending| ending.cause).or(self.orders.halt);
+        let stops_by = ends_by.unwrap_or(JointCause::CommandTimeout);
+        match self.motion {
+            Motion::Idle if self.licence.is_given() => (JointMode::Starting, cause),
+            Motion::Idle => (JointMode::Holding, cause),
+            Motion::Align { .. } => (JointMode::Aligning, JointCause::NotStarted),
+            Motion::Stay { .. } if self.licence.is_given() && self.orders.live && self.orders.halt.is_none() => {
+                (JointMode::Starting, cause)
+            }
+            Motion::Stay { .. } => (self.pace(), stops_by),
+            Motion::Soft { .. } | Motion::Track { .. } if self.is_spared() => {
+                (JointMode::Following, JointCause::Derated)
+            }
+            Motion::Soft { .. } | Motion::Track { .. } => (JointMode::Following, JointCause::None),
+            Motion::Halt { .. } => (JointMode::Decelerating, stops_by),
+            Motion::Hold { .. } => (JointMode::Holding, stops_by),
+            Motion::Retreat { .. } => (JointMode::Lowering, stops_by),
+        }
+    }
+
+    /// Whether a servo that moves by itself is on its way to a stop, or stands.
+    fn pace(&self) -> JointMode {
+        let has_to_stay = matches!(self.motion, Motion::Stay { .. }) || self.comes_back();
+        let is_told = matches!(self.power, Power::Found { stay: Some(_), .. });
+        if (has_to_stay || is_told) && !self.stays() { JointMode::Decelerating } else { JointMode::Holding }
+    }
+
+    /// Why it is not armed, or was not before.
+    const fn licence_cause(&self) -> JointCause {
+        match self.licence {
+            Licence::Locked { cause, .. } | Licence::Disarmed { cause } => cause,
+            Licence::Armed { after, ending: None, .. } => after,
+            Licence::Armed { ending: Some(ending), .. } => ending.cause,
+        }
+    }
+}
