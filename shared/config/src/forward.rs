@@ -249,6 +249,30 @@ mod tests {
     }
 
     #[test]
+    fn a_file_from_before_joints_were_armed_by_order_gets_the_keys_and_the_table_of_that() {
+        let keys = [
+            "automatic_arming",
+            "stop_category",
+            "max_tracking_error_rad",
+            "blocked_after_ms",
+            "max_beyond_limits_rad",
+        ];
+        let start = BUILTIN.find("[motor.alert]").unwrap();
+        let end = BUILTIN.find("[motor.realtime]").unwrap();
+        let old = without(&keys).replace(&BUILTIN[start..end], "");
+        let forward = leo(&old).unwrap();
+        assert_eq!(forward.steps.len(), keys.len() + 1, "{:?}", forward.steps);
+        assert!(forward.steps.contains(&"the table [motor.alert]".to_owned()), "{:?}", forward.steps);
+        let [new, builtin]: [Leo; 2] =
+            [&forward.text, BUILTIN].map(|text| crate::parse(text, Path::new("leo.toml")).unwrap());
+        assert_eq!(new.motor.alert, builtin.motor.alert);
+        assert_eq!(new.motor.automatic_arming, builtin.motor.automatic_arming);
+        for line in old.lines() {
+            assert!(forward.text.contains(line), "{line} is lost");
+        }
+    }
+
+    #[test]
     fn a_table_without_a_head_of_its_own_gets_one() {
         let old = without(&["[mock_bus]", "seed", "faults", "followers_go_on"]);
         let forward = leo(&old).unwrap();
