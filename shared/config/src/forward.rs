@@ -141,7 +141,7 @@ impl Forward {
         let mut inside = false;
         for line in builtin.lines() {
             if line.starts_with('[') {
-                let name = line.trim_matches(['[', ']']);
+                let name = line.trim_start_matches('[').split(']').next().unwrap_or_default();
                 inside = name == path || name.strip_prefix(path).is_some_and(|rest| rest.starts_with('.'));
                 if inside {
                     new += "\n";
