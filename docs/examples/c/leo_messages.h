@@ -123,6 +123,34 @@ enum leo_joint_cause {
     LEO_JOINT_CAUSE_DERATED = 14,
     /* The servo answers, and nothing shows that its answers are new: its own clock does not go right. */
     LEO_JOINT_CAUSE_UNBELIEVED = 15,
+    /* The joint did not follow its command: something held it, or its servo is too weak. */
+    LEO_JOINT_CAUSE_BLOCKED = 16,
+    /* It stands further beyond its limits than the tolerance: a slipped horn, a wrong offset, a swapped servo. */
+    LEO_JOINT_CAUSE_BEYOND_LIMITS = 17,
+};
+
+/* Whether a joint may move. */
+enum leo_joint_licence {
+    /* Not until its cause is gone and a person has acknowledged it. */
+    LEO_JOINT_LICENCE_LOCKED = 0,
+    /* Not until somebody arms it. */
+    LEO_JOINT_LICENCE_DISARMED = 1,
+    /* It may. */
+    LEO_JOINT_LICENCE_ARMED = 2,
+};
+
+/* What is known of the connection to a joint's servo. */
+enum leo_joint_link {
+    /* It has not been asked yet. */
+    LEO_JOINT_LINK_UNKNOWN = 0,
+    /* It is there, and is the configured model; how it is set up is being read or written. */
+    LEO_JOINT_LINK_IDENTIFIED = 1,
+    /* It is set up and read in every cycle. */
+    LEO_JOINT_LINK_ANSWERING = 2,
+    /* It does not answer, or cannot be believed: quarantined, and asked again now and then. */
+    LEO_JOINT_LINK_SILENT = 3,
+    /* Its answers arrive broken: two servos may answer at once. */
+    LEO_JOINT_LINK_DOUBTED = 4,
 };
 
 /* What the motor process does with a joint. */
@@ -141,6 +169,44 @@ enum leo_joint_mode {
     LEO_JOINT_MODE_QUARANTINED = 5,
     /* Told to switch its torque off, and its servo has not confirmed it yet. */
     LEO_JOINT_MODE_RELEASING = 6,
+    /* Moving slowly from where torque came on, a little beyond its limits, back within them. */
+    LEO_JOINT_MODE_ALIGNING = 7,
+    /* Moving slowly to its rest pose, before its torque goes off. */
+    LEO_JOINT_MODE_LOWERING = 8,
+};
+
+/* How a joint moves. */
+enum leo_joint_motion {
+    /* No goal is sent: it is limp, or its servo stays where it is. */
+    LEO_JOINT_MOTION_IDLE = 0,
+    /* Slowly back within its limits. */
+    LEO_JOINT_MOTION_ALIGN = 1,
+    /* After goals, no faster than the soft start. */
+    LEO_JOINT_MOTION_SOFT = 2,
+    /* After goals. */
+    LEO_JOINT_MOTION_TRACK = 3,
+    /* Slowing down to a stop. */
+    LEO_JOINT_MOTION_HALT = 4,
+    /* Held at the place where it stopped, for goals to come. */
+    LEO_JOINT_MOTION_HOLD = 5,
+    /* Slowly to its rest pose. */
+    LEO_JOINT_MOTION_RETREAT = 6,
+};
+
+/* What is known of the torque of a joint's servo. */
+enum leo_joint_power {
+    /* Nothing: it may be on. */
+    LEO_JOINT_POWER_UNKNOWN = 0,
+    /* The servo has said that it is off. */
+    LEO_JOINT_POWER_OFF = 1,
+    /* It was found on: another process switched it on. */
+    LEO_JOINT_POWER_FOUND = 2,
+    /* It is being switched on. */
+    LEO_JOINT_POWER_RISING = 3,
+    /* The motor process switched it on, and the servo's bus watchdog is armed. */
+    LEO_JOINT_POWER_ON = 4,
+    /* The servo is told to switch it off, and has not confirmed it. */
+    LEO_JOINT_POWER_CUTTING = 5,
 };
 
 /* Why something that a source reported did not become a percept. Frames are lost whole for
@@ -784,7 +850,7 @@ LEO_ASSERT(offsetof(struct leo_joint_goal, goal_position_rad) == 8, "place of go
 LEO_ASSERT(offsetof(struct leo_joint_goal, arrive_at_ns) == 16, "place of arrive_at_ns");
 
 /* What one joint does. */
-#define LEO_JOINT_STATE_TYPE "leo/JointState/2"
+#define LEO_JOINT_STATE_TYPE "leo/JointState/3"
 struct leo_joint_state {
     LEO_NAMED(LEO_JOINT_STATE_TYPE)
     /* The joint: its index in the robot's configuration. */
@@ -799,8 +865,15 @@ struct leo_joint_state {
     double command_position_rad;
     float present_temperature_c;
     float present_input_v;
+    uint16_t link;
+    uint16_t power;
+    uint16_t licence;
+    uint16_t motion;
+    uint16_t licence_cause;
+    /* Not used; zero. */
+    uint16_t reserved[3];
 };
-LEO_ASSERT(sizeof(struct leo_joint_state) == 56, "size of leo/JointState/2");
+LEO_ASSERT(sizeof(struct leo_joint_state) == 72, "size of leo/JointState/3");
 LEO_ASSERT(offsetof(struct leo_joint_state, joint) == 0, "place of joint");
 LEO_ASSERT(offsetof(struct leo_joint_state, mode) == 4, "place of mode");
 LEO_ASSERT(offsetof(struct leo_joint_state, cause) == 6, "place of cause");
@@ -811,21 +884,37 @@ LEO_ASSERT(offsetof(struct leo_joint_state, present_current_a) == 32, "place of 
 LEO_ASSERT(offsetof(struct leo_joint_state, command_position_rad) == 40, "place of command_position_rad");
 LEO_ASSERT(offsetof(struct leo_joint_state, present_temperature_c) == 48, "place of present_temperature_c");
 LEO_ASSERT(offsetof(struct leo_joint_state, present_input_v) == 52, "place of present_input_v");
+LEO_ASSERT(offsetof(struct leo_joint_state, link) == 56, "place of link");
+LEO_ASSERT(offsetof(struct leo_joint_state, power) == 58, "place of power");
+LEO_ASSERT(offsetof(struct leo_joint_state, licence) == 60, "place of licence");
+LEO_ASSERT(offsetof(struct leo_joint_state, motion) == 62, "place of motion");
+LEO_ASSERT(offsetof(struct leo_joint_state, licence_cause) == 64, "place of licence_cause");
+LEO_ASSERT(offsetof(struct leo_joint_state, reserved) == 66, "place of reserved");
 
 /* The newest joint states, for whoever looks now and then: the motor process writes them to a board of
  * its own. Who reads a topic is known to its writer, and costs it a page now and then; who reads a board
  * is not. */
-#define LEO_JOINTS_TYPE "leo/Joints/1"
+#define LEO_JOINTS_TYPE "leo/Joints/2"
 struct leo_joints {
     LEO_NAMED(LEO_JOINTS_TYPE)
     /* How many joints there are. */
     uint64_t count;
+    /* How often a joint was locked since the motor process started. An acknowledgement names the newest that
+     * was seen, so that it acknowledges no other. */
+    uint64_t locks;
+    /* Goals beyond a joint's limits, which became the limit. */
+    uint64_t limited;
+    /* Goals refused: no number, or for no joint. */
+    uint64_t refused;
     /* What each of them does. */
     struct leo_joint_state states[256];
 };
-LEO_ASSERT(sizeof(struct leo_joints) == 14344, "size of leo/Joints/1");
+LEO_ASSERT(sizeof(struct leo_joints) == 18464, "size of leo/Joints/2");
 LEO_ASSERT(offsetof(struct leo_joints, count) == 0, "place of count");
-LEO_ASSERT(offsetof(struct leo_joints, states) == 8, "place of states");
+LEO_ASSERT(offsetof(struct leo_joints, locks) == 8, "place of locks");
+LEO_ASSERT(offsetof(struct leo_joints, limited) == 16, "place of limited");
+LEO_ASSERT(offsetof(struct leo_joints, refused) == 24, "place of refused");
+LEO_ASSERT(offsetof(struct leo_joints, states) == 32, "place of states");
 
 /* How the link to another machine fares, since the link process's life began: it writes this to a board of
  * its own. Delays are between the two machines, in nanoseconds. */

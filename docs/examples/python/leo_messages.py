@@ -114,6 +114,34 @@ class JointCause(enum.IntEnum):
     DERATED = 14
     # The servo answers, and nothing shows that its answers are new: its own clock does not go right.
     UNBELIEVED = 15
+    # The joint did not follow its command: something held it, or its servo is too weak.
+    BLOCKED = 16
+    # It stands further beyond its limits than the tolerance: a slipped horn, a wrong offset, a swapped servo.
+    BEYOND_LIMITS = 17
+
+
+# Whether a joint may move.
+class JointLicence(enum.IntEnum):
+    # Not until its cause is gone and a person has acknowledged it.
+    LOCKED = 0
+    # Not until somebody arms it.
+    DISARMED = 1
+    # It may.
+    ARMED = 2
+
+
+# What is known of the connection to a joint's servo.
+class JointLink(enum.IntEnum):
+    # It has not been asked yet.
+    UNKNOWN = 0
+    # It is there, and is the configured model; how it is set up is being read or written.
+    IDENTIFIED = 1
+    # It is set up and read in every cycle.
+    ANSWERING = 2
+    # It does not answer, or cannot be believed: quarantined, and asked again now and then.
+    SILENT = 3
+    # Its answers arrive broken: two servos may answer at once.
+    DOUBTED = 4
 
 
 # What the motor process does with a joint.
@@ -132,6 +160,44 @@ class JointMode(enum.IntEnum):
     QUARANTINED = 5
     # Told to switch its torque off, and its servo has not confirmed it yet.
     RELEASING = 6
+    # Moving slowly from where torque came on, a little beyond its limits, back within them.
+    ALIGNING = 7
+    # Moving slowly to its rest pose, before its torque goes off.
+    LOWERING = 8
+
+
+# How a joint moves.
+class JointMotion(enum.IntEnum):
+    # No goal is sent: it is limp, or its servo stays where it is.
+    IDLE = 0
+    # Slowly back within its limits.
+    ALIGN = 1
+    # After goals, no faster than the soft start.
+    SOFT = 2
+    # After goals.
+    TRACK = 3
+    # Slowing down to a stop.
+    HALT = 4
+    # Held at the place where it stopped, for goals to come.
+    HOLD = 5
+    # Slowly to its rest pose.
+    RETREAT = 6
+
+
+# What is known of the torque of a joint's servo.
+class JointPower(enum.IntEnum):
+    # Nothing: it may be on.
+    UNKNOWN = 0
+    # The servo has said that it is off.
+    OFF = 1
+    # It was found on: another process switched it on.
+    FOUND = 2
+    # It is being switched on.
+    RISING = 3
+    # The motor process switched it on, and the servo's bus watchdog is armed.
+    ON = 4
+    # The servo is told to switch it off, and has not confirmed it.
+    CUTTING = 5
 
 
 # Why something that a source reported did not become a percept. Frames are lost whole for
@@ -724,11 +790,18 @@ class JointState(ctypes.Structure):
         ("command_position_rad", ctypes.c_double),
         ("present_temperature_c", ctypes.c_float),
         ("present_input_v", ctypes.c_float),
+        ("link", ctypes.c_uint16),
+        ("power", ctypes.c_uint16),
+        ("licence", ctypes.c_uint16),
+        ("motion", ctypes.c_uint16),
+        ("licence_cause", ctypes.c_uint16),
+        # Not used; zero.
+        ("reserved", ctypes.c_uint16 * 3),
     ]
 
     @staticmethod
     def type_name():
-        return "leo/JointState/2"
+        return "leo/JointState/3"
 
 
 # The newest joint states, for whoever looks now and then: the motor process writes them to a board of
@@ -738,13 +811,20 @@ class Joints(ctypes.Structure):
     _fields_ = [
         # How many joints there are.
         ("count", ctypes.c_uint64),
+        # How often a joint was locked since the motor process started. An acknowledgement names the newest that
+        # was seen, so that it acknowledges no other.
+        ("locks", ctypes.c_uint64),
+        # Goals beyond a joint's limits, which became the limit.
+        ("limited", ctypes.c_uint64),
+        # Goals refused: no number, or for no joint.
+        ("refused", ctypes.c_uint64),
         # What each of them does.
         ("states", JointState * 256),
     ]
 
     @staticmethod
     def type_name():
-        return "leo/Joints/1"
+        return "leo/Joints/2"
 
 
 # How the link to another machine fares, since the link process's life began: it writes this to a board of
@@ -1119,8 +1199,8 @@ _LAYOUT = [
     (Event, 544, [0, 8, 10, 12, 16, 20, 24, 28, 32, 288]),
     (Health, 5368, [0, 4, 8, 16, 24, 32, 40, 48, 56, 64, 72, 80, 88, 96, 104, 112, 1864, 3616]),
     (JointGoal, 24, [0, 4, 8, 16]),
-    (JointState, 56, [0, 4, 6, 8, 16, 24, 32, 40, 48, 52]),
-    (Joints, 14344, [0, 8]),
+    (JointState, 72, [0, 4, 6, 8, 16, 24, 32, 40, 48, 52, 56, 58, 60, 62, 64, 66]),
+    (Joints, 18464, [0, 8, 16, 24, 32]),
     (LinkHealth, 1856, [0, 8, 16, 24, 32, 40, 48, 56, 64, 72, 80, 88, 96, 104]),
     (Observation, 128, [0, 8, 10, 12, 14, 16, 18, 20, 24, 36, 52, 64, 76, 92]),
     (PerceptValue, 28, [0, 2, 4, 8, 12]),

@@ -1,6 +1,7 @@
 use clock::{Duration, Instant};
 use config::Robot;
 use message::{Header, Hop, JointCause, JointGoals, JointMode, JointState, JointStates, Process};
+use process::arming::Arming;
 use process::{Emergency, Failure, Launch, Lookout, Member, Progress};
 use transport::Outlet;
 
@@ -25,7 +26,8 @@ pub fn run(launch: &Launch, robot: &Robot) -> Result<(), Failure> {
     let mut member = Member::join(launch, Process::Motor, &leo.buffers, &leo.motor.realtime)?;
     let mut goals = member.inlet::<JointGoals>(None)?;
     let mut states = member.outlet::<JointStates>(None, robot.motor.joints.len())?;
-    let mut motor = Motor::new(&robot.motor, &leo.motor).map_err(Failure::own)?;
+    let parents = body::parents(robot).map_err(Failure::own)?;
+    let mut motor = Motor::new(&robot.motor, &leo.motor).map_err(Failure::own)?.with_parents(&parents);
     let mut reporter = Reporter::new(robot);
     let period = leo.motor.rate_hz.period();
     let turn_within = leo.supervisor.turn_within_ms.duration();
@@ -39,6 +41,7 @@ pub fn run(launch: &Launch, robot: &Robot) -> Result<(), Failure> {
     let until = clock::now() + leo.supervisor.ready_within_ms.duration() / 2;
     // Simulated time has no emergencies.
     let emergency = if launch.lockstep { None } else { Some(Emergency::watch(&launch.domain)?) };
+    let arming = if launch.lockstep { None } else { Some(Arming::watch(&launch.domain)?) };
     let lookout = emergency.as_ref().map(Emergency::lookout).unwrap_or_default();
     let buses = &robot.motor.buses;
     let mut threads = Threads::start(buses, &launch.domain, patience, until, !launch.lockstep, &lookout)
@@ -57,9 +60,12 @@ pub fn run(launch: &Launch, robot: &Robot) -> Result<(), Failure> {
             motor.goals(Instant::from_nanos(decided_at), frame.entries());
         }
         if lookout.is_raised() {
-            motor.let_go(JointCause::Emergency);
-        } else if motor.letting_go().is_some() {
-            motor.start_anew();
+            motor.emergency_stop(now);
+        } else if motor.is_stopped() {
+            motor.end_emergency();
+        }
+        if let Some(order) = arming.as_ref().and_then(Arming::ordered) {
+            motor.arm(now, order.acknowledged_locks);
         }
         motor.step(now);
         threads.send(&mut motor, now).map_err(Failure::own)?;
@@ -67,7 +73,7 @@ pub fn run(launch: &Launch, robot: &Robot) -> Result<(), Failure> {
             threads.wait(&mut motor, now, turn_within).map_err(Failure::own)?;
         }
         publish(&motor, header, &member, &mut states)?;
-        reporter.look(&motor, now);
+        reporter.look(&mut motor, now);
         ledger.keep(&motor, &threads, now);
         member.health().refused = motor.counts().refused;
         member.health().drops = goals.drops();

@@ -141,7 +141,7 @@ impl Forward {
         let mut inside = false;
         for line in builtin.lines() {
             if line.starts_with('[') {
-                let name = line.trim_matches(['[', ']']);
+                let name = line.trim_start_matches('[').split(']').next().unwrap_or_default();
                 inside = name == path || name.strip_prefix(path).is_some_and(|rest| rest.starts_with('.'));
                 if inside {
                     new += "\n";
@@ -246,6 +246,30 @@ mod tests {
         let forward = leo(&(BUILTIN[..start].to_owned() + &BUILTIN[end..])).unwrap();
         assert_eq!(forward.steps, ["the table [mock_bus]"]);
         assert!(forward.text.contains("[mock_bus.realtime]"), "{}", forward.text);
+    }
+
+    #[test]
+    fn a_file_from_before_joints_were_armed_by_order_gets_the_keys_and_the_table_of_that() {
+        let keys = [
+            "automatic_arming",
+            "stop_category",
+            "max_tracking_error_rad",
+            "blocked_after_ms",
+            "max_beyond_limits_rad",
+        ];
+        let start = BUILTIN.find("[motor.alert]").unwrap();
+        let end = BUILTIN.find("[motor.realtime]").unwrap();
+        let old = without(&keys).replace(&BUILTIN[start..end], "");
+        let forward = leo(&old).unwrap();
+        assert_eq!(forward.steps.len(), keys.len() + 1, "{:?}", forward.steps);
+        assert!(forward.steps.contains(&"the table [motor.alert]".to_owned()), "{:?}", forward.steps);
+        let [new, builtin]: [Leo; 2] =
+            [&forward.text, BUILTIN].map(|text| crate::parse(text, Path::new("leo.toml")).unwrap());
+        assert_eq!(new.motor.alert, builtin.motor.alert);
+        assert_eq!(new.motor.automatic_arming, builtin.motor.automatic_arming);
+        for line in old.lines() {
+            assert!(forward.text.contains(line), "{line} is lost");
+        }
     }
 
     #[test]

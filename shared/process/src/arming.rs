@@ -4,8 +4,23 @@
 use std::fs;
 use std::io;
 use std::path::Path;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::thread::{self, JoinHandle};
+use std::time::Duration;
 
 use transport::Domain;
+
+use crate::Failure;
+
+/// How often the file is looked for.
+const EVERY: Duration = Duration::from_millis(20);
+/// Watching needs little, and a process may have all its memory locked.
+const STACK: usize = 128 << 10;
+/// What stands for no order, and for one that acknowledges nothing; what is above acknowledges locks.
+const NONE: u64 = 0;
+const WITHOUT: u64 = 1;
+const FIRST: u64 = 2;
 
 /// What a person orders.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -49,6 +64,66 @@ pub fn take(domain: &Path) -> io::Result<Option<ArmOrder>> {
     Ok(parse(&text))
 }
 
+/// Watches for orders in the motor process: what is looked at in a cycle is one load.
+#[derive(Debug)]
+pub struct Arming {
+    ordered: Arc<AtomicU64>,
+    stop: Arc<AtomicBool>,
+    thread: Option<JoinHandle<()>>,
+}
+
+impl Arming {
+    /// Begins to watch. An order that stands already was given to an earlier process, and is not obeyed.
+    ///
+    /// # Errors
+    ///
+    /// There is no thread.
+    pub fn watch(domain: &Path) -> Result<Self, Failure> {
+        let _stale = fs::remove_file(Domain::arm_order(domain));
+        let (ordered, stop) = (Arc::new(AtomicU64::new(NONE)), Arc::new(AtomicBool::new(false)));
+        let thread = thread::Builder::new()
+            .name("arming".to_owned())
+            .stack_size(STACK)
+            .spawn({
+                let (domain, ordered, stop) = (domain.to_owned(), Arc::clone(&ordered), Arc::clone(&stop));
+                move || look(&domain, &ordered, &stop)
+            })
+            .map_err(|error| Failure::own(format!("cannot watch for orders to arm: {error}")))?;
+        Ok(Self { ordered, stop, thread: Some(thread) })
+    }
+
+    /// The order that came since this was asked last, if any.
+    #[must_use]
+    pub fn ordered(&self) -> Option<ArmOrder> {
+        match self.ordered.swap(NONE, Ordering::AcqRel) {
+            NONE => None,
+            WITHOUT => Some(ArmOrder { acknowledged_locks: None }),
+            locks => Some(ArmOrder { acknowledged_locks: Some(locks - FIRST) }),
+        }
+    }
+}
+
+impl Drop for Arming {
+    fn drop(&mut self) {
+        self.stop.store(true, Ordering::Relaxed);
+        if let Some(thread) = self.thread.take() {
+            // A thread that panicked has said so.
+            let _ended = thread.join();
+        }
+    }
+}
+
+fn look(domain: &Path, ordered: &AtomicU64, stop: &AtomicBool) {
+    while !stop.load(Ordering::Relaxed) {
+        // What cannot be read is no order; whoever gave it sees that nothing is armed.
+        if let Ok(Some(ArmOrder { acknowledged_locks })) = take(domain) {
+            let code = acknowledged_locks.map_or(WITHOUT, |locks| locks.saturating_add(FIRST));
+            ordered.store(code, Ordering::Release);
+        }
+        clock::sleep_until(clock::now() + EVERY);
+    }
+}
+
 fn parse(text: &str) -> Option<ArmOrder> {
     let locks = text.trim().strip_prefix("acknowledged_locks =")?.trim();
     let acknowledged_locks = if locks.is_empty() { None } else { Some(locks.parse().ok()?) };
@@ -77,6 +152,19 @@ mod tests {
             assert_eq!(take(domain).unwrap(), None, "{nonsense}");
         }
         assert_eq!(fs::read_dir(domain).unwrap().count(), 0);
+        order(domain, ArmOrder { acknowledged_locks: Some(3) }).unwrap();
+        let arming = Arming::watch(domain).unwrap();
+        assert_eq!(arming.ordered(), None, "it was given to another process");
+        for acknowledged_locks in [None, Some(0), Some(9)] {
+            order(domain, ArmOrder { acknowledged_locks }).unwrap();
+            let taken = loop {
+                if let Some(taken) = arming.ordered() {
+                    break taken;
+                }
+                thread::yield_now();
+            };
+            assert_eq!((taken, arming.ordered()), (ArmOrder { acknowledged_locks }, None));
+        }
         assert!(order(&domain.join("gone"), ArmOrder { acknowledged_locks: None }).is_err());
     }
 }
