@@ -7,6 +7,7 @@ mod bus;
 mod counts;
 mod derating;
 mod doubt;
+mod ending;
 mod exchange;
 mod few;
 mod job;
