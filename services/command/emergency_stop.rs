@@ -20,6 +20,8 @@ const CONFIRM_WITHIN: Duration = Duration::from_secs(2);
 const LOOK_EVERY: Duration = Duration::from_millis(1);
 const NONE_RUNS: &str =
     "no motor process runs: the stop holds once one does; cut the power if anything moves";
+const RELEASE: &str = "release it with `leo emergency-stop --release`";
+const REACHED: &str = "; reached by ";
 /// How long a motor process whose shared memory is gone may take to end: its supervisor notices that within a second.
 const END_WITHIN: Duration = Duration::from_secs(5);
 /// How long a line may stay another program's.
@@ -81,7 +83,8 @@ impl EmergencyStop {
         let mut code = ExitCode::SUCCESS;
         let (mut lines, mut failed) = (Vec::new(), Vec::new());
         for (robot, raised) in robots.iter().zip(told) {
-            let motors: Vec<&Motor> = motors.iter().filter(|motor| motor.process.domain == *robot.root()).collect();
+            let motors: Vec<&Motor> =
+                motors.iter().filter(|motor| motor.process.domain == *robot.root()).collect();
             let reached = reached(&motors, raised.is_ok());
             if let Err(error) = raised {
                 failed.push(error);
@@ -90,7 +93,11 @@ impl EmergencyStop {
                 }
             }
             // A process can look into one domain only: where there are several, another one does.
-            let limp = if robots.len() == 1 { self.confirmed(robot, &motors) } else { confirmed_by_another(robot) };
+            let limp = if robots.len() == 1 {
+                self.confirmed(robot, &motors)
+            } else {
+                self.confirmed_by_another(robot)
+            };
             let said = limp.unwrap_or_else(|why| {
                 code = ExitCode::from(1);
                 format!("raised, but NOT CONFIRMED: {why}")
@@ -98,7 +105,7 @@ impl EmergencyStop {
             lines.push(format!("{}: {said}{reached}", robot.root().display()));
         }
         if !lines.is_empty() {
-            lines.push("release it with `leo emergency-stop --release`".to_owned());
+            lines.push(RELEASE.to_owned());
         }
         print(&lines, &failed, code)
     }
@@ -158,7 +165,8 @@ impl EmergencyStop {
         if motors.is_empty() || is_running(robot) {
             return on_the_boards(robot).or_else(|why| {
                 // It may have died since.
-                let is_ours = buses.has_hardware() && !MotorProcess::all().iter().any(|motor| motor.domain == *robot.root());
+                let is_ours = buses.has_hardware()
+                    && !MotorProcess::all().iter().any(|motor| motor.domain == *robot.root());
                 if is_ours { by_hand(&buses) } else { Err(why) }
             });
         }
@@ -168,12 +176,32 @@ impl EmergencyStop {
             clock::sleep_until(clock::now() + LOOK_EVERY);
         }
         if runs() {
-            return Err("its shared memory is gone, and its motor process has not ended: cut the power".to_owned());
+            return Err(
+                "its shared memory is gone, and its motor process has not ended: cut the power".to_owned()
+            );
         }
         if buses.has_hardware() {
             return by_hand(&buses);
         }
         Ok("its shared memory is gone, and its motor process has ended; its servo buses are mocks".to_owned())
+    }
+
+    /// Has this same program look at one robot.
+    fn confirmed_by_another(&self, robot: &Domain) -> Result<String, String> {
+        let config = self.config.iter().flat_map(|config| ["--config".as_ref(), config.as_os_str()]);
+        let looked = std::env::current_exe()
+            .and_then(|leo| {
+                let mut leo = Command::new(leo);
+                leo.args(["emergency-stop", "--domain"]).arg(robot.root()).args(config).output()
+            })
+            .map_err(|error| error.to_string())?;
+        let said = String::from_utf8_lossy(&looked.stdout);
+        let said = said.trim_end();
+        let said = said.strip_suffix(RELEASE).unwrap_or(said).trim_end();
+        let said = said.split_once(": ").map_or(said, |(_, said)| said);
+        let said = said.split_once("NOT CONFIRMED: ").map_or(said, |(_, why)| why);
+        let said = said.split_once(REACHED).map_or(said, |(said, _)| said).to_owned();
+        if looked.status.success() { Ok(said) } else { Err(said) }
     }
 }
 
@@ -190,7 +218,7 @@ fn reached(motors: &[&Motor], by_file: bool) -> String {
         Err(error) => format!("no signal to its motor process {} ({error})", process.pid),
     });
     let ways: Vec<String> = signals.chain(by_file.then(|| "the file `emergency-stop`".to_owned())).collect();
-    if motors.is_empty() { String::new() } else { format!("; reached by {}", ways.join(" and ")) }
+    if motors.is_empty() { String::new() } else { format!("{REACHED}{}", ways.join(" and ")) }
 }
 
 fn print(lines: &[String], failed: &[String], code: ExitCode) -> Result<ExitCode, Failed> {
@@ -233,7 +261,10 @@ fn by_hand(buses: &Buses) -> Result<String, String> {
         return Ok(format!("no motor process runs, so the buses were opened here: all {report}"));
     }
     let servos: String = report.unconfirmed.iter().map(|servo| format!("\n  {servo}")).collect();
-    Err(format!("no motor process runs: {report}{servos}\n  {}", torque::Report::advice(buses.config.as_deref())))
+    Err(format!(
+        "no motor process runs: {report}{servos}\n  {}",
+        torque::Report::advice(buses.config.as_deref())
+    ))
 }
 
 /// Whether a supervisor holds a robot.
@@ -246,16 +277,6 @@ fn told<T>(robots: &[Domain], act: impl Fn(&Path) -> io::Result<T>) -> Vec<Resul
     let failed =
         |robot: &Domain, error| format!("{}: {error}; is the robot another user's?", robot.root().display());
     robots.iter().map(|robot| act(robot.root()).map_err(|error| failed(robot, error))).collect()
-}
-
-/// Has this same program look at one robot.
-fn confirmed_by_another(robot: &Domain) -> Result<String, String> {
-    let looked = std::env::current_exe()
-        .and_then(|leo| Command::new(leo).args(["emergency-stop", "--domain"]).arg(robot.root()).output())
-        .map_err(|error| error.to_string())?;
-    let said = String::from_utf8_lossy(&looked.stdout).lines().next().unwrap_or_default().to_owned();
-    let said = said.split_once(": ").map_or(said.clone(), |(_, said)| said.to_owned());
-    if looked.status.success() { Ok(said) } else { Err(said) }
 }
 
 /// Waits until every joint of a robot says that its torque is off: what to say of it, or what is

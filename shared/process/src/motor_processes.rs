@@ -75,12 +75,13 @@ fn is_program(file: &Path) -> bool {
 
 /// The domain of a motor process by its command line: `leo motor .. --domain DIRECTORY ..`.
 fn domain_of(command_line: &[u8]) -> Option<PathBuf> {
-    let mut words = command_line.split(|byte| *byte == 0);
-    if words.nth(1)? != Process::Motor.name().as_bytes() {
+    let words: Vec<&[u8]> = command_line.split(|byte| *byte == 0).collect();
+    // Simulated time has no emergencies, and no servos.
+    if words.get(1) != Some(&Process::Motor.name().as_bytes()) || words.contains(&&b"--lockstep"[..]) {
         return None;
     }
-    words.find(|word| *word == b"--domain")?;
-    words.next().map(|domain| PathBuf::from(OsStr::from_bytes(domain)))
+    let mut words = words.into_iter().skip_while(|word| *word != b"--domain");
+    words.nth(1).map(|domain| PathBuf::from(OsStr::from_bytes(domain)))
 }
 
 #[cfg(test)]
@@ -95,6 +96,7 @@ mod tests {
             &b"/usr/bin/leo\0sensor\0--domain\0/dev/shm/leo-7\0"[..],
             b"leo\0emergency-stop\0--reason\0motor\0--domain\0/dev/shm/leo-7\0",
             b"leo\0motor\0",
+            b"leo\0motor\0--domain\0/dev/shm/leo-7\0--lockstep\0",
             b"",
         ] {
             assert_eq!(domain_of(other), None, "{other:?}");
