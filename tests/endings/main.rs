@@ -6,14 +6,11 @@
 mod mock_bus;
 mod rig;
 
-use std::fs::{self, File};
-use std::io::Write as _;
-use std::process::{Command, Stdio};
+use std::fs;
+use std::process::Stdio;
 
 use clock::Duration;
-use rustix::fs::{Mode, OFlags, open};
 use rustix::process::Signal;
-use rustix::pty::{OpenptFlags, grantpt, openpt, ptsname, unlockpt};
 
 use rig::{JOINTS, OFF_WITHIN, Rig, end_of, leo, remove_shared_memory, signal, until};
 
@@ -32,30 +29,12 @@ fn an_end_in_order_leaves_no_torque_on() {
 #[test]
 fn a_terminal_that_is_closed_leaves_no_torque_on() {
     let rig = Rig::new("end-terminal");
-    let master = openpt(OpenptFlags::RDWR | OpenptFlags::NOCTTY | OpenptFlags::CLOEXEC).expect("a terminal");
-    grantpt(&master).and_then(|()| unlockpt(&master)).expect("a terminal");
-    let name = ptsname(&master, Vec::new()).expect("a terminal");
-    let slave = || {
-        let opened = open(&name, OFlags::RDWR | OFlags::NOCTTY | OFlags::CLOEXEC, Mode::empty());
-        File::from(opened.expect("opens"))
-    };
-    // A shell with job control in a session of its own: it passes the hang-up on that the kernel tells it of.
-    let mut shell = Command::new("setsid")
-        .args(["--ctty", "bash", "--norc", "--noprofile", "-i"])
-        .env("TERM", "dumb")
-        .env_remove("RUST_LOG")
-        .stdin(slave())
-        .stdout(slave())
-        .stderr(Stdio::null())
-        .spawn()
-        .expect("starts");
-    let mut master = File::from(master);
-    master.write_all(rig.typed().as_bytes()).expect("a person types");
+    let mut terminal = rig.run_in_terminal();
     rig.follow();
     let ended_at = clock::now();
-    drop(master);
+    terminal.close();
     rig.is_off(ended_at);
-    assert!(end_of(&mut shell).is_some());
+    assert!(end_of(&mut terminal.shell).is_some());
     assert!(!rig.said().contains("killed"), "nobody was impatient: {}", rig.said());
 }
 

@@ -2,13 +2,16 @@
 
 use std::collections::BTreeMap;
 use std::fs::{self, File};
+use std::io::Write as _;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, ExitStatus, Stdio};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use clock::{Duration, Instant};
 use process::arming::{self, ArmOrder};
+use rustix::fs::{Mode, OFlags, open};
 use rustix::process::{Pid, Signal, kill_process};
+use rustix::pty::{OpenptFlags, grantpt, openpt, ptsname, unlockpt};
 use rustypot::DynamixelProtocolHandler;
 use tempfile::TempDir;
 
@@ -77,7 +80,12 @@ impl Rig {
 
     /// Starts the robot as a child of this test.
     pub(crate) fn run(&self) -> Child {
-        Command::new(env!("CARGO_BIN_EXE_leo"))
+        self.run_by(Command::new(program()))
+    }
+
+    /// The same by a command that runs the program that it is told.
+    pub(crate) fn run_by(&self, mut command: Command) -> Child {
+        command
             .args(self.arguments())
             .env_remove("RUST_LOG")
             .env("XDG_STATE_HOME", self.folder.path())
@@ -88,12 +96,37 @@ impl Rig {
             .expect("starts")
     }
 
-    /// What a person would type to start it.
-    pub(crate) fn typed(&self) -> String {
+    /// Starts the robot from a shell that a person has open in a terminal.
+    pub(crate) fn run_in_terminal(&self) -> Terminal {
+        let master = openpt(OpenptFlags::RDWR | OpenptFlags::NOCTTY | OpenptFlags::CLOEXEC);
+        let master = master.expect("a terminal");
+        grantpt(&master).and_then(|()| unlockpt(&master)).expect("a terminal");
+        let name = ptsname(&master, Vec::new()).expect("a terminal");
+        let slave = || {
+            let opened = open(&name, OFlags::RDWR | OFlags::NOCTTY | OFlags::CLOEXEC, Mode::empty());
+            File::from(opened.expect("opens"))
+        };
+        // A shell with job control in a session of its own: it passes the hang-up on that the kernel tells it of.
+        let shell = Command::new("setsid")
+            .args(["--ctty", "bash", "--norc", "--noprofile", "-i"])
+            .env("TERM", "dumb")
+            .env_remove("RUST_LOG")
+            .stdin(slave())
+            .stdout(slave())
+            .stderr(Stdio::null())
+            .spawn()
+            .expect("starts");
+        let mut master = File::from(master);
+        master.write_all(self.typed().as_bytes()).expect("a person types");
+        Terminal { shell, master: Some(master) }
+    }
+
+    /// What a person types to start it.
+    fn typed(&self) -> String {
         format!(
             "XDG_STATE_HOME={} {} {} 2> {}\n",
             self.folder.path().display(),
-            env!("CARGO_BIN_EXE_leo"),
+            program().display(),
             self.arguments().join(" "),
             self.log().display()
         )
@@ -157,28 +190,53 @@ impl Rig {
         assert!(after <= OFF_WITHIN, "after {after:?}\n{}", self.said());
     }
 
-    /// The servos that have torque, by a master that is not Leo.
+    /// The servos that have torque, by a master that is not Leo, once all lines are free.
     pub(crate) fn with_torque(&self) -> Vec<WithTorque> {
+        let mut read = None;
+        // The kernel closes what a killed process held a moment after its death.
+        let opened = until(PATIENCE, || {
+            read = self.torque_now();
+            read.is_some()
+        });
+        assert!(opened, "a line is not free, or a servo does not answer");
+        read.expect("was read")
+    }
+
+    /// The servos that have torque now; `None` where a program has a line, or a servo does not answer.
+    pub(crate) fn torque_now(&self) -> Option<Vec<WithTorque>> {
         let master = DynamixelProtocolHandler::v2();
         let mut all = Vec::new();
         for (bus, ids) in buses() {
             let path = self.mock.path(&bus).to_str().expect("letters").to_owned();
-            let mut port = None;
-            // The kernel closes what a killed process held a moment after its death.
-            let opens = until(PATIENCE, || {
-                port = serialport::new(&path, BAUD).timeout(Duration::from_millis(500)).open().ok();
-                port.is_some()
-            });
-            assert!(opens, "{path} does not open");
-            let mut port = port.expect("opens");
+            let mut port = serialport::new(path, BAUD).timeout(Duration::from_millis(300)).open().ok()?;
             for id in ids {
-                let torque = (0..5).find_map(|_| master.read(port.as_mut(), id, TORQUE_ENABLE, 1).ok());
-                if torque.expect("answers") != [0] {
+                let torque = (0..5).find_map(|_| master.read(port.as_mut(), id, TORQUE_ENABLE, 1).ok())?;
+                if torque != [0] {
                     all.push((bus.clone(), id));
                 }
             }
         }
-        all
+        Some(all)
+    }
+}
+
+/// A terminal with a shell.
+pub(crate) struct Terminal {
+    pub(crate) shell: Child,
+    master: Option<File>,
+}
+
+impl Terminal {
+    /// Closes its window.
+    pub(crate) fn close(&mut self) {
+        self.master = None;
+    }
+}
+
+impl Drop for Terminal {
+    fn drop(&mut self) {
+        self.close();
+        let _dead = self.shell.kill().and_then(|()| self.shell.wait());
     }
 }
 
@@ -209,9 +267,14 @@ fn buses() -> Vec<(String, Vec<u8>)> {
     robot.buses.iter().enumerate().map(|(bus, settings)| (settings.name.clone(), on(bus))).collect()
 }
 
+/// The program; `LEO` names another one.
+pub(crate) fn program() -> PathBuf {
+    std::env::var_os("LEO").map_or_else(|| env!("CARGO_BIN_EXE_leo").into(), PathBuf::from)
+}
+
 /// A command of `leo` with nothing of this machine's in its environment.
 pub(crate) fn leo(arguments: &[&str]) -> Command {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_leo"));
+    let mut command = Command::new(program());
     command.args(arguments).env_remove("RUST_LOG").stdin(Stdio::null());
     command
 }

@@ -66,7 +66,7 @@ impl Guard {
             let (launch, told) = (launch.clone(), ENDED.to_owned());
             Ok(Self { launch, reader, writer, child, told, replace_at: clock::now() + REPLACE_EVERY })
         });
-        started.inspect_err(|error| no_guard(error)).ok()
+        started.inspect_err(no_guard).ok()
     }
 
     /// What the motor process is to hold, so that the guard learns of its death.

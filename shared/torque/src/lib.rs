@@ -22,7 +22,6 @@ use clock::Duration;
 /// that another process holds is waited for until `busy_timeout` is over.
 ///
 /// It lasts a few milliseconds per servo that answers, and about 0.2 s per servo that does not.
-#[must_use]
 pub fn switch_off(buses: &[Bus], busy_timeout: Duration) -> Report {
     let mut report = Report::default();
     thread::scope(|scope| {
