@@ -21,7 +21,7 @@ const LAYERS: [&[&str]; 6] = [
         "simulator-process",
         "supervisor-process",
     ],
-    &["process", "realtime", "recording", "serial", "store", "trace", "transport"],
+    &["process", "realtime", "recording", "serial", "store", "torque", "trace", "transport"],
     &[
         "account",
         "belief",
@@ -42,9 +42,10 @@ const LAYERS: [&[&str]; 6] = [
 ];
 
 /// Arrows within a layer, from the crate to those of its own layer that it may know.
-const PEERS: [(&str, &[&str]); 8] = [
+const PEERS: [(&str, &[&str]); 9] = [
     ("process", &["realtime", "transport"]),
     ("recording", &["transport"]),
+    ("torque", &["serial"]),
     ("belief", &["perception"]),
     ("chronicle", &["perspective"]),
     ("perspective", &["belief", "perception", "scene"]),
@@ -67,7 +68,7 @@ const WRAPPED: [(&str, &[&str]); 18] = [
     ("libc", &["realtime"]),
     ("sd-notify", &["supervisor-process"]),
     ("signal-hook", &["process", "supervisor-process"]),
-    ("rustix", &["clock", "realtime", "recording", "serial", "supervisor-process", "transport"]),
+    ("rustix", &["clock", "process", "realtime", "recording", "serial", "supervisor-process", "transport"]),
     ("urdf-rs", &["kinematics"]),
     ("toml", &["config"]),
     ("quinn", &["link-process"]),
@@ -82,7 +83,7 @@ const MAY_BE_UNSAFE: [&str; 3] = ["shared/prefetch", "shared/realtime", "shared/
 const SHELL_FILES: [&str; 3] = ["lib.rs", "run.rs", "shell.rs"];
 
 /// Further files of a shell, where it has more than one noun.
-const MORE_SHELL_FILES: [&str; 44] = [
+const MORE_SHELL_FILES: [&str; 48] = [
     "console/src/black_box.rs",
     "console/src/black_box/files.rs",
     "console/src/fares.rs",
@@ -106,6 +107,7 @@ const MORE_SHELL_FILES: [&str; 44] = [
     "mock_bus/src/alone.rs",
     "mock_bus/src/end.rs",
     "mock_bus/src/ptys.rs",
+    "motor/src/ending.rs",
     "motor/src/ledger.rs",
     "motor/src/line.rs",
     "motor/src/threads.rs",
@@ -127,6 +129,9 @@ const MORE_SHELL_FILES: [&str; 44] = [
     "supervisor/src/conductor.rs",
     "supervisor/src/readiness/system.rs",
     "supervisor/src/service_manager.rs",
+    "supervisor/src/signals.rs",
+    "supervisor/src/guard.rs",
+    "supervisor/src/memory_watch.rs",
 ];
 
 /// What a core may not say: it is told the time, and opens nothing.

@@ -78,6 +78,9 @@ pub(crate) fn outcome(outcome: Result<Outcome, RunError>) -> Result<ExitCode, Fa
         Outcome::GaveUp(process) => Err(Failed::because(format!(
             "gave up: the process `{process}` died too often; what it said of it stands above"
         ))),
+        Outcome::MemoryRemoved => Err(Failed::because(
+            "the robot was stopped because its shared memory was removed; what was removed stands above",
+        )),
         Outcome::Refused(process) => Err(Failed::usage(format!(
             "the process `{process}` refused its configuration; what it said stands above"
         ))),

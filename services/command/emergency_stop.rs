@@ -6,8 +6,9 @@ use std::process::{Command, ExitCode};
 use std::time::Duration;
 
 use clap::Args;
+use config::{Files, Robot};
 use message::{JointCause, JointMode, JointState, Joints, Process};
-use process::emergency;
+use process::{MotorProcess, emergency};
 use transport::janitor::is_claimed;
 use transport::{Delivery, Domain, JointsReader, Node, Queues, RosterReader};
 
@@ -19,12 +20,20 @@ const CONFIRM_WITHIN: Duration = Duration::from_secs(2);
 const LOOK_EVERY: Duration = Duration::from_millis(1);
 const NONE_RUNS: &str =
     "no motor process runs: the stop holds once one does; cut the power if anything moves";
+const RELEASE: &str = "release it with `leo emergency-stop --release`";
+const REACHED: &str = "; reached by ";
+/// How long a motor process whose shared memory is gone may take to end: its supervisor notices that within a second.
+const END_WITHIN: Duration = Duration::from_secs(5);
+/// How long a line may stay another program's.
+const BUSY_TIMEOUT: Duration = Duration::from_secs(2);
 
 /// Stop every robot, or release one.
 #[derive(Args, Clone, Debug)]
 #[command(
     after_help = "Example:\n  leo emergency-stop\n\nThe same without this program: send SIGUSR1 to the \
-                        motor process, or make a file `emergency-stop` in the robot's folder, /dev/shm/leo-*"
+                        motor process, or make a file `emergency-stop` in the robot's folder, /dev/shm/leo-*\n\n\
+                        Where no motor process runs, it opens the servo buses of --config itself, or of the robot's \
+                        own configuration, and switches every torque off."
 )]
 pub(crate) struct EmergencyStop {
     /// Let the joints start anew, once somebody commands
@@ -33,6 +42,9 @@ pub(crate) struct EmergencyStop {
     /// The robot, which need not run yet [default: all of this user's that run]
     #[arg(long, value_name = "DIRECTORY")]
     domain: Option<PathBuf>,
+    /// The robot's leo.toml, whose servo buses are opened where no motor process runs [default: as the robot was started]
+    #[arg(long, value_name = "FILE", conflicts_with = "release")]
+    config: Option<PathBuf>,
     /// Who stops it and why, for the robot's log
     #[arg(long, value_name = "TEXT", default_value = "leo emergency-stop")]
     reason: String,
@@ -40,60 +52,99 @@ pub(crate) struct EmergencyStop {
 
 impl EmergencyStop {
     pub(crate) fn run(&self) -> Result<ExitCode, Failed> {
-        let robots = self.robots()?;
+        if self.release {
+            return self.release();
+        }
+        // The signal first: it needs no file, and reaches those whose folder is gone, too.
+        let motors: Vec<Motor> = MotorProcess::all()
+            .into_iter()
+            .filter(|process| self.domain.as_ref().is_none_or(|domain| *domain == process.domain))
+            .map(|process| {
+                let signalled = process.stop().map_err(|error| error.to_string());
+                Motor { process, signalled }
+            })
+            .collect();
+        let robots = self.robots(&motors)?;
         if robots.is_empty() {
-            return Err(Failed::because(if self.release {
-                "no robot runs here, and none was left stopped: nothing was released"
-            } else {
-                "no robot runs here: nothing was stopped; one that is about to start is stopped by its name, \
-                 `--domain /dev/shm/leo-NAME`"
-            }));
+            let Some(config) = &self.config else {
+                return Err(Failed::because(
+                    "no robot runs here: nothing was stopped; one that is about to start is stopped by its name, \
+                     `--domain /dev/shm/leo-NAME`, and servos that no robot drives by the robot's configuration, \
+                     `--config FILE`",
+                ));
+            };
+            let hand = by_hand(&Buses::of(Some(config), None)?);
+            let code = ExitCode::from(u8::from(hand.is_err()));
+            let said = hand.unwrap_or_else(|why| format!("NOT CONFIRMED: {why}"));
+            return super::output::print(&format!("no robot runs: {said}\n")).map(|()| code);
         }
         // First all are stopped, and only then is looked what came of it.
-        let told = told(&robots, |root| {
-            if self.release {
-                emergency::release(root).map(|was| if was { "released" } else { "was not raised" })
-            } else {
-                emergency::raise(root, &self.reason).map(|()| "raised")
-            }
-        });
+        let told = told(&robots, |root| emergency::raise(root, &self.reason));
         let mut code = ExitCode::SUCCESS;
         let (mut lines, mut failed) = (Vec::new(), Vec::new());
-        for (robot, said) in robots.iter().zip(told) {
-            let said = match said {
-                Ok(said) if self.release => said.to_owned(),
-                Ok(_raised) => {
-                    // A process can look into one domain only: where there are several, another one does.
-                    let limp = if robots.len() == 1 { confirmed(robot) } else { confirmed_by_another(robot) };
-                    limp.unwrap_or_else(|why| {
-                        code = ExitCode::from(1);
-                        format!("raised, but NOT CONFIRMED: {why}")
-                    })
-                }
-                Err(error) => {
-                    failed.push(error);
+        for (robot, raised) in robots.iter().zip(told) {
+            let motors: Vec<&Motor> =
+                motors.iter().filter(|motor| motor.process.domain == *robot.root()).collect();
+            let reached = reached(&motors, raised.is_ok());
+            if let Err(error) = raised {
+                failed.push(error);
+                if motors.is_empty() {
                     continue;
                 }
+            }
+            // A process can look into one domain only: where there are several, another one does.
+            let limp = if robots.len() == 1 {
+                self.confirmed(robot, &motors)
+            } else {
+                self.confirmed_by_another(robot)
             };
-            lines.push(format!("{}: {said}", robot.root().display()));
+            let said = limp.unwrap_or_else(|why| {
+                code = ExitCode::from(1);
+                format!("raised, but NOT CONFIRMED: {why}")
+            });
+            lines.push(format!("{}: {said}{reached}", robot.root().display()));
         }
-        if !self.release && !lines.is_empty() {
-            lines.push("release it with `leo emergency-stop --release`".to_owned());
+        if !lines.is_empty() {
+            lines.push(RELEASE.to_owned());
         }
-        let lines: String = lines.iter().map(|line| format!("{line}\n")).collect();
-        let printed = super::output::print(&lines);
-        if failed.is_empty() { printed.map(|()| code) } else { Err(Failed::because(failed.join("\n"))) }
+        print(&lines, &failed, code)
     }
-}
 
-impl EmergencyStop {
+    fn release(&self) -> Result<ExitCode, Failed> {
+        let robots = self.robots(&[])?;
+        if robots.is_empty() {
+            return Err(Failed::because(
+                "no robot runs here, and none was left stopped: nothing was released",
+            ));
+        }
+        let (mut lines, mut failed) = (Vec::new(), Vec::new());
+        for (robot, released) in robots.iter().zip(told(&robots, emergency::release)) {
+            match released {
+                Ok(was) => {
+                    let said = if was { "released" } else { "was not raised" };
+                    lines.push(format!("{}: {said}", robot.root().display()));
+                }
+                Err(error) => failed.push(error),
+            }
+        }
+        print(&lines, &failed, ExitCode::SUCCESS)
+    }
+
     /// The robots that are meant: those that run, and for a release also those that a stop has outlived. One that
-    /// is named need not run: it may be starting anew just now, and shall find itself stopped.
-    fn robots(&self) -> Result<Vec<Domain>, Failed> {
+    /// is named need not run: it may be starting anew just now, and shall find itself stopped. One whose folder is gone
+    /// is known by its motor process.
+    fn robots(&self, motors: &[Motor]) -> Result<Vec<Domain>, Failed> {
         let was_left = |robot: &Domain| self.release && emergency::is_raised(robot.root());
         let mut all = Domain::all().into_iter();
         let Some(root) = &self.domain else {
-            return Ok(all.filter(|robot| is_claimed(robot) || was_left(robot)).collect());
+            let mut robots: Vec<Domain> = all.filter(|robot| is_claimed(robot) || was_left(robot)).collect();
+            for motor in motors {
+                let root = motor.process.domain.as_path();
+                if !robots.iter().any(|robot| robot.root() == root) {
+                    robots.extend(Domain::at(root).or_else(|_| to_run_in(Some(root))).ok());
+                }
+            }
+            return Ok(robots);
         };
         let robot = match all.find(|robot| robot.root() == root && was_left(robot)) {
             Some(robot) => robot,
@@ -102,6 +153,123 @@ impl EmergencyStop {
         };
         Ok(vec![robot])
     }
+
+    /// Waits until every joint of a robot says that its torque is off, or switches torque off itself where no motor
+    /// process does: what to say of it, or what is wrong.
+    fn confirmed(&self, robot: &Domain, motors: &[&Motor]) -> Result<String, String> {
+        let buses = Buses::of(self.config.as_deref(), Some(robot)).map_err(|refused| refused.text)?;
+        let runs = || motors.iter().any(|motor| motor.process.runs());
+        if !runs() && !is_running(robot) && buses.has_hardware() {
+            return by_hand(&buses);
+        }
+        if motors.is_empty() || is_running(robot) {
+            return on_the_boards(robot).or_else(|why| {
+                // It may have died since.
+                let is_ours = buses.has_hardware()
+                    && !MotorProcess::all().iter().any(|motor| motor.domain == *robot.root());
+                if is_ours { by_hand(&buses) } else { Err(why) }
+            });
+        }
+        // Its shared memory is gone, and with it what it could say there. It ends, and then its lines are free.
+        let until = clock::now() + END_WITHIN;
+        while runs() && clock::now() < until {
+            clock::sleep_until(clock::now() + LOOK_EVERY);
+        }
+        if runs() {
+            return Err(
+                "its shared memory is gone, and its motor process has not ended: cut the power".to_owned()
+            );
+        }
+        if buses.has_hardware() {
+            return by_hand(&buses);
+        }
+        Ok("its shared memory is gone, and its motor process has ended; its servo buses are mocks".to_owned())
+    }
+
+    /// Has this same program look at one robot.
+    fn confirmed_by_another(&self, robot: &Domain) -> Result<String, String> {
+        let config = self.config.iter().flat_map(|config| ["--config".as_ref(), config.as_os_str()]);
+        let looked = std::env::current_exe()
+            .and_then(|leo| {
+                let mut leo = Command::new(leo);
+                leo.args(["emergency-stop", "--domain"]).arg(robot.root()).args(config).output()
+            })
+            .map_err(|error| error.to_string())?;
+        let said = String::from_utf8_lossy(&looked.stdout);
+        let said = said.trim_end();
+        let said = said.strip_suffix(RELEASE).unwrap_or(said).trim_end();
+        let said = said.split_once(": ").map_or(said, |(_, said)| said);
+        let said = said.split_once("NOT CONFIRMED: ").map_or(said, |(_, why)| why);
+        let said = said.split_once(REACHED).map_or(said, |(said, _)| said).to_owned();
+        if looked.status.success() { Ok(said) } else { Err(said) }
+    }
+}
+
+/// A motor process that was signalled, and what the system said to that.
+struct Motor {
+    process: MotorProcess,
+    signalled: Result<(), String>,
+}
+
+/// How the stop reached a robot, where that is not by its file alone.
+fn reached(motors: &[&Motor], by_file: bool) -> String {
+    let signals = motors.iter().map(|Motor { process, signalled }| match signalled {
+        Ok(()) => format!("the signal SIGUSR1 to its motor process {}", process.pid),
+        Err(error) => format!("no signal to its motor process {} ({error})", process.pid),
+    });
+    let ways: Vec<String> = signals.chain(by_file.then(|| "the file `emergency-stop`".to_owned())).collect();
+    if motors.is_empty() { String::new() } else { format!("{REACHED}{}", ways.join(" and ")) }
+}
+
+fn print(lines: &[String], failed: &[String], code: ExitCode) -> Result<ExitCode, Failed> {
+    let lines: String = lines.iter().map(|line| format!("{line}\n")).collect();
+    let printed = super::output::print(&lines);
+    if failed.is_empty() { printed.map(|()| code) } else { Err(Failed::because(failed.join("\n"))) }
+}
+
+/// The servo buses of a robot, and where its configuration stands.
+struct Buses {
+    buses: Vec<torque::Bus>,
+    config: Option<PathBuf>,
+}
+
+impl Buses {
+    /// Those of a configuration; without one, of that which the robot in a domain was started with; without that, the
+    /// built-in ones, which are mocks.
+    fn of(config: Option<&Path>, robot: Option<&Domain>) -> Result<Self, Failed> {
+        let kept = robot.map(|robot| robot.root().join("configuration")).filter(|kept| kept.is_dir());
+        let files = match (config, kept) {
+            (None, Some(kept)) => Files::kept(None, &kept),
+            (config, _) => Files::read(config),
+        };
+        let robot = files.and_then(|files| Robot::of(&files)).map_err(Failed::usage)?;
+        Ok(Self { buses: torque::buses(&robot.motor, None), config: config.map(Path::to_owned) })
+    }
+
+    fn has_hardware(&self) -> bool {
+        !self.buses.is_empty()
+    }
+}
+
+/// Switches torque off without a motor process.
+fn by_hand(buses: &Buses) -> Result<String, String> {
+    if !buses.has_hardware() {
+        return Err("every servo bus is a mock, and no mock servo bus runs".to_owned());
+    }
+    let report = torque::switch_off(&buses.buses, BUSY_TIMEOUT);
+    if report.is_confirmed() {
+        return Ok(format!("no motor process runs, so the buses were opened here: all {report}"));
+    }
+    let servos: String = report.unconfirmed.iter().map(|servo| format!("\n  {servo}")).collect();
+    Err(format!(
+        "no motor process runs: {report}{servos}\n  {}",
+        torque::Report::advice(buses.config.as_deref())
+    ))
+}
+
+/// Whether a supervisor holds a robot.
+fn is_running(robot: &Domain) -> bool {
+    Domain::at(robot.root()).is_ok() && is_claimed(robot)
 }
 
 /// Does to every robot what is to be done in its folder, whatever goes wrong with another; what is said of each.
@@ -111,23 +279,12 @@ fn told<T>(robots: &[Domain], act: impl Fn(&Path) -> io::Result<T>) -> Vec<Resul
     robots.iter().map(|robot| act(robot.root()).map_err(|error| failed(robot, error))).collect()
 }
 
-/// Has this same program look at one robot.
-fn confirmed_by_another(robot: &Domain) -> Result<String, String> {
-    let looked = std::env::current_exe()
-        .and_then(|leo| Command::new(leo).args(["emergency-stop", "--domain"]).arg(robot.root()).output())
-        .map_err(|error| error.to_string())?;
-    let said = String::from_utf8_lossy(&looked.stdout).lines().next().unwrap_or_default().to_owned();
-    let said = said.split_once(": ").map_or(said.clone(), |(_, said)| said.to_owned());
-    if looked.status.success() { Ok(said) } else { Err(said) }
-}
-
 /// Waits until every joint of a robot says that its torque is off: what to say of it, or what is
 /// wrong. It reads the boards, which look on and are made by nobody but who writes them: whoever else looks on,
 /// and however far the robot is on its way up, the stop stands in nobody's way.
-fn confirmed(robot: &Domain) -> Result<String, String> {
+fn on_the_boards(robot: &Domain) -> Result<String, String> {
     let began = clock::now();
-    let runs = || Domain::at(robot.root()).is_ok() && is_claimed(robot);
-    while !runs() {
+    while !is_running(robot) {
         if clock::now() >= began + CONFIRM_WITHIN {
             return Err(NONE_RUNS.to_owned());
         }

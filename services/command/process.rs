@@ -37,6 +37,9 @@ pub(crate) enum Process {
     /// Carries frames between this machine and another one
     #[command(hide = true)]
     Link(Told),
+    /// Switches torque off when the supervisor and the motor process have died together
+    #[command(hide = true)]
+    TorqueGuard(Told),
 }
 
 /// What the supervisor tells a process.
@@ -85,7 +88,7 @@ impl Process {
             | Self::Learner(told)
             | Self::Motor(told)
             | Self::Console(told) => told,
-            Self::Link(told) => told,
+            Self::Link(told) | Self::TorqueGuard(told) => told,
             Self::MockBus(_) => {
                 let Self::MockBus(mock_bus) = self else { return Ok(ExitCode::SUCCESS) };
                 return mock_bus.run();
@@ -101,6 +104,7 @@ impl Process {
             Self::Motor(_) => motor_process::run(&launch, &robot),
             Self::Console(_) => console_process::run(&launch, &robot, &lesson(&launch)?),
             Self::Link(_) => link_process::run(&launch, &robot),
+            Self::TorqueGuard(_) => supervisor_process::guard(&launch, &robot),
             Self::MockBus(_) => Ok(()),
         }
         .map_err(Failed::because)?;

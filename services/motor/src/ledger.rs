@@ -71,6 +71,9 @@ impl Ledger {
         }
         self.board.write(&self.buses);
         self.joints.set(motor.states());
+        let counts = motor.counts();
+        (self.joints.locks, self.joints.limited, self.joints.refused) =
+            (counts.locks, counts.limited, counts.refused);
         self.joints_board.write(&self.joints);
     }
 }

@@ -8,6 +8,7 @@ mod carriers;
 mod counts;
 mod derating;
 mod doubt;
+mod ending;
 mod exchange;
 mod few;
 mod job;

@@ -3,12 +3,14 @@ use std::fmt;
 use clock::{Duration, Instant};
 use config::Robot;
 use config::motor::Bus;
-use message::{JointCause, JointMode, JointState};
+use message::{JointCause, JointLicence, JointLink, JointMode, JointState};
 
-use crate::{Motor, Trouble};
+use crate::{Counts, Motor, Notice, Trouble};
 
 /// Looking is spared most cycles: people are slow.
 const EVERY: Duration = Duration::from_millis(100);
+/// Goals that are refused, or become a limit, are told of no more often than this.
+const GOALS_EVERY: Duration = Duration::from_secs(10);
 
 /// Tells people which joints are not as they should be, once each, and of an emergency stop. Where a whole bus
 /// is silent or lost it is the bus that is named: its servos have hardly all failed at once.
@@ -19,6 +21,12 @@ pub(crate) struct Reporter {
     all_follow: bool,
     /// Whether people know that every torque is off, in this emergency.
     told_limp: bool,
+    /// Joints that people know wait to be armed.
+    told_disarmed: usize,
+    disarmed: usize,
+    /// Goals that people know were refused, and became a limit; and when they may be told again.
+    told_goals: (u64, u64),
+    tell_goals_at: Instant,
     look_at: Instant,
 }
 
@@ -34,6 +42,7 @@ struct Known {
     state: Option<(JointMode, JointCause)>,
     is_new: bool,
     trouble: Option<Trouble>,
+    bus: usize,
 }
 
 impl Reporter {
@@ -48,21 +57,35 @@ impl Reporter {
         Self {
             names: joints.iter().map(|joint| joint.name.clone()).collect(),
             buses: robot.motor.buses.iter().enumerate().map(of_bus).collect(),
-            known: vec![Known::default(); joints.len()],
+            known: joints.iter().map(|joint| Known { bus: joint.bus, ..Known::default() }).collect(),
             all_follow: false,
             told_limp: false,
+            told_disarmed: 0,
+            disarmed: 0,
+            told_goals: (0, 0),
+            tell_goals_at: Instant::EPOCH,
             look_at: Instant::EPOCH,
         }
     }
 
-    pub(crate) fn look(&mut self, motor: &Motor, now: Instant) {
+    pub(crate) fn look(&mut self, motor: &mut Motor, now: Instant) {
         if now < self.look_at {
             return;
         }
         self.look_at = now + EVERY;
+        let names = &self.names;
+        motor.take_notices(|joint, notice| {
+            let name = names.get(joint).map_or("?", String::as_str);
+            match notice {
+                Notice::LeftOver { .. } => tracing::info!("{name}: {notice}"),
+                Notice::Overwritten { .. } | Notice::Tighter { .. } => tracing::warn!("{name}: {notice}"),
+            }
+        });
+        self.tell_goals(motor, now);
         if self.tell_emergency(motor) {
             return;
         }
+        self.tell_disarmed(motor);
         self.tell_joints(motor.states(), |index| motor.trouble(index), |line| tracing::warn!("{line}"));
         let follow = |known: &&Known| matches!(known.state, Some((JointMode::Following, _)));
         let following = self.known.iter().filter(follow).count();
@@ -71,6 +94,42 @@ impl Reporter {
             tracing::info!("all {following} joints follow");
         }
         self.all_follow = all_follow;
+    }
+
+    /// Tells of goals that were refused, or became a limit: how many since people were told last.
+    fn tell_goals(&mut self, motor: &Motor, now: Instant) {
+        let Counts { refused, limited, .. } = motor.counts();
+        let (more_refused, more_limited) = (refused - self.told_goals.0, limited - self.told_goals.1);
+        if (more_refused, more_limited) == (0, 0) || now < self.tell_goals_at {
+            return;
+        }
+        self.told_goals = (refused, limited);
+        self.tell_goals_at = now + GOALS_EVERY;
+        if more_refused > 0 {
+            tracing::warn!("{more_refused} goals were refused: no number, or of a joint that motor.toml does not have");
+        }
+        if more_limited > 0 {
+            tracing::warn!("{more_limited} goals were beyond the limits of their joints, and became the limit");
+        }
+    }
+
+    /// Tells how many joints wait to be armed, once that has stopped growing.
+    fn tell_disarmed(&mut self, motor: &Motor) {
+        let is_disarmed = |state: &JointState| {
+            let machines = state.machines();
+            machines.is_some_and(|machines| {
+                machines.licence == JointLicence::Disarmed && machines.link == JointLink::Answering
+            })
+        };
+        let disarmed = motor.states().filter(is_disarmed).count();
+        // A robot that arms by itself has none but for a moment.
+        let is_steady = std::mem::replace(&mut self.disarmed, disarmed) == disarmed;
+        if is_steady && disarmed > self.told_disarmed {
+            tracing::warn!("{disarmed} joints are disarmed, and move once `leo arm` or the page has armed them");
+        }
+        if is_steady {
+            self.told_disarmed = disarmed;
+        }
     }
 
     fn tell_joints(
@@ -94,12 +153,22 @@ impl Reporter {
                 }
             }
         }
+        let mut duplicates = [None; 8];
         for (index, (known, name)) in self.known.iter_mut().zip(&self.names).enumerate() {
             let Some(state) = known.state.filter(|_| known.is_new) else { continue };
             let told = std::mem::replace(&mut known.trouble, trouble(index));
             match known.trouble {
                 // Its torque went off since, say.
                 Some(trouble) if told == Some(trouble) => {}
+                // It befalls the whole bus, and is told of it once.
+                Some(Trouble::Duplicate(id)) if duplicates.contains(&Some((known.bus, id))) => {}
+                Some(trouble @ Trouble::Duplicate(id)) => {
+                    if let Some(place) = duplicates.iter_mut().find(|place| place.is_none()) {
+                        *place = Some((known.bus, id));
+                    }
+                    let bus = self.buses.get(known.bus).map_or("?", |joints| joints.bus.as_str());
+                    tell(format_args!("bus `{bus}`: {trouble}"));
+                }
                 Some(trouble) => tell(format_args!("{name}: {trouble}")),
                 None => {
                     if let Some(what) = explain(state) {
@@ -139,8 +208,9 @@ fn explain_bus<'a>(mut joints: impl Iterator<Item = &'a Known>) -> Option<&'stat
             Some("its line is lost, and its joints with it")
         }
         (JointMode::Quarantined, JointCause::Silent) if is_one => Some(
-            "none of its servos answers, and its joints are quarantined; has it power, and is its cable in? If so, this \
-             machine was too busy to carry its bytes: see `leo check`",
+            "none of its servos answers, and its joints are quarantined; has it power, is its cable in, and do its servos \
+             listen at this speed (`leo bus scan --all-speeds`)? If so, this machine was too busy to carry its bytes: see \
+             `leo check`",
         ),
         _ => None,
     }
@@ -161,6 +231,9 @@ const fn explain(state: (JointMode, JointCause)) -> Option<&'static str> {
         ),
         (JointMode::Starting, JointCause::Watchdog) => {
             Some("is armed again: the servo's own bus watchdog had tripped")
+        }
+        (JointMode::Lowering, JointCause::Alert) => {
+            Some("is lowered to its rest pose after a hardware alert, and lets go then")
         }
         (JointMode::Following, JointCause::Derated) => {
             Some("moves more slowly: its servo is hot or short of voltage")

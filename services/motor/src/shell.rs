@@ -6,6 +6,7 @@ use process::{Emergency, Failure, Launch, Lookout, Member, Progress};
 use transport::Outlet;
 
 use crate::Motor;
+use crate::ending;
 use crate::ledger::Ledger;
 use crate::reporter::Reporter;
 use crate::threads::Threads;
@@ -23,10 +24,12 @@ const LET_GO_AFTER: Duration = Duration::from_millis(750);
 /// be joined, or the middleware failed.
 pub fn run(launch: &Launch, robot: &Robot) -> Result<(), Failure> {
     let leo = &robot.leo;
-    let mut member = Member::join(launch, Process::Motor, &leo.buffers, &leo.motor.realtime)?;
+    let mut member = Member::join(launch, Process::Motor, &leo.buffers, &leo.motor.realtime)
+        .map_err(|failure| ending::could_not_join(failure, launch, robot))?;
     let mut goals = member.inlet::<JointGoals>(None)?;
     let mut states = member.outlet::<JointStates>(None, robot.motor.joints.len())?;
-    let parents = body::parents(robot).map_err(Failure::own)?;
+    let names: Vec<&str> = robot.motor.joints.iter().map(|joint| joint.name.as_str()).collect();
+    let parents = kinematics::carried_by(&robot.urdf, &names).map_err(Failure::own)?;
     let mut motor = Motor::new(&robot.motor, &leo.motor).map_err(Failure::own)?.with_parents(&parents);
     let mut reporter = Reporter::new(robot);
     let period = leo.motor.rate_hz.period();
@@ -47,6 +50,7 @@ pub fn run(launch: &Launch, robot: &Robot) -> Result<(), Failure> {
     let mut threads = Threads::start(buses, &launch.domain, patience, until, !launch.lockstep, &lookout)
         .map_err(Failure::own)?;
     let mut ledger = Ledger::new(member.buses_board()?, member.joints_board()?, robot);
+    let mut failed = None;
     member.begin(Some(period))?;
     while let Some(now) = member.next_cycle()? {
         if !member.is_lockstep() {
@@ -72,7 +76,11 @@ pub fn run(launch: &Launch, robot: &Robot) -> Result<(), Failure> {
         if member.is_lockstep() {
             threads.wait(&mut motor, now, turn_within).map_err(Failure::own)?;
         }
-        publish(&motor, header, &member, &mut states)?;
+        // What the middleware fails at keeps no torque on.
+        if let Err(failure) = publish(&motor, header, &member, &mut states) {
+            failed = Some(failure);
+            break;
+        }
         reporter.look(&mut motor, now);
         ledger.keep(&motor, &threads, now);
         member.health().refused = motor.counts().refused;
@@ -83,11 +91,15 @@ pub fn run(launch: &Launch, robot: &Robot) -> Result<(), Failure> {
     if !launch.lockstep {
         let (motor, threads) = (&mut motor, &mut threads);
         lay_down(motor, threads, period, &lookout, |motor, now| {
-            publish(motor, Header::at(now.as_nanos()), &member, &mut states)
+            // Shared memory may be gone; the end goes on.
+            let _published = publish(motor, Header::at(now.as_nanos()), &member, &mut states);
+            Ok(())
         })?;
+        ending::laid_down(motor.unconfirmed(), launch)?;
     }
     tracing::debug!(stale = motor.counts().stale, "the motor stops");
-    Ok(())
+    ending::leave((member, goals, states, ledger), launch);
+    failed.map_or(Ok(()), Err)
 }
 
 /// Publishes what every joint does.

@@ -63,6 +63,11 @@ group = "arm"
 
 const SETTINGS: &str = "rate_hz = 250\ncommand_timeout_ms = 200\nlimp_after_ms = 1000\n\
                         answer_within_ms = 1\nsoft_start_ms = 400\nsoft_start_rad_s = 0.5\non_alert = \"hold\"\n\
+                        automatic_arming = \"simulated\"\nstop_category = 0\nmax_tracking_error_rad = 0.3\n\
+                        blocked_after_ms = 500\nmax_beyond_limits_rad = 1.0\n\
+                        alert = { input_voltage = \"limp\", overheating = \"limp\", encoder = \"limp\", \
+                        electrical_shock = \"limp\", overload = \"limp\", groups = {}, hold_ms = 100, \
+                        lower_within_ms = 3000 }\n\
                         realtime = { fifo_priority = 0, cores = [], lock_memory = false }";
 
 /// A motor and its buses in simulated time.
@@ -317,7 +322,7 @@ fn a_goal_beyond_a_limit_becomes_the_limit_and_one_that_is_no_number_is_refused(
     let nonsense = [goal(0, f64::NAN, rig.now), goal(3, 0.0, rig.now), goal(u32::MAX, 0.0, rig.now)];
     rig.motor.goals(rig.now, &nonsense);
     rig.cycle();
-    assert_eq!(rig.motor.counts(), Counts { refused: 3, limited: 1200, stale: 0 });
+    assert_eq!(rig.motor.counts(), Counts { refused: 3, limited: 1200, ..Counts::default() });
     assert!((rig.position(0) - held).abs() < 1e-9);
     // Nonsense is no sign of life.
     for _ in 0..60 {

@@ -15,12 +15,16 @@ use rustix::process::{Pid, PidfdFlags, Signal, pidfd_open, pidfd_send_signal};
 
 /// The program that runs, whatever by now is the file that it was started from: a robot whose package is
 /// upgraded goes on as it was.
-const PROGRAM: &str = "/proc/self/exe";
+pub(crate) const PROGRAM: &str = "/proc/self/exe";
 
 /// What says of this program how much it tells, and how: it holds for whom it starts as well.
 const VOICE: [&str; 3] = ["-v", "--verbose", "--log-json"];
 
-/// The processes that live, started from this very program. Dropping it kills them.
+/// How often a motor process is looked at that is on its way down.
+const LOOK_EVERY: Duration = Duration::from_millis(5);
+
+/// The processes that live, started from this very program. Dropping it kills them, the motor process in wall time last:
+/// it is told to stop, and has its time for that.
 #[derive(Debug)]
 pub struct Children {
     /// What people see the processes called.
@@ -29,6 +33,8 @@ pub struct Children {
     voice: Vec<OsString>,
     living: BTreeMap<Process, Living>,
     helpers: Vec<Child>,
+    /// How long a motor process in wall time may take to stop before it is killed.
+    motor_stops_within: Option<Duration>,
 }
 
 #[derive(Debug)]
@@ -49,7 +55,15 @@ impl Children {
             voice: std::env::args_os().filter(|argument| VOICE.iter().any(|word| argument == word)).collect(),
             living: BTreeMap::new(),
             helpers: Vec::new(),
+            motor_stops_within: None,
         })
+    }
+
+    /// The same of a robot in wall time, whose motor process has so long to switch torque off when this is dropped.
+    #[must_use]
+    pub fn with_motor(mut self, stops_within: Duration) -> Self {
+        self.motor_stops_within = Some(stops_within);
+        self
     }
 
     /// Starts a process.
@@ -62,6 +76,15 @@ impl Children {
     ///
     /// The system has no room for another process.
     pub fn start(&mut self, process: Process, launch: &Launch) -> io::Result<()> {
+        self.start_with(process, launch, Stdio::null())
+    }
+
+    /// The same with something else on its standard input than nothing.
+    ///
+    /// # Errors
+    ///
+    /// As [`start`](Self::start).
+    pub(crate) fn start_with(&mut self, process: Process, launch: &Launch, stdin: Stdio) -> io::Result<()> {
         let mut child = Command::new(PROGRAM)
             .arg0(&self.name)
             .arg(process.name())
@@ -70,7 +93,7 @@ impl Children {
             // The service manager is the supervisor's to talk to.
             .env_remove("NOTIFY_SOCKET")
             .env_remove("WATCHDOG_USEC")
-            .stdin(Stdio::null())
+            .stdin(stdin)
             .process_group(0)
             .spawn()?;
         let watched = i32::try_from(child.id())
@@ -119,6 +142,11 @@ impl Children {
         self.signal(process, if still { Signal::STOP } else { Signal::CONT });
     }
 
+    /// The number of a process that lives.
+    pub(crate) fn pid(&self, process: Process) -> Option<u32> {
+        self.living.get(&process).map(|living| living.child.id())
+    }
+
     /// Whether nobody lives.
     #[must_use]
     pub fn is_empty(&self) -> bool {
@@ -159,6 +187,20 @@ impl Children {
 
 impl Drop for Children {
     fn drop(&mut self) {
+        let until = self.motor_stops_within.map(|within| clock::now() + within);
+        // The servos of a mock bus are told by the motor process as those of hardware are.
+        let goes_last = |process: Process| until.is_some() && process == Process::MockBus;
+        self.terminate(Process::Motor);
+        for (process, living) in &mut self.living {
+            if !goes_last(*process) && (*process != Process::Motor || until.is_none()) {
+                let _dead = living.child.kill().and_then(|()| living.child.wait());
+            }
+        }
+        if let Some((motor, until)) = self.living.get_mut(&Process::Motor).zip(until) {
+            while matches!(motor.child.try_wait(), Ok(None)) && clock::now() < until {
+                clock::sleep_until(clock::now() + LOOK_EVERY);
+            }
+        }
         for living in self.living.values_mut() {
             let _dead = living.child.kill().and_then(|()| living.child.wait());
         }
@@ -169,7 +211,7 @@ impl Drop for Children {
 }
 
 /// The command line that says what `launch` says.
-fn arguments(launch: &Launch) -> Vec<OsString> {
+pub(crate) fn arguments(launch: &Launch) -> Vec<OsString> {
     let mut arguments: Vec<OsString> = Vec::new();
     let mut say = |key: &str, value: OsString| arguments.extend([key.into(), value]);
     say("--domain", launch.domain.clone().into());

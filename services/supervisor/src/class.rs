@@ -1,9 +1,7 @@
 //! The processes of a robot in lockstep time.
 
 use std::collections::BTreeMap;
-use std::io::{self, Read as _};
-use std::os::fd::AsFd as _;
-use std::os::unix::net::UnixStream;
+use std::io;
 use std::process::ExitStatus;
 use std::time::Duration;
 
@@ -15,7 +13,8 @@ use transport::{HealthReader, Node};
 
 use crate::Children;
 use crate::conductor::{TurnError, Watch};
-use crate::run::{RunError, watch_signals};
+use crate::run::RunError;
+use crate::signals::{Received, Signals};
 
 /// How often a starting process is looked at.
 const LOOK: Duration = Duration::from_millis(2);
@@ -47,7 +46,7 @@ pub enum ClassError {
 /// The processes that are given turns. Dropping it kills those that live.
 pub(crate) struct Class {
     children: Children,
-    signals: UnixStream,
+    signals: Signals,
     ended: BTreeMap<Process, ExitStatus>,
     interrupted: bool,
     /// Turns are many, and each wakes a process: where that is refused, everything takes longer.
@@ -59,7 +58,7 @@ impl Class {
     pub(crate) fn new(settings: &Leo) -> Result<Self, RunError> {
         Ok(Self {
             _awake: settings.supervisor.keep_cores_awake.then(Awake::ask),
-            signals: watch_signals().map_err(RunError::Signals)?,
+            signals: Signals::watch().map_err(RunError::Signals)?,
             children: Children::new().map_err(RunError::Executable)?,
             ended: BTreeMap::new(),
             interrupted: false,
@@ -123,8 +122,7 @@ impl Watch for Class {
     }
 
     fn interrupted(&mut self) -> bool {
-        let mut bytes = [0; 16];
-        self.interrupted |= self.signals.read(&mut bytes).is_ok_and(|count| count > 0);
+        self.interrupted |= self.signals.receive() != Received::default();
         self.interrupted
     }
 }

@@ -3,6 +3,9 @@
 //! Processes start one after the other in the order given, each when those before it are ready,
 //! and stop in the reverse order. A process that dies, is not ready in time or lets its heart
 //! stand still is started anew after a wait that doubles; too many deaths in a window end the run.
+//!
+//! At the end the motor process is told to stop first, beside the others, and is never hurried. Where its last life has
+//! not said that torque is off, the supervisor switches it off itself, before the mock servo bus stops.
 
 mod life;
 
@@ -61,7 +64,7 @@ impl Terms {
 /// How a process ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Ended {
-    /// By itself, with nothing left to do: exit status 0.
+    /// With nothing left to do: exit status 0. Of the motor process it says that torque is off, and never ends a run.
     Done,
     /// By itself, refusing what it was configured to do: exit status 2. Starting it anew would
     /// change nothing.
@@ -86,8 +89,14 @@ pub enum Event {
     },
     /// What dead processes left behind is cleaned up.
     CleanedUp,
-    /// Somebody wants the run to end. Said twice, it ends at once.
+    /// Somebody wants the run to end. Said again, the processes are killed, all but those that switch torque off.
     Stop,
+    /// The terminal is gone. A shell and the kernel both say so: however often, it is no second wish.
+    HangUp,
+    /// Shared memory was removed under the robot: no process could start any more.
+    MemoryRemoved,
+    /// The supervisor has switched torque off, and has said of which servos that is not known.
+    TorqueIsOff,
     /// The run has lasted as long as it was to.
     TimeIsOver,
 }
@@ -116,6 +125,8 @@ pub enum Outcome {
     GaveUp(Process),
     /// This process refused its configuration.
     Refused(Process),
+    /// Shared memory was removed under it.
+    MemoryRemoved,
 }
 
 /// What is to be done.
@@ -136,6 +147,9 @@ pub enum Action {
     CleanUp,
     /// All processes run, for the first time.
     AllReady,
+    /// No motor process runs any more, and the last one has not said that torque is off: switch it off, and say so
+    /// with [`Event::TorqueIsOff`].
+    SwitchTorqueOff,
     /// All processes are gone: the run is over.
     End(Outcome),
 }
@@ -184,7 +198,21 @@ pub struct Policy {
     ending: Option<Outcome>,
     /// Whether somebody has wanted the run to end.
     was_told: bool,
+    /// Whether somebody does not want to wait for that.
+    hurry: bool,
+    torque: Torque,
     looked_at: Instant,
+}
+
+/// What is known of the servos' torque.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Torque {
+    /// No motor process has begun, or torque was switched off since.
+    Off,
+    /// A motor process has begun, and has not said that it switched torque off.
+    Unknown,
+    /// The supervisor is switching it off.
+    Switching,
 }
 
 /// Whether dead processes left something behind. Nothing starts before it is cleaned up, because
@@ -210,6 +238,8 @@ impl Policy {
             all_were_ready: false,
             ending: None,
             was_told: false,
+            hurry: false,
+            torque: Torque::Off,
             looked_at: now,
         }
     }
@@ -275,10 +305,20 @@ impl Policy {
             }
             Event::Stop => {
                 if std::mem::replace(&mut self.was_told, true) {
-                    actions.extend(self.lives.iter_mut().filter_map(|life| life.kill(Why::Hurry)));
+                    self.hurry = true;
+                    let hurried = self.lives.iter_mut().filter(|life| !switches_torque_off(life.process));
+                    actions.extend(hurried.filter_map(|life| life.kill(Why::Hurry)));
                 }
                 self.ending.get_or_insert(Outcome::Stopped);
             }
+            Event::HangUp => {
+                self.was_told = true;
+                self.ending.get_or_insert(Outcome::Stopped);
+            }
+            Event::MemoryRemoved => {
+                self.ending.get_or_insert(Outcome::MemoryRemoved);
+            }
+            Event::TorqueIsOff => self.torque = Torque::Off,
             Event::TimeIsOver => {
                 self.ending.get_or_insert(Outcome::Stopped);
             }
@@ -289,6 +329,9 @@ impl Policy {
         let Some(life) = self.lives.iter_mut().find(|life| life.process == process) else { return };
         let asked = matches!(life.stage, Stage::Stopping { .. });
         let too_often = life.die(&self.terms, now);
+        if process == Process::Motor && ended == Ended::Done {
+            self.torque = Torque::Off;
+        }
         self.unclean = match self.unclean {
             Unclean::No | Unclean::Yes => Unclean::Yes,
             Unclean::Asked | Unclean::AskAgain => Unclean::AskAgain,
@@ -297,11 +340,11 @@ impl Policy {
             return;
         }
         self.ending = match ended {
-            Ended::Done => Some(Outcome::Done(process)),
+            Ended::Done if process != Process::Motor => Some(Outcome::Done(process)),
             Ended::Refused => Some(Outcome::Refused(process)),
             // Without a link the robot runs on, and is only not heard elsewhere.
             Ended::Failed if process == Process::Link => None,
-            Ended::Failed => too_often.then_some(Outcome::GaveUp(process)),
+            Ended::Done | Ended::Failed => too_often.then_some(Outcome::GaveUp(process)),
         };
     }
 
@@ -317,6 +360,9 @@ impl Policy {
                     && now >= until
                 {
                     actions.push(life.start(now));
+                    if life.process == Process::Motor {
+                        self.torque = Torque::Unknown;
+                    }
                 }
                 // Those behind wait until this one was ready once.
                 if !life.was_ready {
@@ -331,14 +377,35 @@ impl Policy {
     }
 
     fn stop_next(&mut self, now: Instant, actions: &mut Vec<Action>) {
-        for life in self.lives.iter_mut().rev() {
-            actions.extend(life.stop(now));
+        let motor = self.lives.iter_mut().find(|life| life.process == Process::Motor);
+        let is_motor_gone = motor.is_none_or(|motor| {
+            // It needs none of the others to slow down, hold and let go, and waits for none.
+            actions.extend(motor.stop(now));
+            motor.is_gone()
+        });
+        if is_motor_gone && self.torque == Torque::Unknown {
+            self.torque = Torque::Switching;
+            actions.push(Action::SwitchTorqueOff);
+        }
+        let is_off = is_motor_gone && self.torque == Torque::Off;
+        for life in self.lives.iter_mut().rev().filter(|life| life.process != Process::Motor) {
+            if life.process == Process::MockBus && !is_off {
+                return;
+            }
+            actions.extend(if self.hurry { life.kill(Why::Hurry) } else { life.stop(now) });
             if !life.is_gone() {
                 return;
             }
         }
-        actions.extend(self.ending.map(Action::End));
+        if is_off {
+            actions.extend(self.ending.map(Action::End));
+        }
     }
+}
+
+/// Whether torque is switched off by this process, or over it: it is never killed because somebody is in a hurry.
+fn switches_torque_off(process: Process) -> bool {
+    matches!(process, Process::Motor | Process::MockBus)
 }
 
 #[cfg(test)]

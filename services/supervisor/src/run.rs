@@ -1,18 +1,16 @@
 use std::collections::BTreeMap;
 use std::fs;
-use std::io::{self, Read as _};
-use std::os::fd::AsFd as _;
-use std::os::unix::net::UnixStream;
+use std::io;
 use std::path::{Path, PathBuf};
-use std::process::ExitStatus;
+use std::process::{ExitStatus, Stdio};
+use std::thread::JoinHandle;
 
 use clock::{Duration, Instant};
-use config::Files;
 use config::leo::Leo;
+use config::{ConfigError, Files, Robot};
 use message::{Process, Roster};
 use process::{Launch, emergency};
 use realtime::Awake;
-use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
 use transport::janitor::{ClaimError, Janitor, claim, sweep_stale};
 use transport::{
     Delivery, Domain, DomainError, HealthReader, JoinError, Node, PortError, Queues, RosterWriter,
@@ -22,9 +20,12 @@ use crate::Children;
 use crate::caretaker::Caretaker;
 use crate::check::room;
 use crate::faults::{Deed, ProcessFaults};
+use crate::guard::Guard;
+use crate::memory_watch::MemoryWatch;
 use crate::policy::{Action, Ended, Event, Outcome, Policy, Terms, Why};
 use crate::serial_lines::SerialLines;
 use crate::service_manager::ServiceManager;
+use crate::signals::Signals;
 
 /// How soon to look again while a process is on its way up or down.
 const BUSY: Duration = Duration::from_millis(5);
@@ -32,6 +33,8 @@ const BUSY: Duration = Duration::from_millis(5);
 const PULSES: u32 = 4;
 /// How often is cleaned up after those that looked on and were killed, while nobody of the robot dies.
 const CLEAN_EVERY: Duration = Duration::from_secs(5);
+/// How long a line of a motor process that has just died may stay its own.
+const BUSY_TIMEOUT: Duration = Duration::from_secs(2);
 /// The exit status of a process that refuses its configuration.
 const REFUSED: i32 = 2;
 /// The order of starting: readers before their writers, so that no frame finds nobody there, and
@@ -81,6 +84,9 @@ pub enum RunError {
     /// Shared memory has no room for the robot.
     #[error("{0}")]
     NoRoom(String),
+    /// The configuration is refused.
+    #[error(transparent)]
+    Config(#[from] ConfigError),
     /// The domain cannot be had.
     #[error(transparent)]
     Claim(#[from] ClaimError),
@@ -124,6 +130,10 @@ pub fn run(orders: &Orders) -> Result<Outcome, RunError> {
     let made = orders.domain.make().and_then(|()| Kept::keep(orders));
     let outcome = made.map_err(RunError::from).and_then(|kept| supervise(orders, &kept));
     Janitor::new(&orders.domain).wipe(claim);
+    if matches!(outcome, Ok(Outcome::MemoryRemoved)) {
+        // What is left of it belongs to a folder that is gone.
+        sweep_stale();
+    }
     outcome
 }
 
@@ -157,21 +167,31 @@ impl Kept {
 }
 
 fn supervise(orders: &Orders, kept: &Kept) -> Result<Outcome, RunError> {
-    let signals = watch_signals().map_err(RunError::Signals)?;
+    let robot = Robot::of(&orders.files)?;
+    let signals = Signals::watch().map_err(RunError::Signals)?;
     let queues = Queues { frames: orders.settings.buffers.frames.get(), delivery: Delivery::Newest };
     let node = Node::join(&orders.domain, Process::Supervisor.name(), 1, queues)?;
     let roster = RosterWriter::create(&node, Process::Supervisor, 1)?;
     // What the supervisor was granted for itself, such as to change the kernel's threads, is not for those that it
     // starts. A kernel that knows nothing of it has granted nothing.
     let _cleared = rustix::thread::clear_ambient_capability_set();
-    let children = Children::new().map_err(RunError::Executable)?;
+    let stop_within = orders.settings.supervisor.stop_within_ms.duration();
+    let children = Children::new().map_err(RunError::Executable)?.with_motor(stop_within);
+    let has_motor = orders.processes.contains(&Process::Motor);
+    let guard = if has_motor { Guard::start(&robot, &launch(orders, kept, 1)) } else { None };
+    let memory = MemoryWatch::of(&orders.domain);
     let caretaker = Caretaker::hire(&orders.domain);
     let _awake = orders.settings.supervisor.keep_cores_awake.then(keep_cores_awake);
     let mut house = House {
         orders,
         kept,
+        robot,
         node,
         children,
+        guard,
+        memory,
+        is_memory_removed: false,
+        torque_off: None,
         caretaker,
         board: roster,
         roster: Roster::default(),
@@ -184,6 +204,9 @@ fn supervise(orders: &Orders, kept: &Kept) -> Result<Outcome, RunError> {
         serial_lines: SerialLines::new(orders.settings.supervisor.keep_serial_lines_prompt),
     };
     let outcome = house.live(signals);
+    if let Some(guard) = house.guard.take() {
+        guard.end();
+    }
     house.caretaker.dismiss();
     Ok(outcome)
 }
@@ -199,22 +222,37 @@ fn keep_cores_awake() -> Option<Awake> {
     asked.ok()
 }
 
-/// A pipe that can be read when somebody wants the run to end.
-pub(crate) fn watch_signals() -> io::Result<UnixStream> {
-    let (signals, handler) = UnixStream::pair()?;
-    signals.set_nonblocking(true)?;
-    for signal in [SIGINT, SIGTERM, SIGHUP] {
-        signal_hook::low_level::pipe::register(signal, handler.try_clone()?)?;
+/// What a process is told when it is started.
+fn launch(orders: &Orders, kept: &Kept, incarnation: u64) -> Launch {
+    Launch {
+        domain: orders.domain.root().to_owned(),
+        incarnation,
+        parent: i32::try_from(std::process::id()).ok(),
+        config: orders.files.leo().map(Path::to_owned),
+        kept: Some(kept.folder.clone()),
+        lesson: kept.lesson.clone(),
+        synthetic: orders.synthetic,
+        partners: orders.partners,
+        stay: orders.stay || orders.run_for.is_some(),
+        lockstep: false,
+        state: orders.state.clone(),
+        campaign: kept.campaign.clone(),
     }
-    Ok(signals)
 }
 
 /// The world that the policy decides about.
 struct House<'orders> {
     orders: &'orders Orders,
     kept: &'orders Kept,
+    robot: Robot,
     node: Node,
     children: Children,
+    /// Behind the children: where the supervisor ends without a word, it learns of that when they are gone.
+    guard: Option<Guard>,
+    memory: MemoryWatch,
+    is_memory_removed: bool,
+    /// Switches torque off, while it does.
+    torque_off: Option<JoinHandle<()>>,
     caretaker: Caretaker,
     board: RosterWriter,
     roster: Roster,
@@ -237,7 +275,7 @@ struct Heart {
 }
 
 impl House<'_> {
-    fn live(&mut self, mut signals: UnixStream) -> Outcome {
+    fn live(&mut self, mut signals: Signals) -> Outcome {
         let terms = Terms::from(&self.orders.settings.supervisor);
         let mut policy = Policy::new(terms, &self.orders.processes, clock::now());
         loop {
@@ -251,6 +289,9 @@ impl House<'_> {
             }
             self.service_manager.stands(policy.standing());
             self.serial_lines.attend(now);
+            if let Some(guard) = &mut self.guard {
+                guard.attend(now);
+            }
             if now >= self.clean_at {
                 self.clean_at = now + CLEAN_EVERY;
                 // Never while a process starts; after a death it is done in any case.
@@ -271,16 +312,18 @@ impl House<'_> {
         }
     }
 
-    fn look_around(&mut self, signals: &mut UnixStream) {
-        let mut bytes = [0; 16];
-        if let Ok(count) = signals.read(&mut bytes) {
-            self.events.extend(std::iter::repeat_n(Event::Stop, count));
-        }
+    fn look_around(&mut self, signals: &mut Signals) {
+        let received = signals.receive();
+        self.events.extend(std::iter::repeat_n(Event::Stop, received.requests));
+        self.events.extend(received.has_hung_up.then_some(Event::HangUp));
         if self.end_at.is_some_and(|end| clock::now() >= end) {
             self.end_at = None;
             self.events.push(Event::TimeIsOver);
         }
-        for (process, status) in self.children.bury() {
+        let dead = self.children.bury();
+        // Before a death is told, of which it may be the cause.
+        self.look_at_memory(!dead.is_empty());
+        for (process, status) in dead {
             self.hearts.remove(&process);
             tracing::debug!(%process, %status, "ended");
             self.events.push(Event::Died(process, ended(process, status)));
@@ -298,6 +341,41 @@ impl House<'_> {
             self.node.clean_up_dead();
             self.events.push(Event::CleanedUp);
         }
+        if let Some(done) = self.torque_off.take_if(|thread| thread.is_finished()) {
+            // A thread that panicked has said so.
+            let _ended = done.join();
+            self.events.push(Event::TorqueIsOff);
+        }
+    }
+
+    fn look_at_memory(&mut self, now_for_sure: bool) {
+        if self.is_memory_removed {
+            return;
+        }
+        let Some(removed) = self.memory.removed(clock::now(), now_for_sure) else { return };
+        tracing::error!(
+            "{} was removed under the running robot, which stops now. systemd-logind does so when the user's last login \
+             ends (`RemoveIPC=no` in /etc/systemd/logind.conf, or `loginctl enable-linger`, keeps it), and cleaners of \
+             /dev/shm may",
+            removed.display()
+        );
+        self.is_memory_removed = true;
+        self.events.push(Event::MemoryRemoved);
+    }
+
+    /// Switches torque off without a motor process, in a thread of its own: the others are looked after meanwhile.
+    fn switch_torque_off(&mut self) {
+        let buses = torque::buses(&self.robot.motor, Some(self.orders.domain.root()));
+        let config = self.orders.files.leo().map(Path::to_owned);
+        tracing::error!("no motor process runs any more: the supervisor switches every torque off");
+        let work = move || torque::switch_off(&buses, BUSY_TIMEOUT).log(config.as_deref());
+        match std::thread::Builder::new().name("torque off".to_owned()).spawn(work.clone()) {
+            Ok(thread) => self.torque_off = Some(thread),
+            Err(_) => {
+                work();
+                self.events.push(Event::TorqueIsOff);
+            }
+        }
     }
 
     fn act(&mut self, now: Instant, action: Action) -> Option<Outcome> {
@@ -309,6 +387,7 @@ impl House<'_> {
                 self.children.kill(process);
             }
             Action::CleanUp => self.caretaker.ask(),
+            Action::SwitchTorqueOff => self.switch_torque_off(),
             Action::AllReady => {
                 self.end_at = self.orders.run_for.map(|run_for| now + run_for);
                 self.faults.begin(now);
@@ -326,21 +405,21 @@ impl House<'_> {
         }
         self.roster.set_incarnation(process, incarnation);
         self.board.write(&self.roster);
-        let launch = Launch {
-            domain: self.orders.domain.root().to_owned(),
-            incarnation,
-            parent: i32::try_from(std::process::id()).ok(),
-            config: self.orders.files.leo().map(Path::to_owned),
-            kept: Some(self.kept.folder.clone()),
-            lesson: self.kept.lesson.clone(),
-            synthetic: self.orders.synthetic,
-            partners: self.orders.partners,
-            stay: self.orders.stay || self.orders.run_for.is_some(),
-            lockstep: false,
-            state: self.orders.state.clone(),
-            campaign: self.kept.campaign.clone(),
+        let launch = launch(self.orders, self.kept, incarnation);
+        let guard = self.guard.as_mut().filter(|_| process == Process::Motor);
+        let started = match guard {
+            None => self.children.start(process, &launch),
+            Some(guard) => {
+                guard.motor_starts();
+                let line = guard.line().map_or_else(|_| Stdio::null(), Stdio::from);
+                let started = self.children.start_with(process, &launch, line);
+                if let Some(pid) = self.children.pid(process) {
+                    guard.motor_runs(pid);
+                }
+                started
+            }
         };
-        match self.children.start(process, &launch) {
+        match started {
             Ok(()) => {
                 self.hearts.insert(process, Heart { incarnation, board: None });
             }
@@ -362,10 +441,10 @@ impl House<'_> {
     }
 }
 
-/// Only who tells people about the lesson may have nothing left to do; for everybody else ending
-/// unasked is failing.
+/// Only who tells people about the lesson may have nothing left to do, and only the motor process says by its exit
+/// status that torque is off; for everybody else ending unasked is failing.
 fn ended(process: Process, status: ExitStatus) -> Ended {
-    let may_finish = process == Process::Console;
+    let may_finish = matches!(process, Process::Console | Process::Motor);
     match status.code() {
         Some(0) if may_finish => Ended::Done,
         Some(REFUSED) => Ended::Refused,

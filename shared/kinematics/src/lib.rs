@@ -5,9 +5,11 @@
 //! lacks counts as zero. Poses are in the [`Base`](geometry::Base) frame.
 
 mod body;
+mod carried;
 mod reach;
 mod tree;
 
 pub use body::{ARM_JOINTS, Body, BodyError, Joint, Side};
+pub use carried::carried_by;
 pub use reach::{Aim, Jacobian, Unreachable};
 pub use tree::Link;

@@ -3,7 +3,7 @@
 
 use std::fs::{self, DirBuilder, File};
 use std::io;
-use std::os::unix::fs::DirBuilderExt as _;
+use std::os::unix::fs::{DirBuilderExt as _, MetadataExt as _};
 use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -150,6 +150,8 @@ impl Drop for Emergency {
 
 fn look(domain: &Path, signalled: &AtomicBool, raised: &AtomicBool, stop: &AtomicBool) {
     let file = Domain::emergency_stop(domain);
+    let folder = || fs::metadata(domain).map(|folder| (folder.dev(), folder.ino())).ok();
+    let first = folder();
     let mut told = false;
     while !stop.load(Ordering::Relaxed) {
         if signalled.load(Ordering::Relaxed) {
@@ -161,8 +163,10 @@ fn look(domain: &Path, signalled: &AtomicBool, raised: &AtomicBool, stop: &Atomi
                 signalled.store(true, Ordering::Relaxed);
             }
         }
-        // Where it cannot be seen whether the file is there, it stays as it was.
-        let is = file.try_exists().unwrap_or(raised.load(Ordering::Relaxed));
+        // Where it cannot be seen whether the file is there, it stays as it was. A file that went with its folder was
+        // not released by a person: shared memory was removed under the robot.
+        let was = raised.load(Ordering::Relaxed);
+        let is = file.try_exists().unwrap_or(was) || (was && folder() != first);
         raised.store(is, Ordering::Relaxed);
         if is != told {
             told = is;
@@ -219,6 +223,30 @@ mod tests {
         until(|| why() == "raised by the signal SIGUSR1\n");
         release(domain.path()).unwrap();
         until(|| !lookout.is_raised());
+    }
+
+    #[test]
+    fn a_stop_whose_folder_is_removed_is_not_released_and_the_signal_still_raises_one() {
+        let parent = tempfile::tempdir().unwrap();
+        let domain = parent.path().join("leo-robot");
+        fs::create_dir(&domain).unwrap();
+        let stop = AtomicBool::new(false);
+        let (signalled, raised) = (AtomicBool::new(true), AtomicBool::new(false));
+        thread::scope(|scope| {
+            scope.spawn(|| look(&domain, &signalled, &raised, &stop));
+            until(|| is_raised(&domain));
+            let removed = Domain::emergency_stop(&domain);
+            fs::remove_dir_all(&domain).unwrap();
+            // Longer than the thread needs to look twice.
+            let looks = clock::now() + 10 * EVERY;
+            while clock::now() < looks {
+                assert!(raised.load(Ordering::Relaxed) || signalled.load(Ordering::Relaxed));
+            }
+            signalled.store(true, Ordering::Relaxed);
+            until(|| removed.exists());
+            assert!(raised.load(Ordering::Relaxed));
+            stop.store(true, Ordering::Relaxed);
+        });
     }
 
     #[test]

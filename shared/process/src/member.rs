@@ -48,6 +48,9 @@ impl Member {
     ///
     /// In lockstep no rights are asked for: time is simulated there.
     ///
+    /// A process dies with its supervisor, except the motor process in wall time: it is told to stop, and ends in
+    /// order. When memory runs out, the kernel ends the others before it.
+    ///
     /// # Errors
     ///
     /// The supervisor is gone, the domain is none, or shared memory is full.
@@ -57,11 +60,17 @@ impl Member {
         buffers: &Buffers,
         rights: &Rights,
     ) -> Result<Self, Failure> {
-        if let Some(parent) = launch.parent {
-            realtime::die_with_parent(parent)?;
-            realtime::take_name();
-        }
+        // Before the parent's death can be a signal.
         let stop = stop_flag()?;
+        if let Some(parent) = launch.parent {
+            realtime::take_name();
+            if process == Process::Motor && !launch.lockstep {
+                realtime::stop_with_parent(parent)?;
+            } else {
+                realtime::die_with_parent(parent)?;
+                realtime::prefer_out_of_memory_kill();
+            }
+        }
         let missing_rights = if launch.lockstep { 0 } else { realtime::apply(rights).missing_bits() };
         let domain = Domain::at(&launch.domain)?;
         let queues = queues(buffers, launch.lockstep);

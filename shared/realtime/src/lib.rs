@@ -22,7 +22,9 @@ mod wall_clock;
 pub use awake::Awake;
 pub use faults::page_faults;
 pub use huge_pages::use_huge_pages;
-pub use parent::{ParentError, die_with_parent, take_name};
+pub use parent::{
+    ParentError, die_with_parent, is_parent, prefer_out_of_memory_kill, stop_with_parent, take_name,
+};
 pub use report::{MEMORY, Refusal, Report, advice, grants};
 pub use rights::apply;
 pub use serial_workers::{SerialWorkers, SerialWorkersError};

@@ -75,11 +75,6 @@ impl Motion {
             Self::Retreat { until, .. } => Self::Retreat { at, until },
         }
     }
-
-    /// Whether goals are followed.
-    pub(crate) const fn follows(self) -> bool {
-        matches!(self, Self::Soft { .. } | Self::Track { .. })
-    }
 }
 
 /// What is published of it: a servo that has been told to stay halts until it was read to stand.

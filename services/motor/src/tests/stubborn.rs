@@ -13,6 +13,7 @@ use JointMode::{Following, Limp, Quarantined, Releasing};
 use crate::bus::{Bus, Purpose};
 use crate::job::Job;
 use crate::joint::{Joint, Policy};
+use config::leo::AlertReaction;
 
 /// The instruction bytes of a ping, of a read and of a reboot.
 const PING: u8 = 0x01;
@@ -48,10 +49,10 @@ fn configured() -> Rig {
 /// The joints of the left bus, of which nothing is known yet.
 fn left_joints() -> [Joint; 2] {
     let robot = config::motor::parse(ROBOT, "motor.toml".as_ref()).unwrap();
-    let policy = Policy { soft_start: PERIOD, soft_start_rad_s: 0.5, on_alert: config::leo::OnAlert::Hold };
+    let policy = Policy::new(&config::parse(SETTINGS, "leo.toml".as_ref()).unwrap(), true);
     [0_u8, 1].map(|joint| {
         let settings = &robot.joints[usize::from(joint)];
-        Joint::new(joint.into(), Id::new(settings.id).unwrap(), settings, policy)
+        Joint::new(joint.into(), Id::new(settings.id).unwrap(), settings, policy, AlertReaction::Lower)
     })
 }
 
@@ -125,7 +126,7 @@ fn servos_are_looked_at_while_another_has_a_job_in_every_cycle() {
     let (rig, mut joints) = (following(), left_joints());
     // The first is well; of the second nobody says whether it answers, so that it is pinged for ever.
     let servo = &rig.lines[0].servos()[0];
-    for (job, params) in [(Job::Ping, &servo.ping()[..]), (Job::Inspect, servo.read(9, 60).unwrap())] {
+    for (job, params) in [(Job::Ping, &servo.ping()[..]), (Job::Inspect, servo.read(9, 107).unwrap())] {
         joints[0].answered(rig.now, job, &status(params));
     }
     let (mut bus, mut request) = (Bus::new(vec![0, 1]), Request::default());
@@ -189,11 +190,11 @@ fn whether_a_servo_answers_everything_is_read_back() {
     let (rig, [mut joint, _]) = (following(), left_joints());
     let servo = &rig.lines[0].servos()[0];
     joint.answered(rig.now, Job::Ping, &status(&servo.ping()));
-    let mut setup = servo.read(9, 60).unwrap().to_vec();
+    let mut setup = servo.read(9, 107).unwrap().to_vec();
     setup[usize::from(STATUS_RETURN_LEVEL.address - 9)] = 1;
     for _ in 0..3 {
         assert_eq!(joint.job(rig.now, true), Some(Job::Inspect), "it did not hear it");
         joint.answered(rig.now, Job::Inspect, &status(&setup));
     }
-    assert_eq!(joint.state(true).mode(), Some(Quarantined));
+    assert_eq!(joint.state().mode(), Some(Quarantined));
 }

@@ -12,6 +12,7 @@ use JointMode::{Following, Holding, Limp, Quarantined, Starting};
 
 use crate::job::Job;
 use crate::joint::{Joint, Policy};
+use config::leo::AlertReaction;
 
 impl Rig {
     /// Whether a servo was told how fast to move, which is the step before its watchdog is set.
@@ -256,9 +257,9 @@ fn a_goal_is_written_only_to_a_servo_that_follows() {
 #[test]
 fn a_servo_that_refuses_to_let_go_is_told_again_but_not_in_every_cycle() {
     let robot = config::motor::parse(ROBOT, "motor.toml".as_ref()).unwrap();
-    let policy = Policy { soft_start: PERIOD, soft_start_rad_s: 0.5, on_alert: config::leo::OnAlert::Hold };
+    let policy = Policy::new(&config::parse(SETTINGS, "leo.toml".as_ref()).unwrap(), true);
     let id = Id::new(1).unwrap();
-    let mut joint = Joint::new(0, id, &robot.joints[0], policy);
+    let mut joint = Joint::new(0, id, &robot.joints[0], policy, AlertReaction::Lower);
     let status = |fault, params| Status { id, fault, alert: false, params };
     let (now, second) = (Instant::from_nanos(1), Duration::from_secs(1));
     // It is another model.

@@ -170,10 +170,11 @@ fn too_many_deaths_within_the_window_end_the_run_and_stop_the_others_in_reverse(
         policy.step(at(now), &all_beat(beat));
     }
     let last = policy.step(at(now), &[Event::Died(Process::Motor, Ended::Failed)]);
-    assert_eq!(last, [Action::Terminate(Process::Sensor)]);
+    assert_eq!(last, [Action::SwitchTorqueOff, Action::Terminate(Process::Sensor)]);
     let next = policy.step(at(now + 1), &[Event::Died(Process::Sensor, Ended::Done)]);
     assert_eq!(next, [Action::Terminate(Process::Belief)]);
-    let end = policy.step(at(now + 2), &[Event::Died(Process::Belief, Ended::Done)]);
+    assert_eq!(policy.step(at(now + 2), &[Event::Died(Process::Belief, Ended::Done)]), []);
+    let end = policy.step(at(now + 3), &[Event::TorqueIsOff]);
     assert_eq!(end, [Action::End(Outcome::GaveUp(Process::Motor))]);
 }
 
@@ -196,9 +197,9 @@ fn deaths_spread_wider_than_the_window_never_end_the_run() {
 fn a_process_with_nothing_left_to_do_ends_the_run_well() {
     let mut policy = running();
     let actions = policy.step(at(1), &[Event::Died(Process::Sensor, Ended::Done)]);
-    assert_eq!(actions, [Action::Terminate(Process::Belief)]);
+    assert_eq!(actions, [Action::Terminate(Process::Motor), Action::Terminate(Process::Belief)]);
     policy.step(at(2), &[Event::Died(Process::Belief, Ended::Failed)]);
-    let end = policy.step(at(3), &[Event::Died(Process::Motor, Ended::Failed)]);
+    let end = policy.step(at(3), &[Event::Died(Process::Motor, Ended::Done)]);
     assert_eq!(end, [Action::End(Outcome::Done(Process::Sensor))]);
 }
 
@@ -206,35 +207,115 @@ fn a_process_with_nothing_left_to_do_ends_the_run_well() {
 fn a_process_that_refuses_its_configuration_is_not_started_again() {
     let mut policy = Policy::new(TERMS, &ORDER, at(0));
     policy.step(at(0), &[]);
-    let end = policy.step(at(1), &[Event::Died(Process::Motor, Ended::Refused)]);
+    let off = policy.step(at(1), &[Event::Died(Process::Motor, Ended::Refused)]);
+    assert_eq!(off, [Action::SwitchTorqueOff]);
+    let end = policy.step(at(2), &[Event::TorqueIsOff]);
     assert_eq!(end, [Action::End(Outcome::Refused(Process::Motor))]);
 }
 
 #[test]
 fn a_process_that_does_not_stop_is_killed() {
     let mut policy = running();
-    assert_eq!(policy.step(at(0), &[Event::Stop]), [Action::Terminate(Process::Sensor)]);
+    let first = [Action::Terminate(Process::Motor), Action::Terminate(Process::Sensor)];
+    assert_eq!(policy.step(at(0), &[Event::Stop]), first);
     policy.step(at(100), &all_beat(2));
     assert_eq!(policy.step(at(200), &all_beat(3)), []);
-    assert_eq!(policy.step(at(201), &[]), [Action::Kill(Process::Sensor, Why::DoesNotStop)]);
+    let killed = [Process::Motor, Process::Sensor].map(|process| Action::Kill(process, Why::DoesNotStop));
+    assert_eq!(policy.step(at(201), &[]), killed);
+    // Nobody else has switched torque off.
+    let off = policy.step(at(202), &[Event::Died(Process::Motor, Ended::Failed)]);
+    assert_eq!(off, [Action::SwitchTorqueOff]);
+}
+
+/// The servos' own processes, and one of the others.
+const WITH_SERVOS: [Process; 3] = [Process::MockBus, Process::Motor, Process::Sensor];
+
+fn running_with_servos() -> Policy {
+    let mut policy = Policy::new(TERMS, &WITH_SERVOS, at(0));
+    policy.step(at(0), &[]);
+    for process in WITH_SERVOS {
+        policy.step(at(0), &[pulse(process, 1)]);
+    }
+    policy
 }
 
 #[test]
-fn whoever_asks_twice_is_obeyed_at_once() {
+fn a_second_wish_hurries_all_but_those_that_switch_torque_off() {
+    let mut policy = running_with_servos();
+    policy.step(at(0), &[Event::Stop]);
+    assert_eq!(policy.step(at(1), &[Event::Stop]), [Action::Kill(Process::Sensor, Why::Hurry)]);
+    assert_eq!(policy.step(at(2), &[Event::Stop, Event::Stop]), []);
+    assert_eq!(policy.step(at(3), &[Event::Died(Process::Sensor, Ended::Failed)]), []);
+    let motor_is_gone = policy.step(at(4), &[Event::Died(Process::Motor, Ended::Done)]);
+    assert_eq!(motor_is_gone, [Action::Kill(Process::MockBus, Why::Hurry)]);
+    let end = policy.step(at(5), &[Event::Died(Process::MockBus, Ended::Failed)]);
+    assert_eq!(end, [Action::End(Outcome::Stopped)]);
+}
+
+#[test]
+fn a_terminal_that_hangs_up_twice_hurries_nobody_and_a_person_after_it_does() {
+    let mut policy = running();
+    let first = [Action::Terminate(Process::Motor), Action::Terminate(Process::Sensor)];
+    assert_eq!(policy.step(at(0), &[Event::HangUp]), first);
+    assert_eq!(policy.step(at(1), &[Event::HangUp]), []);
+    let hurried = [Process::Belief, Process::Sensor].map(|process| Action::Kill(process, Why::Hurry));
+    assert_eq!(policy.step(at(2), &[Event::Stop]), hurried);
     let mut policy = running();
     policy.step(at(0), &[Event::Stop]);
-    let killed = policy.step(at(1), &[Event::Stop]);
-    assert_eq!(killed, ORDER.map(|process| Action::Kill(process, Why::Hurry)));
+    assert_eq!(policy.step(at(1), &[Event::HangUp]), [], "the terminal is closed after Ctrl-C");
+}
+
+#[test]
+fn the_mock_servo_bus_outlives_the_motor_process_and_what_switches_torque_off_after_it() {
+    let mut policy = running_with_servos();
+    let first = [Action::Terminate(Process::Motor), Action::Terminate(Process::Sensor)];
+    assert_eq!(policy.step(at(0), &[Event::Stop]), first);
+    assert_eq!(policy.step(at(1), &[Event::Died(Process::Sensor, Ended::Failed)]), []);
+    let off = policy.step(at(2), &[Event::Died(Process::Motor, Ended::Failed)]);
+    assert_eq!(off, [Action::SwitchTorqueOff]);
+    assert_eq!(policy.step(at(3), &[]), []);
+    assert_eq!(policy.step(at(4), &[Event::TorqueIsOff]), [Action::Terminate(Process::MockBus)]);
+    let end = policy.step(at(5), &[Event::Died(Process::MockBus, Ended::Failed)]);
+    assert_eq!(end, [Action::End(Outcome::Stopped)]);
+}
+
+#[test]
+fn a_robot_that_is_stopped_between_two_lives_of_its_motor_process_has_its_torque_switched_off() {
+    let mut policy = running();
+    policy.step(at(1), &[Event::Died(Process::Motor, Ended::Failed)]);
+    let stopped = policy.step(at(2), &[Event::Stop]);
+    assert_eq!(stopped, [Action::SwitchTorqueOff, Action::Terminate(Process::Sensor)]);
+    // One that ended in order needs nobody.
+    let mut policy = running();
+    policy.step(at(1), &[Event::Died(Process::Motor, Ended::Done)]);
+    assert_eq!(policy.step(at(2), &[Event::Stop]), [Action::Terminate(Process::Sensor)]);
+    // Before it has begun there is nothing to switch off.
+    let mut policy = Policy::new(TERMS, &ORDER, at(0));
+    assert_eq!(policy.step(at(0), &[Event::Stop]), [Action::End(Outcome::Stopped)]);
+}
+
+#[test]
+fn removed_memory_ends_the_run_before_a_death_that_it_causes_does() {
+    let mut policy = running();
+    let died = Event::Died(Process::Belief, Ended::Refused);
+    let actions = policy.step(at(1), &[Event::MemoryRemoved, died]);
+    assert_eq!(actions, [Action::Terminate(Process::Motor), Action::Terminate(Process::Sensor)]);
+    policy.step(at(2), &[Event::Died(Process::Sensor, Ended::Done)]);
+    let end = policy.step(at(3), &[Event::Died(Process::Motor, Ended::Done)]);
+    assert_eq!(end, [Action::End(Outcome::MemoryRemoved)]);
 }
 
 #[test]
 fn time_that_is_over_hurries_nobody() {
     for (first, second) in [(Event::Stop, Event::TimeIsOver), (Event::TimeIsOver, Event::Stop)] {
         let mut policy = running();
-        assert_eq!(policy.step(at(0), &[first]), [Action::Terminate(Process::Sensor)]);
+        assert_eq!(policy.step(at(0), &[first]).len(), 2, "the motor process and the last of the others");
         assert_eq!(policy.step(at(1), &[second]), []);
         let hurried = policy.step(at(2), &[Event::Stop]);
-        assert_eq!(hurried, ORDER.map(|process| Action::Kill(process, Why::Hurry)));
+        assert_eq!(
+            hurried,
+            [Process::Belief, Process::Sensor].map(|process| Action::Kill(process, Why::Hurry))
+        );
     }
 }
 
@@ -253,12 +334,13 @@ fn a_run_that_fails_ends_as_it_would_whoever_stops_it_meanwhile() {
                 policy.step(at(0), &[pulse(Process::Motor, 1)]);
             }
         }
-        assert_eq!(actions, [Action::Terminate(Process::Sensor)], "the others stop in order");
+        let expected = [Action::SwitchTorqueOff, Action::Terminate(Process::Sensor)];
+        assert_eq!(actions, expected, "the others stop in order");
         // That is a first wish, and kills nobody.
         assert_eq!(policy.step(at(1), &[Event::Stop]), []);
         let next = policy.step(at(2), &[Event::Died(Process::Sensor, Ended::Done)]);
         assert_eq!(next, [Action::Terminate(Process::Belief)]);
-        let end = policy.step(at(3), &[Event::Died(Process::Belief, Ended::Done)]);
+        let end = policy.step(at(3), &[Event::Died(Process::Belief, Ended::Done), Event::TorqueIsOff]);
         assert_eq!(end, [Action::End(outcome)]);
     }
 }
@@ -286,7 +368,7 @@ fn the_robot_is_well_while_every_heart_beats_and_not_while_one_is_replaced() {
     assert!(policy.standing().is_well());
     policy.step(at(151), &[Event::Stop]);
     assert!(!policy.standing().is_well());
-    assert_eq!(policy.standing().to_string(), "stopping: 2 of 3 processes still run");
+    assert_eq!(policy.standing().to_string(), "stopping: 1 of 3 processes still run");
 }
 
 /// The world as the policy sees it: processes that die, hang and stop as chance has it.
@@ -318,6 +400,8 @@ proptest! {
         let mut lives = [0; ORDER.len()];
         let (mut now, mut beat) = (0, 0);
         let mut ended = false;
+        // Whether a motor process has begun since torque was switched off.
+        let mut torque = false;
         let stop = [Chance::Wait(1)];
         for (turn, chance) in chances.iter().chain(stop.iter().cycle()).enumerate().take(chances.len() + 2000) {
             beat += 1;
@@ -353,6 +437,7 @@ proptest! {
                             prop_assert!(!alive[index] && !cleaning);
                             prop_assert!(turn < chances.len());
                             lives[index] += 1;
+                            torque |= process == Process::Motor;
                             prop_assert_eq!(incarnation, lives[index]);
                             (alive[index], hangs[index]) = (true, false);
                         }
@@ -367,7 +452,13 @@ proptest! {
                             cleaning = true;
                         }
                         Action::AllReady => {}
+                        Action::SwitchTorqueOff => {
+                            prop_assert!(!alive[place(Process::Motor)] && torque);
+                            torque = false;
+                            events.push(Event::TorqueIsOff);
+                        }
                         Action::End(outcome) => {
+                            prop_assert!(!torque);
                             prop_assert_eq!(outcome, Outcome::Stopped);
                             prop_assert_eq!(alive, [false; ORDER.len()]);
                             ended = true;

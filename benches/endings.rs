@@ -1,0 +1,361 @@
+//! Robots that end in every way at random moments, those in which they start included: has any servo torque five seconds
+//! later, without a process that would switch it off? The servos outlive the robots, and are read by a master that is
+//! not Leo.
+//!
+//! `cargo bench --bench endings [-- ENDINGS [SEED]]`: 100 of them, by the seed 2006, without. Ends with exit status 1
+//! where a servo has torque.
+#![expect(
+    clippy::expect_used,
+    clippy::print_stdout,
+    reason = "a bench that cannot measure has failed, and prints"
+)]
+
+#[path = "../tests/masters/mock_bus.rs"]
+#[expect(dead_code, reason = "tests use the rest")]
+mod mock_bus;
+#[path = "../tests/endings/rig.rs"]
+#[expect(dead_code, reason = "tests use the rest")]
+mod rig;
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::{Command, ExitCode, Stdio};
+
+use clock::{Duration, Instant};
+use rig::{OFF_WITHIN, Rig, Terminal, WithTorque, end_of, program, remove_shared_memory, signal, until};
+use rustix::process::Signal;
+
+/// Where memory is limited by groups of processes.
+const GROUPS: &str = "/sys/fs/cgroup/memory";
+/// Of this much memory beyond what the robot has, a process that takes it takes the most.
+const HOG_MOST: u64 = 96 << 20;
+/// How much memory is free in the group before that process begins.
+const FREE: u64 = 16 << 20;
+const HOGS_FOR: Duration = Duration::from_secs(1);
+/// The argument by which this program is that process.
+const HOG: &str = "hog";
+
+/// How a robot ends.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+enum Kind {
+    Signal,
+    SignalTwice,
+    TerminalClosed,
+    SupervisorKilled,
+    SupervisorAndMotorKilled,
+    AnyProcessThenSupervisorKilled,
+    AllButTheGuardKilled,
+    MotorKilledUntilGivenUp,
+    MotorStoppedThenSupervisorKilled,
+    MemoryRemoved,
+    OutOfMemory,
+}
+
+const KINDS: [Kind; 11] = [
+    Kind::Signal,
+    Kind::SignalTwice,
+    Kind::TerminalClosed,
+    Kind::SupervisorKilled,
+    Kind::SupervisorAndMotorKilled,
+    Kind::AnyProcessThenSupervisorKilled,
+    Kind::AllButTheGuardKilled,
+    Kind::MotorKilledUntilGivenUp,
+    Kind::MotorStoppedThenSupervisorKilled,
+    Kind::MemoryRemoved,
+    Kind::OutOfMemory,
+];
+
+/// Numbers that look random and are the same for a seed.
+struct Chance(u64);
+
+impl Chance {
+    fn below(&mut self, bound: u64) -> u64 {
+        self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (self.0 >> 33) % bound
+    }
+
+    fn up_to(&mut self, most: Duration) -> Duration {
+        Duration::from_micros(self.below(u64::try_from(most.as_micros()).unwrap_or(1).max(1)))
+    }
+
+    fn among<T: Copy>(&mut self, all: &[T]) -> T {
+        let index = self.below(u64::try_from(all.len()).expect("few"));
+        *all.get(usize::try_from(index).expect("few")).expect("one of them")
+    }
+}
+
+fn main() -> ExitCode {
+    let arguments: Vec<String> = std::env::args().skip(1).collect();
+    if let [word, bytes] = arguments.as_slice()
+        && word == HOG
+    {
+        return hog(bytes.parse().expect("a number"));
+    }
+    let mut numbers = arguments.iter().filter_map(|argument| argument.parse::<u64>().ok());
+    let (endings, seed) = (numbers.next().unwrap_or(100), numbers.next().unwrap_or(2006));
+    let kinds: Vec<Kind> =
+        KINDS.into_iter().filter(|kind| *kind != Kind::OutOfMemory || may_limit_memory()).collect();
+    if !kinds.contains(&Kind::OutOfMemory) {
+        println!("memory cannot be limited here ({GROUPS}): no robot runs out of it");
+    }
+    println!("{endings} endings by the seed {seed}");
+    let mut chance = Chance(seed);
+    let mut outcomes = BTreeMap::new();
+    for (number, kind) in (1..=endings).zip(kinds.iter().copied().cycle()) {
+        let outcome = ending(kind, &mut chance);
+        if !outcome.with_torque.is_empty() {
+            println!(
+                "WRONG: ending {number}, {kind:?}: torque of {:?}\n{}",
+                outcome.with_torque, outcome.said
+            );
+        }
+        outcomes.entry(kind).or_insert_with(Vec::new).push(outcome);
+        if number % 20 == 0 {
+            println!("after {number} endings:");
+            tell(&outcomes);
+        }
+    }
+    println!("\nin the end:");
+    if tell(&outcomes) == 0 { ExitCode::SUCCESS } else { ExitCode::FAILURE }
+}
+
+/// What came of an ending.
+struct Outcome {
+    /// Servos that had torque five seconds later, while no process was left that would switch it off.
+    with_torque: Vec<WithTorque>,
+    /// When every servo had said that it has none, after the ending.
+    off_after: Option<Duration>,
+    while_starting: bool,
+    said: String,
+}
+
+/// A line for each kind; how many servos had torque.
+fn tell(outcomes: &BTreeMap<Kind, Vec<Outcome>>) -> usize {
+    let mut wrong = 0;
+    for (kind, outcomes) in outcomes {
+        let mut off: Vec<Duration> = outcomes.iter().filter_map(|outcome| outcome.off_after).collect();
+        off.sort();
+        let at =
+            |share: usize| off.get(off.len().saturating_sub(1) * share / 100).copied().unwrap_or_default();
+        let servos: usize = outcomes.iter().map(|outcome| outcome.with_torque.len()).sum();
+        let starting = outcomes.iter().filter(|outcome| outcome.while_starting).count();
+        let late =
+            outcomes.iter().filter(|outcome| outcome.off_after.is_none_or(|off| off > OFF_WITHIN)).count();
+        println!(
+            "{:<34} {:>4}, {starting:>3} while it started; {servos} servos with torque and without a process; off in {:.2?} \
+             (median), {:.2?} (99 %), {:.2?} (most), {late} later than {OFF_WITHIN:?}",
+            format!("{kind:?}"),
+            outcomes.len(),
+            at(50),
+            at(99),
+            at(100),
+        );
+        wrong += servos;
+    }
+    wrong
+}
+
+fn ending(kind: Kind, chance: &mut Chance) -> Outcome {
+    let rig = Rig::new("endings");
+    let group = (kind == Kind::OutOfMemory).then(Group::make);
+    let mut terminal = None;
+    let mut robot = None;
+    match (kind, &group) {
+        (Kind::TerminalClosed, _) => terminal = Some(rig.run_in_terminal()),
+        (_, Some(group)) => robot = Some(rig.run_by(group.command())),
+        _ => robot = Some(rig.run()),
+    }
+    // Every fourth one ends while it starts.
+    let while_starting = chance.below(4) == 0;
+    rig.pid("run");
+    if while_starting {
+        pause(chance.up_to(Duration::from_millis(1500)));
+    } else {
+        rig.follow();
+        pause(chance.up_to(Duration::from_millis(700)));
+    }
+    let began = clock::now();
+    let ended_at = end(kind, &rig, chance, terminal.as_mut(), group.as_ref()).unwrap_or(began);
+    let mut off_after = None;
+    let mut with_torque = Vec::new();
+    // A process that would switch it off still may.
+    let until_at = ended_at + 3 * OFF_WITHIN;
+    while off_after.is_none() && clock::now() < until_at {
+        let has_process =
+            ["motor", "torque-guard", "run"].iter().any(|name| rig.processes().contains_key(*name));
+        match rig.torque_now() {
+            Some(all) if all.is_empty() && !rig.processes().contains_key("motor") => {
+                off_after = Some(clock::now().since(ended_at));
+            }
+            Some(all) => with_torque = all,
+            None => {}
+        }
+        if !has_process && clock::now() > ended_at + OFF_WITHIN {
+            break;
+        }
+        pause(Duration::from_millis(20));
+    }
+    if off_after.is_some() {
+        with_torque.clear();
+    } else if with_torque.is_empty() {
+        with_torque.push(("unknown".to_owned(), 0));
+    }
+    let said = rig.said();
+    // Its end is looked at; what is left of it goes with the rig.
+    if let Some(&supervisor) = rig.processes().get("run") {
+        signal(supervisor, Signal::TERM);
+    }
+    if let Some(mut robot) = robot {
+        end_of(&mut robot);
+    }
+    until(OFF_WITHIN, || rig.processes().is_empty());
+    drop(rig);
+    drop(group);
+    Outcome { with_torque, off_after, while_starting, said }
+}
+
+/// Ends a robot; since when it ends, where that is later than the call.
+fn end(
+    kind: Kind,
+    rig: &Rig,
+    chance: &mut Chance,
+    terminal: Option<&mut Terminal>,
+    group: Option<&Group>,
+) -> Option<Instant> {
+    let supervisor = rig.pid("run");
+    let kill = |name: &str| {
+        if let Some(&pid) = rig.processes().get(name) {
+            signal(pid, Signal::KILL);
+        }
+    };
+    match kind {
+        Kind::Signal => signal(supervisor, chance.among(&[Signal::INT, Signal::TERM, Signal::HUP])),
+        Kind::SignalTwice => {
+            for _ in 0..2 {
+                signal(supervisor, chance.among(&[Signal::INT, Signal::TERM, Signal::HUP]));
+                pause(chance.up_to(Duration::from_millis(300)));
+            }
+        }
+        Kind::TerminalClosed => terminal.expect("it runs in one").close(),
+        Kind::SupervisorKilled => signal(supervisor, Signal::KILL),
+        Kind::SupervisorAndMotorKilled => {
+            let motor = rig.processes().get("motor").copied();
+            let mut both: Vec<i32> = motor.into_iter().chain([supervisor]).collect();
+            if chance.below(2) == 0 {
+                both.reverse();
+            }
+            both.into_iter().for_each(|pid| signal(pid, Signal::KILL));
+        }
+        Kind::AnyProcessThenSupervisorKilled => {
+            let all: Vec<i32> = rig.processes().values().copied().collect();
+            signal(chance.among(&all), Signal::KILL);
+            pause(chance.up_to(Duration::from_millis(300)));
+            signal(supervisor, Signal::KILL);
+        }
+        Kind::AllButTheGuardKilled => {
+            let all = rig.processes();
+            let others = all.iter().filter(|(name, _)| *name != "torque-guard");
+            others.for_each(|(_, pid)| signal(*pid, Signal::KILL));
+        }
+        Kind::MotorKilledUntilGivenUp => {
+            // It is over when the supervisor has given up, or ends for its sake.
+            let mut killed = 0;
+            until(Duration::from_secs(30), || {
+                let motor = rig.processes().get("motor").copied().filter(|&motor| motor != killed);
+                if let Some(motor) = motor {
+                    signal(motor, Signal::KILL);
+                    killed = motor;
+                }
+                rig.said().contains("no motor process runs any more") || !rig.processes().contains_key("run")
+            });
+            return Some(clock::now());
+        }
+        Kind::MotorStoppedThenSupervisorKilled => {
+            if let Some(&motor) = rig.processes().get("motor") {
+                signal(motor, Signal::STOP);
+            }
+            pause(chance.up_to(Duration::from_millis(300)));
+            signal(supervisor, Signal::KILL);
+        }
+        Kind::MemoryRemoved => {
+            if chance.below(2) == 0 {
+                let _gone = fs::remove_dir_all(&rig.domain);
+            }
+            remove_shared_memory(&rig.domain);
+        }
+        Kind::OutOfMemory => {
+            group.expect("it runs in one").run_out(FREE + chance.below(HOG_MOST));
+            // What is left of the robot ends.
+            kill("simulator");
+            signal(supervisor, Signal::TERM);
+            return Some(clock::now());
+        }
+    }
+    None
+}
+
+fn pause(time: Duration) {
+    clock::sleep_until(clock::now() + time);
+}
+
+fn may_limit_memory() -> bool {
+    let group = Path::new(GROUPS).join(format!("leo-endings-try-{}", std::process::id()));
+    let may = fs::create_dir(&group).is_ok() && group.join("memory.limit_in_bytes").exists();
+    let _gone = fs::remove_dir(&group);
+    may
+}
+
+/// A group of processes whose memory is limited. Dropping it removes it.
+struct Group(PathBuf);
+
+impl Group {
+    fn make() -> Self {
+        let group = Path::new(GROUPS).join(format!("leo-endings-{}", std::process::id()));
+        let _there = fs::create_dir(&group);
+        Self(group)
+    }
+
+    /// A command that runs what it is told in the group.
+    fn command(&self) -> Command {
+        let mut command = Command::new("/bin/sh");
+        let script = "echo $$ > \"$0/cgroup.procs\"; exec \"$@\"";
+        command.args(["-c", script]).arg(&self.0).arg(program());
+        command
+    }
+
+    /// Lets the group have a little more memory than it has, and a process in it take more than that, for a while. The
+    /// kernel does not end that one.
+    fn run_out(&self, bytes: u64) {
+        let used: u64 = fs::read_to_string(self.0.join("memory.usage_in_bytes"))
+            .ok()
+            .and_then(|text| text.trim().parse().ok())
+            .expect("a number");
+        fs::write(self.0.join("memory.limit_in_bytes"), (used + FREE).to_string()).expect("writes");
+        let script = "echo -1000 > /proc/self/oom_score_adj; echo $$ > \"$0/cgroup.procs\"; exec \"$@\"";
+        let hog = Command::new("/bin/sh")
+            .args(["-c", script])
+            .arg(&self.0)
+            .arg(std::env::current_exe().expect("is a file"))
+            .args([HOG, &bytes.to_string()])
+            .stdin(Stdio::null())
+            .spawn();
+        let mut hog = hog.expect("starts");
+        if !until(3 * HOGS_FOR, || hog.try_wait().is_ok_and(|status| status.is_some())) {
+            let _dead = hog.kill().and_then(|()| hog.wait());
+        }
+    }
+}
+
+impl Drop for Group {
+    fn drop(&mut self) {
+        until(OFF_WITHIN, || fs::remove_dir(&self.0).is_ok());
+    }
+}
+
+/// Takes so much memory, and keeps it for a while.
+fn hog(bytes: usize) -> ExitCode {
+    let taken = vec![1_u8; bytes];
+    pause(HOGS_FOR);
+    ExitCode::from(taken.first().map_or(1, |byte| byte - 1))
+}

@@ -1,0 +1,99 @@
+use std::fs;
+use std::os::unix::fs::MetadataExt as _;
+use std::path::{Path, PathBuf};
+
+use clock::{Duration, Instant};
+use transport::Domain;
+
+/// How often it is looked at.
+const EVERY: Duration = Duration::from_millis(100);
+/// The memory that this process has mapped, with the files that it comes from.
+const MAPS: &str = "/proc/self/maps";
+
+/// Notices that shared memory is removed under the running robot: by `RemoveIPC` of logind when its user's last login
+/// ends, or by a cleaner.
+///
+/// Processes keep what they have mapped, and go on. But no process can start, and no command finds the robot.
+#[derive(Debug)]
+pub(crate) struct MemoryWatch {
+    /// The domain's folder, and the files there and in shared memory that are the supervisor's own: nobody else may
+    /// remove them while it lives.
+    files: Vec<(PathBuf, Option<File>)>,
+    look_at: Instant,
+}
+
+/// Which file it is, by the file system's number and its own.
+type File = (u64, u64);
+
+impl MemoryWatch {
+    /// Watches what there is of the domain now; the supervisor has joined it.
+    pub(crate) fn of(domain: &Domain) -> Self {
+        let mapped = fs::read_to_string(MAPS).unwrap_or_default();
+        let folder = [domain.root().to_owned()].into_iter();
+        let files = folder.chain(files_mapped(&mapped, domain)).map(|path| (path.clone(), file(&path)));
+        Self { files: files.collect(), look_at: Instant::EPOCH }
+    }
+
+    /// What was removed, if anything; looked at now and then, or `now_for_sure`.
+    pub(crate) fn removed(&mut self, now: Instant, now_for_sure: bool) -> Option<&Path> {
+        if now < self.look_at && !now_for_sure {
+            return None;
+        }
+        self.look_at = now + EVERY;
+        self.files.iter().find(|(path, was)| file(path) != *was).map(|(path, _)| path.as_path())
+    }
+}
+
+fn file(path: &Path) -> Option<File> {
+    fs::metadata(path).map(|file| (file.dev(), file.ino())).ok()
+}
+
+/// The files in shared memory of a domain that are mapped.
+fn files_mapped(maps: &str, domain: &Domain) -> Vec<PathBuf> {
+    let files = format!("{}_", domain.root().display());
+    let mut paths: Vec<_> = maps
+        .lines()
+        .filter_map(|line| line.find(&files).and_then(|at| line.get(at..)))
+        .filter(|path| !path.ends_with(" (deleted)"))
+        .map(PathBuf::from)
+        .collect();
+    paths.sort();
+    paths.dedup();
+    paths
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_files_of_a_domain_are_found_among_what_is_mapped() {
+        let domain = Domain::named("7").unwrap();
+        let maps = "7f00-7f01 rw-s 00000000 00:19 12 /dev/shm/leo-7_a.data\n\
+                    7f01-7f02 rw-s 00001000 00:19 12 /dev/shm/leo-7_a.data\n\
+                    7f02-7f03 rw-s 00000000 00:19 13 /dev/shm/leo-7_b.data (deleted)\n\
+                    7f03-7f04 rw-s 00000000 00:19 14 /dev/shm/leo-77_c.data\n\
+                    7f04-7f05 r-xp 00000000 08:01 15 /usr/bin/leo\n\
+                    7f05-7f06 rw-p 00000000 00:00 0\n";
+        assert_eq!(files_mapped(maps, &domain), [PathBuf::from("/dev/shm/leo-7_a.data")]);
+    }
+
+    #[test]
+    fn a_folder_that_is_removed_or_made_anew_is_noticed_and_what_is_added_is_not() {
+        let domain = Domain::named(&format!("memory-watch-{}", std::process::id())).unwrap();
+        domain.make().unwrap();
+        let mut watch = MemoryWatch::of(&domain);
+        fs::write(domain.root().join("emergency-stop"), "").unwrap();
+        let now = clock::now();
+        assert_eq!(watch.removed(now, false), None);
+        // The new one is made before the old one goes, so that it cannot have its number.
+        let other = domain.root().with_extension("other");
+        fs::create_dir(&other).unwrap();
+        fs::remove_dir_all(domain.root()).unwrap();
+        assert_eq!(watch.removed(now, false), None, "it is not time to look");
+        assert_eq!(watch.removed(now, true), Some(domain.root()));
+        fs::rename(&other, domain.root()).unwrap();
+        assert_eq!(watch.removed(now + EVERY, false), Some(domain.root()));
+        fs::remove_dir_all(domain.root()).unwrap();
+    }
+}

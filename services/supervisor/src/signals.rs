@@ -1,0 +1,80 @@
+use std::io::{self, Read as _};
+use std::os::fd::{AsFd as _, BorrowedFd};
+use std::os::unix::net::UnixStream;
+
+use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
+use signal_hook::low_level::pipe::register;
+
+/// The signals that end a run, by their kind.
+#[derive(Debug)]
+pub(crate) struct Signals {
+    requests: UnixStream,
+    hang_ups: UnixStream,
+    /// Readable after any of them.
+    wake: UnixStream,
+}
+
+/// Signals that came since they were asked for last.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(crate) struct Received {
+    /// `SIGINT` and `SIGTERM`: a person, or a service manager, wants the run to end. Each of them counts.
+    pub(crate) requests: usize,
+    /// `SIGHUP`: the terminal is gone. A shell and the kernel both say so, of one event.
+    pub(crate) has_hung_up: bool,
+}
+
+impl Signals {
+    pub(crate) fn watch() -> io::Result<Self> {
+        let (requests, on_request) = UnixStream::pair()?;
+        let (hang_ups, on_hang_up) = UnixStream::pair()?;
+        let (wake, on_any) = UnixStream::pair()?;
+        for stream in [&requests, &hang_ups, &wake] {
+            stream.set_nonblocking(true)?;
+        }
+        for signal in [SIGINT, SIGTERM, SIGHUP] {
+            let kind = if signal == SIGHUP { &on_hang_up } else { &on_request };
+            register(signal, kind.try_clone()?)?;
+            // Handlers run in their order: whoever is woken finds the kind.
+            register(signal, on_any.try_clone()?)?;
+        }
+        Ok(Self { requests, hang_ups, wake })
+    }
+
+    /// What can be read when a signal has come.
+    pub(crate) fn as_fd(&self) -> BorrowedFd<'_> {
+        self.wake.as_fd()
+    }
+
+    pub(crate) fn receive(&mut self) -> Received {
+        drain(&mut self.wake);
+        Received { requests: drain(&mut self.requests), has_hung_up: drain(&mut self.hang_ups) > 0 }
+    }
+}
+
+/// Bytes that were there, one for each signal.
+fn drain(stream: &mut UnixStream) -> usize {
+    let mut bytes = [0; 16];
+    let mut all = 0;
+    while let Ok(count) = stream.read(&mut bytes)
+        && count > 0
+    {
+        all += count;
+    }
+    all
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_hang_up_is_one_event_however_often_it_is_said_and_requests_are_counted() {
+        let mut signals = Signals::watch().unwrap();
+        assert_eq!(signals.receive(), Received::default());
+        for signal in [SIGHUP, SIGINT, SIGHUP, SIGTERM] {
+            signal_hook::low_level::raise(signal).unwrap();
+        }
+        assert_eq!(signals.receive(), Received { requests: 2, has_hung_up: true });
+        assert_eq!(signals.receive(), Received::default());
+    }
+}

@@ -1,0 +1,106 @@
+use std::fmt;
+use std::path::Path;
+
+use crate::{Bus, LineError};
+
+/// What came of switching torque off.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+#[must_use = "servos that may still have torque must be named"]
+pub struct Report {
+    /// How many servos say that their torque is off.
+    pub confirmed: usize,
+    /// Those that do not.
+    pub unconfirmed: Vec<Unconfirmed>,
+}
+
+/// A servo that has not confirmed that its torque is off.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Unconfirmed {
+    /// The joint that it turns.
+    pub joint: String,
+    /// Its bus.
+    pub bus: String,
+    /// Its identifier on the bus.
+    pub id: u8,
+    /// Why not.
+    pub cause: Cause,
+}
+
+/// Why a servo has not confirmed that its torque is off.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Cause {
+    /// It does not answer.
+    Silent,
+    /// It says that its torque is on, although it was told to switch it off.
+    On,
+    /// Its line is of no use.
+    Line(LineError),
+}
+
+impl Report {
+    pub(crate) fn add(&mut self, bus: &Bus, causes: &[Option<Cause>]) {
+        for (servo, cause) in bus.servos.iter().zip(causes) {
+            match cause {
+                None => self.confirmed += 1,
+                Some(cause) => self.unconfirmed.push(Unconfirmed {
+                    joint: servo.joint.clone(),
+                    bus: bus.name.clone(),
+                    id: servo.id,
+                    cause: cause.clone(),
+                }),
+            }
+        }
+    }
+
+    /// Whether every servo says that its torque is off.
+    #[must_use]
+    pub const fn is_confirmed(&self) -> bool {
+        self.unconfirmed.is_empty()
+    }
+
+    /// What a person can do where it is not confirmed; `config` is the robot's `leo.toml`.
+    #[must_use]
+    pub fn advice(config: Option<&Path>) -> String {
+        let file = config.map_or_else(|| "FILE".to_owned(), |file| file.display().to_string());
+        format!(
+            "cut the power if anything moves; `leo bus torque off --config {file}` tries again once no robot runs"
+        )
+    }
+
+    /// Logs the outcome: one line where all servos confirm it, else a line for each that does not, and what a person
+    /// can do.
+    pub fn log(&self, config: Option<&Path>) {
+        if self.is_confirmed() {
+            tracing::warn!("{self}");
+            return;
+        }
+        for servo in &self.unconfirmed {
+            tracing::error!("{servo}");
+        }
+        tracing::error!("{self}: {}", Self::advice(config));
+    }
+}
+
+impl fmt::Display for Report {
+    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let all = self.confirmed + self.unconfirmed.len();
+        write!(out, "{} of {all} servos say that their torque is off", self.confirmed)
+    }
+}
+
+impl fmt::Display for Unconfirmed {
+    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { joint, bus, id, cause } = self;
+        write!(out, "torque may still be on of {joint} (bus {bus}, id {id}): {cause}")
+    }
+}
+
+impl fmt::Display for Cause {
+    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Silent => out.write_str("it does not answer"),
+            Self::On => out.write_str("it says that its torque is on"),
+            Self::Line(error) => write!(out, "{error}"),
+        }
+    }
+}

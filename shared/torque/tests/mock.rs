@@ -1,0 +1,112 @@
+//! Torque off on servos that behave, answer nothing, keep their torque, or whose line is another's.
+#![expect(clippy::unwrap_used, reason = "a test fails by panicking")]
+
+use std::thread;
+
+use clock::Duration;
+use config::Robot;
+use mock_bus_process::{Faults, Ptys, parse};
+use serial::{Pty, Tty};
+use torque::{Bus, Cause, Servo, buses, switch_off};
+
+const SHORT: Duration = Duration::from_millis(50);
+
+struct Rig {
+    robot: Robot,
+    folder: tempfile::TempDir,
+    ptys: Ptys,
+}
+
+/// The robot's servos, all with torque, and what is wrong with them.
+fn rig(faults: &[&str]) -> Rig {
+    let robot = Robot::load(None).unwrap();
+    let folder = tempfile::tempdir().unwrap();
+    let injections = faults.iter().map(|words| parse(words, &robot.motor).unwrap()).collect();
+    let faults = Faults { injections, ..Faults::default() };
+    let ptys = Ptys::with_faults(&robot.motor, folder.path(), false, &faults).unwrap();
+    for bus in &robot.motor.buses {
+        ptys.tamper(&bus.name, |servos| servos.iter_mut().for_each(|servo| servo.write(64, &[1]).unwrap()))
+            .unwrap();
+    }
+    Rig { robot, folder, ptys }
+}
+
+impl Rig {
+    fn buses(&self) -> Vec<Bus> {
+        buses(&self.robot.motor, Some(self.folder.path()))
+    }
+
+    fn with_torque(&self) -> usize {
+        let of = |servos: &mut [servo::mock::Servo]| {
+            servos.iter().filter(|servo| servo.read(64, 1).unwrap() != [0]).count()
+        };
+        self.robot.motor.buses.iter().map(|bus| self.ptys.tamper(&bus.name, of).unwrap()).sum()
+    }
+}
+
+#[test]
+fn every_servo_confirms_that_its_torque_is_off() {
+    let rig = rig(&[]);
+    assert_eq!(rig.with_torque(), 65);
+    let report = switch_off(&rig.buses(), SHORT);
+    assert!(report.is_confirmed(), "{report:?}");
+    assert_eq!((report.confirmed, rig.with_torque()), (65, 0));
+    assert_eq!(report.to_string(), "65 of 65 servos say that their torque is off");
+}
+
+#[test]
+fn a_silent_servo_is_named_and_one_that_answers_now_and_then_is_asked_again() {
+    let rig = rig(&["drop bus=torso id=3", "drop bus=torso id=5 p=0.5"]);
+    let report = switch_off(&rig.buses(), SHORT);
+    assert_eq!(report.confirmed, 64, "{report:?}");
+    let said: Vec<String> = report.unconfirmed.iter().map(ToString::to_string).collect();
+    assert_eq!(said, ["torque may still be on of torso_roll_joint (bus torso, id 3): it does not answer"]);
+}
+
+#[test]
+fn a_line_of_another_process_is_waited_for_and_named_where_it_stays_so() {
+    let rig = rig(&[]);
+    let all = rig.buses();
+    let torso = all.iter().find(|bus| bus.name == "torso").unwrap();
+    let other = Tty::open(&torso.path, torso.baud).unwrap();
+    let report = switch_off(&all, SHORT);
+    assert_eq!((report.confirmed, report.unconfirmed.len(), rig.with_torque()), (58, 7, 7));
+    let said = report.unconfirmed[0].to_string();
+    assert!(said.contains("(bus torso, id 1)") && said.contains("is in use by another program"), "{said}");
+    let report = thread::scope(|scope| {
+        scope.spawn(move || {
+            clock::sleep_until(clock::now() + SHORT);
+            drop(other);
+        });
+        switch_off(&all, 100 * SHORT)
+    });
+    assert!(report.is_confirmed(), "{report:?}");
+}
+
+#[test]
+fn a_line_that_is_lost_or_not_there_costs_no_other_bus_its_torque() {
+    let rig = rig(&["hang-up bus=torso at=0s for=60s"]);
+    let mut all = rig.buses();
+    let absent = Servo { joint: "absent_joint".to_owned(), id: 1 };
+    all.push(Bus {
+        name: "absent".to_owned(),
+        path: "/dev/nowhere".into(),
+        baud: 1_000_000,
+        servos: vec![absent],
+    });
+    // One at whose other end nobody reads, and nobody answers.
+    let deaf = Pty::new(1_000_000).unwrap();
+    let servo = Servo { joint: "deaf_joint".to_owned(), id: 1 };
+    all.push(Bus {
+        name: "deaf".to_owned(),
+        path: deaf.path().to_owned(),
+        baud: 1_000_000,
+        servos: vec![servo],
+    });
+    let report = switch_off(&all, SHORT);
+    let cause =
+        |joint: &str| report.unconfirmed.iter().find(|servo| servo.joint == joint).map(|servo| &servo.cause);
+    assert!(matches!(cause("absent_joint"), Some(Cause::Line(_))), "{report:?}");
+    assert_eq!(cause("deaf_joint"), Some(&Cause::Silent));
+    assert!(report.confirmed >= 58, "{report:?}");
+}

@@ -1,0 +1,247 @@
+//! However a robot ends, its servos have no torque afterwards: servos that outlive it, read by a master that is not Leo.
+#![expect(clippy::expect_used, reason = "a test fails by panicking")]
+
+#[path = "../masters/mock_bus.rs"]
+#[expect(dead_code, reason = "other tests use the rest")]
+mod mock_bus;
+mod rig;
+
+use std::fs;
+use std::process::Stdio;
+
+use clock::Duration;
+use rustix::process::Signal;
+
+use rig::{JOINTS, OFF_WITHIN, Rig, end_of, leo, remove_shared_memory, signal, until};
+
+#[test]
+fn an_end_in_order_leaves_no_torque_on() {
+    let rig = Rig::new("end-order");
+    let mut robot = rig.run();
+    rig.follow();
+    let ended_at = clock::now();
+    signal(rig.pid("run"), Signal::TERM);
+    assert!(end_of(&mut robot).is_some_and(|status| status.success()), "{}", rig.said());
+    rig.is_off(ended_at);
+    assert!(!rig.said().contains("torque"), "nothing is to be said: {}", rig.said());
+}
+
+#[test]
+fn a_terminal_that_is_closed_leaves_no_torque_on() {
+    let rig = Rig::new("end-terminal");
+    let mut terminal = rig.run_in_terminal();
+    rig.follow();
+    let ended_at = clock::now();
+    terminal.close();
+    rig.is_off(ended_at);
+    assert!(end_of(&mut terminal.shell).is_some());
+    assert!(!rig.said().contains("killed"), "nobody was impatient: {}", rig.said());
+}
+
+#[test]
+fn a_person_who_presses_ctrl_c_twice_leaves_no_torque_on() {
+    let rig = Rig::new("end-twice");
+    let mut robot = rig.run();
+    rig.follow();
+    let (supervisor, motor) = (rig.pid("run"), rig.pid("motor"));
+    let ended_at = clock::now();
+    for _ in 0..2 {
+        signal(supervisor, Signal::INT);
+        clock::sleep_until(clock::now() + Duration::from_millis(100));
+        // Nor does the motor process let itself be hurried.
+        signal(motor, Signal::INT);
+        signal(motor, Signal::HUP);
+        signal(motor, Signal::TERM);
+    }
+    assert!(end_of(&mut robot).is_some_and(|status| status.success()), "{}", rig.said());
+    rig.is_off(ended_at);
+    assert!(!rig.said().contains("no motor process runs"), "it was killed: {}", rig.said());
+}
+
+#[test]
+fn a_killed_supervisor_leaves_no_torque_on() {
+    let rig = Rig::new("end-supervisor");
+    let mut robot = rig.run();
+    rig.follow();
+    let ended_at = clock::now();
+    signal(rig.pid("run"), Signal::KILL);
+    end_of(&mut robot);
+    rig.is_off(ended_at);
+    assert!(!rig.said().contains("torque"), "the motor process ends in order: {}", rig.said());
+}
+
+#[test]
+fn a_supervisor_and_a_motor_process_that_are_killed_together_leave_no_torque_on() {
+    let rig = Rig::new("end-both");
+    let mut robot = rig.run();
+    rig.follow();
+    let (supervisor, motor, guard) = (rig.pid("run"), rig.pid("motor"), rig.pid("torque-guard"));
+    // Signals do not end the guard, and one that is killed is replaced.
+    for each in [Signal::TERM, Signal::INT, Signal::HUP, Signal::KILL] {
+        signal(guard, each);
+        assert_eq!(
+            rig.processes().get("torque-guard").is_some_and(|&pid| pid == guard),
+            each != Signal::KILL
+        );
+    }
+    let replaced = until(OFF_WITHIN, || rig.processes().get("torque-guard").is_some_and(|&pid| pid != guard));
+    assert!(replaced, "{}", rig.said());
+    let ended_at = clock::now();
+    signal(supervisor, Signal::KILL);
+    signal(motor, Signal::KILL);
+    end_of(&mut robot);
+    rig.is_off(ended_at);
+    let said = rig.said();
+    assert!(said.contains(&format!("{JOINTS} of {JOINTS} servos say that their torque is off")), "{said}");
+}
+
+#[test]
+fn a_supervisor_that_is_killed_between_two_lives_of_the_motor_process_leaves_no_torque_on() {
+    let rig = Rig::new("end-between");
+    let mut robot = rig.run();
+    rig.follow();
+    let (supervisor, motor) = (rig.pid("run"), rig.pid("motor"));
+    signal(motor, Signal::KILL);
+    // It is started anew, and starts still.
+    rig.pid("motor");
+    let ended_at = clock::now();
+    signal(supervisor, Signal::KILL);
+    end_of(&mut robot);
+    rig.is_off(ended_at);
+}
+
+#[test]
+fn a_motor_process_that_cannot_be_kept_alive_leaves_no_torque_on() {
+    let rig = Rig::new("end-gave-up");
+    let mut robot = rig.run();
+    rig.follow();
+    let mut killed = 0;
+    while robot.try_wait().expect("ours").is_none() {
+        if let Some(&motor) = rig.processes().get("motor").filter(|&&motor| motor != killed) {
+            signal(motor, Signal::KILL);
+            killed = motor;
+        }
+    }
+    rig.is_off(clock::now());
+    let said = rig.said();
+    assert!(said.contains("gave up: the process `motor` died too often"), "{said}");
+    assert!(said.contains(&format!("{JOINTS} of {JOINTS} servos say that their torque is off")), "{said}");
+}
+
+#[test]
+fn a_motor_process_that_stands_still_while_the_supervisor_ends_leaves_no_torque_on() {
+    for how in [Signal::TERM, Signal::KILL] {
+        let rig = Rig::new("end-still");
+        let mut robot = rig.run();
+        rig.follow();
+        let (supervisor, motor) = (rig.pid("run"), rig.pid("motor"));
+        let ended_at = clock::now();
+        signal(motor, Signal::STOP);
+        signal(supervisor, how);
+        // The kernel lets the processes of a dead parent go on; this one is stopped again and again.
+        while rig.processes().contains_key("motor") && clock::now() < ended_at + OFF_WITHIN {
+            signal(motor, Signal::STOP);
+        }
+        end_of(&mut robot);
+        rig.is_off(ended_at);
+        let said = rig.said();
+        assert!(
+            said.contains(&format!("{JOINTS} of {JOINTS} servos say that their torque is off")),
+            "{said}"
+        );
+        assert!(said.contains("killed"), "{said}");
+    }
+}
+
+#[test]
+fn a_servo_that_is_silent_at_the_end_is_named() {
+    let mut rig = Rig::new("end-silent");
+    let mut robot = rig.run();
+    rig.follow();
+    rig.mock.tell("fault drop bus=torso id=3");
+    let ended_at = clock::now();
+    signal(rig.pid("run"), Signal::TERM);
+    assert!(end_of(&mut robot).is_some());
+    rig.mock.tell("clear");
+    rig.is_off(ended_at);
+    let said = rig.said();
+    let named = "torque may still be on of torso_roll_joint (bus torso, id 3): it does not answer";
+    assert!(said.contains(named), "{said}");
+    assert!(said.contains(&format!("`leo bus torque off --config {}`", rig.config().display())), "{said}");
+}
+
+#[test]
+fn shared_memory_that_is_removed_stops_the_robot_in_order_and_it_says_why() {
+    for is_all in [true, false] {
+        let rig = Rig::new("end-memory");
+        let mut robot = rig.run();
+        rig.follow();
+        let ended_at = clock::now();
+        if is_all {
+            fs::remove_dir_all(&rig.domain).expect("is there");
+        }
+        remove_shared_memory(&rig.domain);
+        let status = end_of(&mut robot);
+        assert_eq!(status.and_then(|status| status.code()), Some(1), "{}", rig.said());
+        rig.is_off(ended_at);
+        let said = rig.said();
+        assert!(
+            said.contains("was removed under the running robot") && said.contains("RemoveIPC=no"),
+            "{said}"
+        );
+        assert!(said.contains("loginctl enable-linger") && !said.contains("refused"), "{said}");
+    }
+}
+
+#[test]
+fn an_emergency_stop_reaches_a_motor_process_whose_shared_memory_is_gone() {
+    let rig = Rig::new("stop-memory");
+    let mut robot = rig.run();
+    rig.follow();
+    let (supervisor, motor) = (rig.pid("run"), rig.pid("motor"));
+    // The supervisor would notice it, too.
+    signal(supervisor, Signal::STOP);
+    fs::remove_dir_all(&rig.domain).expect("is there");
+    remove_shared_memory(&rig.domain);
+    let stop =
+        leo(&["emergency-stop", "--domain"]).arg(&rig.domain).stdout(Stdio::piped()).spawn().expect("runs");
+    let stopped = until(OFF_WITHIN, || rig.said().contains("EMERGENCY STOP"));
+    assert!(stopped, "{}", rig.said());
+    let ended_at = clock::now();
+    signal(supervisor, Signal::CONT);
+    let told = stop.wait_with_output().expect("ends");
+    let said = String::from_utf8_lossy(&told.stdout).into_owned();
+    end_of(&mut robot);
+    rig.is_off(ended_at);
+    let reached = format!("reached by the signal SIGUSR1 to its motor process {motor} and the file");
+    assert!(said.contains(&reached), "{said}{}", rig.said());
+}
+
+#[test]
+fn an_emergency_stop_where_no_motor_process_runs_opens_the_buses_itself() {
+    let mut rig = Rig::new("stop-none");
+    let mut robot = rig.run();
+    rig.follow();
+    let processes = rig.processes();
+    // Nobody is left who could switch it off.
+    for process in ["torque-guard", "run", "motor"] {
+        signal(processes[process], Signal::KILL);
+    }
+    end_of(&mut robot);
+    assert!(until(OFF_WITHIN, || rig.processes().is_empty()));
+    assert_eq!(rig.with_torque().len(), JOINTS, "the servos outlive the robot");
+    let stop = || {
+        let told = leo(&["emergency-stop", "--domain"]).arg(&rig.domain).output().expect("runs");
+        (told.status.code(), String::from_utf8_lossy(&told.stdout).into_owned())
+    };
+    // It finds the configuration that the robot was started with.
+    let (status, said) = stop();
+    assert_eq!(status, Some(0), "{said}");
+    assert!(said.contains("all 65 of 65 servos say that their torque is off"), "{said}");
+    assert_eq!(rig.with_torque(), []);
+    rig.mock.tell("fault drop bus=torso id=3");
+    let told = leo(&["emergency-stop", "--domain"]).arg(&rig.domain).output().expect("runs");
+    let said = String::from_utf8_lossy(&told.stdout).into_owned();
+    assert_eq!(told.status.code(), Some(1), "{said}");
+    assert!(said.contains("NOT CONFIRMED") && said.contains("torso_roll_joint (bus torso, id 3)"), "{said}");
+}

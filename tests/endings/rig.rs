@@ -1,0 +1,307 @@
+//! A robot whose servos outlive it: `leo mock-bus` runs by itself, and the robot's buses are its lines.
+
+use std::collections::BTreeMap;
+use std::fs::{self, File};
+use std::io::Write as _;
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, ExitStatus, Stdio};
+use std::sync::{Mutex, MutexGuard, PoisonError};
+
+use clock::{Duration, Instant};
+use process::arming::{self, ArmOrder};
+use rustix::fs::{Mode, OFlags, open};
+use rustix::process::{Pid, Signal, kill_process};
+use rustix::pty::{OpenptFlags, grantpt, openpt, ptsname, unlockpt};
+use rustypot::DynamixelProtocolHandler;
+use tempfile::TempDir;
+
+use crate::mock_bus::MockBus;
+
+const BAUD: u32 = 4_000_000;
+const TORQUE_ENABLE: u8 = 64;
+pub(crate) const JOINTS: usize = 65;
+/// Patience with a loaded machine, where the issue is not how long something takes.
+const PATIENCE: Duration = Duration::from_secs(60);
+/// What is asked of every ending.
+pub(crate) const OFF_WITHIN: Duration = Duration::from_secs(5);
+
+/// Robots need the machine for themselves: one at a time.
+static MACHINE: Mutex<()> = Mutex::new(());
+
+/// A mock servo bus by itself, the configuration of a robot on it, and the domain that the robot runs in.
+pub(crate) struct Rig {
+    pub(crate) mock: MockBus,
+    folder: TempDir,
+    pub(crate) domain: PathBuf,
+    _machine: MutexGuard<'static, ()>,
+}
+
+/// A joint's servo that has torque: its bus and identifier.
+pub(crate) type WithTorque = (String, u8);
+
+impl Rig {
+    pub(crate) fn new(name: &str) -> Self {
+        let machine = MACHINE.lock().unwrap_or_else(PoisonError::into_inner);
+        let mock = MockBus::start(&[]);
+        let folder = tempfile::tempdir().expect("a folder");
+        let config = Path::new(env!("CARGO_MANIFEST_DIR")).join("config");
+        for file in ["leo.toml", "leo.urdf", "motor.toml", "percepts.toml", "perspective.toml"] {
+            let mut text = fs::read_to_string(config.join(file)).expect("reads");
+            text = text.replace("\"127.0.0.1:7780\"", "\"none\"");
+            for (bus, _) in buses() {
+                let device = |device: &str| format!("name = \"{bus}\"\ndevice = \"{device}\"");
+                text = text.replace(&device("mock"), &device(mock.path(&bus).to_str().expect("letters")));
+            }
+            fs::write(folder.path().join(file), text).expect("writes");
+        }
+        let domain = PathBuf::from(format!("/dev/shm/leo-{name}-{}", std::process::id()));
+        Self { mock, folder, domain, _machine: machine }
+    }
+
+    pub(crate) fn config(&self) -> PathBuf {
+        self.folder.path().join("leo.toml")
+    }
+
+    fn log(&self) -> PathBuf {
+        self.folder.path().join("log")
+    }
+
+    /// What the robot said on standard error.
+    pub(crate) fn said(&self) -> String {
+        fs::read_to_string(self.log()).unwrap_or_default()
+    }
+
+    /// The command that runs the robot.
+    fn arguments(&self) -> Vec<String> {
+        let text = |path: &Path| path.to_str().expect("letters").to_owned();
+        let fixed = ["run", "--stay", "--config"].map(str::to_owned);
+        fixed.into_iter().chain([text(&self.config()), "--domain".to_owned(), text(&self.domain)]).collect()
+    }
+
+    /// Starts the robot as a child of this test.
+    pub(crate) fn run(&self) -> Child {
+        self.run_by(Command::new(program()))
+    }
+
+    /// The same by a command that runs the program that it is told.
+    pub(crate) fn run_by(&self, mut command: Command) -> Child {
+        command
+            .args(self.arguments())
+            .env_remove("RUST_LOG")
+            .env("XDG_STATE_HOME", self.folder.path())
+            .stdin(Stdio::null())
+            .stdout(Stdio::null())
+            .stderr(File::create(self.log()).expect("writes"))
+            .spawn()
+            .expect("starts")
+    }
+
+    /// Starts the robot from a shell that a person has open in a terminal.
+    pub(crate) fn run_in_terminal(&self) -> Terminal {
+        let master = openpt(OpenptFlags::RDWR | OpenptFlags::NOCTTY | OpenptFlags::CLOEXEC);
+        let master = master.expect("a terminal");
+        grantpt(&master).and_then(|()| unlockpt(&master)).expect("a terminal");
+        let name = ptsname(&master, Vec::new()).expect("a terminal");
+        let slave = || {
+            let opened = open(&name, OFlags::RDWR | OFlags::NOCTTY | OFlags::CLOEXEC, Mode::empty());
+            File::from(opened.expect("opens"))
+        };
+        // A shell with job control in a session of its own: it passes the hang-up on that the kernel tells it of.
+        let shell = Command::new("setsid")
+            .args(["--ctty", "bash", "--norc", "--noprofile", "-i"])
+            .env("TERM", "dumb")
+            .env_remove("RUST_LOG")
+            .stdin(slave())
+            .stdout(slave())
+            .stderr(Stdio::null())
+            .spawn()
+            .expect("starts");
+        let mut master = File::from(master);
+        master.write_all(self.typed().as_bytes()).expect("a person types");
+        Terminal { shell, master: Some(master) }
+    }
+
+    /// What a person types to start it.
+    fn typed(&self) -> String {
+        format!(
+            "XDG_STATE_HOME={} {} {} 2> {}\n",
+            self.folder.path().display(),
+            program().display(),
+            self.arguments().join(" "),
+            self.log().display()
+        )
+    }
+
+    /// Arms the joints until all of them follow: they have torque then, by what their servos say.
+    pub(crate) fn follow(&self) {
+        let mut ordered_at = None;
+        let follows = until(PATIENCE, || {
+            let now = clock::now();
+            if ordered_at.is_none_or(|at| now.since(at) > Duration::from_millis(300)) {
+                ordered_at = Some(now);
+                // There is no folder yet, at first.
+                let _ordered = arming::order(&self.domain, ArmOrder { acknowledged_locks: None });
+            }
+            let told = leo(&["top", "--openmetrics", "--domain"]).arg(&self.domain).output().expect("runs");
+            let following = format!("leo_joints{{mode=\"following\"}} {JOINTS}");
+            String::from_utf8_lossy(&told.stdout).lines().any(|line| line == following)
+        });
+        assert!(follows, "the joints do not follow\n{}", self.said());
+    }
+
+    /// The living processes of the robot, by their subcommands.
+    pub(crate) fn processes(&self) -> BTreeMap<String, i32> {
+        let domain = self.domain.to_str().expect("letters");
+        let all = fs::read_dir("/proc").expect("is mounted").flatten();
+        let named = all.filter_map(|entry| {
+            let pid: i32 = entry.file_name().to_str()?.parse().ok()?;
+            let line = fs::read_to_string(entry.path().join("cmdline")).ok()?;
+            let words: Vec<&str> = line.split('\0').collect();
+            let is_leo = words.first()?.ends_with("/leo");
+            let is_its = words.windows(2).any(|pair| *pair == ["--domain", domain]);
+            (is_leo && is_its).then(|| (words.get(1).map(|word| (*word).to_owned()).unwrap_or_default(), pid))
+        });
+        named.collect()
+    }
+
+    pub(crate) fn pid(&self, process: &str) -> i32 {
+        let mut found = None;
+        let runs = until(PATIENCE, || {
+            found = self.processes().get(process).copied();
+            found.is_some()
+        });
+        assert!(runs, "`{process}` does not run\n{}", self.said());
+        found.expect("was found")
+    }
+
+    /// Waits until every process of the robot has ended, and reads the torque of every servo as a master that is not
+    /// Leo: none has any, within what is asked of every ending.
+    pub(crate) fn is_off(&self, ended_at: Instant) {
+        let gone = until(OFF_WITHIN, || self.processes().is_empty());
+        assert!(gone, "{:?} live on\n{}", self.processes(), self.said());
+        let with_torque = self.with_torque();
+        let after = clock::now().since(ended_at);
+        assert!(
+            with_torque.is_empty(),
+            "{} have torque: {with_torque:?}\n{}",
+            with_torque.len(),
+            self.said()
+        );
+        assert!(after <= OFF_WITHIN, "after {after:?}\n{}", self.said());
+    }
+
+    /// The servos that have torque, by a master that is not Leo, once all lines are free.
+    pub(crate) fn with_torque(&self) -> Vec<WithTorque> {
+        let mut read = None;
+        // The kernel closes what a killed process held a moment after its death.
+        let opened = until(PATIENCE, || {
+            read = self.torque_now();
+            read.is_some()
+        });
+        assert!(opened, "a line is not free, or a servo does not answer");
+        read.expect("was read")
+    }
+
+    /// The servos that have torque now; `None` where a program has a line, or a servo does not answer.
+    pub(crate) fn torque_now(&self) -> Option<Vec<WithTorque>> {
+        let master = DynamixelProtocolHandler::v2();
+        let mut all = Vec::new();
+        for (bus, ids) in buses() {
+            let path = self.mock.path(&bus).to_str().expect("letters").to_owned();
+            let mut port = serialport::new(path, BAUD).timeout(Duration::from_millis(300)).open().ok()?;
+            for id in ids {
+                let torque = (0..5).find_map(|_| master.read(port.as_mut(), id, TORQUE_ENABLE, 1).ok())?;
+                if torque != [0] {
+                    all.push((bus.clone(), id));
+                }
+            }
+        }
+        Some(all)
+    }
+}
+
+/// A terminal with a shell.
+pub(crate) struct Terminal {
+    pub(crate) shell: Child,
+    master: Option<File>,
+}
+
+impl Terminal {
+    /// Closes its window.
+    pub(crate) fn close(&mut self) {
+        self.master = None;
+    }
+}
+
+impl Drop for Terminal {
+    fn drop(&mut self) {
+        self.close();
+        let _dead = self.shell.kill().and_then(|()| self.shell.wait());
+    }
+}
+
+impl Drop for Rig {
+    fn drop(&mut self) {
+        for pid in self.processes().values() {
+            signal(*pid, Signal::KILL);
+        }
+        let _gone = fs::remove_dir_all(&self.domain);
+        remove_shared_memory(&self.domain);
+    }
+}
+
+/// Removes the middleware's files of a domain.
+pub(crate) fn remove_shared_memory(domain: &Path) {
+    let prefix = format!("{}_", domain.file_name().expect("a name").to_str().expect("letters"));
+    for entry in fs::read_dir("/dev/shm").expect("is mounted").flatten() {
+        if entry.file_name().to_str().is_some_and(|name| name.starts_with(&prefix)) {
+            let _gone = fs::remove_file(entry.path());
+        }
+    }
+}
+
+/// The buses of the robot as it comes, and the identifiers of the servos on each.
+fn buses() -> Vec<(String, Vec<u8>)> {
+    let robot = config::Robot::load(None).expect("is built in").motor;
+    let on = |bus| robot.joints.iter().filter(|joint| joint.bus == bus).map(|joint| joint.id).collect();
+    robot.buses.iter().enumerate().map(|(bus, settings)| (settings.name.clone(), on(bus))).collect()
+}
+
+/// The program; `LEO` names another one.
+pub(crate) fn program() -> PathBuf {
+    std::env::var_os("LEO").map_or_else(|| env!("CARGO_BIN_EXE_leo").into(), PathBuf::from)
+}
+
+/// A command of `leo` with nothing of this machine's in its environment.
+pub(crate) fn leo(arguments: &[&str]) -> Command {
+    let mut command = Command::new(program());
+    command.args(arguments).env_remove("RUST_LOG").stdin(Stdio::null());
+    command
+}
+
+pub(crate) fn signal(pid: i32, signal: Signal) {
+    // A process that died by itself in the meantime needs no signal.
+    let _sent = kill_process(Pid::from_raw(pid).expect("a process number"), signal);
+}
+
+/// Waits until something holds; whether it does in time.
+pub(crate) fn until(within: Duration, mut holds: impl FnMut() -> bool) -> bool {
+    let end = clock::now() + within;
+    while clock::now() < end {
+        if holds() {
+            return true;
+        }
+        clock::sleep_until(clock::now() + Duration::from_millis(5));
+    }
+    holds()
+}
+
+/// Waits for the end of a child; `None` where it does not end.
+pub(crate) fn end_of(child: &mut Child) -> Option<ExitStatus> {
+    let mut status = None;
+    until(PATIENCE, || {
+        status = child.try_wait().expect("ours");
+        status.is_some()
+    });
+    status
+}
