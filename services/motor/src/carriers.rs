@@ -45,7 +45,10 @@ mod tests {
     fn what_hangs_from_a_group_stops_with_it_and_not_the_other_way_round() {
         // A torso, a shoulder on it, a hand on that, and a wheel.
         let carriers = Carriers::new(4, &[0, 1, 2, 3], &[None, Some(0), Some(1), None]);
-        assert_eq!([0, 1, 2, 3].map(|group| carriers.of(group).to_vec()), [vec![0], vec![1, 0], vec![2, 1, 0], vec![3]]);
+        assert_eq!(
+            [0, 1, 2, 3].map(|group| carriers.of(group).to_vec()),
+            [vec![0], vec![1, 0], vec![2, 1, 0], vec![3]]
+        );
         assert_eq!(Carriers::new(2, &[0, 1], &[]), Carriers::alone(2));
         let circle = Carriers::new(2, &[0, 1], &[Some(1), Some(0)]);
         assert_eq!(circle.of(0), [0, 1]);

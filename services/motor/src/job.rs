@@ -1,8 +1,8 @@
 use servo::table::{
     BUS_WATCHDOG, CURRENT_LIMIT, DRIVE_MODE, HARDWARE_ERROR_STATUS, HOMING_OFFSET, Item, MAX_POSITION_LIMIT,
     MIN_POSITION_LIMIT, MIN_VOLTAGE_LIMIT, OPERATING_MODE, PRESENT_INPUT_VOLTAGE, PRESENT_TEMPERATURE,
-    PROFILE_ACCELERATION, PROFILE_VELOCITY, PWM_LIMIT, RETURN_DELAY, SECONDARY_ID, SHUTDOWN, STARTUP_CONFIGURATION,
-    STATUS_RETURN_LEVEL, TEMPERATURE_LIMIT, TORQUE_ENABLE, VELOCITY_LIMIT, by_address,
+    PROFILE_ACCELERATION, PROFILE_VELOCITY, PWM_LIMIT, RETURN_DELAY, SECONDARY_ID, SHUTDOWN,
+    STARTUP_CONFIGURATION, STATUS_RETURN_LEVEL, TEMPERATURE_LIMIT, TORQUE_ENABLE, VELOCITY_LIMIT, by_address,
 };
 use servo::{Address, HardwareErrors, Id, Instruction, Model, Reading, velocity_count, velocity_rad_s};
 
@@ -214,7 +214,10 @@ fn value(setup: &[u8], item: Item) -> Option<i32> {
 /// A limit with which the servo cannot move at all, by the answer to [`Job::Inspect`].
 pub(crate) fn powerless(setup: &[u8]) -> Option<Trouble> {
     let is_zero = |item: &&Item| value(setup, **item) == Some(0);
-    [PWM_LIMIT, CURRENT_LIMIT, VELOCITY_LIMIT].iter().find(is_zero).map(|item| Trouble::Powerless(item.address))
+    [PWM_LIMIT, CURRENT_LIMIT, VELOCITY_LIMIT]
+        .iter()
+        .find(is_zero)
+        .map(|item| Trouble::Powerless(item.address))
 }
 
 /// What people are told of how a servo of a model is set up, whose limits shall be from `min` to `max` counts and whose
@@ -226,7 +229,8 @@ pub(crate) fn notices(
     fastest_rad_s: f64,
 ) -> impl Iterator<Item = Notice> {
     let [delay, drive, mode] = MODE.map(i32::from);
-    let initial = |item: Item| by_address(model, item.address).and_then(|entry| i32::try_from(entry.initial).ok());
+    let initial =
+        |item: Item| by_address(model, item.address).and_then(|entry| i32::try_from(entry.initial).ok());
     let written = [
         (RETURN_DELAY, delay),
         (DRIVE_MODE, drive),

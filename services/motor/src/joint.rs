@@ -38,6 +38,8 @@ const STILL_RAD_S: f64 = 0.05;
 const STAYS_RAD: f64 = 0.05;
 /// How often it is looked how a servo is.
 const LOOK_EVERY: Duration = Duration::from_millis(500);
+/// How long a servo hears nothing after it was told to begin anew.
+const REBOOT_WAIT: Duration = Duration::from_millis(500);
 /// How long the last command of a motion is repeated before no more is sent.
 const SETTLE: Duration = Duration::from_millis(40);
 
@@ -128,6 +130,8 @@ pub(crate) struct Joint {
     behind_since: Option<Instant>,
     /// Whether it is spared: what is spared is so until it is well beyond the bound.
     is_spared: bool,
+    /// The number of the order that armed it last.
+    order: u64,
     /// What is done about its hardware alert, while it has one.
     reaction: Option<AlertReaction>,
     /// When its torque goes off after an alert, where it does not move.
@@ -182,6 +186,7 @@ impl Joint {
             look_at: Instant::EPOCH,
             behind_since: None,
             is_spared: false,
+            order: 0,
             reaction: None,
             cut_at: None,
             reboot_at: None,
@@ -310,7 +315,12 @@ impl Joint {
 
     /// Sets where it shall be; a goal beyond the joint's limits becomes the limit. `None` for a
     /// goal that is no number, otherwise whether it was within the limits.
-    pub(crate) fn set_goal(&mut self, position_rad: f64, arrive_at: Instant, decided_at: Instant) -> Option<bool> {
+    pub(crate) fn set_goal(
+        &mut self,
+        position_rad: f64,
+        arrive_at: Instant,
+        decided_at: Instant,
+    ) -> Option<bool> {
         let within = self.clamped(position_rad)?;
         self.goal = Some(Goal { position_rad: within, arrive_at, decided_at });
         Some(position_rad.total_cmp(&within).is_eq())
@@ -351,11 +361,14 @@ impl Joint {
         }
     }
 
-    /// Arms it by a person's order, which lapses at an instant unless its torque is on by then.
-    pub(crate) fn arm(&mut self, lapses_at: Instant) {
+    /// Arms it by a person's order, which lapses at an instant unless its torque is on by then. An order arms a joint
+    /// once, and once more where it had to wait for others.
+    pub(crate) fn arm(&mut self, order: u64, lapses_at: Instant) {
         if let Licence::Disarmed { cause } = self.licence
             && self.may_be_armed()
+            && (self.order != order || matches!(cause, JointCause::GroupStopped | JointCause::BodyStopped))
         {
+            self.order = order;
             self.licence = Licence::Armed { after: cause, lapses_at: Some(lapses_at), ending: None };
         }
     }
@@ -379,12 +392,18 @@ impl Joint {
             return;
         }
         match cause {
-            JointCause::BeyondLimits if self.beyond_rad(now).is_none_or(|rad| rad > self.policy.max_beyond_limits_rad) => {
+            JointCause::BeyondLimits
+                if self.beyond_rad(now).is_none_or(|rad| rad > self.policy.max_beyond_limits_rad) =>
+            {
                 return;
             }
             JointCause::BeyondLimits | JointCause::Blocked => {}
             // Only a reboot clears what it switched itself off for.
-            JointCause::Alert if is_off => self.reboot_at = Some(now),
+            JointCause::Alert if is_off => {
+                self.reboot_at = Some(now);
+                self.power = Power::Unknown { was_on: false };
+                self.link = Link::Silent { ask_at: now + REBOOT_WAIT, cause };
+            }
             _ if is_off => self.begin_anew(),
             _ => return,
         }
@@ -412,7 +431,8 @@ impl Joint {
 
     /// Switches the torque off where no commander has been there for long.
     fn release(&mut self, now: Instant) {
-        let is_known = matches!(self.power, Power::Found { .. } | Power::Rising { is_on: true, .. } | Power::On { .. });
+        let is_known =
+            matches!(self.power, Power::Found { .. } | Power::Rising { is_on: true, .. } | Power::On { .. });
         if is_known {
             self.disarm(JointCause::CommandTimeout);
             self.cut(now);
@@ -510,13 +530,15 @@ impl Joint {
     /// Whether an order to arm means it: its servo answers, or is being asked; and what has torque already does not
     /// have to stand still for others.
     fn may_be_armed(&self) -> bool {
-        self.let_go.is_none() && !self.is_absent() && !(self.power.is_on() && self.orders.halt.is_some())
+        let has_torque = matches!(self.power, Power::On { .. } | Power::Found { .. });
+        self.let_go.is_none() && !self.is_absent() && !(has_torque && self.orders.halt.is_some())
     }
 
     /// Locks it where it was found too far beyond its limits.
     fn lock_beyond_limits(&mut self, now: Instant) {
         let is_at_rest = self.motion == Motion::Idle && !self.licence.is_locked();
-        let Some(rad) = self.beyond_rad(now).filter(|_| is_at_rest && matches!(self.link, Link::Answering)) else {
+        let Some(rad) = self.beyond_rad(now).filter(|_| is_at_rest && matches!(self.link, Link::Answering))
+        else {
             return;
         };
         if rad > self.policy.max_beyond_limits_rad {

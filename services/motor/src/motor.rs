@@ -39,7 +39,9 @@ pub enum MotorError {
         id: u8,
     },
     /// The configuration says what a group does that is not there.
-    #[error("there is no group `{group}` in motor.toml, and `groups` of [motor.alert] in leo.toml names it; there are {known}")]
+    #[error(
+        "there is no group `{group}` in motor.toml, and `groups` of [motor.alert] in leo.toml names it; there are {known}"
+    )]
     UnknownGroup {
         /// The group.
         group: String,
@@ -72,6 +74,8 @@ pub struct Motor {
     stopping: Option<Option<Instant>>,
     /// Until when an order to arm holds.
     order_until: Option<Instant>,
+    /// How many orders there were.
+    orders: u64,
     /// Which groups stop which.
     carriers: Carriers,
     /// By group, how many of its joints are in trouble that stops others; and by joint, whether it was in the last cycle.
@@ -126,6 +130,7 @@ impl Motor {
             stop_category: settings.stop_category,
             stopping: None,
             order_until: None,
+            orders: 0,
             carriers: Carriers::alone(robot.groups.len()),
             failing: vec![0; robot.groups.len()],
             was_failing: vec![false; robot.joints.len()],
@@ -201,7 +206,7 @@ impl Motor {
             }
             joint.step(now, dt_s, Orders { live: self.live, halt, body_stopped, limp });
             if let Some(until) = self.order_until.filter(|until| now < *until) {
-                joint.arm(until);
+                joint.arm(self.orders, until);
             }
             self.counts.locks += u64::from(joint.count_lock(self.counts.locks));
         }
@@ -233,6 +238,7 @@ impl Motor {
             self.joints.iter_mut().for_each(|joint| joint.acknowledge(now, locks));
         }
         self.order_until = Some(now + ORDER_HOLDS);
+        self.orders += 1;
     }
 
     /// Stops the body as the configuration says that the emergency stop does, and keeps it stopped until

@@ -96,7 +96,11 @@ impl fmt::Display for Notice {
                 )
             }
             Self::LeftOver { item, found } => {
-                write!(out, "another program left {} at {found}; it is overwritten before torque comes on", Named(item))
+                write!(
+                    out,
+                    "another program left {} at {found}; it is overwritten before torque comes on",
+                    Named(item)
+                )
             }
         }
     }

@@ -106,10 +106,14 @@ impl Reporter {
         self.told_goals = (refused, limited);
         self.tell_goals_at = now + GOALS_EVERY;
         if more_refused > 0 {
-            tracing::warn!("{more_refused} goals were refused: no number, or of a joint that motor.toml does not have");
+            tracing::warn!(
+                "{more_refused} goals were refused: no number, or of a joint that motor.toml does not have"
+            );
         }
         if more_limited > 0 {
-            tracing::warn!("{more_limited} goals were beyond the limits of their joints, and became the limit");
+            tracing::warn!(
+                "{more_limited} goals were beyond the limits of their joints, and became the limit"
+            );
         }
     }
 
@@ -125,7 +129,9 @@ impl Reporter {
         // A robot that arms by itself has none but for a moment.
         let is_steady = std::mem::replace(&mut self.disarmed, disarmed) == disarmed;
         if is_steady && disarmed > self.told_disarmed {
-            tracing::warn!("{disarmed} joints are disarmed, and move once `leo arm` or the page has armed them");
+            tracing::warn!(
+                "{disarmed} joints are disarmed, and move once `leo arm` or the page has armed them"
+            );
         }
         if is_steady {
             self.told_disarmed = disarmed;

@@ -11,10 +11,12 @@ use servo::{Id, Model, table};
 
 use super::*;
 
+mod arming;
 mod beyond;
 pub(crate) mod campaign;
 mod faults;
 mod stubborn;
+mod supervision;
 mod torque;
 mod unbelieved;
 
@@ -266,7 +268,8 @@ fn joints_start_only_for_a_commander_and_where_they_stand() {
     for _ in 0..100 {
         rig.cycle();
     }
-    assert_eq!(rig.modes(), [JointMode::Starting; 3]);
+    assert_eq!(rig.modes(), [JointMode::Limp; 3]);
+    assert_eq!(rig.causes(), [JointCause::NotStarted; 3]);
     assert!((rig.position(0) - 0.3).abs() < 0.002, "the servo's angle is the joint's");
     assert!((rig.position(1) - 0.2).abs() < 0.002, "the elbow is turned round and shifted");
     let rig = following();
@@ -406,7 +409,7 @@ fn where_a_whole_bus_is_silent_its_servos_are_blamed_later() {
     rig.commanded(10, 0.0, rig.now);
     assert_eq!(rig.modes(), [JointMode::Following; 3]);
     rig.commanded(4, 0.0, rig.now);
-    assert_eq!(rig.modes(), [JointMode::Quarantined, JointMode::Quarantined, JointMode::Following]);
+    assert_eq!(rig.modes(), [JointMode::Quarantined, JointMode::Quarantined, JointMode::Holding]);
 }
 
 #[test]
@@ -457,7 +460,7 @@ fn a_servo_of_another_model_gets_no_torque_and_says_so() {
     let mut rig = Rig::new();
     rig.lines[1].servos_mut()[0] = Servo::new(Model::Xm430W350, Id::new(1).unwrap(), 0.0, Instant::EPOCH);
     rig.commanded(100, 0.0, rig.now);
-    assert_eq!(rig.modes(), [JointMode::Following, JointMode::Following, JointMode::Limp]);
+    assert_eq!(rig.modes(), [JointMode::Following, JointMode::Holding, JointMode::Limp], "its group holds");
     assert_eq!(rig.state(2).cause(), Some(JointCause::Refused));
     let said = rig.motor.trouble(2).unwrap().to_string();
     assert!(said.starts_with("a servo of model number 1020 answers, and 1200 is configured"), "{said}");

@@ -30,7 +30,13 @@ mod tests {
     #[test]
     fn a_joint_is_carried_by_the_next_one_towards_the_base() {
         let urdf = include_str!("../../../config/leo.urdf");
-        let names = ["torso_yaw_joint", "torso_roll_joint", "left_shoulder_pitch_joint", "left_shoulder_yaw_joint", "none"];
+        let names = [
+            "torso_yaw_joint",
+            "torso_roll_joint",
+            "left_shoulder_pitch_joint",
+            "left_shoulder_yaw_joint",
+            "none",
+        ];
         // The pitch of the torso is left out, and so is the shoulder's roll.
         assert_eq!(carried_by(urdf, &names).unwrap(), [None, Some(0), Some(1), Some(2), None]);
         assert!(carried_by("<robot>", &names).is_err());

@@ -129,7 +129,10 @@ impl Joint {
         if contact.misses < MISSES_MOST && contact.unacknowledged < MISSES_MOST {
             return;
         }
-        if contact.corrupt >= MISSES_MOST && !matches!(power, Power::Cutting { .. }) && !self.licence.is_locked() {
+        if contact.corrupt >= MISSES_MOST
+            && !matches!(power, Power::Cutting { .. })
+            && !self.licence.is_locked()
+        {
             self.fall_silent(JointCause::Silent);
             self.link = Link::Doubted(Doubt::default());
         } else {
@@ -154,7 +157,8 @@ impl Joint {
         self.fail(now, JointCause::DuplicateId, Trouble::Duplicate(id.get()));
     }
 
-    /// Lets the joint fail when its servo reports a fault or an alert; whether all is well.
+    /// Lets the joint fail when its servo refuses what it was told, and reacts to an alert; whether it did what it was
+    /// told.
     fn judge(&mut self, now: Instant, status: &Status<'_>) -> bool {
         match (status.fault, status.alert) {
             (None, false) => true,
@@ -170,7 +174,7 @@ impl Joint {
             }
             (None, true) => {
                 self.alert(now, HardwareErrors::default(), None);
-                false
+                true
             }
         }
     }
@@ -247,7 +251,9 @@ impl Joint {
         }
         match self.power {
             Power::On { .. } if !condition.has_torque => self.has_restarted(),
-            Power::On { .. } if condition.watchdog != Watchdog::Armed => self.watchdog_is_off(condition.watchdog),
+            Power::On { .. } if condition.watchdog != Watchdog::Armed => {
+                self.watchdog_is_off(condition.watchdog)
+            }
             // Another hand may have switched it on, or off.
             Power::Off if condition.has_torque && self.licence.is_locked() => {
                 self.power = Power::Cutting { tell_at: now };
@@ -270,11 +276,8 @@ impl Joint {
         self.incidents.watchdogs += 1;
         self.motion = Motion::Idle;
         self.disarm(JointCause::Watchdog);
-        self.power = Power::Rising {
-            step: Rise::Guard,
-            is_on: true,
-            is_tripped: watchdog == Watchdog::Tripped,
-        };
+        self.power =
+            Power::Rising { step: Rise::Guard, is_on: true, is_tripped: watchdog == Watchdog::Tripped };
         // Its watchdog is armed at once, and its joint when the licence is given.
         self.abandon_rise();
     }

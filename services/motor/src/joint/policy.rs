@@ -76,14 +76,16 @@ impl Policy {
 
     /// Whether a joint is armed by itself after this cause.
     pub(crate) fn arms_after(&self, cause: JointCause) -> bool {
-        let place = arming_cause(cause).and_then(|cause| ARMING_CAUSES.iter().position(|known| *known == cause));
+        let place =
+            arming_cause(cause).and_then(|cause| ARMING_CAUSES.iter().position(|known| *known == cause));
         place.and_then(|place| self.automatic.get(place)).is_some_and(|is_automatic| *is_automatic)
     }
 
     /// What is done about these hardware errors, where the group of the joint does `most` at most: that of the error
     /// that asks for the least. As long as it is not known which they are, the joint holds.
     pub(crate) fn reaction(&self, errors: HardwareErrors, most: AlertReaction) -> AlertReaction {
-        let asked = self.reactions.iter().filter(|(bit, _)| errors.0 & bit != 0).map(|(_, reaction)| *reaction);
+        let asked =
+            self.reactions.iter().filter(|(bit, _)| errors.0 & bit != 0).map(|(_, reaction)| *reaction);
         let known = self.reactions.iter().fold(0, |bits, (bit, _)| bits | bit);
         let unknown = (errors.0 & !known != 0).then_some(AlertReaction::Limp);
         asked.chain(unknown).min().unwrap_or(AlertReaction::Hold).min(most)

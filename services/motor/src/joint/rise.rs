@@ -6,20 +6,22 @@ use servo::{Motion as Setpoint, acceleration_count, position_count};
 
 use super::answers::PROVEN_AFTER;
 use super::steer::{ACCELERATION_MARGIN, LOW_ACCELERATION_RAD_S2, velocity};
-use super::{Joint, LOOK_EVERY, Licence, Link, Motion, Power, Rise, Setup, Watchdog};
+use super::{Joint, LOOK_EVERY, Licence, Link, Motion, Power, REBOOT_WAIT, Rise, Setup, Watchdog};
 use crate::Trouble;
 use crate::doubt::Came;
 use crate::job::{self, Bounds, Job};
 use crate::notice::Notice;
 
-/// How long a servo hears nothing after it was told to begin anew.
-const REBOOT_WAIT: Duration = Duration::from_millis(500);
 /// A servo that does not stand so long after it was told to stay has not heard all of it, and is told again.
 const STANDS_AFTER: Duration = Duration::from_millis(200);
 
 impl Joint {
     /// What its servo is to be told next, if anything.
     pub(crate) fn job(&mut self, now: Instant, may_arm: bool) -> Option<Job> {
+        let is_cutting = matches!(self.power, Power::Cutting { .. });
+        if !is_cutting && self.reboot_at.is_some_and(|at| now >= at) {
+            return Some(self.reboot(now));
+        }
         match self.link {
             Link::Silent { ask_at, .. } => return (now >= ask_at).then(|| self.call()),
             Link::Doubted(doubt) => return Some(Job::Doubt { alike: doubt.asks_alike() }),
@@ -27,9 +29,6 @@ impl Joint {
         }
         if let Power::Cutting { tell_at } = self.power {
             return (now >= tell_at).then_some(Job::Torque(false));
-        }
-        if self.reboot_at.is_some_and(|at| now >= at) {
-            return Some(self.reboot(now));
         }
         match self.link {
             // Another model, say: it is left alone until a person has acknowledged that.
@@ -275,7 +274,7 @@ impl Joint {
     pub(crate) fn refuse_as_other(&mut self, now: Instant, other: usize) {
         self.notices = crate::notice::Notices::default();
         self.link = Link::Answering;
-        self.fail(now, JointCause::Refused, Trouble::OtherJoint(other));
+        self.fail(now, JointCause::Refused, Trouble::OtherJoint(other + 1));
     }
 
     /// Torque is on.

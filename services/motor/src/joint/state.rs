@@ -54,9 +54,10 @@ impl Joint {
                 _ if !self.orders.live => (self.pace(), JointCause::CommandTimeout),
                 _ => (self.pace(), self.orders.halt.unwrap_or(cause)),
             },
-            (Link::Unknown | Link::Identified(_) | Link::Answering, Power::Unknown { .. } | Power::Off | Power::Rising { .. }) => {
-                (JointMode::Starting, cause)
-            }
+            (
+                Link::Unknown | Link::Identified(_) | Link::Answering,
+                Power::Unknown { .. } | Power::Off | Power::Rising { .. },
+            ) => (JointMode::Starting, cause),
             (_, Power::On { .. }) => self.mode_of_motion(cause),
             (_, Power::Cutting { .. }) => (JointMode::Releasing, cause),
         }
@@ -69,7 +70,9 @@ impl Joint {
             Motion::Idle if self.licence.is_given() => (JointMode::Starting, cause),
             Motion::Idle => (JointMode::Holding, cause),
             Motion::Align { .. } => (JointMode::Aligning, JointCause::NotStarted),
-            Motion::Stay { .. } if self.licence.is_given() && self.orders.live && self.orders.halt.is_none() => {
+            Motion::Stay { .. }
+                if self.licence.is_given() && self.orders.live && self.orders.halt.is_none() =>
+            {
                 (JointMode::Starting, cause)
             }
             Motion::Stay { .. } => (self.pace(), stops_by),

@@ -5,16 +5,18 @@ use config::leo::AlertReaction;
 use message::JointCause;
 use servo::{Limits, Motion as Setpoint, position_count, velocity_count};
 
-use super::{Ending, FRESH, Joint, Motion, Power, Rise, SETTLE};
+use super::{Ending, FRESH, Joint, Motion, Power, Rise, SETTLE, Watchdog};
 use crate::Trouble;
 use crate::derating::derating;
 
 /// A joint that is so close to the bound of its tracking error, as a share of it, is at the bound: its command waits.
 const AT_BOUND: f64 = 0.9;
-/// How much faster than its command a servo may turn: a share of it, a little, and more the further it is behind.
-const FASTER: f64 = 1.05;
-const FASTER_RAD_S: f64 = 0.05;
-const FASTER_PER_S: f64 = 5.0;
+/// How much faster than its command a servo turns for each radian that it is behind, and how much slower where it is
+/// ahead: by half at most.
+const CATCH_UP_PER_S: f64 = 8.0;
+const SLOWER: f64 = 0.5;
+/// The slowest profile: what is left of a motion is not crept over.
+const SLOWEST_RAD_S: f64 = 0.05;
 /// The acceleration of the soft start: slow, so that what is wrong is seen before it is fast.
 pub(super) const LOW_ACCELERATION_RAD_S2: f64 = 5.0;
 /// How much more than the joint its servo's profile may accelerate: enough to keep up with commands that are smooth,
@@ -38,7 +40,9 @@ impl Joint {
             }
             Motion::Stay { .. } if self.stays() => self.after_stay(now, goes_on),
             Motion::Soft { .. } | Motion::Track { .. } if !goes_on => self.halt(),
-            Motion::Soft { at, until } if now >= until && self.is_quick() => self.motion = Motion::Track { at },
+            Motion::Soft { at, until } if now >= until && self.is_quick() => {
+                self.motion = Motion::Track { at }
+            }
             Motion::Halt { at } | Motion::Hold { at, .. } if goes_on => self.begin_soft(now, at),
             Motion::Hold { at, since } => self.after_hold(now, at, since),
             Motion::Retreat { at, until } => {
@@ -94,6 +98,9 @@ impl Joint {
             self.motion = Motion::Idle;
             self.power = Power::Rising { step: Rise::Aim, is_on: true, is_tripped: false };
         } else if let Some(ending) = self.licence.ending() {
+            // Its goal is not one of this joint's: it is watched, and told again to stay where it goes on.
+            let Motion::Stay { told } = self.motion else { return };
+            self.power = Power::Found { watchdog: Watchdog::Armed, stay: told };
             self.motion = Motion::Idle;
             self.licence = ending.licence();
             if ending.cause == JointCause::Alert {
@@ -186,7 +193,9 @@ impl Joint {
 
     /// The next command, where it is not further ahead of the joint than the bound; else the command waits.
     fn no_further_ahead(&self, now: Instant, at: Setpoint, next: Setpoint) -> Setpoint {
-        let (Some(before), Some(error)) = (self.error_rad(now, at), self.error_rad(now, next)) else { return next };
+        let (Some(before), Some(error)) = (self.error_rad(now, at), self.error_rad(now, next)) else {
+            return next;
+        };
         let bound_rad = self.max_tracking_error_rad();
         if error.abs() <= bound_rad || error.abs() <= before.abs() {
             return next;
@@ -252,6 +261,7 @@ impl Joint {
             return None;
         }
         let slow_rad_s = self.policy.soft_start_rad_s.min(self.velocity_rad_s());
+        let fastest = velocity_below(self.velocity_rad_s());
         let (goal_rad, speed_rad_s) = match self.motion {
             Motion::Idle | Motion::Stay { .. } => return None,
             Motion::Align { to_rad } => (to_rad, slow_rad_s),
@@ -262,7 +272,7 @@ impl Joint {
             }
         };
         let within = self.clamped(goal_rad)?;
-        Some([velocity(speed_rad_s), position_count(self.settings.servo_rad(within))])
+        Some([velocity(speed_rad_s).min(fastest), position_count(self.settings.servo_rad(within))])
     }
 
     /// Where the servo would come to a stop that turns as fast as the command, one cycle later; not beyond the goal.
@@ -289,15 +299,26 @@ impl Joint {
 
     /// How fast the servo turns to keep up with the command: no faster than the joint may.
     fn speed_rad_s(&self, now: Instant, at: Setpoint) -> f64 {
-        let behind_rad = self.error_rad(now, at).map_or(0.0, f64::abs);
-        let speed_rad_s = FASTER * at.velocity_rad_s.abs() + FASTER_RAD_S + FASTER_PER_S * behind_rad;
+        let (speed, error) = (at.velocity_rad_s.abs(), self.error_rad(now, at).unwrap_or(0.0));
+        // The reading is as old as a cycle, and at rest it is behind whichever way it is off.
+        let behind_rad = if speed > 0.0 {
+            error * at.velocity_rad_s.signum() - speed * self.policy.period.as_secs_f64()
+        } else {
+            error.abs()
+        };
+        let speed_rad_s = (speed + CATCH_UP_PER_S * behind_rad).max(SLOWER * speed).max(SLOWEST_RAD_S);
         speed_rad_s.min(self.velocity_rad_s())
     }
 }
 
-/// A velocity of a profile in counts, rounded down. Zero would be without limit.
+/// A velocity of a profile in counts. Zero would be without limit.
 pub(super) fn velocity(rad_s: f64) -> i32 {
-    let count = velocity_count(rad_s);
+    velocity_count(rad_s).clamp(1, 32_767)
+}
+
+/// The highest velocity of a profile, in counts, that is no faster than this.
+fn velocity_below(rad_s: f64) -> i32 {
+    let count = velocity(rad_s);
     let is_faster = servo::velocity_rad_s(count) > rad_s;
-    (count - i32::from(is_faster)).clamp(1, 32_767)
+    (count - i32::from(is_faster)).max(1)
 }

@@ -53,7 +53,7 @@ fn a_joint_that_failed_is_said_to_be_limp_once_its_servo_has_said_that_its_torqu
 
 #[test]
 fn where_the_configuration_says_so_a_servo_is_rebooted_after_an_alert_three_times_at_most() {
-    let mut rig = Rig::with(&SETTINGS.replace("hold", "reboot"));
+    let mut rig = Rig::with(&SETTINGS.replace("\"hold\"", "\"reboot\""));
     rig.commanded(150, 0.2, rig.now);
     assert_eq!(rig.modes(), [Following; 3]);
     for _ in 0..3 {
@@ -315,16 +315,16 @@ fn two_servos_of_one_id_cost_their_bus_its_torque_and_are_named() {
     rig.commanded(20, 0.5, rig.now);
     rig.inject(0, "duplicate-id id=2");
     rig.until(100, 0.5, |rig| rig.causes()[1] == JointCause::DuplicateId);
-    assert_eq!(rig.modes(), [Releasing, Releasing, Following]);
+    assert_eq!(rig.modes()[..2], [Releasing; 2]);
     rig.until(20, 0.5, |rig| rig.torque(0, 0) == 0);
-    assert_eq!(rig.modes(), [Limp, Releasing, Following], "what two say at once confirms nothing");
-    assert_eq!(rig.causes(), [JointCause::DuplicateId, JointCause::DuplicateId, JointCause::None]);
+    assert_eq!(rig.modes()[..2], [Limp, Releasing], "what two say at once confirms nothing");
+    assert_eq!(rig.causes()[..2], [JointCause::DuplicateId; 2]);
     let said = rig.motor.trouble(0).unwrap().to_string();
     assert!(said.starts_with("two servos answer to id 2 on this bus"), "{said}");
     // It stays so until a person has looked.
     rig.inject(0, "drop p=0");
     rig.commanded(300, 0.5, rig.now);
-    assert_eq!(rig.modes(), [Limp, Limp, Following]);
+    assert_eq!(rig.modes(), [Limp, Limp, Holding], "the brow is of the elbow's group");
 }
 
 #[test]

@@ -63,7 +63,7 @@ fn status(params: &[u8]) -> Status<'_> {
 
 /// A rig that reboots, whose elbow has just confirmed that its torque is off after an alert.
 fn alerted() -> Rig {
-    let mut rig = Rig::with(&SETTINGS.replace("hold", "reboot"));
+    let mut rig = Rig::with(&SETTINGS.replace("\"hold\"", "\"reboot\""));
     rig.until(200, 0.2, |rig| rig.modes() == [Following; 3]);
     rig.servo(0, 1).fail(HardwareError::Overheating);
     rig.until(10, 0.2, |rig| rig.modes()[1] == Limp);

@@ -4,20 +4,19 @@ use super::*;
 
 use servo::Status;
 use servo::table::{
-    GOAL_POSITION, HOMING_OFFSET, PROFILE_VELOCITY, SECONDARY_ID, SHUTDOWN, STARTUP_CONFIGURATION,
-    TORQUE_ENABLE,
+    BUS_WATCHDOG, GOAL_POSITION, HOMING_OFFSET, SECONDARY_ID, SHUTDOWN, STARTUP_CONFIGURATION, TORQUE_ENABLE,
 };
 
-use JointMode::{Following, Holding, Limp, Quarantined, Starting};
+use JointMode::{Following, Holding, Limp, Quarantined};
 
 use crate::job::Job;
 use crate::joint::{Joint, Policy};
 use config::leo::AlertReaction;
 
 impl Rig {
-    /// Whether a servo was told how fast to move, which is the step before its watchdog is set.
-    fn is_aimed(&self, bus: usize, place: usize) -> bool {
-        self.lines[bus].servos()[place].read(PROFILE_VELOCITY.address, 4).unwrap() != [0; 4]
+    /// Whether the watchdog of a servo is armed, which is two steps before its torque comes on.
+    fn is_guarded(&self, bus: usize, place: usize) -> bool {
+        self.lines[bus].servos()[place].read(BUS_WATCHDOG.address, 1).unwrap() != [0]
     }
 
     fn tamper(&mut self, item: table::Item, data: &[u8]) {
@@ -57,7 +56,7 @@ fn torque_that_is_found_on_stays_on_for_a_commander_and_goes_off_without_one() {
         rig.cycle();
         assert_eq!(rig.torque(0, 0), 1, "a commander may come still");
     }
-    assert_eq!(rig.modes(), [Starting; 3]);
+    assert_eq!(rig.modes(), [Holding; 3]);
     for _ in 0..100 {
         rig.cycle();
     }
@@ -153,7 +152,7 @@ fn torque_that_comes_on_by_another_hand_is_seen_within_half_a_second_and_goes_of
 fn torque_does_not_come_on_once_the_commander_is_gone_or_a_bus_is_lost() {
     // One late frame is one too many.
     let mut rig = Rig::with(&SETTINGS.replace("command_timeout_ms = 200", "command_timeout_ms = 4"));
-    while !rig.is_aimed(0, 0) {
+    while !rig.is_guarded(0, 0) {
         rig.motor.goals(rig.now, &[]);
         rig.cycle();
     }
@@ -163,7 +162,7 @@ fn torque_does_not_come_on_once_the_commander_is_gone_or_a_bus_is_lost() {
     }
 
     let mut rig = Rig::new();
-    while !rig.is_aimed(0, 0) {
+    while !rig.is_guarded(0, 0) {
         rig.commanded(1, 0.0, rig.now);
     }
     rig.lost = Some(1);

@@ -1,0 +1,328 @@
+//! A reset permits motion and does not start it: what ended the licence to move, a person gives it again.
+
+use super::*;
+
+use message::{JointLicence, JointLink, JointMachines, JointMotion, JointPower};
+use servo::mock::HardwareError;
+use servo::table::{BUS_WATCHDOG, MAX_POSITION_LIMIT, PWM_LIMIT};
+
+use JointMode::{Following, Holding, Limp, Quarantined};
+
+/// Cycles of ten seconds: as long as an order holds.
+const ORDER: u32 = 10_000 / 4;
+
+impl Rig {
+    /// A robot whose servos are not simulated.
+    fn on_hardware() -> Self {
+        Self::hardware_with(SETTINGS)
+    }
+
+    fn hardware_with(settings: &str) -> Self {
+        Self::of(&ROBOT.replace("\"mock\"", "\"/dev/ttyUSB0\""), settings)
+    }
+
+    /// The same, armed, and following.
+    fn armed_hardware() -> Self {
+        let mut rig = Self::on_hardware();
+        rig.commanded(60, 0.3, rig.now);
+        rig.motor.arm(rig.now, None);
+        rig.until(200, 0.3, |rig| rig.modes() == [Following; 3]);
+        rig
+    }
+
+    fn machines(&self, joint: usize) -> JointMachines {
+        self.state(joint).machines().unwrap()
+    }
+
+    fn licences(&self) -> Vec<JointLicence> {
+        (0..3).map(|joint| self.machines(joint).licence).collect()
+    }
+
+    /// Cycles with a commander in which nothing may move, though the goals are elsewhere.
+    fn still(&mut self, cycles: u32) {
+        let at_rad: Vec<f64> = (0..3).map(|joint| self.position(joint)).collect();
+        for _ in 0..cycles {
+            self.commanded(1, -0.6, self.now);
+            for (joint, at_rad) in at_rad.iter().enumerate() {
+                let is_rad = self.position(joint);
+                assert!((is_rad - at_rad).abs() < 0.01, "joint {joint} moved from {at_rad} to {is_rad} rad");
+            }
+        }
+    }
+}
+
+#[test]
+fn on_hardware_no_torque_comes_on_before_somebody_arms_the_joints() {
+    let mut rig = Rig::on_hardware();
+    rig.commanded(500, 0.0, rig.now);
+    assert_eq!((rig.modes(), rig.causes()), (vec![Limp; 3], vec![JointCause::NotStarted; 3]));
+    assert_eq!([rig.torque(0, 0), rig.torque(0, 1), rig.torque(1, 0)], [0; 3]);
+    assert_eq!(rig.licences(), [JointLicence::Disarmed; 3]);
+    rig.motor.arm(rig.now, None);
+    rig.until(200, 0.0, |rig| rig.modes() == [Following; 3]);
+    let all = JointMachines {
+        link: JointLink::Answering,
+        power: JointPower::On,
+        licence: JointLicence::Armed,
+        licence_cause: JointCause::None,
+        motion: JointMotion::Soft,
+    };
+    assert_eq!(rig.machines(2), all);
+}
+
+#[test]
+fn an_order_to_arm_lapses_where_nobody_commands() {
+    let mut rig = Rig::on_hardware();
+    rig.motor.arm(rig.now, None);
+    for _ in 0..ORDER + 2 {
+        rig.cycle();
+    }
+    rig.commanded(500, 0.0, rig.now);
+    assert_eq!((rig.modes(), rig.torque(0, 0)), (vec![Limp; 3], 0));
+}
+
+#[test]
+fn after_a_released_emergency_stop_nothing_moves_before_it_is_armed_again() {
+    for is_simulated in [false, true] {
+        let mut rig = if is_simulated { following() } else { Rig::armed_hardware() };
+        rig.motor.emergency_stop(rig.now);
+        rig.commanded(20, 0.3, rig.now);
+        assert_eq!(rig.licences(), [JointLicence::Locked; 3]);
+        // Whoever arms meanwhile has not released it.
+        rig.motor.arm(rig.now, Some(u64::MAX));
+        rig.commanded(20, 0.3, rig.now);
+        assert_eq!((rig.modes(), rig.causes()), (vec![Limp; 3], vec![JointCause::Emergency; 3]));
+        rig.motor.end_emergency();
+        rig.commanded(500, 0.3, rig.now);
+        assert_eq!((rig.modes(), rig.causes()), (vec![Limp; 3], vec![JointCause::Emergency; 3]));
+        assert_eq!([rig.torque(0, 0), rig.torque(0, 1), rig.torque(1, 0)], [0; 3]);
+        rig.motor.arm(rig.now, None);
+        rig.until(200, 0.3, |rig| rig.modes() == [Following; 3]);
+    }
+}
+
+#[test]
+fn after_power_came_back_nothing_moves_before_it_is_armed_again() {
+    let mut rig = Rig::armed_hardware();
+    rig.now += Duration::from_millis(1);
+    rig.servo(0, 1).restart();
+    rig.commanded(100, 0.3, rig.now);
+    // The brow is of the elbow's group, and holds.
+    assert_eq!(rig.modes(), [Following, Limp, Holding]);
+    assert_eq!(rig.causes()[1..], [JointCause::Restarted, JointCause::GroupStopped]);
+    let at_rad = rig.position(2);
+    rig.commanded(500, -0.6, rig.now);
+    assert_eq!(rig.modes(), [Following, Limp, Holding]);
+    assert!((rig.position(2) - at_rad).abs() < 0.01);
+    // One order for both: the group moves once both have torque.
+    rig.motor.arm(rig.now, None);
+    rig.until(300, -0.6, |rig| rig.modes() == [Following; 3] && (rig.position(2) + 0.6).abs() < 0.003);
+}
+
+#[test]
+fn after_a_lost_line_came_back_nothing_moves_before_it_is_armed_again() {
+    let mut rig = Rig::armed_hardware();
+    rig.lost = Some(1);
+    rig.commanded(100, 0.3, rig.now);
+    rig.lost = None;
+    rig.commanded(100, 0.3, rig.now);
+    assert_eq!(rig.licences(), [JointLicence::Disarmed; 3]);
+    rig.still(500);
+    rig.motor.arm(rig.now, None);
+    rig.until(300, -0.6, |rig| rig.modes() == [Following; 3]);
+}
+
+#[test]
+fn after_a_silence_a_servo_waits_to_be_armed_and_an_order_from_before_it_failed_is_none() {
+    let mut rig = Rig::armed_hardware();
+    rig.motor.arm(rig.now, None);
+    rig.mute.insert((0, 1));
+    rig.commanded(20, 0.3, rig.now);
+    assert_eq!(rig.modes()[0], Quarantined);
+    rig.mute.clear();
+    rig.until(500, 0.3, |rig| rig.machines(0).link == JointLink::Answering);
+    let at_rad = rig.position(0);
+    rig.commanded(400, -0.6, rig.now);
+    assert_eq!((rig.modes()[0], rig.causes()[0], rig.torque(0, 0)), (Holding, JointCause::Silent, 1));
+    assert!((rig.position(0) - at_rad).abs() < 0.01);
+    rig.motor.arm(rig.now, None);
+    rig.until(300, -0.6, |rig| rig.modes() == [Following; 3]);
+}
+
+#[test]
+fn a_commander_that_comes_back_goes_on_slowly_and_torque_that_went_off_stays_off() {
+    let mut rig = Rig::armed_hardware();
+    rig.commanded(400, 0.3, rig.now);
+    for _ in 0..100 {
+        rig.cycle();
+    }
+    assert_eq!(rig.modes(), [Holding; 3]);
+    // After a gap its speed is that of the soft start, for as long.
+    let (mut fastest, mut before) = (0.0_f64, rig.state(0).command_position_rad().unwrap());
+    for cycle in 0..250 {
+        rig.commanded(1, -0.9, rig.now);
+        let command = rig.state(0).command_position_rad().unwrap();
+        let speed = (command - before).abs() / PERIOD.as_secs_f64();
+        before = command;
+        if cycle < 100 {
+            assert!(speed <= 0.5 + 1e-9, "{speed} rad/s in cycle {cycle}");
+        }
+        fastest = fastest.max(speed);
+    }
+    assert!(fastest > 1.0, "{fastest} rad/s");
+    for _ in 0..400 {
+        rig.cycle();
+    }
+    rig.commanded(500, 0.3, rig.now);
+    assert_eq!((rig.modes(), rig.causes()), (vec![Limp; 3], vec![JointCause::CommandTimeout; 3]));
+}
+
+#[test]
+fn causes_that_the_configuration_names_need_no_person() {
+    let settings = SETTINGS.replace("\"simulated\"", "[\"start\", \"restarted\", \"other-failed\"]");
+    let mut rig = Rig::hardware_with(&settings);
+    rig.until(200, 0.3, |rig| rig.modes() == [Following; 3]);
+    rig.now += Duration::from_millis(1);
+    rig.servo(0, 1).restart();
+    rig.commanded(2, 0.3, rig.now);
+    rig.until(200, 0.3, |rig| rig.modes() == [Following; 3]);
+    // This one it does not name.
+    rig.lost = Some(1);
+    rig.commanded(100, 0.3, rig.now);
+    rig.lost = None;
+    rig.commanded(600, 0.3, rig.now);
+    assert_eq!((rig.modes()[2], rig.causes()[2]), (Holding, JointCause::BusLost));
+}
+
+#[test]
+fn a_lock_is_acknowledged_by_who_has_seen_it_and_by_nobody_else() {
+    let mut rig = Rig::armed_hardware();
+    assert_eq!(rig.motor.counts().locks, 0);
+    rig.servo(0, 1).fail(HardwareError::Overheating);
+    rig.commanded(50, 0.3, rig.now);
+    assert_eq!(
+        (rig.machines(1).licence, rig.machines(1).licence_cause),
+        (JointLicence::Locked, JointCause::Alert)
+    );
+    assert_eq!(rig.motor.counts().locks, 1);
+    // They saw none, and this one came while they made up their mind.
+    for acknowledged in [None, Some(0)] {
+        rig.motor.arm(rig.now, acknowledged);
+        rig.commanded(300, 0.3, rig.now);
+        assert_eq!(rig.machines(1).licence, JointLicence::Locked, "{acknowledged:?}");
+    }
+    // Acknowledged, the servo is rebooted, which clears what it switched itself off for.
+    rig.motor.arm(rig.now, Some(1));
+    rig.until(600, 0.3, |rig| rig.modes() == [Following; 3]);
+    assert_eq!((rig.motor.trouble(1), rig.motor.counts().locks), (None, 1));
+}
+
+/// The lowest value of a servo's watchdog that was seen with torque, from cycle `from` on.
+fn watchdogs(rig: &mut Rig, cycles: u32, from: u32) -> Vec<u8> {
+    let mut seen = BTreeSet::new();
+    for cycle in 0..cycles {
+        rig.commanded(1, 0.3, rig.now);
+        for (bus, place) in [(0, 0), (0, 1), (1, 0)] {
+            if rig.torque(bus, place) == 1 && cycle >= from {
+                seen.insert(rig.lines[bus].servos()[place].read(BUS_WATCHDOG.address, 1).unwrap()[0]);
+            }
+        }
+    }
+    seen.into_iter().collect()
+}
+
+#[test]
+fn a_servo_with_torque_is_never_without_its_watchdog() {
+    // From nothing: torque comes on behind the watchdog.
+    assert_eq!(watchdogs(&mut Rig::new(), 200, 0), [10]);
+    // Servos that a process left, which was killed: their watchdogs stay as they are.
+    let Rig { lines, now, .. } = following();
+    let mut rig = Rig { lines, now, ..Rig::new() };
+    assert_eq!(watchdogs(&mut rig, 200, 0), [10]);
+    // Without one, as a hand tool may leave them: it is armed as soon as it is known.
+    let Rig { mut lines, now, .. } = following();
+    for servo in lines.iter_mut().flat_map(Line::servos_mut) {
+        servo.write(BUS_WATCHDOG.address, &[0]).unwrap();
+    }
+    let mut rig = Rig { lines, now, ..Rig::new() };
+    assert_eq!(watchdogs(&mut rig, 200, 12), [10]);
+    // And one that another hand switches off is armed again within half a second.
+    rig.servo(0, 0).write(BUS_WATCHDOG.address, &[0]).unwrap();
+    assert_eq!(watchdogs(&mut rig, 300, 150), [10]);
+}
+
+#[test]
+fn nothing_of_a_servo_that_has_the_limits_of_another_joint_is_written() {
+    let mut robot = ROBOT.replace("\"mock\"", "\"/dev/ttyUSB0\"");
+    // Each joint its own limits, as in a real body.
+    for (joint, limit) in [("shoulder", "max_rad = 0.9"), ("elbow", "max_rad = 0.7")] {
+        let at = robot.find(&format!("name = \"{joint}\"")).unwrap();
+        robot.replace_range(at.., &robot[at..].replacen("max_rad = 1.0", limit, 1));
+    }
+    let mut rig = Rig::of(&robot, SETTINGS);
+    rig.commanded(60, 0.3, rig.now);
+    rig.motor.arm(rig.now, None);
+    rig.until(200, 0.3, |rig| rig.modes() == [Following; 3]);
+    let Rig { mut lines, now, .. } = rig;
+    // The two servos of the left bus were swapped, and their ids put right: the EEPROM tells.
+    for servo in lines.iter_mut().flat_map(Line::servos_mut) {
+        servo.write(table::TORQUE_ENABLE.address, &[0]).unwrap();
+    }
+    let [one, other] = [0, 1].map(|place| lines[0].servos()[place].read(48, 8).unwrap().to_vec());
+    lines[0].servos_mut()[0].write(48, &other).unwrap();
+    lines[0].servos_mut()[1].write(48, &one).unwrap();
+    let mut rig = Rig { lines, now, ..Rig::of(&robot, SETTINGS) };
+    rig.commanded(100, 0.3, rig.now);
+    rig.motor.arm(rig.now, None);
+    rig.commanded(300, 0.3, rig.now);
+    assert_eq!(rig.causes()[..2], [JointCause::Refused; 2]);
+    assert_eq!([rig.torque(0, 0), rig.torque(0, 1)], [0; 2]);
+    let said = rig.motor.trouble(0).unwrap().to_string();
+    assert!(said.contains("those of joint number 2 in motor.toml: are two servos swapped"), "{said}");
+    assert_eq!(rig.lines[0].servos()[0].read(48, 8).unwrap(), other, "its EEPROM was written");
+}
+
+#[test]
+fn what_is_overwritten_in_a_servo_is_told_and_what_is_tighter_than_needed_is_named_and_stays() {
+    let mut rig = Rig::on_hardware();
+    rig.servo(0, 0).write(MAX_POSITION_LIMIT.address, &3000_u32.to_le_bytes()).unwrap();
+    rig.servo(0, 0).write(table::DRIVE_MODE.address, &[1]).unwrap();
+    rig.servo(0, 0).write(PWM_LIMIT.address, &400_u16.to_le_bytes()).unwrap();
+    rig.servo(0, 0).write(table::VELOCITY_LIMIT.address, &20_u32.to_le_bytes()).unwrap();
+    rig.servo(0, 0).write(table::PROFILE_VELOCITY.address, &1_u32.to_le_bytes()).unwrap();
+    rig.commanded(60, 0.3, rig.now);
+    let mut told = Vec::new();
+    rig.motor.take_notices(|joint, notice| told.extend((joint == 0).then(|| notice.to_string())));
+    for wanted in [
+        "EEPROM: highest position limit (item 48) was 3000, and is set to 2700",
+        "EEPROM: drive mode (item 10) was 1, and is set to 0; it turned the other way, which `sign` in motor.toml says instead",
+        "the servo's PWM limit (item 36) is 400, and 885 would be needed",
+        "the servo's velocity limit (item 44) is 20, and 83 would be needed",
+        "another program left profile velocity (item 112) at 1",
+    ] {
+        assert!(told.iter().any(|line| line.starts_with(wanted)), "not {wanted}: {told:#?}");
+    }
+    rig.motor.take_notices(|_, notice| panic!("told twice: {notice}"));
+    // Its joint is no faster than the servo may be.
+    rig.motor.arm(rig.now, None);
+    rig.until(200, 0.3, |rig| rig.modes() == [Following; 3]);
+    rig.commanded(150, 0.3, rig.now);
+    let (mut fastest, mut before) = (0.0_f64, rig.lines[0].servos()[0].position_rad());
+    for _ in 0..300 {
+        rig.commanded(1, -0.9, rig.now);
+        let is_rad = rig.lines[0].servos()[0].position_rad();
+        fastest = fastest.max((is_rad - before).abs() / PERIOD.as_secs_f64());
+        before = is_rad;
+    }
+    assert!((0.3..0.6).contains(&fastest), "{fastest} rad/s, and its servo may do 0.48");
+}
+
+#[test]
+fn a_servo_whose_power_somebody_has_limited_to_nothing_gets_no_torque_and_is_named() {
+    let mut rig = Rig::new();
+    rig.servo(0, 0).write(PWM_LIMIT.address, &0_u16.to_le_bytes()).unwrap();
+    rig.commanded(200, 0.3, rig.now);
+    assert_eq!((rig.modes()[0], rig.causes()[0], rig.torque(0, 0)), (Limp, JointCause::Refused, 0));
+    let said = rig.motor.trouble(0).unwrap().to_string();
+    assert!(said.starts_with("its item 36, a limit of its power, is 0, so that it cannot move"), "{said}");
+}

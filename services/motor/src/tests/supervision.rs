@@ -1,0 +1,308 @@
+//! Somebody watches: what holds a joint, what carries it, and how torque goes off.
+
+use super::*;
+
+use message::{JointLicence, JointMotion};
+use servo::mock::HardwareError;
+
+use JointMode::{Aligning, Decelerating, Following, Holding, Limp, Lowering, Quarantined, Releasing};
+
+/// An obstacle at the shoulder: it stays where it is, whatever its servo does.
+struct Obstacle {
+    at_rad: f64,
+}
+
+impl Obstacle {
+    fn at(rig: &Rig) -> Self {
+        Self { at_rad: rig.lines[0].servos()[0].position_rad() }
+    }
+
+    fn hold(&self, rig: &mut Rig) {
+        let servo = rig.servo(0, 0);
+        let by_rad = self.at_rad - servo.position_rad();
+        servo.push_by(by_rad);
+    }
+}
+
+#[test]
+fn a_command_is_never_further_ahead_than_the_bound_and_a_blocked_joint_halts_and_presses_no_longer() {
+    let mut rig = following();
+    rig.commanded(150, 0.3, rig.now);
+    let obstacle = Obstacle::at(&rig);
+    let mut cycles = 0;
+    while rig.causes()[0] != JointCause::Blocked {
+        obstacle.hold(&mut rig);
+        rig.commanded(1, -0.9, rig.now);
+        let command = rig.state(0).command_position_rad().unwrap();
+        assert!((command - rig.position(0)).abs() <= 0.31, "{command} of {}", rig.position(0));
+        cycles += 1;
+        assert!(cycles < 400, "nobody noticed");
+    }
+    // It took 0.3 s to get there, and half a second more to be sure.
+    assert!(cycles > 125, "{cycles} cycles");
+    let said = rig.motor.trouble(0).unwrap().to_string();
+    assert!(said.starts_with("blocked: it was"), "{said}");
+    for _ in 0..50 {
+        obstacle.hold(&mut rig);
+        rig.commanded(1, -0.9, rig.now);
+    }
+    assert_eq!((rig.modes()[0], rig.causes()[0], rig.torque(0, 0)), (Holding, JointCause::Blocked, 1));
+    assert_eq!(rig.state(0).machines().unwrap().licence, JointLicence::Locked);
+    // Freed, it stays: the servo's goal is where it stands.
+    let at_rad = rig.position(0);
+    rig.commanded(300, -0.9, rig.now);
+    assert!((rig.position(0) - at_rad).abs() < 0.01, "from {at_rad} to {}", rig.position(0));
+    rig.motor.arm(rig.now, Some(rig.motor.counts().locks));
+    rig.until(600, -0.9, |rig| (rig.position(0) + 0.9).abs() < 0.003);
+}
+
+#[test]
+fn a_joint_that_is_freed_in_time_catches_up_no_faster_than_it_may() {
+    let mut rig = following();
+    rig.commanded(150, 0.3, rig.now);
+    let obstacle = Obstacle::at(&rig);
+    for _ in 0..150 {
+        obstacle.hold(&mut rig);
+        rig.commanded(1, -0.9, rig.now);
+    }
+    assert_eq!(rig.modes()[0], Following);
+    let (mut fastest, mut before) = (0.0_f64, rig.lines[0].servos()[0].position_rad());
+    for _ in 0..300 {
+        rig.commanded(1, -0.9, rig.now);
+        let is_rad = rig.lines[0].servos()[0].position_rad();
+        fastest = fastest.max((is_rad - before).abs() / PERIOD.as_secs_f64());
+        before = is_rad;
+    }
+    // 2 rad/s, and what a reading was off by as the obstacle went.
+    assert!((1.0..2.01).contains(&fastest), "{fastest} rad/s");
+    assert!((rig.position(0) + 0.9).abs() < 0.003);
+}
+
+#[test]
+fn a_joint_may_have_a_bound_of_its_own() {
+    let robot = ROBOT.replacen("group = \"body\"", "group = \"body\"\nmax_tracking_error_rad = 0.05", 1);
+    let mut rig = Rig::of(&robot, SETTINGS);
+    rig.until(200, 0.3, |rig| rig.modes() == [Following; 3]);
+    rig.commanded(150, 0.3, rig.now);
+    let obstacle = Obstacle::at(&rig);
+    for _ in 0..100 {
+        obstacle.hold(&mut rig);
+        rig.commanded(1, -0.9, rig.now);
+        let command = rig.state(0).command_position_rad().unwrap();
+        assert!((command - rig.position(0)).abs() <= 0.06);
+    }
+}
+
+#[test]
+fn a_joint_that_is_found_far_beyond_its_limits_is_locked_and_one_a_little_beyond_comes_back_slowly() {
+    let settings = SETTINGS.replace("max_beyond_limits_rad = 1.0", "max_beyond_limits_rad = 0.2");
+    let mut rig = Rig::with(&settings);
+    // From 0.3 to 1.4 rad, where 1 is the limit.
+    rig.servo(0, 0).push_by(1.1);
+    rig.commanded(300, 0.0, rig.now);
+    assert_eq!((rig.modes()[0], rig.causes()[0], rig.torque(0, 0)), (Limp, JointCause::BeyondLimits, 0));
+    let said = rig.motor.trouble(0).unwrap().to_string();
+    assert!(said.starts_with("it stands 0.4") && said.contains("a slipped horn"), "{said}");
+    // Acknowledged while it is there still, it stays locked.
+    rig.motor.arm(rig.now, Some(u64::MAX));
+    rig.commanded(300, 0.0, rig.now);
+    assert_eq!(rig.modes()[0], Limp);
+    // Brought back by hand to a little beyond.
+    rig.servo(0, 0).push_by(-0.25);
+    rig.commanded(100, 0.0, rig.now);
+    assert_eq!(rig.modes()[0], Limp, "nobody has acknowledged it");
+    rig.motor.arm(rig.now, Some(u64::MAX));
+    let mut modes = BTreeSet::new();
+    for _ in 0..600 {
+        rig.commanded(1, 0.0, rig.now);
+        if rig.lines[0].servos()[0].position_rad() > 1.101 {
+            modes.insert(format!("{:?}", rig.modes()[0]));
+        }
+    }
+    assert_eq!(rig.modes()[0], Following);
+    assert!(modes.contains("Aligning") && !modes.contains("Following"), "{modes:?}");
+}
+
+#[test]
+fn what_hangs_from_a_joint_that_failed_stops_whatever_its_group() {
+    let fail: [fn(&mut Rig); 4] = [
+        |rig| rig.servo(0, 0).fail(HardwareError::Overload),
+        |rig| _ = rig.mute.insert((0, 1)),
+        |rig| rig.inject(0, "error id=1 is=7"),
+        |rig| rig.servo(0, 0).restart(),
+    ];
+    for (kind, fail) in fail.iter().enumerate() {
+        for (parents, held) in [([None, Some(0), None], [1].as_slice()), ([None, None, Some(1)], &[])] {
+            let settings = SETTINGS.replace("\"simulated\"", "[\"start\"]");
+            // Three groups: body, arm, and brow.
+            let at = ROBOT.rfind("group = \"arm\"").unwrap();
+            let robot = format!("{}group = \"brow\"{}", &ROBOT[..at], &ROBOT[at + 13..]);
+            let mut rig = Rig::of(&robot, &settings);
+            rig.motor = rig.motor.clone().with_parents(&parents);
+            rig.until(300, 0.3, |rig| rig.modes() == [Following; 3]);
+            rig.now += Duration::from_millis(1);
+            fail(&mut rig);
+            rig.commanded(30, -0.6, rig.now);
+            for joint in [1, 2] {
+                let is_held = held.contains(&joint);
+                let wanted = if is_held { JointCause::GroupStopped } else { JointCause::None };
+                assert_eq!(rig.causes()[joint], wanted, "fault {kind}, {parents:?}: {:?}", rig.causes());
+            }
+        }
+    }
+}
+
+#[test]
+fn a_joint_that_is_limp_is_read_on() {
+    let mut rig = following();
+    rig.servo(0, 1).fail(HardwareError::Overload);
+    rig.until(10, 0.3, |rig| rig.modes()[1] == Limp);
+    for _ in 0..50 {
+        rig.servo(0, 1).push_by(0.001);
+        rig.commanded(1, 0.3, rig.now);
+        assert_eq!(rig.state(1).sampled_at_ns, rig.now.as_nanos());
+        assert_eq!(rig.modes()[1], Limp);
+    }
+}
+
+/// Settings in which an undervoltage lowers the joints.
+fn lowering() -> String {
+    SETTINGS.replace("input_voltage = \"limp\"", "input_voltage = \"lower\"")
+}
+
+#[test]
+fn after_an_undervoltage_a_joint_holds_is_lowered_slowly_and_then_lets_go() {
+    let mut rig = Rig::with(&lowering());
+    rig.until(200, 0.3, |rig| rig.modes() == [Following; 3]);
+    rig.commanded(500, 0.8, rig.now);
+    // An XM430 keeps its torque when its supply is out of its limits.
+    rig.servo(0, 0).fail(HardwareError::InputVoltage);
+    let (mut trace, mut fastest, mut before) = (Vec::new(), 0.0_f64, rig.lines[0].servos()[0].position_rad());
+    while rig.modes()[0] != Limp {
+        rig.commanded(1, 0.8, rig.now);
+        let mode = rig.modes()[0];
+        if trace.last() != Some(&mode) {
+            trace.push(mode);
+        }
+        let is_rad = rig.lines[0].servos()[0].position_rad();
+        fastest = fastest.max((is_rad - before).abs() / PERIOD.as_secs_f64());
+        before = is_rad;
+        assert!(trace.len() < 9, "{trace:?}");
+    }
+    // It stood already, or came to a stop in a cycle.
+    assert!(trace.ends_with(&[Holding, Lowering, Limp]), "{trace:?}");
+    assert!(rig.position(0).abs() < 0.03, "it rests at {} rad", rig.position(0));
+    assert!(fastest < 0.55, "{fastest} rad/s");
+    assert_eq!((rig.causes()[0], rig.torque(0, 0)), (JointCause::Alert, 0));
+}
+
+#[test]
+fn a_joint_of_a_group_that_shall_be_limp_is_and_an_alert_of_two_kinds_asks_for_the_less() {
+    let settings = lowering().replace("groups = {}", "groups = { body = \"limp\" }");
+    let mut rig = Rig::with(&settings);
+    rig.until(200, 0.3, |rig| rig.modes() == [Following; 3]);
+    rig.servo(0, 0).fail(HardwareError::InputVoltage);
+    rig.commanded(1, 0.3, rig.now);
+    assert_eq!(rig.modes()[0], Releasing);
+    // The elbow is of another group.
+    rig.servo(0, 1).fail(HardwareError::InputVoltage);
+    rig.commanded(2, 0.3, rig.now);
+    assert!([Decelerating, Holding].contains(&rig.modes()[1]), "{:?}", rig.modes());
+    rig.servo(0, 1).fail(HardwareError::Encoder);
+    rig.until(3, 0.3, |rig| [Releasing, Limp].contains(&rig.modes()[1]));
+
+    let wrong = SETTINGS.replace("groups = {}", "groups = { leg = \"limp\" }");
+    let robot = config::motor::parse(ROBOT, "motor.toml".as_ref()).unwrap();
+    let refused = Motor::new(&robot, &config::parse(&wrong, "leo.toml".as_ref()).unwrap()).unwrap_err();
+    assert!(refused.to_string().starts_with("there is no group `leg` in motor.toml"), "{refused}");
+}
+
+#[test]
+fn an_emergency_stop_of_category_1_slows_down_first_and_of_category_2_keeps_torque() {
+    for (category, trace) in
+        [(0, &[Limp][..]), (1, &[Decelerating, Holding, Limp]), (2, &[Decelerating, Holding])]
+    {
+        let settings = SETTINGS.replace("stop_category = 0", &format!("stop_category = {category}"));
+        let mut rig = Rig::with(&settings);
+        rig.until(200, 0.3, |rig| rig.modes() == [Following; 3]);
+        rig.commanded(130, -0.9, rig.now);
+        let mut seen = Vec::new();
+        for _ in 0..1500 {
+            rig.motor.emergency_stop(rig.now);
+            rig.commanded(1, -0.9, rig.now);
+            let mode = rig.modes()[0];
+            if seen.last() != Some(&mode) && mode != Releasing {
+                seen.push(mode);
+            }
+        }
+        assert_eq!(seen, trace, "category {category}");
+        assert_eq!(rig.torque(0, 0), u8::from(category == 2));
+        assert_eq!(rig.causes(), [JointCause::Emergency; 3], "category {category}");
+        // Released, it waits to be armed.
+        rig.motor.end_emergency();
+        rig.commanded(300, -0.9, rig.now);
+        assert_eq!(rig.causes(), [JointCause::Emergency; 3], "category {category}");
+        rig.motor.arm(rig.now, None);
+        rig.until(600, -0.9, |rig| (rig.position(0) + 0.9).abs() < 0.003);
+    }
+}
+
+#[test]
+fn a_joint_of_which_newer_goals_say_nothing_slows_down_and_holds() {
+    let mut rig = following();
+    rig.commanded(200, 0.9, rig.now);
+    rig.until(300, -0.9, |rig| rig.state(0).present_velocity_rad_s() < Some(-1.0));
+    for _ in 0..100 {
+        rig.motor.goals(rig.now, &[goal(1, -0.9, rig.now)]);
+        rig.cycle();
+    }
+    let at_rad = rig.position(0);
+    assert!(at_rad > -0.85, "its old goal was alive still: {at_rad}");
+    for _ in 0..300 {
+        rig.motor.goals(rig.now, &[goal(1, -0.9, rig.now)]);
+        rig.cycle();
+    }
+    assert!((rig.position(0) - at_rad).abs() < 1e-3);
+    assert_eq!(rig.state(0).machines().unwrap().motion, JointMotion::Track);
+    assert!((rig.position(1) + 0.9).abs() < 0.003);
+}
+
+/// How uneven the velocity of a servo is that follows a command of one velocity: the largest deviation, in parts of it.
+/// It is looked at four times in a millisecond.
+fn ripple(rig: &mut Rig) -> f64 {
+    rig.commanded(200, -0.9, rig.now);
+    let arrive_at = rig.now + Duration::from_millis(3600);
+    rig.commanded(200, 0.9, arrive_at);
+    let (mut slowest, mut fastest) = (f64::INFINITY, 0.0_f64);
+    for _ in 0..100 {
+        rig.commanded(1, 0.9, arrive_at);
+        let mut servo = rig.lines[0].servos()[0].clone();
+        let mut before = servo.position_rad();
+        for part in 1..=16_u32 {
+            servo.advance(rig.now + Duration::from_micros(250) * part);
+            let velocity = (servo.position_rad() - before) / 250e-6;
+            before = servo.position_rad();
+            (slowest, fastest) = (slowest.min(velocity), fastest.max(velocity));
+        }
+    }
+    let middle = 0.5 * (slowest + fastest);
+    println!("velocity from {slowest:.3} to {fastest:.3} rad/s");
+    (fastest - slowest) / middle
+}
+
+#[test]
+fn goals_that_stream_in_make_no_stop_of_each_goal() {
+    let ripple = ripple(&mut following());
+    // With a trapezoid to every goal it was more than one: the servo stopped between any two cycles.
+    assert!(ripple < 0.25, "{ripple}");
+}
+
+#[test]
+fn a_servo_that_never_was_there_stops_its_group_and_nobody_else() {
+    let mut rig = Rig::new();
+    rig.mute.insert((0, 2));
+    rig.commanded(150, 0.3, rig.now);
+    assert_eq!(rig.modes()[..2], [Following, Quarantined]);
+    assert_eq!((rig.modes()[2], rig.causes()[2]), (Holding, JointCause::GroupStopped));
+    let _ = Aligning;
+}
