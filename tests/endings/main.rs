@@ -112,7 +112,18 @@ fn a_supervisor_that_is_killed_between_two_lives_of_the_motor_process_leaves_no_
 
 #[test]
 fn a_motor_process_that_cannot_be_kept_alive_leaves_no_torque_on() {
-    let rig = Rig::new("end-gave-up");
+    gives_up(&Rig::new("end-gave-up"));
+}
+
+#[test]
+fn nor_does_it_on_the_mock_servo_bus_of_the_robot() {
+    let rig = Rig::simulated("end-mock");
+    gives_up(&rig);
+    assert!(!rig.said().contains("guard"), "there is none where every servo is a mock: {}", rig.said());
+}
+
+/// The motor process is killed until its supervisor has had enough.
+fn gives_up(rig: &Rig) {
     let mut robot = rig.run();
     rig.follow();
     let mut killed = 0;
@@ -151,6 +162,28 @@ fn a_motor_process_that_stands_still_while_the_supervisor_ends_leaves_no_torque_
         );
         assert!(said.contains("killed"), "{said}");
     }
+}
+
+#[test]
+fn a_robot_that_starts_while_the_motor_process_of_a_killed_one_still_ends_gets_its_servos() {
+    let rig = Rig::new("end-again");
+    let mut robot = rig.run();
+    rig.follow();
+    let motor = rig.pid("motor");
+    signal(rig.pid("run"), Signal::KILL);
+    let _killed = robot.wait().expect("ours");
+    let mut robot = rig.run();
+    assert!(
+        until(OFF_WITHIN, || rig.processes().get("motor").is_some_and(|&pid| pid != motor)),
+        "{}",
+        rig.said()
+    );
+    rig.follow();
+    let ended_at = clock::now();
+    signal(rig.pid("run"), Signal::TERM);
+    assert!(end_of(&mut robot).is_some_and(|status| status.success()), "{}", rig.said());
+    rig.is_off(ended_at);
+    assert!(!rig.domain.exists(), "{}", rig.said());
 }
 
 #[test]
@@ -244,4 +277,19 @@ fn an_emergency_stop_where_no_motor_process_runs_opens_the_buses_itself() {
     let said = String::from_utf8_lossy(&told.stdout).into_owned();
     assert_eq!(told.status.code(), Some(1), "{said}");
     assert!(said.contains("NOT CONFIRMED") && said.contains("torso_roll_joint (bus torso, id 3)"), "{said}");
+    rig.mock.tell("clear");
+
+    // Of a robot that never ran here, its configuration has to be named.
+    let never = rig.domain.with_extension("never");
+    let never = std::path::PathBuf::from(never.to_str().expect("letters").replace('.', "-"));
+    let stop = |more: &[&str]| {
+        let told = leo(&["emergency-stop", "--domain"]).arg(&never).args(more).output().expect("runs");
+        (told.status.code(), String::from_utf8_lossy(&told.stdout).into_owned())
+    };
+    let (status, said) = stop(&["--config", rig.config().to_str().expect("letters")]);
+    assert!(status == Some(0) && said.contains("all 65 of 65 servos"), "{said}");
+    let (status, said) = stop(&[]);
+    assert!(status == Some(1) && said.contains("NOT CONFIRMED: no motor process runs"), "{said}");
+    assert_eq!(stop(&["--release"]).0, Some(0));
+    assert!(!never.exists());
 }
