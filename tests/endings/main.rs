@@ -47,7 +47,8 @@ fn a_person_who_presses_ctrl_c_twice_leaves_no_torque_on() {
     let ended_at = clock::now();
     for _ in 0..2 {
         signal(supervisor, Signal::INT);
-        clock::sleep_until(clock::now() + Duration::from_millis(100));
+        // Sooner than the motor process can have ended.
+        clock::sleep_until(clock::now() + Duration::from_millis(5));
         // Nor does the motor process let itself be hurried.
         signal(motor, Signal::INT);
         signal(motor, Signal::HUP);
