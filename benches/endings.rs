@@ -29,7 +29,7 @@ use rustix::process::Signal;
 /// Where memory is limited by groups of processes.
 const GROUPS: &str = "/sys/fs/cgroup/memory";
 /// Of this much memory beyond what the robot has, a process that takes it takes the most.
-const HOG_MOST: u64 = 96 << 20;
+const HOG_MOST: u64 = 64 << 20;
 /// How much memory is free in the group before that process begins.
 const FREE: u64 = 16 << 20;
 const HOGS_FOR: Duration = Duration::from_secs(1);
@@ -127,6 +127,8 @@ struct Outcome {
     /// When every servo had said that it has none, after the ending.
     off_after: Option<Duration>,
     while_starting: bool,
+    /// Processes that the kernel ended because memory ran out.
+    out_of_memory: u64,
     said: String,
 }
 
@@ -152,6 +154,10 @@ fn tell(outcomes: &BTreeMap<Kind, Vec<Outcome>>) -> usize {
             at(100),
         );
         wrong += servos;
+        let kills: u64 = outcomes.iter().map(|outcome| outcome.out_of_memory).sum();
+        if kills > 0 {
+            println!("{:34} the kernel ended {kills} processes because memory ran out", "");
+        }
     }
     wrong
 }
@@ -202,6 +208,7 @@ fn ending(kind: Kind, chance: &mut Chance) -> Outcome {
         with_torque.push(("unknown".to_owned(), 0));
     }
     let said = rig.said();
+    let out_of_memory = group.as_ref().map_or(0, Group::kills);
     // Its end is looked at; what is left of it goes with the rig.
     if let Some(&supervisor) = rig.processes().get("run") {
         signal(supervisor, Signal::TERM);
@@ -212,7 +219,7 @@ fn ending(kind: Kind, chance: &mut Chance) -> Outcome {
     until(OFF_WITHIN, || rig.processes().is_empty());
     drop(rig);
     drop(group);
-    Outcome { with_torque, off_after, while_starting, said }
+    Outcome { with_torque, off_after, while_starting, out_of_memory, said }
 }
 
 /// Ends a robot; since when it ends, where that is later than the call.
@@ -316,6 +323,12 @@ impl Group {
         Self(group)
     }
 
+    /// How many of its processes the kernel has ended because memory ran out.
+    fn kills(&self) -> u64 {
+        let told = fs::read_to_string(self.0.join("memory.oom_control")).unwrap_or_default();
+        told.lines().find_map(|line| line.strip_prefix("oom_kill ")?.trim().parse().ok()).unwrap_or(0)
+    }
+
     /// A command that runs what it is told in the group.
     fn command(&self) -> Command {
         let mut command = Command::new("/bin/sh");
@@ -324,15 +337,15 @@ impl Group {
         command
     }
 
-    /// Lets the group have a little more memory than it has, and a process in it take more than that, for a while. The
-    /// kernel does not end that one.
+    /// Lets the group have a little more memory than it has, and a process in it take more than that, for a while:
+    /// the kernel ends that one, or others.
     fn run_out(&self, bytes: u64) {
         let used: u64 = fs::read_to_string(self.0.join("memory.usage_in_bytes"))
             .ok()
             .and_then(|text| text.trim().parse().ok())
             .expect("a number");
         fs::write(self.0.join("memory.limit_in_bytes"), (used + FREE).to_string()).expect("writes");
-        let script = "echo -1000 > /proc/self/oom_score_adj; echo $$ > \"$0/cgroup.procs\"; exec \"$@\"";
+        let script = "echo $$ > \"$0/cgroup.procs\"; exec \"$@\"";
         let hog = Command::new("/bin/sh")
             .args(["-c", script])
             .arg(&self.0)

@@ -55,11 +55,16 @@ impl EmergencyStop {
         if self.release {
             return self.release();
         }
-        // The signal first: it needs no file, and reaches those whose folder is gone, too.
+        // Before anything else is looked at. The file says why; the signal reaches those whose folder is gone, too, and
+        // those of whom the file cannot be written.
         let motors: Vec<Motor> = MotorProcess::all()
             .into_iter()
             .filter(|process| self.domain.as_ref().is_none_or(|domain| *domain == process.domain))
             .map(|process| {
+                if process.domain.is_dir() {
+                    // Whether it could be written is said below, where it is written again.
+                    let _raised = emergency::raise(&process.domain, &self.reason);
+                }
                 let signalled = process.stop().map_err(|error| error.to_string());
                 Motor { process, signalled }
             })

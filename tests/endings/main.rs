@@ -47,7 +47,8 @@ fn a_person_who_presses_ctrl_c_twice_leaves_no_torque_on() {
     let ended_at = clock::now();
     for _ in 0..2 {
         signal(supervisor, Signal::INT);
-        clock::sleep_until(clock::now() + Duration::from_millis(100));
+        // Sooner than the motor process can have ended.
+        clock::sleep_until(clock::now() + Duration::from_millis(5));
         // Nor does the motor process let itself be hurried.
         signal(motor, Signal::INT);
         signal(motor, Signal::HUP);
@@ -112,7 +113,18 @@ fn a_supervisor_that_is_killed_between_two_lives_of_the_motor_process_leaves_no_
 
 #[test]
 fn a_motor_process_that_cannot_be_kept_alive_leaves_no_torque_on() {
-    let rig = Rig::new("end-gave-up");
+    gives_up(&Rig::new("end-gave-up"));
+}
+
+#[test]
+fn nor_does_it_on_the_mock_servo_bus_of_the_robot() {
+    let rig = Rig::simulated("end-mock");
+    gives_up(&rig);
+    assert!(!rig.said().contains("guard"), "there is none where every servo is a mock: {}", rig.said());
+}
+
+/// The motor process is killed until its supervisor has had enough.
+fn gives_up(rig: &Rig) {
     let mut robot = rig.run();
     rig.follow();
     let mut killed = 0;
@@ -130,27 +142,58 @@ fn a_motor_process_that_cannot_be_kept_alive_leaves_no_torque_on() {
 
 #[test]
 fn a_motor_process_that_stands_still_while_the_supervisor_ends_leaves_no_torque_on() {
-    for how in [Signal::TERM, Signal::KILL] {
-        let rig = Rig::new("end-still");
-        let mut robot = rig.run();
-        rig.follow();
-        let (supervisor, motor) = (rig.pid("run"), rig.pid("motor"));
-        let ended_at = clock::now();
+    let said = stands_still(Signal::TERM);
+    assert!(said.contains("does not stop in time: killed"), "{said}");
+    assert!(said.contains(&format!("{JOINTS} of {JOINTS} servos say that their torque is off")), "{said}");
+}
+
+#[test]
+fn a_motor_process_that_stands_still_when_the_supervisor_was_killed_leaves_no_torque_on() {
+    // It may end before it is stopped again.
+    let stood = (0..10).map(|_| stands_still(Signal::KILL)).find(|said| !said.is_empty());
+    let said = stood.expect("it stood still once");
+    assert!(said.contains("the motor process has not ended after its supervisor died: killed"), "{said}");
+    assert!(said.contains(&format!("{JOINTS} of {JOINTS} servos say that their torque is off")), "{said}");
+}
+
+/// Stops the motor process, and then ends the supervisor; what the robot said.
+fn stands_still(how: Signal) -> String {
+    let rig = Rig::new("end-still");
+    let mut robot = rig.run();
+    rig.follow();
+    let (supervisor, motor) = (rig.pid("run"), rig.pid("motor"));
+    let ended_at = clock::now();
+    signal(motor, Signal::STOP);
+    signal(supervisor, how);
+    // The kernel lets the children of a dead parent go on: this one is stopped again.
+    while clock::now() < ended_at + Duration::from_millis(300) {
         signal(motor, Signal::STOP);
-        signal(supervisor, how);
-        // The kernel lets the processes of a dead parent go on; this one is stopped again and again.
-        while rig.processes().contains_key("motor") && clock::now() < ended_at + OFF_WITHIN {
-            signal(motor, Signal::STOP);
-        }
-        end_of(&mut robot);
-        rig.is_off(ended_at);
-        let said = rig.said();
-        assert!(
-            said.contains(&format!("{JOINTS} of {JOINTS} servos say that their torque is off")),
-            "{said}"
-        );
-        assert!(said.contains("killed"), "{said}");
     }
+    end_of(&mut robot);
+    rig.is_off(ended_at);
+    rig.said()
+}
+
+#[test]
+fn a_robot_that_starts_while_the_motor_process_of_a_killed_one_still_ends_gets_its_servos() {
+    let rig = Rig::new("end-again");
+    let mut robot = rig.run();
+    rig.follow();
+    let motor = rig.pid("motor");
+    signal(rig.pid("run"), Signal::KILL);
+    let _killed = robot.wait().expect("ours");
+    let mut robot = rig.run();
+    assert!(
+        until(OFF_WITHIN, || rig.processes().get("motor").is_some_and(|&pid| pid != motor)),
+        "{}",
+        rig.said()
+    );
+    rig.follow();
+    let ended_at = clock::now();
+    signal(rig.pid("run"), Signal::TERM);
+    assert!(end_of(&mut robot).is_some_and(|status| status.success()), "{}", rig.said());
+    rig.is_off(ended_at);
+    assert!(!rig.domain.exists(), "{}", rig.said());
 }
 
 #[test]
@@ -244,4 +287,19 @@ fn an_emergency_stop_where_no_motor_process_runs_opens_the_buses_itself() {
     let said = String::from_utf8_lossy(&told.stdout).into_owned();
     assert_eq!(told.status.code(), Some(1), "{said}");
     assert!(said.contains("NOT CONFIRMED") && said.contains("torso_roll_joint (bus torso, id 3)"), "{said}");
+    rig.mock.tell("clear");
+
+    // Of a robot that never ran here, its configuration has to be named.
+    let never = rig.domain.with_extension("never");
+    let never = std::path::PathBuf::from(never.to_str().expect("letters").replace('.', "-"));
+    let stop = |more: &[&str]| {
+        let told = leo(&["emergency-stop", "--domain"]).arg(&never).args(more).output().expect("runs");
+        (told.status.code(), String::from_utf8_lossy(&told.stdout).into_owned())
+    };
+    let (status, said) = stop(&["--config", rig.config().to_str().expect("letters")]);
+    assert!(status == Some(0) && said.contains("all 65 of 65 servos"), "{said}");
+    let (status, said) = stop(&[]);
+    assert!(status == Some(1) && said.contains("NOT CONFIRMED: no motor process runs"), "{said}");
+    assert_eq!(stop(&["--release"]).0, Some(0));
+    assert!(!never.exists());
 }

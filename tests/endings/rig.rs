@@ -41,6 +41,15 @@ pub(crate) type WithTorque = (String, u8);
 
 impl Rig {
     pub(crate) fn new(name: &str) -> Self {
+        Self::with(name, true)
+    }
+
+    /// A robot on the mock servo bus that it starts itself.
+    pub(crate) fn simulated(name: &str) -> Self {
+        Self::with(name, false)
+    }
+
+    fn with(name: &str, is_hardware: bool) -> Self {
         let machine = MACHINE.lock().unwrap_or_else(PoisonError::into_inner);
         let mock = MockBus::start(&[]);
         let folder = tempfile::tempdir().expect("a folder");
@@ -48,7 +57,7 @@ impl Rig {
         for file in ["leo.toml", "leo.urdf", "motor.toml", "percepts.toml", "perspective.toml"] {
             let mut text = fs::read_to_string(config.join(file)).expect("reads");
             text = text.replace("\"127.0.0.1:7780\"", "\"none\"");
-            for (bus, _) in buses() {
+            for (bus, _) in buses().into_iter().filter(|_| is_hardware) {
                 let device = |device: &str| format!("name = \"{bus}\"\ndevice = \"{device}\"");
                 text = text.replace(&device("mock"), &device(mock.path(&bus).to_str().expect("letters")));
             }
