@@ -73,6 +73,8 @@ pub(crate) struct Orders {
     pub(crate) body_stopped: bool,
     /// Whether no commander has been there for so long that no servo shall have torque.
     pub(crate) limp: bool,
+    /// Whether the emergency stop is raised.
+    pub(crate) is_emergency: bool,
 }
 
 /// How the servo of a joint answers.
@@ -141,6 +143,8 @@ pub(crate) struct Joint {
     reboots: u32,
 
     trouble: Option<Trouble>,
+    /// Whether a person knows that its servo had the limits of another joint, and has them overwritten.
+    are_limits_acknowledged: bool,
     notices: Notices,
     /// What befell its servo since its bus has counted it last.
     incidents: Incidents,
@@ -192,6 +196,7 @@ impl Joint {
             reboot_at: None,
             reboots: 0,
             trouble: None,
+            are_limits_acknowledged: false,
             notices: Notices::default(),
             incidents: Incidents::default(),
             violations: 0,
@@ -385,13 +390,17 @@ impl Joint {
     }
 
     /// Unlocks it where a person has seen its lock and the cause is gone. What can be wrong still is looked at anew.
-    pub(crate) fn acknowledge(&mut self, now: Instant, locks: u64) {
+    ///
+    /// An order holds for some seconds, in which torque that goes off still goes off. But a joint beyond its limits is
+    /// unlocked by a new order alone (`is_new`): somebody may have their hands on it.
+    pub(crate) fn acknowledge(&mut self, now: Instant, locks: u64, is_new: bool) {
         let Licence::Locked { cause, number: Some(number) } = self.licence else { return };
         let is_off = matches!(self.power, Power::Off);
         if number > locks || self.let_go.is_some() || self.link.is_quarantined() {
             return;
         }
         match cause {
+            JointCause::BeyondLimits if !is_new => return,
             JointCause::BeyondLimits
                 if self.beyond_rad(now).is_none_or(|rad| rad > self.policy.max_beyond_limits_rad) =>
             {
@@ -404,7 +413,10 @@ impl Joint {
                 self.power = Power::Unknown { was_on: false };
                 self.link = Link::Silent { ask_at: now + REBOOT_WAIT, cause };
             }
-            _ if is_off => self.begin_anew(),
+            _ if is_off => {
+                self.are_limits_acknowledged |= matches!(self.trouble, Some(Trouble::OtherJoint(_)));
+                self.begin_anew();
+            }
             _ => return,
         }
         (self.trouble, self.reaction) = (None, None);
@@ -414,6 +426,11 @@ impl Joint {
     /// Ends the licence for an emergency stop that lets the joint come to rest first.
     pub(crate) fn end_by_emergency(&mut self) {
         let ending = Ending { cause: JointCause::Emergency, locks: false };
+        if let Motion::Retreat { at, .. } = self.motion {
+            // It is lowered no further: it stops, and lets go.
+            self.motion = Motion::Halt { at };
+            self.reaction = Some(AlertReaction::Hold);
+        }
         if self.licence.is_given() {
             self.end_licence(ending);
         } else if let Licence::Disarmed { .. } = self.licence {
@@ -528,10 +545,14 @@ impl Joint {
     }
 
     /// Whether an order to arm means it: its servo answers, or is being asked; and what has torque already does not
-    /// have to stand still for others.
+    /// have to stand still for others, unless those wait for it as well.
     fn may_be_armed(&self) -> bool {
-        let has_torque = matches!(self.power, Power::On { .. } | Power::Found { .. });
-        self.let_go.is_none() && !self.is_absent() && !(has_torque && self.orders.halt.is_some())
+        let waits = match self.power {
+            Power::On { .. } => self.orders.halt.is_some(),
+            Power::Found { .. } => self.orders.halt.is_some() && !self.stops_group(),
+            Power::Unknown { .. } | Power::Off | Power::Rising { .. } | Power::Cutting { .. } => false,
+        };
+        self.let_go.is_none() && !self.is_absent() && !waits
     }
 
     /// Locks it where it was found too far beyond its limits.
@@ -573,6 +594,16 @@ impl Joint {
             (self.contact.misses, self.contact.corrupt, self.contact.unacknowledged) = (0, 0, 0);
             (self.contact.rejected, self.contact.trusted_at, self.contact.wait) = (0, None, WAIT_FIRST);
             self.begin_anew();
+        }
+    }
+
+    /// Begins anew, as if its servo had never been out of hand, and its limits never of another joint.
+    #[cfg(test)]
+    pub(crate) fn trust(&mut self) {
+        self.are_limits_acknowledged = true;
+        if self.is_absent() {
+            self.let_go = Some(JointCause::Emergency);
+            self.end_let_go();
         }
     }
 

@@ -74,8 +74,9 @@ pub struct Motor {
     stopping: Option<Option<Instant>>,
     /// Until when an order to arm holds.
     order_until: Option<Instant>,
-    /// How many orders there were.
+    /// How many orders there were, and how many locks the newest acknowledges.
     orders: u64,
+    acknowledged: Option<u64>,
     /// Which groups stop which.
     carriers: Carriers,
     /// By group, how many of its joints are in trouble that stops others; and by joint, whether it was in the last cycle.
@@ -131,6 +132,7 @@ impl Motor {
             stopping: None,
             order_until: None,
             orders: 0,
+            acknowledged: None,
             carriers: Carriers::alone(robot.groups.len()),
             failing: vec![0; robot.groups.len()],
             was_failing: vec![false; robot.joints.len()],
@@ -194,6 +196,7 @@ impl Motor {
         }
         self.look_for_failures();
         let body_stopped = self.buses.iter().any(Bus::is_lost);
+        let is_emergency = self.stopping.is_some() || self.letting_go == Some(JointCause::Emergency);
         for joint in &mut self.joints {
             let others = self.carriers.of(joint.group()).iter().filter_map(|group| self.failing.get(*group));
             let group_stopped = others.sum::<u32>() > u32::from(joint.stops_group());
@@ -204,8 +207,11 @@ impl Motor {
             } else if self.stopping.is_some() {
                 joint.end_by_emergency();
             }
-            joint.step(now, dt_s, Orders { live: self.live, halt, body_stopped, limp });
+            joint.step(now, dt_s, Orders { live: self.live, halt, body_stopped, limp, is_emergency });
             if let Some(until) = self.order_until.filter(|until| now < *until) {
+                if let Some(locks) = self.acknowledged {
+                    joint.acknowledge(now, locks, false);
+                }
                 joint.arm(self.orders, until);
             }
             self.counts.locks += u64::from(joint.count_lock(self.counts.locks));
@@ -235,8 +241,9 @@ impl Motor {
             return;
         }
         if let Some(locks) = acknowledged_locks {
-            self.joints.iter_mut().for_each(|joint| joint.acknowledge(now, locks));
+            self.joints.iter_mut().for_each(|joint| joint.acknowledge(now, locks, true));
         }
+        self.acknowledged = acknowledged_locks;
         self.order_until = Some(now + ORDER_HOLDS);
         self.orders += 1;
     }
@@ -270,6 +277,7 @@ impl Motor {
     #[cfg(test)]
     pub(crate) fn start_anew(&mut self) {
         self.end_emergency();
+        self.joints.iter_mut().for_each(Joint::trust);
         self.arm(self.stepped_at.unwrap_or(Instant::EPOCH), Some(u64::MAX));
     }
 

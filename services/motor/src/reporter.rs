@@ -85,7 +85,9 @@ impl Reporter {
         if self.tell_emergency(motor) {
             return;
         }
-        self.tell_disarmed(motor);
+        if !motor.is_stopped() {
+            self.tell_disarmed(motor);
+        }
         self.tell_joints(motor.states(), |index| motor.trouble(index), |line| tracing::warn!("{line}"));
         let follow = |known: &&Known| matches!(known.state, Some((JointMode::Following, _)));
         let following = self.known.iter().filter(follow).count();

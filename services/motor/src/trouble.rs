@@ -45,7 +45,7 @@ pub enum Trouble {
     /// The servo has the limits of another joint.
     #[error(
         "its limits (items 48 and 52) are exactly those of joint number {0} in motor.toml: are two servos swapped, or \
-         their ids? Put them right, or write its limits with `leo bus write`, and then `leo arm --acknowledge`"
+         their ids? If so, put them right. `leo arm --acknowledge` has its limits overwritten"
     )]
     OtherJoint(usize),
     /// The servo may not move at all.

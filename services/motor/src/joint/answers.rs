@@ -182,19 +182,25 @@ impl Joint {
     /// Reacts to a hardware alert of its servo, as its kind asks for: `has_torque` is what the servo says of that, where
     /// it has been asked.
     fn alert(&mut self, now: Instant, errors: HardwareErrors, has_torque: Option<bool>) {
-        let is_handled = matches!(self.licence, Licence::Locked { cause, .. } if cause != JointCause::Alert);
-        if self.let_go.is_some() || is_handled {
+        if self.let_go.is_some() {
             return;
         }
         let is_new = self.reaction.is_none();
         if is_new {
             self.incidents.alerts += 1;
-            let reboots = self.policy.on_alert == OnAlert::Reboot && self.reboots < REBOOTS_MOST;
+            // What is locked for another cause waits for a person all the same.
+            let is_locked =
+                matches!(self.licence, Licence::Locked { cause, .. } if cause != JointCause::Alert);
+            let reboots =
+                self.policy.on_alert == OnAlert::Reboot && self.reboots < REBOOTS_MOST && !is_locked;
             self.reboot_at = reboots.then_some(now + REBOOT_AFTER);
         }
         if is_new || !errors.is_none() {
             self.trouble = Some(Trouble::Alert(errors));
             self.reaction = Some(self.policy.reaction(errors, self.reaction_most));
+        }
+        if self.reaction == Some(AlertReaction::Lower) && has_torque == Some(true) {
+            self.take_up_to_lower(now);
         }
         self.end_licence(Ending { cause: JointCause::Alert, locks: true });
         let may_be_on = self.power.may_be_on() && !matches!(self.power, Power::Cutting { .. });
@@ -208,9 +214,34 @@ impl Joint {
         }
     }
 
+    /// Takes up a joint that only holds, so that it is lowered and does not drop: a supply that sags befalls one servo
+    /// after the other, and the first has stopped the others.
+    fn take_up_to_lower(&mut self, now: Instant) {
+        let Power::On { goal_rad, .. } = self.power else { return };
+        // That its servo has an alert was known before it was known which.
+        let may_be_lowered = matches!(
+            self.licence,
+            Licence::Disarmed { .. } | Licence::Locked { cause: JointCause::Alert, .. }
+        );
+        if may_be_lowered && self.motion == Motion::Idle && matches!(self.link, Link::Answering) {
+            let (_, cause) = self.licence.published();
+            self.cut_at = None;
+            let ending = Some(Ending { cause: JointCause::Alert, locks: true });
+            self.licence = Licence::Armed { after: cause, lapses_at: None, ending };
+            self.motion = Motion::Hold { at: servo::Motion::at(goal_rad), since: now };
+        }
+    }
+
     /// Locks the joint, and switches its torque off.
     pub(super) fn fail(&mut self, now: Instant, cause: JointCause, trouble: Trouble) {
-        if self.licence.is_locked() || self.let_go.is_some() {
+        if self.let_go.is_some() {
+            return;
+        }
+        if self.licence.is_locked() {
+            // The first lock stands; what has torque still loses it.
+            if self.power.may_be_on() && !matches!(self.power, Power::Cutting { .. }) {
+                self.cut(now);
+            }
             return;
         }
         self.trouble = Some(trouble);

@@ -114,5 +114,9 @@ pub(crate) const fn is_own_fault(cause: JointCause) -> bool {
             | JointCause::BusLost
             | JointCause::Watchdog
             | JointCause::Alert
+            | JointCause::Refused
+            | JointCause::DuplicateId
+            | JointCause::Blocked
+            | JointCause::BeyondLimits
     )
 }

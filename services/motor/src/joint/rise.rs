@@ -32,7 +32,7 @@ impl Joint {
         }
         match self.link {
             // Another model, say: it is left alone until a person has acknowledged that.
-            Link::Unknown if self.licence.is_locked() => None,
+            Link::Unknown if self.licence.is_locked() && matches!(self.power, Power::Off) => None,
             Link::Unknown => Some(Job::Ping),
             Link::Identified(Setup::Inspect) => Some(Job::Inspect),
             Link::Identified(Setup::Unlock) => Some(Job::Torque(false)),
@@ -235,14 +235,14 @@ impl Joint {
             true if is_cutting => Power::Cutting { tell_at: now },
             true => Power::Found { watchdog: job::watchdog(setup), stay: None },
         };
+        for notice in job::notices(self.model, setup, (min, max), self.settings.velocity_rad_s) {
+            self.notices.add(notice);
+        }
         if let Some(trouble) = job::foreign(self.model, self.contact.is_fast, setup) {
             return self.fail(now, JointCause::Refused, trouble);
         }
         if let Some(trouble) = job::powerless(setup) {
             return self.fail(now, JointCause::Refused, trouble);
-        }
-        for notice in job::notices(self.model, setup, (min, max), self.settings.velocity_rad_s) {
-            self.notices.add(notice);
         }
         if !job::is_configured(setup, min, max) && !self.licence.is_locked() {
             self.link = Link::Identified(Setup::Unlock);
@@ -251,7 +251,7 @@ impl Joint {
 
     /// The limits that its servo was found with, where they are neither its own nor those from the factory.
     pub(crate) fn foreign_limits(&self) -> Option<(i32, i32)> {
-        let is_fresh = matches!(self.link, Link::Identified(Setup::Unlock));
+        let is_fresh = matches!(self.link, Link::Identified(Setup::Unlock)) && !self.are_limits_acknowledged;
         let mut found = (None, None);
         for notice in self.notices.all().filter(|_| is_fresh) {
             match notice {

@@ -1,18 +1,21 @@
 //! What is published of a joint.
 
-use message::{JointCause, JointMachines, JointMode, JointState};
+use message::{JointCause, JointLicence, JointMachines, JointMode, JointState};
 use servo::Reading;
 
 use super::motion::published;
-use super::{Joint, Licence, Link, Motion, Power};
+use super::{Joint, Licence, Link, Motion, Power, is_own_fault};
 
 impl Joint {
     /// What the joint does, for whoever looks.
     pub(crate) fn state(&self) -> JointState {
         let (mode, cause) = self.mode();
-        let (licence, licence_cause) = match self.let_go {
-            Some(cause @ JointCause::Emergency) => (message::JointLicence::Locked, cause),
-            _ => self.licence.published(),
+        let (licence, licence_cause) = match self.licence.published() {
+            // Nobody arms it before the emergency stop is released.
+            (JointLicence::Disarmed, _) if self.orders.is_emergency => {
+                (JointLicence::Locked, JointCause::Emergency)
+            }
+            published => published,
         };
         let mut state = JointState::unread(self.index, mode, cause).with_machines(JointMachines {
             link: self.link.published(),
@@ -52,6 +55,7 @@ impl Joint {
             (_, Power::Found { .. }) => match self.licence {
                 Licence::Locked { cause, .. } => (JointMode::Holding, cause),
                 _ if !self.orders.live => (self.pace(), JointCause::CommandTimeout),
+                _ if is_own_fault(cause) => (self.pace(), cause),
                 _ => (self.pace(), self.orders.halt.unwrap_or(cause)),
             },
             (

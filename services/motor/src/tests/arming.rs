@@ -279,7 +279,12 @@ fn nothing_of_a_servo_that_has_the_limits_of_another_joint_is_written() {
     assert_eq!([rig.torque(0, 0), rig.torque(0, 1)], [0; 2]);
     let said = rig.motor.trouble(0).unwrap().to_string();
     assert!(said.contains("those of joint number 2 in motor.toml: are two servos swapped"), "{said}");
-    assert_eq!(rig.lines[0].servos()[0].read(48, 8).unwrap(), other, "its EEPROM was written");
+    let untouched = rig.lines[0].servos()[0].read(48, 8).unwrap().to_vec();
+    assert_eq!(untouched, other, "its EEPROM was written");
+    // A person knows better: the limits are overwritten.
+    rig.motor.arm(rig.now, Some(rig.motor.counts().locks));
+    rig.until(400, 0.3, |rig| rig.modes() == [Following; 3]);
+    assert_eq!(rig.lines[0].servos()[0].read(48, 8).unwrap(), one);
 }
 
 #[test]
@@ -325,4 +330,19 @@ fn a_servo_whose_power_somebody_has_limited_to_nothing_gets_no_torque_and_is_nam
     assert_eq!((rig.modes()[0], rig.causes()[0], rig.torque(0, 0)), (Limp, JointCause::Refused, 0));
     let said = rig.motor.trouble(0).unwrap().to_string();
     assert!(said.starts_with("its item 36, a limit of its power, is 0, so that it cannot move"), "{said}");
+}
+
+#[test]
+fn joints_that_wait_for_each_other_with_torque_come_back_together() {
+    let mut rig = following();
+    // The whole machine stood still for a second, and every watchdog tripped: two of them are of one group.
+    rig.now += Duration::from_secs(1);
+    rig.commanded(1, 0.3, rig.now);
+    rig.until(400, 0.3, |rig| rig.modes() == [Following; 3]);
+    let mut rig = Rig::armed_hardware();
+    rig.now += Duration::from_secs(1);
+    rig.commanded(300, -0.6, rig.now);
+    assert_eq!((rig.modes(), rig.causes()), (vec![Holding; 3], vec![JointCause::Watchdog; 3]));
+    rig.motor.arm(rig.now, None);
+    rig.until(400, -0.6, |rig| rig.modes() == [Following; 3]);
 }

@@ -101,8 +101,9 @@ pub(crate) fn is_back(
 /// Whether a joint waits for a person: of its servo there are two, or it had an alert and is rebooted no
 /// more. Everybody else comes back without help.
 pub(crate) fn waits(state: &JointState) -> bool {
-    let is_limp = state.mode() == Some(JointMode::Limp);
-    is_limp && matches!(state.cause(), Some(JointCause::Alert | JointCause::DuplicateId))
+    let is_locked =
+        state.machines().is_some_and(|machines| machines.licence == message::JointLicence::Locked);
+    is_locked && matches!(state.cause(), Some(JointCause::Alert | JointCause::DuplicateId))
 }
 
 /// Whether a joint waits for a person, or for one who does.

@@ -306,3 +306,56 @@ fn a_servo_that_never_was_there_stops_its_group_and_nobody_else() {
     assert_eq!((rig.modes()[2], rig.causes()[2]), (Holding, JointCause::GroupStopped));
     let _ = Aligning;
 }
+
+#[test]
+fn a_lock_from_before_an_emergency_stop_is_acknowledged_after_it() {
+    let mut rig = following();
+    rig.servo(0, 1).fail(HardwareError::Overheating);
+    rig.inject(1, "error id=1 is=7");
+    rig.commanded(50, 0.3, rig.now);
+    rig.inject(1, "drop p=0");
+    rig.motor.emergency_stop(rig.now);
+    rig.commanded(50, 0.3, rig.now);
+    rig.motor.end_emergency();
+    rig.commanded(100, 0.3, rig.now);
+    assert_eq!(rig.causes()[1..], [JointCause::Alert, JointCause::Refused]);
+    rig.motor.arm(rig.now, Some(rig.motor.counts().locks));
+    rig.until(600, 0.3, |rig| rig.modes() == [Following; 3]);
+}
+
+#[test]
+fn a_blocked_joint_that_keeps_its_torque_loses_it_by_an_alert_or_a_refusal() {
+    let fail: [fn(&mut Rig); 2] =
+        [|rig| rig.servo(0, 0).fail(HardwareError::Encoder), |rig| rig.inject(0, "error id=1 is=7")];
+    for fail in fail {
+        let mut rig = following();
+        rig.commanded(150, 0.3, rig.now);
+        let obstacle = Obstacle::at(&rig);
+        while rig.causes()[0] != JointCause::Blocked {
+            obstacle.hold(&mut rig);
+            rig.commanded(1, -0.9, rig.now);
+        }
+        rig.commanded(30, 0.3, rig.now);
+        assert_eq!((rig.modes()[0], rig.torque(0, 0)), (Holding, 1));
+        fail(&mut rig);
+        rig.commanded(4, 0.3, rig.now);
+        assert_eq!((rig.causes()[0], rig.torque(0, 0)), (JointCause::Blocked, 0));
+    }
+}
+
+#[test]
+fn a_supply_that_sags_lowers_one_joint_after_the_other_and_drops_none() {
+    let mut rig = Rig::with(&lowering());
+    rig.until(200, 0.3, |rig| rig.modes() == [Following; 3]);
+    rig.commanded(400, 0.8, rig.now);
+    rig.servo(0, 1).fail(HardwareError::InputVoltage);
+    // The shoulder hangs from it and holds by then.
+    rig.motor = rig.motor.clone().with_parents(&[Some(1), None, None]);
+    rig.commanded(30, 0.8, rig.now);
+    assert_eq!((rig.modes()[0], rig.causes()[0]), (Holding, JointCause::GroupStopped));
+    rig.servo(0, 0).fail(HardwareError::InputVoltage);
+    rig.until(1500, 0.8, |rig| rig.modes()[..2] == [Limp; 2]);
+    for joint in [0, 1] {
+        assert!(rig.position(joint).abs() < 0.03, "joint {joint} let go at {} rad", rig.position(joint));
+    }
+}

@@ -28,6 +28,16 @@ fn following() -> Rig {
 /// The same with other settings.
 fn following_as(change: impl FnOnce(&mut config::Robot)) -> Rig {
     let mut robot = config::Robot::load(None).unwrap();
+    let alert = &mut robot.leo.motor.alert;
+    for reaction in [
+        &mut alert.input_voltage,
+        &mut alert.overheating,
+        &mut alert.encoder,
+        &mut alert.electrical_shock,
+        &mut alert.overload,
+    ] {
+        *reaction = config::leo::AlertReaction::Limp;
+    }
     change(&mut robot);
     let mut rig = Rig::of(robot, Time::Lockstep, &process::Lookout::default());
     calm(&mut rig);
@@ -110,11 +120,22 @@ fn counted_once(rig: &Rig, joints: &[usize], of: Counter, mut before: Vec<u64>) 
     expect(counts == before, || format!("counted {counts:?}, not {before:?}"))
 }
 
-/// Whether everybody but those who are struck was read in this cycle, and follows.
+/// The joints of the groups of others, without them.
+fn companions(rig: &Rig, joints: &[usize]) -> Vec<usize> {
+    let group = |joint: usize| rig.robot.motor.joints[joint].group;
+    let groups: Vec<usize> = joints.iter().map(|&joint| group(joint)).collect();
+    (0..65).filter(|joint| groups.contains(&group(*joint)) && !joints.contains(joint)).collect()
+}
+
+/// Whether every joint but those that are struck was read in this cycle, and follows, unless one of its group is struck:
+/// then it may have to stand still.
 fn others_go_on(rig: &Rig, struck: &[usize]) -> Verdict {
+    let companions = companions(rig, struck);
     for joint in (0..65).filter(|joint| !struck.contains(joint)) {
         let (mode, is_read) = (rig.mode(joint), rig.is_read(joint));
-        expect(mode == JointMode::Following && is_read, || {
+        let stands =
+            companions.contains(&joint) && matches!(mode, JointMode::Decelerating | JointMode::Holding);
+        expect((mode == JointMode::Following || stands) && is_read, || {
             format!("{}: {mode:?}, read: {is_read}", rig.robot.motor.joints[joint].name)
         })?;
     }

@@ -108,7 +108,8 @@ fn taken_up(alone: Duration) {
             // What it was told first, as its servo has heard it.
             if rig.now == since + PERIOD {
                 let told = says(&rig, joint, GOAL_POSITION).abs_diff(says(&rig, joint, PRESENT_POSITION));
-                assert!(told <= 1, "{} is sent {told} counts away", settings.name);
+                // Where it would come to a stop by the slow profile of the soft start.
+                assert!(told <= 8, "{} is sent {told} counts away", settings.name);
             }
             let speed_rad_s = (command_rad - before_rad).abs() / PERIOD.as_secs_f64();
             assert!(speed_rad_s <= most_rad_s * (1.0 + 1e-9), "{}: {speed_rad_s} rad/s", settings.name);

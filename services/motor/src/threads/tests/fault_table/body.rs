@@ -25,7 +25,8 @@ fn watchdogs_that_tripped_are_found_within_half_a_second_and_all_joints_go_on() 
     }
     assert_eq!(found.len(), 65);
     assert_eq!(counted_once(&rig, &everybody(), |counts| counts.incidents.watchdogs, vec![0; 5]), Ok(()));
-    assert_eq!(are(&rig, &everybody(), JointMode::Following, JointCause::None), Ok(()));
+    // The joints of a group wait for each other.
+    assert_eq!(within(&mut rig, 250, all_follow), Ok(()));
     assert!(all().all(|joint| watchdog(&rig, joint) == 10), "they are armed again");
     // Goals are heeded again.
     let is_there = rig.is_there();

@@ -13,6 +13,8 @@ fn configured(rig: &mut Rig, struck: &[usize], change: impl Fn(&mut config::moto
     let mut robot = rig.robot.motor.clone();
     struck.iter().for_each(|&joint| change(&mut robot.joints[joint]));
     rig.motor = Motor::new(&robot, &rig.robot.leo.motor).unwrap();
+    // Some have had the limits of another joint before.
+    rig.motor.start_anew();
 }
 
 /// No servo turns so far in position mode: a range error.
@@ -57,9 +59,12 @@ fn on(servo: &mut Servo) {
 }
 
 fn refused(rig: &mut Rig, struck: &[usize], fault: Fault) -> Verdict {
-    let others: Vec<usize> = (0..65).filter(|joint| !struck.contains(joint)).collect();
+    let companions = companions(rig, struck);
+    let others: Vec<usize> =
+        (0..65).filter(|joint| !struck.contains(joint) && !companions.contains(joint)).collect();
     within(rig, 500, |rig| {
         are(rig, struck, JointMode::Limp, JointCause::Refused)?;
+        are(rig, &companions, JointMode::Holding, JointCause::GroupStopped)?;
         are(rig, &others, JointMode::Following, JointCause::None)
     })?;
     for &joint in struck {
@@ -95,6 +100,7 @@ fn a_servo_that_refuses_an_instruction_gets_no_torque_and_is_not_told_again() {
             provoke(rig, struck);
             let verdict = refused(rig, struck, fault);
             rig.motor = Motor::new(&rig.robot.motor, &rig.robot.leo.motor).unwrap();
+            rig.motor.start_anew();
             verdict.and_then(|()| within(rig, 500, all_follow))
         });
     }

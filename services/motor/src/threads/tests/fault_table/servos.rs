@@ -13,13 +13,6 @@ const ALERTS: Counter = |counts| counts.incidents.alerts;
 const RESTARTS: Counter = |counts| counts.incidents.restarts;
 const DUPLICATES: Counter = |counts| counts.duplicates;
 
-/// The joints of the groups of others, without them.
-fn companions(rig: &Rig, joints: &[usize]) -> Vec<usize> {
-    let group = |joint: usize| rig.robot.motor.joints[joint].group;
-    let groups: Vec<usize> = joints.iter().map(|&joint| group(joint)).collect();
-    (0..65).filter(|joint| groups.contains(&group(*joint)) && !joints.contains(joint)).collect()
-}
-
 /// Whether the groups of joints hold, and nobody else does.
 fn groups_hold(rig: &Rig, struck: &[usize]) -> Verdict {
     let companions = companions(rig, struck);
@@ -184,6 +177,9 @@ fn duplicated(rig: &mut Rig, struck: &[usize]) -> Verdict {
         }
         are(rig, &single, JointMode::Limp, JointCause::DuplicateId)?;
         are(rig, struck, JointMode::Releasing, JointCause::DuplicateId)?;
+        // Some groups are on two buses.
+        let apart: Vec<usize> = companions(rig, &on_bus);
+        let others: Vec<usize> = others.iter().copied().filter(|joint| !apart.contains(joint)).collect();
         are(rig, &others, JointMode::Following, JointCause::None)
     })
 }
