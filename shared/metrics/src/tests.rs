@@ -41,6 +41,7 @@ fn readings() -> Readings {
         joint_locks: 4,
         goals_limited: 5,
         goals_refused: 6,
+        read_at_ns: 7,
         joint_names: vec!["torso_yaw_joint".to_owned()],
         tasks: vec![TaskReading {
             name: "task 1".into(),
