@@ -1,6 +1,6 @@
 //! How the licences of a robot's joints stand, and what a person does about each cause.
 
-use crate::{JointCause, JointLicence, JointLink, JointMode, JointState};
+use crate::{JointCause, JointLicence, JointLink, JointState};
 
 /// Joints that stand in one licence for one cause.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -173,7 +173,7 @@ impl JointState {
             machines.licence == JointLicence::Locked
                 || matches!(machines.link, JointLink::Silent | JointLink::Doubted)
         });
-        !is_waiting || is_failing || self.mode() == Some(JointMode::Quarantined)
+        !is_waiting || is_failing
     }
 
     /// How long ago its servo was read, in seconds; `None` where it never was.
@@ -189,7 +189,7 @@ impl JointState {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{JointMachines, JointMotion, JointPower};
+    use crate::{JointMachines, JointMode, JointMotion, JointPower};
 
     fn joint(index: u32, licence: JointLicence, licence_cause: JointCause) -> JointState {
         JointState::unread(index, JointMode::Limp, JointCause::NotStarted).with_machines(JointMachines {
