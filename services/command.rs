@@ -1,5 +1,6 @@
 //! The commands: their names, their flags, and whom each hands over to.
 
+mod arm;
 mod believe;
 mod body;
 mod bus;
@@ -76,6 +77,8 @@ enum Command {
     Replay(replay::Replay),
     /// Show a live table of the processes: rates, latencies, overruns, drops, restarts
     Top(top::Top),
+    /// Let the joints move, once a person has looked: on hardware nothing moves before
+    Arm(arm::Arm),
     /// Switch every torque off now, and keep it off until it is released
     EmergencyStop(emergency_stop::EmergencyStop),
     /// Talk to servos by hand: scan, read, write, torque, reboot, monitor
@@ -193,6 +196,7 @@ impl Command {
             Self::Record(record) => record.run(),
             Self::Replay(replay) => replay.run(),
             Self::Top(top) => top.run(),
+            Self::Arm(arm) => arm.run(),
             Self::EmergencyStop(stop) => stop.run(),
             Self::Bus(bus) => bus.run(),
             Self::Check(check) => check.run(),

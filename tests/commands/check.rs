@@ -86,6 +86,22 @@ fn an_old_configuration_is_brought_forward_once_and_kept_as_it_was() {
 }
 
 #[test]
+fn a_configuration_from_before_joints_were_armed_by_order_gets_the_settings_of_that() {
+    let files = tempfile::tempdir().expect("a folder");
+    let new = read("config/leo.toml");
+    let (before, rest) = new.split_once("automatic_arming = ").expect("is there");
+    let (_, after) = rest.split_once("[motor.realtime]").expect("is there");
+    let config = write(&files, "leo.toml", &format!("{before}\n[motor.realtime]{after}"));
+    assert_refused(&check(&["--config", &config]), 2, &["missing field `automatic_arming`", "--migrate"]);
+    let told = check(&["--config", &config, "--migrate"]);
+    assert_eq!(told.status, Some(0), "{told:?}");
+    for step in ["automatic_arming = \"simulated\"", "stop_category = 0", "the table [motor.alert]"] {
+        assert!(told.out.contains(step), "{step}: {told:?}");
+    }
+    assert_eq!(check(&["--config", &config]).status, Some(0));
+}
+
+#[test]
 fn what_was_learned_is_brought_forward_where_it_is_and_nowhere_else_and_not_while_a_robot_has_it_open() {
     let files = tempfile::tempdir().expect("a folder");
     let nowhere = files.path().join("nowhere");

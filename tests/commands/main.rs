@@ -2,6 +2,7 @@
 #![expect(clippy::expect_used, reason = "a test fails by panicking")]
 
 mod acts;
+mod arm;
 mod believe;
 mod check;
 mod conflict;

@@ -10,6 +10,7 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use serde_json::Value;
 
+use crate::arming::disarmed;
 use crate::robot::{Robot, leo};
 
 /// Where this is set, what is missing is a failure and nothing is skipped.
@@ -179,6 +180,20 @@ fn a_browser_that_cannot_draw_says_so_and_can_be_talked_to_and_used_by_the_keybo
     let _alone = alone(&BROWSER);
     let robot = Robot::start("blind");
     played("tests/blind.mjs", &[&address(&robot)]);
+}
+
+#[test]
+fn a_browser_asks_before_it_unlocks_joints_and_arms_by_the_keyboard_on_a_narrow_page() {
+    let _alone = alone(&BROWSER);
+    // On a fake one joint is locked, and what was ordered is known.
+    played("tests/arm.mjs", &[]);
+}
+
+#[test]
+fn a_browser_arms_a_robot_that_does_not_arm_by_itself() {
+    let _alone = alone(&BROWSER);
+    let robot = disarmed("browser-arm");
+    played("tests/arm.mjs", &[&address(&robot)]);
 }
 
 /// A port that nobody listens at, and that the system gives to nobody who connects: while the robot is away, the

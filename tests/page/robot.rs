@@ -53,6 +53,11 @@ impl Robot {
         self.state.path()
     }
 
+    /// The folder of its domain.
+    pub(crate) fn domain(&self) -> PathBuf {
+        domain_of(&self.name)
+    }
+
     /// Stops it as Ctrl-C does; what it remembers stays.
     pub(crate) fn stop(&mut self) {
         let pid = i32::try_from(self.supervisor.id()).expect("a process number");
@@ -68,10 +73,15 @@ impl Robot {
     }
 }
 
+/// The folder of the domain of a robot of a name.
+fn domain_of(name: &str) -> PathBuf {
+    format!("/dev/shm/leo-{name}-{}", std::process::id()).into()
+}
+
 /// A robot with the settings in the folder of its state, and where its page is.
 fn launched(name: &str, state: &Path) -> (Child, String) {
     let mut supervisor = leo(&["run", "--for", "3600", "--domain"])
-        .arg(format!("/dev/shm/leo-{name}-{}", std::process::id()))
+        .arg(domain_of(name))
         .arg("--config")
         .arg(state.join("leo.toml"))
         .env("XDG_STATE_HOME", state)

@@ -1,5 +1,6 @@
 //! What the pages are shown, from what the robot's buffers hold: pure.
 
+mod arming;
 mod belief;
 mod history;
 mod joints;
@@ -7,6 +8,7 @@ mod line;
 mod scene;
 mod task;
 
+pub(crate) use arming::arming;
 pub(crate) use belief::{Minds, Seen, belief_in, twin};
 pub(crate) use history::Histories;
 pub(crate) use joints::joints;

@@ -1,6 +1,7 @@
 //! Console process: tells people what happens, one clear line per event, and serves the page on which
 //! they see it and teach by hand.
 
+mod arming;
 mod black_box;
 mod cells;
 mod fares;

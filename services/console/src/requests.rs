@@ -12,6 +12,8 @@ pub(crate) enum Wish {
     Record(bool),
     /// What the black box holds.
     Keep,
+    /// That the joints may move, with the locks that the page acknowledges.
+    Arm(Option<u64>),
 }
 
 /// What a page says, as it stands in its message.
@@ -113,6 +115,11 @@ enum Said {
     Keep {
         id: u64,
     },
+    Arm {
+        id: u64,
+        #[serde(default)]
+        locks: Option<u64>,
+    },
 }
 
 /// Why a message is none, and the page's number for it if that could be read.
@@ -151,6 +158,7 @@ pub(crate) fn parse(message: &str, first: u16) -> Result<(u64, Wish), Malformed>
     let (id, act) = match said {
         Said::Record { id, on } => return Ok((id, Wish::Record(on))),
         Said::Keep { id } => return Ok((id, Wish::Keep)),
+        Said::Arm { id, locks } => return Ok((id, Wish::Arm(locks))),
         Said::Say { id, text: words, teacher } => {
             (id, TeacherAct { text: text(&words)?, ..act(Kind::Say, teacher) })
         }
@@ -206,6 +214,10 @@ mod tests {
         assert!(act.heading_rad.is_nan());
         let (_, wish) = parse(r#"{"id": 8, "do": "say", "text": "Why?", "teacher": 2}"#, 1).unwrap();
         assert!(matches!(wish, Wish::Act(act) if act.teacher == 2 && act.text.as_str() == "Why?"));
+        for (said, locks) in [("", None), (r#", "locks": 9"#, Some(9))] {
+            let wish = parse(&format!(r#"{{"id": 9, "do": "arm"{said}}}"#), 1).unwrap();
+            assert_eq!(wish, (9, Wish::Arm(locks)));
+        }
     }
 
     #[test]

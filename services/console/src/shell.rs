@@ -10,6 +10,7 @@ use process::{Aside, Failure, Launch, Member, Progress};
 use serde_json::json;
 use transport::{Domain, Inlet};
 
+use crate::arming::Arming;
 use crate::black_box::{Asker, BlackBox};
 use crate::cells::{Lines, tasks};
 use crate::fares::Fares;
@@ -160,6 +161,7 @@ struct Stage {
     shelf: Shelf,
     tape: Tape,
     black_box: BlackBox,
+    arming: Arming,
     fares: Fares,
     joints: Vec<String>,
     agents: BTreeMap<u16, String>,
@@ -192,6 +194,7 @@ impl Stage {
             hands: Hands::open(member)?,
             tape: Tape::new(launch, lesson, Domain::at(&launch.domain)?),
             black_box: BlackBox::open(launch, robot, lesson),
+            arming: Arming::new(&launch.domain, &joints),
             fares: Fares::new(&joints, launch.state.clone()),
             agents: [0, 1].into_iter().chain(people).map(|agent| (agent, names.of(agent))).collect(),
             cone_rad: robot.perspective.sight.cone_half_angle_deg.radians(),
@@ -206,6 +209,7 @@ impl Stage {
         let Some(web) = &self.web else { return };
         let mut sheet = web.shared.sheet();
         sheet.put("workspace", &self.shelf.workspace(look.workspace.as_ref(), self.hands.saved.as_deref()));
+        self.arming.show(now, member, &mut sheet);
         if !self.fares.is_due(now) {
             return;
         }
@@ -231,10 +235,12 @@ impl Stage {
         for asked in self.hands.carry(now, look.workspace.is_some(), asked)? {
             match asked.wish {
                 Wish::Record(on) => self.tape.ask(on, asked.answer, asked.id),
+                Wish::Arm(locks) => self.arming.ask(now, locks, asked.answer, asked.id),
                 Wish::Keep => self.black_box.ask(Asker::Page(asked.answer, asked.id)),
                 Wish::Act(_) => {}
             }
         }
+        self.arming.step(now);
         if self.tape.step(now) {
             self.tape.show(now, &mut web.shared.sheet());
         }

@@ -13,11 +13,11 @@ use std::collections::BTreeMap;
 use std::path::PathBuf;
 
 use message::{Health, Process};
-use metrics::Readings;
 use transport::janitor::is_claimed;
 use transport::{Delivery, Domain, JoinError, Node, PortError, Queues};
 
 pub use boards::Boards;
+pub use metrics::Readings;
 pub use rows::{BusRow, PerspectiveRow, Row, SourceRow, rows};
 pub use table::table;
 pub use tasks::tasks;

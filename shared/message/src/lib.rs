@@ -22,6 +22,7 @@ mod histogram;
 mod joint;
 mod joints;
 mod layouts;
+mod licences;
 mod link;
 mod loss;
 mod observation;
@@ -50,6 +51,7 @@ pub use joint::{
 };
 pub use joints::{Joints, MAX_JOINTS};
 pub use layouts::layouts;
+pub use licences::{LicenceGroup, Licences};
 pub use link::LinkHealth;
 pub use loss::{LOSSES, Loss};
 pub use observation::{Modality, NOBODY, Observation, ObservationKind, STATES, State};

@@ -1,6 +1,8 @@
 //! The servo buses and the joints on them.
 
-use message::{BusHealth, JointCause, JointMode};
+use message::{
+    BusHealth, JointCause, JointLicence, JointLink, JointMachines, JointMode, JointMotion, JointPower,
+};
 use quantity::number::{float, float_of_count};
 
 use crate::page::{Kind, Page};
@@ -104,6 +106,7 @@ fn joints(readings: &Readings, page: &mut Page) {
         let count = readings.joints.iter().filter(|joint| joint.cause() == Some(*cause)).count();
         page.gauge(&[("cause", cause.name())], float_of_count(count));
     }
+    machines(readings, page);
     page.family(
         "leo_joint_position_radians",
         Kind::Gauge,
@@ -137,5 +140,77 @@ fn joints(readings: &Readings, page: &mut Page) {
         if let Some(amperes) = joint.present_current_a() {
             page.gauge(&[("joint", &readings.joint_name(joint.joint))], amperes);
         }
+    }
+}
+
+/// How many joints are in each state of each of their machines, what is counted of them, and which are in trouble.
+fn machines(readings: &Readings, page: &mut Page) {
+    let machines: Vec<JointMachines> =
+        readings.joints.iter().filter_map(message::JointState::machines).collect();
+    let mut gauge = |name, label, help, states: &[(&str, usize)]| {
+        page.family(name, Kind::Gauge, None, help);
+        for (state, count) in states {
+            page.gauge(&[(label, state)], float_of_count(*count));
+        }
+    };
+    macro_rules! counted {
+        ($machine:ident, $field:ident) => {
+            $machine::ALL
+                .iter()
+                .map(|state| {
+                    (state.name(), machines.iter().filter(|machines| machines.$field == *state).count())
+                })
+                .collect::<Vec<_>>()
+        };
+    }
+    gauge(
+        "leo_joints_by_licence",
+        "licence",
+        "Joints by whether they may move.",
+        &counted!(JointLicence, licence),
+    );
+    gauge(
+        "leo_joints_by_link",
+        "link",
+        "Joints by the connection to their servo.",
+        &counted!(JointLink, link),
+    );
+    gauge(
+        "leo_joints_by_power",
+        "power",
+        "Joints by the torque of their servo.",
+        &counted!(JointPower, power),
+    );
+    gauge("leo_joints_by_motion", "motion", "Joints by how they move.", &counted!(JointMotion, motion));
+    for (name, help, count) in [
+        ("leo_joint_locks", "How often a joint was locked.", readings.joint_locks),
+        (
+            "leo_goals_limited",
+            "Goals beyond a joint's limits, which became the limit.",
+            readings.goals_limited,
+        ),
+        ("leo_goals_refused", "Goals that are no number, or for no joint.", readings.goals_refused),
+    ] {
+        page.family(name, Kind::Counter, None, help);
+        page.count(&[], count);
+    }
+    page.family(
+        "leo_joint_trouble",
+        Kind::Info,
+        None,
+        "The states of a joint that is in trouble, and why it is locked or disarmed.",
+    );
+    for joint in readings.joints.iter().filter(|joint| joint.is_in_trouble()) {
+        let Some(machines) = joint.machines() else { continue };
+        let labels = [
+            ("joint", readings.joint_name(joint.joint)),
+            ("link", machines.link.name().to_owned()),
+            ("power", machines.power.name().to_owned()),
+            ("licence", machines.licence.name().to_owned()),
+            ("licence_cause", machines.licence_cause.name().to_owned()),
+            ("motion", machines.motion.name().to_owned()),
+        ];
+        let labels = labels.each_ref().map(|(name, text)| (*name, text.as_str()));
+        page.sample("_info", &labels, 1.0);
     }
 }

@@ -17,6 +17,14 @@ pub struct Readings {
     pub link: Option<LinkHealth>,
     /// The newest joint states.
     pub joints: Vec<JointState>,
+    /// How often a joint was locked since the motor process started.
+    pub joint_locks: u64,
+    /// Goals beyond a joint's limits, which became the limit.
+    pub goals_limited: u64,
+    /// Goals refused: no number, or for no joint.
+    pub goals_refused: u64,
+    /// When all that was read, in nanoseconds of the clock.
+    pub read_at_ns: u64,
     /// The names of the joints by their index, from the configuration.
     pub joint_names: Vec<String>,
     /// The tasks that Leo was heard to learn.

@@ -38,6 +38,10 @@ fn readings() -> Readings {
         }],
         link: Some(link),
         joints: vec![joint(0), joint(1).with_condition(41.5, 11.9).with_reading(1, -0.5, 0.0, 0.25)],
+        joint_locks: 4,
+        goals_limited: 5,
+        goals_refused: 6,
+        read_at_ns: 7,
         joint_names: vec!["torso_yaw_joint".to_owned()],
         tasks: vec![TaskReading {
             name: "task 1".into(),
@@ -75,6 +79,15 @@ fn what_was_read_is_told_with_its_labels() {
         "leo_link_delay_life_seconds_count{direction=\"received\"} 1",
         "leo_joints{mode=\"quarantined\"} 2",
         "leo_joints_in_trouble{cause=\"silent\"} 2",
+        "leo_joints_by_licence{licence=\"disarmed\"} 2",
+        "leo_joints_by_licence{licence=\"armed\"} 0",
+        "leo_joints_by_link{link=\"unknown\"} 2",
+        "leo_joints_by_power{power=\"unknown\"} 2",
+        "leo_joints_by_motion{motion=\"idle\"} 2",
+        "leo_joint_locks_total 4",
+        "leo_goals_limited_total 5",
+        "leo_goals_refused_total 6",
+        "leo_joint_trouble_info{joint=\"torso_yaw_joint\",link=\"unknown\",power=\"unknown\",licence=\"disarmed\",licence_cause=\"not-started\",motion=\"idle\"} 1",
         "leo_joint_position_radians{joint=\"1\"} -0.5",
         "leo_joint_temperature_celsius{joint=\"1\"} 41.5",
         "leo_task_hypotheses{task=\"task 1\",perspective=\"robot\"} 2",
@@ -84,7 +97,7 @@ fn what_was_read_is_told_with_its_labels() {
         assert!(text.lines().any(|found| found == line), "{line}\n{text}");
     }
     assert!(
-        !text.contains("NaN") && !text.contains("torso_yaw_joint"),
+        !text.contains("NaN") && !text.contains("_radians{joint=\"torso_yaw_joint\"}"),
         "a joint that was not read has no reading"
     );
 }

@@ -26,7 +26,7 @@ export class Health {
         number(process.execution_us?.p99), number(process.overruns), number(process.drops)])),
       make('p', { class: 'quiet', text: 'p50 and p99: how long a cycle took, µs' }),
       table(['bus', 'exchanges', 'errors', 'quarantined'], buses.map(busRow)),
-      make('ul', {}, ...trouble.map((/** @type {any} */ each) => make('li', { text: `${each.joint}: ${each.mode}, ${each.cause}` }))),
+      make('ul', {}, ...trouble.map((/** @type {any} */ each) => make('li', { text: troubleWords(each) }))),
     );
   }
 }
@@ -45,6 +45,16 @@ export function summary(processes, buses, trouble) {
   if (buses.length > 0) parts.push(`${buses.length} ${plural}${lost === 0 ? '' : `, ${lost} LOST`}`);
   if (trouble.length > 0) parts.push(`${trouble.length} joints in trouble`);
   return { words: parts.join(' · '), bad: dead + lost + trouble.length > 0 };
+}
+
+/**
+ * How a joint in trouble is: what is done with it and why, and the states of its machines. Pure.
+ * @param {any} joint
+ */
+export function troubleWords({ joint, mode, cause, link, power, licence, licence_cause: why, motion }) {
+  const reason = why === undefined || why === null || why === 'none' ? '' : `: ${why}`;
+  const machines = licence ? ` (link ${link}, power ${power}, ${licence}${reason}, ${motion})` : '';
+  return `${joint}: ${mode}, ${cause}${machines}`;
 }
 
 /** Errors: answers that did not come, were broken, or were of another cycle. Pure. @param {any} bus */

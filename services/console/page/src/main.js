@@ -1,4 +1,5 @@
 // The page: puts its parts together.
+import { Arming } from './arming.js';
 import { Beliefs, idOf } from './beliefs.js';
 import { Cells } from './cells.js';
 import { Chair } from './chair.js';
@@ -281,6 +282,7 @@ new Dialogue(cells, (text) => ask('say', { text }), toasts);
 new Tasks(cells);
 new Lessons(cells, ask, toasts);
 new Health(cells);
+new Arming(cells, ask);
 new Palette(cells, {
   aim: (event) => {
     const rect = main.element.getBoundingClientRect();

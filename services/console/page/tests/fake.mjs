@@ -63,6 +63,11 @@ export class Fake {
   performing = [];
   recording = { on: false, file: null, seconds: 0, bytes: 0, dropped: 0, error: null };
   saved = null;
+  /** How many joints are armed, of those that are not locked, and whether one is locked. */
+  armed = true;
+  locked = false;
+  /** What pages said with their orders to arm. */
+  orders = [];
 
   constructor() {
     this.lay(0);
@@ -269,6 +274,7 @@ export class Fake {
       now: { t: Math.round(this.t * 10) / 10 },
       joints: (this.joints ?? []).map((name) => this.angle(name)),
       'joint-trouble': [],
+      arming: this.licences(),
       recording: this.recording,
     };
     ['sensor', 'belief', 'learner', 'motor', 'simulator', 'mock-bus'].forEach((name, at) => {
@@ -388,6 +394,21 @@ export class Fake {
     }
   }
 
+  /** How the licences of 65 joints stand. */
+  licences() {
+    const locked = this.locked ? [{ cause: 'blocked', meaning: 'the joint did not follow its command: something held it', remedy: 'remove what held the joint', count: 1, joints: ['left_elbow_pitch_joint'] }] : [];
+    const count = this.armed ? 0 : 65 - locked.length;
+    const disarmed = count === 0 ? [] : [{ cause: 'not-started', meaning: 'the motor process started', remedy: 'arm', count, joints: [] }];
+    return { joints: 65, armed: 65 - locked.length - count, disarmed, locked, locks: locked.length, stopped: false, limited: 0, refused: 0 };
+  }
+
+  /** @param {{locks?: number}} message */
+  arm({ locks }) {
+    this.orders.push(locks ?? null);
+    if (locks === 1) this.locked = false;
+    this.armed = true;
+  }
+
   // What a page can ask.
 
   take(message, client) {
@@ -475,6 +496,7 @@ export class Fake {
       if (was === undefined) throw new Error('there is nothing to take back');
       Object.assign(this, was);
     } else if (what === 'save') this.saved = `/tmp/${message.title}.toml`;
+    else if (what === 'arm') this.arm(message);
     else if (what === 'record') this.recording = { ...this.recording, on: message.on, file: 'leo.mcap', seconds: 0, bytes: 0 };
     else throw new Error(`nobody knows how to "${what}"`);
     return {};

@@ -1,6 +1,6 @@
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
-import { busRow, summary } from '../src/health.js';
+import { busRow, summary, troubleWords } from '../src/health.js';
 
 const BUS = { name: 'torso', lost: false, joints: 9, quarantined: 1, exchanges: 500, skipped: 0, missed: 3, broken: 2, stale: 1, late_bytes: 0 };
 const RUNS = { process: 'motor', state: 'running', restarts: 0 };
@@ -18,4 +18,10 @@ test('a lost bus says so, and is trouble', () => {
 test('where all is well nothing is said of trouble', () => {
   assert.deepEqual(summary([RUNS, RUNS], [BUS], []), { words: '2 processes · 1 bus', bad: false });
   assert.deepEqual(summary([{ ...RUNS, state: 'dead' }], [], [{}]), { words: '1 processes, 1 not running · 1 joints in trouble', bad: true });
+});
+
+test('a joint in trouble shows the states of its machines and why it is locked', () => {
+  const joint = { joint: 'elbow', mode: 'limp', cause: 'blocked', link: 'answering', power: 'off', licence: 'locked', licence_cause: 'blocked', motion: 'idle' };
+  assert.equal(troubleWords(joint), 'elbow: limp, blocked (link answering, power off, locked: blocked, idle)');
+  assert.equal(troubleWords({ joint: 'elbow', mode: 'quarantined', cause: 'silent' }), 'elbow: quarantined, silent');
 });

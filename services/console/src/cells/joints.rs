@@ -4,7 +4,7 @@ use serde_json::json;
 use super::rounded;
 use crate::sheet::Sheet;
 
-/// Shows where the joints are, and which are in trouble.
+/// Shows where the joints are, and which are in trouble, with the states of their machines.
 pub(crate) fn joints(sheet: &mut Sheet, names: &[String], states: &[JointState]) {
     let mut positions = vec![None; names.len()];
     let mut trouble = Vec::new();
@@ -12,12 +12,17 @@ pub(crate) fn joints(sheet: &mut Sheet, names: &[String], states: &[JointState])
         let joint = usize::try_from(state.joint).unwrap_or(usize::MAX);
         let (Some(slot), Some(name)) = (positions.get_mut(joint), names.get(joint)) else { continue };
         *slot = state.present_position_rad().and_then(|position_rad| rounded(position_rad, 1e3));
-        let (mode, cause) = (state.mode(), state.cause());
-        if mode != Some(JointMode::Following) || cause != Some(JointCause::None) {
+        if state.is_in_trouble() {
+            let machines = state.machines();
             trouble.push(json!({
                 "joint": name,
-                "mode": mode.map(JointMode::name),
-                "cause": cause.map(JointCause::name),
+                "mode": state.mode().map(JointMode::name),
+                "cause": state.cause().map(JointCause::name),
+                "link": machines.map(|machines| machines.link.name()),
+                "power": machines.map(|machines| machines.power.name()),
+                "licence": machines.map(|machines| machines.licence.name()),
+                "licence_cause": machines.map(|machines| machines.licence_cause.name()),
+                "motion": machines.map(|machines| machines.motion.name()),
             }));
         }
     }

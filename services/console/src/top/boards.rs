@@ -43,7 +43,7 @@ impl Boards {
     /// What stands on the boards now. Tasks, the store and the names of joints are not on any board.
     pub fn read(&mut self, node: &Node) -> Readings {
         let roster = self.roster.read();
-        let mut readings = Readings::default();
+        let mut readings = Readings { read_at_ns: clock::now().as_nanos(), ..Readings::default() };
         for &process in Process::ALL {
             let Some(life) = roster.incarnation(process) else { continue };
             readings.processes.insert(process, self.health(node, process, life));
@@ -63,7 +63,11 @@ impl Boards {
             let buses = current(&mut self.buses, life, || BusesReader::open(node, Process::Motor, life));
             readings.buses = buses.map(|board| board.read().all().to_vec()).unwrap_or_default();
             let joints = current(&mut self.joints, life, || JointsReader::open(node, Process::Motor, life));
-            readings.joints = joints.map(|board| board.read().all().to_vec()).unwrap_or_default();
+            if let Some(board) = joints.map(JointsReader::read) {
+                readings.joints = board.all().to_vec();
+                readings.joint_locks = board.locks;
+                (readings.goals_limited, readings.goals_refused) = (board.limited, board.refused);
+            }
         }
         if let Some(life) = life(Process::Link) {
             let link = current(&mut self.link, life, || LinkReader::open(node, Process::Link, life));

@@ -1,6 +1,6 @@
 //! Draws the screen, for a terminal of 80 columns.
 
-use message::{JointCause, JointState, Process};
+use message::{JointCause, JointState, Licences, Process};
 use ratatui::Frame;
 use ratatui::layout::{Constraint, Layout, Rect};
 use ratatui::style::{Modifier, Style};
@@ -64,7 +64,10 @@ fn title(screen: &Screen) -> String {
     };
     let frozen = if screen.is_frozen { "   FROZEN" } else { "" };
     let gone = if screen.is_there { "" } else { "   THE ROBOT HAS ENDED" };
-    format!(" leo top   {about}{frozen}{gone}")
+    // What moves and what does not stands above every view.
+    let line = Licences::of(&screen.readings.joints).line();
+    let joints = if line.is_empty() { line } else { format!("   {line}") };
+    format!(" leo top   {about}{frozen}{gone}{joints}")
 }
 
 fn processes(frame: &mut Frame<'_>, area: Rect, screen: &Screen) {
@@ -167,29 +170,48 @@ fn buses(frame: &mut Frame<'_>, area: Rect, screen: &Screen) {
 
 fn joints(frame: &mut Frame<'_>, area: Rect, screen: &Screen) {
     let all = &screen.readings.joints;
-    let is_well = |joint: &&JointState| joint.cause() == Some(JointCause::None);
-    let troubled: Vec<&JointState> = all.iter().filter(|joint| !is_well(joint)).collect();
+    let troubled: Vec<&JointState> = all.iter().filter(|joint| joint.is_in_trouble()).collect();
     if troubled.is_empty() {
         let text = match all.len() {
             0 => "the motor process has told of no joint yet".to_owned(),
-            count => format!("all {count} joints are as they should be"),
+            count => format!("none of {count} joints is in trouble: {}", Licences::of(all).line()),
         };
         return frame.render_widget(Paragraph::new(text), area);
     }
-    let head =
-        Row::new(["joint", "does", "because", "°C", "V"]).style(Style::new().add_modifier(Modifier::BOLD));
-    let widths = [34, 13, 16, 5, 5].map(Constraint::Length);
-    let rows = troubled.into_iter().map(|joint| {
+    let head = format!("{:<34} {:<13} {:<16} {:<5} {:<5}", "joint", "does", "because", "°C", "V");
+    let mut lines = vec![Line::from(head).style(Style::new().add_modifier(Modifier::BOLD))];
+    for joint in troubled {
         let number = |value: Option<f32>| value.map_or_else(|| "-".to_owned(), |value| format!("{value:.1}"));
-        Row::new([
+        lines.push(Line::from(format!(
+            "{:<34} {:<13} {:<16} {:<5} {:<5}",
             screen.readings.joint_name(joint.joint),
-            joint.mode().map_or("?", |mode| mode.name()).to_owned(),
-            joint.cause().map_or("?", |cause| cause.name()).to_owned(),
+            joint.mode().map_or("?", |mode| mode.name()),
+            joint.cause().map_or("?", |cause| cause.name()),
             number(joint.present_temperature_c()),
             number(joint.present_input_v()),
-        ])
-    });
-    frame.render_widget(Table::new(rows, widths).column_spacing(1).header(head), area);
+        )));
+        lines.push(Line::from(machines(joint, screen.readings.read_at_ns)));
+    }
+    frame.render_widget(Paragraph::new(lines), area);
+}
+
+/// The states of a joint's machines, and how old what is known of its place is.
+fn machines(joint: &JointState, now_ns: u64) -> String {
+    let age = joint
+        .reading_age_s(now_ns)
+        .map_or_else(|| "never read".to_owned(), |age_s| format!("read {age_s:.1} s ago"));
+    let Some(machines) = joint.machines() else { return format!("  states unknown; {age}") };
+    let cause = match machines.licence_cause {
+        JointCause::None => String::new(),
+        cause => format!(": {}", cause.name()),
+    };
+    format!(
+        "  link {}, power {}, {}{cause}, {}; {age}",
+        machines.link.name(),
+        machines.power.name(),
+        machines.licence.name(),
+        machines.motion.name(),
+    )
 }
 
 #[cfg(test)]

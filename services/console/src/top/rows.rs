@@ -3,7 +3,10 @@
 use std::collections::BTreeMap;
 use std::time::Duration;
 
-use message::{BusHealth, Health, LinkHealth, Loss, PerspectiveHealth, Process, ProcessState, SourceHealth};
+use message::{
+    BusHealth, Health, JointState, Licences, LinkHealth, Loss, PerspectiveHealth, Process, ProcessState,
+    SourceHealth,
+};
 use metrics::{Quantiles, Readings};
 use serde::Serialize;
 
@@ -34,6 +37,8 @@ pub struct Row {
     pub sources: Vec<SourceRow>,
     /// Of the motor process: its servo buses.
     pub buses: Vec<BusRow>,
+    /// Of the motor process: its joints.
+    pub joints: Option<JointsRow>,
     /// Of the belief process: the perspectives of which anything is computed.
     pub perspectives: Vec<PerspectiveRow>,
     /// Of the link process: the link to the other machine.
@@ -46,6 +51,51 @@ pub struct Row {
     pub execution_us: Quantiles,
     /// Age of the input.
     pub age_us: Quantiles,
+}
+
+/// The joints, now.
+#[derive(Clone, Debug, Serialize)]
+pub struct JointsRow {
+    /// How many may move.
+    pub armed: usize,
+    /// How many do not, until somebody arms them, by the cause.
+    pub disarmed: BTreeMap<&'static str, usize>,
+    /// How many do not, until a person has acknowledged the cause, by the cause.
+    pub locked: BTreeMap<&'static str, usize>,
+    /// How often a joint was locked since the motor process started.
+    pub locks: u64,
+    /// Goals beyond a joint's limits, which became the limit.
+    pub goals_limited: u64,
+    /// Goals refused: no number, or for no joint.
+    pub goals_refused: u64,
+    /// Those that a person should look at.
+    pub trouble: Vec<JointRow>,
+    /// Licences and causes in a line.
+    #[serde(skip)]
+    pub line: String,
+}
+
+/// A joint that a person should look at.
+#[derive(Clone, Debug, Serialize)]
+pub struct JointRow {
+    /// Its name.
+    pub joint: String,
+    /// What the motor process does with it.
+    pub mode: Option<&'static str>,
+    /// Why.
+    pub cause: Option<&'static str>,
+    /// The connection to its servo.
+    pub link: Option<&'static str>,
+    /// The torque of its servo.
+    pub power: Option<&'static str>,
+    /// Whether it may move.
+    pub licence: Option<&'static str>,
+    /// Why it may not.
+    pub licence_cause: Option<&'static str>,
+    /// How it moves.
+    pub motion: Option<&'static str>,
+    /// How long ago its servo was read.
+    pub reading_age_s: Option<f64>,
 }
 
 /// The link to the other machine, since the link process's life began.
@@ -146,7 +196,10 @@ pub fn rows(readings: &Readings, earlier: &BTreeMap<Process, Health>) -> Vec<Row
         let mut row = row(process, health, earlier);
         match process {
             Process::Sensor => row.sources = readings.sources.iter().map(source_row).collect(),
-            Process::Motor => row.buses = readings.buses.iter().map(bus_row).collect(),
+            Process::Motor => {
+                row.buses = readings.buses.iter().map(bus_row).collect();
+                row.joints = joints_row(readings);
+            }
             Process::Belief => {
                 row.perspectives = readings.perspectives.iter().map(perspective_row).collect();
             }
@@ -160,6 +213,42 @@ pub fn rows(readings: &Readings, earlier: &BTreeMap<Process, Health>) -> Vec<Row
         row
     })
     .collect()
+}
+
+fn joints_row(readings: &Readings) -> Option<JointsRow> {
+    if readings.joints.is_empty() {
+        return None;
+    }
+    let licences = Licences::of(&readings.joints);
+    let counts = |groups: &[message::LicenceGroup]| {
+        groups.iter().map(|group| (group.cause.name(), group.joints.len())).collect()
+    };
+    let troubled = readings.joints.iter().filter(|joint| joint.is_in_trouble());
+    Some(JointsRow {
+        armed: licences.armed,
+        disarmed: counts(&licences.disarmed),
+        locked: counts(&licences.locked),
+        locks: readings.joint_locks,
+        goals_limited: readings.goals_limited,
+        goals_refused: readings.goals_refused,
+        trouble: troubled.map(|joint| joint_row(readings, joint)).collect(),
+        line: licences.line(),
+    })
+}
+
+fn joint_row(readings: &Readings, joint: &JointState) -> JointRow {
+    let machines = joint.machines();
+    JointRow {
+        joint: readings.joint_name(joint.joint),
+        mode: joint.mode().map(message::JointMode::name),
+        cause: joint.cause().map(message::JointCause::name),
+        link: machines.map(|machines| machines.link.name()),
+        power: machines.map(|machines| machines.power.name()),
+        licence: machines.map(|machines| machines.licence.name()),
+        licence_cause: machines.map(|machines| machines.licence_cause.name()),
+        motion: machines.map(|machines| machines.motion.name()),
+        reading_age_s: joint.reading_age_s(readings.read_at_ns),
+    }
 }
 
 fn link_row(link: &LinkHealth) -> LinkRow {
@@ -240,6 +329,7 @@ fn row(process: Process, health: &Health, earlier: Option<&Health>) -> Row {
         refused: health.refused,
         sources: Vec::new(),
         buses: Vec::new(),
+        joints: None,
         perspectives: Vec::new(),
         link: None,
         page_faults: health.page_faults,

@@ -48,6 +48,9 @@ pub fn table(rows: &[Row]) -> String {
             lost.join(", "),
         );
     }
+    for joints in rows.iter().filter_map(|row| row.joints.as_ref()) {
+        let _ = writeln!(out, "joints {}", joints.line);
+    }
     for bus in rows.iter().flat_map(|row| &row.buses) {
         let _ = writeln!(
             out,

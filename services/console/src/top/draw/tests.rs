@@ -117,7 +117,9 @@ fn buses_and_joints_in_trouble_have_pages_of_their_own() {
     let lines = shown(&mut screen, &[Key::Joints]);
     let words: Vec<&str> = lines[2].split_whitespace().collect();
     assert_eq!(words, ["torso_yaw_joint", "quarantined", "silent", "41.0", "11.5"]);
-    assert_eq!(lines[3], "", "only those in trouble");
+    let should = "  link unknown, power unknown, disarmed: not-started, idle; never read";
+    assert_eq!((lines[3].as_str(), lines[4].as_str()), (should, ""), "only those in trouble");
+    assert!(lines[0].ends_with("joints in trouble   2 disarmed: not-started"), "{lines:?}");
     let lines = shown(&mut screen, &[Key::Help]);
     assert!(lines[1].starts_with("q, Ctrl-C"), "{lines:?}");
     assert_eq!(order(&shown(&mut screen, &[Key::Back])), ["sensor", "motor"]);

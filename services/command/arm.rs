@@ -1,0 +1,329 @@
+//! `leo arm`: a person's order that joints may move, and why those may not that cannot.
+
+use std::fmt::Write as _;
+use std::path::PathBuf;
+use std::process::ExitCode;
+use std::time::Duration;
+
+use clap::Args;
+use clock::Instant;
+use config::Robot;
+use console_process::top::{Boards, Readings};
+use message::{LicenceGroup, Licences, Process};
+use process::arming::{self, ArmOrder};
+use process::emergency;
+use serde::Serialize;
+use transport::{Delivery, Domain, Node, Queues};
+
+use super::domain::running;
+use super::failure::Failed;
+use super::output::{print, print_json};
+
+/// How long the motor process may take to report its joints.
+const REPORT_TIMEOUT: Duration = Duration::from_secs(3);
+/// How long it may take to carry the order out.
+const ARM_TIMEOUT: Duration = Duration::from_secs(5);
+/// When no licence has changed for so long after the order was taken, none will.
+const SETTLE_TIME: Duration = Duration::from_secs(1);
+const POLL_INTERVAL: Duration = Duration::from_millis(10);
+
+/// Let the joints of a robot move.
+#[derive(Args, Clone, Debug)]
+#[command(
+    after_help = "Example:\n  leo arm --acknowledge\n\nMake sure first that nobody is in reach. The joints follow \
+                        goals at once, slowly at first. `leo emergency-stop` takes their torque away"
+)]
+pub(crate) struct Arm {
+    /// The robot, where several run
+    #[arg(long, value_name = "DIRECTORY")]
+    domain: Option<PathBuf>,
+    /// Unlock joints too: somebody has looked at the cause of each and removed it
+    #[arg(long)]
+    acknowledge: bool,
+    /// The robot's leo.toml, for the names of its joints [default: built in]
+    #[arg(long, value_name = "FILE")]
+    config: Option<PathBuf>,
+    /// Print one JSON document
+    #[arg(long)]
+    json: bool,
+}
+
+impl Arm {
+    pub(crate) fn run(&self) -> Result<ExitCode, Failed> {
+        let robot = Robot::load(self.config.as_deref()).map_err(Failed::usage)?;
+        let names: Vec<String> = robot.motor.joints.into_iter().map(|joint| joint.name).collect();
+        let domain = running(self.domain.as_deref())?;
+        let root = domain.root().to_owned();
+        if emergency::is_raised(&root) {
+            return Err(Failed::because(
+                "the emergency stop is raised, and no joint was armed: make sure that nobody is in reach, and release \
+                 it with `leo emergency-stop --release`",
+            ));
+        }
+        let mut board = Board::open(&domain)?;
+        let before = board.reported()?;
+        let licences = Licences::of(&before.joints);
+        if !self.json {
+            print(&told_before(&licences, &names))?;
+        }
+        // A robot of which all joints are armed, or locked without an acknowledgement, has nothing to be armed.
+        let is_needed = !licences.disarmed.is_empty() || (self.acknowledge && !licences.locked.is_empty());
+        let after = if is_needed {
+            // What was locked after this reading was not seen, and is not acknowledged.
+            let acknowledged_locks = self.acknowledge.then_some(before.joint_locks);
+            arming::order(&root, ArmOrder { acknowledged_locks }).map_err(|error| {
+                Failed::because(format!(
+                    "{}: {error}; no joint was armed; is the robot another user's?",
+                    root.display()
+                ))
+            })?;
+            board.outcome(&domain)?
+        } else {
+            before
+        };
+        let licences = Licences::of(&after.joints);
+        if self.json {
+            print_json(&Outcome::new(&domain, &licences, &after, &names))?;
+        } else {
+            print(&told_after(&licences, after.joints.len(), self.acknowledge, &names))?;
+        }
+        Ok(ExitCode::from(u8::from(!licences.is_all_armed())))
+    }
+}
+
+/// The boards of a robot.
+struct Board {
+    node: Node,
+    boards: Boards,
+}
+
+impl Board {
+    fn open(domain: &Domain) -> Result<Self, Failed> {
+        let queues = Queues { frames: 1, delivery: Delivery::Newest };
+        let node = Node::join(domain, "arm", 0, queues).map_err(Failed::because)?;
+        let boards = Boards::open(&node).map_err(|error| {
+            Failed::because(format!("the robot in this domain is starting, stopping or dead: {error}"))
+        })?;
+        Ok(Self { node, boards })
+    }
+
+    fn read(&mut self) -> Readings {
+        self.boards.read(&self.node)
+    }
+
+    /// The joints, once the motor process has reported them.
+    fn reported(&mut self) -> Result<Readings, Failed> {
+        let began = clock::now();
+        loop {
+            let readings = self.read();
+            if !readings.joints.is_empty() {
+                return Ok(readings);
+            }
+            if is_over(began, REPORT_TIMEOUT) {
+                return Err(Failed::because(
+                    "the motor process has reported no joint, and none was armed: see `leo top` whether it runs",
+                ));
+            }
+            clock::sleep_until(clock::now() + POLL_INTERVAL);
+        }
+    }
+
+    /// The joints, once the order was carried out as far as it can be. An order that nobody has taken is withdrawn: it
+    /// would be obeyed by a motor process that starts later.
+    fn outcome(&mut self, domain: &Domain) -> Result<Readings, Failed> {
+        let began = clock::now();
+        let (mut licences, mut settled_since) = (Licences::default(), None);
+        loop {
+            let readings = self.read();
+            let now = clock::now();
+            let is_taken = !Domain::arm_order(domain.root()).exists();
+            let newest = Licences::of(&readings.joints);
+            if !is_taken || newest != licences || settled_since.is_none() {
+                settled_since = Some(now);
+                licences = newest;
+            }
+            let is_settled = settled_since.is_some_and(|since| is_over(since, SETTLE_TIME));
+            if is_taken && (licences.is_all_armed() || is_settled) {
+                return Ok(readings);
+            }
+            if is_over(began, ARM_TIMEOUT) {
+                let stood = arming::take(domain.root()).map_err(Failed::because)?;
+                if stood.is_none() && is_taken {
+                    return Ok(readings);
+                }
+                let life = readings.processes.contains_key(&Process::Motor);
+                return Err(Failed::because(format!(
+                    "the motor process has not taken the order within {} s, and it is withdrawn: {}",
+                    ARM_TIMEOUT.as_secs(),
+                    if life { "see `leo top` whether the process runs" } else { "no motor process runs" },
+                )));
+            }
+            clock::sleep_until(now + POLL_INTERVAL);
+        }
+    }
+}
+
+fn is_over(since: Instant, span: Duration) -> bool {
+    clock::now() >= since + span
+}
+
+/// What a joint is called.
+fn name_of(names: &[String], joint: u32) -> String {
+    let name = usize::try_from(joint).ok().and_then(|index| names.get(index));
+    name.cloned().unwrap_or_else(|| format!("joint {joint}"))
+}
+
+fn counted(count: usize) -> String {
+    if count == 1 { "1 joint".to_owned() } else { format!("{count} joints") }
+}
+
+/// The groups of a licence, with the meaning and the remedy of each cause.
+fn told_groups(word: &str, groups: &[LicenceGroup], names: &[String], are_named: bool) -> String {
+    let mut text = String::new();
+    for LicenceGroup { cause, joints } in groups {
+        // Writing to a string cannot fail.
+        let _ = writeln!(text, "{} {word}, {}: {}", counted(joints.len()), cause.name(), cause.meaning());
+        if are_named {
+            for joint in joints {
+                let _ = writeln!(text, "    {}", name_of(names, *joint));
+            }
+        }
+        let _ = writeln!(text, "    to do: {}", cause.remedy());
+    }
+    text
+}
+
+/// What is locked and what is disarmed, before the order.
+fn told_before(licences: &Licences, names: &[String]) -> String {
+    let mut text = told_groups("locked", &licences.locked, names, true);
+    for LicenceGroup { cause, joints } in &licences.disarmed {
+        let _ = writeln!(text, "{} disarmed, {}: {}", counted(joints.len()), cause.name(), cause.meaning());
+    }
+    text
+}
+
+/// What came of it.
+fn told_after(licences: &Licences, joints: usize, was_acknowledged: bool, names: &[String]) -> String {
+    let mut text = if licences.is_all_armed() {
+        format!("all {joints} joints are armed\n")
+    } else {
+        format!("{} of {joints} joints are armed\n", licences.armed)
+    };
+    text += &told_groups("still disarmed", &licences.disarmed, names, true);
+    if licences.locked.is_empty() {
+        return text;
+    }
+    if was_acknowledged {
+        text += &told_groups("still locked", &licences.locked, names, true);
+        text += "a joint is unlocked once its cause is gone: remove the cause, and say `leo arm --acknowledge` again\n";
+    } else {
+        let _ = writeln!(
+            text,
+            "{} still locked: `leo arm --acknowledge` unlocks those whose cause is gone",
+            counted(licences.locked_joints())
+        );
+    }
+    text
+}
+
+/// What `--json` prints.
+#[derive(Debug, Serialize)]
+struct Outcome {
+    domain: String,
+    joints: usize,
+    armed: usize,
+    disarmed: Vec<Group>,
+    locked: Vec<Group>,
+    /// How often a joint was locked since the motor process started.
+    locks: u64,
+}
+
+#[derive(Debug, Serialize)]
+struct Group {
+    cause: &'static str,
+    meaning: &'static str,
+    remedy: &'static str,
+    joints: Vec<String>,
+}
+
+impl Outcome {
+    fn new(domain: &Domain, licences: &Licences, readings: &Readings, names: &[String]) -> Self {
+        let groups = |groups: &[LicenceGroup]| {
+            let group = |LicenceGroup { cause, joints }: &LicenceGroup| Group {
+                cause: cause.name(),
+                meaning: cause.meaning(),
+                remedy: cause.remedy(),
+                joints: joints.iter().map(|joint| name_of(names, *joint)).collect(),
+            };
+            groups.iter().map(group).collect()
+        };
+        Self {
+            domain: domain.root().display().to_string(),
+            joints: readings.joints.len(),
+            armed: licences.armed,
+            disarmed: groups(&licences.disarmed),
+            locked: groups(&licences.locked),
+            locks: readings.joint_locks,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use message::{
+        JointCause, JointLicence, JointLink, JointMachines, JointMode, JointMotion, JointPower, JointState,
+    };
+
+    use super::*;
+
+    fn joint(index: u32, licence: JointLicence, licence_cause: JointCause) -> JointState {
+        JointState::unread(index, JointMode::Limp, JointCause::NotStarted).with_machines(JointMachines {
+            link: JointLink::Answering,
+            power: JointPower::Off,
+            licence,
+            licence_cause,
+            motion: JointMotion::Idle,
+        })
+    }
+
+    fn names() -> Vec<String> {
+        vec!["neck".to_owned(), "elbow".to_owned()]
+    }
+
+    #[test]
+    fn what_is_locked_is_named_with_its_cause_and_what_is_disarmed_is_counted_by_cause() {
+        let licences = Licences::of(&[
+            joint(0, JointLicence::Disarmed, JointCause::NotStarted),
+            joint(1, JointLicence::Locked, JointCause::Blocked),
+            joint(2, JointLicence::Disarmed, JointCause::NotStarted),
+        ]);
+        let text = told_before(&licences, &names());
+        let blocked = JointCause::Blocked;
+        let should = format!(
+            "1 joint locked, blocked: {}\n    elbow\n    to do: {}\n2 joints disarmed, not-started: the motor process \
+             started\n",
+            blocked.meaning(),
+            blocked.remedy()
+        );
+        assert_eq!(text, should);
+    }
+
+    #[test]
+    fn joints_that_stay_locked_are_told_how_they_are_unlocked() {
+        let mixed = [
+            joint(0, JointLicence::Armed, JointCause::None),
+            joint(1, JointLicence::Locked, JointCause::Blocked),
+        ];
+        let licences = Licences::of(&mixed);
+        let text = told_after(&licences, 2, false, &names());
+        assert_eq!(
+            text,
+            "1 of 2 joints are armed\n1 joint still locked: `leo arm --acknowledge` unlocks those whose cause is gone\n"
+        );
+        let text = told_after(&licences, 2, true, &names());
+        assert!(text.contains("1 joint still locked, blocked: ") && text.contains("    elbow\n"), "{text}");
+        assert!(text.contains("remove the cause"), "{text}");
+        let text = told_after(&Licences::of(&mixed[..1]), 1, false, &names());
+        assert_eq!(text, "all 1 joints are armed\n");
+    }
+}

@@ -1,0 +1,105 @@
+// Whether the joints may move: the strip that says so, and the button that arms them.
+import { find, make, write } from './element.js';
+
+/** @typedef {{cause: string, meaning: string, remedy: string, count: number, joints: string[]}} Group */
+/** @typedef {{joints: number, armed: number, disarmed: Group[], locked: Group[], locks: number, stopped: boolean}} Licences */
+
+/** @param {Group[]} groups */
+const sum = (groups) => groups.reduce((all, { count }) => all + count, 0);
+
+/** @param {number} count */
+const joints = (count) => (count === 1 ? '1 joint' : `${count} joints`);
+
+/**
+ * How the licences stand, in words: the parts of a line, the worst first, and how bad that is. Pure.
+ * @param {Licences | undefined} licences
+ * @returns {{state: 'unknown' | 'stopped' | 'locked' | 'disarmed' | 'armed', parts: string[], canArm: boolean}}
+ */
+export function licenceWords(licences) {
+  if (licences === undefined) return { state: 'unknown', parts: ['The motor process has reported no joint'], canArm: false };
+  const { armed, disarmed, locked, stopped } = licences;
+  /** @param {string} word @param {Group[]} groups */
+  const why = (word, groups) => `${sum(groups)} ${word}: ${groups.map(({ meaning }) => meaning).join('; ')}`;
+  const parts = [];
+  if (stopped) parts.push('The emergency stop is raised: release it with leo emergency-stop --release');
+  if (locked.length > 0) parts.push(why('locked', locked));
+  if (disarmed.length > 0) parts.push(why('disarmed', disarmed));
+  if (armed > 0 || parts.length === 0) parts.push(armed === licences.joints ? `Armed: ${joints(armed)}` : `${armed} armed`);
+  const state = stopped ? 'stopped' : locked.length > 0 ? 'locked' : disarmed.length > 0 ? 'disarmed' : 'armed';
+  return { state, parts, canArm: !stopped && locked.length + disarmed.length > 0 };
+}
+
+/**
+ * What is asked before locked joints are acknowledged: a line for each cause, with its joints and its remedy. Pure.
+ * @param {Group[]} groups
+ */
+export function lockLines(groups) {
+  return groups.map(({ joints: names, count, meaning, remedy }) => {
+    const which = names.length === 0 ? joints(count) : names.join(', ');
+    return `${which}: ${meaning}. To do: ${remedy}.`;
+  });
+}
+
+export class Arming {
+  #cells;
+  #ask;
+  #strip = find('arming');
+  #button = /** @type {HTMLButtonElement} */ (find('arm'));
+  #dialog = /** @type {HTMLDialogElement} */ (find('arm-dialog'));
+  /** The locks that the open dialog shows: those alone are acknowledged. @type {number | null} */
+  #shown = null;
+
+  /**
+   * @param {import('./cells.js').Cells} cells
+   * @param {(what: string, content?: any) => Promise<any>} ask
+   */
+  constructor(cells, ask) {
+    this.#cells = cells;
+    this.#ask = ask;
+    cells.on('arming', () => this.#update());
+    this.#button.addEventListener('click', () => this.#press());
+    find('arm-cancel').addEventListener('click', () => this.#dialog.close());
+    find('arm-others').addEventListener('click', () => this.#order({}));
+    find('arm-form').addEventListener('submit', (event) => {
+      event.preventDefault();
+      if (this.#shown !== null) this.#order({ locks: this.#shown });
+    });
+    this.#update();
+  }
+
+  /** @returns {Licences | undefined} */
+  get #licences() {
+    return this.#cells.get('arming');
+  }
+
+  #update() {
+    const { state, parts, canArm } = licenceWords(this.#licences);
+    this.#strip.dataset.state = state;
+    write(find('arming-words'), `${parts.join('. ')}.`);
+    this.#button.hidden = !canArm;
+  }
+
+  #press() {
+    const licences = this.#licences;
+    if (licences === undefined) return;
+    if (licences.locked.length === 0) {
+      this.#order({});
+      return;
+    }
+    this.#shown = licences.locks;
+    find('arm-causes').replaceChildren(...lockLines(licences.locked).map((text) => make('li', { text })));
+    find('arm-others').hidden = licences.disarmed.length === 0;
+    this.#dialog.showModal();
+    // Enter alone, pressed twice, acknowledges nothing.
+    find('arm-cancel').focus();
+  }
+
+  /** @param {{locks?: number}} content */
+  async #order(content) {
+    this.#dialog.close();
+    this.#shown = null;
+    this.#button.disabled = true;
+    await this.#ask('arm', content);
+    this.#button.disabled = false;
+  }
+}

@@ -1,0 +1,74 @@
+use message::{Joints, LicenceGroup, Licences};
+use serde_json::{Value, json};
+
+use crate::sheet::Sheet;
+
+/// Shows how many joints may move, and why the others may not.
+pub(crate) fn arming(sheet: &mut Sheet, names: &[String], joints: &Joints, is_stopped: bool) {
+    let licences = Licences::of(joints.all());
+    let groups = |groups: &[LicenceGroup]| -> Value {
+        groups
+            .iter()
+            .map(|group| {
+                let name = |joint: &u32| usize::try_from(*joint).ok().and_then(|index| names.get(index));
+                json!({
+                    "cause": group.cause.name(),
+                    "meaning": group.cause.meaning(),
+                    "remedy": group.cause.remedy(),
+                    "count": group.joints.len(),
+                    "joints": group.joints.iter().filter_map(name).collect::<Vec<_>>(),
+                })
+            })
+            .collect()
+    };
+    sheet.put(
+        "arming",
+        &json!({
+            "joints": joints.all().len(),
+            "armed": licences.armed,
+            "disarmed": groups(&licences.disarmed),
+            "locked": groups(&licences.locked),
+            "locks": joints.locks,
+            "stopped": is_stopped,
+            "limited": joints.limited,
+            "refused": joints.refused,
+        }),
+    );
+}
+
+#[cfg(test)]
+mod tests {
+    use message::{
+        JointCause, JointLicence, JointLink, JointMachines, JointMode, JointMotion, JointPower, JointState,
+    };
+
+    use super::*;
+
+    #[test]
+    fn the_causes_stand_beside_the_joints_that_are_locked_and_the_number_of_locks() {
+        let machines = JointMachines {
+            link: JointLink::Answering,
+            power: JointPower::Off,
+            licence: JointLicence::Locked,
+            licence_cause: JointCause::Blocked,
+            motion: JointMotion::Idle,
+        };
+        let state = |joint| JointState::unread(joint, JointMode::Limp, JointCause::Blocked);
+        let armed = JointMachines {
+            licence: JointLicence::Armed,
+            licence_cause: JointCause::None,
+            motion: JointMotion::Track,
+            ..machines
+        };
+        let mut joints = Joints { locks: 9, ..Joints::default() };
+        joints.set([state(0).with_machines(armed), state(1).with_machines(machines)].into_iter());
+        let mut sheet = Sheet::default();
+        arming(&mut sheet, &["neck".to_owned(), "elbow".to_owned()], &joints, false);
+        let shown: Value = serde_json::from_str(&sheet.since(0).unwrap()).unwrap();
+        let cell = &shown["cells"]["arming"];
+        assert_eq!((&cell["armed"], &cell["locks"], &cell["stopped"]), (&json!(1), &json!(9), &json!(false)));
+        assert_eq!(cell["locked"][0]["joints"], json!(["elbow"]));
+        assert_eq!(cell["locked"][0]["meaning"], JointCause::Blocked.meaning());
+        assert_eq!(cell["disarmed"], json!([]));
+    }
+}

@@ -1,0 +1,246 @@
+//! How the licences of a robot's joints stand, and what a person does about each cause.
+
+use crate::{JointCause, JointLicence, JointLink, JointState};
+
+/// Joints that stand in one licence for one cause.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct LicenceGroup {
+    /// The cause.
+    pub cause: JointCause,
+    /// The joints: their indices in the robot's configuration.
+    pub joints: Vec<u32>,
+}
+
+/// The joints of a robot by their licence, and within it by cause.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Licences {
+    /// How many joints are armed.
+    pub armed: usize,
+    /// Those that are disarmed. A state that is nonsense counts as disarmed.
+    pub disarmed: Vec<LicenceGroup>,
+    /// Those that are locked.
+    pub locked: Vec<LicenceGroup>,
+}
+
+impl Licences {
+    /// Sorts joints by their licence and cause.
+    #[must_use]
+    pub fn of(states: &[JointState]) -> Self {
+        let mut licences = Self::default();
+        for state in states {
+            let (licence, cause) =
+                state.machines().map_or((JointLicence::Disarmed, JointCause::NotStarted), |machines| {
+                    (machines.licence, machines.licence_cause)
+                });
+            let groups = match licence {
+                JointLicence::Armed => {
+                    licences.armed += 1;
+                    continue;
+                }
+                JointLicence::Disarmed => &mut licences.disarmed,
+                JointLicence::Locked => &mut licences.locked,
+            };
+            match groups.iter_mut().find(|group| group.cause == cause) {
+                Some(group) => group.joints.push(state.joint),
+                None => groups.push(LicenceGroup { cause, joints: vec![state.joint] }),
+            }
+        }
+        // The cause of the most joints first.
+        for groups in [&mut licences.disarmed, &mut licences.locked] {
+            groups.sort_by_key(|group| (usize::MAX - group.joints.len(), group.cause));
+        }
+        licences
+    }
+
+    /// How many joints are disarmed.
+    #[must_use]
+    pub fn disarmed_joints(&self) -> usize {
+        self.disarmed.iter().map(|group| group.joints.len()).sum()
+    }
+
+    /// How many joints are locked.
+    #[must_use]
+    pub fn locked_joints(&self) -> usize {
+        self.locked.iter().map(|group| group.joints.len()).sum()
+    }
+
+    /// Whether every joint is armed, and there are joints.
+    #[must_use]
+    pub fn is_all_armed(&self) -> bool {
+        self.armed > 0 && self.disarmed.is_empty() && self.locked.is_empty()
+    }
+
+    /// All that in a line: `3 locked: blocked; 62 armed`. Empty where there are no joints.
+    #[must_use]
+    pub fn line(&self) -> String {
+        let causes = |groups: &[LicenceGroup]| {
+            groups.iter().map(|group| group.cause.name()).collect::<Vec<_>>().join(", ")
+        };
+        let mut parts = Vec::new();
+        for (word, count, groups) in [
+            ("locked", self.locked_joints(), &self.locked),
+            ("disarmed", self.disarmed_joints(), &self.disarmed),
+        ] {
+            if count > 0 {
+                parts.push(format!("{count} {word}: {}", causes(groups)));
+            }
+        }
+        if self.armed > 0 {
+            parts.push(format!("{} armed", self.armed));
+        }
+        parts.join("; ")
+    }
+}
+
+impl JointCause {
+    /// What a joint's being locked or disarmed by this cause means, as a sentence without its full stop.
+    #[must_use]
+    pub const fn meaning(self) -> &'static str {
+        match self {
+            Self::None => "no cause is given",
+            Self::NotStarted => "the motor process started",
+            Self::CommandTimeout => "no goals came, and the torque went off",
+            Self::Silent => "the servo does not answer, or did not answer",
+            Self::Alert => "the servo reported a hardware alert",
+            Self::Watchdog => "the servo's bus watchdog tripped: no request reached the servo in time",
+            Self::BusLost => "the serial line of its bus was lost",
+            Self::Stopped => "the joint was stopped by order",
+            Self::Refused => "the servo refused an instruction, or is not the configured model",
+            Self::GroupStopped => "another joint failed, of its group or of one that carries it",
+            Self::BodyStopped => "a bus was lost, and the whole body stopped",
+            Self::Emergency => "the emergency stop was raised",
+            Self::Restarted => "the servo restarted: its power or its firmware failed for a moment",
+            Self::DuplicateId => "two servos answer to its identifier",
+            Self::Derated => "the servo is hot or short of voltage",
+            Self::Unbelieved => "the servo's clock does not advance, so its answers may be old",
+            Self::Blocked => {
+                "the joint did not follow its command: something held it, or its servo is too weak"
+            }
+            Self::BeyondLimits => {
+                "the joint stands far beyond its limits: a slipped horn, a wrong offset or a swapped servo"
+            }
+        }
+    }
+
+    /// What a person does about this cause before arming, as a sentence without its full stop.
+    #[must_use]
+    pub const fn remedy(self) -> &'static str {
+        match self {
+            Self::None | Self::NotStarted | Self::Stopped => "make sure that nobody is in reach, then arm",
+            Self::CommandTimeout => "start the process that sends goals, then arm",
+            Self::Silent => "check the power and the cable of the servo, then arm",
+            Self::Alert => {
+                "read the alert with `leo bus read JOINT hardware_error_status` and remove its reason; \
+                 `leo bus reboot JOINT` clears it"
+            }
+            Self::Watchdog => {
+                "check the cable, and with `leo top` whether the motor process overruns, then arm"
+            }
+            Self::BusLost | Self::BodyStopped => {
+                "check the adapter, its cable and the power of the bus, then arm"
+            }
+            Self::Refused => {
+                "read the refusal in the log of the motor process, and compare the servo with motor.toml"
+            }
+            Self::GroupStopped => "remove the failure of that joint first; `leo top`, key j, names it",
+            Self::Emergency => "make sure that nobody is in reach, release the stop, then arm",
+            Self::Restarted => "check the power supply and the connector of the servo, then arm",
+            Self::DuplicateId => {
+                "give one of the two servos another identifier; `leo bus scan` shows which answer"
+            }
+            Self::Derated => "let the servo cool down, or check the supply, then arm",
+            Self::Unbelieved => {
+                "restart the servo with `leo bus reboot JOINT`, and exchange it where that does not help"
+            }
+            Self::Blocked => {
+                "remove what held the joint, and check that nothing limits its servo: \
+                 `leo bus read JOINT goal_pwm profile_velocity`"
+            }
+            Self::BeyondLimits => {
+                "check the horn, the offset and the identifier of the servo, and move the joint back by hand"
+            }
+        }
+    }
+}
+
+impl JointState {
+    /// Whether a person should look at the joint: it is locked, its servo does not answer properly, or it is not as it
+    /// should be. A joint that only waits for being armed is in no trouble.
+    #[must_use]
+    pub fn is_in_trouble(&self) -> bool {
+        let is_waiting = matches!(self.cause(), Some(JointCause::None | JointCause::NotStarted));
+        let is_failing = self.machines().is_none_or(|machines| {
+            machines.licence == JointLicence::Locked
+                || matches!(machines.link, JointLink::Silent | JointLink::Doubted)
+        });
+        !is_waiting || is_failing
+    }
+
+    /// How long ago its servo was read, in seconds; `None` where it never was.
+    #[must_use]
+    pub fn reading_age_s(&self, now_ns: u64) -> Option<f64> {
+        if self.sampled_at_ns == 0 {
+            return None;
+        }
+        Some(std::time::Duration::from_nanos(now_ns.saturating_sub(self.sampled_at_ns)).as_secs_f64())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{JointMachines, JointMode, JointMotion, JointPower};
+
+    fn joint(index: u32, licence: JointLicence, licence_cause: JointCause) -> JointState {
+        JointState::unread(index, JointMode::Limp, JointCause::NotStarted).with_machines(JointMachines {
+            link: JointLink::Answering,
+            power: JointPower::Off,
+            licence,
+            licence_cause,
+            motion: JointMotion::Idle,
+        })
+    }
+
+    #[test]
+    fn joints_are_grouped_by_licence_and_cause_with_the_most_frequent_cause_first() {
+        let states = [
+            joint(0, JointLicence::Armed, JointCause::None),
+            joint(1, JointLicence::Disarmed, JointCause::Silent),
+            joint(2, JointLicence::Disarmed, JointCause::NotStarted),
+            joint(3, JointLicence::Disarmed, JointCause::NotStarted),
+            joint(4, JointLicence::Locked, JointCause::Blocked),
+        ];
+        let licences = Licences::of(&states);
+        assert_eq!(licences.line(), "1 locked: blocked; 3 disarmed: not-started, silent; 1 armed");
+        assert_eq!(licences.disarmed[0].joints, [2, 3]);
+        assert!(!licences.is_all_armed() && Licences::of(&states[..1]).is_all_armed());
+        assert!(!Licences::of(&[]).is_all_armed(), "no joint is armed where there is none");
+        assert_eq!(Licences::of(&[]).line(), "");
+    }
+
+    #[test]
+    fn every_cause_has_a_meaning_and_a_remedy_of_its_own_words() {
+        for cause in JointCause::ALL {
+            for said in [cause.meaning(), cause.remedy()] {
+                assert!(said.len() > 10 && !said.ends_with('.') && said.len() < 140, "{cause:?}: {said}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_joint_that_only_waits_for_being_armed_is_in_no_trouble() {
+        assert!(!joint(0, JointLicence::Disarmed, JointCause::NotStarted).is_in_trouble());
+        assert!(joint(0, JointLicence::Locked, JointCause::Blocked).is_in_trouble());
+        let silent = JointState::unread(0, JointMode::Quarantined, JointCause::Silent);
+        assert!(silent.is_in_trouble());
+    }
+
+    #[test]
+    fn a_reading_has_an_age_and_a_joint_that_was_never_read_has_none() {
+        let unread = JointState::unread(0, JointMode::Limp, JointCause::NotStarted);
+        assert_eq!(unread.reading_age_s(5), None);
+        let read = unread.with_reading(1_000_000_000, 0.0, 0.0, 0.0);
+        assert_eq!(read.reading_age_s(1_300_000_000), Some(0.3));
+        assert_eq!(read.reading_age_s(1), Some(0.0), "a reading is never from the future");
+    }
+}

@@ -1,0 +1,186 @@
+//! `leo arm` beside a robot whose boards are made up here, and beside a real one.
+
+use std::fs;
+use std::path::Path;
+use std::process::{Command, Stdio};
+use std::thread;
+
+use message::{
+    JointCause, JointLicence, JointLink, JointMachines, JointMode, JointMotion, JointPower, JointState,
+    Joints, Process, Roster,
+};
+use process::arming::{self, ArmOrder};
+use process::emergency;
+use transport::janitor::{Claim, Janitor, claim};
+use transport::{Delivery, Domain, JointsWriter, Node, Queues, RosterWriter};
+
+use crate::assert_refused;
+use crate::house::{Told, read, wait_until, write};
+
+/// A robot that is nothing but the boards of its supervisor and its motor process.
+struct Boards {
+    domain: Domain,
+    claim: Option<Claim>,
+    joints: JointsWriter,
+    _roster: RosterWriter,
+    _node: Node,
+}
+
+impl Boards {
+    fn of(name: &str, joints: &Joints) -> Self {
+        let domain = Domain::named(&format!("{name}-{}", std::process::id())).expect("a name");
+        let claim = claim(&domain).expect("is free");
+        domain.make().expect("there is shared memory");
+        let queues = Queues { frames: 1, delivery: Delivery::Newest };
+        let node = Node::join(&domain, "boards", 1, queues).expect("joins");
+        let mut roster = Roster::default();
+        roster.set_incarnation(Process::Motor, 1);
+        let mut written = RosterWriter::create(&node, Process::Supervisor, 1).expect("is the first");
+        written.write(&roster);
+        let mut board = JointsWriter::create(&node, Process::Motor, 1).expect("is the first");
+        board.write(joints);
+        Self { domain, claim: Some(claim), joints: board, _roster: written, _node: node }
+    }
+
+    fn root(&self) -> &Path {
+        self.domain.root()
+    }
+
+    /// Carries out the order that comes, as a motor process does; returns the order and what `leo arm` says.
+    fn armed(&mut self, arguments: &[&str], after: &Joints) -> (ArmOrder, Told) {
+        let root = self.root().to_owned();
+        let told = thread::scope(|scope| {
+            let told = scope.spawn(|| arm(&root, arguments));
+            let mut order = None;
+            let is_there = wait_until(|| {
+                order = order.or(arming::take(&root).expect("can be taken"));
+                order.is_some() || told.is_finished()
+            });
+            assert!(is_there, "no order comes");
+            self.joints.write(after);
+            (order, told.join().expect("runs"))
+        });
+        (told.0.unwrap_or_else(|| panic!("no order came: {:?}", told.1)), told.1)
+    }
+}
+
+impl Drop for Boards {
+    fn drop(&mut self) {
+        if let Some(claim) = self.claim.take() {
+            Janitor::new(&self.domain).wipe(claim);
+        }
+        let _gone = fs::remove_dir_all(self.root());
+    }
+}
+
+/// Runs `leo arm` beside a robot.
+fn arm(root: &Path, arguments: &[&str]) -> Told {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_leo"));
+    command.args(["arm", "--domain"]).arg(root).args(arguments).env_clear().stdin(Stdio::null());
+    let told = command.output().expect("runs");
+    let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
+    Told { status: told.status.code(), out: text(&told.stdout), err: text(&told.stderr) }
+}
+
+/// Joints of which each has a licence and a cause.
+fn joints(locks: u64, licences: &[(JointLicence, JointCause)]) -> Joints {
+    let mut joints = Joints { locks, ..Joints::default() };
+    joints.set((0_u32..).zip(licences).map(|(joint, &(licence, licence_cause))| {
+        JointState::unread(joint, JointMode::Limp, licence_cause).with_machines(JointMachines {
+            link: JointLink::Answering,
+            power: JointPower::Off,
+            licence,
+            licence_cause,
+            motion: JointMotion::Idle,
+        })
+    }));
+    joints
+}
+
+const ARMED: (JointLicence, JointCause) = (JointLicence::Armed, JointCause::None);
+const STARTED: (JointLicence, JointCause) = (JointLicence::Disarmed, JointCause::NotStarted);
+const BLOCKED: (JointLicence, JointCause) = (JointLicence::Locked, JointCause::Blocked);
+
+/// One test, because one process can join the boards of one domain only.
+#[test]
+fn joints_are_armed_by_order_and_locked_ones_by_acknowledgement_and_no_order_outlives_its_command() {
+    let mut robot = Boards::of("arm", &joints(0, &[STARTED, STARTED]));
+    let (order, told) = robot.armed(&[], &joints(0, &[ARMED, ARMED]));
+    assert_eq!(order, ArmOrder { acknowledged_locks: None });
+    assert_eq!((told.status, told.err.as_str()), (Some(0), ""), "{told:?}");
+    assert!(told.out.starts_with("2 joints disarmed, not-started: the motor process started\n"), "{told:?}");
+    assert!(told.out.ends_with("all 2 joints are armed\n"), "{told:?}");
+    // Where all are armed there is nothing to order.
+    let told = arm(robot.root(), &[]);
+    assert_eq!((told.status, told.out.as_str()), (Some(0), "all 2 joints are armed\n"), "{told:?}");
+
+    robot.joints.write(&joints(7, &[STARTED, BLOCKED]));
+    let (order, told) = robot.armed(&[], &joints(7, &[ARMED, BLOCKED]));
+    assert_eq!(order, ArmOrder { acknowledged_locks: None }, "nothing was acknowledged");
+    assert_eq!(told.status, Some(1), "{told:?}");
+    for line in [
+        "1 joint locked, blocked: ",
+        "    to do: remove what held the joint",
+        "1 of 2 joints are armed\n",
+        "`leo arm --acknowledge` unlocks those whose cause is gone",
+    ] {
+        assert!(told.out.contains(line), "{line}: {told:?}");
+    }
+    let told = arm(robot.root(), &[]);
+    assert!(told.status == Some(1) && told.out.contains("1 of 2 joints are armed"), "{told:?}");
+
+    let (order, told) = robot.armed(&["--acknowledge", "--json"], &joints(8, &[ARMED, ARMED]));
+    assert_eq!(order, ArmOrder { acknowledged_locks: Some(7) }, "the locks of before the order");
+    let document: serde_json::Value = serde_json::from_str(&told.out).expect("JSON");
+    let armed = (told.status, document["armed"].as_u64(), document["locks"].as_u64());
+    assert_eq!(armed, (Some(0), Some(2), Some(8)));
+    assert_eq!(document["locked"], serde_json::json!([]));
+
+    robot.joints.write(&joints(8, &[STARTED, ARMED]));
+    let told = arm(robot.root(), &[]);
+    assert!(told.status == Some(1) && told.err.contains("has not taken the order"), "{told:?}");
+    let left = arming::take(robot.root()).expect("reads");
+    assert_eq!(left, None, "a motor process that starts later would obey it");
+
+    emergency::raise(robot.root(), "a test").expect("raised");
+    assert_refused(&arm(robot.root(), &["--acknowledge"]), 1, &["leo emergency-stop --release"]);
+    assert_eq!(arming::take(robot.root()).expect("reads"), None);
+}
+
+#[test]
+fn where_no_robot_runs_nothing_is_armed() {
+    let nowhere = Path::new("/dev/shm/leo-nowhere-to-arm");
+    assert_refused(&arm(nowhere, &[]), 2, &["leo-nowhere-to-arm"]);
+}
+
+#[test]
+fn a_robot_that_does_not_arm_by_itself_is_armed_by_order_and_not_before() {
+    let files = tempfile::tempdir().expect("a folder");
+    let leo =
+        read("config/leo.toml").replace("automatic_arming = \"simulated\"", "automatic_arming = \"never\"");
+    let config = write(&files, "leo.toml", &leo);
+    let root = format!("/dev/shm/leo-arm-real-{}", std::process::id());
+    let mut robot = Command::new(env!("CARGO_BIN_EXE_leo"))
+        .args(["run", "--for", "3600", "--config", &config, "--domain", &root])
+        .env("XDG_STATE_HOME", files.path())
+        .stdin(Stdio::null())
+        .stdout(Stdio::null())
+        .stderr(Stdio::null())
+        .spawn()
+        .expect("starts");
+    let root = Path::new(&root);
+    // What it says until the motor process has reported its joints is that it has not.
+    let mut told = None;
+    wait_until(|| {
+        let said = arm(root, &["--json"]);
+        let is_there = !said.out.is_empty() || said.err.contains("has not taken the order");
+        told = Some(said);
+        is_there
+    });
+    let again = arm(root, &[]);
+    robot.kill().and_then(|()| robot.wait()).expect("is ours");
+    let told = told.expect("was run");
+    let document: serde_json::Value = serde_json::from_str(&told.out).unwrap_or_else(|_| panic!("{told:?}"));
+    assert_eq!((told.status, document["armed"].as_u64()), (Some(0), Some(65)), "{told:?}");
+    assert_eq!((again.status, again.out.as_str()), (Some(0), "all 65 joints are armed\n"), "{again:?}");
+}
