@@ -135,9 +135,15 @@ impl End {
     /// Waits for what the host says, and answers it.
     fn exchange(&self, pty: &Pty, pacer: &mut Pacer, voice: &mut Voice) -> Result<(), serial::Lost> {
         let mut heard = [0; 1024];
-        let count = pty.read(&mut heard, self.looks_at())?;
+        let mut count = pty.read(&mut heard, Instant::EPOCH)?;
+        let waited = count == 0;
+        if waited {
+            count = pty.read(&mut heard, self.looks_at())?;
+        }
         voice.answers.clear();
         let heard_at = clock::now();
+        // What was there already may have been written at this moment.
+        let written_at = if waited { voice.lateness.written_at(heard_at) } else { heard_at };
         let mut servos = self.servos();
         let (now, paced) = (servos.simulated.unwrap_or(heard_at), servos.simulated.is_none());
         if count == 0 {
@@ -157,7 +163,7 @@ impl End {
         servos.heard += count;
         servos.said += voice.answers.get().iter().map(|answer| answer.bytes.len()).sum::<usize>();
         drop(servos);
-        voice.say(pty, pacer, heard_at, count, paced);
+        voice.say(pty, pacer, written_at, count, paced);
         Ok(())
     }
 }
@@ -171,10 +177,9 @@ struct Voice {
 }
 
 impl Voice {
-    /// Says the answers as a wire would bring them. One that nobody takes is lost, as on a wire.
-    fn say(&mut self, pty: &Pty, pacer: &mut Pacer, heard_at: Instant, heard: usize, paced: bool) {
+    /// Says the answers as a wire would bring them, and never earlier. One that nobody takes is lost, as on a wire.
+    fn say(&mut self, pty: &Pty, pacer: &mut Pacer, written_at: Instant, heard: usize, paced: bool) {
         self.said.clear();
-        let written_at = heard_at - self.lateness.usual();
         let mut first_at = pacer.leave_at(written_at, heard, Duration::ZERO, 0);
         let mut leaves_at = first_at;
         for answer in self.answers.get() {
@@ -198,12 +203,15 @@ impl Voice {
     }
 }
 
-/// Sleeps so that it ends at `at` as a rule.
+/// Waits until `at`: asleep until shortly before, and awake for what is left, which is less than a wake-up takes.
 fn sleep_until(lateness: &mut Lateness, at: Instant) {
     let wake_at = at - lateness.usual();
     if clock::now() < wake_at {
         clock::sleep_until(wake_at);
         lateness.note(clock::now().since(wake_at));
+    }
+    while clock::now() < at {
+        std::hint::spin_loop();
     }
 }
 
