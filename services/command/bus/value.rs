@@ -38,6 +38,20 @@ pub(super) fn parse(entry: &Entry, text: &str) -> Result<i64, String> {
     }
 }
 
+/// Reads an angle of a joint, which needs its unit: a count would be one of the servo.
+pub(super) fn angle_rad(text: &str) -> Result<f64, String> {
+    let wrong = || {
+        format!("`{text}` is no angle of a joint: say 10deg or 0.17rad; a count of the servo goes with --raw")
+    };
+    let (number, per_unit) = match (text.strip_suffix("deg"), text.strip_suffix("rad")) {
+        (Some(number), _) => (number, 1_f64.to_radians()),
+        (_, Some(number)) => (number, 1.0),
+        (None, None) => return Err(wrong()),
+    };
+    let number: Option<f64> = number.trim().parse().ok().filter(|number: &f64| number.is_finite());
+    number.map(|number| number * per_unit).ok_or_else(wrong)
+}
+
 /// Whether a name could be meant by another.
 pub(super) fn alike(name: &str, said: &str) -> bool {
     let words: Vec<&str> = said.split(['_', '-', ' ']).filter(|word| word.len() > 2).collect();
@@ -64,6 +78,11 @@ mod tests {
         assert_eq!(parse(&item("min_voltage_limit"), "11.5V"), Ok(115));
         for nonsense in ["", "deg", "12V", "1e999deg", "NaNdeg", "nonsense", "4 5"] {
             assert!(parse(&goal, nonsense).is_err(), "{nonsense}");
+        }
+        assert!((angle_rad("-90deg").unwrap() + std::f64::consts::FRAC_PI_2).abs() < 1e-12);
+        assert_eq!(angle_rad("0.5 rad"), Ok(0.5));
+        for nonsense in ["2048", "deg", "infrad", "NaNdeg", "12V"] {
+            assert!(angle_rad(nonsense).unwrap_err().contains("is no angle of a joint"), "{nonsense}");
         }
         let said = parse(&item("torque_enable"), "on").unwrap_err();
         assert_eq!(said, "`on` is no value of torque_enable: say a whole number");
