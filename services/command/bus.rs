@@ -23,6 +23,7 @@ use servo::table::{self, Entry};
 use servo::{HardwareErrors, Instruction, Model};
 
 use self::line::{Line, clears};
+pub(super) use self::value::spelled;
 use self::whom::{Target, Where};
 use super::failure::Failed;
 use super::output;

@@ -75,6 +75,7 @@ fn go(servo: &mut Servo<'_>, joint: &Joint, goal_rad: f64, care: &Care<'_>) -> R
     }
     let stop = process::stop_flag().map_err(Failed::because)?;
     servo.slow_down(care.motor.soft_start_rad_s.get().min(joint.velocity_rad_s))?;
+    output::print(&format!("{name} goes from {} to {}\n", angle(present_rad), angle(goal_rad)))?;
     let ended = servo.go(joint.servo_rad(goal_rad), &stop, |_, _| Ok(true))?;
     let at = angle(joint.joint_rad(servo.reading()?.0.position_rad));
     let wrong = match ended {

@@ -135,15 +135,11 @@ impl End {
     /// Waits for what the host says, and answers it.
     fn exchange(&self, pty: &Pty, pacer: &mut Pacer, voice: &mut Voice) -> Result<(), serial::Lost> {
         let mut heard = [0; 1024];
-        let mut count = pty.read(&mut heard, Instant::EPOCH)?;
-        let waited = count == 0;
-        if waited {
-            count = pty.read(&mut heard, self.looks_at())?;
-        }
+        let count = pty.read(&mut heard, self.looks_at())?;
         voice.answers.clear();
+        // The host wrote it at this moment or earlier: how late bytes wake a thread is not known, and a guess would have
+        // answers come before a wire could bring them.
         let heard_at = clock::now();
-        // What was there already may have been written at this moment.
-        let written_at = if waited { voice.lateness.written_at(heard_at) } else { heard_at };
         let mut servos = self.servos();
         let (now, paced) = (servos.simulated.unwrap_or(heard_at), servos.simulated.is_none());
         if count == 0 {
@@ -163,7 +159,7 @@ impl End {
         servos.heard += count;
         servos.said += voice.answers.get().iter().map(|answer| answer.bytes.len()).sum::<usize>();
         drop(servos);
-        voice.say(pty, pacer, written_at, count, paced);
+        voice.say(pty, pacer, heard_at, count, paced);
         Ok(())
     }
 }
@@ -172,18 +168,18 @@ impl End {
 struct Voice {
     answers: Answers,
     said: Vec<u8>,
-    /// How late this thread is woken, be it by a clock or by bytes.
+    /// How late this thread is woken by a clock.
     lateness: Lateness,
 }
 
 impl Voice {
     /// Says the answers as a wire would bring them, and never earlier. One that nobody takes is lost, as on a wire.
-    fn say(&mut self, pty: &Pty, pacer: &mut Pacer, written_at: Instant, heard: usize, paced: bool) {
+    fn say(&mut self, pty: &Pty, pacer: &mut Pacer, heard_at: Instant, heard: usize, paced: bool) {
         self.said.clear();
-        let mut first_at = pacer.leave_at(written_at, heard, Duration::ZERO, 0);
+        let mut first_at = pacer.leave_at(heard_at, heard, Duration::ZERO, 0);
         let mut leaves_at = first_at;
         for answer in self.answers.get() {
-            let at = pacer.leave_at(written_at, 0, answer.wait, answer.bytes.len());
+            let at = pacer.leave_at(heard_at, 0, answer.wait, answer.bytes.len());
             if paced && !self.said.is_empty() && at.since(first_at) > TOGETHER {
                 sleep_until(&mut self.lateness, leaves_at);
                 let _taken = pty.write(&self.said, clock::now() + UNREAD);

@@ -1,22 +1,17 @@
-use clock::{Duration, Instant};
+use clock::Duration;
 
 /// The part of an observation in the estimate.
 const WEIGHT: u32 = 64;
 /// What is later than this counts as so late: it is the machine that stands still, and no thread's wake-up.
 const MOST: Duration = Duration::from_micros(100);
 
-/// How late a thread is woken: the mean, and the least of late.
+/// How late a sleeping thread is woken on the whole: the mean of how late it was, as it goes on.
 ///
-/// Bytes on a wire do not wait for a thread. The pacing takes the least lateness off the instant at which the thread
-/// heard an instruction: the host wrote it earlier than that by at least so much. The mean tells how much earlier than
-/// the wire's instant a thread has to be woken, so that it is not late itself.
+/// Bytes on a wire do not wait for a thread. A thread that is woken earlier by this much, and waits awake for what is
+/// left, is on time.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Lateness {
     usual: Duration,
-    /// The least of this round of observations and of the one before.
-    least: [Option<Duration>; 2],
-    /// Observations in this round.
-    count: u32,
 }
 
 impl Lateness {
@@ -25,21 +20,9 @@ impl Lateness {
         self.usual
     }
 
-    /// When the host wrote what a thread that had to be woken heard at `heard_at`: this instant or earlier.
-    pub(crate) fn written_at(&self, heard_at: Instant) -> Instant {
-        heard_at - self.least.iter().flatten().min().copied().unwrap_or_default()
-    }
-
     /// Notes how late the thread was woken.
     pub(crate) fn note(&mut self, late: Duration) {
-        let late = late.min(MOST);
-        self.usual = ((WEIGHT - 1) * self.usual + late) / WEIGHT;
-        let [this, before] = self.least;
-        (self.least, self.count) = if self.count < WEIGHT {
-            ([Some(this.map_or(late, |least| least.min(late))), before], self.count + 1)
-        } else {
-            ([Some(late), this], 1)
-        };
+        self.usual = ((WEIGHT - 1) * self.usual + late.min(MOST)) / WEIGHT;
     }
 }
 
@@ -60,22 +43,5 @@ mod tests {
         assert!((MOST - US..=MOST).contains(&lateness.usual()), "{lateness:?}");
         (0..1000).for_each(|_| lateness.note(Duration::ZERO));
         assert!(lateness.usual() < US, "{lateness:?}");
-    }
-
-    /// A host that writes at `written`, to a thread that is woken later, never hears the answer before the wire could
-    /// have brought it.
-    #[test]
-    fn what_is_taken_off_is_never_more_than_the_least_lateness() {
-        let mut lateness = Lateness::default();
-        let heard_at = Instant::EPOCH + 1000 * US;
-        assert_eq!(lateness.written_at(heard_at), heard_at);
-        (0..10).for_each(|_| lateness.note(90 * US));
-        lateness.note(7 * US);
-        (0..60).for_each(|_| lateness.note(90 * US));
-        assert!(lateness.usual() > 50 * US, "{lateness:?}");
-        assert_eq!(lateness.written_at(heard_at), heard_at - 7 * US);
-        // What was long ago says nothing any more.
-        (0..200).for_each(|_| lateness.note(30 * US));
-        assert_eq!(lateness.written_at(heard_at), heard_at - 30 * US);
     }
 }

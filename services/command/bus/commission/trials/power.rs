@@ -13,7 +13,7 @@ const SETTLES: Duration = Duration::from_millis(150);
 /// By how much it may move then.
 const STILL_RAD: f64 = 0.0175;
 /// How long servos may take until they answer after their power came on.
-const STARTS_WITHIN: Duration = Duration::from_secs(5);
+const STARTS_WITHIN: Duration = Duration::from_secs(15);
 
 pub(super) fn torque(bench: &mut Bench<'_>) -> Result<Measured, Failed> {
     let mut measured = Measured::default();
