@@ -168,6 +168,13 @@ struct Bench {
     json: bool,
 }
 
+/// The words of the command line. Negative numbers with a unit are values where `leo bus write` takes one.
+pub(crate) fn arguments() -> Vec<std::ffi::OsString> {
+    let words: Vec<_> = std::env::args_os().collect();
+    let said = |word: &str| words.iter().any(|other| other == word);
+    if said("bus") && said("write") { words.into_iter().map(bus::spelled).collect() } else { words }
+}
+
 impl Leo {
     /// Does what the command line says.
     pub(crate) fn run(self) -> Result<ExitCode, Failure> {

@@ -7,7 +7,7 @@ use std::process::ExitCode;
 use clap::Parser as _;
 
 fn main() -> ExitCode {
-    match command::Leo::parse().run() {
+    match command::Leo::parse_from(command::arguments()).run() {
         Ok(code) => code,
         Err(failure) => {
             // The only place where an error of a command reaches its user.

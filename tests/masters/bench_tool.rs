@@ -8,7 +8,7 @@ use clock::Duration;
 use crate::mock_bus::MockBus;
 
 /// Says something to the torso's bus: exit status, what it printed, and what it said went wrong.
-fn bus(mock: &MockBus, arguments: &[&str]) -> (Option<i32>, String, String) {
+pub(crate) fn bus(mock: &MockBus, arguments: &[&str]) -> (Option<i32>, String, String) {
     let told = Command::new(env!("CARGO_BIN_EXE_leo"))
         .arg("bus")
         .args(arguments)
@@ -22,18 +22,18 @@ fn bus(mock: &MockBus, arguments: &[&str]) -> (Option<i32>, String, String) {
 }
 
 /// A file of the repository.
-fn read(file: &str) -> String {
+pub(crate) fn read(file: &str) -> String {
     std::fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join(file)).expect("reads")
 }
 
 /// The same, of which it is asked that it went well.
-fn well(mock: &MockBus, arguments: &[&str]) -> String {
+pub(crate) fn well(mock: &MockBus, arguments: &[&str]) -> String {
     let (status, said, wrong) = bus(mock, arguments);
     assert_eq!(status, Some(0), "{arguments:?}: {said} {wrong}");
     said
 }
 
-fn refused(mock: &MockBus, arguments: &[&str], expected: (i32, &str)) {
+pub(crate) fn refused(mock: &MockBus, arguments: &[&str], expected: (i32, &str)) {
     let (status, said, wrong) = bus(mock, arguments);
     assert_eq!(status, Some(expected.0), "{arguments:?}: {said} {wrong}");
     assert!(wrong.contains(expected.1), "{arguments:?}: {wrong}");
@@ -56,7 +56,7 @@ fn servos_are_found_read_written_and_let_go() {
     );
     assert!(well(&mock, &["write", "--id", "1", "return_delay_time", "4us"]).contains(" 2 "));
     well(&mock, &["torque", "on", yaw]);
-    assert!(well(&mock, &["write", yaw, "goal_position", "190deg"]).contains("2162"));
+    assert!(well(&mock, &["write", yaw, "goal_position", "10deg"]).contains("is at 10.0 deg (0.17"));
     refused(
         &mock,
         &["write", yaw, "min_position_limit", "5"],

@@ -2,9 +2,12 @@
 #![expect(clippy::expect_used, reason = "a test fails by panicking")]
 
 mod bench_tool;
+mod commission;
 mod mock_bus;
+mod moving;
 #[path = "../sources/venv.rs"]
 mod venv;
+mod wire;
 
 use std::process::{Command, Stdio};
 
@@ -21,13 +24,13 @@ const GOAL_POSITION: u8 = 116;
 const PRESENT_POSITION: u8 = 132;
 const HARDWARE_ERROR_STATUS: u8 = 70;
 
-fn open(mock: &MockBus, bus: &str) -> Box<dyn SerialPort> {
+pub(crate) fn open(mock: &MockBus, bus: &str) -> Box<dyn SerialPort> {
     let path = mock.path(bus).to_str().expect("a path of letters").to_owned();
     serialport::new(path, BAUD).timeout(Duration::from_millis(500)).open().expect("opens")
 }
 
 /// Waits until a look shows what is awaited, five hundred times at most.
-fn comes(mut looks: impl FnMut() -> bool) -> bool {
+pub(crate) fn comes(mut looks: impl FnMut() -> bool) -> bool {
     (0..500).any(|_| {
         let is_so = looks();
         if !is_so {

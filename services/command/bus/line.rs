@@ -4,10 +4,10 @@ use std::path::Path;
 use std::time::Duration;
 
 use serial::Tty;
-use servo::table;
-use servo::{Address, Fault, Id, Instruction, Model, Parser, Status};
+use servo::table::{self, Item};
+use servo::{Address, Fault, HardwareErrors, Id, Instruction, Model, Parser, Reading, Status};
 
-use super::{Failed, refused};
+use super::Failed;
 
 /// Bytes of an instruction at most.
 const INSTRUCTION: usize = 64;
@@ -24,11 +24,15 @@ const DRAINS: u32 = 64;
 pub(super) struct Line {
     tty: Tty,
     parser: Parser,
+    /// Whether an instruction was heard, which only this master says: its echo.
+    echoes: bool,
 }
 
 /// What a servo answered.
 pub(super) struct Said {
     pub(super) fault: Option<Fault>,
+    /// Whether the servo has a hardware alert: bit 7 of every answer.
+    pub(super) alert: bool,
     pub(super) data: Vec<u8>,
 }
 
@@ -38,12 +42,19 @@ pub(super) struct Found {
     pub(super) id: u8,
     pub(super) model: u16,
     pub(super) firmware: u8,
+    /// Whether it has a hardware alert.
+    pub(super) alert: bool,
 }
 
 impl Line {
     pub(super) fn open(path: &Path, baud: u32) -> Result<Self, Failed> {
         let tty = Tty::open(path, baud).map_err(Failed::because)?;
-        Ok(Self { tty, parser: Parser::new() })
+        Ok(Self { tty, parser: Parser::new(), echoes: false })
+    }
+
+    /// Whether the line was heard to echo what was said on it.
+    pub(super) const fn echoes(&self) -> bool {
+        self.echoes
     }
 
     /// Who answers a ping to all.
@@ -96,21 +107,64 @@ impl Line {
             let mut said = None;
             self.listen(PATIENCE, |status| {
                 if status.id.get() == id {
-                    said = Some(Said { fault: status.fault, data: status.params.to_vec() });
+                    let (fault, alert) = (status.fault, status.alert);
+                    said = Some(Said { fault, alert, data: status.params.to_vec() });
                 }
                 said.is_some()
             })?;
             if let Some(said) = said {
-                return refused(id, &said).map_or(Ok(said), Err);
+                return match said.fault {
+                    None => Ok(said),
+                    Some(fault) => Err(self.refusal(id, fault, said.alert)),
+                };
             }
         }
         Err(silent(id))
     }
 
-    /// Says something to a servo that may answer as somebody else afterwards.
+    /// Why a servo did not obey: its error, and the hardware alert that may be the cause of it.
+    fn refusal(&mut self, id: u8, fault: Fault, alert: bool) -> Failed {
+        let told = self.alert(id).ok().flatten().filter(|_| alert);
+        Failed::because(match told {
+            Some(errors) => format!("{fault}; {}", clears(id, errors)),
+            None => format!("id {id}: {fault}"),
+        })
+    }
+
+    /// The hardware errors of a servo, if it has any.
+    pub(super) fn alert(&mut self, id: u8) -> Result<Option<HardwareErrors>, Failed> {
+        let item = table::HARDWARE_ERROR_STATUS;
+        let said = self.ask(id, Instruction::Read { address: item.address, length: item.length })?;
+        let errors = HardwareErrors(said.data.first().copied().unwrap_or_default());
+        Ok((!errors.is_none()).then_some(errors))
+    }
+
+    /// Says something to a servo that may answer as another one afterwards.
     pub(super) fn tell(&mut self, id: u8, instruction: Instruction<'_>) -> Result<(), Failed> {
         self.say(address(id)?, instruction)?;
         self.listen(PATIENCE, |_| true)
+    }
+
+    /// The value of an item by its place, in counts.
+    pub(super) fn get(&mut self, model: Model, id: u8, item: Item) -> Result<i64, Failed> {
+        let said = self.ask(id, Instruction::Read { address: item.address, length: item.length })?;
+        let entry = table::by_address(model, item.address);
+        entry.and_then(|entry| entry.value(&said.data)).ok_or_else(|| silent(id))
+    }
+
+    /// Writes an item by its place, in counts.
+    pub(super) fn put(&mut self, id: u8, item: Item, value: i64) -> Result<(), Failed> {
+        let bytes = value.to_le_bytes();
+        let data = bytes.get(..usize::from(item.length)).unwrap_or_default();
+        self.ask(id, Instruction::Write { address: item.address, data }).map(|_| ())
+    }
+
+    /// What a servo measures, and whether it has a hardware alert.
+    pub(super) fn reading(&mut self, model: Model, id: u8) -> Result<(Reading, bool), Failed> {
+        let item = Reading::ITEM;
+        let said = self.ask(id, Instruction::Read { address: item.address, length: item.length })?;
+        let reading = Reading::parse(model, &said.data).ok_or_else(|| silent(id))?;
+        Ok((reading, said.alert))
     }
 
     /// The value of an item, in counts.
@@ -161,6 +215,8 @@ impl Line {
                     if take(&status) {
                         return Ok(());
                     }
+                } else {
+                    self.echoes = true;
                 }
             }
         }
@@ -169,7 +225,13 @@ impl Line {
 
 fn as_found(status: &Status<'_>) -> Option<Found> {
     let &[low, high, firmware] = status.params else { return None };
-    Some(Found { id: status.id.get(), model: u16::from_le_bytes([low, high]), firmware })
+    let model = u16::from_le_bytes([low, high]);
+    Some(Found { id: status.id.get(), model, firmware, alert: status.alert })
+}
+
+/// What a hardware alert is, and what clears it.
+pub(super) fn clears(id: u8, errors: HardwareErrors) -> String {
+    format!("id {id}: hardware alert ({errors}); `leo bus reboot --id {id}` clears it once its cause is gone")
 }
 
 fn address(id: u8) -> Result<Address, Failed> {

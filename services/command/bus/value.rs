@@ -1,5 +1,7 @@
 //! Values as people write and read them: counts, or numbers with a unit.
 
+use std::ffi::OsString;
+
 use quantity::number::{float_of_signed, round_i64};
 use servo::table::Entry;
 
@@ -11,8 +13,27 @@ pub(super) fn show(entry: &Entry, count: i64) -> String {
     }
 }
 
+/// The sign that the command line keeps apart from an option's.
+const MINUS: char = '\u{2212}';
+
+/// A word of the command line: where it is a negative number with a unit, such as `-10deg`, with a minus sign instead of
+/// the hyphen with which options begin.
+pub(crate) fn spelled(word: OsString) -> OsString {
+    let is_number = |rest: &str| {
+        let digits = rest.trim_start_matches('.');
+        digits.starts_with(|c: char| c.is_ascii_digit())
+            && digits.ends_with(|c: char| c.is_ascii_alphabetic())
+    };
+    match word.to_str().and_then(|text| text.strip_prefix('-')) {
+        Some(rest) if is_number(rest) => format!("{MINUS}{rest}").into(),
+        _ => word,
+    }
+}
+
 /// Reads a count, or a number with the item's unit.
 pub(super) fn parse(entry: &Entry, text: &str) -> Result<i64, String> {
+    let text = text.replace(MINUS, "-");
+    let text = text.as_str();
     if let Ok(count) = text.parse() {
         return Ok(count);
     }
@@ -36,6 +57,21 @@ pub(super) fn parse(entry: &Entry, text: &str) -> Result<i64, String> {
             None => format!("`{text}` is no value of {entry}: say a whole number"),
         }),
     }
+}
+
+/// Reads an angle of a joint, which needs its unit: a count would be one of the servo.
+pub(super) fn angle_rad(text: &str) -> Result<f64, String> {
+    let text = text.replace(MINUS, "-");
+    let wrong = || {
+        format!("`{text}` is no angle of a joint: say 10deg or 0.17rad; a count of the servo goes with --raw")
+    };
+    let (number, per_unit) = match (text.strip_suffix("deg"), text.strip_suffix("rad")) {
+        (Some(number), _) => (number, 1_f64.to_radians()),
+        (_, Some(number)) => (number, 1.0),
+        (None, None) => return Err(wrong()),
+    };
+    let number: Option<f64> = number.trim().parse().ok().filter(|number: &f64| number.is_finite());
+    number.map(|number| number * per_unit).ok_or_else(wrong)
 }
 
 /// Whether a name could be meant by another.
@@ -64,6 +100,18 @@ mod tests {
         assert_eq!(parse(&item("min_voltage_limit"), "11.5V"), Ok(115));
         for nonsense in ["", "deg", "12V", "1e999deg", "NaNdeg", "nonsense", "4 5"] {
             assert!(parse(&goal, nonsense).is_err(), "{nonsense}");
+        }
+        assert!((angle_rad("-90deg").unwrap() + std::f64::consts::FRAC_PI_2).abs() < 1e-12);
+        assert_eq!(angle_rad("0.5 rad"), Ok(0.5));
+        for (said, is) in
+            [("-10deg", "\u{2212}10deg"), ("-.5rad", "\u{2212}.5rad"), ("-7", "-7"), ("--id", "--id")]
+        {
+            assert_eq!(spelled(said.into()), OsString::from(is));
+        }
+        assert_eq!(parse(&goal, "\u{2212}90deg"), Ok(-1024));
+        assert!((angle_rad("\u{2212}90deg").unwrap() + std::f64::consts::FRAC_PI_2).abs() < 1e-12);
+        for nonsense in ["2048", "deg", "infrad", "NaNdeg", "12V"] {
+            assert!(angle_rad(nonsense).unwrap_err().contains("is no angle of a joint"), "{nonsense}");
         }
         let said = parse(&item("torque_enable"), "on").unwrap_err();
         assert_eq!(said, "`on` is no value of torque_enable: say a whole number");

@@ -52,12 +52,14 @@ pub(super) struct Where<'a> {
 }
 
 /// A servo that was meant.
-pub(super) struct Named {
+pub(super) struct Named<'a> {
     pub(super) id: u8,
     pub(super) name: String,
+    /// The joint, where it is named by that.
+    pub(super) joint: Option<&'a Joint>,
 }
 
-impl fmt::Display for Named {
+impl fmt::Display for Named<'_> {
     fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
         out.write_str(&self.name)
     }
@@ -72,7 +74,17 @@ impl fmt::Display for Opening<'_> {
     }
 }
 
-impl Opening<'_> {
+impl<'a> Opening<'a> {
+    /// The same at another speed.
+    pub(super) fn at(&self, baud: u32) -> Self {
+        Self { baud, ..self.clone() }
+    }
+
+    /// Its joint of an identifier.
+    pub(super) fn joint(&self, id: u8) -> Option<&'a Joint> {
+        self.joints.iter().copied().find(|joint| joint.id == id)
+    }
+
     pub(super) fn open(&self) -> Result<Line, Failed> {
         let path = self.path.as_ref().ok_or_else(|| {
             Failed::usage(format!(
@@ -123,8 +135,7 @@ impl<'a> Where<'a> {
 
     /// The same at another speed.
     pub(super) fn at(&self, baud: u32) -> Self {
-        let faster = |bus: &Opening<'a>| Opening { baud, ..bus.clone() };
-        Self { buses: self.buses.iter().map(faster).collect() }
+        Self { buses: self.buses.iter().map(|bus| bus.at(baud)).collect() }
     }
 
     /// The buses.
@@ -133,11 +144,14 @@ impl<'a> Where<'a> {
     }
 
     /// The one servo that is meant, on its bus.
-    pub(super) fn one(&self, target: &Target) -> Result<(Line, Named), Failed> {
+    pub(super) fn one(&self, target: &Target) -> Result<(Line, Named<'a>), Failed> {
         if let Some(name) = &target.joint {
             for bus in &self.buses {
                 if let Some(joint) = bus.joints.iter().find(|joint| joint.name == *name) {
-                    return Ok((bus.open()?, Named { id: joint.id, name: name.clone() }));
+                    return Ok((
+                        bus.open()?,
+                        Named { id: joint.id, name: name.clone(), joint: Some(*joint) },
+                    ));
                 }
             }
             return Err(Failed::usage(format!(
@@ -145,7 +159,7 @@ impl<'a> Where<'a> {
             )));
         }
         match (target.id, self.buses.as_slice()) {
-            (Some(id), [bus]) => Ok((bus.open()?, Named { id, name: format!("id {id}") })),
+            (Some(id), [bus]) => Ok((bus.open()?, Named { id, name: format!("id {id}"), joint: None })),
             (Some(_), _) => Err(Failed::usage("an id is of one bus: say which with --bus or --device")),
             (None, _) => Err(Failed::usage("say which servo: its joint, or --id with --bus or --device")),
         }

@@ -137,6 +137,8 @@ impl End {
         let mut heard = [0; 1024];
         let count = pty.read(&mut heard, self.looks_at())?;
         voice.answers.clear();
+        // The host wrote it at this moment or earlier: how late bytes wake a thread is not known, and a guess would have
+        // answers come before a wire could bring them.
         let heard_at = clock::now();
         let mut servos = self.servos();
         let (now, paced) = (servos.simulated.unwrap_or(heard_at), servos.simulated.is_none());
@@ -166,19 +168,18 @@ impl End {
 struct Voice {
     answers: Answers,
     said: Vec<u8>,
-    /// How late this thread is woken, be it by a clock or by bytes.
+    /// How late this thread is woken by a clock.
     lateness: Lateness,
 }
 
 impl Voice {
-    /// Says the answers as a wire would bring them. One that nobody takes is lost, as on a wire.
+    /// Says the answers as a wire would bring them, and never earlier. One that nobody takes is lost, as on a wire.
     fn say(&mut self, pty: &Pty, pacer: &mut Pacer, heard_at: Instant, heard: usize, paced: bool) {
         self.said.clear();
-        let written_at = heard_at - self.lateness.usual();
-        let mut first_at = pacer.leave_at(written_at, heard, Duration::ZERO, 0);
+        let mut first_at = pacer.leave_at(heard_at, heard, Duration::ZERO, 0);
         let mut leaves_at = first_at;
         for answer in self.answers.get() {
-            let at = pacer.leave_at(written_at, 0, answer.wait, answer.bytes.len());
+            let at = pacer.leave_at(heard_at, 0, answer.wait, answer.bytes.len());
             if paced && !self.said.is_empty() && at.since(first_at) > TOGETHER {
                 sleep_until(&mut self.lateness, leaves_at);
                 let _taken = pty.write(&self.said, clock::now() + UNREAD);
@@ -198,12 +199,15 @@ impl Voice {
     }
 }
 
-/// Sleeps so that it ends at `at` as a rule.
+/// Waits until `at`: asleep until shortly before, and awake for what is left, which is less than a wake-up takes.
 fn sleep_until(lateness: &mut Lateness, at: Instant) {
     let wake_at = at - lateness.usual();
     if clock::now() < wake_at {
         clock::sleep_until(wake_at);
         lateness.note(clock::now().since(wake_at));
+    }
+    while clock::now() < at {
+        std::hint::spin_loop();
     }
 }
 

@@ -5,10 +5,10 @@ const WEIGHT: u32 = 64;
 /// What is later than this counts as so late: it is the machine that stands still, and no thread's wake-up.
 const MOST: Duration = Duration::from_micros(100);
 
-/// How late a thread is woken on the whole: the mean of how late it was, as it goes on.
+/// How late a sleeping thread is woken on the whole: the mean of how late it was, as it goes on.
 ///
-/// Bytes on a wire do not wait for a thread. So what is paced by one that sleeps is paced right on the whole
-/// if the thread takes its own lateness off: the mean of it, since times add up.
+/// Bytes on a wire do not wait for a thread. A thread that is woken earlier by this much, and waits awake for what is
+/// left, is on time.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Lateness {
     usual: Duration,

@@ -85,6 +85,13 @@ pub fn now() -> Instant {
     Instant(seconds * NANOS_PER_SECOND + nanos)
 }
 
+/// The date as the machine believes it to be, in seconds since the beginning of 1970 (UTC): for names and reports, and
+/// never to measure time by.
+#[must_use]
+pub fn date_s() -> u64 {
+    u64::try_from(clock_gettime(ClockId::Realtime).tv_sec).unwrap_or(0)
+}
+
 /// Sleeps until `wake` on the absolute clock; returns at once when it has passed.
 ///
 /// An absolute sleep does not drift, and a signal that interrupts it does not lengthen it.

@@ -35,28 +35,51 @@ const SUPPLY_OHM: f64 = 0.1;
 /// Of the factory's current limit, what is too much for longer than a second.
 const OVERLOAD: f64 = 0.8;
 const OVERLOAD_S: f64 = 1.0;
+/// The drive mode in which positions, velocities, currents and duties are counted the other way.
+const REVERSE: i64 = 1;
 /// The drive mode in which profiles are times.
 const TIME_BASED: i64 = 1 << 2;
 /// As near as this to the goal, in counts, it has arrived.
 const ARRIVED: i64 = 20;
 /// The counts of a duty of 100 %.
 const FULL_DUTY: f64 = 885.0;
+/// Duty per count between the trajectory and where the shaft is held: the factory's gain (item 84) by 128.
+const DUTY_PER_COUNT: f64 = 800.0 / 128.0 / FULL_DUTY;
+/// The shaft is further than this from its trajectory, in counts: it cannot follow.
+const CANNOT_FOLLOW: i64 = 50;
+/// A speed that is above what the duty allows only by rounding.
+const ROUNDING: f64 = 1.000_001;
 
-/// What moves.
+/// What moves, in the frame of the shaft: the drive mode decides how the table counts it.
 #[derive(Clone, Debug)]
 pub(super) struct Dynamics {
     model: Model,
     motion: Motion,
+    /// Where the profile is: ahead of the shaft where an obstacle holds it, or where its duty is too low.
+    trajectory: Motion,
     /// Whether it goes to the goal, or stands until there is one.
     going: bool,
-    /// What the profile allows on the way to the goal, where it is a time.
-    timed: Option<Limits>,
+    /// What the profile allows on the way to the goal, as it was when the goal was written.
+    profile: Option<Limits>,
+    /// Whether an obstacle holds the shaft: one of a caller, and one of a fault.
+    blocked: [bool; 2],
+    /// The duty with which it pushes against an obstacle.
+    push: f64,
     current_a: f64,
     temperature_c: f64,
     /// What the load takes, beside what the motion does.
     load_a: f64,
     supply_v: f64,
+    /// What the supply has while a fault holds it down.
+    sag_v: Option<f64>,
     overloaded_s: f64,
+}
+
+/// Whose obstacle it is that holds the shaft.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Obstacle {
+    Caller,
+    Fault,
 }
 
 impl Dynamics {
@@ -64,12 +87,16 @@ impl Dynamics {
         Self {
             model,
             motion: Motion::at(position_rad),
+            trajectory: Motion::at(position_rad),
             going: false,
-            timed: None,
+            profile: None,
+            blocked: [false; 2],
+            push: 0.0,
             current_a: 0.0,
             temperature_c: AMBIENT_C,
             load_a: 0.0,
             supply_v: model.nominal_volts(),
+            sag_v: None,
             overloaded_s: 0.0,
         }
     }
@@ -80,6 +107,31 @@ impl Dynamics {
 
     pub(super) fn push_by(&mut self, by_rad: f64) {
         self.motion.position_rad += by_rad;
+        self.trajectory.position_rad += by_rad;
+    }
+
+    /// An obstacle holds the shaft from now on, or no longer.
+    pub(super) const fn block(&mut self, obstacle: Obstacle, holds: bool) {
+        let [caller, fault] = self.blocked;
+        self.blocked = match obstacle {
+            Obstacle::Caller => [holds, fault],
+            Obstacle::Fault => [caller, holds],
+        };
+    }
+
+    /// Whether a caller's obstacle, or a fault's, holds the shaft.
+    pub(super) const fn is_held_by(&self, obstacle: Obstacle) -> bool {
+        let [caller, fault] = self.blocked;
+        match obstacle {
+            Obstacle::Caller => caller,
+            Obstacle::Fault => fault,
+        }
+    }
+
+    /// Whether an obstacle holds the shaft.
+    pub(super) const fn is_blocked(&self) -> bool {
+        let [caller, fault] = self.blocked;
+        caller || fault
     }
 
     pub(super) const fn warm_to(&mut self, temperature_c: f64) {
@@ -94,21 +146,38 @@ impl Dynamics {
         self.supply_v = volts;
     }
 
-    /// Goes to the goal that stands in the table.
+    /// The supply has this voltage while a fault lasts, in volts; none when it is over.
+    pub(super) const fn sag(&mut self, volts: Option<f64>) {
+        self.sag_v = volts;
+    }
+
+    pub(super) const fn sags(&self) -> Option<f64> {
+        self.sag_v
+    }
+
+    /// Goes to the goal that stands in the table, on the profile that stands there now.
     pub(super) fn go(&mut self, memory: &Memory) {
         self.going = true;
-        self.timed = self.time_based(memory);
+        self.profile = Some(self.time_based(memory).unwrap_or_else(|| Self::limits(memory)));
     }
 
     pub(super) const fn stop(&mut self) {
         self.going = false;
+        self.profile = None;
+        self.trajectory = self.motion;
+    }
+
+    /// Where the table says that the shaft stands, in counts without the homing offset.
+    pub(super) fn count(&self, memory: &Memory) -> i32 {
+        position_count(direction(memory) * self.motion.position_rad)
     }
 
     /// Forgets whole turns.
-    pub(super) fn unwind(&mut self) {
-        let count = position_count(self.motion.position_rad);
-        let turns = count.div_euclid(4096);
-        self.motion.position_rad -= f64::from(turns) * std::f64::consts::TAU;
+    pub(super) fn unwind(&mut self, memory: &Memory) {
+        let turns = f64::from(self.count(memory).div_euclid(4096));
+        let by_rad = direction(memory) * turns * std::f64::consts::TAU;
+        self.motion.position_rad -= by_rad;
+        self.trajectory.position_rad -= by_rad;
     }
 
     /// What the servo protects itself from, one bit each.
@@ -129,55 +198,116 @@ impl Dynamics {
 
     pub(super) fn advance(&mut self, memory: &Memory, by: Duration) {
         let torque = memory.get(TORQUE_ENABLE) == 1;
-        let limits = self.limits(memory);
+        let limits = self.profile.unwrap_or_else(|| Self::limits(memory));
+        let most_a = OVERLOAD * float_of_signed(memory.get(CURRENT_LIMIT)) * self.model.amperes_per_count();
         let mut left = by;
         let mut steps = 0;
         while !left.is_zero() {
             let step = if steps < STEPS_MOST { left.min(STEP) } else { left };
             let dt_s = step.as_secs_f64();
+            if !torque {
+                self.trajectory = self.motion;
+            }
             // The numbers come from a table of integers: there is always a next motion.
-            let next = self.next(memory, torque, limits, dt_s).unwrap_or(self.motion);
+            let led = self.next(memory, torque, limits, dt_s).unwrap_or(self.trajectory);
+            let next = self.follow(memory, torque, led, dt_s);
             let acceleration = (next.velocity_rad_s - self.motion.velocity_rad_s) / dt_s;
+            self.trajectory = led;
+            self.motion = next;
+            self.push = if torque { self.push(memory) } else { 0.0 };
             self.current_a =
                 if torque { self.current(memory, next.velocity_rad_s, acceleration) } else { 0.0 };
             let cooling = COOLING_PER_S * (self.temperature_c - AMBIENT_C);
             let heating = HEATING_C_PER_A2_S * self.current_a * self.current_a - cooling;
             self.temperature_c += heating * dt_s.min(1.0);
-            let most_a =
-                OVERLOAD * float_of_signed(memory.get(CURRENT_LIMIT)) * self.model.amperes_per_count();
             let overloaded = most_a > 0.0 && self.current_a.abs() > most_a;
             self.overloaded_s = if overloaded { self.overloaded_s + dt_s } else { 0.0 };
-            self.motion = next;
             left -= step;
             steps += 1;
         }
     }
 
+    /// Where the profile is after a step.
     fn next(&self, memory: &Memory, torque: bool, limits: Limits, dt_s: f64) -> Option<Motion> {
         if !(torque && self.going) {
-            return self.motion.stopping(limits, dt_s);
+            return self.trajectory.stopping(limits, dt_s);
         }
+        let full_rad_s = self.full_rad_s();
         match memory.mode() {
-            Mode::CurrentBasedPosition if memory.get(GOAL_CURRENT) == 0 => self.motion.stopping(limits, dt_s),
+            Mode::CurrentBasedPosition if memory.get(GOAL_CURRENT) == 0 => {
+                self.trajectory.stopping(limits, dt_s)
+            }
             Mode::Position | Mode::ExtendedPosition | Mode::CurrentBasedPosition => {
-                self.motion.towards(goal_rad(memory), self.timed.unwrap_or(limits), dt_s)
+                self.trajectory.towards(goal_rad(memory), limits, dt_s)
             }
             Mode::Velocity => {
                 let goal = velocity_rad_s(i32::try_from(memory.get(GOAL_VELOCITY)).unwrap_or(0));
-                self.turn(goal, limits.acceleration_rad_s2, dt_s)
+                self.turn(direction(memory) * goal, limits.acceleration_rad_s2, dt_s)
             }
             Mode::Current => {
                 let goal_a = float_of_signed(memory.get(GOAL_CURRENT)) * self.model.amperes_per_count();
-                let driving = goal_a - self.load_a - A_PER_RAD_S * self.motion.velocity_rad_s;
+                let driving =
+                    direction(memory) * goal_a - self.load_a - A_PER_RAD_S * self.trajectory.velocity_rad_s;
                 let moving = driving.abs() > IDLE_A;
                 let goal = if moving { limits.velocity_rad_s.copysign(driving) } else { 0.0 };
                 self.turn(goal, (driving.abs() / A_PER_RAD_S2).clamp(1.0, ACCELERATION_MOST_RAD_S2), dt_s)
             }
             Mode::Pwm => {
                 let duty = float_of_signed(memory.get(GOAL_PWM)) / FULL_DUTY;
-                self.turn(duty * no_load_rad_s(memory), PWM_ACCELERATION_RAD_S2, dt_s)
+                self.turn(direction(memory) * duty * full_rad_s, PWM_ACCELERATION_RAD_S2, dt_s)
             }
         }
+    }
+
+    /// Where the shaft is after a step, when the profile is at `led`: on it, as far as an obstacle and the duty
+    /// let it.
+    fn follow(&self, memory: &Memory, torque: bool, led: Motion, dt_s: f64) -> Motion {
+        let before = self.motion;
+        if self.is_blocked() {
+            return Motion::at(before.position_rad);
+        }
+        if !torque {
+            return led;
+        }
+        let most_rad_s = duty(memory) * self.full_rad_s();
+        let asked_rad_s = if self.going && !memory.mode().has_position() {
+            led.velocity_rad_s
+        } else {
+            (led.position_rad - before.position_rad) / dt_s
+        };
+        if before == self.trajectory && led.velocity_rad_s.abs() <= most_rad_s * ROUNDING
+            || asked_rad_s.abs() <= most_rad_s
+        {
+            return led;
+        }
+        // Free again, or with too little duty, it comes after as fast as its duty lets it.
+        let step = ACCELERATION_MOST_RAD_S2 * dt_s;
+        let change = asked_rad_s.clamp(-most_rad_s, most_rad_s) - before.velocity_rad_s;
+        let velocity_rad_s = before.velocity_rad_s + change.clamp(-step, step);
+        Motion { position_rad: before.position_rad + velocity_rad_s * dt_s, velocity_rad_s }
+    }
+
+    /// The duty with which it pushes against an obstacle that holds it off its trajectory.
+    fn push(&self, memory: &Memory) -> f64 {
+        let most = duty(memory);
+        if !self.is_blocked() {
+            0.0
+        } else if self.going && !memory.mode().has_position() {
+            most * self.trajectory.velocity_rad_s.partial_cmp(&0.0).map_or(0.0, |order| match order {
+                std::cmp::Ordering::Less => -1.0,
+                std::cmp::Ordering::Equal => 0.0,
+                std::cmp::Ordering::Greater => 1.0,
+            })
+        } else {
+            let error_rad = self.trajectory.position_rad - self.motion.position_rad;
+            let counts = error_rad * 4096.0 / std::f64::consts::TAU;
+            (counts * DUTY_PER_COUNT).clamp(-most, most)
+        }
+    }
+
+    /// How fast it turns at full duty.
+    fn full_rad_s(&self) -> f64 {
+        velocity_rad_s(i32::try_from(self.model.velocity_limit()).unwrap_or(i32::MAX))
     }
 
     /// The motion later, when it turns as fast as `goal` as soon as it may.
@@ -186,15 +316,18 @@ impl Dynamics {
         if !(goal.is_finite() && step.is_finite()) {
             return None;
         }
-        let before = self.motion.velocity_rad_s;
+        let before = self.trajectory.velocity_rad_s;
         let velocity_rad_s = before + (goal - before).max(-step).min(step);
+        // Only the velocity is followed: from wherever the shaft is.
         let position_rad = self.motion.position_rad + (before + velocity_rad_s) / 2.0 * dt_s;
         Some(Motion { position_rad, velocity_rad_s })
     }
 
     fn current(&self, memory: &Memory, velocity: f64, acceleration: f64) -> f64 {
         let friction = if velocity.abs() > 0.0 { IDLE_A.copysign(velocity) } else { 0.0 };
-        let asked = self.load_a + friction + A_PER_RAD_S * velocity + A_PER_RAD_S2 * acceleration;
+        let limit_a = float_of_signed(memory.get(CURRENT_LIMIT)) * self.model.amperes_per_count();
+        let moves = friction + A_PER_RAD_S * velocity + A_PER_RAD_S2 * acceleration;
+        let asked = self.load_a + moves + self.push * limit_a;
         let bounded = memory.mode() == Mode::CurrentBasedPosition;
         let most = if bounded { GOAL_CURRENT } else { CURRENT_LIMIT };
         let most_a = float_of_signed(memory.get(most).abs()) * self.model.amperes_per_count();
@@ -202,33 +335,40 @@ impl Dynamics {
     }
 
     fn volts(&self) -> f64 {
-        self.supply_v - SUPPLY_OHM * self.current_a.abs()
+        self.sag_v.unwrap_or(self.supply_v) - SUPPLY_OHM * self.current_a.abs()
     }
 
     pub(super) fn show(&self, memory: &mut Memory) {
-        let offset = memory.get(HOMING_OFFSET);
-        let position = i64::from(position_count(self.motion.position_rad)) + offset;
-        let velocity = i64::from(velocity_count(self.motion.velocity_rad_s));
-        let duty = self.motion.velocity_rad_s / no_load_rad_s(memory) + self.current_a * SUPPLY_OHM;
+        let (offset, direction) = (memory.get(HOMING_OFFSET), direction(memory));
+        let position = i64::from(self.count(memory)) + offset;
+        let velocity = i64::from(velocity_count(direction * self.motion.velocity_rad_s));
+        let led = i64::from(position_count(direction * self.trajectory.position_rad)) + offset;
+        let led_velocity = i64::from(velocity_count(direction * self.trajectory.velocity_rad_s));
+        let turns = self.motion.velocity_rad_s / self.full_rad_s() + self.current_a * SUPPLY_OHM;
+        let duty = direction * if self.is_blocked() { self.push } else { turns };
         let pwm_limit = memory.get(PWM_LIMIT);
         let moving = velocity.abs() > memory.get(MOVING_THRESHOLD);
         let arrived = (memory.get(GOAL_POSITION) - position).abs() < ARRIVED;
-        let profile = self.going && velocity != 0;
+        let profile = self.going && led_velocity != 0;
+        let lags = (led - position).abs() > CANNOT_FOLLOW;
         let trapezoid = if memory.get(PROFILE_VELOCITY) == 0 { 0 } else { 0b11 << 4 };
         memory.set(MOVING, i64::from(moving));
-        memory.set(MOVING_STATUS, i64::from(arrived) | i64::from(profile) << 1 | trapezoid);
+        memory.set(
+            MOVING_STATUS,
+            i64::from(arrived) | i64::from(profile) << 1 | i64::from(lags) << 3 | trapezoid,
+        );
         memory.set(PRESENT_PWM, round_i64(duty * FULL_DUTY).max(-pwm_limit).min(pwm_limit));
-        memory.set(PRESENT_CURRENT, round_i64(self.current_a / self.model.amperes_per_count()));
+        memory.set(PRESENT_CURRENT, round_i64(direction * self.current_a / self.model.amperes_per_count()));
         memory.set(PRESENT_VELOCITY, velocity);
         memory.set(PRESENT_POSITION, position);
-        memory.set(VELOCITY_TRAJECTORY, velocity);
-        memory.set(POSITION_TRAJECTORY, position);
+        memory.set(VELOCITY_TRAJECTORY, led_velocity);
+        memory.set(POSITION_TRAJECTORY, led);
         memory.set(PRESENT_INPUT_VOLTAGE, round_i64(10.0 * self.volts()));
         memory.set(PRESENT_TEMPERATURE, round_i64(self.temperature_c));
     }
 
     /// What the profile allows: the velocity limit and a great acceleration where it says nothing.
-    fn limits(&self, memory: &Memory) -> Limits {
+    fn limits(memory: &Memory) -> Limits {
         let most = memory.get(VELOCITY_LIMIT).max(1);
         let timed = memory.get(DRIVE_MODE) & TIME_BASED != 0;
         let velocity = match memory.get(PROFILE_VELOCITY) {
@@ -251,21 +391,29 @@ impl Dynamics {
         if memory.get(DRIVE_MODE) & TIME_BASED == 0 || in_all_s <= 0.0 {
             return None;
         }
-        let distance = (goal_rad(memory) - self.motion.position_rad).abs();
+        let distance = (goal_rad(memory) - self.trajectory.position_rad).abs();
         let speeding_s = (float_of_signed(memory.get(PROFILE_ACCELERATION)) / 1000.0).min(in_all_s / 2.0);
-        let limits = self.limits(memory);
+        let limits = Self::limits(memory);
         let velocity_rad_s = (distance / (in_all_s - speeding_s)).min(limits.velocity_rad_s);
         let acceleration_rad_s2 = (velocity_rad_s / speeding_s).min(limits.acceleration_rad_s2);
         (velocity_rad_s > 0.0).then_some(Limits { velocity_rad_s, acceleration_rad_s2 })
     }
 }
 
+/// Where the goal is for the shaft.
 fn goal_rad(memory: &Memory) -> f64 {
     let goal = memory.get(GOAL_POSITION) - memory.get(HOMING_OFFSET);
-    position_rad(i32::try_from(goal).unwrap_or(0))
+    direction(memory) * position_rad(i32::try_from(goal).unwrap_or(0))
 }
 
-/// How fast it turns at full duty.
-fn no_load_rad_s(memory: &Memory) -> f64 {
-    velocity_rad_s(i32::try_from(memory.get(VELOCITY_LIMIT).max(1)).unwrap_or(1))
+/// Whether the table counts with the shaft, or against it: everything but the profile.
+fn direction(memory: &Memory) -> f64 {
+    if memory.get(DRIVE_MODE) & REVERSE == 0 { 1.0 } else { -1.0 }
+}
+
+/// The highest duty: of the limit, and of the goal where that is not what moves it.
+fn duty(memory: &Memory) -> f64 {
+    let limit = memory.get(PWM_LIMIT);
+    let most = if memory.mode() == Mode::Pwm { limit } else { limit.min(memory.get(GOAL_PWM).abs()) };
+    float_of_signed(most) / FULL_DUTY
 }

@@ -67,12 +67,13 @@ impl Exchange<'_> {
         match Instruction::parse(frame) {
             Ok(Instruction::SyncRead { address, length, ids }) => {
                 for &id in ids {
-                    self.each(id, |line, place| line.say(place, Said::Table { address, length }));
+                    self.each(id, |line, place| line.say(place, id, Said::Table { address, length }));
                 }
             }
             Ok(Instruction::BulkRead { records }) => {
                 for Span { id, address, length } in spans(records) {
-                    self.each(id.get(), |line, place| line.say(place, Said::Table { address, length }));
+                    let id = id.get();
+                    self.each(id, |line, place| line.say(place, id, Said::Table { address, length }));
                 }
             }
             Ok(Instruction::FastSyncRead { address, length, ids }) => {
@@ -224,6 +225,8 @@ impl Exchange<'_> {
     /// Obeys what is said to one servo, and answers.
     fn obey(&mut self, place: usize, instruction: Result<Instruction<'_>, Fault>) {
         let Some(servo) = self.servo(place) else { return };
+        // A new identifier counts once it is acknowledged with the old one.
+        let id = servo.id();
         let said = match instruction {
             Ok(Instruction::Ping) => Said::Ping,
             Ok(Instruction::Read { address, length }) => Said::Table { address, length },
@@ -243,7 +246,7 @@ impl Exchange<'_> {
             ) => return,
             Err(fault) => Said::Done(Err(fault)),
         };
-        self.say(place, said);
+        self.say(place, id, said);
         // It begins anew when it has said that it will.
         match (instruction, self.servo(place)) {
             (Ok(Instruction::Reboot), Some(servo)) => servo.reboot(),
@@ -252,8 +255,8 @@ impl Exchange<'_> {
         }
     }
 
-    /// Says something, where the servo answers such things.
-    fn say(&mut self, place: usize, said: Said) {
+    /// Says something in the name of `id`, where the servo answers such things.
+    fn say(&mut self, place: usize, id: u8, said: Said) {
         let double = !self.twins.is_empty();
         let Some(servo) = pick(self.servos, self.twins, place) else { return };
         let ping = servo.ping();
@@ -263,7 +266,7 @@ impl Exchange<'_> {
             Said::Done(done) => done.map(|()| &[][..]),
         };
         let answers = servo.status_return_level() >= said.level();
-        let Some(id) = Id::new(servo.id()).filter(|_| answers) else { return };
+        let Some(id) = Id::new(id).filter(|_| answers) else { return };
         let fault = data.err().or_else(|| error(self.injector, self.now, id.get()));
         let params = data.unwrap_or_default();
         let mut bytes = [0; ANSWER_MOST];

@@ -49,7 +49,7 @@ pub struct Injection {
     pub lasts: Option<Duration>,
     /// How late: of late answers.
     pub by: Option<Duration>,
-    /// What the length says that lies, or which error an answer says.
+    /// What the length says that lies, which error an answer says, or the voltage of the supply in 0.1 V.
     pub is: Option<u16>,
 }
 
@@ -158,7 +158,7 @@ impl Injection {
             return no("by=", "only `late` is by= a time");
         }
         match (self.is, self.kind.numbers()) {
-            (Some(_), None) => return no("is=", "only `length` and `error` have a number"),
+            (Some(_), None) => return no("is=", "only `length`, `error` and `sag` have a number"),
             (Some(number), Some((numbers, what))) if !numbers.contains(&number) => return no("is=", what),
             (_, _) => {}
         }
@@ -283,6 +283,8 @@ mod tests {
             "overload id=3,5-7 at=1500ms",
             "length id=5 is=65535",
             "error p=0.5 is=7",
+            "blocked bus=torso id=5 from=2s for=3s",
+            "sag id=1-7 is=90",
             "drop-instruction bus=torso p=0.01",
         ] {
             assert_eq!(parse(text).map(|said| said.to_string()), Ok(text.to_owned()));
@@ -300,7 +302,7 @@ mod tests {
                 "",
                 "`` is no kind of fault: say one of drop, flip, truncate, length, error, noise, echo, late, \
                   duplicate, swap, drop-instruction, flip-instruction, alert, overload, brown-out, baud, \
-                  duplicate-id, hang-up, reboot, stopped-clock",
+                  duplicate-id, hang-up, reboot, stopped-clock, blocked, sag",
             ),
             ("drop 5", "`5` has no value: say bus=, id=, p=, at=, from=, for=, by= or is="),
             (
@@ -321,8 +323,9 @@ mod tests {
             ),
             ("drop by=1s", "`by=` does not go with `drop`: only `late` is by= a time"),
             ("length is=65536", "`is=65536` is no number: say is=0, is=7 or is=65535"),
+            ("sag is=201", "`is=` does not go with `sag`: voltages are from 0 to 200, in 0.1 V"),
             ("error is=128", "`is=` does not go with `error`: errors are from 1 to 127"),
-            ("flip is=7", "`is=` does not go with `flip`: only `length` and `error` have a number"),
+            ("flip is=7", "`is=` does not go with `flip`: only `length`, `error` and `sag` have a number"),
             (
                 "flip-instruction id=1",
                 "`id=` does not go with `flip-instruction`: it happens to a whole bus; say bus=",

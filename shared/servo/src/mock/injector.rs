@@ -128,6 +128,12 @@ impl Injector {
         self.active.iter().filter(of).any(|active| active.is_due(now))
     }
 
+    /// What is said of something that lasts and is the case now: its number, where one is said.
+    pub(super) fn held_number(&self, kind: Kind, now: Instant, id: u8) -> Option<Option<u16>> {
+        let of = |active: &&Active| active.injection.kind == kind && active.injection.is_to(id);
+        self.active.iter().filter(of).find(|active| active.is_due(now)).map(|active| active.injection.is)
+    }
+
     /// Whether something that lasts, and happens to a whole bus, is the case now: until when.
     pub(super) fn held_until(&self, kind: Kind, now: Instant) -> Option<Instant> {
         let held = self.active.iter().filter(|active| active.injection.kind == kind && active.is_due(now));

@@ -12,6 +12,10 @@ use crate::mock::{HardwareError, Injected, Injection, Injector, Servo};
 /// How far from the servo whose identifier it has a second one stands.
 const TWIN_RAD: f64 = 0.3;
 
+/// To what part of the voltage that it is made for a supply sags where no number is said: below the lowest of every
+/// model.
+const SAG: f64 = 0.65;
+
 /// Whose answer an echo is: nobody's.
 pub(super) const HOST: u8 = 0xFE;
 
@@ -146,6 +150,7 @@ impl Line {
                     self.injector.count(Kind::StoppedClock);
                 }
             }
+            press(&mut self.injector, servo, now);
         }
         self.twins.retain(|twin| self.injector.holds(Kind::DuplicateId, now, twin.id()));
         for servo in &self.servos {
@@ -225,6 +230,30 @@ impl Line {
     #[must_use]
     pub fn arrives_at(&self) -> Option<Instant> {
         self.late.iter().map(|(at, _)| *at).min()
+    }
+}
+
+/// Has an obstacle hold a servo, and its supply sag, as long as that lasts.
+fn press(injector: &mut Injector, servo: &mut Servo, now: Instant) {
+    let blocked = injector.holds(Kind::Blocked, now, servo.id());
+    if blocked != servo.is_obstructed() {
+        servo.advance(now);
+        servo.obstruct(blocked);
+        if blocked {
+            injector.count(Kind::Blocked);
+        }
+    }
+    let sags = injector.held_number(Kind::Sag, now, servo.id());
+    let volts = sags.map(|said| match said {
+        Some(decivolts) => f64::from(decivolts) / 10.0,
+        None => SAG * servo.model().nominal_volts(),
+    });
+    if volts != servo.sags() {
+        servo.advance(now);
+        servo.sag(volts);
+        if volts.is_some() {
+            injector.count(Kind::Sag);
+        }
     }
 }
 

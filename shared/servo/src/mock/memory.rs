@@ -43,6 +43,11 @@ impl Mode {
             _ => None,
         }
     }
+
+    /// Whether a position is what it goes to.
+    pub(super) const fn has_position(self) -> bool {
+        matches!(self, Self::Position | Self::ExtendedPosition | Self::CurrentBasedPosition)
+    }
 }
 
 /// The control table's bytes.
@@ -251,7 +256,23 @@ impl Memory {
             self.check_value(&entry, entry.value(bytes).ok_or(Fault::Length)?)?;
             (at, rest) = (at + entry.item.length, behind);
         }
-        Ok(())
+        self.check_position_limits(address, data)
+    }
+
+    /// Refuses a lowest position above the highest one, as they are once `data` are written.
+    fn check_position_limits(&self, address: u16, data: &[u8]) -> Result<(), Fault> {
+        let written = |item: Item| {
+            let from = usize::from(item.address.checked_sub(address)?);
+            let bytes = data.get(from..from + usize::from(item.length))?;
+            Some(i64::from(i32::from_le_bytes(*bytes.first_chunk()?)))
+        };
+        let (low, high) = (written(MIN_POSITION_LIMIT), written(MAX_POSITION_LIMIT));
+        if low.is_none() && high.is_none() {
+            return Ok(());
+        }
+        let low = low.unwrap_or_else(|| self.get(MIN_POSITION_LIMIT));
+        let high = high.unwrap_or_else(|| self.get(MAX_POSITION_LIMIT));
+        if low > high { Err(Fault::Limit) } else { Ok(()) }
     }
 
     fn check_value(&self, entry: &Entry, value: i64) -> Result<(), Fault> {

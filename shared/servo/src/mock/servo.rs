@@ -1,6 +1,6 @@
 use clock::{Duration, Instant};
 
-use crate::mock::dynamics::Dynamics;
+use crate::mock::dynamics::{Dynamics, Obstacle};
 use crate::mock::memory::{Memory, Mode};
 use crate::table::{
     BAUD_RATE, BUS_WATCHDOG, DRIVE_MODE, FIRMWARE, GOAL_CURRENT, GOAL_POSITION, GOAL_PWM, GOAL_VELOCITY,
@@ -8,7 +8,7 @@ use crate::table::{
     PROFILE_VELOCITY, REALTIME_TICK, REGISTERED_INSTRUCTION, RETURN_DELAY, SECONDARY_ID, SHUTDOWN,
     STARTUP_CONFIGURATION, STATUS_RETURN_LEVEL, TORQUE_ENABLE,
 };
-use crate::{Backup, Fault, Id, Model, Reset, baud_rate, position_count};
+use crate::{Backup, Fault, Id, Model, Reset, baud_rate};
 
 /// How long a servo hears nothing after it was told to reboot.
 const REBOOT: Duration = Duration::from_millis(400);
@@ -75,11 +75,12 @@ impl Servo {
     pub fn new(model: Model, id: Id, position_rad: f64, now: Instant) -> Self {
         let mut memory = Memory::new(model);
         memory.set(ID, i64::from(id.get()));
-        memory.set(GOAL_POSITION, i64::from(position_count(position_rad)));
+        let dynamics = Dynamics::new(model, position_rad);
+        memory.set(GOAL_POSITION, i64::from(dynamics.count(&memory)));
         let mut servo = Self {
             model,
             memory,
-            dynamics: Dynamics::new(model, position_rad),
+            dynamics,
             now,
             started_at: now,
             stood_still: Duration::ZERO,
@@ -130,7 +131,7 @@ impl Servo {
         u8::try_from(self.memory.get(BAUD_RATE)).ok().and_then(baud_rate).unwrap_or(0)
     }
 
-    /// Where it stands, in radians from the middle of its range.
+    /// Where its shaft stands, in radians from the middle of its range, whichever way its drive mode counts.
     #[must_use]
     pub fn position_rad(&self) -> f64 {
         self.dynamics.motion().position_rad
@@ -251,14 +252,17 @@ impl Servo {
             self.memory.set(TORQUE_ENABLE, 1);
             torque = 1;
         }
-        if torque_before == 0 && torque == 1 && !covers(GOAL_POSITION) {
-            self.stand();
+        if torque_before == 0 && torque == 1 {
+            self.begin_torque(covers(GOAL_POSITION));
         }
         if covers(OPERATING_MODE) {
             self.change_mode();
         }
         if goal {
             self.dynamics.go(&self.memory);
+        }
+        if covers(DRIVE_MODE) || covers(HOMING_OFFSET) {
+            self.show();
         }
         Ok(())
     }
@@ -267,10 +271,22 @@ impl Servo {
         self.memory.get(BUS_WATCHDOG) == TRIPPED
     }
 
+    /// Torque came on: in position mode the position is within one turn from now on.
+    fn begin_torque(&mut self, has_goal: bool) {
+        self.dynamics.stop();
+        if self.memory.mode() == Mode::Position {
+            self.dynamics.unwind(&self.memory);
+        }
+        if !has_goal {
+            self.stand();
+        }
+        self.show();
+    }
+
     /// The goal becomes where it stands: with torque it never jumps.
     fn stand(&mut self) {
         let offset = self.memory.get(HOMING_OFFSET);
-        self.memory.set(GOAL_POSITION, i64::from(position_count(self.position_rad())) + offset);
+        self.memory.set(GOAL_POSITION, i64::from(self.dynamics.count(&self.memory)) + offset);
         self.dynamics.stop();
     }
 
@@ -279,7 +295,7 @@ impl Servo {
         self.memory.set(PROFILE_ACCELERATION, 0);
         self.memory.set(PROFILE_VELOCITY, 0);
         if self.memory.mode() == Mode::Position {
-            self.dynamics.unwind();
+            self.dynamics.unwind(&self.memory);
         }
         self.stand();
         self.show();
@@ -317,7 +333,7 @@ impl Servo {
         if self.memory.get(PRESENT_VELOCITY) != 0 {
             return Err(Fault::Result);
         }
-        self.dynamics.unwind();
+        self.dynamics.unwind(&self.memory);
         self.stand();
         self.show();
         Ok(())
@@ -356,7 +372,7 @@ impl Servo {
         self.memory.forget();
         self.registered = None;
         self.dynamics.stop();
-        self.dynamics.unwind();
+        self.dynamics.unwind(&self.memory);
         self.deaf_until = until + REBOOT;
         (self.started_at, self.stood_still) = (self.deaf_until, Duration::ZERO);
         self.stand();
@@ -405,6 +421,38 @@ impl Servo {
     /// Puts a load on it, in amperes of what holds it.
     pub fn load(&mut self, amperes: f64) {
         self.dynamics.load(amperes);
+    }
+
+    /// An obstacle holds its shaft from now on, or no longer: it does not move, and with torque its current rises
+    /// to its limit as its trajectory goes on.
+    pub fn block(&mut self, blocked: bool) {
+        self.dynamics.block(Obstacle::Caller, blocked);
+    }
+
+    /// Whether an obstacle holds its shaft.
+    #[must_use]
+    pub const fn is_blocked(&self) -> bool {
+        self.dynamics.is_blocked()
+    }
+
+    /// Whether a fault holds its shaft.
+    pub(super) const fn is_obstructed(&self) -> bool {
+        self.dynamics.is_held_by(Obstacle::Fault)
+    }
+
+    /// As [`block`](Self::block), by a fault.
+    pub(super) const fn obstruct(&mut self, blocked: bool) {
+        self.dynamics.block(Obstacle::Fault, blocked);
+    }
+
+    /// Its supply has this voltage, in volts, until it is told none.
+    pub(super) const fn sag(&mut self, volts: Option<f64>) {
+        self.dynamics.sag(volts);
+    }
+
+    /// What its supply has while it sags, in volts.
+    pub(super) const fn sags(&self) -> Option<f64> {
+        self.dynamics.sags()
     }
 
     /// Gives it another supply, in volts.

@@ -45,13 +45,20 @@ pub enum Kind {
     Reboot,
     /// The clock of a servo stands still.
     StoppedClock,
+    /// An obstacle holds the shaft of a servo.
+    Blocked,
+    /// The supply of a servo has another voltage.
+    Sag,
 }
 
 /// The highest error number: above it stands the bit of the hardware alert.
 const ERROR_MOST: u16 = 0x7F;
 
+/// The highest voltage, in 0.1 V.
+const DECIVOLTS_MOST: u16 = 200;
+
 /// How many kinds there are.
-pub(in crate::mock) const KINDS: usize = 20;
+pub(in crate::mock) const KINDS: usize = 22;
 
 impl Kind {
     /// Every kind.
@@ -76,6 +83,8 @@ impl Kind {
         Self::HangUp,
         Self::Reboot,
         Self::StoppedClock,
+        Self::Blocked,
+        Self::Sag,
     ];
 
     /// Its name in the words for a fault.
@@ -102,6 +111,8 @@ impl Kind {
             Self::HangUp => "hang-up",
             Self::Reboot => "reboot",
             Self::StoppedClock => "stopped-clock",
+            Self::Blocked => "blocked",
+            Self::Sag => "sag",
         }
     }
 
@@ -116,7 +127,16 @@ impl Kind {
     /// Whether it is something that lasts, and not something that happens to an answer or at a
     /// moment.
     pub(super) const fn is_held(self) -> bool {
-        matches!(self, Self::BrownOut | Self::Baud | Self::DuplicateId | Self::HangUp | Self::StoppedClock)
+        matches!(
+            self,
+            Self::BrownOut
+                | Self::Baud
+                | Self::DuplicateId
+                | Self::HangUp
+                | Self::StoppedClock
+                | Self::Blocked
+                | Self::Sag
+        )
     }
 
     /// Whether it happens to servos, and not to a whole bus.
@@ -130,6 +150,8 @@ impl Kind {
             Some((0..=u16::MAX, "lengths are from 0 to 65535"))
         } else if self == Self::Error {
             Some((1..=ERROR_MOST, "errors are from 1 to 127"))
+        } else if self == Self::Sag {
+            Some((0..=DECIVOLTS_MOST, "voltages are from 0 to 200, in 0.1 V"))
         } else {
             None
         }

@@ -233,7 +233,9 @@ fn the_same_seed_and_the_same_instructions_make_the_same_faults() {
     let faults: Vec<String> = Kind::ALL
         .into_iter()
         .map(|kind| {
-            let held = [Kind::Baud, Kind::DuplicateId, Kind::HangUp, Kind::StoppedClock].contains(&kind);
+            let held =
+                [Kind::Baud, Kind::DuplicateId, Kind::HangUp, Kind::StoppedClock, Kind::Blocked, Kind::Sag];
+            let held = held.contains(&kind);
             let when = if held { "from=1s for=300ms" } else { "p=0.05" };
             let when = if kind == Kind::BrownOut { "at=200ms" } else { when };
             format!("{} {when}", kind.name())
@@ -442,4 +444,34 @@ fn a_servo_at_a_wrong_speed_misses_each_instruction_once() {
         assert_eq!(ids(&listen(&mut line, at(ms), Address::All, SYNC)), [1, 7]);
     }
     assert_eq!(line.injected().of(Kind::Baud), 3);
+}
+
+/// The vendor's SDK, and a motor set-up by LeRobot, wait for the status of the servo that they wrote to.
+#[test]
+fn a_new_identifier_is_acknowledged_with_the_old_one() {
+    let mut line = line();
+    let write = Instruction::Write { address: crate::table::ID.address, data: &[9] };
+    assert_eq!(say(&mut line, one(2), write), [(2, None, 0)]);
+    assert_eq!(say(&mut line, one(2), Instruction::Ping), []);
+    assert_eq!(say(&mut line, one(9), Instruction::Ping), [(9, None, 3)]);
+}
+
+#[test]
+fn an_obstacle_and_a_sagging_supply_last_as_long_as_their_faults_and_leave_a_callers_obstacle_alone() {
+    let mut line = line();
+    let faults = ["blocked id=2 from=2s for=3s", "sag id=1-2 from=2s for=3s is=90"];
+    line.inject(Instant::EPOCH, &faults.map(|fault| fault.parse().unwrap()));
+    line.servos_mut()[2].block(true);
+    for (ms, blocked, volts) in [(1990, false, 120), (2001, true, 90), (4990, true, 90), (5001, false, 120)] {
+        line.advance(at(ms));
+        line.advance(at(ms + 1));
+        let [one, two, seven] = line.servos() else { panic!("three") };
+        assert_eq!(
+            (one.is_blocked(), two.is_blocked(), seven.is_blocked()),
+            (false, blocked, true),
+            "{ms} ms"
+        );
+        assert_eq!(two.read(144, 2), Ok(&[volts, 0][..]), "{ms} ms");
+    }
+    assert_eq!((line.injected().of(Kind::Blocked), line.injected().of(Kind::Sag)), (1, 2));
 }

@@ -1,8 +1,10 @@
 use super::*;
-use crate::Reading;
 use crate::table::{
     Item, OPERATING_MODE, PRESENT_POSITION, PRESENT_TEMPERATURE, PROFILE_ACCELERATION, PROFILE_VELOCITY,
 };
+use crate::{Reading, position_count};
+
+mod manual;
 
 fn servo() -> Servo {
     Servo::new(Model::Xm430W350, Id::new(1).unwrap(), 0.5, Instant::EPOCH)

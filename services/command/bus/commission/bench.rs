@@ -1,0 +1,178 @@
+//! The servos of one bus, while trials are made on them.
+
+use std::sync::atomic::AtomicBool;
+
+use config::motor::Joint;
+use servo::Model;
+
+use super::super::Failed;
+use super::super::line::Line;
+use super::super::motion::{Servo, angle};
+use super::super::torque::look_for_torque;
+use super::super::whom::Opening;
+use super::person::Person;
+use super::report::Outcome;
+use super::trials::Trial;
+
+/// What a trial measured, and what was not as expected.
+#[derive(Debug, Default)]
+pub(super) struct Measured {
+    pub(super) notes: Vec<String>,
+    pub(super) wrong: Vec<String>,
+    /// Whether a person left it out.
+    pub(super) skipped: bool,
+}
+
+impl Measured {
+    pub(super) fn skipped() -> Self {
+        Self { skipped: true, ..Self::default() }
+    }
+
+    pub(super) fn note(&mut self, note: impl Into<String>) {
+        self.notes.push(note.into());
+    }
+
+    /// Notes something that was not as expected.
+    pub(super) fn wrong(&mut self, wrong: impl Into<String>) {
+        self.wrong.push(wrong.into());
+    }
+
+    /// Notes one or the other.
+    pub(super) fn check(&mut self, good: bool, what: String) {
+        if good { self.note(what) } else { self.wrong(what) }
+    }
+}
+
+/// A bus, its servos and its line.
+pub(super) struct Bench<'a> {
+    pub(super) bus: &'a Opening<'a>,
+    pub(super) motor: &'a config::leo::Motor,
+    pub(super) stop: &'a AtomicBool,
+    pub(super) person: Person,
+    line: Option<Line>,
+}
+
+impl<'a> Bench<'a> {
+    pub(super) fn new(bus: &'a Opening<'a>, motor: &'a config::leo::Motor, stop: &'a AtomicBool) -> Self {
+        Self { bus, motor, stop, person: Person, line: None }
+    }
+
+    /// Makes a trial. An error of the line is an outcome too.
+    pub(super) fn run(&mut self, trial: &Trial) -> Outcome {
+        let measured = (trial.run)(self);
+        if trial.moves {
+            // Nothing holds or moves between trials.
+            let _told = self.line().and_then(Line::torque_off);
+        }
+        match measured {
+            Ok(measured) => Outcome::of(measured),
+            Err(error) => {
+                // What is wrong with a line may be mended by opening it again.
+                self.close();
+                Outcome::of(Measured { wrong: vec![error.text], ..Measured::default() })
+            }
+        }
+    }
+
+    /// Switches all torque off, and says what came of it.
+    pub(super) fn end(&mut self) -> String {
+        let bus = self.bus;
+        let off = self.line().and_then(|line| line.torque_off().and_then(|()| look_for_torque(line, bus)));
+        match off {
+            Ok(torque) if torque.doubtful.is_empty() => {
+                format!("torque is off, as {} servos say", torque.off)
+            }
+            Ok(torque) => {
+                format!(
+                    "torque may still be on of {}: cut the power if anything moves",
+                    torque.doubtful.join(", ")
+                )
+            }
+            Err(error) => format!("torque may still be on ({}): cut the power if anything moves", error.text),
+        }
+    }
+
+    /// The line, opened again where it was closed.
+    pub(super) fn line(&mut self) -> Result<&mut Line, Failed> {
+        let line = match self.line.take() {
+            Some(line) => line,
+            None => self.bus.open()?,
+        };
+        Ok(self.line.insert(line))
+    }
+
+    /// Closes the line, so that it can be opened at another speed, or after an adapter came back.
+    pub(super) fn close(&mut self) {
+        self.line = None;
+    }
+
+    /// The joints whose servos answer: an error where none does.
+    pub(super) fn joints(&mut self) -> Result<Vec<&'a Joint>, Failed> {
+        let bus = self.bus;
+        let line = self.line()?;
+        let mut answering = Vec::new();
+        for joint in &bus.joints {
+            if line.ping(joint.id)?.is_some() {
+                answering.push(*joint);
+            }
+        }
+        if answering.is_empty() {
+            return Err(Failed::because("no servo of motor.toml answers"));
+        }
+        Ok(answering)
+    }
+
+    /// The servo of a joint.
+    pub(super) fn servo(&mut self, joint: &Joint) -> Result<Servo<'_>, Failed> {
+        let line = self.line()?;
+        let model = line.model(joint.id)?;
+        Ok(Servo { line, id: joint.id, model })
+    }
+
+    /// Switches torque on where a joint stands: where it stands as an angle of the servo. An error where it has an
+    /// alert, counts otherwise than motor.toml believes, or stands beyond its limits.
+    pub(super) fn hold(&mut self, joint: &Joint) -> Result<f64, Failed> {
+        let speed_rad_s = self.motor.soft_start_rad_s.get().min(joint.velocity_rad_s);
+        let mut servo = self.servo(joint)?;
+        servo.refuse_alert()?;
+        servo.check(joint)?;
+        let servo_rad = servo.reading()?.0.position_rad;
+        let joint_rad = joint.joint_rad(servo_rad);
+        if !(joint.min_rad..=joint.max_rad).contains(&joint_rad) {
+            return Err(Failed::because(format!("it stands at {}, beyond its limits", angle(joint_rad))));
+        }
+        servo.hold(speed_rad_s)?;
+        Ok(servo_rad)
+    }
+
+    /// Does something with every servo that answers: what goes wrong with one is noted, and costs no other its trial.
+    pub(super) fn each(
+        &mut self,
+        measured: &mut Measured,
+        mut tries: impl FnMut(&mut Self, &Joint, &mut Measured) -> Result<(), Failed>,
+    ) -> Result<(), Failed> {
+        for joint in self.joints()? {
+            if self.stop.load(std::sync::atomic::Ordering::Relaxed) {
+                return Err(Failed::because("interrupted"));
+            }
+            if let Err(error) = tries(self, joint, measured) {
+                measured.wrong(format!("{}: {}", joint.name, error.text));
+            }
+        }
+        Ok(())
+    }
+
+    /// The goal so far from where a servo stands, to the side where its joint has more room; as an angle of the
+    /// servo. None where there is no such room.
+    pub(super) fn aside(joint: &Joint, servo_rad: f64, by_rad: f64) -> Option<f64> {
+        let joint_rad = joint.joint_rad(servo_rad);
+        let up = joint.max_rad - joint_rad >= joint_rad - joint.min_rad;
+        let goal_rad = if up { joint_rad + by_rad } else { joint_rad - by_rad };
+        (joint.min_rad..=joint.max_rad).contains(&goal_rad).then(|| joint.servo_rad(goal_rad))
+    }
+
+    /// Whether a model is the one that motor.toml says.
+    pub(super) fn is_model(joint: &Joint, number: u16) -> bool {
+        Model::from(joint.model).number() == number
+    }
+}

@@ -1,0 +1,160 @@
+//! Motion: where it goes, that it stops without a master, and what an obstacle does.
+
+use std::time::Duration;
+
+use servo::table::{BUS_WATCHDOG, GOAL_POSITION, POSITION_TRAJECTORY, PROFILE_VELOCITY, TORQUE_ENABLE};
+use servo::{position_count, position_rad};
+
+use super::super::super::motion::{Ended, Servo, TRIPPED, angle};
+use super::{Bench, Failed, Measured, Reply};
+
+/// How far a joint goes, in radians: 2 and 10 degrees, and 4 against the watchdog.
+const SMALL_RAD: f64 = 0.0349;
+const LARGE_RAD: f64 = 0.1745;
+const WATCHED_RAD: f64 = 0.0698;
+/// As far from its goal as this it has arrived.
+const ARRIVES_RAD: f64 = 0.0209;
+/// As far behind its trajectory as this it is held.
+const HELD_RAD: f64 = 0.0524;
+/// The slowest velocity at which a motion of 4 degrees still ends: 0.05 rad/s.
+const SLOWEST: i64 = 2;
+/// A bus watchdog of 100 ms.
+const UNITS: i64 = 5;
+/// How long nothing is said on the bus.
+const SILENCE: Duration = Duration::from_millis(400);
+/// By how much a joint may move while it stops: 100 ms at 0.05 rad/s, and as much for stopping.
+const STOPS_RAD: f64 = 0.02;
+/// Slower than this it stands.
+const STANDS_RAD_S: f64 = 0.03;
+
+/// What was seen of a motion.
+#[derive(Clone, Copy, Debug, Default)]
+struct Seen {
+    behind_rad: f64,
+    current_a: f64,
+}
+
+impl Seen {
+    /// Looks at where the servo is, and how far behind its trajectory.
+    fn look(&mut self, servo: &mut Servo<'_>, reading: &servo::Reading) -> Result<(), Failed> {
+        let led = servo.get(POSITION_TRAJECTORY)?;
+        let led_rad = position_rad(i32::try_from(led).unwrap_or(i32::MAX));
+        self.behind_rad = self.behind_rad.max((led_rad - reading.position_rad).abs());
+        self.current_a = self.current_a.max(reading.current_a.abs());
+        Ok(())
+    }
+}
+
+pub(super) fn motion(bench: &mut Bench<'_>) -> Result<Measured, Failed> {
+    let mut measured = Measured::default();
+    bench.each(&mut measured, |bench, joint, measured| {
+        let start_rad = bench.hold(joint)?;
+        let Some(goal_rad) = Bench::aside(joint, start_rad, SMALL_RAD) else {
+            return Err(Failed::because("has no 2 deg of room within its limits"));
+        };
+        let stop = bench.stop;
+        let mut servo = bench.servo(joint)?;
+        let mut seen = Seen::default();
+        let mut look =
+            |servo: &mut Servo<'_>, reading: &servo::Reading| seen.look(servo, reading).map(|()| true);
+        let there = servo.go(goal_rad, stop, &mut look)?;
+        let off_rad = (servo.reading()?.0.position_rad - goal_rad).abs();
+        let back = servo.go(start_rad, stop, &mut look)?;
+        servo.put(TORQUE_ENABLE, 0)?;
+        let good = (there, back) == (Ended::Arrived, Ended::Arrived)
+            && off_rad < ARRIVES_RAD
+            && seen.behind_rad < HELD_RAD;
+        measured.check(
+            good,
+            format!(
+                "{}: {}, {} from its goal, {} behind at most, {:.3} A at most",
+                joint.name,
+                ended(there),
+                angle(off_rad),
+                angle(seen.behind_rad),
+                seen.current_a
+            ),
+        );
+        Ok(())
+    })?;
+    Ok(measured)
+}
+
+fn ended(ended: Ended) -> &'static str {
+    match ended {
+        Ended::Arrived => "arrived",
+        Ended::Interrupted | Ended::Left => "stopped",
+        Ended::Stalled => "came no nearer",
+        Ended::Limp => "lost its torque",
+        Ended::Alert(_) => "has a hardware alert",
+    }
+}
+
+pub(super) fn watchdog(bench: &mut Bench<'_>) -> Result<Measured, Failed> {
+    let mut measured = Measured::default();
+    bench.each(&mut measured, |bench, joint, measured| {
+        let start_rad = bench.hold(joint)?;
+        let Some(goal_rad) = Bench::aside(joint, start_rad, WATCHED_RAD) else {
+            return Err(Failed::because("has no 4 deg of room within its limits"));
+        };
+        let mut servo = bench.servo(joint)?;
+        servo.put(PROFILE_VELOCITY, SLOWEST)?;
+        servo.put(BUS_WATCHDOG, UNITS)?;
+        servo.put(GOAL_POSITION, i64::from(position_count(goal_rad)))?;
+        clock::sleep_until(clock::now() + SILENCE);
+        let (stopped, _) = servo.reading()?;
+        let item = servo.get(BUS_WATCHDOG)?;
+        servo.put(TORQUE_ENABLE, 0)?;
+        servo.put(BUS_WATCHDOG, 0)?;
+        let moved_rad = (stopped.position_rad - start_rad).abs();
+        let good = item == TRIPPED && stopped.velocity_rad_s.abs() < STANDS_RAD_S && moved_rad < STOPS_RAD;
+        measured.check(
+            good,
+            format!(
+                "{}: item 98 reads {item}; it moved by {} and then turned at {:.3} rad/s",
+                joint.name,
+                angle(moved_rad),
+                stopped.velocity_rad_s.abs()
+            ),
+        );
+        Ok(())
+    })?;
+    Ok(measured)
+}
+
+pub(super) fn blocked(bench: &mut Bench<'_>) -> Result<Measured, Failed> {
+    let mut measured = Measured::default();
+    let mut skipped = false;
+    bench.each(&mut measured, |bench, joint, measured| {
+        let what = format!("Hold {} firmly by hand; it will push slowly, and stops by itself", joint.name);
+        if skipped || bench.person.ask(&what)? == Reply::Skip {
+            skipped = true;
+            return Ok(());
+        }
+        let start_rad = bench.hold(joint)?;
+        let Some(goal_rad) = Bench::aside(joint, start_rad, LARGE_RAD) else {
+            return Err(Failed::because("has no 10 deg of room within its limits"));
+        };
+        let stop = bench.stop;
+        let mut servo = bench.servo(joint)?;
+        let mut seen = Seen::default();
+        let left = servo.go(goal_rad, stop, |servo, reading| {
+            seen.look(servo, reading)?;
+            Ok(seen.behind_rad < HELD_RAD)
+        })?;
+        servo.put(TORQUE_ENABLE, 0)?;
+        measured.check(
+            left == Ended::Left,
+            format!(
+                "{}: {} {} behind its trajectory, at {:.3} A",
+                joint.name,
+                if left == Ended::Left { "stopped" } else { ended(left) },
+                angle(seen.behind_rad),
+                seen.current_a
+            ),
+        );
+        Ok(())
+    })?;
+    measured.skipped = skipped;
+    Ok(measured)
+}

@@ -1,0 +1,89 @@
+//! Torque and power.
+
+use std::time::Duration;
+
+use servo::table::TORQUE_ENABLE;
+
+use super::super::super::motion::angle;
+use super::super::super::torque::look_for_torque;
+use super::{Bench, Failed, Measured, Reply};
+
+/// How long a joint is watched after its torque came on.
+const SETTLES: Duration = Duration::from_millis(150);
+/// By how much it may move then.
+const STILL_RAD: f64 = 0.0175;
+/// How long servos may take until they answer after their power came on.
+const STARTS_WITHIN: Duration = Duration::from_secs(15);
+
+pub(super) fn torque(bench: &mut Bench<'_>) -> Result<Measured, Failed> {
+    let mut measured = Measured::default();
+    bench.each(&mut measured, |bench, joint, measured| {
+        let before_rad = bench.hold(joint)?;
+        let mut servo = bench.servo(joint)?;
+        clock::sleep_until(clock::now() + SETTLES);
+        let (reading, _) = servo.reading()?;
+        let on = servo.has_torque()?;
+        servo.put(TORQUE_ENABLE, 0)?;
+        let off = !servo.has_torque()?;
+        let moved_rad = (reading.position_rad - before_rad).abs();
+        measured.check(
+            on && off && moved_rad < STILL_RAD,
+            format!(
+                "{}: torque {}, then {}; it moved by {}",
+                joint.name,
+                if on { "on" } else { "not on" },
+                if off { "off" } else { "not off" },
+                angle(moved_rad)
+            ),
+        );
+        Ok(())
+    })?;
+    Ok(measured)
+}
+
+pub(super) fn all_off(bench: &mut Bench<'_>) -> Result<Measured, Failed> {
+    let mut measured = Measured::default();
+    bench.each(&mut measured, |bench, joint, _| bench.hold(joint).map(|_| ()))?;
+    let bus = bench.bus;
+    let line = bench.line()?;
+    line.torque_off()?;
+    let torque = look_for_torque(line, bus)?;
+    measured.note(format!("{} servos say that their torque is off", torque.off));
+    for doubtful in torque.doubtful {
+        measured.wrong(format!("torque may still be on of {doubtful}"));
+    }
+    Ok(measured)
+}
+
+pub(super) fn cut(bench: &mut Bench<'_>) -> Result<Measured, Failed> {
+    let mut measured = Measured::default();
+    let joints = bench.joints()?;
+    for joint in &joints {
+        if let Err(error) = bench.hold(joint) {
+            measured.wrong(format!("{}: {}", joint.name, error.text));
+        }
+    }
+    if bench.person.ask("Cut the power of the servos; the adapter stays plugged in")? == Reply::Skip {
+        return Ok(Measured::skipped());
+    }
+    for joint in &joints {
+        if bench.line()?.ping(joint.id)?.is_some() {
+            measured.wrong(format!("{} still answers: it has power", joint.name));
+        }
+    }
+    if bench.person.ask("Bring the power back")? == Reply::Skip {
+        return Ok(Measured::skipped());
+    }
+    let until = clock::now() + STARTS_WITHIN;
+    for joint in &joints {
+        while bench.line()?.ping(joint.id)?.is_none() {
+            if clock::now() > until {
+                return Err(Failed::because(format!("{} does not answer again", joint.name)));
+            }
+        }
+        let on = bench.servo(joint)?.has_torque()?;
+        measured
+            .check(!on, format!("{} came back {} torque", joint.name, if on { "WITH" } else { "without" }));
+    }
+    Ok(measured)
+}

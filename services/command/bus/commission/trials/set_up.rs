@@ -1,0 +1,173 @@
+//! What servos are, and how they are set up: nothing moves.
+
+use std::collections::BTreeMap;
+
+use config::motor::Joint;
+use servo::table::{
+    CURRENT_LIMIT, DRIVE_MODE, HOMING_OFFSET, Item, MAX_POSITION_LIMIT, MIN_POSITION_LIMIT, OPERATING_MODE,
+    PWM_LIMIT, RETURN_DELAY, SECONDARY_ID, SHUTDOWN, STARTUP_CONFIGURATION, VELOCITY_LIMIT, by_address,
+};
+use servo::{position_count, velocity_count};
+
+use super::super::super::line::clears;
+use super::super::super::motion::Servo;
+use super::{Bench, Failed, Measured};
+
+/// The mode in which Leo drives a servo.
+const POSITION_MODE: i64 = 3;
+/// Second identifiers from here on are none.
+const NO_ID: i64 = 253;
+/// The position limits of a servo as it comes.
+const WHOLE_TURN: (i64, i64) = (0, 4095);
+
+pub(super) fn identity(bench: &mut Bench<'_>) -> Result<Measured, Failed> {
+    let mut measured = Measured::default();
+    let bus = bench.bus;
+    let line = bench.line()?;
+    let mut found = line.scan()?;
+    for joint in &bus.joints {
+        // An answer to a question to all is lost more easily than one to a question of its own.
+        if !found.iter().any(|servo| servo.id == joint.id) {
+            found.extend(line.ping(joint.id)?);
+        }
+        match found.iter().find(|servo| servo.id == joint.id) {
+            None => measured.wrong(format!("{} (id {}) does not answer", joint.name, joint.id)),
+            Some(servo) if !Bench::is_model(joint, servo.model) => {
+                measured.wrong(format!("{} (id {}) is of model {}", joint.name, joint.id, servo.model));
+            }
+            Some(_) => {}
+        }
+    }
+    for servo in &found {
+        if bus.joint(servo.id).is_none() {
+            measured.wrong(format!("id {} answers, and is not in motor.toml", servo.id));
+        }
+        if servo.alert
+            && let Some(errors) = line.alert(servo.id)?
+        {
+            measured.wrong(clears(servo.id, errors));
+        }
+    }
+    if line.echoes() {
+        measured.note("the line echoes what is said on it, which Leo copes with");
+    }
+    measured.note(format!("{} servos answer, of {} in motor.toml", found.len(), bus.joints.len()));
+    Ok(measured)
+}
+
+pub(super) fn firmware(bench: &mut Bench<'_>) -> Result<Measured, Failed> {
+    let mut measured = Measured::default();
+    let mut versions: BTreeMap<&str, Vec<u8>> = BTreeMap::new();
+    bench.each(&mut measured, |bench, joint, measured| {
+        let servo = bench.line()?.ping(joint.id)?.ok_or_else(|| Failed::because("does not answer"))?;
+        let model = servo::Model::from(joint.model);
+        versions.entry(model.name()).or_default().push(servo.firmware);
+        if !model.knows_fast_reads(servo.firmware) {
+            measured.note(format!(
+                "{}: firmware {} knows no fast reads, so that it is read more slowly",
+                joint.name, servo.firmware
+            ));
+        }
+        Ok(())
+    })?;
+    for (model, mut versions) in versions {
+        versions.sort_unstable();
+        versions.dedup();
+        let one = versions.len() == 1;
+        let versions = versions.iter().map(u8::to_string).collect::<Vec<_>>().join(", ");
+        measured.check(one, format!("{model}: firmware {versions}"));
+    }
+    Ok(measured)
+}
+
+pub(super) fn eeprom(bench: &mut Bench<'_>) -> Result<Measured, Failed> {
+    let mut measured = Measured::default();
+    let others = bench.bus.joints.clone();
+    bench.each(&mut measured, |bench, joint, measured| {
+        let mut servo = bench.servo(joint)?;
+        let before = measured.wrong.len();
+        refused(&mut servo, joint, measured)?;
+        limits(&mut servo, joint, &others, measured)?;
+        written(&mut servo, joint, measured)?;
+        if measured.wrong.len() == before {
+            measured.note(format!("{}: nothing that Leo refuses", joint.name));
+        }
+        Ok(())
+    })?;
+    Ok(measured)
+}
+
+/// What a servo may not be set up to: Leo gives it no torque, or it cannot do what its joint shall.
+fn refused(servo: &mut Servo<'_>, joint: &Joint, measured: &mut Measured) -> Result<(), Failed> {
+    let initial = |item: Item| by_address(servo.model, item.address).map_or(0, |entry| entry.initial);
+    let (mask, duty, current) = (initial(SHUTDOWN), initial(PWM_LIMIT), initial(CURRENT_LIMIT));
+    let fastest = i64::from(velocity_count(joint.velocity_rad_s));
+    let mut look = |item: Item, name: &str, right: fn(i64, i64) -> bool, than: i64, so: &str| {
+        let found = servo.get(item)?;
+        if !right(found, than) {
+            measured.wrong(format!("{}: {name} (item {}) is {found}: {so}", joint.name, item.address));
+        }
+        Ok::<(), Failed>(())
+    };
+    let same = |found, than| found == than;
+    let at_least = |found, than| found >= than;
+    look(HOMING_OFFSET, "homing_offset", same, 0, "0 is what motor.toml counts from")?;
+    look(DRIVE_MODE, "drive_mode", same, 0, "0 is what motor.toml counts from; `sign` turns a joint round")?;
+    look(SECONDARY_ID, "secondary_id", at_least, NO_ID, "it does what another servo is told too")?;
+    look(
+        STARTUP_CONFIGURATION,
+        "startup_configuration",
+        same,
+        0,
+        "it may have torque as soon as it has power",
+    )?;
+    look(SHUTDOWN, "shutdown", |found, than| found & than == than, mask, "it would not protect itself")?;
+    look(PWM_LIMIT, "pwm_limit", at_least, duty, "it is weaker and slower than its model")?;
+    look(CURRENT_LIMIT, "current_limit", at_least, current, "it is weaker than its model")?;
+    look(VELOCITY_LIMIT, "velocity_limit", at_least, fastest, "it is slower than its joint in motor.toml")
+}
+
+/// Position limits: those of another joint say that servos were swapped.
+fn limits(
+    servo: &mut Servo<'_>,
+    joint: &Joint,
+    others: &[&Joint],
+    measured: &mut Measured,
+) -> Result<(), Failed> {
+    let found = (servo.get(MIN_POSITION_LIMIT)?, servo.get(MAX_POSITION_LIMIT)?);
+    let own = counts(joint);
+    if found == own || found == WHOLE_TURN {
+        return Ok(());
+    }
+    match others.iter().find(|other| counts(other) == found) {
+        Some(other) => measured.wrong(format!(
+            "{}: the position limits {} to {} are those of {}: were the two servos swapped?",
+            joint.name, found.0, found.1, other.name
+        )),
+        None => measured.note(format!(
+            "{}: the position limits are {} to {}, and Leo writes {} to {}",
+            joint.name, found.0, found.1, own.0, own.1
+        )),
+    }
+    Ok(())
+}
+
+/// The position limits of a joint, in counts of its servo.
+fn counts(joint: &Joint) -> (i64, i64) {
+    let [one, other] =
+        [joint.min_rad, joint.max_rad].map(|limit| i64::from(position_count(joint.servo_rad(limit))));
+    (one.min(other), one.max(other))
+}
+
+/// What Leo writes at its start.
+fn written(servo: &mut Servo<'_>, joint: &Joint, measured: &mut Measured) -> Result<(), Failed> {
+    for (item, name, leo) in
+        [(RETURN_DELAY, "return_delay_time", 0), (OPERATING_MODE, "operating_mode", POSITION_MODE)]
+    {
+        let found = servo.get(item)?;
+        if found != leo {
+            measured.note(format!("{}: {name} is {found}, and Leo writes {leo}", joint.name));
+        }
+    }
+    Ok(())
+}

@@ -1,0 +1,195 @@
+//! One servo that is moved by hand: slowly, with its bus watchdog armed, and watched until it stands.
+
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Duration;
+
+use config::motor::Joint;
+use servo::table::{
+    BUS_WATCHDOG, DRIVE_MODE, GOAL_POSITION, HOMING_OFFSET, Item, OPERATING_MODE, PRESENT_POSITION,
+    PROFILE_ACCELERATION, PROFILE_VELOCITY, TORQUE_ENABLE,
+};
+use servo::{HardwareErrors, Model, Reading, acceleration_count, position_count, velocity_count};
+
+use super::Failed;
+use super::line::{Line, clears};
+
+/// For how long the bus may be silent before the servo stops by itself, in 20 ms.
+pub(super) const WATCHDOG: i64 = 10;
+/// What item 98 reads once the watchdog has tripped.
+pub(super) const TRIPPED: i64 = -1;
+/// How fast a servo that is moved by hand speeds up and slows down.
+const ACCELERATION_RAD_S2: f64 = 1.0;
+/// Position control, by item 11.
+const POSITION_MODE: i64 = 3;
+/// How often a servo that moves is looked at; it keeps its watchdog from tripping too.
+const LOOK: Duration = Duration::from_millis(15);
+/// As near as this to its goal it has arrived: friction keeps servos from coming nearer.
+const NEAR_RAD: f64 = 0.02;
+/// Slower than this it stands.
+const STANDS_RAD_S: f64 = 0.03;
+/// A servo that comes no nearer for so long does not come at all.
+const STALLED: Duration = Duration::from_secs(1);
+/// By how much it has to come nearer.
+const NEARER_RAD: f64 = 0.004;
+
+/// A servo on its line.
+pub(super) struct Servo<'a> {
+    pub(super) line: &'a mut Line,
+    pub(super) id: u8,
+    pub(super) model: Model,
+}
+
+/// How a motion ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Ended {
+    /// At its goal.
+    Arrived,
+    /// Where it was, because a person stopped this program.
+    Interrupted,
+    /// Where it was, because who looked on has seen enough.
+    Left,
+    /// Something holds it.
+    Stalled,
+    /// Its torque went off.
+    Limp,
+    /// It has a hardware alert.
+    Alert(HardwareErrors),
+}
+
+impl Servo<'_> {
+    pub(super) fn get(&mut self, item: Item) -> Result<i64, Failed> {
+        self.line.get(self.model, self.id, item)
+    }
+
+    pub(super) fn put(&mut self, item: Item, value: i64) -> Result<(), Failed> {
+        self.line.put(self.id, item, value)
+    }
+
+    pub(super) fn reading(&mut self) -> Result<(Reading, bool), Failed> {
+        self.line.reading(self.model, self.id)
+    }
+
+    pub(super) fn has_torque(&mut self) -> Result<bool, Failed> {
+        Ok(self.get(TORQUE_ENABLE)? == 1)
+    }
+
+    /// An error that names the hardware alert of this servo, if it has one.
+    pub(super) fn refuse_alert(&mut self) -> Result<(), Failed> {
+        self.line.alert(self.id)?.map_or(Ok(()), |errors| Err(Failed::because(clears(self.id, errors))))
+    }
+
+    /// Whether the servo counts as `motor.toml` believes: an error that names what does not.
+    pub(super) fn check(&mut self, joint: &Joint) -> Result<(), Failed> {
+        let wrong = |what: String| Err(Failed::because(format!("{}: {what}", joint.name)));
+        let expected = Model::from(joint.model);
+        if self.model != expected {
+            return wrong(format!(
+                "the servo is an {}, and motor.toml says {}",
+                self.model.name(),
+                expected.name()
+            ));
+        }
+        for (item, name, right) in [
+            (OPERATING_MODE, "operating_mode", POSITION_MODE),
+            (HOMING_OFFSET, "homing_offset", 0),
+            (DRIVE_MODE, "drive_mode", 0),
+        ] {
+            let found = self.get(item)?;
+            if found != right {
+                return wrong(format!(
+                    "{name} is {found}, and an angle of the joint means nothing there: `leo bus write {} {name} {right}` \
+                     with torque off, or --raw",
+                    joint.name
+                ));
+            }
+        }
+        Ok(())
+    }
+
+    /// Sets a slow profile and arms the bus watchdog: from now on this program has to go on talking.
+    pub(super) fn slow_down(&mut self, velocity_rad_s: f64) -> Result<(), Failed> {
+        self.put(PROFILE_ACCELERATION, i64::from(acceleration_count(ACCELERATION_RAD_S2)))?;
+        self.put(PROFILE_VELOCITY, i64::from(velocity_count(velocity_rad_s).max(1)))?;
+        self.arm_watchdog(WATCHDOG)
+    }
+
+    /// Arms the bus watchdog, and clears it before where it has tripped.
+    pub(super) fn arm_watchdog(&mut self, units: i64) -> Result<(), Failed> {
+        if self.get(BUS_WATCHDOG)? == TRIPPED {
+            self.put(BUS_WATCHDOG, 0)?;
+        }
+        self.put(BUS_WATCHDOG, units)
+    }
+
+    /// Switches torque on where it stands: its goal is its present position, its profile slow, its watchdog armed.
+    pub(super) fn hold(&mut self, velocity_rad_s: f64) -> Result<(), Failed> {
+        self.slow_down(velocity_rad_s)?;
+        let present = self.get(PRESENT_POSITION)?;
+        self.put(GOAL_POSITION, present)?;
+        self.put(TORQUE_ENABLE, 1)?;
+        if self.has_torque()? {
+            return Ok(());
+        }
+        self.refuse_alert()?;
+        Err(Failed::because(format!("id {}: torque did not come on", self.id)))
+    }
+
+    /// Goes to a position of the servo, and is watched until it stands; `see` is shown every reading, and says whether
+    /// it shall go on.
+    pub(super) fn go(
+        &mut self,
+        goal_rad: f64,
+        stop: &AtomicBool,
+        mut see: impl FnMut(&mut Self, &Reading) -> Result<bool, Failed>,
+    ) -> Result<Ended, Failed> {
+        self.put(GOAL_POSITION, i64::from(position_count(goal_rad)))?;
+        let (mut nearest, mut nearer_at) = (f64::INFINITY, clock::now());
+        loop {
+            let (reading, alert) = self.reading()?;
+            let distance = (reading.position_rad - goal_rad).abs();
+            if alert && let Some(errors) = self.line.alert(self.id)? {
+                return Ok(Ended::Alert(errors));
+            }
+            if stop.load(Ordering::Relaxed) {
+                self.halt()?;
+                return Ok(Ended::Interrupted);
+            }
+            if !see(self, &reading)? {
+                self.halt()?;
+                return Ok(Ended::Left);
+            }
+            if distance < NEAR_RAD && reading.velocity_rad_s.abs() < STANDS_RAD_S {
+                return Ok(Ended::Arrived);
+            }
+            if distance < nearest - NEARER_RAD {
+                (nearest, nearer_at) = (distance, clock::now());
+            } else if clock::now().since(nearer_at) > STALLED {
+                let ended = if self.has_torque()? { Ended::Stalled } else { Ended::Limp };
+                self.halt()?;
+                return Ok(ended);
+            }
+            clock::sleep_until(clock::now() + LOOK);
+        }
+    }
+
+    /// Stops where its deceleration brings it to rest, and returns once it stands.
+    pub(super) fn halt(&mut self) -> Result<Reading, Failed> {
+        let (reading, _) = self.reading()?;
+        let velocity = reading.velocity_rad_s;
+        let rest_rad = reading.position_rad + velocity * velocity.abs() / (2.0 * ACCELERATION_RAD_S2);
+        self.put(GOAL_POSITION, i64::from(position_count(rest_rad)))?;
+        let begun = clock::now();
+        loop {
+            let (reading, _) = self.reading()?;
+            if reading.velocity_rad_s.abs() < STANDS_RAD_S || clock::now().since(begun) > STALLED {
+                return Ok(reading);
+            }
+            clock::sleep_until(clock::now() + LOOK);
+        }
+    }
+}
+
+/// An angle, for people.
+pub(super) fn angle(rad: f64) -> String {
+    format!("{:.1} deg ({rad:.3} rad)", rad.to_degrees())
+}

@@ -1,0 +1,45 @@
+//! A servo's identifier and its speed.
+
+use std::process::ExitCode;
+
+use servo::{Instruction, table};
+
+use super::scan::SPEEDS;
+use super::whom::{Target, Where};
+use super::{Failed, confirm, output, unlocked};
+
+pub(super) fn set_id(place: &Where<'_>, target: &Target, to: u8, yes: bool) -> Result<ExitCode, Failed> {
+    let (mut line, joint) = place.one(target)?;
+    if line.ping(to)?.is_some() {
+        return Err(Failed::because(format!(
+            "a servo answers to id {to} already: two of one id would talk at once"
+        )));
+    }
+    unlocked(&mut line, joint.id, "id")?;
+    confirm(yes, &format!("{joint} gets id {to}"))?;
+    line.tell(joint.id, Instruction::Write { address: table::ID.address, data: &[to] })?;
+    if line.ping(to)?.is_none() {
+        return Err(Failed::because(format!("{joint} does not answer to id {to}: see `leo bus scan`")));
+    }
+    output::print(&format!("{joint} answers to id {to} now\n"))?;
+    Ok(ExitCode::SUCCESS)
+}
+
+pub(super) fn set_baud(place: &Where<'_>, target: &Target, to: u32, yes: bool) -> Result<ExitCode, Failed> {
+    let Some(code) = servo::baud_number(to) else {
+        let speeds = SPEEDS.map(|speed| speed.to_string()).join(", ");
+        return Err(Failed::usage(format!("{to} is no speed of a servo: say one of {speeds}")));
+    };
+    let (mut line, joint) = place.one(target)?;
+    unlocked(&mut line, joint.id, "baud_rate")?;
+    confirm(yes, &format!("{joint} gets {to} baud, and is not heard at another speed any more"))?;
+    line.tell(joint.id, Instruction::Write { address: table::BAUD_RATE.address, data: &[code] })?;
+    drop(line);
+    if place.at(to).one(target)?.0.ping(joint.id)?.is_none() {
+        return Err(Failed::because(format!(
+            "{joint} does not answer at {to} baud: see `leo bus scan --baud N`"
+        )));
+    }
+    output::print(&format!("{joint} answers at {to} baud now\n"))?;
+    Ok(ExitCode::SUCCESS)
+}

@@ -1,0 +1,138 @@
+//! Torque: on of one servo where it stands, off of all.
+
+use std::fmt::Write as _;
+use std::process::ExitCode;
+
+use servo::Model;
+
+use super::line::Line;
+use super::motion::{Servo, WATCHDOG, angle};
+use super::whom::{Named, Opening, Target, Where};
+use super::write::{beyond, set};
+use super::{Care, Failed, called, confirm, output, tell_alert};
+
+/// A position count, by which a joint at its limit may stand beyond it.
+const COUNT_RAD: f64 = 0.0016;
+
+pub(super) fn torque(
+    place: &Where<'_>,
+    target: &Target,
+    on: bool,
+    care: &Care<'_>,
+) -> Result<ExitCode, Failed> {
+    if on {
+        let (mut line, named) = place.one(target)?;
+        let (id, model) = (named.id, line.model(named.id)?);
+        return torque_on(&mut Servo { line: &mut line, id, model }, &named, care);
+    }
+    if target.is_named() {
+        let (mut line, named) = place.one(target)?;
+        let ended = set(&mut line, named.id, "torque_enable", 0)?;
+        tell_alert(&mut line, named.id)?;
+        return Ok(ended);
+    }
+    // Where no bus is one that can be opened, what was said was not meant so.
+    if let [first, ..] = place.buses()
+        && !place.buses().iter().any(Opening::is_placed)
+    {
+        first.open()?;
+    }
+    // First it is said on every bus, and only then is looked what came of it; what goes wrong on one bus
+    // keeps no other from either.
+    let told: Vec<_> = place
+        .buses()
+        .iter()
+        .map(|bus| (bus, bus.open().and_then(|mut line| line.torque_off().map(|()| line))))
+        .collect();
+    let (mut said, mut failed) = (String::new(), Vec::new());
+    for (bus, line) in told {
+        let looked = line.and_then(|mut line| look_for_torque(&mut line, bus));
+        let Torque { off, doubtful } = looked.unwrap_or_else(|error| {
+            failed.push(format!("{}: {}", bus.name, error.text));
+            Torque { off: 0, doubtful: bus.joints.iter().map(|joint| called(joint)).collect() }
+        });
+        if off > 0 {
+            // Writing to a string cannot fail.
+            let _ = writeln!(said, "{bus}: {off} servos say that their torque is off");
+        }
+        if !doubtful.is_empty() {
+            failed.push(format!(
+                "{bus}: torque may still be on of {}: cut the power if anything moves",
+                doubtful.join(", ")
+            ));
+        } else if off == 0 && bus.joints.is_empty() {
+            failed.push(format!("{bus}: nobody answers, so that nobody says that torque is off"));
+        }
+    }
+    let printed = output::print(&said);
+    if failed.is_empty() {
+        printed.map(|()| ExitCode::SUCCESS)
+    } else {
+        Err(Failed::because(failed.join("\n")))
+    }
+}
+
+/// Switches torque on where a servo stands.
+pub(super) fn torque_on(
+    servo: &mut Servo<'_>,
+    named: &Named<'_>,
+    care: &Care<'_>,
+) -> Result<ExitCode, Failed> {
+    servo.refuse_alert()?;
+    match named.joint {
+        Some(joint) if !care.raw => {
+            servo.check(joint)?;
+            let present_rad = joint.joint_rad(servo.reading()?.0.position_rad);
+            if present_rad < joint.min_rad - COUNT_RAD || present_rad > joint.max_rad + COUNT_RAD {
+                return Err(Failed::because(beyond(joint, present_rad)));
+            }
+        }
+        _ if care.raw => confirm(care.yes, &format!("{named} gets torque, whatever its limits"))?,
+        _ => {
+            return Err(Failed::usage(format!(
+                "torque of {named} is switched on by the name of its joint, which has limits, or with --raw"
+            )));
+        }
+    }
+    servo.hold(care.motor.soft_start_rad_s.get())?;
+    let at_rad = servo.reading()?.0.position_rad;
+    let at = angle(named.joint.map_or(at_rad, |joint| joint.joint_rad(at_rad)));
+    output::print(&format!(
+        "torque of {named} is on, and holds it at {at}. Its bus watchdog stops it {} ms after this command; torque stays \
+         until `leo bus torque off`\n",
+        20 * WATCHDOG
+    ))?;
+    Ok(ExitCode::SUCCESS)
+}
+
+/// What the servos of a bus say of their torque.
+pub(super) struct Torque {
+    /// How many say that it is off.
+    pub(super) off: usize,
+    /// Those that do not, or say nothing.
+    pub(super) doubtful: Vec<String>,
+}
+
+/// Asks all who answer on a bus, and all who should, whether their torque is off.
+pub(super) fn look_for_torque(line: &mut Line, bus: &Opening<'_>) -> Result<Torque, Failed> {
+    let mut servos = line.scan()?;
+    for joint in &bus.joints {
+        // An answer to a question to all is lost more easily than one to a question of its own.
+        if !servos.iter().any(|servo| servo.id == joint.id) {
+            servos.extend(line.ping(joint.id)?);
+        }
+    }
+    let mut torque = Torque { off: 0, doubtful: Vec::new() };
+    for servo in &servos {
+        let model = Model::from_number(servo.model);
+        if matches!(model.map(|model| line.value(model, servo.id, "torque_enable")), Some(Ok(0))) {
+            torque.off += 1;
+        } else {
+            let joint = bus.joints.iter().find(|joint| joint.id == servo.id);
+            torque.doubtful.push(joint.map_or_else(|| format!("id {}", servo.id), |joint| called(joint)));
+        }
+    }
+    let silent = bus.joints.iter().filter(|joint| !servos.iter().any(|servo| servo.id == joint.id));
+    torque.doubtful.extend(silent.map(|joint| format!("{}, which does not answer", called(joint))));
+    Ok(torque)
+}

@@ -1,0 +1,209 @@
+//! `leo bus commission` on `leo mock-bus`: the trials of an engineer with real servos.
+
+use std::io::{BufRead as _, BufReader, Read as _, Write as _};
+use std::path::Path;
+use std::process::{Command, Stdio};
+
+use crate::bench_tool::well;
+use crate::mock_bus::MockBus;
+
+fn commission(mock: &MockBus, folder: &Path, arguments: &[&str]) -> Command {
+    let mut tool = Command::new(env!("CARGO_BIN_EXE_leo"));
+    tool.args(["bus", "commission", "--bus", "torso", "--device"])
+        .arg(mock.path("torso"))
+        .arg("--report")
+        .arg(folder)
+        .args(arguments)
+        .env_remove("RUST_LOG");
+    tool
+}
+
+/// The reports in a folder.
+fn reports(folder: &Path) -> Vec<String> {
+    let mut files: Vec<_> =
+        std::fs::read_dir(folder).expect("a folder").flatten().map(|file| file.path()).collect();
+    files.sort();
+    files.iter().map(|file| std::fs::read_to_string(file).expect("reads")).collect()
+}
+
+/// Runs trials: exit status and what was printed.
+fn run(mock: &MockBus, folder: &Path, arguments: &[&str]) -> (Option<i32>, String) {
+    let ran = commission(mock, folder, arguments).stdin(Stdio::null()).output().expect("runs");
+    let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
+    (ran.status.code(), text(&ran.stdout) + &text(&ran.stderr))
+}
+
+#[test]
+fn good_servos_pass_every_trial_that_needs_no_person_and_no_report_is_written_over() {
+    let mock = MockBus::start(&[]);
+    let folder = tempfile::tempdir().expect("a folder");
+    let (status, said) = run(&mock, folder.path(), &["--yes"]);
+    assert_eq!(status, Some(0), "{said}");
+    assert!(said.contains("8 passed, 0 failed, 0 skipped"), "{said}");
+    assert!(said.contains("the commissioning is not complete: power-cut, blocked, unplug"), "{said}");
+    assert!(said.contains("torque is off, as 7 servos say"), "{said}");
+    let (status, said) = run(&mock, folder.path(), &["--yes", "--only", "identity"]);
+    assert_eq!(status, Some(0), "{said}");
+    let reports = reports(folder.path());
+    let [first, second] = reports.as_slice() else { panic!("{} reports", reports.len()) };
+    assert_eq!((first.matches("[[trial]]").count(), first.matches("outcome = \"passed\"").count()), (8, 8));
+    assert!(first.contains("complete = false") && first.contains("buses = [\"torso\"]"), "{first}");
+    assert!(second.contains("name = \"identity\"") && !second.contains("name = \"motion\""), "{second}");
+}
+
+#[test]
+fn a_fault_fails_the_trial_that_is_about_it_and_names_the_joint() {
+    let mut mock = MockBus::start(&[]);
+    let folder = tempfile::tempdir().expect("a folder");
+    for (fault, trial, expected) in [
+        ("drop bus=torso id=6", "identity", "neck_roll_joint (id 6) does not answer"),
+        ("alert bus=torso id=3 at=0s", "identity", "id 3: hardware alert (input voltage out of range)"),
+        ("blocked bus=torso id=2", "motion", "torso_pitch_joint: came no nearer"),
+        ("baud bus=torso id=4", "speed", "at 4000000 baud 6 servos answer, of 7"),
+        ("sag bus=torso id=1 is=80", "torque", "torso_yaw_joint: id 1: hardware alert (input voltage"),
+    ] {
+        mock.tell(&format!("fault {fault}"));
+        let (status, said) = run(&mock, folder.path(), &["--yes", "--only", trial]);
+        assert_eq!(status, Some(1), "{fault}: {said}");
+        assert!(said.contains("0 passed, 1 failed") && said.contains(expected), "{fault}: {said}");
+        mock.tell("clear");
+        well(&mock, &["reboot", "--id", "3"]);
+    }
+    assert_eq!(reports(folder.path()).iter().filter(|text| text.contains("outcome = \"failed\"")).count(), 5);
+}
+
+#[test]
+fn an_eeprom_of_another_robot_or_of_another_joint_is_named() {
+    let mock = MockBus::start(&[]);
+    let folder = tempfile::tempdir().expect("a folder");
+    // The limits of the torso's pitch, in the servo of its yaw.
+    let [low, high] = [-0.2, 0.5].map(|rad| servo::position_count(rad).to_string());
+    well(&mock, &["write", "--id", "1", "min_position_limit", &low]);
+    well(&mock, &["write", "--id", "1", "max_position_limit", &high]);
+    for (id, item, value) in [
+        ("2", "homing_offset", "100"),
+        ("3", "drive_mode", "1"),
+        ("4", "secondary_id", "9"),
+        ("5", "startup_configuration", "1"),
+        ("6", "shutdown", "0"),
+        ("7", "pwm_limit", "0"),
+    ] {
+        well(&mock, &["write", "--id", id, item, value]);
+    }
+    let (status, said) = run(&mock, folder.path(), &["--yes", "--only", "eeprom"]);
+    assert_eq!(status, Some(1), "{said}");
+    for expected in [
+        "torso_yaw_joint: the position limits 1918 to 2374 are those of torso_pitch_joint: were the two servos swapped?",
+        "torso_pitch_joint: homing_offset (item 20) is 100",
+        "torso_roll_joint: drive_mode (item 10) is 1",
+        "neck_yaw_joint: secondary_id (item 12) is 9",
+        "neck_pitch_joint: startup_configuration (item 60) is 1",
+        "neck_roll_joint: shutdown (item 63) is 0",
+        "head_pitch_joint: pwm_limit (item 36) is 0",
+    ] {
+        assert!(said.contains(&format!("WRONG:    {expected}")), "{said}\nlacks {expected}");
+    }
+}
+
+/// Plays the person: does what a prompt asks for, and presses Enter.
+fn attend(
+    mock: &mut MockBus,
+    folder: &Path,
+    trial: &str,
+    says: &[(&str, &str, &str)],
+) -> (Option<i32>, String) {
+    let mut tool = commission(mock, folder, &["--only", trial])
+        .stdin(Stdio::piped())
+        .stdout(Stdio::piped())
+        .spawn()
+        .expect("starts");
+    let mut keys = tool.stdin.take().expect("piped");
+    let mut out = BufReader::new(tool.stdout.take().expect("piped"));
+    let (mut said, mut line) = (String::new(), String::new());
+    while out.read_line(&mut line).expect("reads") > 0 {
+        if let Some((_, command, key)) = says.iter().find(|(prompt, ..)| line.contains(prompt)) {
+            if !command.is_empty() {
+                mock.tell(command);
+            }
+            writeln!(keys, "{key}").expect("it listens");
+        }
+        said += &std::mem::take(&mut line);
+    }
+    out.read_to_string(&mut said).expect("reads");
+    (tool.wait().expect("ends").code(), said)
+}
+
+#[test]
+fn a_person_cuts_the_power_holds_a_joint_and_unplugs_the_adapter() {
+    let mut mock = MockBus::start(&[]);
+    let folder = tempfile::tempdir().expect("a folder");
+    let consent = ("Torque comes on", "", "");
+    let (status, said) = attend(
+        &mut mock,
+        folder.path(),
+        "power-cut",
+        &[
+            consent,
+            ("Cut the power", "fault brown-out bus=torso at=0s for=4s", ""),
+            ("Bring the power back", "", ""),
+        ],
+    );
+    assert_eq!(status, Some(0), "{said}");
+    assert_eq!(said.matches("came back without torque").count(), 7, "{said}");
+    mock.tell("clear");
+
+    let (status, said) = attend(
+        &mut mock,
+        folder.path(),
+        "blocked",
+        &[consent, ("firmly by hand", "fault blocked bus=torso", "")],
+    );
+    assert_eq!(status, Some(0), "{said}");
+    assert_eq!(said.matches("behind its trajectory, at").count(), 7, "{said}");
+    mock.tell("clear");
+    // Who holds nothing has not tried it.
+    let (status, said) = attend(&mut mock, folder.path(), "blocked", &[consent, ("firmly by hand", "", "")]);
+    assert!(status == Some(1) && said.contains("torso_yaw_joint: arrived"), "{said}");
+
+    let (status, said) = attend(
+        &mut mock,
+        folder.path(),
+        "unplug",
+        &[
+            consent,
+            ("Unplug the adapter", "fault hang-up bus=torso at=0s for=3s", ""),
+            ("Plug it in", "", ""),
+        ],
+    );
+    assert_eq!(status, Some(0), "{said}");
+    assert_eq!(said.matches("torque on, item 98 reads -1").count(), 7, "{said}");
+}
+
+#[test]
+fn a_trial_is_skipped_only_when_the_person_says_so() {
+    let mut mock = MockBus::start(&[]);
+    let folder = tempfile::tempdir().expect("a folder");
+    let consent = ("Torque comes on", "", "");
+    let (status, said) =
+        attend(&mut mock, folder.path(), "power-cut", &[consent, ("Cut the power", "", "skip")]);
+    assert_eq!(status, Some(1), "{said}");
+    assert!(said.contains("SKIPPED") && said.contains("0 passed, 0 failed, 1 skipped"), "{said}");
+    // Power that was not cut is no success.
+    let (status, said) = attend(
+        &mut mock,
+        folder.path(),
+        "power-cut",
+        &[consent, ("Cut the power", "", ""), ("Bring the power back", "", "")],
+    );
+    assert_eq!(status, Some(1), "{said}");
+    assert!(said.contains("torso_yaw_joint still answers: it has power"), "{said}");
+    let (status, said) = run(&mock, folder.path(), &["--only", "unplug"]);
+    assert!(status == Some(2) && said.contains("--yes runs the trials that need no person"), "{said}");
+    let (status, said) = run(&mock, folder.path(), &["--only", "dance"]);
+    assert!(
+        status == Some(2) && said.contains("there is no trial `dance`: say one of identity, firmware"),
+        "{said}"
+    );
+    let (status, said) = run(&mock, folder.path(), &["--yes", "--only", "unplug"]);
+    assert!(status == Some(2) && said.contains("that trial needs a person"), "{said}");
+}

@@ -1,0 +1,109 @@
+//! The wire of `leo mock-bus`, and what `leo bus` says of lines that are not as they should be.
+
+use std::io::{Read as _, Write as _};
+
+use clock::Duration;
+use rustypot::DynamixelProtocolHandler;
+use servo::{Address, Id, Instruction};
+
+use crate::bench_tool::{bus, read, refused, well};
+use crate::mock_bus::MockBus;
+use crate::open;
+
+/// How long 14 bytes of a read and 15 of its answer take at 4,000,000 baud, ten bits each.
+const ON_WIRE: Duration = Duration::from_nanos(72_500);
+
+#[test]
+fn no_read_is_answered_before_the_wire_could_have_brought_it() {
+    let mock = MockBus::start(&[]);
+    let mut port = open(&mock, "torso");
+    DynamixelProtocolHandler::v2().write(port.as_mut(), 1, 9, &[0]).expect("answers");
+    let mut bytes = [0; 64];
+    let read = Instruction::Read { address: 132, length: 4 };
+    let length = read.encode(Address::One(Id::new(1).expect("an id")), &mut bytes).expect("fits");
+    let mut answer = [0; 15];
+    let mut ask = || {
+        let asked_at = clock::now();
+        port.write_all(&bytes[..length]).expect("writes");
+        port.read_exact(&mut answer).expect("answers");
+        clock::now().since(asked_at)
+    };
+    let times: Vec<_> = (0..3000).map(|_| ask()).collect();
+    let shortest = times.iter().min().copied().expect("3000");
+    println!(
+        "{shortest:?} to {:?}, {:?} on average",
+        times.iter().max(),
+        times.iter().sum::<Duration>() / 3000
+    );
+    assert!(shortest >= ON_WIRE, "{shortest:?} of {ON_WIRE:?}");
+}
+
+#[test]
+fn a_new_identifier_is_acknowledged_with_the_old_one() {
+    let mock = MockBus::start(&[]);
+    let (master, mut port) = (DynamixelProtocolHandler::v2(), open(&mock, "torso"));
+    master.write(port.as_mut(), 7, 7, &[77]).expect("the servo that was written to answers");
+    assert!(master.ping(port.as_mut(), 77).expect("answers"));
+}
+
+#[test]
+fn a_hardware_alert_is_said_by_every_command_with_what_clears_it() {
+    let mock = MockBus::start(&["--fault", "overload bus=torso id=5 at=0s"]);
+    let says = "id 5: hardware alert (overload); `leo bus reboot --id 5` clears it";
+    for words in
+        [&["scan"][..], &["read", "--id", "5", "present_position"], &["write", "--id", "5", "led", "1"]]
+    {
+        let said = well(&mock, words);
+        assert_eq!(said.matches(says).count(), 1, "{words:?}: {said}");
+        assert_eq!(said.matches("hardware alert").count(), 1, "{words:?}: {said}");
+    }
+    let json: serde_json::Value = serde_json::from_str(&well(&mock, &["scan", "--json"])).expect("JSON");
+    let alerts: Vec<_> = json.as_array().expect("rows").iter().map(|row| row["alert"].as_str()).collect();
+    assert_eq!(alerts, [None, None, None, None, Some("overload"), None, None]);
+    refused(&mock, &["torque", "on", "--id", "5"], (1, says));
+    refused(&mock, &["torque", "on", "neck_pitch_joint"], (1, says));
+    assert!(!well(&mock, &["read", "--id", "4", "present_position"]).contains("alert"));
+}
+
+#[test]
+fn a_line_that_echoes_is_used_all_the_same_and_said() {
+    let mock = MockBus::start(&["--fault", "echo bus=torso"]);
+    let said = well(&mock, &["scan"]);
+    assert!(said.contains("7 servos") && said.contains("the line echoes what is said on it"), "{said}");
+    assert!(well(&mock, &["read", "--id", "5", "model_number"]).contains("1020"));
+    well(&mock, &["torque", "on", "neck_pitch_joint"]);
+    well(&mock, &["write", "neck_pitch_joint", "goal_position", "3deg"]);
+    well(&mock, &["reboot", "--id", "5"]);
+    well(&mock, &["set-id", "--id", "7", "--to", "77", "--yes"]);
+    well(&mock, &["torque", "off", "--id", "77"]);
+}
+
+#[test]
+fn servos_at_another_speed_are_found_and_said() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let motor = read("config/motor.toml");
+    let slow = motor.replace(
+        "name = \"torso\"\ndevice = \"mock\"\nbaud = 4000000",
+        "name = \"torso\"\ndevice = \"mock\"\nbaud = 1000000",
+    );
+    assert_ne!(slow, motor);
+    for (name, text) in [("leo.toml", read("config/leo.toml")), ("motor.toml", slow)] {
+        std::fs::write(folder.path().join(name), text).expect("writes");
+    }
+    let config = folder.path().join("leo.toml");
+    let mock = MockBus::start(&["--config", config.to_str().expect("letters")]);
+    let (status, said, wrong) = bus(&mock, &["scan"]);
+    assert_eq!(status, Some(1), "{said} {wrong}");
+    assert!(said.contains("no servo answers at 4000000 baud"), "{said}");
+    assert!(
+        said.contains("7 servos answer at 1000000: torso_yaw_joint (id 1), torso_pitch_joint (id 2)"),
+        "{said}"
+    );
+    // One that was left behind is looked for where that is asked.
+    let at_slow = |words: &[&'static str]| well(&mock, &[words, &["--baud", "1000000"]].concat());
+    at_slow(&["set-baud", "--id", "3", "--to", "57600", "--yes"]);
+    let (_, said, _) = bus(&mock, &["scan", "--baud", "1000000"]);
+    assert!(said.contains("6 servos") && !said.contains("57600"), "{said}");
+    let (_, said, _) = bus(&mock, &["scan", "--baud", "1000000", "--all-speeds"]);
+    assert!(said.contains("1 servo answers at 57600: torso_roll_joint (id 3)"), "{said}");
+}
