@@ -50,6 +50,8 @@ pub(super) enum Ended {
     Left,
     /// Something holds it.
     Stalled,
+    /// Its bus watchdog tripped: this program did not talk for too long.
+    Tripped,
     /// Its torque went off.
     Limp,
     /// It has a hardware alert.
@@ -164,6 +166,10 @@ impl Servo<'_> {
             if distance < nearest - NEARER_RAD {
                 (nearest, nearer_at) = (distance, clock::now());
             } else if clock::now().since(nearer_at) > STALLED {
+                // Its goals are locked then, and it stands.
+                if self.get(BUS_WATCHDOG)? == TRIPPED {
+                    return Ok(Ended::Tripped);
+                }
                 let ended = if self.has_torque()? { Ended::Stalled } else { Ended::Limp };
                 self.halt()?;
                 return Ok(ended);

@@ -87,6 +87,9 @@ fn go(servo: &mut Servo<'_>, joint: &Joint, goal_rad: f64, care: &Care<'_>) -> R
         Ended::Stalled => {
             "does not come nearer to its goal: something holds it, or its PWM limit is too low".to_owned()
         }
+        Ended::Tripped => {
+            "was stopped by its bus watchdog: this machine was too slow to talk to it".to_owned()
+        }
         Ended::Limp => "has lost its torque".to_owned(),
         Ended::Alert(errors) => format!("has a hardware alert ({errors}): `leo bus reboot {name}` clears it"),
     };

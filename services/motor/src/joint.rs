@@ -132,6 +132,8 @@ pub(crate) struct Joint {
     behind_since: Option<Instant>,
     /// Whether it is spared: what is spared is so until it is well beyond the bound.
     is_spared: bool,
+    /// Times in a row that its servo refused the goal with which torque comes on.
+    refused_aims: u32,
     /// The number of the order that armed it last.
     order: u64,
     /// What is done about its hardware alert, while it has one.
@@ -190,6 +192,7 @@ impl Joint {
             look_at: Instant::EPOCH,
             behind_since: None,
             is_spared: false,
+            refused_aims: 0,
             order: 0,
             reaction: None,
             cut_at: None,
@@ -298,11 +301,17 @@ impl Joint {
 
     /// Whether it moves by command, or on its way back within its limits.
     pub(crate) fn is_moving(&self) -> bool {
-        match self.motion {
-            Motion::Align { .. } => true,
+        let goes_by_itself = match self.motion {
             Motion::Stay { .. } => !self.stays(),
-            motion => motion.setpoint().is_some_and(|at| at.velocity_rad_s.abs() > 0.0),
-        }
+            Motion::Align { .. } => true,
+            Motion::Idle
+            | Motion::Soft { .. }
+            | Motion::Track { .. }
+            | Motion::Halt { .. }
+            | Motion::Hold { .. }
+            | Motion::Retreat { .. } => false,
+        };
+        goes_by_itself || self.motion.setpoint().is_some_and(|at| at.velocity_rad_s.abs() > 0.0)
     }
 
     /// Whether its servo has said that its torque is off, since it was told so.
@@ -399,25 +408,23 @@ impl Joint {
         if number > locks || self.let_go.is_some() || self.link.is_quarantined() {
             return;
         }
-        match cause {
-            JointCause::BeyondLimits if !is_new => return,
-            JointCause::BeyondLimits
-                if self.beyond_rad(now).is_none_or(|rad| rad > self.policy.max_beyond_limits_rad) =>
-            {
+        let is_within = self.beyond_rad(now).is_some_and(|rad| rad <= self.policy.max_beyond_limits_rad);
+        if cause == JointCause::BeyondLimits {
+            if !(is_new && is_within) {
                 return;
             }
-            JointCause::BeyondLimits | JointCause::Blocked => {}
+        } else if cause == JointCause::Blocked && self.power.is_on() {
+            // It holds, and presses against nothing.
+        } else if !is_off {
+            return;
+        } else if cause == JointCause::Alert {
             // Only a reboot clears what it switched itself off for.
-            JointCause::Alert if is_off => {
-                self.reboot_at = Some(now);
-                self.power = Power::Unknown { was_on: false };
-                self.link = Link::Silent { ask_at: now + REBOOT_WAIT, cause };
-            }
-            _ if is_off => {
-                self.are_limits_acknowledged |= matches!(self.trouble, Some(Trouble::OtherJoint(_)));
-                self.begin_anew();
-            }
-            _ => return,
+            self.reboot_at = Some(now);
+            self.power = Power::Unknown { was_on: false };
+            self.link = Link::Silent { ask_at: now + REBOOT_WAIT, cause };
+        } else if cause != JointCause::Blocked {
+            self.are_limits_acknowledged |= matches!(self.trouble, Some(Trouble::OtherJoint(_)));
+            self.begin_anew();
         }
         (self.trouble, self.reaction) = (None, None);
         self.licence = Licence::Disarmed { cause };

@@ -278,7 +278,7 @@ impl Motor {
     pub(crate) fn start_anew(&mut self) {
         self.end_emergency();
         self.joints.iter_mut().for_each(Joint::trust);
-        self.arm(self.stepped_at.unwrap_or(Instant::EPOCH), Some(u64::MAX));
+        self.arm(self.stepped_at.unwrap_or(Instant::EPOCH), Some(self.counts.locks));
     }
 
     /// Switches every torque off from the next request on, and keeps it off: goals do nothing

@@ -17,6 +17,8 @@ const MISSES_MOST: u32 = 3;
 /// believed again: as long as one reading can speak for a clock that goes wrong.
 const UNBELIEVED_MOST: u32 = 25;
 pub(super) const PROVEN_AFTER: Duration = Duration::from_secs(15);
+/// Goals that a servo may refuse in a row before that is taken for a mistake in the configuration.
+const AIMS_MOST: u32 = 3;
 /// The longest time for which a silent servo is left alone.
 const WAIT_MOST: Duration = Duration::from_secs(5);
 /// How long after an alert a servo is rebooted, where the configuration says so, and how often.
@@ -88,6 +90,9 @@ impl Joint {
         } else if job.is_told() {
             (self.contact.unacknowledged, self.contact.wait) = (0, WAIT_FIRST);
         }
+        if status.fault == Some(Fault::Range) && self.has_tripped_meanwhile(job) {
+            return;
+        }
         if self.judge(now, status) {
             self.advance(now, job, status.params);
         } else if job == Job::Torque(false) {
@@ -95,6 +100,22 @@ impl Joint {
         } else if job == Job::Look {
             self.looked_at(now, status.params);
         }
+    }
+
+    /// Whether a servo refused a job because its watchdog has tripped, which nobody knew yet: it is cleared first then. A
+    /// servo that refuses its goal again and again refuses it for another reason.
+    fn has_tripped_meanwhile(&mut self, job: Job) -> bool {
+        match (self.power, job) {
+            (Power::Found { stay, .. }, Job::Guard { .. }) => {
+                self.power = Power::Found { watchdog: Watchdog::Tripped, stay };
+            }
+            (Power::Rising { is_on, .. }, Job::Guard { .. } | Job::Aim(_)) if self.refused_aims < AIMS_MOST => {
+                self.refused_aims += u32::from(matches!(job, Job::Aim(_)));
+                self.power = Power::Rising { step: Rise::Guard, is_on, is_tripped: true };
+            }
+            _ => return false,
+        }
+        true
     }
 
     /// Takes what its servo says of itself when it has just reported an alert.
@@ -283,7 +304,7 @@ impl Joint {
         match self.power {
             Power::On { .. } if !condition.has_torque => self.has_restarted(),
             Power::On { .. } if condition.watchdog != Watchdog::Armed => {
-                self.watchdog_is_off(condition.watchdog)
+                self.watchdog_is_off(condition.watchdog);
             }
             // Another hand may have switched it on, or off.
             Power::Off if condition.has_torque && self.licence.is_locked() => {

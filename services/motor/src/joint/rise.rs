@@ -261,7 +261,7 @@ impl Joint {
                 Notice::Overwritten { item, old, .. } if item == servo::table::MAX_POSITION_LIMIT => {
                     found.1 = Some(old);
                 }
-                _ => {}
+                Notice::Overwritten { .. } | Notice::Tighter { .. } | Notice::LeftOver { .. } => {}
             }
         }
         // A limit that is not overwritten is the joint's own.
@@ -282,6 +282,7 @@ impl Joint {
         // It begins where it stands now, and not where it was to stand when torque came on.
         let Some(goal_rad) = self.standing(now) else { return };
         self.power = Power::On { goal_rad, is_quick: false };
+        self.refused_aims = 0;
         self.motion = Motion::Idle;
         if self.licence.is_given() && self.is_far_from(goal_rad) {
             self.motion = Motion::Align { to_rad: goal_rad };

@@ -31,10 +31,12 @@ impl Joint {
         if let Some(condition) = self.condition {
             state = state.with_condition(condition.temperature_c, condition.input_v);
         }
-        match self.motion {
-            Motion::Align { to_rad } => state.with_command(to_rad),
-            motion => motion.setpoint().map_or(state, |at| state.with_command(at.position_rad)),
-        }
+        let command_rad = if let Motion::Align { to_rad } = self.motion {
+            Some(to_rad)
+        } else {
+            self.motion.setpoint().map(|at| at.position_rad)
+        };
+        command_rad.map_or(state, |command_rad| state.with_command(command_rad))
     }
 
     /// The four machines in one word, and why.
@@ -54,9 +56,15 @@ impl Joint {
             (Link::Unknown | Link::Identified(_), _) if self.licence.is_locked() => (JointMode::Limp, cause),
             (_, Power::Found { .. }) => match self.licence {
                 Licence::Locked { cause, .. } => (JointMode::Holding, cause),
-                _ if !self.orders.live => (self.pace(), JointCause::CommandTimeout),
-                _ if is_own_fault(cause) => (self.pace(), cause),
-                _ => (self.pace(), self.orders.halt.unwrap_or(cause)),
+                Licence::Disarmed { .. } | Licence::Armed { .. } if !self.orders.live => {
+                    (self.pace(), JointCause::CommandTimeout)
+                }
+                Licence::Disarmed { .. } | Licence::Armed { .. } if is_own_fault(cause) => {
+                    (self.pace(), cause)
+                }
+                Licence::Disarmed { .. } | Licence::Armed { .. } => {
+                    (self.pace(), self.orders.halt.unwrap_or(cause))
+                }
             },
             (
                 Link::Unknown | Link::Identified(_) | Link::Answering,

@@ -184,10 +184,9 @@ impl Joint {
             _ => next,
         };
         let next = self.no_further_ahead(now, at, next);
-        self.motion = match self.motion {
-            Motion::Halt { .. } if next.velocity_rad_s.abs() <= 0.0 => Motion::Hold { at: next, since: now },
-            motion => motion.with(next),
-        };
+        let has_stopped = matches!(self.motion, Motion::Halt { .. }) && next.velocity_rad_s.abs() <= 0.0;
+        self.motion =
+            if has_stopped { Motion::Hold { at: next, since: now } } else { self.motion.with(next) };
         self.watch_for_a_block(now, next);
     }
 
@@ -285,10 +284,9 @@ impl Joint {
         let velocity = at.velocity_rad_s;
         let ahead_rad = velocity * self.policy.period.as_secs_f64()
             + velocity * velocity.abs() / (2.0 * acceleration_rad_s2);
-        let goal_rad = match self.motion {
-            Motion::Retreat { .. } => Some(self.settings.rest_rad),
-            _ => self.goal.map(|goal| goal.position_rad),
-        };
+        let is_lowered = matches!(self.motion, Motion::Retreat { .. });
+        let goal_rad =
+            if is_lowered { Some(self.settings.rest_rad) } else { self.goal.map(|goal| goal.position_rad) };
         let lead_rad = at.position_rad + ahead_rad;
         match goal_rad {
             Some(goal) if velocity > 0.0 => lead_rad.min(goal.max(at.position_rad)),

@@ -85,6 +85,7 @@ fn ended(ended: Ended) -> &'static str {
         Ended::Arrived => "arrived",
         Ended::Interrupted | Ended::Left => "stopped",
         Ended::Stalled => "came no nearer",
+        Ended::Tripped => "was stopped by its bus watchdog",
         Ended::Limp => "lost its torque",
         Ended::Alert(_) => "has a hardware alert",
     }

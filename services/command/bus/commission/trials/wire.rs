@@ -46,7 +46,7 @@ pub(super) fn unplug(bench: &mut Bench<'_>) -> Result<Measured, Failed> {
         Err(lost) => measured.note(lost.text),
         Ok(Some(_)) => measured.wrong(format!("id {first} still answers: the adapter is plugged in")),
         Ok(None) => {
-            measured.wrong(format!("id {first} is silent, and the line is not lost: is that the adapter?"))
+            measured.wrong(format!("id {first} is silent, and the line is not lost: is that the adapter?"));
         }
     }
     bench.close();

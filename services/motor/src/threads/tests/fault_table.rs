@@ -133,10 +133,11 @@ fn others_go_on(rig: &Rig, struck: &[usize]) -> Verdict {
     let companions = companions(rig, struck);
     for joint in (0..65).filter(|joint| !struck.contains(joint)) {
         let (mode, is_read) = (rig.mode(joint), rig.is_read(joint));
-        let stands =
-            companions.contains(&joint) && matches!(mode, JointMode::Decelerating | JointMode::Holding);
+        let stands = companions.contains(&joint)
+            && matches!(mode, JointMode::Decelerating | JointMode::Holding | JointMode::Starting);
         expect((mode == JointMode::Following || stands) && is_read, || {
-            format!("{}: {mode:?}, read: {is_read}", rig.robot.motor.joints[joint].name)
+            let state = rig.state(joint);
+            format!("{}: read: {is_read}, {state:?}", rig.robot.motor.joints[joint].name)
         })?;
     }
     Ok(())

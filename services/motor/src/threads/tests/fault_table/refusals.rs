@@ -98,7 +98,7 @@ fn a_servo_that_refuses_an_instruction_gets_no_torque_and_is_not_told_again() {
     for (fault, provoke) in ways {
         in_turn(&mut rig, |rig, struck| {
             provoke(rig, struck);
-            let verdict = refused(rig, struck, fault);
+            let verdict = refused(rig, struck, fault).map_err(|wrong| format!("{fault:?}: {wrong}"));
             rig.motor = Motor::new(&rig.robot.motor, &rig.robot.leo.motor).unwrap();
             rig.motor.start_anew();
             verdict.and_then(|()| within(rig, 500, all_follow))
