@@ -109,7 +109,9 @@ impl Joint {
             (Power::Found { stay, .. }, Job::Guard { .. }) => {
                 self.power = Power::Found { watchdog: Watchdog::Tripped, stay };
             }
-            (Power::Rising { is_on, .. }, Job::Guard { .. } | Job::Aim(_)) if self.refused_aims < AIMS_MOST => {
+            (Power::Rising { is_on, .. }, Job::Guard { .. } | Job::Aim(_))
+                if self.refused_aims < AIMS_MOST =>
+            {
                 self.refused_aims += u32::from(matches!(job, Job::Aim(_)));
                 self.power = Power::Rising { step: Rise::Guard, is_on, is_tripped: true };
             }
@@ -264,6 +266,10 @@ impl Joint {
                 self.cut(now);
             }
             return;
+        }
+        if let Link::Identified(Setup::Unlock | Setup::Mode | Setup::Limits) = self.link {
+            // Nothing more is written; it is read all the same.
+            self.link = Link::Answering;
         }
         self.trouble = Some(trouble);
         self.end_licence(Ending { cause, locks: true });

@@ -346,3 +346,16 @@ fn joints_that_wait_for_each_other_with_torque_come_back_together() {
     rig.motor.arm(rig.now, None);
     rig.until(400, -0.6, |rig| rig.modes() == [Following; 3]);
 }
+
+#[test]
+fn a_watchdog_that_trips_while_torque_comes_on_is_cleared_and_is_no_refusal() {
+    for at in 0..12 {
+        let mut rig = following();
+        rig = Rig { lines: rig.lines, now: rig.now, ..Rig::new() };
+        rig.commanded(at, 0.3, rig.now);
+        // The machine stood still for longer than the servos wait.
+        rig.now += Duration::from_millis(300);
+        rig.until(400, 0.3, |rig| rig.modes() == [Following; 3]);
+        assert_eq!(rig.motor.trouble(0), None);
+    }
+}
