@@ -172,7 +172,7 @@ fn wrong_bodies() -> Vec<(&'static str, String, &'static [&'static str])> {
     };
     let motor = read("config/motor.toml");
     let line = motor.lines().position(|line| line == "max_rad = 0.8");
-    assert_eq!(line, Some(53), "the limits of the first joint");
+    assert_eq!(line, Some(57), "the limits of the first joint");
     // Every servo on one bus.
     let mut id = 0;
     let crowded = motor.lines().map(|line| {
@@ -208,7 +208,7 @@ fn wrong_bodies() -> Vec<(&'static str, String, &'static [&'static str])> {
             "leo.urdf",
             changed("leo.urdf", "lower=\"-0.8\"", "lower=\"-0.9\""),
             &[
-                "motor.toml:53:11: joint `torso_yaw_joint`: `min_rad` is -0.8",
+                "motor.toml:57:11: joint `torso_yaw_joint`: `min_rad` is -0.8",
                 "`lower` is -0.9 in",
                 "/leo.urdf",
             ],
