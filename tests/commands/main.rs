@@ -200,7 +200,7 @@ fn wrong_bodies() -> Vec<(&'static str, String, &'static [&'static str])> {
             "motor.toml",
             changed("motor.toml", "max_rad = 0.8\n", "max_rad = 0.75\n"),
             &[
-                "/motor.toml:54:11: joint `torso_yaw_joint`: `max_rad` is 0.75, and its `upper` is 0.8",
+                "/motor.toml:58:11: joint `torso_yaw_joint`: `max_rad` is 0.75, and its `upper` is 0.8",
                 "same",
             ],
         ),
@@ -216,7 +216,7 @@ fn wrong_bodies() -> Vec<(&'static str, String, &'static [&'static str])> {
         (
             "leo.urdf",
             changed("leo.urdf", "velocity=\"", "velocity=\"1"),
-            &["motor.toml:55:18: joint `torso_yaw_joint`: `velocity_rad_s` is ", "`velocity` is 1"],
+            &["motor.toml:59:18: joint `torso_yaw_joint`: `velocity_rad_s` is ", "`velocity` is 1"],
         ),
         ("leo.urdf", "<robot name=\"leo\">\n<joint\n".to_owned(), &["/leo.urdf: not a URDF: "]),
         (
