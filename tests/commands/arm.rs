@@ -11,6 +11,7 @@ use message::{
 };
 use process::arming::{self, ArmOrder};
 use process::emergency;
+use rustix::process::{Pid, Signal, kill_process};
 use transport::janitor::{Claim, Janitor, claim};
 use transport::{Delivery, Domain, JointsWriter, Node, Queues, RosterWriter};
 
@@ -179,7 +180,8 @@ fn a_robot_that_does_not_arm_by_itself_is_armed_by_order_and_not_before() {
         is_there
     });
     let again = arm(root, &[]);
-    robot.kill().and_then(|()| robot.wait()).expect("is ours");
+    kill_process(Pid::from_child(&robot), Signal::INT).expect("it lives");
+    robot.wait().expect("is ours");
     let told = told.expect("was run");
     let document: serde_json::Value = serde_json::from_str(&told.out).unwrap_or_default();
     assert_eq!((told.status, document["armed"].as_u64()), (Some(0), Some(65)), "{told:?}");
