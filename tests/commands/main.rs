@@ -172,7 +172,7 @@ fn wrong_bodies() -> Vec<(&'static str, String, &'static [&'static str])> {
     };
     let motor = read("config/motor.toml");
     let line = motor.lines().position(|line| line == "max_rad = 0.8");
-    assert_eq!(line, Some(53), "the limits of the first joint");
+    assert_eq!(line, Some(57), "the limits of the first joint");
     // Every servo on one bus.
     let mut id = 0;
     let crowded = motor.lines().map(|line| {
@@ -200,7 +200,7 @@ fn wrong_bodies() -> Vec<(&'static str, String, &'static [&'static str])> {
             "motor.toml",
             changed("motor.toml", "max_rad = 0.8\n", "max_rad = 0.75\n"),
             &[
-                "/motor.toml:54:11: joint `torso_yaw_joint`: `max_rad` is 0.75, and its `upper` is 0.8",
+                "/motor.toml:58:11: joint `torso_yaw_joint`: `max_rad` is 0.75, and its `upper` is 0.8",
                 "same",
             ],
         ),
@@ -208,7 +208,7 @@ fn wrong_bodies() -> Vec<(&'static str, String, &'static [&'static str])> {
             "leo.urdf",
             changed("leo.urdf", "lower=\"-0.8\"", "lower=\"-0.9\""),
             &[
-                "motor.toml:53:11: joint `torso_yaw_joint`: `min_rad` is -0.8",
+                "motor.toml:57:11: joint `torso_yaw_joint`: `min_rad` is -0.8",
                 "`lower` is -0.9 in",
                 "/leo.urdf",
             ],
@@ -216,7 +216,7 @@ fn wrong_bodies() -> Vec<(&'static str, String, &'static [&'static str])> {
         (
             "leo.urdf",
             changed("leo.urdf", "velocity=\"", "velocity=\"1"),
-            &["motor.toml:55:18: joint `torso_yaw_joint`: `velocity_rad_s` is ", "`velocity` is 1"],
+            &["motor.toml:59:18: joint `torso_yaw_joint`: `velocity_rad_s` is ", "`velocity` is 1"],
         ),
         ("leo.urdf", "<robot name=\"leo\">\n<joint\n".to_owned(), &["/leo.urdf: not a URDF: "]),
         (

@@ -201,10 +201,8 @@ fn machines(joint: &JointState, now_ns: u64) -> String {
         .reading_age_s(now_ns)
         .map_or_else(|| "never read".to_owned(), |age_s| format!("read {age_s:.1} s ago"));
     let Some(machines) = joint.machines() else { return format!("  states unknown; {age}") };
-    let cause = match machines.licence_cause {
-        JointCause::None => String::new(),
-        cause => format!(": {}", cause.name()),
-    };
+    let cause = Some(machines.licence_cause).filter(|cause| *cause != JointCause::None);
+    let cause = cause.map_or_else(String::new, |cause| format!(": {}", cause.name()));
     format!(
         "  link {}, power {}, {}{cause}, {}; {age}",
         machines.link.name(),
