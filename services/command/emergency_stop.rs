@@ -17,6 +17,8 @@ use super::failure::Failed;
 
 /// How long the servos may take to confirm. A healthy bus needs two cycles.
 const CONFIRM_WITHIN: Duration = Duration::from_secs(2);
+/// A joint that holds for so long after the stop was raised keeps its torque.
+const HELD_AFTER: Duration = Duration::from_millis(1200);
 const LOOK_EVERY: Duration = Duration::from_millis(1);
 const NONE_RUNS: &str =
     "no motor process runs: the stop holds once one does; cut the power if anything moves";
@@ -36,7 +38,7 @@ const BUSY_TIMEOUT: Duration = Duration::from_secs(2);
                         own configuration, and switches every torque off."
 )]
 pub(crate) struct EmergencyStop {
-    /// Let the joints start anew, once somebody commands
+    /// Release the stop: joints move once they are armed again (`leo arm`)
     #[arg(long)]
     release: bool,
     /// The robot, which need not run yet [default: all of this user's that run]
@@ -304,13 +306,22 @@ fn on_the_boards(robot: &Domain) -> Result<String, String> {
             let joints = board.all();
             // One that was sampled before says what was before: that of a stop that was released since, say.
             let is_since = |joint: &JointState| joint.sampled_at_ns >= began.as_nanos();
-            let stopped = joints.iter().filter(|joint| is_stopped(joint) && is_since(joint)).count();
+            let limp = joints.iter().filter(|joint| is_limp(joint) && is_since(joint)).count();
             let all = usize::try_from(board.count).unwrap_or(usize::MAX).max(joints.len());
-            if stopped == all && all > 0 {
-                let after = clock::now().since(began).as_secs_f64() * 1e3;
+            let after = clock::now().since(began);
+            if limp == all && all > 0 {
+                let after = after.as_secs_f64() * 1e3;
                 return Ok(format!("all {all} servos say that their torque is off ({after:.0} ms)"));
             }
-            left = Some((all - stopped, all));
+            // Category 1 is over by then.
+            let held = joints.iter().filter(|joint| is_held(joint) && is_since(joint)).count();
+            if after >= HELD_AFTER && held > 0 && held + limp == all {
+                return Ok(format!(
+                    "all {all} joints are stopped: {held} hold with torque on, as stop category 2 has it, and {limp} \
+                     servos say that theirs is off"
+                ));
+            }
+            left = Some((all - limp, all));
         }
         clock::sleep_until(clock::now() + LOOK_EVERY);
     }
@@ -343,8 +354,13 @@ impl Boards {
     }
 }
 
-fn is_stopped(joint: &JointState) -> bool {
+fn is_limp(joint: &JointState) -> bool {
     joint.mode() == Some(JointMode::Limp) && joint.cause() == Some(JointCause::Emergency)
+}
+
+/// Whether a joint was stopped and keeps its torque: stop category 2.
+fn is_held(joint: &JointState) -> bool {
+    joint.mode() == Some(JointMode::Holding) && joint.cause() == Some(JointCause::Emergency)
 }
 
 #[cfg(test)]

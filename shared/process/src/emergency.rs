@@ -180,11 +180,13 @@ fn look(domain: &Path, signalled: &AtomicBool, raised: &AtomicBool, stop: &Atomi
 fn tell(file: Option<&Path>) {
     match file.map(|file| fs::read_to_string(file).unwrap_or_default()) {
         Some(why) => tracing::error!(
-            "EMERGENCY STOP ({}): every torque is switched off until `leo emergency-stop --release`",
+            "EMERGENCY STOP ({}): all joints are stopped until `leo emergency-stop --release`",
             why.trim()
         ),
         None => {
-            tracing::warn!("the emergency stop is released: joints are brought up when somebody commands");
+            tracing::warn!(
+                "the emergency stop is released: no joint moves before `leo arm` or the page arms it"
+            );
         }
     }
 }
