@@ -344,7 +344,7 @@ impl TryFrom<u8> for StopCategory {
 
 /// What a joint does before its torque goes off, by the kind of hardware alert. A servo that has switched its torque
 /// off by itself is limp whatever is written here.
-#[derive(Clone, Debug, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct AlertReactions {
     /// The supply is out of the servo's limits (bit 0).

@@ -3,7 +3,7 @@
 
 use clock::{Duration, Instant};
 use config::Robot;
-use message::{JointCause, JointGoal, JointMode};
+use message::{JointGoal, JointMode};
 use mock_bus_process::Ptys;
 use motor_process::{Motor, Threads};
 use process::{Emergency, Lookout};
@@ -56,9 +56,10 @@ impl Body {
     /// The second half: heeds a stop, and tells and asks every bus.
     pub(crate) fn send(&mut self, now: Instant) {
         if self.lookout.is_raised() {
-            self.motor.let_go(JointCause::Emergency);
-        } else if self.motor.letting_go().is_some() {
-            self.motor.start_anew();
+            self.motor.emergency_stop(now);
+        } else if self.motor.is_stopped() {
+            self.motor.end_emergency();
+            self.motor.arm(now, None);
         }
         self.motor.goals(now, &self.goals);
         self.motor.step(now);
