@@ -41,7 +41,7 @@ mod tests {
     }
 
     fn bounds(min_v: f32) -> Bounds {
-        Bounds { temperature_c: 80.0, min_v, velocity_rad_s: 4.0 }
+        Bounds { temperature_c: 80.0, min_v, velocity_rad_s: 4.0, duty: 885, goal_duty: 885 }
     }
 
     fn share(temperature_c: f32, input_v: f32) -> f64 {

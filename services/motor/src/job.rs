@@ -1,8 +1,9 @@
 use servo::table::{
-    BUS_WATCHDOG, CURRENT_LIMIT, DRIVE_MODE, HARDWARE_ERROR_STATUS, HOMING_OFFSET, Item, MAX_POSITION_LIMIT,
-    MIN_POSITION_LIMIT, MIN_VOLTAGE_LIMIT, OPERATING_MODE, PRESENT_INPUT_VOLTAGE, PRESENT_TEMPERATURE,
-    PROFILE_ACCELERATION, PROFILE_VELOCITY, PWM_LIMIT, RETURN_DELAY, SECONDARY_ID, SHUTDOWN,
-    STARTUP_CONFIGURATION, STATUS_RETURN_LEVEL, TEMPERATURE_LIMIT, TORQUE_ENABLE, VELOCITY_LIMIT, by_address,
+    BUS_WATCHDOG, CURRENT_LIMIT, DRIVE_MODE, GOAL_PWM, HARDWARE_ERROR_STATUS, HOMING_OFFSET, Item,
+    MAX_POSITION_LIMIT, MIN_POSITION_LIMIT, MIN_VOLTAGE_LIMIT, OPERATING_MODE, PRESENT_INPUT_VOLTAGE,
+    PRESENT_TEMPERATURE, PROFILE_ACCELERATION, PROFILE_VELOCITY, PWM_LIMIT, RETURN_DELAY, SECONDARY_ID,
+    SHUTDOWN, STARTUP_CONFIGURATION, STATUS_RETURN_LEVEL, TEMPERATURE_LIMIT, TORQUE_ENABLE, VELOCITY_LIMIT,
+    by_address,
 };
 use servo::{Address, HardwareErrors, Id, Instruction, Model, Reading, velocity_count, velocity_rad_s};
 
@@ -57,6 +58,8 @@ pub(crate) enum Job {
     Aim([i32; 3]),
     /// Acceleration and velocity, in counts.
     Profile([i32; 2]),
+    /// The highest duty, in 0.113 %.
+    Duty(u16),
     /// Torque off; or your bus watchdog armed, and torque on.
     Torque(bool),
     /// Stay where you are, torque on, wherever the goal is.
@@ -90,6 +93,7 @@ impl Job {
             | Self::Guard { .. }
             | Self::Aim(_)
             | Self::Profile(_)
+            | Self::Duty(_)
             | Self::Torque(_)
             | Self::Stay
             | Self::Reboot => 0,
@@ -116,6 +120,7 @@ impl Job {
             Self::Profile([acceleration, velocity]) => {
                 say(write(PROFILE_ACCELERATION, &words([acceleration, velocity, 0])[..8]))
             }
+            Self::Duty(duty) => say(write(GOAL_PWM, &duty.to_le_bytes())),
             Self::Torque(false) => say(write(TORQUE_ENABLE, &[0])),
             // A servo that has restarted since its watchdog was armed has none.
             Self::Torque(true) => encode_two(id, (BUS_WATCHDOG, WATCHDOG), write(TORQUE_ENABLE, &[1]), out),
@@ -270,6 +275,9 @@ pub(crate) struct Bounds {
     pub(crate) min_v: f32,
     /// No profile may be faster than this.
     pub(crate) velocity_rad_s: f64,
+    /// The highest duty, and the highest that it was told, in 0.113 %.
+    pub(crate) duty: u16,
+    pub(crate) goal_duty: u16,
 }
 
 impl Bounds {
@@ -277,10 +285,13 @@ impl Bounds {
         let temperature = *setup.get(at(TEMPERATURE_LIMIT))?;
         let volts = setup.get(at(MIN_VOLTAGE_LIMIT)..)?.first_chunk()?;
         let velocity = value(setup, VELOCITY_LIMIT)?;
+        let duty = |item| value(setup, item).and_then(|duty| u16::try_from(duty).ok());
         Some(Self {
             temperature_c: f32::from(temperature),
             min_v: decivolts(*volts),
             velocity_rad_s: velocity_rad_s(velocity),
+            duty: duty(PWM_LIMIT)?,
+            goal_duty: duty(GOAL_PWM)?,
         })
     }
 }

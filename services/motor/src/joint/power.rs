@@ -33,6 +33,8 @@ pub(crate) enum Power {
         goal_rad: f64,
         /// Whether the servo has the acceleration of operation, and no longer that of the soft start.
         is_quick: bool,
+        /// Whether its duty is bounded: the joint is far behind its command, and freed it would turn at full speed.
+        is_bounded: bool,
     },
     /// The servo is told to switch it off, and has not confirmed it.
     Cutting {

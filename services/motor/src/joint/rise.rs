@@ -12,6 +12,8 @@ use crate::doubt::Came;
 use crate::job::{self, Bounds, Job};
 use crate::notice::Notice;
 
+/// The counts of a duty of 100 % (items 36 and 100).
+const FULL_DUTY: u16 = 885;
 /// A servo that does not stand so long after it was told to stay has not heard all of it, and is told again.
 const STANDS_AFTER: Duration = Duration::from_millis(200);
 
@@ -96,6 +98,9 @@ impl Joint {
     }
 
     fn motion_job(&self, now: Instant) -> Option<Job> {
+        if let Some(duty) = self.duty_to_tell(now) {
+            return Some(Job::Duty(duty));
+        }
         match self.motion {
             Motion::Stay { told } => self.stay_job(now, told, true),
             Motion::Soft { until, .. } if now >= until && !self.is_quick() => Some(Job::Profile([
@@ -110,6 +115,25 @@ impl Joint {
             | Motion::Hold { .. }
             | Motion::Retreat { .. } => None,
         }
+    }
+
+    /// The duty that its servo is to be told, where it has another one: bounded while the joint is far behind its command.
+    ///
+    /// A profile bounds how fast the servo's own trajectory runs, not how fast the shaft catches up with it. So a joint
+    /// that is held presses with less, and turns no faster than it may once it is free.
+    fn duty_to_tell(&self, now: Instant) -> Option<u16> {
+        let (Power::On { is_bounded, .. }, Some(bounds)) = (self.power, self.bounds) else { return None };
+        let is_behind = self.is_far_behind(now, is_bounded);
+        (is_behind != is_bounded).then(|| if is_behind { self.bounded_duty(bounds) } else { bounds.duty })
+    }
+
+    /// The duty at which the servo turns no faster than its joint may, without load.
+    fn bounded_duty(&self, bounds: Bounds) -> u16 {
+        let no_load_rad_s =
+            servo::velocity_rad_s(i32::try_from(self.model.velocity_limit()).unwrap_or(i32::MAX));
+        let share = (self.velocity_rad_s() / no_load_rad_s).clamp(0.0, 1.0);
+        let duty = quantity::number::round_i64(f64::from(FULL_DUTY) * share);
+        u16::try_from(duty).unwrap_or(FULL_DUTY).clamp(1, bounds.duty.max(1))
     }
 
     /// Tells a servo that shall stay where it is, and tells it again where it does not stand in time.
@@ -159,8 +183,12 @@ impl Joint {
                 self.power = Power::Rising { step: Rise::Torque, is_on, is_tripped };
             }
             (_, Power::Rising { step: Rise::Torque, .. }, Job::Torque(true)) => self.risen(now),
-            (_, Power::On { goal_rad, .. }, Job::Profile(_)) => {
-                self.power = Power::On { goal_rad, is_quick: true };
+            (_, Power::On { goal_rad, is_bounded, .. }, Job::Profile(_)) => {
+                self.power = Power::On { goal_rad, is_quick: true, is_bounded };
+            }
+            (_, Power::On { goal_rad, is_quick, .. }, Job::Duty(duty)) => {
+                let is_bounded = self.bounds.is_some_and(|bounds| duty < bounds.duty);
+                self.power = Power::On { goal_rad, is_quick, is_bounded };
             }
             (_, Power::On { .. }, Job::Stay) if matches!(self.motion, Motion::Stay { .. }) => {
                 self.motion = Motion::Stay { told: self.stood(now) };
@@ -281,7 +309,9 @@ impl Joint {
     fn risen(&mut self, now: Instant) {
         // It begins where it stands now, and not where it was to stand when torque came on.
         let Some(goal_rad) = self.standing(now) else { return };
-        self.power = Power::On { goal_rad, is_quick: false };
+        // An earlier process may have left it bounded.
+        let is_bounded = self.bounds.is_some_and(|bounds| bounds.goal_duty < bounds.duty);
+        self.power = Power::On { goal_rad, is_quick: false, is_bounded };
         self.refused_aims = 0;
         self.motion = Motion::Idle;
         if self.licence.is_given() && self.is_far_from(goal_rad) {

@@ -5,12 +5,16 @@ use config::leo::AlertReaction;
 use message::JointCause;
 use servo::{Limits, Motion as Setpoint, position_count, velocity_count};
 
-use super::{Ending, FRESH, Joint, Motion, Power, Rise, SETTLE, Watchdog};
+use super::{Ending, FRESH, Joint, Motion, Power, Rise, SETTLE, STILL_RAD_S, Watchdog};
 use crate::Trouble;
 use crate::derating::derating;
 
 /// A joint that is so close to the bound of its tracking error, as a share of it, is at the bound: its command waits.
 const AT_BOUND: f64 = 0.9;
+/// Of the bound, how far behind a joint is whose servo's duty is bounded. One that is this close has caught up: what is
+/// left it cannot turn fast.
+const FAR_BEHIND: f64 = 0.4;
+const CAUGHT_UP_RAD: f64 = 0.006;
 /// How much faster than its command a servo turns for each radian that it is behind, and how much slower where it is
 /// ahead: by half at most.
 const CATCH_UP_PER_S: f64 = 8.0;
@@ -131,8 +135,8 @@ impl Joint {
     /// Sends no more commands: the servo holds the last one.
     fn rest(&mut self, at: Setpoint, ending: Ending) {
         self.motion = Motion::Idle;
-        if let Power::On { is_quick, .. } = self.power {
-            self.power = Power::On { goal_rad: at.position_rad, is_quick };
+        if let Power::On { is_quick, is_bounded, .. } = self.power {
+            self.power = Power::On { goal_rad: at.position_rad, is_quick, is_bounded };
         }
         self.licence = ending.licence();
     }
@@ -202,6 +206,18 @@ impl Joint {
         // From within the bound to its edge, and no further.
         let edge_rad = next.position_rad - error + bound_rad.copysign(error);
         Setpoint::at(if before.abs() <= bound_rad { edge_rad } else { at.position_rad })
+    }
+
+    /// Whether it is so far behind its command that its servo would turn at full speed if nothing held it any more; until
+    /// it has caught up, where it `was`.
+    pub(super) fn is_far_behind(&self, now: Instant, was: bool) -> bool {
+        let Some(at) = self.motion.setpoint() else { return false };
+        let Some(error_rad) = self.error_rad(now, at).map(f64::abs) else { return was };
+        let is_far = error_rad > FAR_BEHIND * self.max_tracking_error_rad();
+        // A servo that stands off its goal, with a load say, needs all that it has.
+        let stands = at.velocity_rad_s.abs() <= 0.0
+            && self.reading.is_some_and(|(_, reading)| reading.velocity_rad_s.abs() <= STILL_RAD_S);
+        is_far || (was && error_rad > CAUGHT_UP_RAD && !stands)
     }
 
     fn max_tracking_error_rad(&self) -> f64 {
