@@ -124,8 +124,13 @@ impl Job {
             Self::Torque(false) => say(write(TORQUE_ENABLE, &[0])),
             // A servo that has restarted since its watchdog was armed has none.
             Self::Torque(true) => encode_two(id, (BUS_WATCHDOG, WATCHDOG), write(TORQUE_ENABLE, &[1]), out),
-            // A servo whose torque comes on takes where it stands for its goal, beyond its limits too.
-            Self::Stay => encode_two(id, (TORQUE_ENABLE, 0), write(TORQUE_ENABLE, &[1]), out),
+            // A servo whose torque comes on takes where it stands for its goal, beyond its limits too. One that has
+            // restarted meanwhile has no torque and no watchdog: it gets both.
+            Self::Stay => {
+                let off = encode_one(id, (BUS_WATCHDOG, WATCHDOG), out);
+                let rest = out.get_mut(off..).unwrap_or_default();
+                off + encode_two(id, (TORQUE_ENABLE, 0), write(TORQUE_ENABLE, &[1]), rest)
+            }
             Self::Look => say(read(CONDITION)),
             Self::Reboot => say(Instruction::Reboot),
         }
@@ -134,11 +139,16 @@ impl Job {
 
 /// Writes two instructions: a byte, and right behind it another instruction. What is told in a sync write is not
 /// acknowledged, so that there is one answer, and one also from a servo that acknowledges nothing yet.
-fn encode_two(id: Id, (item, byte): (Item, u8), then: Instruction<'_>, out: &mut [u8]) -> usize {
-    let Item { address, length } = item;
-    let first = Instruction::SyncWrite { address, length, records: &[id.get(), byte] };
-    let end = first.encode(Address::All, out).unwrap_or(0);
+fn encode_two(id: Id, first: (Item, u8), then: Instruction<'_>, out: &mut [u8]) -> usize {
+    let end = encode_one(id, first, out);
     end + then.encode(Address::One(id), out.get_mut(end..).unwrap_or_default()).unwrap_or(0)
+}
+
+/// Writes an instruction that writes a byte, and is not acknowledged.
+fn encode_one(id: Id, (item, byte): (Item, u8), out: &mut [u8]) -> usize {
+    let Item { address, length } = item;
+    let write = Instruction::SyncWrite { address, length, records: &[id.get(), byte] };
+    write.encode(Address::All, out).unwrap_or(0)
 }
 
 fn words([a, b, c]: [i32; 3]) -> [u8; 12] {

@@ -378,6 +378,10 @@ impl Joint {
     /// Arms it by a person's order, which lapses at an instant unless its torque is on by then. An order arms a joint
     /// once, and once more where it had to wait for others.
     pub(crate) fn arm(&mut self, order: u64, lapses_at: Instant) {
+        if self.licence.is_given() {
+            // What ends this licence ends the order too.
+            self.order = order;
+        }
         if let Licence::Disarmed { cause } = self.licence
             && self.may_be_armed()
             && (self.order != order || matches!(cause, JointCause::GroupStopped | JointCause::BodyStopped))

@@ -15,6 +15,8 @@ mod arming;
 mod beyond;
 pub(crate) mod campaign;
 mod faults;
+mod model;
+mod state_table;
 mod stubborn;
 mod supervision;
 mod torque;

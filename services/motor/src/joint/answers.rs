@@ -205,28 +205,29 @@ impl Joint {
     /// Reacts to a hardware alert of its servo, as its kind asks for: `has_torque` is what the servo says of that, where
     /// it has been asked.
     fn alert(&mut self, now: Instant, errors: HardwareErrors, has_torque: Option<bool>) {
-        if self.let_go.is_some() {
+        let may_be_on = self.power.may_be_on() && !matches!(self.power, Power::Cutting { .. });
+        // What is locked already keeps its lock; where it has torque still, the alert says what becomes of that.
+        let is_locked = matches!(self.licence, Licence::Locked { cause, .. } if cause != JointCause::Alert);
+        if self.let_go.is_some() || (is_locked && !may_be_on) {
             return;
         }
         let is_new = self.reaction.is_none();
         if is_new {
             self.incidents.alerts += 1;
-            // What is locked for another cause waits for a person all the same.
-            let is_locked =
-                matches!(self.licence, Licence::Locked { cause, .. } if cause != JointCause::Alert);
             let reboots =
                 self.policy.on_alert == OnAlert::Reboot && self.reboots < REBOOTS_MOST && !is_locked;
             self.reboot_at = reboots.then_some(now + REBOOT_AFTER);
         }
         if is_new || !errors.is_none() {
-            self.trouble = Some(Trouble::Alert(errors));
+            if !is_locked {
+                self.trouble = Some(Trouble::Alert(errors));
+            }
             self.reaction = Some(self.policy.reaction(errors, self.reaction_most));
         }
         if self.reaction == Some(AlertReaction::Lower) && has_torque == Some(true) {
             self.take_up_to_lower(now);
         }
         self.end_licence(Ending { cause: JointCause::Alert, locks: true });
-        let may_be_on = self.power.may_be_on() && !matches!(self.power, Power::Cutting { .. });
         if !may_be_on {
             return;
         }
@@ -291,7 +292,9 @@ impl Joint {
 
     /// Its servo began anew by itself: without torque, and with what is kept without power.
     fn has_restarted(&mut self) {
-        if self.let_go.is_none() && self.power.is_ours() {
+        // One that was found with its torque on may be armed already, and its licence was for that torque.
+        let had_torque = self.power.is_ours() || matches!(self.power, Power::Found { .. });
+        if self.let_go.is_none() && had_torque {
             self.incidents.restarts += 1;
             self.motion = Motion::Idle;
             self.disarm(JointCause::Restarted);
@@ -305,6 +308,10 @@ impl Joint {
         self.condition = Some(condition);
         if !condition.errors.is_none() {
             self.alert(now, condition.errors, Some(condition.has_torque));
+            // Another hand has switched it on.
+            if condition.has_torque && matches!(self.power, Power::Off) && self.let_go.is_none() {
+                self.power = Power::Cutting { tell_at: now };
+            }
             return;
         }
         match self.power {
@@ -319,6 +326,7 @@ impl Joint {
             Power::Off if condition.has_torque => {
                 self.power = Power::Found { watchdog: condition.watchdog, stay: None };
             }
+            Power::Found { .. } if !condition.has_torque && self.licence.is_armed() => self.has_restarted(),
             Power::Found { .. } if !condition.has_torque => self.power = Power::Off,
             Power::Found { stay, .. } => self.power = Power::Found { watchdog: condition.watchdog, stay },
             Power::Unknown { .. }

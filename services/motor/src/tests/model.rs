@@ -1,0 +1,507 @@
+//! A model checker walks through what can happen to the real motor core with one joint on one bus.
+//!
+//! The transitions are those of the real code: [`Motor`], its joint and its bus planner drive the mock servo, cycle by
+//! cycle. The checker (stateright) explores every action from every state, breadth first, to the end. In every state it
+//! also tries an orderly end and an emergency stop, and runs them for a bounded number of cycles.
+//!
+//! # What is abstracted
+//!
+//! - Two states count as one where these agree: the four machines with their inner steps, what is ordered of the whole
+//!   body, the fault of the line, whether there was an order or a reset, and of the servo the torque, the watchdog (while
+//!   torque is on), the alert and the place (within, beyond, far beyond the limits). The first state that is reached
+//!   stands for all of its kind. Counters, times, positions and most causes are ignored.
+//! - Time passes in steps of 4 ms, 100 ms and 600 ms of cycles, and of 300 ms in which the process stands still.
+//! - Configured times are short. Joints are armed by order alone. Alerts happen only with a stop of category 0.
+//!
+//! # What is therefore not proven
+//!
+//! - What depends on exact times, or on counters that differ within one kind of state. Property tests and the campaign
+//!   of faults cover it.
+//! - What several joints or buses do to each other: only one joint is here. The table of states gives a joint the orders
+//!   that others cause.
+//! - Single packets that are lost or broken: here a servo is mute, or its line is lost, for a while. The table of states
+//!   has the single packets, servos that hear nothing, another hand, and joints far beyond their limits.
+//! - Events during an orderly end. Those during an emergency stop are here.
+//! - A servo that restarts in the cycle in which it is told to stay where it is: that switches its torque on, without an
+//!   order, and with its watchdog armed. It holds where it stands.
+//! - The threads, the supervisor and the processes around the core.
+//! - What a real servo does that the mock does not.
+
+use std::hash::{Hash, Hasher};
+
+use super::state_table::{
+    GOAL_RAD, ONE_JOINT, SHORT, Wrong, check_published, exchange, field, item, joint_key, one_servo, push_to,
+    sends_goals,
+};
+use super::*;
+
+use message::{JointLicence, JointMotion, JointPower};
+use servo::mock::HardwareError;
+use servo::table::{BUS_WATCHDOG, TORQUE_ENABLE};
+use stateright::{Checker, HasDiscoveries, Model as Checked, Property};
+
+/// Cycles within which every ending is over where the servo answers: a stop of category 1 takes 750 ms.
+const ENDS_WITHIN: u32 = 220;
+/// Cycles within which a servo that answers again has said that its torque is off: one that reboots is deaf for 400 ms.
+const CONFIRMED_WITHIN: u32 = 130;
+/// An orderly end lets go after this long, whatever moves still.
+const END: Duration = Duration::from_millis(48);
+/// That a servo has restarted is known after some readings.
+const KNOWN_AFTER: Duration = Duration::from_millis(100);
+
+/// What the checker must find: a motor process that is wrong in one place.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Mutation {
+    None,
+    /// The release of an emergency stop arms the joints.
+    ReleaseArms,
+    /// Torque comes on without the servo's bus watchdog.
+    NoWatchdog,
+    /// Servos are not told to switch their torque off, and are believed to have done it.
+    KeepsTorque,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Action {
+    /// So many cycles.
+    Cycles(u32),
+    StandsStill,
+    /// The commander comes, or goes.
+    Commander(bool),
+    /// What is wrong from now on.
+    Line(Wrong),
+    Restart,
+    Alert(HardwareError),
+    PushedTo(f64),
+    Arm {
+        acknowledges: bool,
+    },
+    Raise,
+    Release,
+}
+
+/// A state of everything.
+#[derive(Clone)]
+struct World {
+    motor: Motor,
+    line: Line,
+    now: Instant,
+    has_commander: bool,
+    wrong: Wrong,
+    licence: JointLicence,
+    /// Until when an order holds that has armed nothing yet.
+    order_until: Option<Instant>,
+    /// From when on nothing may start before a person orders it: there was a reset, and it is known by then.
+    reset_at: Option<Instant>,
+    /// What must not be, and is.
+    broken: Option<String>,
+    key: String,
+}
+
+impl PartialEq for World {
+    fn eq(&self, other: &Self) -> bool {
+        self.key == other.key
+    }
+}
+
+impl Hash for World {
+    fn hash<H: Hasher>(&self, state: &mut H) {
+        self.key.hash(state);
+    }
+}
+
+impl std::fmt::Debug for World {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "{} {:?}", self.key, self.broken)
+    }
+}
+
+impl World {
+    fn new(category: u8, found: bool) -> Self {
+        let robot = config::motor::parse(ONE_JOINT, "motor.toml".as_ref()).unwrap();
+        let settings = SHORT.replace("stop_category = 0", &format!("stop_category = {category}"));
+        let settings = config::parse(&settings, "leo.toml".as_ref()).unwrap();
+        let mut line = one_servo();
+        if found {
+            line.servos_mut()[0].write(TORQUE_ENABLE.address, &[1]).unwrap();
+        }
+        let mut world = Self {
+            motor: Motor::new(&robot, &settings).unwrap(),
+            line,
+            now: Instant::from_nanos(1_000_000_000),
+            has_commander: true,
+            wrong: Wrong::Nothing,
+            licence: JointLicence::Disarmed,
+            order_until: None,
+            reset_at: None,
+            broken: None,
+            key: String::new(),
+        };
+        world.remember();
+        world
+    }
+
+    fn state(&self) -> JointState {
+        self.motor.states().next().unwrap()
+    }
+
+    fn has_torque(&self) -> bool {
+        item(&self.line, TORQUE_ENABLE) == 1
+    }
+
+    /// Whether the servo hears what is said to it, and is heard.
+    fn answers(&self) -> bool {
+        self.wrong == Wrong::Nothing && self.line.servos()[0].is_listening()
+    }
+
+    fn act(&mut self, action: Action, mutation: Mutation) {
+        let mut cycles = 1;
+        match action {
+            Action::Cycles(count) => cycles = count,
+            Action::StandsStill => {
+                // Nothing can be known meanwhile.
+                let still = Duration::from_millis(300);
+                self.now += still;
+                self.reset_at = self.reset_at.map(|at| at + still);
+            }
+            Action::Commander(there) => self.has_commander = there,
+            Action::Line(wrong) => {
+                if self.wrong == Wrong::LineLost || wrong == Wrong::LineLost {
+                    self.reset(KNOWN_AFTER);
+                }
+                self.wrong = wrong;
+            }
+            Action::Restart => {
+                self.reset(KNOWN_AFTER);
+                self.line.servos_mut()[0].restart();
+            }
+            Action::Alert(error) => self.line.servos_mut()[0].fail(error),
+            Action::PushedTo(to_rad) => push_to(&mut self.line, to_rad),
+            Action::Arm { acknowledges } => self.arm(acknowledges),
+            Action::Raise => self.motor.emergency_stop(self.now),
+            Action::Release => {
+                self.reset(Duration::ZERO);
+                self.motor.end_emergency();
+                if mutation == Mutation::ReleaseArms {
+                    self.motor.arm(self.now, None);
+                }
+            }
+        }
+        for _ in 0..cycles {
+            if self.broken.is_none() {
+                self.cycle(mutation);
+            }
+        }
+        self.remember();
+    }
+
+    /// From now on nothing starts before a person orders it. An order that has switched nothing on yet is still an order.
+    fn reset(&mut self, known_after: Duration) {
+        if self.order_until.is_none() || self.state().machines().unwrap().power == JointPower::On {
+            (self.order_until, self.reset_at) = (None, Some(self.now + known_after));
+        }
+    }
+
+    fn is_reset(&self) -> bool {
+        self.reset_at.is_some_and(|at| self.now > at)
+    }
+
+    fn arm(&mut self, acknowledges: bool) {
+        let locks = acknowledges.then(|| self.motor.counts().locks);
+        self.motor.arm(self.now, locks);
+        // Whoever arms while the emergency stop is raised has not released it.
+        if !self.motor.is_stopped() {
+            (self.order_until, self.reset_at) = (Some(self.now + Duration::from_secs(10)), None);
+        }
+    }
+
+    fn cycle(&mut self, mutation: Mutation) {
+        self.now += PERIOD;
+        let (now, had_torque) = (self.now, self.has_torque());
+        if self.has_commander {
+            self.motor.goals(now, &[goal(0, GOAL_RAD, now)]);
+        }
+        self.motor.step(now);
+        self.check();
+        let (mut request, mut replies) = (Request::default(), Replies::default());
+        self.motor.request(0, now, &mut request);
+        let (is_sent, before) = (sends_goals(&request), self.state().machines().unwrap());
+        // Torque off and on again: a servo that has begun anew meanwhile, and is not known to have, holds where it stands.
+        let is_stay = request.parts().any(|(part, bytes)| {
+            let says = |words: &[u8]| bytes.windows(words.len()).any(|window| window == words);
+            part.topic == Topic::Job && says(&[0x83, 64, 0, 1, 0, 1, 0]) && says(&[3, 64, 0, 1])
+        });
+        exchange(&mut self.line, now, self.wrong, &request, &mut replies);
+        if mutation == Mutation::NoWatchdog && self.has_torque() && !had_torque {
+            self.line.servos_mut()[0].write(BUS_WATCHDOG.address, &[0]).unwrap();
+        }
+        if mutation == Mutation::KeepsTorque && self.motor.letting_go().is_some() && had_torque {
+            self.line.servos_mut()[0].write(TORQUE_ENABLE.address, &[1]).unwrap();
+        }
+        self.motor.replies(0, now, &replies);
+        self.check();
+        if is_sent && (before.motion == JointMotion::Idle || before.licence != JointLicence::Armed) {
+            self.fail("(a) a goal was sent without the guard");
+        }
+        // Nobody switches this servo's watchdog off. One that has tripped locks its goals.
+        if is_sent && self.has_torque() && item(&self.line, BUS_WATCHDOG) == 0 {
+            self.fail("(a) a goal was sent to a servo without a watchdog");
+        }
+        if self.has_torque() && !had_torque {
+            if is_stay && item(&self.line, BUS_WATCHDOG) != 10 {
+                self.fail("(a) a servo was told to stay, and has torque without a watchdog");
+            } else if !is_stay && before.licence != JointLicence::Armed {
+                self.fail("(b) torque came on without a licence");
+            } else if !is_stay && self.is_reset() {
+                self.fail("(c) torque came on after a reset");
+            }
+        }
+    }
+
+    /// What holds after every step.
+    fn check(&mut self) {
+        let (state, machines) = (self.state(), self.state().machines().unwrap());
+        if let Err(error) = check_published(&state) {
+            self.fail(&format!("(a) {error}"));
+        }
+        if self.motor.counts().violations > 0 {
+            self.fail("(a) a motion was not allowed, and was stopped");
+        }
+        let is_armed = machines.licence == JointLicence::Armed;
+        let was_armed = self.licence == JointLicence::Armed;
+        if is_armed && !was_armed {
+            let has_order = self.order_until.is_some_and(|until| self.now <= until);
+            if self.is_reset() {
+                self.fail("(c) the joint was armed by a reset");
+            } else if !has_order {
+                self.fail("(b) the joint was armed without an order");
+            }
+        }
+        // An order arms a joint once, and once more where it had to wait for others.
+        let waited = matches!(machines.licence_cause, JointCause::GroupStopped | JointCause::BodyStopped);
+        if was_armed && !is_armed && !waited {
+            self.order_until = None;
+        }
+        self.licence = machines.licence;
+        // What stops may go on to stop.
+        let starts = matches!(machines.motion, JointMotion::Align | JointMotion::Soft | JointMotion::Track);
+        if self.is_reset() && self.answers() && starts {
+            self.fail("(c) the joint moves after a reset");
+        }
+    }
+
+    fn fail(&mut self, why: &str) {
+        self.broken.get_or_insert_with(|| why.to_owned());
+    }
+
+    /// Names the kind of this state.
+    fn remember(&mut self) {
+        let text = format!("{:?}", self.motor);
+        let servo = &self.line.servos()[0];
+        let torque = self.has_torque();
+        let watchdog = torque.then(|| item(&self.line, BUS_WATCHDOG));
+        let place = [0.1, 1.0].map(|bound_rad| servo.position_rad().abs() - 1.0 > bound_rad);
+        let body = ["let_go_at", "letting_go", "stopping"].map(|name| field(&text, name) != "None");
+        let has_order = self.order_until.is_some_and(|until| self.now <= until);
+        // Only what makes a difference in this state counts: a commander, to what is armed or has torque.
+        let (power, licence) = (field(&text, "power"), field(&text, "licence"));
+        let has_power = ["Found", "On", "Rising"].iter().any(|kind| power.starts_with(kind));
+        let has_commander = self.has_commander || !(has_power || licence.starts_with("Armed"));
+        let has_alert = servo.has_alert() && !licence.contains("Alert");
+        let rest = (torque, watchdog, has_alert, place, body, has_order, self.reset_at.is_some());
+        let given = (has_commander, self.wrong, &self.broken);
+        self.key = format!("{} {rest:?} {given:?}", joint_key(&text));
+    }
+
+    /// Whether an ending comes to an end: torque is off and the joint says so, or it says that it is not confirmed as
+    /// long as its servo does not answer, and no longer.
+    fn comes_to_an_end(&self, end: impl Fn(&mut Self), mutation: Mutation) -> bool {
+        let mut world = self.clone();
+        end(&mut world);
+        let has_ended = |world: &Self| world.motor.letting_go().is_some() && world.motor.unconfirmed() == 0;
+        let run = |world: &mut Self, most: u32| {
+            let mut since = 0;
+            for _ in 0..most {
+                world.cycle(mutation);
+                since += u32::from(world.motor.letting_go().is_some());
+                // What does not answer after some cycles does not later.
+                if has_ended(world) || world.broken.is_some() || (since > 6 && world.wrong != Wrong::Nothing)
+                {
+                    return;
+                }
+            }
+        };
+        run(&mut world, ENDS_WITHIN);
+        if !has_ended(&world) && !world.answers() && world.motor.letting_go().is_some() {
+            world.wrong = Wrong::Nothing;
+            run(&mut world, CONFIRMED_WITHIN);
+        }
+        // It stays so.
+        run(&mut world, 1);
+        has_ended(&world) && !world.has_torque() && world.broken.is_none()
+    }
+}
+
+/// A motor process with an emergency stop of a category.
+struct Process {
+    category: u8,
+    mutation: Mutation,
+}
+
+impl Checked for Process {
+    type State = World;
+    type Action = Action;
+
+    fn init_states(&self) -> Vec<World> {
+        [false, true].map(|found| World::new(self.category, found)).to_vec()
+    }
+
+    fn actions(&self, world: &World, actions: &mut Vec<Action>) {
+        if world.broken.is_some() {
+            return;
+        }
+        actions.extend([1, 25, 150].map(Action::Cycles));
+        actions.extend([Action::StandsStill, Action::Restart]);
+        actions.push(Action::Commander(!world.has_commander));
+        let faults = [Wrong::Nothing, Wrong::Mute, Wrong::LineLost];
+        actions.extend(faults.into_iter().filter(|wrong| *wrong != world.wrong).map(Action::Line));
+        if self.category == 0 {
+            actions.extend([HardwareError::InputVoltage, HardwareError::Overload].map(Action::Alert));
+        }
+        actions.extend([0.2, 1.4].map(Action::PushedTo));
+        actions.extend([false, true].map(|acknowledges| Action::Arm { acknowledges }));
+        actions.push(if world.motor.is_stopped() { Action::Release } else { Action::Raise });
+    }
+
+    fn next_state(&self, world: &World, action: Action) -> Option<World> {
+        let mut next = world.clone();
+        next.act(action, self.mutation);
+        Some(next)
+    }
+
+    fn properties(&self) -> Vec<Property<Self>> {
+        let mut properties = vec![
+            Property::always(SAFE, |_, world: &World| world.broken.is_none()),
+            Property::always(ORDERLY_END, |process: &Self, world: &World| {
+                let dismiss = |world: &mut World| world.motor.dismiss(world.now + END);
+                world.comes_to_an_end(dismiss, process.mutation)
+            }),
+            // What the checker reaches at all.
+            Property::sometimes("the joint follows", |_, world: &World| {
+                world.state().mode() == Some(JointMode::Following)
+            }),
+            Property::sometimes("the joint goes back within its limits", |_, world: &World| {
+                world.state().mode() == Some(JointMode::Aligning)
+            }),
+        ];
+        if self.category == 0 {
+            properties.push(Property::sometimes("the joint is lowered", |_, world: &World| {
+                world.state().mode() == Some(JointMode::Lowering)
+            }));
+        }
+        // A stop of category 2 keeps torque on.
+        if self.category < 2 {
+            properties.push(Property::always(EMERGENCY_END, |process: &Self, world: &World| {
+                let stop = |world: &mut World| world.motor.emergency_stop(world.now);
+                world.comes_to_an_end(stop, process.mutation)
+            }));
+        }
+        properties
+    }
+}
+
+const SAFE: &str = "nothing moves without the guard, without an order, or by a reset";
+const ORDERLY_END: &str = "an orderly end comes to an end";
+const EMERGENCY_END: &str = "an emergency stop comes to an end";
+
+/// Explores everything; what is wrong, with the actions that lead there.
+fn explore(category: u8, mutation: Mutation) -> Vec<String> {
+    let checker =
+        Process { category, mutation }.checker().finish_when(HasDiscoveries::AnyFailures).spawn_bfs().join();
+    println!(
+        "category {category}, {mutation:?}: {} states, {} steps, depth {}",
+        checker.unique_state_count(),
+        checker.state_count(),
+        checker.max_depth()
+    );
+    let mut wrong = Vec::new();
+    for property in checker.model().properties() {
+        let is_always = [SAFE, ORDERLY_END, EMERGENCY_END].contains(&property.name);
+        match checker.discovery(property.name) {
+            Some(path) if is_always => {
+                let last = path.last_state();
+                wrong.push(format!("not `{}`: {last:?} by {:?}", property.name, path.clone().into_actions()));
+            }
+            None if !is_always => wrong.push(format!("never `{}`", property.name)),
+            Some(_) | None => {}
+        }
+    }
+    wrong
+}
+
+#[test]
+fn no_state_moves_without_the_guard_and_every_ending_comes_to_an_end() {
+    assert_eq!(explore(0, Mutation::None), [] as [&str; 0]);
+}
+
+#[test]
+fn with_a_stop_that_lets_joints_stop_first_no_state_moves_without_the_guard_either() {
+    for category in [1, 2] {
+        assert_eq!(explore(category, Mutation::None), [] as [&str; 0], "stop category {category}");
+    }
+}
+
+#[test]
+fn the_model_checker_finds_what_is_wrong() {
+    let finds = |mutation, words: &str| {
+        let wrong = explore(0, mutation);
+        assert!(wrong.iter().any(|wrong| wrong.contains(words)), "{mutation:?}: {wrong:?}");
+    };
+    finds(Mutation::ReleaseArms, "(c) the joint was armed by a reset");
+    finds(Mutation::NoWatchdog, "(a) a goal was sent to a servo without a watchdog");
+    finds(Mutation::KeepsTorque, ORDERLY_END);
+}
+
+/// A motor process with an emergency stop of a category, after these actions.
+fn after(category: u8, actions: &[Action]) -> World {
+    let mut world = World::new(category, false);
+    for action in actions {
+        world.act(*action, Mutation::None);
+        assert_eq!(world.broken, None, "{action:?}");
+    }
+    world
+}
+
+/// An order to arm.
+const ARM: Action = Action::Arm { acknowledges: false };
+
+#[test]
+fn a_servo_that_restarts_on_its_way_back_and_is_told_to_stay_has_a_watchdog() {
+    use Action::{Cycles, PushedTo, Restart, StandsStill};
+    let world = after(0, &[Cycles(25), ARM, PushedTo(2.6), StandsStill, Restart]);
+    let dismiss = |world: &mut World| world.motor.dismiss(world.now + END);
+    assert!(world.comes_to_an_end(dismiss, Mutation::None));
+}
+
+#[test]
+fn a_servo_that_restarts_while_it_counts_as_found_with_torque_waits_for_an_order() {
+    use Action::{Commander, Cycles, Line, PushedTo, Raise, Release, Restart, StandsStill};
+    let (mute, well) = (Line(Wrong::Mute), Line(Wrong::Nothing));
+    let stopped = [Cycles(25), ARM, Cycles(1), PushedTo(1.4), mute, Raise, Release, well, Cycles(25)];
+    let restarted = [Commander(false), mute, ARM, Restart, PushedTo(0.2), well, PushedTo(1.4)];
+    let back = [Commander(true), StandsStill, PushedTo(0.2), Cycles(25), Cycles(25)];
+    let world = after(1, &[&stopped[..], &restarted, &back].concat());
+    assert_ne!(world.licence, JointLicence::Armed);
+}
+
+#[test]
+fn an_order_to_a_joint_that_is_armed_already_does_not_arm_it_once_more_after_a_failure() {
+    use Action::{Alert, Commander, Cycles, Line, PushedTo, Restart, StandsStill};
+    let (mute, well, lost) = (Line(Wrong::Mute), Line(Wrong::Nothing), Line(Wrong::LineLost));
+    let acknowledged = Action::Arm { acknowledges: true };
+    let held = [Cycles(25), PushedTo(1.4), ARM, Cycles(25), acknowledged, Commander(false), PushedTo(0.2)];
+    let failed = [Restart, mute, Alert(HardwareError::InputVoltage), Restart, well, Restart, mute, ARM];
+    let back = [lost, Commander(true), well, StandsStill, Cycles(25), Cycles(25)];
+    let world = after(0, &[&held[..], &failed, &back].concat());
+    assert_ne!(world.licence, JointLicence::Armed);
+}

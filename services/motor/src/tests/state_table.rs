@@ -1,0 +1,715 @@
+//! Every state of a joint's four machines meets every event.
+//!
+//! The real [`Joint`] and the real bus planner drive the mock servo. A breadth-first search applies every event to every
+//! state that it reaches, and checks after each cycle that nothing moves without the guard. The search begins with a
+//! servo from the factory, and with a servo that an earlier process left with its torque on.
+//!
+//! Two states count as one where their machines agree, with what is ordered of the body and what the servo is like, as
+//! far as it makes a difference there. Numbers, times and most causes are ignored. The first state that is reached stands
+//! for all of its kind.
+
+use std::collections::hash_map::Entry;
+use std::collections::{BTreeMap, BTreeSet, HashMap, VecDeque};
+use std::slice::from_mut;
+
+use super::*;
+
+use config::leo::AlertReaction;
+use message::{JointLicence, JointLink, JointMotion, JointPower};
+use servo::mock::HardwareError;
+use servo::table::{BUS_WATCHDOG, TORQUE_ENABLE};
+use servo::{Fault, Parser, Status};
+
+use crate::bus::{Bus, Purpose};
+use crate::job::CONDITION;
+use crate::joint::{Joint, Orders, Policy};
+
+/// One joint on one simulated bus. Its limits are one radian to either side.
+pub(super) const ONE_JOINT: &str = r#"
+bus = [{ name = "left", device = "mock", baud = 4000000 }]
+[[joint]]
+name = "shoulder"
+bus = "left"
+id = 1
+model = "XM430-W350"
+sign = 1
+offset_rad = 0.0
+min_rad = -1.0
+max_rad = 1.0
+velocity_rad_s = 2.0
+acceleration_rad_s2 = 10.0
+group = "body"
+"#;
+
+/// Short times, so that a few cycles reach what comes after them. Joints are armed by order alone.
+pub(super) const SHORT: &str = "rate_hz = 250\ncommand_timeout_ms = 20\nlimp_after_ms = 20\n\
+                     answer_within_ms = 1\nsoft_start_ms = 12\nsoft_start_rad_s = 0.5\non_alert = \"hold\"\n\
+                     automatic_arming = \"never\"\nstop_category = 0\nmax_tracking_error_rad = 0.3\n\
+                     blocked_after_ms = 20\nmax_beyond_limits_rad = 1.0\n\
+                     alert = { input_voltage = \"lower\", overheating = \"limp\", encoder = \"hold\", \
+                     electrical_shock = \"limp\", overload = \"limp\", groups = {}, hold_ms = 12, \
+                     lower_within_ms = 60 }\n\
+                     realtime = { fifo_priority = 0, cores = [], lock_memory = false }";
+
+/// Where the commander wants the joint.
+pub(super) const GOAL_RAD: f64 = 0.5;
+/// Firmware that knows no fast reads: each answer stands for itself.
+const FIRMWARE: u8 = 40;
+/// Cycles after which the only servo of a bus is quarantined where it is silent.
+const SILENT: u32 = 14;
+/// As long as a look at the servo takes to come round, and a little more.
+const LOOKED: Duration = Duration::from_millis(560);
+
+/// What goes wrong in an exchange.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Wrong {
+    Nothing,
+    /// The servo hears nothing.
+    Deaf,
+    /// The servo obeys, and none of its answers arrives.
+    Mute,
+    /// The servo does not hear the job.
+    JobUnheard,
+    /// Of a job of two instructions the servo hears one.
+    JobFirstHalf,
+    JobSecondHalf,
+    /// The servo does the job, and its answer is lost, or arrives broken.
+    JobUnanswered,
+    JobBroken,
+    /// The servo refuses the job, or has not understood it.
+    JobRefused,
+    JobChecksum,
+    /// The measurements are old, lost, or arrive broken.
+    ReadingStale,
+    ReadingUnanswered,
+    ReadingBroken,
+    LineLost,
+}
+
+/// Carries out a request as the master of a bus does.
+pub(super) fn exchange(
+    line: &mut Line,
+    now: Instant,
+    wrong: Wrong,
+    request: &Request,
+    replies: &mut Replies,
+) {
+    replies.clear();
+    replies.stamp(now);
+    line.advance(now);
+    if wrong == Wrong::LineLost {
+        return replies.lose(Lost::HangUp);
+    }
+    let mut has_alert = false;
+    for (part, bytes) in request.parts() {
+        let id = Id::new(1).unwrap();
+        let is_job = matches!(part.topic, Topic::Job | Topic::Look);
+        let is_unasked = part.topic == Topic::Look && !replies.has_from(id.get());
+        if wrong == Wrong::Deaf || is_unasked || (is_job && wrong == Wrong::JobUnheard) {
+            continue;
+        }
+        let fault = match wrong {
+            Wrong::JobRefused if is_job => Some(Fault::Access),
+            Wrong::JobChecksum if is_job => Some(Fault::Checksum),
+            _ => None,
+        };
+        if fault.is_some() {
+            replies.add(part.topic, &Status { id, alert: false, fault, params: &[] });
+            continue;
+        }
+        let second =
+            bytes[1..].windows(4).position(|window| window == [0xFF, 0xFF, 0xFD, 0]).map(|at| at + 1);
+        let bytes = match (wrong, second) {
+            (Wrong::JobFirstHalf, Some(second)) if is_job => &bytes[..second],
+            (Wrong::JobSecondHalf, Some(second)) if is_job => &bytes[second..],
+            _ => bytes,
+        };
+        let mut heard = Vec::new();
+        line.hear(now, bytes, &mut heard);
+        let is_lost = match wrong {
+            Wrong::Mute => true,
+            Wrong::JobUnanswered | Wrong::JobBroken => is_job,
+            Wrong::ReadingUnanswered | Wrong::ReadingBroken => part.topic == Topic::Each,
+            _ => false,
+        };
+        if is_lost {
+            replies.spoil(part.topic, u32::from(matches!(wrong, Wrong::JobBroken | Wrong::ReadingBroken)));
+            continue;
+        }
+        let mut parser = Parser::new();
+        parser.push(&heard);
+        while let Some(frame) = parser.next_frame() {
+            let Some(status) = Status::parse(&frame) else { continue };
+            let mut params = status.params.to_vec();
+            if wrong == Wrong::ReadingStale && part.topic == Topic::Each {
+                let tick = u16::from_le_bytes([params[0], params[1]]);
+                let old = (tick + 32_768 - 300) % 32_768;
+                params[..2].copy_from_slice(&old.to_le_bytes());
+            }
+            has_alert |= status.alert;
+            replies.hear(part.topic, heard.len());
+            replies.add(part.topic, &Status { params: &params, ..status });
+        }
+    }
+    if has_alert {
+        let servo = &line.servos()[0];
+        let params = servo.read(CONDITION.address, CONDITION.length).unwrap().to_vec();
+        let id = Id::new(servo.id()).unwrap();
+        replies.add(Topic::Alarm, &Status { id, alert: true, fault: None, params: &params });
+    }
+}
+
+/// Whether a request sends goals.
+pub(super) fn sends_goals(request: &Request) -> bool {
+    let goals = [0x83, table::PROFILE_VELOCITY.address.to_le_bytes()[0], 0, 8, 0];
+    request.parts().any(|(_, bytes)| bytes.windows(goals.len()).any(|window| window == goals))
+}
+
+/// A byte of the servo's control table.
+pub(super) fn item(line: &Line, item: table::Item) -> u8 {
+    line.servos()[0].read(item.address, 1).unwrap()[0]
+}
+
+pub(super) fn one_servo() -> Line {
+    let servo = Servo::new(Model::Xm430W350, Id::new(1).unwrap(), 0.2, Instant::EPOCH);
+    Line::new(vec![servo.with_firmware(FIRMWARE)])
+}
+
+/// Moves the servo by hand.
+pub(super) fn push_to(line: &mut Line, to_rad: f64) {
+    let servo = &mut line.servos_mut()[0];
+    servo.push_by(to_rad - servo.position_rad());
+}
+
+/// The value of a field in the text of a structure, as `Debug` writes it: of the first field of this name.
+pub(super) fn field<'a>(text: &'a str, name: &str) -> &'a str {
+    let start = text.find(&format!(" {name}: ")).unwrap_or_else(|| panic!("no field `{name}` in {text}"));
+    let value = &text[start + name.len() + 3..];
+    let mut depth = 0;
+    for (at, byte) in value.bytes().enumerate() {
+        match byte {
+            b'(' | b'{' | b'[' => depth += 1,
+            b')' | b'}' | b']' | b',' if depth == 0 => return value[..at].trim_end(),
+            b')' | b'}' | b']' => depth -= 1,
+            _ => {}
+        }
+    }
+    value
+}
+
+/// A text without its numbers.
+fn normalised(text: &str) -> String {
+    text.replace(|letter: char| letter.is_ascii_digit() || matches!(letter, '.' | '-'), "")
+}
+
+/// What tells the machines of a joint from others, by the joint's text.
+pub(super) fn joint_key(text: &str) -> String {
+    let fields = ["link", "power", "licence", "motion", "cut_at", "reboot_at"].map(|name| field(text, name));
+    let key = normalised(&fields.join(" "));
+    // Of the causes only those count after which a joint does something else.
+    let mut words: Vec<&str> = key.split(' ').collect();
+    for at in 1..words.len() {
+        let is_special =
+            ["Alert", "Blocked", "BeyondLimits"].iter().any(|cause| words[at].starts_with(cause));
+        if matches!(words[at - 1], "cause:" | "after:") && !is_special {
+            words[at] = "any";
+        }
+    }
+    words.join(" ")
+}
+
+/// What is published must agree with itself, and nothing moves in a mode that says that it does not.
+pub(super) fn check_published(state: &JointState) -> Result<(), String> {
+    let (mode, machines) = (state.mode().unwrap(), state.machines().unwrap());
+    let (power, motion) = (machines.power, machines.motion);
+    let is_still = matches!(motion, JointMotion::Idle | JointMotion::Hold);
+    let agrees = match mode {
+        JointMode::Limp => {
+            // A servo that is none of this joint's is asked nothing.
+            motion == JointMotion::Idle
+                && (power == JointPower::Off || machines.licence == JointLicence::Locked)
+        }
+        JointMode::Starting | JointMode::Quarantined => {
+            is_still || mode == JointMode::Starting && motion == JointMotion::Halt
+        }
+        JointMode::Holding => is_still && matches!(power, JointPower::On | JointPower::Found),
+        JointMode::Following => matches!(motion, JointMotion::Soft | JointMotion::Track),
+        JointMode::Decelerating => motion == JointMotion::Halt || power == JointPower::Found,
+        JointMode::Releasing => power == JointPower::Cutting && motion == JointMotion::Idle,
+        JointMode::Aligning => motion == JointMotion::Align,
+        JointMode::Lowering => motion == JointMotion::Retreat,
+    };
+    let is_guarded = machines.link == JointLink::Answering
+        && power == JointPower::On
+        && machines.licence == JointLicence::Armed;
+    if motion != JointMotion::Idle && !is_guarded {
+        return Err(format!("moves without the guard: {machines:?}"));
+    }
+    if agrees { Ok(()) } else { Err(format!("{mode:?} with {machines:?}")) }
+}
+
+/// What holds for the whole body.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Ordered {
+    /// There is a commander.
+    Live,
+    /// The commander is gone, or has been for long.
+    Gone,
+    Limp,
+    /// Another joint failed, or another bus is lost.
+    GroupStopped,
+    BodyStopped,
+}
+
+/// What happens to a joint.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Event {
+    /// So many cycles in which something goes wrong.
+    Cycles(u32, Wrong),
+    /// The motor process stands still.
+    StandsStill(Duration),
+    Told(Ordered),
+    /// An order to arm, which holds for so many cycles.
+    Arm(u32),
+    Acknowledge,
+    /// The whole body lets go.
+    LetGo(JointCause),
+    Released,
+    /// An emergency stop that lets the joint stop first.
+    StopFirst,
+    Alert(HardwareError),
+    /// The servo begins anew without a moment's silence, or after one.
+    Restart,
+    Reboot,
+    /// Two servos of one identifier were found on the bus.
+    Duplicate,
+    /// Another hand writes a byte.
+    Written(table::Item, u8),
+    PushedTo(f64),
+}
+
+/// Nothing happens for longer than a look at the servo takes to come round.
+const SETTLED: Event = Event::Cycles(145, Wrong::Nothing);
+
+fn events() -> Vec<Event> {
+    use Event::*;
+    let mut events = vec![Cycles(1, Wrong::Nothing), Cycles(25, Wrong::Nothing), SETTLED];
+    let jobs = [
+        Wrong::JobUnheard,
+        Wrong::JobFirstHalf,
+        Wrong::JobSecondHalf,
+        Wrong::JobUnanswered,
+        Wrong::JobBroken,
+        Wrong::JobRefused,
+        Wrong::JobChecksum,
+    ];
+    let readings = [Wrong::ReadingStale, Wrong::ReadingUnanswered, Wrong::ReadingBroken];
+    events.extend(jobs.into_iter().chain(readings).flat_map(|wrong| [Cycles(1, wrong), Cycles(4, wrong)]));
+    events.extend([
+        Cycles(1, Wrong::Deaf),
+        Cycles(SILENT, Wrong::Deaf),
+        Cycles(1, Wrong::Mute),
+        Cycles(SILENT, Wrong::Mute),
+    ]);
+    events.extend([Cycles(30, Wrong::ReadingStale), Cycles(1, Wrong::LineLost)]);
+    events.extend([300, 10_000].map(|ms| StandsStill(Duration::from_millis(ms))));
+    let orders = [Ordered::Live, Ordered::Gone, Ordered::Limp, Ordered::GroupStopped, Ordered::BodyStopped];
+    events.extend(orders.map(Told));
+    events.extend([Arm(1), Arm(8), Acknowledge, LetGo(JointCause::Emergency), LetGo(JointCause::Stopped)]);
+    events.extend([Released, StopFirst, Restart, Reboot, Duplicate]);
+    let errors = [
+        HardwareError::InputVoltage,
+        HardwareError::Overheating,
+        HardwareError::Encoder,
+        HardwareError::ElectricalShock,
+        HardwareError::Overload,
+    ];
+    events.extend(errors.map(Alert));
+    events.extend(
+        [(TORQUE_ENABLE, 0), (TORQUE_ENABLE, 1), (BUS_WATCHDOG, 0)].map(|(item, to)| Written(item, to)),
+    );
+    // Within the limits and far from the command, a little beyond the limits, and too far beyond.
+    events.extend([-0.6, 0.4, 1.4, 2.6].map(PushedTo));
+    events
+}
+
+/// A joint, its bus and its servo.
+#[derive(Clone)]
+struct Bench {
+    joint: Joint,
+    bus: Bus,
+    line: Line,
+    now: Instant,
+    orders: Ordered,
+    letting_go: Option<JointCause>,
+    order: u64,
+    locks: u64,
+    /// When something happened to the servo that the joint cannot know at once.
+    meddled_at: Instant,
+}
+
+/// Memory that is used in every exchange.
+#[derive(Default)]
+struct Wire {
+    request: Request,
+    replies: Replies,
+}
+
+impl Bench {
+    fn new() -> Self {
+        let robot = config::motor::parse(ONE_JOINT, "motor.toml".as_ref()).unwrap();
+        let settings = config::parse(SHORT, "leo.toml".as_ref()).unwrap();
+        let policy = Policy::new(&settings, true);
+        Self {
+            joint: Joint::new(0, Id::new(1).unwrap(), &robot.joints[0], policy, AlertReaction::Lower),
+            bus: Bus::new(vec![0]),
+            line: one_servo(),
+            now: Instant::from_nanos(1_000_000_000),
+            orders: Ordered::Live,
+            letting_go: None,
+            order: 0,
+            locks: 0,
+            meddled_at: Instant::EPOCH,
+        }
+    }
+
+    /// One whose servo an earlier process left with its torque on, on its way to a goal.
+    fn found(watchdog: u8) -> Self {
+        let mut bench = Self::new();
+        let servo = &mut bench.line.servos_mut()[0];
+        servo.write(BUS_WATCHDOG.address, &[watchdog]).unwrap();
+        servo.write(TORQUE_ENABLE.address, &[1]).unwrap();
+        bench
+    }
+
+    fn apply(&mut self, event: Event, wire: &mut Wire) -> Result<(), String> {
+        let (mut cycles, mut wrong, mut arms) = (1, Wrong::Nothing, 0);
+        match event {
+            Event::Cycles(count, what) => (cycles, wrong) = (count, what),
+            Event::StandsStill(time) => self.now += time,
+            Event::Told(orders) => self.orders = orders,
+            Event::Arm(count) => {
+                self.order += 1;
+                (cycles, arms) = (count, count);
+            }
+            Event::Acknowledge => {
+                self.joint.acknowledge(self.now, self.locks);
+                self.order += 1;
+                arms = 1;
+            }
+            Event::LetGo(cause) => self.letting_go = Some(cause),
+            Event::Released => {
+                self.letting_go = None;
+                self.joint.end_let_go();
+            }
+            Event::StopFirst => self.joint.end_by_emergency(),
+            Event::Alert(error) => self.line.servos_mut()[0].fail(error),
+            Event::Restart => self.line.servos_mut()[0].restart(),
+            Event::Reboot => {
+                self.line.servos_mut()[0].reboot();
+                cycles = SILENT;
+            }
+            Event::Duplicate => self.joint.forbid(self.now, Id::new(1).unwrap()),
+            Event::Written(item, byte) => {
+                // A servo refuses what it refuses.
+                let _refused = self.line.servos_mut()[0].write(item.address, &[byte]);
+            }
+            Event::PushedTo(to_rad) => push_to(&mut self.line, to_rad),
+        }
+        let is_meddling = matches!(
+            event,
+            Event::Alert(_) | Event::Restart | Event::Reboot | Event::Written(..) | Event::StandsStill(_)
+        );
+        if is_meddling {
+            self.meddled_at = self.now;
+        }
+        for _ in 0..cycles {
+            // What a servo has done of half a job is not known before it is told again.
+            if matches!(wrong, Wrong::JobFirstHalf | Wrong::JobSecondHalf) {
+                self.meddled_at = self.now;
+            }
+            self.cycle(wrong, arms > 0, wire)?;
+            arms = arms.saturating_sub(1);
+        }
+        if event == SETTLED {
+            self.check_settled()?;
+        }
+        Ok(())
+    }
+
+    fn cycle(&mut self, wrong: Wrong, arms: bool, wire: &mut Wire) -> Result<(), String> {
+        self.now += PERIOD;
+        let now = self.now;
+        if let Some(cause) = self.letting_go {
+            self.joint.let_go(now, cause);
+        }
+        let (live, limp) =
+            (!matches!(self.orders, Ordered::Gone | Ordered::Limp), self.orders == Ordered::Limp);
+        if live {
+            self.joint.set_goal(GOAL_RAD, now, now);
+        }
+        let body_stopped = self.bus.is_lost() || self.orders == Ordered::BodyStopped;
+        let group_stopped = (self.orders == Ordered::GroupStopped).then_some(JointCause::GroupStopped);
+        let halt = body_stopped.then_some(JointCause::BodyStopped).or(group_stopped);
+        self.joint.step(now, PERIOD.as_secs_f64(), Orders { live, halt, body_stopped, limp });
+        if arms {
+            self.joint.arm(self.order, now + Duration::from_secs(10));
+        }
+        self.locks += u64::from(self.joint.count_lock(self.locks));
+        self.check()?;
+        let arms_group = (live && !body_stopped && self.joint.is_rising()).then_some(0);
+        let purpose = match self.letting_go {
+            Some(_) => Purpose::LetGo,
+            None => Purpose::Drive { arm_up_to: arms_group },
+        };
+        self.bus.plan(now, from_mut(&mut self.joint), purpose, &mut wire.request);
+        if sends_goals(&wire.request) && !self.joint.may_move() {
+            return Err("a goal is sent, and the joint may not move".to_owned());
+        }
+        exchange(&mut self.line, now, wrong, &wire.request, &mut wire.replies);
+        self.bus.digest(now, from_mut(&mut self.joint), &wire.replies);
+        self.check()
+    }
+
+    /// What holds after every step.
+    fn check(&self) -> Result<(), String> {
+        let (joint, state) = (&self.joint, self.joint.state());
+        let machines = state.machines().unwrap();
+        check_published(&state)?;
+        if machines.motion != JointMotion::Idle && !joint.may_move() {
+            return Err(format!("it moves and may not: {machines:?}"));
+        }
+        if joint.command_counts(self.now).is_some() && !joint.may_move() {
+            return Err("it has a command, and may not move".to_owned());
+        }
+        if joint.violations() > 0 {
+            return Err("a motion was not allowed, and was stopped".to_owned());
+        }
+        let is_known = self.now > self.meddled_at + LOOKED;
+        let (torque, watchdog) = (item(&self.line, TORQUE_ENABLE), item(&self.line, BUS_WATCHDOG));
+        let is_silent = !self.line.servos()[0].is_listening();
+        if is_known && machines.power == JointPower::On && !is_silent && (torque, watchdog) != (1, 10) {
+            return Err(format!("its power is on, torque is {torque} and the watchdog {watchdog}"));
+        }
+        if joint.has_let_go() && is_known && torque != 0 {
+            return Err("it has let go, and its servo has torque".to_owned());
+        }
+        Ok(())
+    }
+
+    /// What holds where nothing happened for longer than a look takes to come round.
+    fn check_settled(&self) -> Result<(), String> {
+        let machines = self.joint.state().machines().unwrap();
+        let (torque, watchdog) = (item(&self.line, TORQUE_ENABLE), item(&self.line, BUS_WATCHDOG));
+        let is_known = machines.link == JointLink::Answering && self.letting_go.is_none();
+        // A servo that refuses to switch its torque off is told again, and published as not confirmed.
+        let is_cut = machines.power == JointPower::Cutting;
+        if is_known && torque == 1 && watchdog != 10 && !is_cut {
+            return Err(format!("it answers with torque, and its watchdog is {watchdog}: {machines:?}"));
+        }
+        if is_known && torque == 1 && machines.power == JointPower::Off {
+            return Err(format!("it has torque, and {machines:?} says otherwise"));
+        }
+        Ok(())
+    }
+
+    /// What tells this state from others.
+    fn key(&self, text: &str) -> String {
+        let is_unproven = field(text, "trusted_at") != "None";
+        let (power, is_armed) = (field(text, "power"), field(text, "licence").starts_with("Armed"));
+        let (torque, watchdog) = (item(&self.line, TORQUE_ENABLE), item(&self.line, BUS_WATCHDOG));
+        let servo = &self.line.servos()[0];
+        let beyond_rad = (servo.position_rad().abs() - 1.0).max(0.0);
+        // Only the part of the rest counts that makes a difference in this state: where torque is off the watchdog is
+        // armed before it comes on, orders matter to what is armed or has torque, and a reaction to what moves.
+        let has_power = power.starts_with("Found") || power.starts_with("On") || power.starts_with("Rising");
+        let watchdog = (torque == 1 || power.starts_with("Rising")).then_some(watchdog);
+        let orders = is_armed.then_some(self.orders);
+        let is_limp = power != "Off" && self.orders == Ordered::Limp;
+        let reaction = Some(field(text, "reaction")).filter(|_| is_armed || has_power);
+        let place = [0.1, 1.0].map(|bound_rad| beyond_rad > bound_rad);
+        let place = (torque == 1 || text.contains("link: Answering")).then_some(place);
+        let alert = servo.has_alert() && !field(text, "licence").contains("Alert");
+        let lets_go = self.letting_go.is_some();
+        let rest = (torque, watchdog, orders, is_limp, reaction, place, alert, lets_go, is_unproven);
+        format!("{} {rest:?}", joint_key(text))
+    }
+
+    /// The state of the product of its machines.
+    fn product(text: &str) -> String {
+        let kind = |name: &str| {
+            let value = field(text, name);
+            let end = value.find(|letter: char| !letter.is_alphanumeric()).unwrap_or(value.len());
+            value[..end].to_lowercase()
+        };
+        let let_go = if kind("let_go") == "none" { "" } else { " let-go" };
+        format!("{} {} {} {}{let_go}", kind("link"), kind("power"), kind("licence"), kind("motion"))
+    }
+}
+
+/// Every state of the product of the four machines that is reached: link, power, licence, motion, and whether the whole
+/// body lets go. A new one is looked at by a person before it is added.
+const PRODUCTS: [&str; 67] = [
+    "answering cutting armed idle",
+    "answering cutting disarmed idle",
+    "answering cutting disarmed idle let-go",
+    "answering cutting locked idle",
+    "answering cutting locked idle let-go",
+    "answering found armed idle",
+    "answering found disarmed idle",
+    "answering found locked idle",
+    "answering off armed idle",
+    "answering off disarmed idle",
+    "answering off disarmed idle let-go",
+    "answering off locked idle",
+    "answering off locked idle let-go",
+    "answering on armed align",
+    "answering on armed halt",
+    "answering on armed hold",
+    "answering on armed idle",
+    "answering on armed retreat",
+    "answering on armed soft",
+    "answering on armed stay",
+    "answering on armed track",
+    "answering on disarmed idle",
+    "answering on locked idle",
+    "answering rising armed idle",
+    "doubted cutting disarmed idle let-go",
+    "doubted cutting locked idle",
+    "doubted cutting locked idle let-go",
+    "doubted off disarmed idle let-go",
+    "doubted off locked idle let-go",
+    "doubted unknown disarmed idle",
+    "doubted unknown locked idle",
+    "identified cutting armed idle",
+    "identified cutting disarmed idle",
+    "identified cutting disarmed idle let-go",
+    "identified cutting locked idle",
+    "identified cutting locked idle let-go",
+    "identified found armed idle",
+    "identified found disarmed idle",
+    "identified off armed idle",
+    "identified off disarmed idle",
+    "identified off disarmed idle let-go",
+    "identified off locked idle",
+    "identified off locked idle let-go",
+    "identified unknown armed idle",
+    "identified unknown disarmed idle",
+    "identified unknown locked idle",
+    "silent cutting armed idle",
+    "silent cutting disarmed idle",
+    "silent cutting disarmed idle let-go",
+    "silent cutting locked idle",
+    "silent cutting locked idle let-go",
+    "silent off disarmed idle let-go",
+    "silent off locked idle",
+    "silent off locked idle let-go",
+    "silent unknown disarmed idle",
+    "silent unknown locked idle",
+    "unknown cutting disarmed idle let-go",
+    "unknown cutting locked idle",
+    "unknown cutting locked idle let-go",
+    "unknown off armed idle",
+    "unknown off disarmed idle",
+    "unknown off disarmed idle let-go",
+    "unknown off locked idle",
+    "unknown off locked idle let-go",
+    "unknown unknown armed idle",
+    "unknown unknown disarmed idle",
+    "unknown unknown locked idle",
+];
+
+/// A state that was reached, and how.
+struct Reached {
+    bench: Bench,
+    before: Option<usize>,
+    by: Option<Event>,
+}
+
+fn path(reached: &[Reached], mut at: usize) -> Vec<Event> {
+    let mut events = Vec::new();
+    while let (Some(before), Some(by)) = (reached[at].before, reached[at].by) {
+        events.push(by);
+        at = before;
+    }
+    events.reverse();
+    events
+}
+
+#[test]
+fn every_state_of_a_joint_meets_every_event_and_nothing_moves_without_the_guard() {
+    let (events, mut wire) = (events(), Wire::default());
+    let (mut keys, mut reached, mut open) = (HashMap::new(), Vec::new(), VecDeque::new());
+    let (mut products, mut failures) = (BTreeSet::new(), BTreeMap::new());
+    let mut steps = 0_u64;
+    for bench in [Bench::new(), Bench::found(0), Bench::found(10)] {
+        let text = format!("{:?}", bench.joint);
+        products.insert(Bench::product(&text));
+        if keys.insert(bench.key(&text), reached.len()).is_none() {
+            open.push_back(reached.len());
+            reached.push(Reached { bench, before: None, by: None });
+        }
+    }
+    while let Some(at) = open.pop_front() {
+        for &event in &events {
+            // Where torque is off a look at the servo finds nothing that a shorter time does not.
+            if event == SETTLED && item(&reached[at].bench.line, TORQUE_ENABLE) == 0 {
+                continue;
+            }
+            let mut bench = reached[at].bench.clone();
+            steps += 1;
+            if let Err(failure) = bench.apply(event, &mut wire) {
+                let mut events = path(&reached, at);
+                events.push(event);
+                failures.entry(failure).or_insert(events);
+                continue;
+            }
+            let text = format!("{:?}", bench.joint);
+            products.insert(Bench::product(&text));
+            let key = bench.key(&text);
+            if let Entry::Vacant(place) = keys.entry(key) {
+                place.insert(reached.len());
+                open.push_back(reached.len());
+                reached.push(Reached { bench, before: Some(at), by: Some(event) });
+            }
+        }
+    }
+    println!("{} states, {steps} steps, {} products", reached.len(), products.len());
+    assert!(failures.is_empty(), "{failures:#?}");
+    let (new, gone): (Vec<_>, Vec<_>) = {
+        let known: BTreeSet<&str> = PRODUCTS.into_iter().collect();
+        let reached: BTreeSet<&str> = products.iter().map(String::as_str).collect();
+        (reached.difference(&known).copied().collect(), known.difference(&reached).copied().collect())
+    };
+    assert!(new.is_empty() && gone.is_empty(), "new: {new:#?}, no longer reached: {gone:#?}");
+}
+
+/// A joint after these events.
+fn after(events: &[Event]) -> Bench {
+    let (mut bench, mut wire) = (Bench::new(), Wire::default());
+    for event in events {
+        bench.apply(*event, &mut wire).unwrap();
+    }
+    bench
+}
+
+#[test]
+fn torque_that_another_hand_switches_on_during_an_alert_goes_off() {
+    let alert = Event::Alert(HardwareError::InputVoltage);
+    let written = Event::Written(TORQUE_ENABLE, 1);
+    let cycles = |count| Event::Cycles(count, Wrong::Nothing);
+    let bench = after(&[cycles(25), alert, written, cycles(145)]);
+    assert_eq!(item(&bench.line, TORQUE_ENABLE), 0);
+}
+
+#[test]
+fn an_alert_takes_the_torque_of_a_joint_that_is_locked_for_another_cause() {
+    let held = [Event::Told(Ordered::GroupStopped), Event::Arm(8), Event::PushedTo(2.6)];
+    let cycles = |count| Event::Cycles(count, Wrong::Nothing);
+    for error in [HardwareError::Overheating, HardwareError::InputVoltage] {
+        let bench = after(&[&held[..], &[cycles(25), Event::Alert(error), cycles(145)]].concat());
+        let machines = bench.joint.state().machines().unwrap();
+        assert_eq!((machines.power, machines.licence_cause), (JointPower::Off, JointCause::BeyondLimits));
+        assert_eq!(item(&bench.line, TORQUE_ENABLE), 0);
+    }
+}
