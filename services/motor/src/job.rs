@@ -254,7 +254,10 @@ pub(crate) fn notices(
         (MIN_POSITION_LIMIT, min),
     ];
     let overwritten = written.map(|(item, new)| {
-        value(setup, item).filter(|old| *old != new).map(|old| Notice::Overwritten { item, old, new })
+        value(setup, item).filter(|old| *old != new).map(|old| {
+            let is_from_factory = initial(item) == Some(old);
+            Notice::Overwritten { item, old, new, is_from_factory }
+        })
     });
     let wanted = [
         (PWM_LIMIT, initial(PWM_LIMIT)),

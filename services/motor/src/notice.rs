@@ -16,6 +16,8 @@ pub enum Notice {
         old: i32,
         /// What it becomes.
         new: i32,
+        /// Whether it was as it comes from the factory.
+        is_from_factory: bool,
     },
     /// An item of the EEPROM that is tighter than it comes from the factory, or than the joint needs; it stays as it is.
     Tighter {
@@ -81,7 +83,7 @@ impl fmt::Display for Named {
 impl fmt::Display for Notice {
     fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
         match *self {
-            Self::Overwritten { item, old, new } => {
+            Self::Overwritten { item, old, new, .. } => {
                 let what = match (item.address, old & 1) {
                     (10, 1) => "; it turned the other way, which `sign` in motor.toml says instead",
                     _ => "",

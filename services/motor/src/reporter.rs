@@ -2,7 +2,7 @@ use std::fmt;
 
 use clock::{Duration, Instant};
 use config::Robot;
-use config::motor::Bus;
+use config::motor::{Bus, Device};
 use message::{JointCause, JointLicence, JointLink, JointMode, JointState};
 
 use crate::{Counts, Motor, Notice, Trouble};
@@ -28,6 +28,8 @@ pub(crate) struct Reporter {
     told_goals: (u64, u64),
     tell_goals_at: Instant,
     look_at: Instant,
+    /// Whether all servos are simulated.
+    is_simulated: bool,
 }
 
 /// The joints of a bus.
@@ -65,6 +67,7 @@ impl Reporter {
             told_goals: (0, 0),
             tell_goals_at: Instant::EPOCH,
             look_at: Instant::EPOCH,
+            is_simulated: robot.motor.buses.iter().all(|bus| bus.device == Device::Mock),
         }
     }
 
@@ -73,11 +76,17 @@ impl Reporter {
             return;
         }
         self.look_at = now + EVERY;
-        let names = &self.names;
+        let (names, is_simulated) = (&self.names, self.is_simulated);
         motor.take_notices(|joint, notice| {
             let name = names.get(joint).map_or("?", String::as_str);
             match notice {
-                Notice::LeftOver { .. } => tracing::info!("{name}: {notice}"),
+                // Simulated servos come from the factory at every start.
+                Notice::Overwritten { is_from_factory: true, .. } if is_simulated => {
+                    tracing::debug!("{name}: {notice}");
+                }
+                Notice::LeftOver { .. } | Notice::Overwritten { is_from_factory: true, .. } => {
+                    tracing::info!("{name}: {notice}");
+                }
                 Notice::Overwritten { .. } | Notice::Tighter { .. } => tracing::warn!("{name}: {notice}"),
             }
         });

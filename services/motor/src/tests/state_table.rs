@@ -7,6 +7,7 @@
 //! Two states count as one where their machines agree, with what is ordered of the body and what the servo is like, as
 //! far as it makes a difference there. Numbers, times and most causes are ignored. The first state that is reached stands
 //! for all of its kind.
+#![expect(clippy::wildcard_enum_match_arm, reason = "an event concerns few of the things that can go wrong")]
 
 use std::collections::hash_map::Entry;
 use std::collections::{BTreeMap, BTreeSet, HashMap, VecDeque};
@@ -393,7 +394,7 @@ impl Bench {
                 (cycles, arms) = (count, count);
             }
             Event::Acknowledge => {
-                self.joint.acknowledge(self.now, self.locks);
+                self.joint.acknowledge(self.now, self.locks, true);
                 self.order += 1;
                 arms = 1;
             }
@@ -451,7 +452,11 @@ impl Bench {
         let body_stopped = self.bus.is_lost() || self.orders == Ordered::BodyStopped;
         let group_stopped = (self.orders == Ordered::GroupStopped).then_some(JointCause::GroupStopped);
         let halt = body_stopped.then_some(JointCause::BodyStopped).or(group_stopped);
-        self.joint.step(now, PERIOD.as_secs_f64(), Orders { live, halt, body_stopped, limp });
+        self.joint.step(
+            now,
+            PERIOD.as_secs_f64(),
+            Orders { live, halt, body_stopped, limp, is_emergency: false },
+        );
         if arms {
             self.joint.arm(self.order, now + Duration::from_secs(10));
         }
