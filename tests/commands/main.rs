@@ -2,7 +2,6 @@
 #![expect(clippy::expect_used, reason = "a test fails by panicking")]
 
 mod acts;
-mod arm;
 mod believe;
 mod check;
 mod conflict;

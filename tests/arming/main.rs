@@ -1,4 +1,6 @@
-//! `leo arm` beside a robot whose boards are made up here, and beside a real one.
+//! `leo arm` beside a robot whose boards are made up here, and beside a real one. A process looks into one domain, so
+//! that these tests have a process of their own.
+#![expect(clippy::expect_used, reason = "a test fails by panicking")]
 
 use std::fs;
 use std::path::Path;
@@ -15,8 +17,53 @@ use rustix::process::{Pid, Signal, kill_process};
 use transport::janitor::{Claim, Janitor, claim};
 use transport::{Delivery, Domain, JointsWriter, Node, Queues, RosterWriter};
 
-use crate::assert_refused;
-use crate::house::{Told, read, wait_until, write};
+use clock::Duration;
+
+/// How long to wait for what has to come.
+const LONG: Duration = Duration::from_secs(60);
+
+/// What a command said.
+#[derive(Debug)]
+struct Told {
+    status: Option<i32>,
+    out: String,
+    err: String,
+}
+
+/// An error as it should be: one line on standard error, nothing on standard output.
+fn assert_refused(told: &Told, status: i32, words: &[&str]) {
+    assert_eq!((told.status, told.out.as_str()), (Some(status), ""), "{told:?}");
+    assert_eq!(told.err.lines().filter(|line| line.starts_with("leo: ")).count(), 1, "{told:?}");
+    for word in words {
+        assert!(told.err.contains(word), "{word} is not in {told:?}");
+    }
+}
+
+/// Waits until something holds; whether it does.
+fn wait_until(mut holds: impl FnMut() -> bool) -> bool {
+    let give_up = clock::now() + LONG;
+    loop {
+        if holds() {
+            return true;
+        }
+        if clock::now() >= give_up {
+            return false;
+        }
+        clock::sleep_until(clock::now() + Duration::from_millis(10));
+    }
+}
+
+/// A file of the repository.
+fn read(file: &str) -> String {
+    fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join(file)).expect("a file of the repository")
+}
+
+/// Writes a file in a folder; where it is.
+fn write(folder: &tempfile::TempDir, name: &str, text: &str) -> String {
+    let path = folder.path().join(name);
+    fs::write(&path, text).expect("writes");
+    path.display().to_string()
+}
 
 /// A robot that is nothing but the boards of its supervisor and its motor process.
 struct Boards {
