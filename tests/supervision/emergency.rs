@@ -74,6 +74,17 @@ fn stop(robot: &Robot, arguments: &[&str]) -> (Option<i32>, String) {
     (told.status.code(), String::from_utf8_lossy(&told.stdout).into_owned())
 }
 
+/// Arms a robot: a released stop permits motion, and does not start it.
+fn arm(robot: &Robot) {
+    let mut told = String::new();
+    let armed = wait_until(|| {
+        let arming = leo(&["arm", "--domain"]).arg(robot.domain()).output().expect("runs");
+        told = String::from_utf8_lossy(&arming.stderr).into_owned();
+        arming.status.success()
+    });
+    assert!(armed, "not armed: {told}\n{}", robot.said());
+}
+
 /// A process can look into one domain only, so this is one robot's day.
 #[test]
 fn however_the_motor_is_stopped_no_joint_jumps_and_what_shall_be_limp_is_limp() {
@@ -86,8 +97,10 @@ fn however_the_motor_is_stopped_no_joint_jumps_and_what_shall_be_limp_is_limp() 
     }
     joints.until(&robot, "following", &following);
     stopped_by_command(&robot, &mut joints);
+    arm(&robot);
     joints.until(&robot, "following", &following);
     stopped_by_signal(&robot, &mut joints);
+    arm(&robot);
     joints.until(&robot, "following", &following);
     signal(robot.pid(), Signal::TERM);
     joints.until(&robot, "limp at the end", all_are(JointMode::Limp, JointCause::Stopped));
@@ -139,6 +152,9 @@ fn a_stop_outlives_its_robot_and_the_next_one_of_that_name_is_limp_until_it_is_r
     let robot = Robot::ready(name, &[]);
     until_told(&robot, limp);
     assert_eq!(stop(&robot, &["--release"]).0, Some(0));
+    until_told(&robot, "leo_joints_by_licence{licence=\"disarmed\"} 65");
+    until_told(&robot, limp);
+    arm(&robot);
     until_told(&robot, following);
 
     assert_eq!(stop(&robot, &[]).0, Some(0));

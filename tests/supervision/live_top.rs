@@ -76,7 +76,7 @@ fn leo_top_answers_to_its_keys_and_leaves_the_terminal_as_it_was() {
     top.press("?", "Ctrl-C");
     top.press("b", "requests");
     top.press("j", "joints");
-    top.press("h", "wake-up:");
+    top.press("h", "execution:");
     top.press("\x1b", "wake50");
     top.press(" ", "FROZEN");
     top.press(" s", "p99");
