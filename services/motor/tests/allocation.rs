@@ -7,6 +7,7 @@ use clock::{Duration, Instant};
 use config::Robot;
 use message::{JointGoal, JointMode};
 use motor_process::{Master, Motor, Replies, Request};
+use servo::mock::HardwareError;
 use testkit::allocations_in;
 use wire::Wire;
 
@@ -27,6 +28,12 @@ fn thousands_of_cycles_of_65_joints_allocate_nothing() {
     for (joint, goal) in (0..).zip(&mut goals) {
         goal.joint = joint;
     }
+    // The first joint begins a little beyond its limits.
+    let first = &robot.motor.joints[0];
+    let place = wires[first.bus].line.servos().iter().position(|servo| servo.id() == first.id).unwrap();
+    let first_servo = &mut wires[first.bus].line.servos_mut()[place];
+    let beyond_rad = first.servo_rad(first.max_rad + 0.15) - first_servo.position_rad();
+    first_servo.push_by(beyond_rad);
     let mut seen = [0; JointMode::ALL.len()];
     let allocations = allocations_in(|| {
         for cycle in 0..4000 {
@@ -37,6 +44,12 @@ fn thousands_of_cycles_of_65_joints_allocate_nothing() {
                 goals[8] =
                     JointGoal { joint: 8, reserved: 0, goal_position_rad: 1.0, arrive_at_ns: 5_000_000_000 };
                 motor.goals(now, &goals);
+            }
+            if cycle == 600 {
+                // It is lowered, and locked until somebody has looked.
+                wires[first.bus].line.servos_mut()[place].fail(HardwareError::InputVoltage);
+            } else if cycle == 2900 {
+                motor.arm(now, Some(motor.counts().locks));
             }
             motor.step(now);
             for (bus, wire) in wires.iter_mut().enumerate() {

@@ -7,7 +7,7 @@ use servo::mock::Line;
 
 /// A bus without a wire: an answer is there as soon as the question, which allocates nothing.
 pub(crate) struct Wire {
-    line: Line,
+    pub(crate) line: Line,
     /// What the servos take for the time.
     pub(crate) now: Instant,
     /// Whether nothing that they say arrives.
