@@ -8,6 +8,8 @@ use super::DOUBLED;
 
 /// What is lost in rounding, in radians and in radians per second.
 const SLIGHT: f64 = 1e-9;
+/// A command that is further ahead of its joint may wait for it at any moment: the bound is 0.3 rad.
+const WAITS_RAD: f64 = 0.2;
 /// How much faster than its joint a servo's profile may be, and how much more it may accelerate.
 const VELOCITY_MARGIN: f64 = 1.5;
 const ACCELERATION_MARGIN: f64 = 8.0;
@@ -81,10 +83,19 @@ impl Commands {
     pub(crate) fn check(&mut self, dt_s: f64, states: impl Iterator<Item = JointState>, joints: &[Joint]) {
         for ((state, joint), before) in states.zip(joints).zip(&mut self.before) {
             let name = &joint.name;
-            let Some(position_rad) = state.command_position_rad() else {
+            // The command of a joint that is blocked is where it stands, and one that is far ahead waits: both stop at once.
+            let is_blocked = state.cause() == Some(JointCause::Blocked);
+            let Some(position_rad) = state.command_position_rad().filter(|_| !is_blocked) else {
                 *before = None;
                 continue;
             };
+            let waits = state
+                .present_position_rad()
+                .is_some_and(|present| (position_rad - present).abs() > WAITS_RAD);
+            if waits {
+                *before = Some(Command { position_rad, velocity_rad_s: None });
+                continue;
+            }
             assert!((joint.min_rad..=joint.max_rad).contains(&position_rad), "{name}: {position_rad} rad");
             let velocity_rad_s = before.map(|before| (position_rad - before.position_rad) / dt_s);
             if let Some(velocity) = velocity_rad_s {

@@ -3,7 +3,7 @@
 
 use servo::Fault;
 use servo::mock::Servo;
-use servo::table::{MAX_POSITION_LIMIT, MIN_POSITION_LIMIT, PRESENT_POSITION, TORQUE_ENABLE};
+use servo::table::TORQUE_ENABLE;
 
 use super::*;
 use crate::{Motor, Topic, Trouble};
@@ -20,28 +20,6 @@ fn configured(rig: &mut Rig, struck: &[usize], change: impl Fn(&mut config::moto
 /// No servo turns so far in position mode: a range error.
 fn turns_too_far(rig: &mut Rig, struck: &[usize]) {
     configured(rig, struck, |joint| joint.max_rad = 7.0);
-}
-
-/// Somebody sets its limits so that it stands beyond them, after it was looked at how it is set up and before it
-/// is told to stay where it is: a limit error.
-fn has_other_limits(rig: &mut Rig, struck: &[usize]) {
-    configured(rig, &[], |_| ());
-    // Nobody commands, so that no torque is told to come on.
-    rig.is_commanded = false;
-    for _ in 0..cycles_in(Duration::from_millis(500)) {
-        rig.cycle();
-    }
-    rig.is_commanded = true;
-    for &joint in struck {
-        rig.servo(joint, |servo| {
-            servo.write(TORQUE_ENABLE.address, &[0]).unwrap();
-            let bytes = servo.read(PRESENT_POSITION.address, 4).unwrap();
-            let stands = i32::from_le_bytes(bytes.try_into().unwrap());
-            let (min, max) = if stands > 2048 { (0, stands - 200) } else { (stands + 200, 4095) };
-            servo.write(MIN_POSITION_LIMIT.address, &min.to_le_bytes()).unwrap();
-            servo.write(MAX_POSITION_LIMIT.address, &max.to_le_bytes()).unwrap();
-        });
-    }
 }
 
 /// Somebody else switches its torque on again and again while it is to be set up: an access error.
@@ -90,11 +68,9 @@ fn refused(rig: &mut Rig, struck: &[usize], fault: Fault) -> Verdict {
 fn a_servo_that_refuses_an_instruction_gets_no_torque_and_is_not_told_again() {
     let mut rig = following();
     type Provoke = fn(&mut Rig, &[usize]);
-    let ways: [(Fault, Provoke); 3] = [
-        (Fault::Range, turns_too_far),
-        (Fault::Limit, has_other_limits),
-        (Fault::Access, has_its_torque_switched_on),
-    ];
+    // Limits that somebody else changes are found when torque is found off, and put right.
+    let ways: [(Fault, Provoke); 2] =
+        [(Fault::Range, turns_too_far), (Fault::Access, has_its_torque_switched_on)];
     for (fault, provoke) in ways {
         in_turn(&mut rig, |rig, struck| {
             provoke(rig, struck);
