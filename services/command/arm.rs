@@ -37,7 +37,7 @@ pub(crate) struct Arm {
     /// The robot, where several run
     #[arg(long, value_name = "DIRECTORY")]
     domain: Option<PathBuf>,
-    /// Unlock joints too: somebody has looked at the cause of each and removed it
+    /// Unlock joints too: a person has looked at the cause of each and removed it
     #[arg(long)]
     acknowledge: bool,
     /// The robot's leo.toml, for the names of its joints [default: built in]
@@ -128,7 +128,7 @@ impl Board {
         }
     }
 
-    /// The joints, once the order was carried out as far as it can be. An order that nobody has taken is withdrawn: it
+    /// The joints, once the order was carried out as far as it can be. An order that was not taken is withdrawn: it
     /// would be obeyed by a motor process that starts later.
     fn outcome(&mut self, domain: &Domain) -> Result<Readings, Failed> {
         let began = clock::now();

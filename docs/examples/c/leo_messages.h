@@ -133,7 +133,7 @@ enum leo_joint_cause {
 enum leo_joint_licence {
     /* Not until its cause is gone and a person has acknowledged it. */
     LEO_JOINT_LICENCE_LOCKED = 0,
-    /* Not until somebody arms it. */
+    /* Not until a person arms it. */
     LEO_JOINT_LICENCE_DISARMED = 1,
     /* It may. */
     LEO_JOINT_LICENCE_ARMED = 2,

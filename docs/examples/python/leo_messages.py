@@ -124,7 +124,7 @@ class JointCause(enum.IntEnum):
 class JointLicence(enum.IntEnum):
     # Not until its cause is gone and a person has acknowledged it.
     LOCKED = 0
-    # Not until somebody arms it.
+    # Not until a person arms it.
     DISARMED = 1
     # It may.
     ARMED = 2

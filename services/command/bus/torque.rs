@@ -61,7 +61,7 @@ pub(super) fn torque(
                 doubtful.join(", ")
             ));
         } else if off == 0 && bus.joints.is_empty() {
-            failed.push(format!("{bus}: nobody answers, so that nobody says that torque is off"));
+            failed.push(format!("{bus}: no servo answers, so that torque off is not confirmed"));
         }
     }
     let printed = output::print(&said);

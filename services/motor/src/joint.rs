@@ -405,7 +405,7 @@ impl Joint {
     /// Unlocks it where a person has seen its lock and the cause is gone. What can be wrong still is looked at anew.
     ///
     /// An order holds for some seconds, in which torque that goes off still goes off. But a joint beyond its limits is
-    /// unlocked by a new order alone (`is_new`): somebody may have their hands on it.
+    /// unlocked by a new order alone (`is_new`): a person may have their hands on it.
     pub(crate) fn acknowledge(&mut self, now: Instant, locks: u64, is_new: bool) {
         let Licence::Locked { cause, number: Some(number) } = self.licence else { return };
         let is_off = matches!(self.power, Power::Off);
@@ -598,8 +598,8 @@ impl Joint {
         }
     }
 
-    /// Ends what [`let_go`](Self::let_go) began: its servo is asked anew what it is. It moves no sooner than somebody
-    /// arms it.
+    /// Ends what [`let_go`](Self::let_go) began: its servo is asked anew what it is. It does not move before it
+    /// is armed.
     pub(crate) fn end_let_go(&mut self) {
         if self.let_go.take().is_some() {
             (self.contact.misses, self.contact.corrupt, self.contact.unacknowledged) = (0, 0, 0);

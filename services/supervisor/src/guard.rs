@@ -1,6 +1,6 @@
 //! The guard process: it switches torque off when the supervisor and the motor process have died together.
 //!
-//! It waits at the reading end of a pipe whose writing ends the supervisor and the motor process hold, and nobody else.
+//! It waits at the reading end of a pipe. Only the supervisor and the motor process hold its writing ends.
 //! Both tell it on that pipe where the robot stands. When both are gone, the kernel closes the pipe: where the last word
 //! was not that torque is off, the guard opens the buses itself. It takes no line from a motor process that lives.
 
@@ -180,7 +180,7 @@ pub fn guard(launch: &Launch, robot: &Robot) -> Result<(), Failure> {
     if report.is_confirmed() { Ok(()) } else { Err(Failure::own(report)) }
 }
 
-/// Reads what is told until nobody is left who could tell anything.
+/// Reads the pipe to its end: until no process holds a writing end.
 fn watch(launch: &Launch) -> io::Result<Standing> {
     let pipe = File::from(io::stdin().as_fd().try_clone_to_owned()?);
     let mut standing = Standing::Ended;

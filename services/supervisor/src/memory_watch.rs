@@ -16,7 +16,7 @@ const MAPS: &str = "/proc/self/maps";
 /// Processes keep what they have mapped, and go on. But no process can start, and no command finds the robot.
 #[derive(Debug)]
 pub(crate) struct MemoryWatch {
-    /// The domain's folder, and the files there and in shared memory that are the supervisor's own: nobody else may
+    /// The domain's folder, and the files there and in shared memory that are the supervisor's own: no other process may
     /// remove them while it lives.
     files: Vec<(PathBuf, Option<File>)>,
     look_at: Instant,

@@ -34,7 +34,7 @@ impl Signals {
         for signal in [SIGINT, SIGTERM, SIGHUP] {
             let kind = if signal == SIGHUP { &on_hang_up } else { &on_request };
             register(signal, kind.try_clone()?)?;
-            // Handlers run in their order: whoever is woken finds the kind.
+            // Handlers run in the order of their registration: the kind is stored before the pipe wakes the reader.
             register(signal, on_any.try_clone()?)?;
         }
         Ok(Self { requests, hang_ups, wake })

@@ -276,7 +276,7 @@ impl AutomaticArming {
     pub fn covers(&self, cause: ArmingCause, is_simulated: bool) -> bool {
         match self {
             Self::Rule(ArmingRule::Never) => false,
-            // Whoever raised the emergency stop has not asked for motion by releasing it, simulated or not.
+            // A released emergency stop permits motion and does not start it (ISO 13850), simulated or not.
             Self::Rule(ArmingRule::Simulated) => is_simulated && cause != ArmingCause::EmergencyStop,
             Self::After(causes) => causes.contains(&cause),
         }

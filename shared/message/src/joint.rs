@@ -109,7 +109,7 @@ numbered! {
     JointLicence: u16 {
         /// Not until its cause is gone and a person has acknowledged it.
         Locked = 0,
-        /// Not until somebody arms it.
+        /// Not until a person arms it.
         Disarmed = 1,
         /// It may.
         Armed = 2,

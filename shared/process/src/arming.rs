@@ -37,7 +37,7 @@ pub struct ArmOrder {
 ///
 /// There is no such robot, or this user may not write in its folder.
 pub fn order(domain: &Path, order: ArmOrder) -> io::Result<()> {
-    // Whoever sees the file sees all of it.
+    // A reader never sees half of the file.
     let draft = domain.join(format!("arm.{}", std::process::id()));
     let acknowledged = order.acknowledged_locks.map_or_else(String::new, |locks| locks.to_string());
     let written = fs::write(&draft, format!("acknowledged_locks = {acknowledged}\n"))
@@ -115,7 +115,7 @@ impl Drop for Arming {
 
 fn look(domain: &Path, ordered: &AtomicU64, stop: &AtomicBool) {
     while !stop.load(Ordering::Relaxed) {
-        // What cannot be read is no order; whoever gave it sees that nothing is armed.
+        // A file that cannot be read is no order; `leo arm` reports that no joint was armed.
         if let Ok(Some(ArmOrder { acknowledged_locks })) = take(domain) {
             let code = acknowledged_locks.map_or(WITHOUT, |locks| locks.saturating_add(FIRST));
             ordered.store(code, Ordering::Release);

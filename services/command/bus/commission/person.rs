@@ -3,7 +3,7 @@
 use super::super::output;
 use super::Failed;
 
-/// Whoever runs the trials.
+/// The person who runs the trials.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Person;
 

@@ -102,7 +102,7 @@ impl Joint {
         }
     }
 
-    /// Whether a servo refused a job because its watchdog has tripped, which nobody knew yet: it is cleared first then. A
+    /// Whether a servo refused a job because its watchdog has tripped unnoticed: the watchdog is cleared first then. A
     /// servo that refuses its goal again and again refuses it for another reason.
     fn has_tripped_meanwhile(&mut self, job: Job) -> bool {
         match (self.power, job) {

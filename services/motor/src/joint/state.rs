@@ -7,11 +7,11 @@ use super::motion::published;
 use super::{Joint, Licence, Link, Motion, Power, is_own_fault};
 
 impl Joint {
-    /// What the joint does, for whoever looks.
+    /// The published state of the joint.
     pub(crate) fn state(&self) -> JointState {
         let (mode, cause) = self.mode();
         let (licence, licence_cause) = match self.licence.published() {
-            // Nobody arms it before the emergency stop is released.
+            // It cannot be armed before the emergency stop is released.
             (JointLicence::Disarmed, _) if self.orders.is_emergency => {
                 (JointLicence::Locked, JointCause::Emergency)
             }
