@@ -1,0 +1,216 @@
+//! How a joint gets its licence to move, and how it loses it.
+
+use clock::Instant;
+use config::leo::AlertReaction;
+use message::JointCause;
+
+use super::{Ending, Joint, Licence, Link, Motion, Orders, Power, REBOOT_WAIT, Rise, Watchdog};
+use crate::Trouble;
+
+impl Joint {
+    /// Arms it by a person's order, which lapses at an instant unless its torque is on by then. An order arms a joint
+    /// once, and once more where it had to wait for others.
+    pub(crate) fn arm(&mut self, order: u64, lapses_at: Instant) {
+        if self.licence.is_given() {
+            // What ends this licence ends the order too.
+            self.order = order;
+        }
+        if let Licence::Disarmed { cause } = self.licence
+            && self.may_be_armed()
+            && (self.order != order || matches!(cause, JointCause::GroupStopped | JointCause::BodyStopped))
+        {
+            self.order = order;
+            self.licence = Licence::Armed { after: cause, lapses_at: Some(lapses_at), ending: None };
+        }
+    }
+
+    /// Gives a new lock its number, which is one more than `locks`; whether there was one.
+    pub(crate) fn count_lock(&mut self, locks: u64) -> bool {
+        match &mut self.licence {
+            Licence::Locked { number: number @ None, .. } => {
+                *number = Some(locks + 1);
+                true
+            }
+            Licence::Locked { .. } | Licence::Disarmed { .. } | Licence::Armed { .. } => false,
+        }
+    }
+
+    /// Unlocks it where a person has seen its lock and the cause is gone. What can be wrong still is looked at anew.
+    ///
+    /// An order holds for some seconds, in which torque that goes off still goes off. But a joint beyond its limits is
+    /// unlocked by a new order alone (`is_new`): a person may have their hands on it.
+    pub(crate) fn acknowledge(&mut self, now: Instant, locks: u64, is_new: bool) {
+        let Licence::Locked { cause, number: Some(number) } = self.licence else { return };
+        let is_off = matches!(self.power, Power::Off);
+        if number > locks || self.let_go.is_some() || self.link.is_quarantined() {
+            return;
+        }
+        let is_within = self.beyond_rad(now).is_some_and(|rad| rad <= self.policy.max_beyond_limits_rad);
+        if cause == JointCause::BeyondLimits {
+            if !(is_new && is_within) {
+                return;
+            }
+        } else if cause == JointCause::Blocked && self.power.is_on() {
+            // It holds, and presses against nothing.
+        } else if !is_off {
+            return;
+        } else if cause == JointCause::Alert {
+            // Only a reboot clears what it switched itself off for.
+            self.reboot_at = Some(now);
+            self.power = Power::Unknown { was_on: false };
+            self.link = Link::Silent { ask_at: now + REBOOT_WAIT, cause };
+        } else if cause != JointCause::Blocked {
+            self.are_limits_acknowledged |= matches!(self.trouble, Some(Trouble::OtherJoint(_)));
+            self.begin_anew();
+        }
+        (self.trouble, self.reaction) = (None, None);
+        self.licence = Licence::Disarmed { cause };
+    }
+
+    /// Ends the licence for an emergency stop that lets the joint come to rest first.
+    pub(crate) fn end_by_emergency(&mut self) {
+        let ending = Ending { cause: JointCause::Emergency, locks: false };
+        if let Motion::Retreat { at, .. } = self.motion {
+            // It is lowered no further: it stops, and lets go.
+            self.motion = Motion::Halt { at };
+            self.reaction = Some(AlertReaction::Hold);
+        }
+        if self.licence.is_given() {
+            self.end_licence(ending);
+        } else if let Licence::Disarmed { .. } = self.licence {
+            self.licence = ending.licence();
+        }
+    }
+
+    /// Asks its servo anew what it is and how it is set up.
+    pub(super) fn begin_anew(&mut self) {
+        self.link = Link::Unknown;
+        self.power = Power::Unknown { was_on: false };
+        self.motion = Motion::Idle;
+        self.clock.forget();
+    }
+
+    /// Switches the torque off where no commander has been there for long.
+    pub(super) fn release(&mut self, now: Instant) {
+        let is_known =
+            matches!(self.power, Power::Found { .. } | Power::Rising { is_on: true, .. } | Power::On { .. });
+        if is_known {
+            self.disarm(JointCause::CommandTimeout);
+            self.cut(now);
+        } else if matches!(self.power, Power::Rising { .. }) {
+            self.disarm(JointCause::CommandTimeout);
+        }
+    }
+
+    /// Switches the torque off from `now` on, whatever it is doing.
+    pub(super) fn cut(&mut self, now: Instant) {
+        self.power = Power::Cutting { tell_at: now };
+        (self.motion, self.goal, self.cut_at, self.behind_since) = (Motion::Idle, None, None, None);
+        if let Some(ending) = self.licence.ending() {
+            self.licence = ending.licence();
+        }
+    }
+
+    /// Ends the licence at once; a lock stays.
+    pub(super) fn disarm(&mut self, cause: JointCause) {
+        let ending = self.licence.ending();
+        match self.licence {
+            Licence::Locked { .. } => {}
+            Licence::Armed { .. } if ending.is_some_and(|ending| ending.locks) => {
+                self.licence = ending.map_or(self.licence, Ending::licence);
+            }
+            Licence::Armed { .. } | Licence::Disarmed { .. } => self.licence = Licence::Disarmed { cause },
+        }
+        (self.motion, self.goal) = (Motion::Idle, None);
+        self.abandon_rise();
+    }
+
+    /// Ends the licence once the joint has stopped; at once where it does not move.
+    pub(super) fn end_licence(&mut self, ending: Ending) {
+        let Licence::Armed { after, lapses_at, ending: before } = self.licence else {
+            if ending.locks && !self.licence.is_locked() {
+                self.licence = ending.licence();
+            }
+            return;
+        };
+        // A lock outranks all else, and the first one stands.
+        let ending = before.filter(|before| before.locks || !ending.locks).unwrap_or(ending);
+        if self.motion == Motion::Idle {
+            self.abandon_rise();
+            self.licence = ending.licence();
+        } else {
+            self.goal = None;
+            self.licence = Licence::Armed { after, lapses_at, ending: Some(ending) };
+            self.halt();
+        }
+    }
+
+    /// Breaks off what has not come to torque yet.
+    pub(super) fn abandon_rise(&mut self) {
+        if let Power::Rising { step, is_on, is_tripped } = self.power {
+            let watchdog = match step {
+                Rise::Guard if is_tripped => Watchdog::Tripped,
+                Rise::Guard => Watchdog::Unset,
+                Rise::Aim | Rise::Torque => Watchdog::Armed,
+            };
+            self.power = if is_on { Power::Found { watchdog, stay: None } } else { Power::Off };
+        }
+    }
+
+    /// Gives the licence, takes it, and lets it lapse.
+    pub(super) fn license(&mut self, now: Instant) {
+        let Orders { live, halt, body_stopped, .. } = self.orders;
+        if !live || body_stopped {
+            self.abandon_rise();
+        }
+        self.lock_beyond_limits(now);
+        match self.licence {
+            // What comes up does so while others stand still; then it waits for them.
+            Licence::Armed { .. } if self.power.is_on() && halt.is_some() => {
+                let cause = halt.unwrap_or(JointCause::GroupStopped);
+                self.end_licence(Ending { cause, locks: false });
+            }
+            Licence::Armed { after, lapses_at: Some(lapses_at), ending: None }
+                if now >= lapses_at && !self.power.is_on() =>
+            {
+                self.disarm(after);
+            }
+            Licence::Armed { after, ending: Some(ending), lapses_at } => {
+                // What stopped it is over, and the configuration says that it need not wait for a person.
+                if !ending.locks && live && halt.is_none() && self.policy.arms_after(ending.cause) {
+                    self.licence = Licence::Armed { after, lapses_at, ending: None };
+                }
+            }
+            Licence::Disarmed { cause } if live && self.may_be_armed() && self.policy.arms_after(cause) => {
+                self.licence = Licence::Armed { after: cause, lapses_at: None, ending: None };
+            }
+            Licence::Armed { .. } | Licence::Disarmed { .. } | Licence::Locked { .. } => {}
+        }
+    }
+
+    /// Whether an order to arm means it: its servo answers, or is being asked; and what has torque already does not
+    /// have to stand still for others, unless those wait for it as well.
+    pub(super) fn may_be_armed(&self) -> bool {
+        let waits = match self.power {
+            Power::On { .. } => self.orders.halt.is_some(),
+            Power::Found { .. } => self.orders.halt.is_some() && !self.stops_group(),
+            Power::Unknown { .. } | Power::Off | Power::Rising { .. } | Power::Cutting { .. } => false,
+        };
+        self.let_go.is_none() && !self.is_absent() && !waits
+    }
+
+    /// Locks it where it was found too far beyond its limits.
+    pub(super) fn lock_beyond_limits(&mut self, now: Instant) {
+        let is_at_rest = self.motion == Motion::Idle && !self.licence.is_locked();
+        let Some(rad) = self.beyond_rad(now).filter(|_| is_at_rest && matches!(self.link, Link::Answering))
+        else {
+            return;
+        };
+        if rad > self.policy.max_beyond_limits_rad {
+            self.trouble = Some(Trouble::BeyondLimits { by_mrad: quantity::number::round_i64(rad * 1e3) });
+            self.abandon_rise();
+            self.licence = Licence::Locked { cause: JointCause::BeyondLimits, number: None };
+            self.goal = None;
+        }
+    }
+}
