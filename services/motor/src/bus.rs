@@ -1,12 +1,12 @@
 use clock::Instant;
-use servo::table::{PROFILE_VELOCITY, TORQUE_ENABLE};
+use servo::table::{GOAL_POSITION, PROFILE_VELOCITY, TORQUE_ENABLE};
 use servo::{Address, Id, Instruction, Reading};
 
 use crate::counts::BusCounts;
 use crate::doubt::Came;
 use crate::few::Few;
 use crate::job::Job;
-use crate::joint::{Joint, Taken};
+use crate::joint::{Command, Joint, Taken};
 use crate::request::{SERVOS_MOST, STATUS_BYTES, Topic};
 use crate::{Replies, Request};
 
@@ -126,12 +126,13 @@ impl Bus {
 
     /// Goals to all, and the question for measurements: to those who know how in one chain, to
     /// the others one by one.
-    fn plan_measurements(&mut self, now: Instant, joints: &[Joint], request: &mut Request) {
-        let mut goals = Few::<{ 9 * SERVOS_MOST }>::default();
-        for joint in self.joints.iter().filter_map(|&index| joints.get(index)) {
-            if let Some(counts) = joint.command_counts(now) {
-                goals.push(&[joint.id().get()]);
-                counts.iter().for_each(|count| goals.push(&count.to_le_bytes()));
+    fn plan_measurements(&mut self, now: Instant, joints: &mut [Joint], request: &mut Request) {
+        let mut goals = Goals::default();
+        for &index in &self.joints {
+            if let Some(joint) = joints.get_mut(index)
+                && let Some(command) = joint.command(now)
+            {
+                goals.add(joint.id(), command);
             }
         }
         for (topic, fast) in [(Topic::Chain, true), (Topic::Each, false)] {
@@ -155,11 +156,11 @@ impl Bus {
                 Instruction::SyncRead { address, length, ids: ids.get() }
             };
             let question = Some(question).filter(|_| !asked.is_empty());
-            if question.is_none() && (fast || goals.get().is_empty()) {
+            if question.is_none() && (fast || goals.is_empty()) {
                 continue;
             }
             let told = std::mem::take(&mut goals);
-            request.add(topic, who(), usize::from(length), |out| told_and_asked(told.get(), question, out));
+            request.add(topic, who(), usize::from(length), |out| told.encode_with(question, out));
         }
     }
 
@@ -411,18 +412,46 @@ impl Bus {
     }
 }
 
-/// The goals of this cycle, which nobody answers, and behind them the question for measurements.
-fn told_and_asked(goals: &[u8], question: Option<Instruction<'_>>, out: &mut [u8]) -> usize {
-    let goals = (!goals.is_empty()).then_some(Instruction::SyncWrite {
-        // The velocity of the profile, and the goal position behind it.
-        address: PROFILE_VELOCITY.address,
-        length: 8,
-        records: goals,
-    });
-    let mut end = 0;
-    for instruction in goals.into_iter().chain(question) {
-        let place = out.get_mut(end..).unwrap_or_default();
-        end += instruction.encode(Address::All, place).unwrap_or(0);
+/// The goals of a cycle, which are not acknowledged.
+#[derive(Default)]
+struct Goals {
+    /// Identifiers and goal positions.
+    positions: Few<{ 5 * SERVOS_MOST }>,
+    /// Identifiers, velocities of the profile, and the goal positions that stand behind them in the control table.
+    with_velocities: Few<{ 9 * SERVOS_MOST }>,
+}
+
+impl Goals {
+    fn add(&mut self, id: Id, command: Command) {
+        let Command { position, velocity } = command;
+        if let Some(velocity) = velocity {
+            self.with_velocities.push(&[id.get()]);
+            self.with_velocities.push(&velocity.to_le_bytes());
+            self.with_velocities.push(&position.to_le_bytes());
+        } else {
+            self.positions.push(&[id.get()]);
+            self.positions.push(&position.to_le_bytes());
+        }
     }
-    end
+
+    fn is_empty(&self) -> bool {
+        self.positions.get().is_empty() && self.with_velocities.get().is_empty()
+    }
+
+    /// Writes the goals, and behind them the question for measurements; returns their length in bytes.
+    fn encode_with(&self, question: Option<Instruction<'_>>, out: &mut [u8]) -> usize {
+        let write = |address, length, records| Instruction::SyncWrite { address, length, records };
+        let (both, goal) = (PROFILE_VELOCITY.length + GOAL_POSITION.length, GOAL_POSITION.length);
+        let with_velocities = self.with_velocities.get();
+        let positions = self.positions.get();
+        let with_velocities =
+            (!with_velocities.is_empty()).then(|| write(PROFILE_VELOCITY.address, both, with_velocities));
+        let positions = (!positions.is_empty()).then(|| write(GOAL_POSITION.address, goal, positions));
+        let mut end = 0;
+        for instruction in with_velocities.into_iter().chain(positions).chain(question) {
+            let place = out.get_mut(end..).unwrap_or_default();
+            end += instruction.encode(Address::All, place).unwrap_or(0);
+        }
+        end
+    }
 }

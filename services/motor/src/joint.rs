@@ -21,6 +21,7 @@ pub(crate) use link::{Link, Setup};
 pub(crate) use motion::Motion;
 pub(crate) use policy::Policy;
 pub(crate) use power::{Power, Rise, Watchdog};
+pub(crate) use steer::Command;
 
 use crate::job::{Bounds, Condition};
 use crate::notice::Notices;
@@ -129,6 +130,8 @@ pub(crate) struct Joint {
     bounds: Option<Bounds>,
     look_at: Instant,
 
+    /// The velocity of the profile that its servo was told last, in counts, and when.
+    told: Option<(i32, Instant)>,
     /// Since when it has been further from its command than it may be.
     behind_since: Option<Instant>,
     /// Whether it is spared: what is spared is so until it is well beyond the bound.
@@ -191,6 +194,7 @@ impl Joint {
             condition: None,
             bounds: None,
             look_at: Instant::EPOCH,
+            told: None,
             behind_since: None,
             is_spared: false,
             refused_aims: 0,

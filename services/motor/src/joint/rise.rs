@@ -185,6 +185,8 @@ impl Joint {
             (_, Power::Rising { step: Rise::Torque, .. }, Job::Torque(true)) => self.risen(now),
             (_, Power::On { goal_rad, is_bounded, .. }, Job::Profile(_)) => {
                 self.power = Power::On { goal_rad, is_quick: true, is_bounded };
+                // The job has told it another velocity.
+                self.told = None;
             }
             (_, Power::On { goal_rad, is_quick, .. }, Job::Duty(duty)) => {
                 let is_bounded = self.bounds.is_some_and(|bounds| duty < bounds.duty);

@@ -1,6 +1,6 @@
 //! How a joint moves: what begins and ends each motion, and the command of every cycle.
 
-use clock::Instant;
+use clock::{Duration, Instant};
 use config::leo::AlertReaction;
 use message::JointCause;
 use servo::{Limits, Motion as Setpoint, position_count, velocity_count};
@@ -26,8 +26,21 @@ pub(super) const LOW_ACCELERATION_RAD_S2: f64 = 5.0;
 /// How much more than the joint its servo's profile may accelerate: enough to keep up with commands that are smooth,
 /// and yet a limit.
 pub(super) const ACCELERATION_MARGIN: f64 = 8.0;
+/// At rest, how much faster than needed a profile may be, in counts.
+const CLOSE_COUNTS: i32 = 4;
+/// How long a profile's velocity that did not change is believed to be what was told.
+const TOLD_EVERY: Duration = Duration::from_millis(100);
 /// A joint that is so close to its rest pose has arrived there.
 const ARRIVED_RAD: f64 = 0.02;
+
+/// What a servo is told in a cycle, in counts.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Command {
+    /// The goal position.
+    pub(crate) position: i32,
+    /// The velocity of the profile, where the servo may have another one.
+    pub(crate) velocity: Option<i32>,
+}
 
 impl Joint {
     /// Begins and ends motions, by what is known now.
@@ -267,7 +280,30 @@ impl Joint {
         self.is_spared
     }
 
-    /// What its servo is told in this cycle: the velocity of its profile and its goal position, in counts.
+    /// What its servo is told in this cycle. The velocity of its profile is told when it changed, and now and then all the
+    /// same: no servo acknowledges it, and it costs as much of the wire as the goal.
+    pub(crate) fn command(&mut self, now: Instant) -> Option<Command> {
+        let Some([velocity, position]) = self.command_counts(now) else {
+            self.told = None;
+            return None;
+        };
+        let is_at_rest = self.motion.setpoint().is_some_and(|at| at.velocity_rad_s.abs() <= 0.0);
+        let is_known = self.told.is_some_and(|(told, told_at)| {
+            // At rest the profile only has to be fast enough; in motion the servo would run ahead of its command.
+            let is_same = if is_at_rest {
+                (velocity..=velocity + CLOSE_COUNTS).contains(&told)
+            } else {
+                told == velocity
+            };
+            is_same && now < told_at + TOLD_EVERY
+        });
+        if !is_known {
+            self.told = Some((velocity, now));
+        }
+        Some(Command { position, velocity: (!is_known).then_some(velocity) })
+    }
+
+    /// The velocity of its servo's profile and its goal position, in counts.
     ///
     /// The profile turns as fast as the command, and not faster than the joint may; its goal lies where it would come to
     /// a stop. So the servo does not stop between two cycles, and if no more is said it stops by itself, soon.
