@@ -88,7 +88,7 @@ fn torque_off_names_every_joint_that_does_not_confirm_it() {
         .expect("runs");
     let wrong = String::from_utf8_lossy(&told.stderr);
     assert_eq!(told.status.code(), Some(1), "{wrong}");
-    assert!(wrong.contains("nobody answers"), "{wrong}");
+    assert!(wrong.contains("no servo answers, so that torque off is not confirmed"), "{wrong}");
 }
 
 #[test]

@@ -56,6 +56,8 @@ pub enum MotorError {
 pub struct Motor {
     joints: Vec<Joint>,
     buses: Vec<Bus>,
+    /// By bus, whether its servos are those of the mock servo bus.
+    is_simulated: Vec<bool>,
     command_timeout: Duration,
     limp_after: Duration,
     /// When the newest goals were decided.
@@ -93,8 +95,8 @@ impl Motor {
     /// A bus with more servos than a cycle has room for, an identifier that no servo has, or a group that is not there.
     pub fn new(robot: &config::motor::Motor, settings: &config::leo::Motor) -> Result<Self, MotorError> {
         let mut joints = Vec::with_capacity(robot.joints.len());
-        let is_simulated = robot.buses.iter().all(|bus| bus.device == Device::Mock);
-        let policy = Policy::new(settings, is_simulated);
+        let is_simulated: Vec<bool> = robot.buses.iter().map(|bus| bus.device == Device::Mock).collect();
+        let policy = Policy::new(settings, is_simulated.iter().all(|is_simulated| *is_simulated));
         let reactions = &settings.alert.groups;
         if let Some(group) = reactions.keys().find(|group| !robot.groups.contains(group)) {
             return Err(MotorError::UnknownGroup { group: group.clone(), known: robot.groups.join(", ") });
@@ -119,6 +121,7 @@ impl Motor {
         Ok(Self {
             joints,
             buses,
+            is_simulated,
             command_timeout: settings.command_timeout_ms.duration(),
             limp_after: settings.limp_after_ms.duration(),
             decided_at: None,
@@ -302,10 +305,15 @@ impl Motor {
         self.joints.iter().any(Joint::is_moving)
     }
 
-    /// How many servos have not said yet that their torque is off, since they were told to let go.
+    /// How many servos have not said yet that their torque is off, since they were told to let go. At the end of the robot,
+    /// simulated servos that are gone with their bus have no torque, and none is waited for.
     #[must_use]
     pub fn unconfirmed(&self) -> usize {
-        self.joints.iter().filter(|joint| !joint.has_let_go()).count()
+        let is_gone = |joint: &Joint| {
+            let is_simulated = self.is_simulated.get(joint.bus()).is_some_and(|is_simulated| *is_simulated);
+            self.let_go_at.is_some() && is_simulated && self.is_lost(joint.bus())
+        };
+        self.joints.iter().filter(|joint| !joint.has_let_go() && !is_gone(joint)).count()
     }
 
     /// Heeds no commander any more: the joints slow down and hold, and once nothing moves, or at

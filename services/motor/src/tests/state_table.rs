@@ -27,7 +27,7 @@ use crate::joint::{Joint, Orders, Policy};
 
 /// One joint on one simulated bus. Its limits are one radian to either side.
 pub(super) const ONE_JOINT: &str = r#"
-bus = [{ name = "left", device = "mock", baud = 4000000 }]
+bus = [{ name = "left", device = "/dev/ttyUSB0", baud = 4000000 }]
 [[joint]]
 name = "shoulder"
 bus = "left"

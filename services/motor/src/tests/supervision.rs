@@ -383,3 +383,19 @@ fn the_velocity_of_a_profile_costs_the_wire_nothing_while_it_stays_and_is_told_a
     let told = rig.lines[1].servos()[0].read(table::PROFILE_VELOCITY.address, 4).unwrap().to_vec();
     assert!(told < 10_u32.to_le_bytes().to_vec(), "{told:?}");
 }
+
+#[test]
+fn at_the_end_simulated_servos_that_are_gone_with_their_bus_are_not_waited_for_and_real_ones_are() {
+    for device in ["mock", "/dev/ttyUSB0"] {
+        let settings = SETTINGS.replace("\"simulated\"", "[\"start\"]");
+        let mut rig = Rig::of(&ROBOT.replace("\"mock\"", &format!("\"{device}\"")), &settings);
+        rig.until(200, 0.3, |rig| rig.modes() == [Following; 3]);
+        rig.motor.dismiss(rig.now + Duration::from_millis(100));
+        rig.lost = Some(1);
+        for _ in 0..60 {
+            rig.cycle();
+        }
+        assert_eq!(rig.modes(), [Limp, Limp, Releasing], "{device}");
+        assert_eq!(rig.motor.unconfirmed(), usize::from(device != "mock"), "{device}");
+    }
+}
