@@ -10,6 +10,7 @@
     reason = "a bench that cannot measure has failed, and prints"
 )]
 
+mod chance;
 #[path = "../tests/masters/mock_bus.rs"]
 #[expect(dead_code, reason = "tests use the rest")]
 mod mock_bus;
@@ -19,9 +20,11 @@ mod rig;
 
 use std::collections::BTreeMap;
 use std::fs;
+use std::io::Write as _;
 use std::path::{Path, PathBuf};
 use std::process::{Command, ExitCode, Stdio};
 
+use chance::Chance;
 use clock::{Duration, Instant};
 use rig::{OFF_WITHIN, Rig, Terminal, WithTorque, end_of, program, remove_shared_memory, signal, until};
 use rustix::process::Signal;
@@ -50,9 +53,10 @@ enum Kind {
     MotorStoppedThenSupervisorKilled,
     MemoryRemoved,
     OutOfMemory,
+    DiskFull,
 }
 
-const KINDS: [Kind; 11] = [
+const KINDS: [Kind; 12] = [
     Kind::Signal,
     Kind::SignalTwice,
     Kind::TerminalClosed,
@@ -64,25 +68,12 @@ const KINDS: [Kind; 11] = [
     Kind::MotorStoppedThenSupervisorKilled,
     Kind::MemoryRemoved,
     Kind::OutOfMemory,
+    Kind::DiskFull,
 ];
 
-/// Numbers that look random and are the same for a seed.
-struct Chance(u64);
-
-impl Chance {
-    fn below(&mut self, bound: u64) -> u64 {
-        self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        (self.0 >> 33) % bound
-    }
-
-    fn up_to(&mut self, most: Duration) -> Duration {
-        Duration::from_micros(self.below(u64::try_from(most.as_micros()).unwrap_or(1).max(1)))
-    }
-
-    fn among<T: Copy>(&mut self, all: &[T]) -> T {
-        let index = self.below(u64::try_from(all.len()).expect("few"));
-        *all.get(usize::try_from(index).expect("few")).expect("one of them")
-    }
+fn among<T: Copy>(chance: &mut Chance, all: &[T]) -> T {
+    let index = chance.below(u64::try_from(all.len()).expect("few"));
+    *all.get(usize::try_from(index).expect("few")).expect("one of them")
 }
 
 fn main() -> ExitCode {
@@ -94,13 +85,17 @@ fn main() -> ExitCode {
     }
     let mut numbers = arguments.iter().filter_map(|argument| argument.parse::<u64>().ok());
     let (endings, seed) = (numbers.next().unwrap_or(100), numbers.next().unwrap_or(2006));
-    let kinds: Vec<Kind> =
-        KINDS.into_iter().filter(|kind| *kind != Kind::OutOfMemory || may_limit_memory()).collect();
-    if !kinds.contains(&Kind::OutOfMemory) {
+    let mut kinds = KINDS.to_vec();
+    if !may_limit_memory() {
         println!("memory cannot be limited here ({GROUPS}): no robot runs out of it");
+        kinds.retain(|kind| *kind != Kind::OutOfMemory);
+    }
+    if Disk::mount(&Rig::new("endings").state()).is_none() {
+        println!("no small disk can be mounted here: none is full");
+        kinds.retain(|kind| *kind != Kind::DiskFull);
     }
     println!("{endings} endings by the seed {seed}");
-    let mut chance = Chance(seed);
+    let mut chance = Chance::new(seed);
     let mut outcomes = BTreeMap::new();
     for (number, kind) in (1..=endings).zip(kinds.iter().copied().cycle()) {
         let outcome = ending(kind, &mut chance);
@@ -165,6 +160,12 @@ fn tell(outcomes: &BTreeMap<Kind, Vec<Outcome>>) -> usize {
 fn ending(kind: Kind, chance: &mut Chance) -> Outcome {
     let rig = Rig::new("endings");
     let group = (kind == Kind::OutOfMemory).then(Group::make);
+    let state = rig.state();
+    let disk = (kind == Kind::DiskFull).then(|| Disk::mount(&state).expect("was possible before"));
+    // It is full from the beginning, or becomes it.
+    if let Some(disk) = disk.as_ref().filter(|_| chance.below(2) == 0) {
+        disk.fill();
+    }
     let mut terminal = None;
     let mut robot = None;
     match (kind, &group) {
@@ -179,6 +180,10 @@ fn ending(kind: Kind, chance: &mut Chance) -> Outcome {
         pause(chance.up_to(Duration::from_millis(1500)));
     } else {
         rig.follow();
+        pause(chance.up_to(Duration::from_millis(700)));
+    }
+    if let Some(disk) = &disk {
+        disk.fill();
         pause(chance.up_to(Duration::from_millis(700)));
     }
     let began = clock::now();
@@ -217,6 +222,7 @@ fn ending(kind: Kind, chance: &mut Chance) -> Outcome {
         end_of(&mut robot);
     }
     until(OFF_WITHIN, || rig.processes().is_empty());
+    drop(disk);
     drop(rig);
     drop(group);
     Outcome { with_torque, off_after, while_starting, out_of_memory, said }
@@ -237,10 +243,10 @@ fn end(
         }
     };
     match kind {
-        Kind::Signal => signal(supervisor, chance.among(&[Signal::INT, Signal::TERM, Signal::HUP])),
+        Kind::Signal => signal(supervisor, among(chance, &[Signal::INT, Signal::TERM, Signal::HUP])),
         Kind::SignalTwice => {
             for _ in 0..2 {
-                signal(supervisor, chance.among(&[Signal::INT, Signal::TERM, Signal::HUP]));
+                signal(supervisor, among(chance, &[Signal::INT, Signal::TERM, Signal::HUP]));
                 pause(chance.up_to(Duration::from_millis(300)));
             }
         }
@@ -256,7 +262,7 @@ fn end(
         }
         Kind::AnyProcessThenSupervisorKilled => {
             let all: Vec<i32> = rig.processes().values().copied().collect();
-            signal(chance.among(&all), Signal::KILL);
+            signal(among(chance, &all), Signal::KILL);
             pause(chance.up_to(Duration::from_millis(300)));
             signal(supervisor, Signal::KILL);
         }
@@ -297,6 +303,9 @@ fn end(
             kill("simulator");
             signal(supervisor, Signal::TERM);
             return Some(clock::now());
+        }
+        Kind::DiskFull => {
+            signal(supervisor, among(chance, &[Signal::INT, Signal::TERM, Signal::HUP, Signal::KILL]));
         }
     }
     None
@@ -363,6 +372,32 @@ impl Group {
 impl Drop for Group {
     fn drop(&mut self) {
         until(OFF_WITHIN, || fs::remove_dir(&self.0).is_ok());
+    }
+}
+
+/// A small disk, in memory. Dropping it removes it.
+struct Disk<'a>(&'a Path);
+
+impl<'a> Disk<'a> {
+    /// Mounts one on a folder; `None` where this user may not.
+    fn mount(folder: &'a Path) -> Option<Self> {
+        let mut mount = Command::new("mount");
+        mount.args(["-t", "tmpfs", "-o", "size=1m", "tmpfs"]).arg(folder).stderr(Stdio::null());
+        mount.status().is_ok_and(|status| status.success()).then_some(Self(folder))
+    }
+
+    fn fill(&self) {
+        // One that is full has no room for the name either.
+        if let Ok(mut file) = fs::File::options().create(true).append(true).open(self.0.join("full")) {
+            while file.write_all(&[0; 512]).is_ok() {}
+        }
+    }
+}
+
+impl Drop for Disk<'_> {
+    fn drop(&mut self) {
+        let unmounted = Command::new("umount").arg("--lazy").arg(self.0).status();
+        assert!(unmounted.is_ok_and(|status| status.success()), "{} stays mounted", self.0.display());
     }
 }
 

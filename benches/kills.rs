@@ -12,6 +12,7 @@
     reason = "a bench that cannot measure has failed, and prints"
 )]
 
+mod chance;
 #[expect(dead_code, reason = "other benches use the rest")]
 mod robot;
 
@@ -20,6 +21,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Child, ExitCode, Stdio};
 
+use chance::Chance;
 use clock::Duration;
 use message::{JointState, JointStates};
 use recording::{Buffer, Reader};
@@ -45,20 +47,6 @@ const STILL: Duration = Duration::from_secs(3);
 const MOVES_RAD_S: f64 = 0.2;
 /// Without goals for this long, every joint has come to rest: the command time-out and the slowing down.
 const AT_REST: Duration = Duration::from_millis(1700);
-
-/// Numbers that look random and are the same for a seed.
-struct Chance(u64);
-
-impl Chance {
-    fn below(&mut self, bound: u64) -> u64 {
-        self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        (self.0 >> 33) % bound
-    }
-
-    fn up_to(&mut self, most: Duration) -> Duration {
-        Duration::from_micros(self.below(u64::try_from(most.as_micros()).unwrap_or(1).max(1)))
-    }
-}
 
 fn main() -> ExitCode {
     let mut numbers = std::env::args().filter_map(|argument| argument.parse().ok());
@@ -113,7 +101,7 @@ impl Campaign {
         // The recorder, too, has its place there.
         pause(Duration::from_secs(3));
         let mut campaign = Self {
-            chance: Chance(seed),
+            chance: Chance::new(seed),
             folder: folder.to_owned(),
             files: shared_memory(&domain).0,
             descriptors: descriptors(robot.pid()),

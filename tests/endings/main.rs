@@ -7,12 +7,13 @@ mod mock_bus;
 mod rig;
 
 use std::fs;
-use std::process::Stdio;
+use std::process::{Command, Stdio};
 
 use clock::Duration;
+use process::arming::{self, ArmOrder};
 use rustix::process::Signal;
 
-use rig::{JOINTS, OFF_WITHIN, Rig, end_of, leo, remove_shared_memory, signal, until};
+use rig::{JOINTS, OFF_WITHIN, Rig, end_of, leo, program, remove_shared_memory, signal, until};
 
 #[test]
 fn an_end_in_order_leaves_no_torque_on() {
@@ -115,6 +116,47 @@ fn a_supervisor_that_is_killed_between_two_lives_of_the_motor_process_leaves_no_
     let ended_at = clock::now();
     signal(supervisor, Signal::KILL);
     end_of(&mut robot);
+    rig.is_off(ended_at);
+}
+
+#[test]
+fn whenever_every_process_dies_no_servo_has_torque_without_its_watchdog() {
+    let rig = Rig::new("end-watchdog");
+    let mut with_torque = 0;
+    // Each robot finds servos as the one before it left them: with torque, as soon as one came so far.
+    for lives_ms in [1200, 150, 300, 450, 600, 800, 1000, 1500] {
+        let mut robot = rig.run();
+        let lives_until = clock::now() + Duration::from_millis(lives_ms);
+        rig.pid("motor");
+        until(lives_until.since(clock::now()), || {
+            // There is no folder yet, at first.
+            let _ordered = arming::order(&rig.domain, ArmOrder { acknowledged_locks: None });
+            false
+        });
+        for name in ["torque-guard", "run", "motor"] {
+            rig.processes().get(name).into_iter().for_each(|pid| signal(*pid, Signal::KILL));
+        }
+        end_of(&mut robot);
+        assert!(until(OFF_WITHIN, || rig.processes().is_empty()), "{}", rig.said());
+        for servo in rig.servos().unwrap_or_default().iter().filter(|servo| servo.has_torque) {
+            with_torque += 1;
+            assert!(servo.watchdog != 0, "after {lives_ms} ms: {}", servo.name);
+        }
+    }
+    assert!(with_torque > 0 || rig.servos().is_none(), "no robot came so far");
+}
+
+/// Its log and what it has learned go to a disk without room.
+#[test]
+fn a_robot_whose_disk_is_full_ends_in_order() {
+    let rig = Rig::new("end-disk");
+    let mut command = Command::new("/bin/sh");
+    command.args(["-c", "exec \"$0\" \"$@\" >/dev/full 2>/dev/full"]).arg(program());
+    let mut robot = rig.run_by(command);
+    rig.follow();
+    let ended_at = clock::now();
+    signal(rig.pid("run"), Signal::TERM);
+    assert!(end_of(&mut robot).is_some_and(|status| status.success()));
     rig.is_off(ended_at);
 }
 
@@ -280,6 +322,9 @@ fn an_emergency_stop_where_no_motor_process_runs_opens_the_buses_itself() {
     end_of(&mut robot);
     assert!(until(OFF_WITHIN, || rig.processes().is_empty()));
     assert_eq!(rig.with_torque().len(), JOINTS, "the servos outlive the robot");
+    for servo in rig.servos().unwrap_or_default() {
+        assert!(servo.has_torque && servo.watchdog != 0, "{}: {}", servo.name, servo.watchdog);
+    }
     let stop = || {
         let told = leo(&["emergency-stop", "--domain"]).arg(&rig.domain).output().expect("runs");
         (told.status.code(), String::from_utf8_lossy(&told.stdout).into_owned())

@@ -17,6 +17,9 @@ use tempfile::TempDir;
 
 use crate::mock_bus::MockBus;
 
+#[path = "../sources/venv.rs"]
+mod venv;
+
 const BAUD: u32 = 4_000_000;
 const TORQUE_ENABLE: u8 = 64;
 pub(crate) const JOINTS: usize = 65;
@@ -36,6 +39,25 @@ pub(crate) struct Rig {
     _machine: MutexGuard<'static, ()>,
 }
 
+/// What the vendor's SDK reads of a servo.
+#[derive(Debug)]
+pub(crate) struct Servo {
+    /// The line of its bus, and its identifier.
+    pub(crate) name: String,
+    pub(crate) has_torque: bool,
+    /// Item 98: 0 is none, 255 is one that has tripped.
+    pub(crate) watchdog: u8,
+}
+
+impl Servo {
+    fn of_line(line: &str) -> Self {
+        let words: Vec<&str> = line.split(' ').collect();
+        let word = |place: usize| *words.get(place).expect("four words");
+        let watchdog = word(3).parse().expect("a byte");
+        Self { name: format!("{} {}", word(0), word(1)), has_torque: word(2) != "0", watchdog }
+    }
+}
+
 /// A joint's servo that has torque: its bus and identifier.
 pub(crate) type WithTorque = (String, u8);
 
@@ -53,6 +75,7 @@ impl Rig {
         let machine = MACHINE.lock().unwrap_or_else(PoisonError::into_inner);
         let mock = MockBus::start(&[]);
         let folder = tempfile::tempdir().expect("a folder");
+        fs::create_dir(folder.path().join("state")).expect("writes");
         let config = Path::new(env!("CARGO_MANIFEST_DIR")).join("config");
         for file in ["leo.toml", "leo.urdf", "motor.toml", "percepts.toml", "perspective.toml"] {
             let mut text = fs::read_to_string(config.join(file)).expect("reads");
@@ -71,8 +94,13 @@ impl Rig {
         self.folder.path().join("leo.toml")
     }
 
+    /// What the robot writes to disk is in this folder: what it has learned, and its log.
+    pub(crate) fn state(&self) -> PathBuf {
+        self.folder.path().join("state")
+    }
+
     fn log(&self) -> PathBuf {
-        self.folder.path().join("log")
+        self.state().join("log")
     }
 
     /// What the robot said on standard error.
@@ -97,7 +125,7 @@ impl Rig {
         command
             .args(self.arguments())
             .env_remove("RUST_LOG")
-            .env("XDG_STATE_HOME", self.folder.path())
+            .env("XDG_STATE_HOME", self.state())
             .stdin(Stdio::null())
             .stdout(Stdio::null())
             .stderr(File::create(self.log()).expect("writes"))
@@ -134,7 +162,7 @@ impl Rig {
     fn typed(&self) -> String {
         format!(
             "XDG_STATE_HOME={} {} {} 2> {}\n",
-            self.folder.path().display(),
+            self.state().display(),
             program().display(),
             self.arguments().join(" "),
             self.log().display()
@@ -197,6 +225,27 @@ impl Rig {
             self.said()
         );
         assert!(after <= OFF_WITHIN, "after {after:?}\n{}", self.said());
+        let servos = self.servos().unwrap_or_default();
+        let with_torque = servos.iter().find(|servo| servo.has_torque);
+        assert!(with_torque.is_none(), "{with_torque:?}\n{}", self.said());
+    }
+
+    /// All servos, read with the SDK of their vendor; `None` where it cannot be installed.
+    pub(crate) fn servos(&self) -> Option<Vec<Servo>> {
+        let python = venv::interpreter("dynamixel-sdk==4.1.0", "dynamixel_sdk")?;
+        let mut reader = Command::new(python);
+        reader.arg("-B").arg(concat!(env!("CARGO_MANIFEST_DIR"), "/tests/endings/reader.py"));
+        reader.arg(BAUD.to_string());
+        for (bus, ids) in buses() {
+            let ids: Vec<_> = ids.iter().map(u8::to_string).collect();
+            reader.arg(format!("{}={}", self.mock.path(&bus).display(), ids.join(",")));
+        }
+        let read = reader.output().expect("runs");
+        assert!(read.status.success(), "{}", String::from_utf8_lossy(&read.stderr));
+        let text = String::from_utf8(read.stdout).expect("letters");
+        let servos: Vec<_> = text.lines().map(Servo::of_line).collect();
+        assert_eq!(servos.len(), JOINTS, "{text}");
+        Some(servos)
     }
 
     /// The servos that have torque, by a master that is not Leo, once all lines are free.

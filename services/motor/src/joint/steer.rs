@@ -29,7 +29,7 @@ pub(super) const ACCELERATION_MARGIN: f64 = 8.0;
 /// At rest, how much faster than needed a profile may be, in counts.
 const CLOSE_COUNTS: i32 = 4;
 /// How long a profile's velocity that did not change is believed to be what was told.
-const TOLD_EVERY: Duration = Duration::from_millis(100);
+const TOLD_EVERY: Duration = Duration::from_millis(500);
 /// A joint that is so close to its rest pose has arrived there.
 const ARRIVED_RAD: f64 = 0.02;
 
