@@ -162,10 +162,6 @@ fn ending(kind: Kind, chance: &mut Chance) -> Outcome {
     let group = (kind == Kind::OutOfMemory).then(Group::make);
     let state = rig.state();
     let disk = (kind == Kind::DiskFull).then(|| Disk::mount(&state).expect("was possible before"));
-    // It is full from the beginning, or becomes it.
-    if let Some(disk) = disk.as_ref().filter(|_| chance.below(2) == 0) {
-        disk.fill();
-    }
     let mut terminal = None;
     let mut robot = None;
     match (kind, &group) {
@@ -175,7 +171,7 @@ fn ending(kind: Kind, chance: &mut Chance) -> Outcome {
     }
     // Every fourth one ends while it starts.
     let while_starting = chance.below(4) == 0;
-    rig.pid("run");
+    let supervisor = rig.pid("run");
     if while_starting {
         pause(chance.up_to(Duration::from_millis(1500)));
     } else {
@@ -187,7 +183,7 @@ fn ending(kind: Kind, chance: &mut Chance) -> Outcome {
         pause(chance.up_to(Duration::from_millis(700)));
     }
     let began = clock::now();
-    let ended_at = end(kind, &rig, chance, terminal.as_mut(), group.as_ref()).unwrap_or(began);
+    let ended_at = end(kind, &rig, supervisor, chance, terminal.as_mut(), group.as_ref()).unwrap_or(began);
     let mut off_after = None;
     let mut with_torque = Vec::new();
     // A process that would switch it off still may.
@@ -232,11 +228,11 @@ fn ending(kind: Kind, chance: &mut Chance) -> Outcome {
 fn end(
     kind: Kind,
     rig: &Rig,
+    supervisor: i32,
     chance: &mut Chance,
     terminal: Option<&mut Terminal>,
     group: Option<&Group>,
 ) -> Option<Instant> {
-    let supervisor = rig.pid("run");
     let kill = |name: &str| {
         if let Some(&pid) = rig.processes().get(name) {
             signal(pid, Signal::KILL);
