@@ -51,6 +51,12 @@ impl Notices {
         }
     }
 
+    /// Whether there is none.
+    pub(crate) const fn is_empty(&self) -> bool {
+        // They are added from the front.
+        matches!(self.all, [None, ..])
+    }
+
     /// All of them.
     pub(crate) fn all(&self) -> impl Iterator<Item = Notice> {
         self.all.iter().filter_map(|notice| *notice)

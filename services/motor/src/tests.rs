@@ -88,6 +88,10 @@ struct Rig {
     mute: BTreeSet<(usize, u8)>,
     lost: Option<usize>,
     /// Spoils the bytes of both directions now and then.
+    /// What people were told of how servos were found, with the joint's index.
+    notices: Vec<(usize, String)>,
+    /// Whether anybody takes what they are to be told.
+    hears_notices: bool,
     noise: Option<ChaCha8Rng>,
 }
 
@@ -168,12 +172,18 @@ impl Rig {
             mute: BTreeSet::new(),
             lost: None,
             noise: None,
+            notices: Vec::new(),
+            hears_notices: true,
         }
     }
 
     fn cycle(&mut self) {
         self.now += PERIOD;
         self.motor.step(self.now);
+        if self.hears_notices {
+            let notices = &mut self.notices;
+            self.motor.take_notices(|joint, notice| notices.push((joint, notice.to_string())));
+        }
         self.jobs.clear();
         for bus in 0..self.motor.buses() {
             self.motor.request(bus, self.now, &mut self.request);

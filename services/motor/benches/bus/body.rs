@@ -63,6 +63,7 @@ impl Body {
         }
         self.motor.goals(now, &self.goals);
         self.motor.step(now);
+        self.motor.take_notices(|_, _| ());
         self.threads.send(&mut self.motor, now).expect("threads");
     }
 

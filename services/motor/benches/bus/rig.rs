@@ -111,6 +111,7 @@ impl Rig {
         let now = clock::now();
         self.motor.goals(now, &self.goals);
         self.motor.step(now);
+        self.motor.take_notices(|_, _| ());
         self.motor.request(0, now, &mut self.request);
         let begun = clock::now();
         self.master.exchange(&mut self.line, &self.request, &mut self.replies);

@@ -37,6 +37,8 @@ impl Joint {
             Link::Unknown if self.licence.is_locked() && matches!(self.power, Power::Off) => None,
             Link::Unknown => Some(Job::Ping),
             Link::Identified(Setup::Inspect) => Some(Job::Inspect),
+            // People are told of what is overwritten before it is.
+            Link::Identified(Setup::Unlock | Setup::Mode | Setup::Limits) if !self.notices.is_empty() => None,
             Link::Identified(Setup::Unlock) => Some(Job::Torque(false)),
             Link::Identified(Setup::Mode) => Some(Job::SetMode),
             Link::Identified(Setup::Limits) => {

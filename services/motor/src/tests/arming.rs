@@ -288,6 +288,20 @@ fn nothing_of_a_servo_that_has_the_limits_of_another_joint_is_written() {
 }
 
 #[test]
+fn nothing_in_the_eeprom_of_a_servo_is_overwritten_before_it_was_told() {
+    let mut rig = Rig::on_hardware();
+    rig.hears_notices = false;
+    rig.commanded(500, 0.3, rig.now);
+    let limits = |rig: &Rig| rig.lines[0].servos()[0].read(MAX_POSITION_LIMIT.address, 4).unwrap().to_vec();
+    assert_eq!(limits(&rig), 4095_u32.to_le_bytes(), "it was overwritten");
+    rig.hears_notices = true;
+    rig.commanded(60, 0.3, rig.now);
+    assert_eq!(limits(&rig), 2700_u32.to_le_bytes());
+    let told = (0, "EEPROM: highest position limit (item 48) was 4095, and is set to 2700".to_owned());
+    assert!(rig.notices.contains(&told), "{:?}", rig.notices);
+}
+
+#[test]
 fn what_is_overwritten_in_a_servo_is_told_and_what_is_tighter_than_needed_is_named_and_stays() {
     let mut rig = Rig::on_hardware();
     rig.servo(0, 0).write(MAX_POSITION_LIMIT.address, &3000_u32.to_le_bytes()).unwrap();
@@ -296,8 +310,7 @@ fn what_is_overwritten_in_a_servo_is_told_and_what_is_tighter_than_needed_is_nam
     rig.servo(0, 0).write(table::VELOCITY_LIMIT.address, &20_u32.to_le_bytes()).unwrap();
     rig.servo(0, 0).write(table::PROFILE_VELOCITY.address, &1_u32.to_le_bytes()).unwrap();
     rig.commanded(60, 0.3, rig.now);
-    let mut told = Vec::new();
-    rig.motor.take_notices(|joint, notice| told.extend((joint == 0).then(|| notice.to_string())));
+    let told: Vec<_> = rig.notices.iter().filter(|(joint, _)| *joint == 0).map(|(_, told)| told).collect();
     for wanted in [
         "EEPROM: highest position limit (item 48) was 3000, and is set to 2700",
         "EEPROM: drive mode (item 10) was 1, and is set to 0; it turned the other way, which `sign` in motor.toml says instead",
@@ -305,9 +318,9 @@ fn what_is_overwritten_in_a_servo_is_told_and_what_is_tighter_than_needed_is_nam
         "the servo's velocity limit (item 44) is 20, and 83 would be needed",
         "another program left profile velocity (item 112) at 1",
     ] {
-        assert!(told.iter().any(|line| line.starts_with(wanted)), "not {wanted}: {told:#?}");
+        let times = told.iter().filter(|line| line.starts_with(wanted)).count();
+        assert_eq!(times, 1, "{wanted}: {told:#?}");
     }
-    rig.motor.take_notices(|_, notice| panic!("told twice: {notice}"));
     // Its joint is no faster than the servo may be.
     rig.motor.arm(rig.now, None);
     rig.until(200, 0.3, |rig| rig.modes() == [Following; 3]);

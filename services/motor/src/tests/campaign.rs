@@ -218,6 +218,7 @@ impl Campaign {
         self.now += PERIOD;
         self.motor.goals(self.now, &(self.goals)(self.now, &self.robot.motor.joints));
         self.motor.step(self.now);
+        self.motor.take_notices(|_, _| ());
         for (bus, (wire, master)) in self.wires.iter_mut().zip(&mut self.masters).enumerate() {
             wire.now = self.now;
             self.motor.request(bus, self.now, &mut self.request);

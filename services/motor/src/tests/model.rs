@@ -222,6 +222,7 @@ impl World {
             self.motor.goals(now, &[goal(0, GOAL_RAD, now)]);
         }
         self.motor.step(now);
+        self.motor.take_notices(|_, _| ());
         self.check();
         let (mut request, mut replies) = (Request::default(), Replies::default());
         self.motor.request(0, now, &mut request);

@@ -473,6 +473,7 @@ impl Bench {
         }
         exchange(&mut self.line, now, wrong, &wire.request, &mut wire.replies);
         self.bus.digest(now, from_mut(&mut self.joint), &wire.replies);
+        let _told = self.joint.take_notices();
         self.check()
     }
 

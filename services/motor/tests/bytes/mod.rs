@@ -80,6 +80,7 @@ impl Body {
         self.now += PERIOD;
         self.motor.goals(decided_at.unwrap_or(self.now), goals);
         self.motor.step(self.now);
+        self.motor.take_notices(|_, _| ());
         let (mut request, mut replies) = (Request::default(), Replies::default());
         for (index, (bus, master)) in self.buses.iter_mut().zip(&mut self.masters).enumerate() {
             bus.now = self.now;

@@ -102,6 +102,7 @@ impl Rig {
             self.motor.goals(self.now, &goals);
         }
         self.motor.step(self.now);
+        self.motor.take_notices(|_, _| ());
         self.threads.send(&mut self.motor, self.now).unwrap();
         if self.time != Time::Wall {
             self.threads.wait(&mut self.motor, self.now, LONG).unwrap();
