@@ -20,6 +20,7 @@ pub(crate) use licence::{Ending, Licence, is_own_fault};
 pub(crate) use link::{Link, Setup};
 pub(crate) use motion::Motion;
 pub(crate) use policy::Policy;
+use power::RefusedDuty;
 pub(crate) use power::{Power, Rise, Watchdog};
 pub(crate) use steer::Command;
 
@@ -138,6 +139,8 @@ pub(crate) struct Joint {
     is_spared: bool,
     /// Times in a row that its servo refused the goal with which torque comes on.
     refused_aims: u32,
+    /// Whether its servo refused the duty that it was told last.
+    refused_duty: RefusedDuty,
     /// The number of the order that armed it last.
     order: u64,
     /// What is done about its hardware alert, while it has one.
@@ -198,6 +201,7 @@ impl Joint {
             behind_since: None,
             is_spared: false,
             refused_aims: 0,
+            refused_duty: RefusedDuty::No,
             order: 0,
             reaction: None,
             cut_at: None,

@@ -5,7 +5,9 @@ use config::leo::{AlertReaction, OnAlert};
 use message::JointCause;
 use servo::{Fault, HardwareErrors, Id, Reading, Status};
 
-use super::{Ending, Joint, Licence, Link, Motion, Power, Rise, Setup, Taken, WAIT_FIRST, Watchdog};
+use super::{
+    Ending, Joint, Licence, Link, Motion, Power, RefusedDuty, Rise, Setup, Taken, WAIT_FIRST, Watchdog,
+};
 use crate::Trouble;
 use crate::doubt::Doubt;
 use crate::job::{Condition, Job};
@@ -114,6 +116,9 @@ impl Joint {
             {
                 self.refused_aims += u32::from(matches!(job, Job::Aim(_)));
                 self.power = Power::Rising { step: Rise::Guard, is_on, is_tripped: true };
+            }
+            (Power::On { .. }, Job::Duty(_)) if self.refused_duty != RefusedDuty::NotByWatchdog => {
+                self.refused_duty = RefusedDuty::Unexplained;
             }
             _ => return false,
         }
@@ -306,6 +311,16 @@ impl Joint {
     pub(super) fn looked_at(&mut self, now: Instant, answer: &[u8]) {
         let Some(condition) = Condition::parse(answer) else { return };
         self.condition = Some(condition);
+        if self.refused_duty == RefusedDuty::Unexplained {
+            self.refused_duty = match condition.watchdog {
+                Watchdog::Armed => RefusedDuty::NotByWatchdog,
+                Watchdog::Unset | Watchdog::Tripped => RefusedDuty::No,
+            };
+        }
+        let is_on = matches!(self.power, Power::On { .. }) && condition.has_torque;
+        if is_on && condition.watchdog != Watchdog::Armed {
+            self.watchdog_is_off(condition.watchdog);
+        }
         if !condition.errors.is_none() {
             self.alert(now, condition.errors, Some(condition.has_torque));
             // Another hand has switched it on.
@@ -316,9 +331,6 @@ impl Joint {
         }
         match self.power {
             Power::On { .. } if !condition.has_torque => self.has_restarted(),
-            Power::On { .. } if condition.watchdog != Watchdog::Armed => {
-                self.watchdog_is_off(condition.watchdog);
-            }
             // Another hand may have switched it on, or off.
             Power::Off if condition.has_torque && self.licence.is_locked() => {
                 self.power = Power::Cutting { tell_at: now };

@@ -97,3 +97,14 @@ impl Power {
         matches!(self, Self::On { .. })
     }
 }
+
+/// What is known of a servo that did not take the duty that it was told. One whose bus watchdog has tripped takes none.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum RefusedDuty {
+    /// It took the last one.
+    No,
+    /// Its watchdog has to be looked at.
+    Unexplained,
+    /// Its watchdog has not tripped.
+    NotByWatchdog,
+}

@@ -6,7 +6,9 @@ use servo::{Motion as Setpoint, acceleration_count, position_count};
 
 use super::answers::PROVEN_AFTER;
 use super::steer::{ACCELERATION_MARGIN, LOW_ACCELERATION_RAD_S2, velocity};
-use super::{Joint, LOOK_EVERY, Licence, Link, Motion, Power, REBOOT_WAIT, Rise, Setup, Watchdog};
+use super::{
+    Joint, LOOK_EVERY, Licence, Link, Motion, Power, REBOOT_WAIT, RefusedDuty, Rise, Setup, Watchdog,
+};
 use crate::Trouble;
 use crate::doubt::Came;
 use crate::job::{self, Bounds, Job};
@@ -99,10 +101,14 @@ impl Joint {
         Some(Job::Aim([acceleration, velocity, goal]))
     }
 
-    fn motion_job(&self, now: Instant) -> Option<Job> {
+    fn motion_job(&mut self, now: Instant) -> Option<Job> {
+        if self.refused_duty == RefusedDuty::Unexplained {
+            return Some(self.look(now));
+        }
         if let Some(duty) = self.duty_to_tell(now) {
             return Some(Job::Duty(duty));
         }
+        self.refused_duty = RefusedDuty::No;
         match self.motion {
             Motion::Stay { told } => self.stay_job(now, told, true),
             Motion::Soft { until, .. } if now >= until && !self.is_quick() => Some(Job::Profile([
@@ -193,6 +199,7 @@ impl Joint {
             (_, Power::On { goal_rad, is_quick, .. }, Job::Duty(duty)) => {
                 let is_bounded = self.bounds.is_some_and(|bounds| duty < bounds.duty);
                 self.power = Power::On { goal_rad, is_quick, is_bounded };
+                self.refused_duty = RefusedDuty::No;
             }
             (_, Power::On { .. }, Job::Stay) if matches!(self.motion, Motion::Stay { .. }) => {
                 self.motion = Motion::Stay { told: self.stood(now) };

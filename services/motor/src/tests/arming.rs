@@ -361,6 +361,35 @@ fn joints_that_wait_for_each_other_with_torque_come_back_together() {
 }
 
 #[test]
+fn a_watchdog_that_trips_while_a_joint_moves_is_no_refusal_whenever_it_is_noticed() {
+    // A look at a servo is due every 125 cycles. Before it, the joint falls behind, and its duty is to be bounded.
+    for at in (0..125).step_by(8) {
+        let mut rig = following();
+        rig.commanded(200 + at, 0.3, rig.now);
+        rig.until(200, -0.9, |rig| rig.position(0) < 0.2);
+        // The machine stood still for longer than the servos wait.
+        rig.now += Duration::from_millis(300);
+        rig.commanded(125, -0.9, rig.now);
+        assert_eq!(rig.motor.trouble(0), None, "after {at} cycles");
+        rig.until(600, -0.9, |rig| rig.modes() == [Following; 3] && (rig.position(0) + 0.9).abs() < 0.05);
+    }
+}
+
+#[test]
+fn a_servo_that_refuses_its_duty_for_another_reason_fails() {
+    let mut rig = following();
+    rig.commanded(200, 0.3, rig.now);
+    // Another hand lowers the limit below what a joint gets that is far behind.
+    for (item, data) in
+        [(table::TORQUE_ENABLE, &[0][..]), (PWM_LIMIT, &[50, 0]), (table::TORQUE_ENABLE, &[1])]
+    {
+        rig.servo(0, 0).write(item.address, data).unwrap();
+    }
+    rig.commanded(300, -0.9, rig.now);
+    assert_eq!((rig.causes()[0], rig.torque(0, 0)), (JointCause::Refused, 0));
+}
+
+#[test]
 fn a_watchdog_that_trips_while_torque_comes_on_is_cleared_and_is_no_refusal() {
     for at in 0..12 {
         let mut rig = following();
