@@ -38,7 +38,7 @@ const LAYERS: [&[&str]; 6] = [
         "tasks",
     ],
     &["config", "message"],
-    &["clock", "geometry", "prefetch", "quantity", "testkit"],
+    &["clock", "folder", "geometry", "prefetch", "quantity", "testkit"],
 ];
 
 /// Arrows within a layer, from the crate to those of its own layer that it may know.
@@ -68,7 +68,10 @@ const WRAPPED: [(&str, &[&str]); 18] = [
     ("libc", &["realtime"]),
     ("sd-notify", &["supervisor-process"]),
     ("signal-hook", &["process", "supervisor-process"]),
-    ("rustix", &["clock", "process", "realtime", "recording", "serial", "supervisor-process", "transport"]),
+    (
+        "rustix",
+        &["clock", "folder", "process", "realtime", "recording", "serial", "supervisor-process", "transport"],
+    ),
     ("urdf-rs", &["kinematics"]),
     ("toml", &["config"]),
     ("quinn", &["link-process"]),

@@ -1,19 +1,22 @@
 //! The emergency stop: a file in the domain's folder, so that any process in any language can
 //! raise it, also while the motor process is just starting anew; and a signal, which needs no file.
 
-use std::fs::{self, DirBuilder, File};
-use std::io;
-use std::os::unix::fs::{DirBuilderExt as _, MetadataExt as _};
+use std::fs;
+use std::io::{self, Write as _};
+use std::os::unix::fs::MetadataExt as _;
 use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread::{self, JoinHandle};
 use std::time::Duration;
 
+use folder::Folder;
 use transport::Domain;
 
 use crate::Failure;
 
+/// The file's name.
+const NAME: &str = Domain::EMERGENCY_STOP;
 /// How often the file is looked for.
 const EVERY: Duration = Duration::from_millis(2);
 /// Watching needs little, and a process may have all its memory locked.
@@ -28,23 +31,20 @@ const STACK: usize = 128 << 10;
 ///
 /// This user may not write there.
 pub fn raise(domain: &Path, why: &str) -> io::Result<()> {
-    match raise_in(domain, why) {
-        Err(error) if error.kind() == io::ErrorKind::NotFound => {
-            DirBuilder::new().recursive(true).mode(0o700).create(domain)?;
-            raise_in(domain, why)
-        }
-        raised => raised,
-    }
-}
-
-fn raise_in(domain: &Path, why: &str) -> io::Result<()> {
-    let file = Domain::emergency_stop(domain);
+    let folder = match Folder::open_for_root(domain) {
+        Err(error) if error.is_missing() => Folder::make(domain),
+        opened => opened,
+    };
+    let folder = folder?;
     // Whoever sees the file sees the reason too: it is written elsewhere first, where there is room.
-    let draft = domain.join(format!("emergency-stop.{}", std::process::id()));
-    let written = fs::write(&draft, format!("{why}\n")).and_then(|()| fs::hard_link(&draft, &file));
-    let _gone = fs::remove_file(&draft);
+    let draft = format!("{NAME}.{}", std::process::id());
+    let _left_by_another_of_that_number = folder.remove(&draft);
+    let written = folder.create(&draft).and_then(|mut file| file.write_all(format!("{why}\n").as_bytes()));
+    let written = written.and_then(|()| folder.link(&draft, NAME));
+    let _gone = folder.remove(&draft);
     // The file is what stops the robot; what it says is for people.
-    match written.or_else(|_| File::create_new(&file).map(drop)) {
+    match written.or_else(|_| folder.create(NAME).map(drop)) {
+        // A link of that name stops it as well.
         Err(error) if error.kind() != io::ErrorKind::AlreadyExists => Err(error),
         Ok(()) | Err(_) => Ok(()),
     }
@@ -56,7 +56,11 @@ fn raise_in(domain: &Path, why: &str) -> io::Result<()> {
 ///
 /// This user may not remove the file.
 pub fn release(domain: &Path) -> io::Result<bool> {
-    match fs::remove_file(Domain::emergency_stop(domain)) {
+    let folder = match Folder::open_for_root(domain) {
+        Err(error) if error.is_missing() => return Ok(false),
+        opened => opened?,
+    };
+    match folder.remove(NAME) {
         Ok(()) => {
             // There is more in it where a robot runs.
             let _gone_if_empty = fs::remove_dir(domain);
@@ -70,14 +74,27 @@ pub fn release(domain: &Path) -> io::Result<bool> {
 /// Whether the emergency stop is raised, for whoever looks now and then.
 #[must_use]
 pub fn is_raised(domain: &Path) -> bool {
-    Domain::emergency_stop(domain).exists()
+    look_for(domain).unwrap_or(false)
+}
+
+/// Whether something of the file's name is in the folder: a link that leads nowhere raises the stop, too.
+fn look_for(domain: &Path) -> io::Result<bool> {
+    match fs::symlink_metadata(Domain::emergency_stop(domain)) {
+        Ok(_there) => Ok(true),
+        Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(false),
+        Err(error) => Err(error),
+    }
 }
 
 /// Why the emergency stop is raised, as far as who raised it said so; `None` where it is not raised.
 #[must_use]
 pub fn reason(domain: &Path) -> Option<String> {
-    let said = || fs::read_to_string(Domain::emergency_stop(domain)).unwrap_or_default();
-    is_raised(domain).then(|| said().trim().to_owned())
+    is_raised(domain).then(|| said(domain).trim().to_owned())
+}
+
+fn said(domain: &Path) -> String {
+    let text = Folder::open_for_root(domain).map_err(io::Error::from).and_then(|folder| folder.text(NAME));
+    text.unwrap_or_default()
 }
 
 /// Watches for the emergency stop: for the file, and for the signal `SIGUSR1`, which becomes the
@@ -96,12 +113,11 @@ impl Emergency {
     ///
     /// No signal can be watched for, or there is no thread.
     pub fn watch(domain: &Path) -> Result<Self, Failure> {
-        let file = Domain::emergency_stop(domain);
         let signalled = Arc::new(AtomicBool::new(false));
         signal_hook::flag::register(signal_hook::consts::SIGUSR1, Arc::clone(&signalled))
             .map_err(|error| Failure::own(format!("cannot watch for the emergency stop: {error}")))?;
         // Where it cannot be seen whether the file is there, it is better to stand still.
-        let raised = Arc::new(AtomicBool::new(file.try_exists().unwrap_or(true)));
+        let raised = Arc::new(AtomicBool::new(look_for(domain).unwrap_or(true)));
         let stop = Arc::new(AtomicBool::new(false));
         let thread = thread::Builder::new()
             .name("emergency".to_owned())
@@ -149,7 +165,6 @@ impl Drop for Emergency {
 }
 
 fn look(domain: &Path, signalled: &AtomicBool, raised: &AtomicBool, stop: &AtomicBool) {
-    let file = Domain::emergency_stop(domain);
     let folder = || fs::metadata(domain).map(|folder| (folder.dev(), folder.ino())).ok();
     let first = folder();
     let mut told = false;
@@ -166,19 +181,19 @@ fn look(domain: &Path, signalled: &AtomicBool, raised: &AtomicBool, stop: &Atomi
         // Where it cannot be seen whether the file is there, it stays as it was. A file that went with its folder was
         // not released by a person: shared memory was removed under the robot.
         let was = raised.load(Ordering::Relaxed);
-        let is = file.try_exists().unwrap_or(was) || (was && folder() != first);
+        let is = look_for(domain).unwrap_or(was) || (was && folder() != first);
         raised.store(is, Ordering::Relaxed);
         if is != told {
             told = is;
-            tell(is.then_some(&file));
+            tell(is.then_some(domain));
         }
         clock::sleep_until(clock::now() + EVERY);
     }
 }
 
 /// Tells people of it: who raised it, as far as the file says so, or that it is released.
-fn tell(file: Option<&Path>) {
-    match file.map(|file| fs::read_to_string(file).unwrap_or_default()) {
+fn tell(raised_in: Option<&Path>) {
+    match raised_in.map(said) {
         Some(why) => tracing::error!(
             "EMERGENCY STOP ({}): all joints are stopped until `leo emergency-stop --release`",
             why.trim()
@@ -271,6 +286,31 @@ mod tests {
             over.store(true, Ordering::Relaxed);
         });
         assert_eq!(fs::read_dir(domain.path()).unwrap().count(), 1, "drafts stay");
+    }
+
+    #[test]
+    fn a_link_of_its_name_raises_it_wherever_it_leads_and_is_released() {
+        let domain = tempfile::tempdir().unwrap();
+        fs::write(domain.path().join("supervisor.lock"), "").unwrap();
+        let elsewhere = domain.path().join("elsewhere");
+        std::os::unix::fs::symlink(&elsewhere, Domain::emergency_stop(domain.path())).unwrap();
+        let emergency = Emergency::watch(domain.path()).unwrap();
+        assert!(emergency.lookout().is_raised() && is_raised(domain.path()));
+        raise(domain.path(), "a hand is in the arm").unwrap();
+        assert!(!elsewhere.exists(), "the link was followed");
+        assert!(release(domain.path()).unwrap());
+        until(|| !emergency.lookout().is_raised());
+    }
+
+    #[test]
+    fn a_folder_that_is_a_link_is_not_followed() {
+        let parent = tempfile::tempdir().unwrap();
+        let (there, planted) = (parent.path().join("there"), parent.path().join("leo-robot"));
+        fs::create_dir(&there).unwrap();
+        std::os::unix::fs::symlink(&there, &planted).unwrap();
+        let told = raise(&planted, "a test").unwrap_err().to_string();
+        assert!(told.contains("is a symbolic link"), "{told}");
+        assert_eq!(fs::read_dir(&there).unwrap().count(), 0);
     }
 
     #[test]

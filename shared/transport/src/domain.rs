@@ -1,7 +1,8 @@
 use std::fs;
-use std::io::{ErrorKind, Write as _};
-use std::os::unix::fs::{DirBuilderExt as _, OpenOptionsExt as _};
+use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
+
+use folder::{Folder, FolderError};
 
 /// Where the domains live: a file system in memory, because ports are created 20 to 70 times
 /// faster there than on a disk.
@@ -36,6 +37,9 @@ pub enum DomainError {
         /// What the system said.
         source: std::io::Error,
     },
+    /// The directory is not this user's, or may not be worked in.
+    #[error(transparent)]
+    Folder(#[from] FolderError),
     /// The directory is no domain.
     #[error("{} is no domain of Leo: `{ROOT_FILE}` is not in it; start one with `leo run`", root.display())]
     NoDomain {
@@ -64,12 +68,13 @@ const THIS: &str = concat!("Leo ", env!("CARGO_PKG_VERSION"));
 const PROGRAM_FILE: &str = "program";
 /// The middleware's configuration, which makes a directory a domain.
 const ROOT_FILE: &str = "iceoryx2.toml";
-/// The file that is there while the emergency stop is raised.
-const EMERGENCY_STOP: &str = "emergency-stop";
 /// The file that orders the motor process to arm its joints.
 const ARM_ORDER: &str = "arm";
 
 impl Domain {
+    /// The name of the file that is there while the emergency stop is raised.
+    pub const EMERGENCY_STOP: &str = "emergency-stop";
+
     /// Names a domain `/dev/shm/leo-<name>`; nothing is written yet.
     ///
     /// # Errors
@@ -87,15 +92,17 @@ impl Domain {
     ///
     /// # Errors
     ///
-    /// The directory is no domain.
+    /// The directory is no domain, a link, or open to other users.
     pub fn at(root: &Path) -> Result<Self, DomainError> {
         if root.as_os_str().len() > ROOT_MOST {
             return Err(DomainError::TooLong { root: root.to_owned() });
         }
-        if !root.join(ROOT_FILE).is_file() {
-            return Err(DomainError::NoDomain { root: root.to_owned() });
+        let domain = Self { root: root.to_owned() };
+        match Folder::open_for_root(root) {
+            Ok(folder) if folder.has(ROOT_FILE).unwrap_or(false) => Ok(domain),
+            Err(error @ (FolderError::Link { .. } | FolderError::OpenToOthers { .. })) => Err(error.into()),
+            Ok(_) | Err(_) => Err(DomainError::NoDomain { root: domain.root }),
         }
-        Ok(Self { root: root.to_owned() })
     }
 
     /// All domains on this machine that this user may see, by name: also those of which nothing is left but
@@ -109,8 +116,10 @@ impl Domain {
             .map(|entry| entry.path())
             .filter(|path| {
                 let name = path.file_name().and_then(|name| name.to_str());
-                let is_one = [ROOT_FILE, EMERGENCY_STOP].iter().any(|file| path.join(file).is_file());
-                name.is_some_and(|name| name.starts_with(NAME)) && is_one
+                name.is_some_and(|name| name.starts_with(NAME))
+                    && Folder::open_for_root(path).is_ok_and(|folder| {
+                        [ROOT_FILE, Self::EMERGENCY_STOP].iter().any(|file| folder.has(file).unwrap_or(false))
+                    })
             })
             .collect();
         roots.sort();
@@ -121,26 +130,17 @@ impl Domain {
     ///
     /// # Errors
     ///
-    /// Either cannot be written.
+    /// The directory is another user's or a link, or either cannot be written.
     pub fn make(&self) -> Result<(), DomainError> {
         if self.root.as_os_str().len() > ROOT_MOST {
             return Err(DomainError::TooLong { root: self.root.clone() });
         }
-        let failed = |path: &Path| {
-            let path = path.to_owned();
-            move |source| DomainError::Write { path, source }
-        };
-        fs::DirBuilder::new().recursive(true).mode(0o700).create(&self.root).map_err(failed(&self.root))?;
-        let mut options = fs::OpenOptions::new();
-        options.write(true).create(true).truncate(true).mode(0o600);
+        let folder = Folder::make(&self.root)?;
         // The file that makes it a domain comes last: nobody shall find a domain that does not say whose it is.
-        let files = [
-            (self.root.join(PROGRAM_FILE), program()),
-            (self.middleware_file(), self.middleware_configuration()),
-        ];
+        let files = [(PROGRAM_FILE, program()), (ROOT_FILE, self.middleware_configuration())];
         files.iter().try_for_each(|(file, text)| {
-            let written = options.open(file).and_then(|mut open| open.write_all(text.as_bytes()));
-            written.map_err(failed(file))
+            let failed = |source| DomainError::Write { path: self.root.join(file), source };
+            folder.replace(file, text.as_bytes()).map_err(failed)
         })
     }
 
@@ -185,7 +185,7 @@ impl Domain {
     /// when the rest of the domain is removed: who raised it has not released it.
     #[must_use]
     pub fn emergency_stop(root: &Path) -> PathBuf {
-        root.join(EMERGENCY_STOP)
+        root.join(Self::EMERGENCY_STOP)
     }
 
     /// The file by which a person orders the motor process of the domain whose root this is to arm its joints.

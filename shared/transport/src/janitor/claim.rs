@@ -1,12 +1,13 @@
-use std::fs::{self, File, OpenOptions};
+use std::fs::{self, File};
 use std::io;
-use std::os::unix::fs::{DirBuilderExt as _, MetadataExt as _, OpenOptionsExt as _};
+use std::os::unix::fs::MetadataExt as _;
 use std::path::{Path, PathBuf};
 
+use folder::{Folder, FolderError};
 use rustix::fs::{FlockOperation, flock};
 use rustix::io::Errno;
-use rustix::process::getuid;
 
+use super::SHARED_MEMORY;
 use crate::Domain;
 
 /// Below the root of a domain: locked as long as the domain's supervisor lives.
@@ -16,6 +17,7 @@ pub(super) const CLAIM_FILE: &str = "supervisor.lock";
 #[derive(Debug)]
 pub struct Claim {
     file: File,
+    folder: Folder,
 }
 
 /// Why a domain cannot be claimed.
@@ -32,9 +34,9 @@ pub enum ClaimError {
     },
     /// It is another user's.
     #[error(
-        "the domain {} belongs to the user with the number {owner}: a robot of his runs there, or an emergency stop \
-         of his was never released. He or root releases it (`leo emergency-stop --release`); or give this robot \
-         another name with --domain",
+        "the domain {} belongs to the user with the number {owner}: a robot of theirs runs there, or an emergency \
+         stop of theirs was never released. They or root release it (`leo emergency-stop --release`); or give this \
+         robot another name with --domain",
         root.display()
     )]
     OfAnother {
@@ -43,6 +45,9 @@ pub enum ClaimError {
         /// Its user's number.
         owner: u32,
     },
+    /// Its directory is a link, or may not be worked in.
+    #[error(transparent)]
+    Folder(FolderError),
     /// It cannot be made or locked.
     #[error("cannot claim {}: {source}; is it this user's, and is /dev/shm writable and not full?", path.display())]
     Failed {
@@ -62,18 +67,22 @@ pub fn claim(domain: &Domain) -> Result<Claim, ClaimError> {
     let root = domain.root();
     let path = root.join(CLAIM_FILE);
     loop {
-        match fs::DirBuilder::new().recursive(true).mode(0o700).create(root) {
-            Ok(()) => {}
-            // Somebody wiped it between being found there and being looked at, and may have made it again.
-            Err(error) if error.kind() == io::ErrorKind::AlreadyExists && is_free(root) => continue,
-            Err(source) => return Err(ClaimError::Failed { path: root.to_owned(), source }),
-        }
+        let folder = match Folder::make(root) {
+            Ok(folder) => folder,
+            // Somebody wiped it between being made and being opened.
+            Err(error) if error.is_missing() && fs::symlink_metadata(SHARED_MEMORY).is_ok() => continue,
+            Err(FolderError::OfAnother { path: root, owner }) => {
+                return Err(ClaimError::OfAnother { root, owner });
+            }
+            Err(FolderError::System { path, source }) => return Err(ClaimError::Failed { path, source }),
+            Err(error) => return Err(ClaimError::Folder(error)),
+        };
         let failed = |source| ClaimError::Failed { path: path.clone(), source };
-        let file = match OpenOptions::new().write(true).create(true).truncate(false).mode(0o600).open(&path) {
+        let file = match folder.write(CLAIM_FILE) {
             Ok(file) => file,
             // Somebody swept the stale directory away under us.
             Err(error) if error.kind() == io::ErrorKind::NotFound => continue,
-            Err(error) => return Err(of_another(root, getuid().as_raw()).unwrap_or_else(|| failed(error))),
+            Err(error) => return Err(failed(error)),
         };
         match flock(&file, FlockOperation::NonBlockingLockExclusive) {
             Ok(()) => {}
@@ -82,21 +91,16 @@ pub fn claim(domain: &Domain) -> Result<Claim, ClaimError> {
         }
         // A lock on a file that was swept away between opening and locking locks nobody out.
         if is_at(&file, &path) {
-            return Ok(Claim { file });
+            return Ok(Claim { file, folder });
         }
     }
-}
-
-/// Why somebody cannot open a file in a domain that is another user's; `None` where it is his.
-pub(super) fn of_another(root: &Path, user: u32) -> Option<ClaimError> {
-    let owner = fs::metadata(root).ok()?.uid();
-    (owner != user).then(|| ClaimError::OfAnother { root: root.to_owned(), owner })
 }
 
 /// Whether somebody holds the claim on a domain: whether its supervisor lives.
 #[must_use]
 pub fn is_claimed(domain: &Domain) -> bool {
-    let file = OpenOptions::new().read(true).open(domain.root().join(CLAIM_FILE));
+    let file = Folder::open_for_root(domain.root()).map_err(io::Error::from);
+    let file = file.and_then(|folder| folder.read(CLAIM_FILE));
     // A lock taken here for a moment is shared and given up with the file.
     file.is_ok_and(|file| flock(&file, FlockOperation::NonBlockingLockShared) == Err(Errno::WOULDBLOCK))
 }
@@ -104,10 +108,12 @@ pub fn is_claimed(domain: &Domain) -> bool {
 /// Takes over the claim of a domain whose holder is dead; none while somebody holds it, and none
 /// where nobody ever claimed it.
 pub(super) fn inherit(domain: &Domain) -> Option<Claim> {
-    let path = domain.root().join(CLAIM_FILE);
-    let file = OpenOptions::new().write(true).open(&path).ok()?;
+    let folder = Folder::open(domain.root()).ok()?;
+    // Where there is none, none is made.
+    folder.has(CLAIM_FILE).ok().filter(|has| *has)?;
+    let file = folder.write(CLAIM_FILE).ok()?;
     flock(&file, FlockOperation::NonBlockingLockExclusive).ok()?;
-    is_at(&file, &path).then_some(Claim { file })
+    is_at(&file, &domain.root().join(CLAIM_FILE)).then_some(Claim { file, folder })
 }
 
 impl Claim {
@@ -115,13 +121,10 @@ impl Claim {
     pub(super) fn is_on(&self, root: &Path) -> bool {
         is_at(&self.file, &root.join(CLAIM_FILE))
     }
-}
 
-/// Whether there is nothing at a path but perhaps a directory.
-fn is_free(path: &Path) -> bool {
-    match fs::symlink_metadata(path) {
-        Ok(there) => there.is_dir(),
-        Err(error) => error.kind() == io::ErrorKind::NotFound,
+    /// The directory of the domain.
+    pub(super) const fn folder(&self) -> &Folder {
+        &self.folder
     }
 }
 

@@ -184,11 +184,31 @@ fn an_emergency_stop_outlives_a_wipe_and_a_sweep_and_nothing_else_does() {
 }
 
 #[test]
-fn a_domain_that_another_user_left_stopped_is_said_to_be_his() {
-    let place = Place::new("his");
-    let ours = rustix::process::getuid().as_raw();
-    assert!(claim::of_another(place.domain.root(), ours).is_none());
-    let said = claim::of_another(place.domain.root(), ours + 1).unwrap().to_string();
-    assert!(said.contains(&format!("the user with the number {ours}")), "{said}");
-    assert!(said.contains("`leo emergency-stop --release`"), "{said}");
+fn a_link_in_the_place_of_a_domain_is_refused_and_what_it_leads_to_is_left_alone() {
+    let precious = tempfile::tempdir().unwrap();
+    fs::write(precious.path().join("learned"), "all").unwrap();
+    fs::write(precious.path().join(claim::CLAIM_FILE), "").unwrap();
+    let domain = Domain::named(&format!("janitor-link-{}", std::process::id())).unwrap();
+    std::os::unix::fs::symlink(precious.path(), domain.root()).unwrap();
+    let claimed = claim(&domain).unwrap_err().to_string();
+    let made = domain.make().unwrap_err().to_string();
+    let found = Domain::at(domain.root()).unwrap_err().to_string();
+    let swept = sweep_stale();
+    fs::remove_file(domain.root()).unwrap();
+    for said in [claimed, made, found] {
+        assert!(said.contains("is a symbolic link") && said.contains("remove the link"), "{said}");
+    }
+    assert!(!swept.iter().any(|name| name.starts_with("janitor-link")), "{swept:?}");
+    let left: Vec<_> = entries(precious.path()).map(|entry| entry.file_name()).collect();
+    assert_eq!(left.len(), 2, "{left:?}");
+}
+
+#[test]
+fn a_domain_that_others_may_write_is_refused() {
+    let domain = Domain::named(&format!("janitor-open-{}", std::process::id())).unwrap();
+    fs::create_dir(domain.root()).unwrap();
+    fs::set_permissions(domain.root(), Permissions::from_mode(0o777)).unwrap();
+    let claimed = claim(&domain).unwrap_err().to_string();
+    fs::remove_dir(domain.root()).unwrap();
+    assert!(claimed.contains("may be written by other users (mode 777)"), "{claimed}");
 }

@@ -19,11 +19,8 @@ pub(super) fn wipe(domain: &Domain, claim: Claim) {
     }
     let prefix = domain.prefix();
     remove_shared_memory(|name| name.starts_with(&prefix));
-    let kept = [domain.root().join(CLAIM_FILE), Domain::emergency_stop(domain.root())];
-    for path in entries(domain.root()).map(|entry| entry.path()).filter(|path| !kept.contains(path)) {
-        let _gone = if path.is_dir() { fs::remove_dir_all(&path) } else { fs::remove_file(&path) };
-    }
-    let _gone = fs::remove_file(domain.root().join(CLAIM_FILE));
+    claim.folder().clear(&[CLAIM_FILE, Domain::EMERGENCY_STOP]);
+    let _gone = claim.folder().remove(CLAIM_FILE);
     let _gone_unless_stopped = fs::remove_dir(domain.root());
     drop(claim);
 }
@@ -46,7 +43,7 @@ pub fn sweep_stale() -> Vec<String> {
     remove_shared_memory(|name| {
         let domain = name.split_once('_').and_then(|(domain, _)| domain.strip_prefix(NAME));
         let domain = domain.and_then(|name| Domain::named(name).ok());
-        domain.is_some_and(|domain| !domain.root().exists())
+        domain.is_some_and(|domain| fs::symlink_metadata(domain.root()).is_err())
     });
     swept.sort();
     swept

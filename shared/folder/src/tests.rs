@@ -1,0 +1,75 @@
+use std::fs;
+use std::os::unix::fs::{PermissionsExt as _, symlink};
+
+use super::*;
+
+fn parent() -> tempfile::TempDir {
+    tempfile::tempdir().unwrap()
+}
+
+#[test]
+fn a_folder_is_made_for_this_user_alone_and_holds_files_of_theirs() {
+    let parent = parent();
+    let path = parent.path().join("own");
+    assert!(Folder::open(&path).unwrap_err().is_missing());
+    let folder = Folder::make(&path).unwrap();
+    let mode = |path: &Path| fs::metadata(path).unwrap().permissions().mode() & 0o777;
+    assert_eq!(mode(&path), 0o700);
+    folder.replace("file", b"one").unwrap();
+    assert_eq!((mode(&path.join("file")), folder.text("file").unwrap().as_str()), (0o600, "one"));
+    assert_eq!(folder.create("file").unwrap_err().kind(), io::ErrorKind::AlreadyExists);
+    folder.link("file", "other").unwrap();
+    folder.remove("file").unwrap();
+    assert_eq!((folder.has("file").unwrap(), folder.has("other").unwrap()), (false, true));
+    assert_eq!(Folder::make(&path).unwrap().text("other").unwrap(), "one");
+}
+
+#[test]
+fn a_link_is_not_followed_and_nothing_behind_it_is_touched() {
+    let parent = parent();
+    let (precious, planted) = (parent.path().join("precious"), parent.path().join("leo-robot"));
+    fs::create_dir(&precious).unwrap();
+    fs::write(precious.join("learned"), "all").unwrap();
+    symlink(&precious, &planted).unwrap();
+    for opened in [Folder::open(&planted), Folder::make(&planted), Folder::open_for_root(&planted)] {
+        let told = opened.unwrap_err().to_string();
+        assert!(told.contains("is a symbolic link"), "{told}");
+    }
+    // Nor one in a folder.
+    let folder = Folder::make(&parent.path().join("own")).unwrap();
+    symlink(precious.join("learned"), folder.path().join("file")).unwrap();
+    symlink(&precious, folder.path().join("below")).unwrap();
+    assert!(folder.read("file").is_err() && folder.replace("file", b"none").is_err());
+    assert!(folder.has("file").unwrap());
+    folder.clear(&[]);
+    assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 0);
+    assert_eq!(fs::read_to_string(precious.join("learned")).unwrap(), "all");
+}
+
+#[test]
+fn a_folder_in_which_others_may_write_is_refused_and_so_is_a_file() {
+    let parent = parent();
+    let path = parent.path().join("open");
+    fs::create_dir(&path).unwrap();
+    fs::set_permissions(&path, fs::Permissions::from_mode(0o777)).unwrap();
+    let told = Folder::make(&path).unwrap_err().to_string();
+    assert!(
+        told.contains("may be written by other users (mode 777)") && told.contains("chmod 700"),
+        "{told}"
+    );
+    let file = parent.path().join("file");
+    fs::write(&file, "").unwrap();
+    assert!(matches!(Folder::open(&file), Err(FolderError::NoFolder { .. })));
+}
+
+#[test]
+fn a_folder_is_emptied_to_the_bottom_but_for_what_is_kept() {
+    let parent = parent();
+    let folder = Folder::make(&parent.path().join("own")).unwrap();
+    fs::create_dir_all(folder.path().join("a/b/c")).unwrap();
+    fs::write(folder.path().join("a/b/file"), "").unwrap();
+    fs::write(folder.path().join("kept"), "").unwrap();
+    folder.clear(&["kept"]);
+    let left: Vec<_> = fs::read_dir(folder.path()).unwrap().map(|entry| entry.unwrap().file_name()).collect();
+    assert_eq!(left, ["kept"]);
+}
