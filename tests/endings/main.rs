@@ -133,9 +133,7 @@ fn whenever_every_process_dies_no_servo_has_torque_without_its_watchdog() {
             let _ordered = arming::order(&rig.domain, ArmOrder { acknowledged_locks: None });
             false
         });
-        for name in ["torque-guard", "run", "motor"] {
-            rig.processes().get(name).into_iter().for_each(|pid| signal(*pid, Signal::KILL));
-        }
+        rig.kill_all();
         end_of(&mut robot);
         assert!(until(OFF_WITHIN, || rig.processes().is_empty()), "{}", rig.said());
         for servo in rig.servos().unwrap_or_default().iter().filter(|servo| servo.has_torque) {
@@ -314,11 +312,7 @@ fn an_emergency_stop_where_no_motor_process_runs_opens_the_buses_itself() {
     let mut rig = Rig::new("stop-none");
     let mut robot = rig.run();
     rig.follow();
-    let processes = rig.processes();
-    // Nobody is left who could switch it off.
-    for process in ["torque-guard", "run", "motor"] {
-        signal(processes[process], Signal::KILL);
-    }
+    rig.kill_all();
     end_of(&mut robot);
     assert!(until(OFF_WITHIN, || rig.processes().is_empty()));
     assert_eq!(rig.with_torque().len(), JOINTS, "the servos outlive the robot");

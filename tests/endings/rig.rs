@@ -211,6 +211,20 @@ impl Rig {
         found.expect("was found")
     }
 
+    /// Kills every process of the robot; nobody is left who could switch torque off.
+    pub(crate) fn kill_all(&self) {
+        let supervisor = self.pid("run");
+        // It would replace what is killed before it.
+        signal(supervisor, Signal::STOP);
+        let status = format!("/proc/{supervisor}/status");
+        let stands = || fs::read_to_string(&status).is_ok_and(|status| status.contains("State:\tT"));
+        assert!(until(PATIENCE, stands), "the supervisor does not stop");
+        let mut all = self.processes();
+        all.remove("run");
+        all.values().for_each(|pid| signal(*pid, Signal::KILL));
+        signal(supervisor, Signal::KILL);
+    }
+
     /// Waits until every process of the robot has ended, and reads the torque of every servo as a master that is not
     /// Leo: none has any, within what is asked of every ending.
     pub(crate) fn is_off(&self, ended_at: Instant) {

@@ -3,7 +3,7 @@ use std::os::unix::fs::MetadataExt as _;
 use std::path::{Path, PathBuf};
 
 use clock::{Duration, Instant};
-use transport::Domain;
+use transport::{Domain, Replaced, Segment};
 
 /// How often it is looked at.
 const EVERY: Duration = Duration::from_millis(100);
@@ -11,7 +11,7 @@ const EVERY: Duration = Duration::from_millis(100);
 const MAPS: &str = "/proc/self/maps";
 
 /// Notices that shared memory is removed under the running robot: by `RemoveIPC` of logind when its user's last login
-/// ends, or by a cleaner.
+/// ends, or by a cleaner; and that the middleware's management segment is damaged.
 ///
 /// Processes keep what they have mapped, and go on. But no process can start, and no command finds the robot.
 #[derive(Debug)]
@@ -19,7 +19,21 @@ pub(crate) struct MemoryWatch {
     /// The domain's folder, and the files there and in shared memory that are the supervisor's own: no other process may
     /// remove them while it lives.
     files: Vec<(PathBuf, Option<File>)>,
+    segment: Option<Segment>,
+    /// What is wrong with the segment and could not be mended, as it was told.
+    told: Option<String>,
     look_at: Instant,
+}
+
+/// What a look finds amiss.
+#[derive(Debug)]
+pub(crate) enum Amiss {
+    /// A file of shared memory is gone, or another one stands in its place.
+    Removed(PathBuf),
+    /// The management segment was damaged, and is as it was again.
+    Mended(Replaced),
+    /// The management segment cannot be mended, and why: no process can join.
+    Damaged(String),
 }
 
 /// Which file it is, by the file system's number and its own.
@@ -31,16 +45,31 @@ impl MemoryWatch {
         let mapped = fs::read_to_string(MAPS).unwrap_or_default();
         let folder = [domain.root().to_owned()].into_iter();
         let files = folder.chain(files_mapped(&mapped, domain)).map(|path| (path.clone(), file(&path)));
-        Self { files: files.collect(), look_at: Instant::EPOCH }
+        let segment = Segment::of(domain);
+        Self { files: files.collect(), segment, told: None, look_at: Instant::EPOCH }
     }
 
-    /// What was removed, if anything; looked at now and then, or `now_for_sure`.
-    pub(crate) fn removed(&mut self, now: Instant, now_for_sure: bool) -> Option<&Path> {
+    /// What is amiss, if anything; looked at now and then, or `now_for_sure`.
+    pub(crate) fn look(&mut self, now: Instant, now_for_sure: bool) -> Option<Amiss> {
         if now < self.look_at && !now_for_sure {
             return None;
         }
         self.look_at = now + EVERY;
-        self.files.iter().find(|(path, was)| file(path) != *was).map(|(path, _)| path.as_path())
+        if let Some((path, _)) = self.files.iter().find(|(path, was)| file(path) != *was) {
+            return Some(Amiss::Removed(path.clone()));
+        }
+        match self.segment.as_ref()?.mend() {
+            Ok(replaced) => {
+                self.told = None;
+                replaced.map(Amiss::Mended)
+            }
+            Err(error) => {
+                let error = error.to_string();
+                let is_told = self.told.as_ref() == Some(&error);
+                self.told = Some(error.clone());
+                (!is_told).then_some(Amiss::Damaged(error))
+            }
+        }
     }
 }
 
@@ -85,15 +114,16 @@ mod tests {
         let mut watch = MemoryWatch::of(&domain);
         fs::write(domain.root().join("emergency-stop"), "").unwrap();
         let now = clock::now();
-        assert_eq!(watch.removed(now, false), None);
+        let removed = |amiss| matches!(amiss, Some(Amiss::Removed(path)) if path == domain.root());
+        assert!(watch.look(now, false).is_none());
         // The new one is made before the old one goes, so that it cannot have its number.
         let other = domain.root().with_extension("other");
         fs::create_dir(&other).unwrap();
         fs::remove_dir_all(domain.root()).unwrap();
-        assert_eq!(watch.removed(now, false), None, "it is not time to look");
-        assert_eq!(watch.removed(now, true), Some(domain.root()));
+        assert!(watch.look(now, false).is_none(), "it is not time to look");
+        assert!(removed(watch.look(now, true)));
         fs::rename(&other, domain.root()).unwrap();
-        assert_eq!(watch.removed(now + EVERY, false), Some(domain.root()));
+        assert!(removed(watch.look(now + EVERY, false)));
         fs::remove_dir_all(domain.root()).unwrap();
     }
 }

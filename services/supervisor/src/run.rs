@@ -21,7 +21,7 @@ use crate::caretaker::Caretaker;
 use crate::check::room;
 use crate::faults::{Deed, ProcessFaults};
 use crate::guard::Guard;
-use crate::memory_watch::MemoryWatch;
+use crate::memory_watch::{Amiss, MemoryWatch};
 use crate::policy::{Action, Ended, Event, Outcome, Policy, Terms, Why};
 use crate::serial_lines::SerialLines;
 use crate::service_manager::ServiceManager;
@@ -352,7 +352,20 @@ impl House<'_> {
         if self.is_memory_removed {
             return;
         }
-        let Some(removed) = self.memory.removed(clock::now(), now_for_sure) else { return };
+        let removed = match self.memory.look(clock::now(), now_for_sure) {
+            None => return,
+            Some(Amiss::Mended(replaced)) => {
+                tracing::error!("the middleware's management segment {replaced}: who wrote there?");
+                return;
+            }
+            Some(Amiss::Damaged(why)) => {
+                tracing::error!(
+                    "the middleware's management segment cannot be made anew, and no process can join the robot: {why}"
+                );
+                return;
+            }
+            Some(Amiss::Removed(path)) => path,
+        };
         tracing::error!(
             "{} was removed under the running robot, which stops now. systemd-logind does so when the user's last login \
              ends (`RemoveIPC=no` in /etc/systemd/logind.conf, or `loginctl enable-linger`, keeps it), and cleaners of \

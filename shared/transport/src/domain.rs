@@ -4,6 +4,8 @@ use std::path::{Path, PathBuf};
 
 use folder::{Folder, FolderError};
 
+use crate::segment::Segment;
+
 /// Where the domains live: a file system in memory, because ports are created 20 to 70 times
 /// faster there than on a disk.
 const PARENT: &str = "/dev/shm";
@@ -40,6 +42,18 @@ pub enum DomainError {
     /// The directory is not this user's, or may not be worked in.
     #[error(transparent)]
     Folder(#[from] FolderError),
+    /// Another user has made shared memory of the domain's name.
+    #[error(
+        "{} belongs to the user with the number {owner}, and the robot could not use it: have that user or root remove \
+         it, or give this robot another name with --domain",
+        path.display()
+    )]
+    Foreign {
+        /// A file of shared memory.
+        path: PathBuf,
+        /// Its user's number.
+        owner: u32,
+    },
     /// The directory is no domain.
     #[error("{} is no domain of Leo: `{ROOT_FILE}` is not in it; start one with `leo run`", root.display())]
     NoDomain {
@@ -141,7 +155,8 @@ impl Domain {
         files.iter().try_for_each(|(file, text)| {
             let failed = |source| DomainError::Write { path: self.root.join(file), source };
             folder.replace(file, text.as_bytes()).map_err(failed)
-        })
+        })?;
+        Segment::make(self).map(drop)
     }
 
     /// Whether this program means the same by the bytes of messages as the one that made the domain. A robot

@@ -21,6 +21,7 @@ pub mod janitor;
 mod node;
 mod outlet;
 mod queues;
+mod segment;
 mod service;
 
 pub use board::{
@@ -33,3 +34,4 @@ pub use inlet::{Frame, Inlet};
 pub use node::Node;
 pub use outlet::Outlet;
 pub use queues::{Delivery, Queues};
+pub use segment::{Replaced, Segment};

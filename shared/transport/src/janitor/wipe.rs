@@ -1,5 +1,8 @@
 use std::fs;
+use std::os::unix::fs::MetadataExt as _;
 use std::path::Path;
+
+use rustix::process::geteuid;
 
 use super::claim::{CLAIM_FILE, Claim, inherit};
 use super::{SHARED_MEMORY, entries};
@@ -50,9 +53,11 @@ pub fn sweep_stale() -> Vec<String> {
 }
 
 fn remove_shared_memory(ours: impl Fn(&str) -> bool) {
+    let user = geteuid().as_raw();
     for entry in entries(Path::new(SHARED_MEMORY)) {
-        let is_file = entry.file_type().is_ok_and(|kind| kind.is_file());
-        if is_file && entry.file_name().to_str().is_some_and(&ours) {
+        // Root may remove what is another user's, and must not.
+        let is_ours = entry.metadata().is_ok_and(|file| file.is_file() && file.uid() == user);
+        if is_ours && entry.file_name().to_str().is_some_and(&ours) {
             let _gone = fs::remove_file(entry.path());
         }
     }

@@ -1,0 +1,235 @@
+//! The middleware's management segment: a few bytes of shared memory from which every node takes a number.
+//!
+//! iceoryx2 0.10 opens it to every user of the machine (mode 0666, whatever the umask): another user could damage it,
+//! and no process could join the domain any more. So Leo makes the segment before the middleware does. The middleware
+//! makes one under another name, for nobody; its bytes go into a new file of this user's alone, which then gets the
+//! name that every node looks for. Nodes open the segment for the moment in which they are made, so that one that is
+//! damaged can be replaced while a robot runs.
+
+use std::fs::{self, File, OpenOptions};
+use std::io::{self, Read as _, Write as _};
+use std::os::unix::fs::{MetadataExt as _, OpenOptionsExt as _};
+use std::path::{Path, PathBuf};
+
+use iceoryx2::config::Config;
+use iceoryx2::node::NodeBuilder;
+use iceoryx2::prelude::{FileName, FilePath, SemanticString as _, SignalHandlingMode};
+use iceoryx2::service::ipc::Service;
+use rustix::process::geteuid;
+
+use crate::{Domain, DomainError};
+
+/// Where shared memory appears as files.
+const SHARED_MEMORY: &str = "/dev/shm";
+/// What the segment's name ends with; the middleware's version stands before it.
+const SUFFIX: &str = ".global_mgmt";
+/// The middleware's version comes first in it, and changes never; the number behind it does.
+const VERSION_BYTES: usize = 8;
+/// More than it ever has.
+const BYTES_MOST: u64 = 4096;
+/// Below the domain's directory: where the middleware makes the segment for nobody.
+const NURSERY: &str = "nursery";
+/// Files are this user's alone.
+const OWN: u32 = 0o600;
+
+/// The management segment of a domain.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Segment {
+    path: PathBuf,
+    bytes: Vec<u8>,
+}
+
+/// What was wrong with the segment, and that it was replaced.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("{}: {what}; it was made anew", path.display())]
+pub struct Replaced {
+    /// The segment's file.
+    pub path: PathBuf,
+    /// What was wrong.
+    pub what: String,
+}
+
+impl Segment {
+    /// Makes the segment of a domain that this process has claimed.
+    ///
+    /// # Errors
+    ///
+    /// Shared memory of the domain's name belongs to another user, or cannot be written.
+    pub(crate) fn make(domain: &Domain) -> Result<Self, DomainError> {
+        refuse_foreign(domain)?;
+        if let Some(there) = Self::of(domain) {
+            return Ok(there);
+        }
+        let nursery = domain.root().join(NURSERY);
+        let prefix = format!("{}new_", domain.prefix());
+        let born = born(domain, &nursery, &prefix);
+        let found = files(&prefix).find(|path| is_segment(path));
+        let bytes = found.as_deref().and_then(|path| read(path).ok());
+        for path in files(&prefix) {
+            let _gone = fs::remove_file(path);
+        }
+        let _gone = fs::remove_dir_all(&nursery);
+        let failed = |source| DomainError::Write { path: nursery.clone(), source };
+        born.map_err(|reason| failed(io::Error::other(reason)))?;
+        let name = found.as_deref().and_then(|path| path.file_name()?.to_str()?.strip_prefix(&prefix));
+        let (Some(name), Some(bytes)) = (name, bytes) else {
+            return Err(failed(io::Error::other("the middleware made no management segment")));
+        };
+        let path = Path::new(SHARED_MEMORY).join(format!("{}{name}", domain.prefix()));
+        let segment = Self { path, bytes };
+        segment.place().map_err(|source| DomainError::Write { path: segment.path.clone(), source })?;
+        Ok(segment)
+    }
+
+    /// The segment that a domain has, where it is as it should be.
+    #[must_use]
+    pub fn of(domain: &Domain) -> Option<Self> {
+        let new = format!("{}new_", domain.prefix());
+        let is_ours = |path: &PathBuf| is_segment(path) && !starts_with(path, &new);
+        let path = files(&domain.prefix()).find(is_ours)?;
+        let bytes = read(&path).ok().filter(|bytes| bytes.len() > VERSION_BYTES)?;
+        let segment = Self { path, bytes };
+        segment.fault().is_none().then_some(segment)
+    }
+
+    /// Makes it anew where it is damaged, gone or not this user's alone any more; what was wrong then.
+    ///
+    /// # Errors
+    ///
+    /// What is wrong, and cannot be mended: the file is another user's, or shared memory is full.
+    pub fn mend(&self) -> Result<Option<Replaced>, io::Error> {
+        let Some(what) = self.fault() else { return Ok(None) };
+        self.place().map_err(|error| io::Error::new(error.kind(), format!("{what}, and {error}")))?;
+        Ok(Some(Replaced { path: self.path.clone(), what }))
+    }
+
+    /// What is wrong with the file, if anything.
+    fn fault(&self) -> Option<String> {
+        let stat = match fs::symlink_metadata(&self.path) {
+            Ok(stat) => stat,
+            Err(error) if error.kind() == io::ErrorKind::NotFound => {
+                return Some("it was removed".to_owned());
+            }
+            Err(error) => return Some(error.to_string()),
+        };
+        if !stat.is_file() {
+            return Some("it is no file".to_owned());
+        }
+        if stat.uid() != geteuid().as_raw() {
+            return Some(format!("it belongs to the user with the number {}", stat.uid()));
+        }
+        if stat.mode() & 0o7777 != OWN {
+            return Some(format!("other users may open it (mode {:o})", stat.mode() & 0o7777));
+        }
+        let is_whole = read(&self.path).is_ok_and(|bytes| {
+            bytes.len() == self.bytes.len() && bytes.get(..VERSION_BYTES) == self.bytes.get(..VERSION_BYTES)
+        });
+        (!is_whole).then(|| "it is damaged".to_owned())
+    }
+
+    /// Puts a new file in its place: it is this user's alone from its first instant.
+    fn place(&self) -> io::Result<()> {
+        let mut draft = self.path.clone().into_os_string();
+        draft.push(".draft");
+        let draft = PathBuf::from(draft);
+        // Left by one that was killed here.
+        let _gone = fs::remove_file(&draft);
+        let mut file = OpenOptions::new().write(true).create_new(true).mode(OWN).open(&draft)?;
+        let placed = file.write_all(&self.bytes).and_then(|()| fs::rename(&draft, &self.path));
+        if placed.is_err() {
+            let _gone = fs::remove_file(&draft);
+        }
+        placed
+    }
+}
+
+/// Has the middleware make a node, and with it a segment, below another directory and under another prefix.
+fn born(domain: &Domain, nursery: &Path, prefix: &str) -> Result<(), String> {
+    let told = |error: &dyn std::fmt::Debug| format!("{error:?}");
+    let file = domain.middleware_file();
+    let file = file.to_str().ok_or("its path is no UTF-8")?;
+    let file = FilePath::new(file.as_bytes()).map_err(|error| told(&error))?;
+    let mut config = Config::from_file(&file).map_err(|error| told(&error))?;
+    config.global.prefix = FileName::new(prefix.as_bytes()).map_err(|error| told(&error))?;
+    let root = nursery.to_str().ok_or("its path is no UTF-8")?;
+    let root = iceoryx2::prelude::Path::new(root.as_bytes()).map_err(|error| told(&error))?;
+    config.global.set_root_path(&root);
+    let node = NodeBuilder::new()
+        .config(&config)
+        .signal_handling_mode(SignalHandlingMode::Disabled)
+        .create::<Service>()
+        .map_err(|error| told(&error))?;
+    drop(node);
+    Ok(())
+}
+
+/// Refuses a domain of which another user has made shared memory before: the middleware would wait for it.
+fn refuse_foreign(domain: &Domain) -> Result<(), DomainError> {
+    let user = geteuid().as_raw();
+    let foreign = files(&domain.prefix()).find_map(|path| {
+        let owner = fs::symlink_metadata(&path).ok()?.uid();
+        (owner != user).then_some(DomainError::Foreign { path, owner })
+    });
+    foreign.map_or(Ok(()), Err)
+}
+
+fn files(prefix: &str) -> impl Iterator<Item = PathBuf> {
+    let entries = fs::read_dir(SHARED_MEMORY).into_iter().flatten().flatten();
+    entries.map(|entry| entry.path()).filter(move |path| starts_with(path, prefix))
+}
+
+fn starts_with(path: &Path, prefix: &str) -> bool {
+    path.file_name().and_then(|name| name.to_str()).is_some_and(|name| name.starts_with(prefix))
+}
+
+fn is_segment(path: &Path) -> bool {
+    path.to_str().is_some_and(|path| path.ends_with(SUFFIX))
+}
+
+fn read(path: &Path) -> io::Result<Vec<u8>> {
+    let mut bytes = Vec::new();
+    File::open(path)?.take(BYTES_MOST).read_to_end(&mut bytes)?;
+    Ok(bytes)
+}
+
+#[cfg(test)]
+mod tests {
+    use std::fs::Permissions;
+    use std::os::unix::fs::PermissionsExt as _;
+
+    use super::*;
+    use crate::janitor::{Janitor, claim};
+
+    fn mode(path: &Path) -> u32 {
+        fs::metadata(path).unwrap().mode() & 0o777
+    }
+
+    #[test]
+    fn the_segment_is_this_users_alone_and_is_made_anew_where_it_is_damaged() {
+        let domain = Domain::named(&format!("segment-{}", std::process::id())).unwrap();
+        let claimed = claim(&domain).unwrap();
+        domain.make().unwrap();
+        let segment = Segment::of(&domain).unwrap();
+        let made = mode(&segment.path);
+        let left: Vec<_> = files(&domain.prefix()).collect();
+        let untouched = segment.mend().unwrap();
+        let mut told = Vec::new();
+        fs::write(&segment.path, [0xA5; 16]).unwrap();
+        told.extend(segment.mend().unwrap());
+        fs::write(&segment.path, "").unwrap();
+        told.extend(segment.mend().unwrap());
+        fs::set_permissions(&segment.path, Permissions::from_mode(0o666)).unwrap();
+        told.extend(segment.mend().unwrap());
+        fs::remove_file(&segment.path).unwrap();
+        told.extend(segment.mend().unwrap());
+        let whole = Segment::of(&domain).is_some();
+        Janitor::new(&domain).wipe(claimed);
+        let after = files(&domain.prefix()).count();
+        assert_eq!((made, untouched, left), (OWN, None, vec![segment.path.clone()]));
+        let told: Vec<_> = told.into_iter().map(|replaced| replaced.what).collect();
+        let wanted =
+            ["it is damaged", "it is damaged", "other users may open it (mode 666)", "it was removed"];
+        assert_eq!(told, wanted);
+        assert!(whole && after == 0, "{after} files are left");
+    }
+}

@@ -1,0 +1,228 @@
+//! What another user of the same machine can do to a robot: nothing. It takes root to be two users.
+#![expect(clippy::expect_used, reason = "a test fails by panicking")]
+
+use std::fs;
+use std::os::unix::fs::{MetadataExt as _, symlink};
+use std::os::unix::process::CommandExt as _;
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, Stdio};
+
+use clock::Duration;
+use rustix::process::{Pid, Signal, geteuid, kill_process};
+use tempfile::TempDir;
+
+/// The number of the other user; nobody, on most machines.
+const OTHER: u32 = 65_534;
+/// Patience with a loaded machine.
+const PATIENCE: Duration = Duration::from_secs(60);
+/// Where this is set, what cannot be tried is a failure and nothing is skipped.
+const REQUIRED: &str = "LEO_READERS_REQUIRED";
+
+/// Whether this test can be two users; says so where it cannot.
+#[expect(clippy::print_stderr, reason = "a test says why it is skipped")]
+fn is_root() -> bool {
+    let is_root = geteuid().is_root();
+    assert!(is_root || std::env::var_os(REQUIRED).is_none(), "root is needed to be two users");
+    if !is_root {
+        eprintln!("SKIPPED: root is needed to be two users");
+    }
+    is_root
+}
+
+/// What a shell says that the other user has.
+fn other(script: &str) -> (bool, String) {
+    let ran = Command::new("/bin/sh").args(["-c", script]).uid(OTHER).gid(OTHER).current_dir("/").output();
+    let ran = ran.expect("a shell");
+    (ran.status.success(), String::from_utf8_lossy(&ran.stderr).into_owned())
+}
+
+/// A robot's name, and what it writes.
+struct Place {
+    root: PathBuf,
+    files: TempDir,
+}
+
+impl Place {
+    fn new(name: &str) -> Self {
+        let root = PathBuf::from(format!("/dev/shm/leo-{name}-{}", std::process::id()));
+        Self { root, files: tempfile::tempdir().expect("a folder") }
+    }
+
+    fn command(&self) -> Command {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_leo"));
+        let text = config::Robot::leo_text_with(&[]).replace("\"127.0.0.1:7780\"", "\"none\"");
+        let config = self.files.path().join("leo.toml");
+        fs::write(&config, text).expect("writes");
+        command.args(["run", "--stay", "--verbose", "--config"]).arg(config).arg("--domain").arg(&self.root);
+        command.env_remove("RUST_LOG").env("XDG_STATE_HOME", self.files.path()).stdin(Stdio::null());
+        command.stdout(Stdio::null()).stderr(fs::File::create(self.log()).expect("writes"));
+        command
+    }
+
+    fn log(&self) -> PathBuf {
+        self.files.path().join("log")
+    }
+
+    fn said(&self) -> String {
+        fs::read_to_string(self.log()).unwrap_or_default()
+    }
+
+    /// Starts a robot that cannot run; what it says, and its exit status.
+    fn refused(&self) -> (Option<i32>, String) {
+        let mut robot = self.command().spawn().expect("starts");
+        let mut status = None;
+        until(|| {
+            status = robot.try_wait().expect("ours");
+            status.is_some()
+        });
+        let _killed = robot.kill();
+        (status.expect("it ends by itself").code(), self.said())
+    }
+
+    /// The domain's files in shared memory.
+    fn shared(&self) -> Vec<PathBuf> {
+        let prefix = format!("{}_", self.root.display());
+        let all = fs::read_dir("/dev/shm").expect("is mounted").flatten().map(|entry| entry.path());
+        all.filter(|path| path.to_str().is_some_and(|path| path.starts_with(&prefix))).collect()
+    }
+}
+
+impl Drop for Place {
+    fn drop(&mut self) {
+        for path in self.shared() {
+            let _gone = fs::remove_file(path);
+        }
+        if fs::symlink_metadata(&self.root).is_ok_and(|stat| stat.is_dir()) {
+            let _gone = fs::remove_dir_all(&self.root);
+        } else {
+            let _gone = fs::remove_file(&self.root);
+        }
+    }
+}
+
+fn until(mut holds: impl FnMut() -> bool) {
+    let end = clock::now() + PATIENCE;
+    while !holds() {
+        assert!(clock::now() < end, "it does not come to that");
+        clock::sleep_until(clock::now() + Duration::from_millis(10));
+    }
+}
+
+fn signal(pid: u32, signal: Signal) {
+    let pid = i32::try_from(pid).ok().and_then(Pid::from_raw).expect("a process number");
+    kill_process(pid, signal).expect("it runs");
+}
+
+fn end(robot: &mut Child) {
+    signal(robot.id(), Signal::TERM);
+    assert!(robot.wait().expect("ours").success());
+}
+
+/// Everything below a folder.
+fn below(folder: &Path, all: &mut Vec<PathBuf>) {
+    for entry in fs::read_dir(folder).expect("a folder").flatten() {
+        all.push(entry.path());
+        if entry.file_type().is_ok_and(|kind| kind.is_dir()) {
+            below(&entry.path(), all);
+        }
+    }
+}
+
+#[test]
+fn nothing_of_a_running_robot_can_be_opened_by_another_user_and_a_damaged_segment_is_made_anew() {
+    if !is_root() {
+        return;
+    }
+    let place = Place::new("two-open");
+    let mut robot = place.command().spawn().expect("starts");
+    until(|| place.said().contains("all 65 joints follow"));
+    let shared = place.shared();
+    assert!(shared.len() > 20, "{shared:?}");
+    let mut all = vec![place.root.clone()];
+    below(&place.root, &mut all);
+    for path in shared.iter().chain(&all) {
+        let path = path.display();
+        let (opens, _) = other(&format!("[ -r '{path}' ] || [ -w '{path}' ]"));
+        assert!(!opens, "{path} can be opened by another user");
+    }
+    let is_segment = |path: &&PathBuf| path.to_str().is_some_and(|path| path.ends_with(".global_mgmt"));
+    let segment = shared.iter().find(is_segment).expect("every domain has one");
+    assert_eq!(fs::metadata(segment).expect("is there").mode() & 0o777, 0o600);
+    let (wrote, why) = other(&format!("printf 0123456789abcdef > '{}'", segment.display()));
+    assert!(!wrote && why.contains("denied"), "{why}");
+
+    // One that this user has damaged, by whatever mistake, keeps no process from coming back.
+    fs::write(segment, [0xA5; 16]).expect("this user may");
+    until(|| place.said().contains("it was made anew"));
+    assert!(place.said().contains(&segment.display().to_string()), "{}", place.said());
+    let sensor = || {
+        let told =
+            Command::new("pgrep").args(["-f", &format!("leo sensor.*{}", place.root.display())]).output();
+        String::from_utf8_lossy(&told.expect("runs").stdout).trim().parse::<u32>().ok()
+    };
+    let before = sensor().expect("it runs");
+    signal(before, Signal::KILL);
+    until(|| sensor().is_some_and(|now| now != before));
+    until(|| place.said().contains("starts anew"));
+    end(&mut robot);
+    assert!(place.shared().is_empty(), "{:?}", place.shared());
+}
+
+#[test]
+fn shared_memory_that_another_user_has_made_before_is_one_clear_error_at_once() {
+    if !is_root() {
+        return;
+    }
+    let place = Place::new("two-before");
+    let file = format!("{}_node.0_10_0.global_mgmt", place.root.display());
+    assert!(other(&format!("printf '' > {file}")).0);
+    let (status, said) = place.refused();
+    assert_eq!(status, Some(1), "{said}");
+    let wanted = format!("{file} belongs to the user with the number {OTHER}");
+    assert!(said.contains(&wanted) && said.contains("another name with --domain"), "{said}");
+}
+
+#[test]
+fn a_link_that_another_user_has_planted_is_not_followed() {
+    if !is_root() {
+        return;
+    }
+    let place = Place::new("two-link");
+    let precious = place.files.path().join("precious");
+    fs::create_dir(&precious).expect("writes");
+    for file in ["learned.redb", "supervisor.lock", "emergency-stop"] {
+        fs::write(precious.join(file), "all").expect("writes");
+    }
+    // The kernel would not let root follow a link of another user's in such a folder: so it is root's own as well.
+    let planted: [&dyn Fn(); 2] = [
+        &|| assert!(other(&format!("ln -s '{}' '{}'", precious.display(), place.root.display())).0),
+        &|| symlink(&precious, &place.root).expect("writes"),
+    ];
+    for plant in planted {
+        plant();
+        let (status, said) = place.refused();
+        assert_eq!(status, Some(1), "{said}");
+        assert!(said.contains("is a symbolic link"), "{said}");
+        let stop = Command::new(env!("CARGO_BIN_EXE_leo"))
+            .args(["emergency-stop", "--release", "--domain"])
+            .arg(&place.root)
+            .output()
+            .expect("runs");
+        assert!(!stop.status.success());
+        assert_eq!(fs::read_dir(&precious).expect("is there").count(), 3, "{said}");
+        fs::remove_file(&place.root).expect("is a link");
+    }
+}
+
+#[test]
+fn a_folder_of_another_user_is_refused_whoever_may_write_in_it() {
+    if !is_root() {
+        return;
+    }
+    let place = Place::new("two-folder");
+    assert!(other(&format!("mkdir -m 777 '{}'", place.root.display())).0);
+    let (status, said) = place.refused();
+    assert_eq!(status, Some(1), "{said}");
+    assert!(said.contains(&format!("belongs to the user with the number {OTHER}")), "{said}");
+    fs::remove_dir(&place.root).expect("nothing is in it");
+}
