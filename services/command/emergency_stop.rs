@@ -57,20 +57,19 @@ impl EmergencyStop {
         if self.release {
             return self.release();
         }
-        // Before anything else is looked at. The file says why; the signal reaches those whose folder is gone, too, and
-        // those of whom the file cannot be written.
+        // Before anything else is looked at, and before any file: the signal needs none.
         let motors: Vec<Motor> = MotorProcess::all()
             .into_iter()
             .filter(|process| self.domain.as_ref().is_none_or(|domain| *domain == process.domain))
             .map(|process| {
-                if process.domain.is_dir() {
-                    // Whether it could be written is said below, where it is written again.
-                    let _raised = emergency::raise(&process.domain, &self.reason);
-                }
                 let signalled = process.stop().map_err(|error| error.to_string());
                 Motor { process, signalled }
             })
             .collect();
+        // The file says why, and keeps it raised. Whether it could be written is said below, where it is written again.
+        for Motor { process, .. } in motors.iter().filter(|motor| motor.process.domain.is_dir()) {
+            let _raised = emergency::raise(&process.domain, &self.reason);
+        }
         let robots = self.robots(&motors)?;
         if robots.is_empty() {
             let Some(config) = &self.config else {

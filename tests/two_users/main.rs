@@ -165,6 +165,13 @@ fn nothing_of_a_running_robot_can_be_opened_by_another_user_and_a_damaged_segmen
     until(|| sensor().is_some_and(|now| now != before));
     until(|| place.said().contains("starts anew"));
     end(&mut robot);
+    // What it has learned, and its black boxes.
+    let mut written = Vec::new();
+    below(&place.files.path().join("leo"), &mut written);
+    assert!(!written.is_empty());
+    for path in written {
+        assert_eq!(fs::metadata(&path).expect("is there").mode() & 0o077, 0, "{}", path.display());
+    }
     assert!(place.shared().is_empty(), "{:?}", place.shared());
 }
 

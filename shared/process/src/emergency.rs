@@ -19,6 +19,8 @@ use crate::Failure;
 const NAME: &str = Domain::EMERGENCY_STOP;
 /// How often the file is looked for.
 const EVERY: Duration = Duration::from_millis(2);
+/// Who signals says why in the file, a moment later.
+const REASON_WITHIN: Duration = Duration::from_millis(50);
 /// Watching needs little, and a process may have all its memory locked.
 const STACK: usize = 128 << 10;
 
@@ -168,14 +170,28 @@ fn look(domain: &Path, signalled: &AtomicBool, raised: &AtomicBool, stop: &Atomi
     let folder = || fs::metadata(domain).map(|folder| (folder.dev(), folder.ino())).ok();
     let first = folder();
     let mut told = false;
+    let (mut signalled_at, mut is_unwritten) = (None, false);
     while !stop.load(Ordering::Relaxed) {
         if signalled.load(Ordering::Relaxed) {
-            // In this order it is raised at every moment, and a signal that comes meanwhile is kept.
-            raised.store(true, Ordering::Relaxed);
-            signalled.store(false, Ordering::Relaxed);
-            if raise(domain, "raised by the signal SIGUSR1").is_err() {
-                // Where no file can be written, the signal alone keeps it raised.
-                signalled.store(true, Ordering::Relaxed);
+            let since = *signalled_at.get_or_insert_with(clock::now);
+            let is_said = look_for(domain).unwrap_or(false);
+            if is_said || clock::now() >= since + REASON_WITHIN {
+                // In this order it is raised at every moment, and a signal that comes meanwhile is kept.
+                raised.store(true, Ordering::Relaxed);
+                signalled.store(false, Ordering::Relaxed);
+                signalled_at = None;
+                let failed = raise(domain, "raised by the signal SIGUSR1").err();
+                if let Some(error) = &failed {
+                    // Where no file can be written, the signal alone keeps it raised.
+                    signalled.store(true, Ordering::Relaxed);
+                    if !is_unwritten {
+                        tracing::error!(
+                            "EMERGENCY STOP by the signal SIGUSR1: all joints are stopped. Its file cannot be written \
+                             ({error}), and is tried again: only then `leo emergency-stop --release` releases it"
+                        );
+                    }
+                }
+                is_unwritten = failed.is_some();
             }
         }
         // Where it cannot be seen whether the file is there, it stays as it was. A file that went with its folder was
@@ -300,6 +316,30 @@ mod tests {
         assert!(!elsewhere.exists(), "the link was followed");
         assert!(release(domain.path()).unwrap());
         until(|| !emergency.lookout().is_raised());
+    }
+
+    #[test]
+    fn a_stop_of_which_no_file_can_be_written_holds_by_its_signal_until_there_is_room() {
+        let parent = tempfile::tempdir().unwrap();
+        let domain = parent.path().join("leo-robot");
+        // Nothing can be written below a file.
+        fs::write(&domain, "").unwrap();
+        let stop = AtomicBool::new(false);
+        let (signalled, raised) = (AtomicBool::new(true), AtomicBool::new(false));
+        thread::scope(|scope| {
+            scope.spawn(|| look(&domain, &signalled, &raised, &stop));
+            let looks = clock::now() + REASON_WITHIN + 10 * EVERY;
+            while clock::now() < looks {
+                assert!(raised.load(Ordering::Relaxed) || signalled.load(Ordering::Relaxed));
+            }
+            fs::remove_file(&domain).unwrap();
+            fs::create_dir(&domain).unwrap();
+            until(|| is_raised(&domain) && !signalled.load(Ordering::Relaxed));
+            fs::write(domain.join("supervisor.lock"), "").unwrap();
+            assert!(release(&domain).unwrap());
+            until(|| !raised.load(Ordering::Relaxed));
+            stop.store(true, Ordering::Relaxed);
+        });
     }
 
     #[test]

@@ -26,6 +26,7 @@ mod motor_processes;
 mod pace;
 pub mod state;
 mod stop;
+mod umask;
 
 pub use aside::Aside;
 pub use emergency::{Emergency, Lookout};
@@ -35,3 +36,4 @@ pub use launch::Launch;
 pub use member::{Member, Progress, queues};
 pub use motor_processes::MotorProcess;
 pub use stop::stop_flag;
+pub use umask::keep_others_out;
