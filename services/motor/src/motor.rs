@@ -238,7 +238,8 @@ impl Motor {
 
     /// Arms the joints by a person's order. It holds for some seconds, in which the joints come up group by group, or
     /// until another joint fails. Joints that are locked are unlocked where the cause is gone and the person has seen it:
-    /// where their lock is among the first `acknowledged_locks` of [`Counts::locks`].
+    /// where their lock is among the first `acknowledged_locks` of [`Counts::locks`]. Joints whose servos do not answer
+    /// wait for another order: that a cable is plugged in starts nothing.
     pub fn arm(&mut self, now: Instant, acknowledged_locks: Option<u64>) {
         if self.letting_go.is_some() || self.stopping.is_some() {
             return;
@@ -249,6 +250,7 @@ impl Motor {
         self.acknowledged = acknowledged_locks;
         self.order_until = Some(now + ORDER_HOLDS);
         self.orders += 1;
+        self.joints.iter_mut().for_each(|joint| joint.hear_order(self.orders));
     }
 
     /// Stops the body as the configuration says that the emergency stop does, and keeps it stopped until

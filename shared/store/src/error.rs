@@ -1,3 +1,4 @@
+use std::io::ErrorKind;
 use std::path::PathBuf;
 
 /// Why a file of what was learned could not be opened.
@@ -46,13 +47,27 @@ pub enum OpenError {
         source: std::io::Error,
     },
     /// It could not be read or made.
-    #[error("{}: the learned tasks cannot be opened: {source}: restore the file, or move it away to begin anew", path.display())]
+    #[error("{}: the learned tasks cannot be opened: {source}: {}", path.display(), advice(source))]
     Unreadable {
         /// The file.
         path: PathBuf,
         /// What the database said.
         source: Box<redb::Error>,
     },
+}
+
+/// What helps where the file cannot be opened.
+fn advice(error: &redb::Error) -> &'static str {
+    let kind = if let redb::Error::Io(error) = error { Some(error.kind()) } else { None };
+    match kind {
+        Some(ErrorKind::StorageFull | ErrorKind::QuotaExceeded) => {
+            "make room on its disk, or use another state directory"
+        }
+        Some(ErrorKind::PermissionDenied | ErrorKind::ReadOnlyFilesystem) => {
+            "allow this user to read and write it, or use another state directory"
+        }
+        _ => "restore the file, or move it away to begin anew",
+    }
 }
 
 /// Why an entry of an older version could not be brought to the next.

@@ -104,6 +104,18 @@ fn a_file_that_is_no_store_is_refused() {
 }
 
 #[test]
+fn a_full_disk_and_a_file_of_another_user_are_told_with_what_helps() {
+    use std::io::{Error, ErrorKind};
+    let told = |kind: ErrorKind| {
+        let source = Box::new(redb::Error::Io(Error::from(kind)));
+        OpenError::Unreadable { path: "learned.redb".into(), source }.to_string()
+    };
+    assert!(told(ErrorKind::StorageFull).ends_with("make room on its disk, or use another state directory"));
+    assert!(told(ErrorKind::PermissionDenied).contains("allow this user to read and write it"));
+    assert!(told(ErrorKind::InvalidData).ends_with("or move it away to begin anew"));
+}
+
+#[test]
 fn an_entry_of_another_kind_is_named() {
     let (_folder, path) = file();
     let store = Store::open(&path).unwrap();

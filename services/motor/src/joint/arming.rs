@@ -24,6 +24,14 @@ impl Joint {
         }
     }
 
+    /// Takes an order that is given now for spent where its servo does not answer: what comes back later was not there for
+    /// the person who gave it. One that is rebooted by the order itself is armed by it.
+    pub(crate) fn hear_order(&mut self, order: u64) {
+        if matches!(self.link, Link::Silent { cause, .. } if cause != JointCause::Alert) {
+            self.order = order;
+        }
+    }
+
     /// Gives a new lock its number, which is one more than `locks`; whether there was one.
     pub(crate) fn count_lock(&mut self, locks: u64) -> bool {
         match &mut self.licence {

@@ -150,6 +150,25 @@ fn after_a_silence_a_servo_waits_to_be_armed_and_an_order_from_before_it_failed_
 }
 
 #[test]
+fn an_order_that_is_given_while_a_servo_does_not_answer_is_none_for_it() {
+    let mut rig = Rig::armed_hardware();
+    rig.mute.insert((0, 1));
+    rig.commanded(20, 0.3, rig.now);
+    assert_eq!(rig.modes()[0], Quarantined);
+    rig.motor.arm(rig.now, None);
+    rig.commanded(20, 0.3, rig.now);
+    // Somebody plugs its cable in, well within the ten seconds of the order.
+    rig.mute.clear();
+    rig.until(500, 0.3, |rig| rig.machines(0).link == JointLink::Answering);
+    let at_rad = rig.position(0);
+    rig.commanded(300, -0.6, rig.now);
+    assert_eq!((rig.modes()[0], rig.causes()[0]), (Holding, JointCause::Silent));
+    assert!((rig.position(0) - at_rad).abs() < 0.01, "it moved");
+    rig.motor.arm(rig.now, None);
+    rig.until(300, -0.6, |rig| rig.modes() == [Following; 3]);
+}
+
+#[test]
 fn a_commander_that_comes_back_goes_on_slowly_and_torque_that_went_off_stays_off() {
     let mut rig = Rig::armed_hardware();
     rig.commanded(400, 0.3, rig.now);
