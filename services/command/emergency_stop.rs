@@ -7,6 +7,7 @@ use std::time::Duration;
 
 use clap::Args;
 use config::{Files, Robot};
+use folder::{Folder, FolderError};
 use message::{JointCause, JointMode, JointState, Joints, Process};
 use process::{MotorProcess, emergency};
 use transport::janitor::is_claimed;
@@ -154,6 +155,8 @@ impl EmergencyStop {
         };
         let robot = match all.find(|robot| robot.root() == root && was_left(robot)) {
             Some(robot) => robot,
+            // Root releases it for others too.
+            None if self.release && emergency::is_raised(root) => to_run_in(Some(root))?,
             None if self.release => Domain::at(root).map_err(Failed::usage)?,
             None => Domain::at(root).or_else(|_| to_run_in(Some(root)))?,
         };
@@ -163,6 +166,12 @@ impl EmergencyStop {
     /// Waits until every joint of a robot says that its torque is off, or switches torque off itself where no motor
     /// process does: what to say of it, or what is wrong.
     fn confirmed(&self, robot: &Domain, motors: &[&Motor]) -> Result<String, String> {
+        // Root does no more for others than to raise it: their configuration names any device.
+        if let Err(FolderError::OfAnother { owner, .. }) = Folder::open(robot.root()) {
+            return Err(format!(
+                "the robot is that of the user with the number {owner}: `sudo -u '#{owner}' leo emergency-stop` confirms it"
+            ));
+        }
         let buses = Buses::of(self.config.as_deref(), Some(robot)).map_err(|refused| refused.text)?;
         let runs = || motors.iter().any(|motor| motor.process.runs());
         if !runs() && !is_running(robot) && buses.has_hardware() {

@@ -144,9 +144,8 @@ fn whenever_every_process_dies_no_servo_has_torque_without_its_watchdog() {
     assert!(with_torque > 0 || rig.servos().is_none(), "no robot came so far");
 }
 
-/// Its log and what it has learned go to a disk without room.
 #[test]
-fn a_robot_whose_disk_is_full_ends_in_order() {
+fn a_robot_whose_log_has_no_room_ends_in_order() {
     let rig = Rig::new("end-disk");
     let mut command = Command::new("/bin/sh");
     command.args(["-c", "exec \"$0\" \"$@\" >/dev/full 2>/dev/full"]).arg(program());

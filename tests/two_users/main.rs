@@ -1,8 +1,8 @@
-//! What another user of the same machine can do to a robot: nothing. It takes root to be two users.
+//! What another user of the same machine tries on a robot, and what comes of it. It takes root to be two users.
 #![expect(clippy::expect_used, reason = "a test fails by panicking")]
 
 use std::fs;
-use std::os::unix::fs::{MetadataExt as _, symlink};
+use std::os::unix::fs::{DirBuilderExt as _, MetadataExt as _, PermissionsExt as _, symlink};
 use std::os::unix::process::CommandExt as _;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
@@ -40,12 +40,14 @@ fn other(script: &str) -> (bool, String) {
 struct Place {
     root: PathBuf,
     files: TempDir,
+    /// The robot, while it runs.
+    robot: Option<Child>,
 }
 
 impl Place {
     fn new(name: &str) -> Self {
         let root = PathBuf::from(format!("/dev/shm/leo-{name}-{}", std::process::id()));
-        Self { root, files: tempfile::tempdir().expect("a folder") }
+        Self { root, files: tempfile::tempdir().expect("a folder"), robot: None }
     }
 
     fn command(&self) -> Command {
@@ -89,6 +91,9 @@ impl Place {
 
 impl Drop for Place {
     fn drop(&mut self) {
+        if let Some(mut robot) = self.robot.take() {
+            let _dead = robot.kill().and_then(|()| robot.wait());
+        }
         for path in self.shared() {
             let _gone = fs::remove_file(path);
         }
@@ -113,11 +118,6 @@ fn signal(pid: u32, signal: Signal) {
     kill_process(pid, signal).expect("it runs");
 }
 
-fn end(robot: &mut Child) {
-    signal(robot.id(), Signal::TERM);
-    assert!(robot.wait().expect("ours").success());
-}
-
 /// Everything below a folder.
 fn below(folder: &Path, all: &mut Vec<PathBuf>) {
     for entry in fs::read_dir(folder).expect("a folder").flatten() {
@@ -133,8 +133,8 @@ fn nothing_of_a_running_robot_can_be_opened_by_another_user_and_a_damaged_segmen
     if !is_root() {
         return;
     }
-    let place = Place::new("two-open");
-    let mut robot = place.command().spawn().expect("starts");
+    let mut place = Place::new("two-open");
+    place.robot = Some(place.command().spawn().expect("starts"));
     until(|| place.said().contains("all 65 joints follow"));
     let shared = place.shared();
     assert!(shared.len() > 20, "{shared:?}");
@@ -164,7 +164,9 @@ fn nothing_of_a_running_robot_can_be_opened_by_another_user_and_a_damaged_segmen
     signal(before, Signal::KILL);
     until(|| sensor().is_some_and(|now| now != before));
     until(|| place.said().contains("starts anew"));
-    end(&mut robot);
+    let mut robot = place.robot.take().expect("it runs");
+    signal(robot.id(), Signal::TERM);
+    assert!(robot.wait().expect("ours").success());
     // What it has learned, and its black boxes.
     let mut written = Vec::new();
     below(&place.files.path().join("leo"), &mut written);
@@ -232,4 +234,61 @@ fn a_folder_of_another_user_is_refused_whoever_may_write_in_it() {
     assert_eq!(status, Some(1), "{said}");
     assert!(said.contains(&format!("belongs to the user with the number {OTHER}")), "{said}");
     fs::remove_dir(&place.root).expect("nothing is in it");
+}
+
+#[test]
+fn an_ordinary_user_is_told_whose_the_folder_is_that_they_may_not_open() {
+    if !is_root() {
+        return;
+    }
+    let place = Place::new("two-ordinary");
+    fs::DirBuilder::new().mode(0o700).create(&place.root).expect("writes");
+    // Where the other user may run it.
+    let program = place.files.path().join("leo");
+    fs::copy(env!("CARGO_BIN_EXE_leo"), &program).expect("copies");
+    fs::set_permissions(place.files.path(), fs::Permissions::from_mode(0o755)).expect("root may");
+    fs::set_permissions(&program, fs::Permissions::from_mode(0o755)).expect("root may");
+    let state = place.files.path().join("state");
+    fs::create_dir(&state).expect("writes");
+    std::os::unix::fs::chown(&state, Some(OTHER), Some(OTHER)).expect("root may");
+    let leo = |arguments: &str| {
+        other(&format!(
+            "XDG_STATE_HOME='{}' '{}' {arguments} --domain '{}'",
+            state.display(),
+            program.display(),
+            place.root.display()
+        ))
+    };
+    for arguments in ["run --stay", "emergency-stop", "top --openmetrics"] {
+        let (succeeds, said) = leo(arguments);
+        assert!(!succeeds && said.contains("belongs to the user with the number 0"), "{arguments}: {said}");
+    }
+}
+
+#[test]
+fn root_raises_and_releases_the_stop_of_another_users_robot_and_reads_nothing_of_theirs() {
+    if !is_root() {
+        return;
+    }
+    let place = Place::new("two-root");
+    let root = place.root.display();
+    // Their configuration would be an error.
+    let made = format!(
+        "mkdir -m 700 {root} {root}/configuration && touch {root}/iceoryx2.toml && echo x > {root}/configuration/leo.toml"
+    );
+    assert!(other(&made).0);
+    let leo = |arguments: &[&str]| {
+        let told =
+            Command::new(env!("CARGO_BIN_EXE_leo")).args(arguments).arg("--domain").arg(&place.root).output();
+        let told = told.expect("runs");
+        (told.status.code(), String::from_utf8_lossy(&[told.stdout, told.stderr].concat()).into_owned())
+    };
+    let (status, said) = leo(&["emergency-stop"]);
+    assert_eq!(status, Some(1), "{said}");
+    assert!(said.contains(&format!("sudo -u '#{OTHER}' leo emergency-stop")), "{said}");
+    assert!(other(&format!("grep -q 'leo emergency-stop' {root}/emergency-stop")).0, "they see why");
+    let (status, said) = leo(&["emergency-stop", "--release"]);
+    assert!(status == Some(0) && said.contains("released"), "{said}");
+    let (status, said) = leo(&["top", "--openmetrics"]);
+    assert!(status != Some(0) && said.contains("belongs to the user with the number"), "{said}");
 }

@@ -143,6 +143,10 @@ pub(crate) struct Joint {
     refused_duty: RefusedDuty,
     /// The number of the order that armed it last.
     order: u64,
+    /// The number of the newest order, and of the newest that was given while its servo did not answer: that one does not
+    /// arm it.
+    newest_order: u64,
+    deaf_to: u64,
     /// What is done about its hardware alert, while it has one.
     reaction: Option<AlertReaction>,
     /// When its torque goes off after an alert, where it does not move.
@@ -203,6 +207,8 @@ impl Joint {
             refused_aims: 0,
             refused_duty: RefusedDuty::No,
             order: 0,
+            newest_order: 0,
+            deaf_to: 0,
             reaction: None,
             cut_at: None,
             reboot_at: None,

@@ -239,7 +239,7 @@ impl Motor {
     /// Arms the joints by a person's order. It holds for some seconds, in which the joints come up group by group, or
     /// until another joint fails. Joints that are locked are unlocked where the cause is gone and the person has seen it:
     /// where their lock is among the first `acknowledged_locks` of [`Counts::locks`]. Joints whose servos do not answer
-    /// wait for another order: that a cable is plugged in starts nothing.
+    /// wait for another order: plugging in a cable starts nothing.
     pub fn arm(&mut self, now: Instant, acknowledged_locks: Option<u64>) {
         if self.letting_go.is_some() || self.stopping.is_some() {
             return;

@@ -87,11 +87,11 @@ struct Rig {
     /// Bus and id of servos whose answers are lost.
     mute: BTreeSet<(usize, u8)>,
     lost: Option<usize>,
-    /// Spoils the bytes of both directions now and then.
     /// What people were told of how servos were found, with the joint's index.
     notices: Vec<(usize, String)>,
     /// Whether anybody takes what they are to be told.
     hears_notices: bool,
+    /// Spoils the bytes of both directions now and then.
     noise: Option<ChaCha8Rng>,
 }
 

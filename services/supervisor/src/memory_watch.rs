@@ -46,6 +46,9 @@ impl MemoryWatch {
         let folder = [domain.root().to_owned()].into_iter();
         let files = folder.chain(files_mapped(&mapped, domain)).map(|path| (path.clone(), file(&path)));
         let segment = Segment::of(domain);
+        if segment.is_none() {
+            tracing::warn!("the middleware's management segment is not to be found, and is not watched");
+        }
         Self { files: files.collect(), segment, told: None, look_at: Instant::EPOCH }
     }
 

@@ -355,7 +355,7 @@ impl House<'_> {
         let removed = match self.memory.look(clock::now(), now_for_sure) {
             None => return,
             Some(Amiss::Mended(replaced)) => {
-                tracing::error!("the middleware's management segment {replaced}: who wrote there?");
+                tracing::error!("the middleware's management segment {replaced}");
                 return;
             }
             Some(Amiss::Damaged(why)) => {

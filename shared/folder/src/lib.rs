@@ -137,16 +137,25 @@ impl Folder {
     ///
     /// As [`open`](Self::open), or it cannot be made.
     pub fn make(path: &Path) -> Result<Self, FolderError> {
-        match mkdir(path, OWN_FOLDER) {
-            Ok(()) | Err(Errno::EXIST) => Self::open(path),
-            Err(errno) => Err(FolderError::System { path: path.to_owned(), source: errno.into() }),
+        let path: PathBuf = path.components().collect();
+        match mkdir(&path, OWN_FOLDER) {
+            Ok(()) | Err(Errno::EXIST) => Self::open(&path),
+            Err(errno) => Err(FolderError::System { path, source: errno.into() }),
         }
     }
 
     fn open_any(path: &Path) -> Result<Self, FolderError> {
-        let path = path.to_owned();
+        // A slash at the end would have the system follow a link.
+        let path: PathBuf = path.components().collect();
         match open(&path, FOLDER, Mode::empty()) {
             Ok(descriptor) => Ok(Self { descriptor, path }),
+            Err(Errno::ACCESS) => {
+                let owner = lstat(&path).map(|stat| stat.st_uid).ok();
+                Err(match owner.filter(|owner| *owner != geteuid().as_raw()) {
+                    Some(owner) => FolderError::OfAnother { path, owner },
+                    None => FolderError::System { path, source: Errno::ACCESS.into() },
+                })
+            }
             Err(Errno::LOOP | Errno::NOTDIR) => {
                 let is_link =
                     lstat(&path).is_ok_and(|stat| FileType::from_raw_mode(stat.st_mode).is_symlink());
@@ -273,13 +282,6 @@ fn clear(folder: &OwnedFd, keep: &[&str], deep: u32) {
             let _gone_if_empty = unlinkat(folder, name, AtFlags::REMOVEDIR);
         }
     }
-}
-
-/// Whether a path names something of this user's that is no link.
-#[must_use]
-pub fn is_own(path: &Path) -> bool {
-    let is_link = |stat: &Stat| FileType::from_raw_mode(stat.st_mode).is_symlink();
-    lstat(path).is_ok_and(|stat| stat.st_uid == geteuid().as_raw() && !is_link(&stat))
 }
 
 #[cfg(test)]

@@ -31,7 +31,14 @@ fn a_link_is_not_followed_and_nothing_behind_it_is_touched() {
     fs::create_dir(&precious).unwrap();
     fs::write(precious.join("learned"), "all").unwrap();
     symlink(&precious, &planted).unwrap();
-    for opened in [Folder::open(&planted), Folder::make(&planted), Folder::open_for_root(&planted)] {
+    let with_slash = parent.path().join("leo-robot/");
+    for opened in [
+        Folder::open(&planted),
+        Folder::make(&planted),
+        Folder::open_for_root(&planted),
+        Folder::open(&with_slash),
+        Folder::make(&with_slash),
+    ] {
         let told = opened.unwrap_err().to_string();
         assert!(told.contains("is a symbolic link"), "{told}");
     }

@@ -1,9 +1,9 @@
 //! The emergency stop: a file in the domain's folder, so that any process in any language can
 //! raise it, also while the motor process is just starting anew; and a signal, which needs no file.
 
-use std::fs;
+use std::fs::{self, Permissions};
 use std::io::{self, Write as _};
-use std::os::unix::fs::MetadataExt as _;
+use std::os::unix::fs::{MetadataExt as _, PermissionsExt as _};
 use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -17,9 +17,11 @@ use crate::Failure;
 
 /// The file's name.
 const NAME: &str = Domain::EMERGENCY_STOP;
+/// For so long it is tried to raise it where its folder is removed meanwhile.
+const FOLDER_WITHIN: Duration = Duration::from_millis(500);
 /// How often the file is looked for.
 const EVERY: Duration = Duration::from_millis(2);
-/// Who signals says why in the file, a moment later.
+/// The reason follows the signal, in the file, within this time.
 const REASON_WITHIN: Duration = Duration::from_millis(50);
 /// Watching needs little, and a process may have all its memory locked.
 const STACK: usize = 128 << 10;
@@ -33,6 +35,17 @@ const STACK: usize = 128 << 10;
 ///
 /// This user may not write there.
 pub fn raise(domain: &Path, why: &str) -> io::Result<()> {
+    let until = clock::now() + FOLDER_WITHIN;
+    loop {
+        match raise_once(domain, why) {
+            // A robot that ends at this moment removes its folder.
+            Err(error) if error.kind() == io::ErrorKind::NotFound && clock::now() < until => {}
+            raised => return raised,
+        }
+    }
+}
+
+fn raise_once(domain: &Path, why: &str) -> io::Result<()> {
     let folder = match Folder::open_for_root(domain) {
         Err(error) if error.is_missing() => Folder::make(domain),
         opened => opened,
@@ -41,7 +54,11 @@ pub fn raise(domain: &Path, why: &str) -> io::Result<()> {
     // Whoever sees the file sees the reason too: it is written elsewhere first, where there is room.
     let draft = format!("{NAME}.{}", std::process::id());
     let _left_by_another_of_that_number = folder.remove(&draft);
-    let written = folder.create(&draft).and_then(|mut file| file.write_all(format!("{why}\n").as_bytes()));
+    let written = folder.create(&draft).and_then(|mut file| {
+        // Root may raise another user's. The folder keeps others out.
+        file.set_permissions(Permissions::from_mode(0o644))?;
+        file.write_all(format!("{why}\n").as_bytes())
+    });
     let written = written.and_then(|()| folder.link(&draft, NAME));
     let _gone = folder.remove(&draft);
     // The file is what stops the robot; what it says is for people.
@@ -187,7 +204,7 @@ fn look(domain: &Path, signalled: &AtomicBool, raised: &AtomicBool, stop: &Atomi
                     if !is_unwritten {
                         tracing::error!(
                             "EMERGENCY STOP by the signal SIGUSR1: all joints are stopped. Its file cannot be written \
-                             ({error}), and is tried again: only then `leo emergency-stop --release` releases it"
+                             ({error}). Leo tries again; `leo emergency-stop --release` works once it is written"
                         );
                     }
                 }
@@ -339,6 +356,28 @@ mod tests {
             assert!(release(&domain).unwrap());
             until(|| !raised.load(Ordering::Relaxed));
             stop.store(true, Ordering::Relaxed);
+        });
+    }
+
+    #[test]
+    fn a_stop_is_raised_while_its_folder_is_removed_again_and_again() {
+        let parent = tempfile::tempdir().unwrap();
+        let domain = parent.path().join("leo-robot");
+        let over = AtomicBool::new(false);
+        thread::scope(|scope| {
+            scope.spawn(|| {
+                while !over.load(Ordering::Relaxed) {
+                    let _gone_if_empty = fs::remove_dir(&domain);
+                }
+            });
+            let mut outcomes = Vec::new();
+            for _ in 0..200 {
+                let raised = raise(&domain, "a test").map(|()| is_raised(&domain));
+                outcomes.push((raised, release(&domain)));
+            }
+            over.store(true, Ordering::Relaxed);
+            let is_well = |outcome: &(_, _)| matches!(outcome, (Ok(true), Ok(true)));
+            assert!(outcomes.iter().all(is_well), "{outcomes:?}");
         });
     }
 

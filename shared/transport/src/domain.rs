@@ -112,14 +112,15 @@ impl Domain {
             return Err(DomainError::TooLong { root: root.to_owned() });
         }
         let domain = Self { root: root.to_owned() };
-        match Folder::open_for_root(root) {
+        match Folder::open(root) {
             Ok(folder) if folder.has(ROOT_FILE).unwrap_or(false) => Ok(domain),
-            Err(error @ (FolderError::Link { .. } | FolderError::OpenToOthers { .. })) => Err(error.into()),
-            Ok(_) | Err(_) => Err(DomainError::NoDomain { root: domain.root }),
+            Ok(_) | Err(FolderError::NoFolder { .. }) => Err(DomainError::NoDomain { root: domain.root }),
+            Err(error) if error.is_missing() => Err(DomainError::NoDomain { root: domain.root }),
+            Err(error) => Err(error.into()),
         }
     }
 
-    /// All domains on this machine that this user may see, by name: also those of which nothing is left but
+    /// All domains of this user on this machine, by name: also those of which nothing is left but
     /// an emergency stop that was not released.
     #[must_use]
     pub fn all() -> Vec<Self> {
@@ -131,7 +132,7 @@ impl Domain {
             .filter(|path| {
                 let name = path.file_name().and_then(|name| name.to_str());
                 name.is_some_and(|name| name.starts_with(NAME))
-                    && Folder::open_for_root(path).is_ok_and(|folder| {
+                    && Folder::open(path).is_ok_and(|folder| {
                         [ROOT_FILE, Self::EMERGENCY_STOP].iter().any(|file| folder.has(file).unwrap_or(false))
                     })
             })
@@ -150,13 +151,15 @@ impl Domain {
             return Err(DomainError::TooLong { root: self.root.clone() });
         }
         let folder = Folder::make(&self.root)?;
-        // The file that makes it a domain comes last: nobody shall find a domain that does not say whose it is.
-        let files = [(PROGRAM_FILE, program()), (ROOT_FILE, self.middleware_configuration())];
-        files.iter().try_for_each(|(file, text)| {
+        let write = |file: &str, text: String| {
             let failed = |source| DomainError::Write { path: self.root.join(file), source };
             folder.replace(file, text.as_bytes()).map_err(failed)
-        })?;
-        Segment::make(self).map(drop)
+        };
+        write(PROGRAM_FILE, program())?;
+        Segment::make(self, &folder)?;
+        // The file that makes it a domain comes last: nobody shall find a domain that does not say whose it is, or join
+        // one before it has its management segment.
+        write(ROOT_FILE, self.middleware_configuration())
     }
 
     /// Whether this program means the same by the bytes of messages as the one that made the domain. A robot
@@ -222,7 +225,7 @@ impl Domain {
 
     /// Dead nodes are cleaned up by the janitor, outside the real-time threads and while no
     /// process is starting, and never in passing by a process that opens a port.
-    fn middleware_configuration(&self) -> String {
+    pub(crate) fn middleware_configuration(&self) -> String {
         format!(
             "[global]\nroot-path = \"{}/\"\nprefix = \"{}\"\n\n\
              [global.node]\ncleanup-dead-nodes-on-creation = false\ncleanup-dead-nodes-on-destruction = false\n\n\

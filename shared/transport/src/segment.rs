@@ -6,11 +6,13 @@
 //! name that every node looks for. Nodes open the segment for the moment in which they are made, so that one that is
 //! damaged can be replaced while a robot runs.
 
+use std::fmt;
 use std::fs::{self, File, OpenOptions};
 use std::io::{self, Read as _, Write as _};
 use std::os::unix::fs::{MetadataExt as _, OpenOptionsExt as _};
 use std::path::{Path, PathBuf};
 
+use folder::Folder;
 use iceoryx2::config::Config;
 use iceoryx2::node::NodeBuilder;
 use iceoryx2::prelude::{FileName, FilePath, SemanticString as _, SignalHandlingMode};
@@ -27,8 +29,11 @@ const SUFFIX: &str = ".global_mgmt";
 const VERSION_BYTES: usize = 8;
 /// More than it ever has.
 const BYTES_MOST: u64 = 4096;
-/// Below the domain's directory: where the middleware makes the segment for nobody.
+/// Below the domain's directory: where the middleware makes the segment for nobody, and by which configuration.
 const NURSERY: &str = "nursery";
+const NURSERY_FILE: &str = "nursery.toml";
+/// How often two segments are compared before that is given up.
+const ATTEMPTS: u32 = 3;
 /// Files are this user's alone.
 const OWN: u32 = 0o600;
 
@@ -40,13 +45,18 @@ pub struct Segment {
 }
 
 /// What was wrong with the segment, and that it was replaced.
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("{}: {what}; it was made anew", path.display())]
+#[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Replaced {
     /// The segment's file.
     pub path: PathBuf,
     /// What was wrong.
     pub what: String,
+}
+
+impl fmt::Display for Replaced {
+    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(out, "{}: {}; it was made anew", self.path.display(), self.what)
+    }
 }
 
 impl Segment {
@@ -55,37 +65,53 @@ impl Segment {
     /// # Errors
     ///
     /// Shared memory of the domain's name belongs to another user, or cannot be written.
-    pub(crate) fn make(domain: &Domain) -> Result<Self, DomainError> {
+    pub(crate) fn make(domain: &Domain, folder: &Folder) -> Result<Self, DomainError> {
         refuse_foreign(domain)?;
         if let Some(there) = Self::of(domain) {
             return Ok(there);
         }
-        let nursery = domain.root().join(NURSERY);
+        let failed = |reason: &str| DomainError::Write {
+            path: domain.root().join(NURSERY),
+            source: io::Error::other(reason.to_owned()),
+        };
+        for _attempt in 0..ATTEMPTS {
+            // Two are compared: in the instant in which one is open to others, another user may write into it.
+            let one = Self::born(domain, folder).map_err(|reason| failed(&reason))?;
+            let other = Self::born(domain, folder).map_err(|reason| failed(&reason))?;
+            if one.bytes.get(..VERSION_BYTES) == other.bytes.get(..VERSION_BYTES) {
+                one.place().map_err(|source| DomainError::Write { path: one.path.clone(), source })?;
+                return Ok(one);
+            }
+        }
+        Err(failed("another program changes the middleware's management segments"))
+    }
+
+    /// Has the middleware make a node, and with it a segment, below another directory and under another prefix; the
+    /// segment that the domain has to have by that.
+    fn born(domain: &Domain, folder: &Folder) -> Result<Self, String> {
         let prefix = format!("{}new_", domain.prefix());
-        let born = born(domain, &nursery, &prefix);
-        let found = files(&prefix).find(|path| is_segment(path));
+        let nursery = domain.root().join(NURSERY);
+        let born = node(domain, folder, &nursery, &prefix);
+        let found = files(&prefix).find(|path| is_segment(path) && is_own(path));
         let bytes = found.as_deref().and_then(|path| read(path).ok());
-        for path in files(&prefix) {
+        for path in files(&prefix).filter(|path| is_own(path)) {
             let _gone = fs::remove_file(path);
         }
         let _gone = fs::remove_dir_all(&nursery);
-        let failed = |source| DomainError::Write { path: nursery.clone(), source };
-        born.map_err(|reason| failed(io::Error::other(reason)))?;
+        born?;
         let name = found.as_deref().and_then(|path| path.file_name()?.to_str()?.strip_prefix(&prefix));
-        let (Some(name), Some(bytes)) = (name, bytes) else {
-            return Err(failed(io::Error::other("the middleware made no management segment")));
+        let (Some(name), Some(bytes)) = (name, bytes.filter(|bytes| bytes.len() > VERSION_BYTES)) else {
+            return Err("the middleware made no management segment".to_owned());
         };
         let path = Path::new(SHARED_MEMORY).join(format!("{}{name}", domain.prefix()));
-        let segment = Self { path, bytes };
-        segment.place().map_err(|source| DomainError::Write { path: segment.path.clone(), source })?;
-        Ok(segment)
+        Ok(Self { path, bytes })
     }
 
     /// The segment that a domain has, where it is as it should be.
     #[must_use]
     pub fn of(domain: &Domain) -> Option<Self> {
         let new = format!("{}new_", domain.prefix());
-        let is_ours = |path: &PathBuf| is_segment(path) && !starts_with(path, &new);
+        let is_ours = |path: &PathBuf| is_segment(path) && is_own(path) && !starts_with(path, &new);
         let path = files(&domain.prefix()).find(is_ours)?;
         let bytes = read(&path).ok().filter(|bytes| bytes.len() > VERSION_BYTES)?;
         let segment = Self { path, bytes };
@@ -99,7 +125,10 @@ impl Segment {
     /// What is wrong, and cannot be mended: the file is another user's, or shared memory is full.
     pub fn mend(&self) -> Result<Option<Replaced>, io::Error> {
         let Some(what) = self.fault() else { return Ok(None) };
-        self.place().map_err(|error| io::Error::new(error.kind(), format!("{what}, and {error}")))?;
+        let failed = |error: io::Error| {
+            io::Error::new(error.kind(), format!("{}: {what}, and {error}", self.path.display()))
+        };
+        self.place().map_err(failed)?;
         Ok(Some(Replaced { path: self.path.clone(), what }))
     }
 
@@ -143,24 +172,26 @@ impl Segment {
     }
 }
 
-/// Has the middleware make a node, and with it a segment, below another directory and under another prefix.
-fn born(domain: &Domain, nursery: &Path, prefix: &str) -> Result<(), String> {
-    let told = |error: &dyn std::fmt::Debug| format!("{error:?}");
-    let file = domain.middleware_file();
-    let file = file.to_str().ok_or("its path is no UTF-8")?;
-    let file = FilePath::new(file.as_bytes()).map_err(|error| told(&error))?;
-    let mut config = Config::from_file(&file).map_err(|error| told(&error))?;
+/// Makes a node below a directory and under a prefix, and drops it.
+fn node(domain: &Domain, folder: &Folder, nursery: &Path, prefix: &str) -> Result<(), String> {
+    let told = |error: &dyn fmt::Debug| format!("{error:?}");
+    let no_text = "the domain's path is no UTF-8";
+    let written = folder.replace(NURSERY_FILE, domain.middleware_configuration().as_bytes());
+    written.map_err(|error| error.to_string())?;
+    let file = domain.root().join(NURSERY_FILE);
+    let file = FilePath::new(file.to_str().ok_or(no_text)?.as_bytes()).map_err(|error| told(&error))?;
+    let config = Config::from_file(&file);
+    let _gone = folder.remove(NURSERY_FILE);
+    let mut config = config.map_err(|error| told(&error))?;
     config.global.prefix = FileName::new(prefix.as_bytes()).map_err(|error| told(&error))?;
-    let root = nursery.to_str().ok_or("its path is no UTF-8")?;
+    let root = nursery.to_str().ok_or(no_text)?;
     let root = iceoryx2::prelude::Path::new(root.as_bytes()).map_err(|error| told(&error))?;
     config.global.set_root_path(&root);
-    let node = NodeBuilder::new()
+    let made = NodeBuilder::new()
         .config(&config)
         .signal_handling_mode(SignalHandlingMode::Disabled)
-        .create::<Service>()
-        .map_err(|error| told(&error))?;
-    drop(node);
-    Ok(())
+        .create::<Service>();
+    made.map(drop).map_err(|error| told(&error))
 }
 
 /// Refuses a domain of which another user has made shared memory before: the middleware would wait for it.
@@ -180,6 +211,11 @@ fn files(prefix: &str) -> impl Iterator<Item = PathBuf> {
 
 fn starts_with(path: &Path, prefix: &str) -> bool {
     path.file_name().and_then(|name| name.to_str()).is_some_and(|name| name.starts_with(prefix))
+}
+
+/// Whether it is a file, and this user's.
+fn is_own(path: &Path) -> bool {
+    fs::symlink_metadata(path).is_ok_and(|stat| stat.is_file() && stat.uid() == geteuid().as_raw())
 }
 
 fn is_segment(path: &Path) -> bool {

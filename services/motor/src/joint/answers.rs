@@ -147,7 +147,11 @@ impl Joint {
             }
             return;
         }
-        if let Link::Silent { .. } = self.link {
+        if let Link::Silent { cause, .. } = self.link {
+            if cause == JointCause::Alert {
+                // It did not come back from its reboot: when it does, nobody expects it.
+                self.deaf_to = self.newest_order;
+            }
             self.link = Link::Silent { ask_at: self.leave_alone(now), cause: JointCause::Silent };
             return;
         }

@@ -16,6 +16,7 @@ impl Joint {
             self.order = order;
         }
         if let Licence::Disarmed { cause } = self.licence
+            && self.deaf_to != order
             && self.may_be_armed()
             && (self.order != order || matches!(cause, JointCause::GroupStopped | JointCause::BodyStopped))
         {
@@ -27,8 +28,10 @@ impl Joint {
     /// Takes an order that is given now for spent where its servo does not answer: what comes back later was not there for
     /// the person who gave it. One that is rebooted by the order itself is armed by it.
     pub(crate) fn hear_order(&mut self, order: u64) {
-        if matches!(self.link, Link::Silent { cause, .. } if cause != JointCause::Alert) {
-            self.order = order;
+        self.newest_order = order;
+        let is_rebooted = matches!(self.link, Link::Silent { cause: JointCause::Alert, .. });
+        if self.link.is_quarantined() && !is_rebooted {
+            self.deaf_to = order;
         }
     }
 

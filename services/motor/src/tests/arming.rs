@@ -169,6 +169,48 @@ fn an_order_that_is_given_while_a_servo_does_not_answer_is_none_for_it() {
 }
 
 #[test]
+fn an_order_is_none_for_a_joint_that_waited_for_others_when_its_servo_fell_silent() {
+    let mut rig = Rig::armed_hardware();
+    // The line of the others is gone for a while: the whole body stops.
+    rig.lost = Some(1);
+    rig.commanded(100, 0.3, rig.now);
+    assert_eq!(rig.causes()[0], JointCause::BodyStopped);
+    rig.lost = None;
+    rig.commanded(100, 0.3, rig.now);
+    rig.mute.insert((0, 1));
+    rig.commanded(20, 0.3, rig.now);
+    assert_eq!(rig.modes()[0], Quarantined);
+    rig.motor.arm(rig.now, None);
+    rig.commanded(20, 0.3, rig.now);
+    rig.mute.clear();
+    rig.until(500, 0.3, |rig| rig.machines(0).link == JointLink::Answering);
+    let at_rad = rig.position(0);
+    rig.commanded(300, -0.6, rig.now);
+    assert!((rig.position(0) - at_rad).abs() < 0.01, "it moved: {:?}", rig.machines(0));
+    assert_ne!(rig.modes()[0], Following);
+}
+
+#[test]
+fn a_servo_that_does_not_come_back_from_its_reboot_needs_another_order() {
+    let mut rig = Rig::armed_hardware();
+    rig.servo(0, 0).fail(HardwareError::Overload);
+    rig.commanded(300, 0.3, rig.now);
+    assert_eq!((rig.causes()[0], rig.torque(0, 0)), (JointCause::Alert, 0));
+    rig.motor.arm(rig.now, Some(rig.motor.counts().locks));
+    rig.commanded(2, 0.3, rig.now);
+    rig.mute.insert((0, 1));
+    // Its reboot is over by then.
+    rig.commanded(300, 0.3, rig.now);
+    assert_eq!(rig.modes()[0], Quarantined);
+    rig.mute.clear();
+    rig.until(500, 0.3, |rig| rig.machines(0).link == JointLink::Answering);
+    rig.commanded(300, -0.6, rig.now);
+    assert_eq!(rig.torque(0, 0), 0, "{:?}", rig.machines(0));
+    rig.motor.arm(rig.now, None);
+    rig.until(400, -0.6, |rig| rig.modes() == [Following; 3]);
+}
+
+#[test]
 fn a_commander_that_comes_back_goes_on_slowly_and_torque_that_went_off_stays_off() {
     let mut rig = Rig::armed_hardware();
     rig.commanded(400, 0.3, rig.now);

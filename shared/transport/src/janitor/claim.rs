@@ -7,7 +7,6 @@ use folder::{Folder, FolderError};
 use rustix::fs::{FlockOperation, flock};
 use rustix::io::Errno;
 
-use super::SHARED_MEMORY;
 use crate::Domain;
 
 /// Below the root of a domain: locked as long as the domain's supervisor lives.
@@ -70,7 +69,7 @@ pub fn claim(domain: &Domain) -> Result<Claim, ClaimError> {
         let folder = match Folder::make(root) {
             Ok(folder) => folder,
             // Somebody wiped it between being made and being opened.
-            Err(error) if error.is_missing() && fs::symlink_metadata(SHARED_MEMORY).is_ok() => continue,
+            Err(error) if error.is_missing() && root.parent().is_some_and(Path::is_dir) => continue,
             Err(FolderError::OfAnother { path: root, owner }) => {
                 return Err(ClaimError::OfAnother { root, owner });
             }
