@@ -21,7 +21,7 @@ const LAYERS: [&[&str]; 6] = [
         "simulator-process",
         "supervisor-process",
     ],
-    &["process", "realtime", "recording", "serial", "store", "torque", "trace", "transport"],
+    &["folder", "process", "realtime", "recording", "serial", "store", "torque", "trace", "transport"],
     &[
         "account",
         "belief",
@@ -38,12 +38,13 @@ const LAYERS: [&[&str]; 6] = [
         "tasks",
     ],
     &["config", "message"],
-    &["clock", "folder", "geometry", "prefetch", "quantity", "testkit"],
+    &["clock", "geometry", "prefetch", "quantity", "testkit"],
 ];
 
 /// Arrows within a layer, from the crate to those of its own layer that it may know.
-const PEERS: [(&str, &[&str]); 9] = [
-    ("process", &["realtime", "transport"]),
+const PEERS: [(&str, &[&str]); 10] = [
+    ("process", &["folder", "realtime", "transport"]),
+    ("transport", &["folder"]),
     ("recording", &["transport"]),
     ("torque", &["serial"]),
     ("belief", &["perception"]),
