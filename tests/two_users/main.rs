@@ -118,6 +118,16 @@ fn signal(pid: u32, signal: Signal) {
     kill_process(pid, signal).expect("it runs");
 }
 
+/// The sensor process of the robot in a domain.
+fn sensor_of(domain: &Path) -> Option<u32> {
+    fs::read_dir("/proc").expect("is mounted").flatten().find_map(|entry| {
+        let pid = entry.file_name().to_str()?.parse().ok()?;
+        let line = fs::read_to_string(entry.path().join("cmdline")).ok()?;
+        let words: Vec<&str> = line.split('\0').collect();
+        (words.get(1) == Some(&"sensor") && words.contains(&domain.to_str()?)).then_some(pid)
+    })
+}
+
 /// Everything below a folder.
 fn below(folder: &Path, all: &mut Vec<PathBuf>) {
     for entry in fs::read_dir(folder).expect("a folder").flatten() {
@@ -155,11 +165,7 @@ fn nothing_of_a_running_robot_can_be_opened_by_another_user_and_a_damaged_segmen
     fs::write(segment, [0xA5; 16]).expect("this user may");
     until(|| place.said().contains("it was made anew"));
     assert!(place.said().contains(&segment.display().to_string()), "{}", place.said());
-    let sensor = || {
-        let told =
-            Command::new("pgrep").args(["-f", &format!("leo sensor.*{}", place.root.display())]).output();
-        String::from_utf8_lossy(&told.expect("runs").stdout).trim().parse::<u32>().ok()
-    };
+    let sensor = || sensor_of(&place.root);
     let before = sensor().expect("it runs");
     signal(before, Signal::KILL);
     until(|| sensor().is_some_and(|now| now != before));
