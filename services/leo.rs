@@ -7,7 +7,7 @@ use std::process::ExitCode;
 use clap::Parser as _;
 
 fn main() -> ExitCode {
-    process::keep_others_out();
+    process::restrict_umask();
     match command::Leo::parse_from(command::arguments()).run() {
         Ok(code) => code,
         Err(failure) => {

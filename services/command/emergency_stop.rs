@@ -167,7 +167,7 @@ impl EmergencyStop {
     /// process does: what to say of it, or what is wrong.
     fn confirmed(&self, robot: &Domain, motors: &[&Motor]) -> Result<String, String> {
         // Root does no more for others than to raise it: their configuration names any device.
-        if let Err(FolderError::OfAnother { owner, .. }) = Folder::open(robot.root()) {
+        if let Err(FolderError::OtherOwner { owner, .. }) = Folder::open(robot.root()) {
             return Err(format!(
                 "the robot is that of the user with the number {owner}: `sudo -u '#{owner}' leo emergency-stop` confirms it"
             ));

@@ -146,7 +146,7 @@ pub(crate) struct Joint {
     /// The number of the newest order, and of the newest that was given while its servo did not answer: that one does not
     /// arm it.
     newest_order: u64,
-    deaf_to: u64,
+    missed_order: u64,
     /// What is done about its hardware alert, while it has one.
     reaction: Option<AlertReaction>,
     /// When its torque goes off after an alert, where it does not move.
@@ -208,7 +208,7 @@ impl Joint {
             refused_duty: RefusedDuty::No,
             order: 0,
             newest_order: 0,
-            deaf_to: 0,
+            missed_order: 0,
             reaction: None,
             cut_at: None,
             reboot_at: None,

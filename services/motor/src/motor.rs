@@ -250,7 +250,7 @@ impl Motor {
         self.acknowledged = acknowledged_locks;
         self.order_until = Some(now + ORDER_HOLDS);
         self.orders += 1;
-        self.joints.iter_mut().for_each(|joint| joint.hear_order(self.orders));
+        self.joints.iter_mut().for_each(|joint| joint.note_order(self.orders));
     }
 
     /// Stops the body as the configuration says that the emergency stop does, and keeps it stopped until

@@ -90,7 +90,7 @@ struct Rig {
     /// What people were told of how servos were found, with the joint's index.
     notices: Vec<(usize, String)>,
     /// Whether anybody takes what they are to be told.
-    hears_notices: bool,
+    takes_notices: bool,
     /// Spoils the bytes of both directions now and then.
     noise: Option<ChaCha8Rng>,
 }
@@ -173,14 +173,14 @@ impl Rig {
             lost: None,
             noise: None,
             notices: Vec::new(),
-            hears_notices: true,
+            takes_notices: true,
         }
     }
 
     fn cycle(&mut self) {
         self.now += PERIOD;
         self.motor.step(self.now);
-        if self.hears_notices {
+        if self.takes_notices {
             let notices = &mut self.notices;
             self.motor.take_notices(|joint, notice| notices.push((joint, notice.to_string())));
         }

@@ -25,9 +25,9 @@ pub(crate) struct MemoryWatch {
     look_at: Instant,
 }
 
-/// What a look finds amiss.
+/// What is wrong with shared memory.
 #[derive(Debug)]
-pub(crate) enum Amiss {
+pub(crate) enum MemoryFault {
     /// A file of shared memory is gone, or another one stands in its place.
     Removed(PathBuf),
     /// The management segment was damaged, and is as it was again.
@@ -52,25 +52,25 @@ impl MemoryWatch {
         Self { files: files.collect(), segment, told: None, look_at: Instant::EPOCH }
     }
 
-    /// What is amiss, if anything; looked at now and then, or `now_for_sure`.
-    pub(crate) fn look(&mut self, now: Instant, now_for_sure: bool) -> Option<Amiss> {
+    /// What is wrong, if anything; looked at now and then, or `now_for_sure`.
+    pub(crate) fn look(&mut self, now: Instant, now_for_sure: bool) -> Option<MemoryFault> {
         if now < self.look_at && !now_for_sure {
             return None;
         }
         self.look_at = now + EVERY;
         if let Some((path, _)) = self.files.iter().find(|(path, was)| file(path) != *was) {
-            return Some(Amiss::Removed(path.clone()));
+            return Some(MemoryFault::Removed(path.clone()));
         }
         match self.segment.as_ref()?.mend() {
             Ok(replaced) => {
                 self.told = None;
-                replaced.map(Amiss::Mended)
+                replaced.map(MemoryFault::Mended)
             }
             Err(error) => {
                 let error = error.to_string();
                 let is_told = self.told.as_ref() == Some(&error);
                 self.told = Some(error.clone());
-                (!is_told).then_some(Amiss::Damaged(error))
+                (!is_told).then_some(MemoryFault::Damaged(error))
             }
         }
     }
@@ -117,7 +117,7 @@ mod tests {
         let mut watch = MemoryWatch::of(&domain);
         fs::write(domain.root().join("emergency-stop"), "").unwrap();
         let now = clock::now();
-        let removed = |amiss| matches!(amiss, Some(Amiss::Removed(path)) if path == domain.root());
+        let removed = |found| matches!(found, Some(MemoryFault::Removed(path)) if path == domain.root());
         assert!(watch.look(now, false).is_none());
         // The new one is made before the old one goes, so that it cannot have its number.
         let other = domain.root().with_extension("other");

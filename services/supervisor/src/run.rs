@@ -21,7 +21,7 @@ use crate::caretaker::Caretaker;
 use crate::check::room;
 use crate::faults::{Deed, ProcessFaults};
 use crate::guard::Guard;
-use crate::memory_watch::{Amiss, MemoryWatch};
+use crate::memory_watch::{MemoryFault, MemoryWatch};
 use crate::policy::{Action, Ended, Event, Outcome, Policy, Terms, Why};
 use crate::serial_lines::SerialLines;
 use crate::service_manager::ServiceManager;
@@ -354,17 +354,17 @@ impl House<'_> {
         }
         let removed = match self.memory.look(clock::now(), now_for_sure) {
             None => return,
-            Some(Amiss::Mended(replaced)) => {
+            Some(MemoryFault::Mended(replaced)) => {
                 tracing::error!("the middleware's management segment {replaced}");
                 return;
             }
-            Some(Amiss::Damaged(why)) => {
+            Some(MemoryFault::Damaged(why)) => {
                 tracing::error!(
                     "the middleware's management segment cannot be made anew, and no process can join the robot: {why}"
                 );
                 return;
             }
-            Some(Amiss::Removed(path)) => path,
+            Some(MemoryFault::Removed(path)) => path,
         };
         tracing::error!(
             "{} was removed under the running robot, which stops now. systemd-logind does so when the user's last login \

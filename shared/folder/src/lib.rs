@@ -54,7 +54,7 @@ pub enum FolderError {
     },
     /// It belongs to another user.
     #[error("{} belongs to the user with the number {owner}, and not to this one: choose another name or place, or have that user or root remove it", path.display())]
-    OfAnother {
+    OtherOwner {
         /// Its path.
         path: PathBuf,
         /// Its user's number.
@@ -66,7 +66,7 @@ pub enum FolderError {
          then `chmod 700 {}`",
         path.display(), path.display()
     )]
-    OpenToOthers {
+    WritableByOthers {
         /// Its path.
         path: PathBuf,
         /// Its permissions.
@@ -95,9 +95,9 @@ impl From<FolderError> for io::Error {
         match error {
             FolderError::System { source, .. } => source,
             FolderError::NoFolder { .. } => Self::new(io::ErrorKind::NotADirectory, error),
-            FolderError::Link { .. } | FolderError::OfAnother { .. } | FolderError::OpenToOthers { .. } => {
-                Self::new(io::ErrorKind::PermissionDenied, error)
-            }
+            FolderError::Link { .. }
+            | FolderError::OtherOwner { .. }
+            | FolderError::WritableByOthers { .. } => Self::new(io::ErrorKind::PermissionDenied, error),
         }
     }
 }
@@ -112,11 +112,11 @@ impl Folder {
         let folder = Self::open_any(path)?;
         let stat = folder.stat()?;
         if stat.st_uid != geteuid().as_raw() {
-            return Err(FolderError::OfAnother { path: folder.path, owner: stat.st_uid });
+            return Err(FolderError::OtherOwner { path: folder.path, owner: stat.st_uid });
         }
         let mode = stat.st_mode & 0o7777;
         if mode & WRITTEN_BY_OTHERS != 0 {
-            return Err(FolderError::OpenToOthers { path: folder.path, mode });
+            return Err(FolderError::WritableByOthers { path: folder.path, mode });
         }
         Ok(folder)
     }
@@ -152,7 +152,7 @@ impl Folder {
             Err(Errno::ACCESS) => {
                 let owner = lstat(&path).map(|stat| stat.st_uid).ok();
                 Err(match owner.filter(|owner| *owner != geteuid().as_raw()) {
-                    Some(owner) => FolderError::OfAnother { path, owner },
+                    Some(owner) => FolderError::OtherOwner { path, owner },
                     None => FolderError::System { path, source: Errno::ACCESS.into() },
                 })
             }

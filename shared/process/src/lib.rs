@@ -36,4 +36,4 @@ pub use launch::Launch;
 pub use member::{Member, Progress, queues};
 pub use motor_processes::MotorProcess;
 pub use stop::stop_flag;
-pub use umask::keep_others_out;
+pub use umask::restrict_umask;

@@ -7,7 +7,7 @@ use rustix::process::umask;
 /// them out already was chosen by somebody, such as the service's, which lets a group in: it stays.
 ///
 /// To be called before there are other threads.
-pub fn keep_others_out() {
+pub fn restrict_umask() {
     let inherited = umask(Mode::RWXG | Mode::RWXO);
     if inherited.contains(Mode::RWXO) {
         umask(inherited);

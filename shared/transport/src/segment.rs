@@ -2,8 +2,8 @@
 //!
 //! iceoryx2 0.10 opens it to every user of the machine (mode 0666, whatever the umask): another user could damage it,
 //! and no process could join the domain any more. So Leo makes the segment before the middleware does. The middleware
-//! makes one under another name, for nobody; its bytes go into a new file of this user's alone, which then gets the
-//! name that every node looks for. Nodes open the segment for the moment in which they are made, so that one that is
+//! makes a template under another name. Its bytes go into a new file of this user's alone, which then gets the name that
+//! every node looks for. Nodes open the segment for the moment in which they are made, so that one that is
 //! damaged can be replaced while a robot runs.
 
 use std::fmt;
@@ -29,9 +29,9 @@ const SUFFIX: &str = ".global_mgmt";
 const VERSION_BYTES: usize = 8;
 /// More than it ever has.
 const BYTES_MOST: u64 = 4096;
-/// Below the domain's directory: where the middleware makes the segment for nobody, and by which configuration.
-const NURSERY: &str = "nursery";
-const NURSERY_FILE: &str = "nursery.toml";
+/// Below the domain's directory: where the middleware makes the template, and by which configuration.
+const TEMPLATE: &str = "template";
+const TEMPLATE_FILE: &str = "template.toml";
 /// How often two segments are compared before that is given up.
 const ATTEMPTS: u32 = 3;
 /// Files are this user's alone.
@@ -71,13 +71,13 @@ impl Segment {
             return Ok(there);
         }
         let failed = |reason: &str| DomainError::Write {
-            path: domain.root().join(NURSERY),
+            path: domain.root().join(TEMPLATE),
             source: io::Error::other(reason.to_owned()),
         };
         for _attempt in 0..ATTEMPTS {
             // Two are compared: in the instant in which one is open to others, another user may write into it.
-            let one = Self::born(domain, folder).map_err(|reason| failed(&reason))?;
-            let other = Self::born(domain, folder).map_err(|reason| failed(&reason))?;
+            let one = Self::template(domain, folder).map_err(|reason| failed(&reason))?;
+            let other = Self::template(domain, folder).map_err(|reason| failed(&reason))?;
             if one.bytes.get(..VERSION_BYTES) == other.bytes.get(..VERSION_BYTES) {
                 one.place().map_err(|source| DomainError::Write { path: one.path.clone(), source })?;
                 return Ok(one);
@@ -88,17 +88,17 @@ impl Segment {
 
     /// Has the middleware make a node, and with it a segment, below another directory and under another prefix; the
     /// segment that the domain has to have by that.
-    fn born(domain: &Domain, folder: &Folder) -> Result<Self, String> {
+    fn template(domain: &Domain, folder: &Folder) -> Result<Self, String> {
         let prefix = format!("{}new_", domain.prefix());
-        let nursery = domain.root().join(NURSERY);
-        let born = node(domain, folder, &nursery, &prefix);
+        let below = domain.root().join(TEMPLATE);
+        let made = node(domain, folder, &below, &prefix);
         let found = files(&prefix).find(|path| is_segment(path) && is_own(path));
         let bytes = found.as_deref().and_then(|path| read(path).ok());
         for path in files(&prefix).filter(|path| is_own(path)) {
             let _gone = fs::remove_file(path);
         }
-        let _gone = fs::remove_dir_all(&nursery);
-        born?;
+        let _gone = fs::remove_dir_all(&below);
+        made?;
         let name = found.as_deref().and_then(|path| path.file_name()?.to_str()?.strip_prefix(&prefix));
         let (Some(name), Some(bytes)) = (name, bytes.filter(|bytes| bytes.len() > VERSION_BYTES)) else {
             return Err("the middleware made no management segment".to_owned());
@@ -173,18 +173,18 @@ impl Segment {
 }
 
 /// Makes a node below a directory and under a prefix, and drops it.
-fn node(domain: &Domain, folder: &Folder, nursery: &Path, prefix: &str) -> Result<(), String> {
+fn node(domain: &Domain, folder: &Folder, below: &Path, prefix: &str) -> Result<(), String> {
     let told = |error: &dyn fmt::Debug| format!("{error:?}");
     let no_text = "the domain's path is no UTF-8";
-    let written = folder.replace(NURSERY_FILE, domain.middleware_configuration().as_bytes());
+    let written = folder.replace(TEMPLATE_FILE, domain.middleware_configuration().as_bytes());
     written.map_err(|error| error.to_string())?;
-    let file = domain.root().join(NURSERY_FILE);
+    let file = domain.root().join(TEMPLATE_FILE);
     let file = FilePath::new(file.to_str().ok_or(no_text)?.as_bytes()).map_err(|error| told(&error))?;
     let config = Config::from_file(&file);
-    let _gone = folder.remove(NURSERY_FILE);
+    let _gone = folder.remove(TEMPLATE_FILE);
     let mut config = config.map_err(|error| told(&error))?;
     config.global.prefix = FileName::new(prefix.as_bytes()).map_err(|error| told(&error))?;
-    let root = nursery.to_str().ok_or(no_text)?;
+    let root = below.to_str().ok_or(no_text)?;
     let root = iceoryx2::prelude::Path::new(root.as_bytes()).map_err(|error| told(&error))?;
     config.global.set_root_path(&root);
     let made = NodeBuilder::new()

@@ -3,8 +3,8 @@
 //!
 //! - `bad_servo`: what one bad servo among thirteen costs, beside the crate `rustypot` on the same bus in the
 //!   same run. Where it costs Leo more than that servo, the benchmark fails.
-//! - `rate`: cycles per second beside what the wire allows, and beside a bare loop on the same bus. Below 95 % of the
-//!   lower of the two the benchmark fails.
+//! - `rate`: cycles per second beside what the wire allows, and beside a bare loop on the same bus. Below 95 % of
+//!   what the wire allows the benchmark fails.
 //! - `computing`: the processor's time for a cycle of the whole robot.
 //! - `jitter`: when requests go out, beside a bare thread that sleeps until the same instants; and the
 //!   processor's time that the driver's threads had.

@@ -149,8 +149,8 @@ impl Joint {
         }
         if let Link::Silent { cause, .. } = self.link {
             if cause == JointCause::Alert {
-                // It did not come back from its reboot: when it does, nobody expects it.
-                self.deaf_to = self.newest_order;
+                // A servo that comes back from its reboot later needs another order.
+                self.missed_order = self.newest_order;
             }
             self.link = Link::Silent { ask_at: self.leave_alone(now), cause: JointCause::Silent };
             return;

@@ -16,7 +16,7 @@ impl Joint {
             self.order = order;
         }
         if let Licence::Disarmed { cause } = self.licence
-            && self.deaf_to != order
+            && self.missed_order != order
             && self.may_be_armed()
             && (self.order != order || matches!(cause, JointCause::GroupStopped | JointCause::BodyStopped))
         {
@@ -25,13 +25,13 @@ impl Joint {
         }
     }
 
-    /// Takes an order that is given now for spent where its servo does not answer: what comes back later was not there for
-    /// the person who gave it. One that is rebooted by the order itself is armed by it.
-    pub(crate) fn hear_order(&mut self, order: u64) {
+    /// Notes an order that is given now. It does not arm the joint where its servo does not answer: a servo that comes back
+    /// later needs another order. A servo that the order itself reboots is armed by it.
+    pub(crate) fn note_order(&mut self, order: u64) {
         self.newest_order = order;
         let is_rebooted = matches!(self.link, Link::Silent { cause: JointCause::Alert, .. });
         if self.link.is_quarantined() && !is_rebooted {
-            self.deaf_to = order;
+            self.missed_order = order;
         }
     }
 

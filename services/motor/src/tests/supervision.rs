@@ -376,7 +376,7 @@ fn the_velocity_of_a_profile_costs_the_wire_nothing_while_it_stays_and_is_told_a
     let longer = lengths.iter().filter(|length| **length == shortest + 4).count();
     // Every 125 cycles.
     assert_eq!((longer, lengths.iter().filter(|length| **length > shortest + 4).count()), (2, 0));
-    // One that did not hear it, or that another hand has told otherwise, hears it soon.
+    // A servo that lost it, or that another program has told otherwise, is told again soon.
     rig.servo(1, 0).write(table::PROFILE_VELOCITY.address, &400_u32.to_le_bytes()).unwrap();
     rig.commanded(126, 0.3, rig.now);
     let told = rig.lines[1].servos()[0].read(table::PROFILE_VELOCITY.address, 4).unwrap().to_vec();

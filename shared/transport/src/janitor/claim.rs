@@ -70,7 +70,7 @@ pub fn claim(domain: &Domain) -> Result<Claim, ClaimError> {
             Ok(folder) => folder,
             // Somebody wiped it between being made and being opened.
             Err(error) if error.is_missing() && root.parent().is_some_and(Path::is_dir) => continue,
-            Err(FolderError::OfAnother { path: root, owner }) => {
+            Err(FolderError::OtherOwner { path: root, owner }) => {
                 return Err(ClaimError::OfAnother { root, owner });
             }
             Err(FolderError::System { path, source }) => return Err(ClaimError::Failed { path, source }),
