@@ -12,6 +12,7 @@ mod journal;
 mod learn;
 mod manual;
 mod mock_bus;
+mod other_users;
 mod output;
 mod process;
 mod record;

@@ -135,6 +135,7 @@ const MORE_SHELL_FILES: [&str; 49] = [
     "supervisor/src/readiness/system.rs",
     "supervisor/src/service_manager.rs",
     "supervisor/src/signals.rs",
+    "supervisor/src/stop_by_any_user.rs",
     "supervisor/src/guard.rs",
     "supervisor/src/memory_watch.rs",
 ];

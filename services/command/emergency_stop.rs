@@ -15,6 +15,7 @@ use transport::{Delivery, Domain, JointsReader, Node, Queues, RosterReader};
 
 use super::domain::to_run_in;
 use super::failure::Failed;
+use super::other_users::OthersRobot;
 
 /// How long the servos may take to confirm. A healthy bus needs two cycles.
 const CONFIRM_WITHIN: Duration = Duration::from_secs(2);
@@ -30,7 +31,7 @@ const END_WITHIN: Duration = Duration::from_secs(5);
 /// How long a line may stay another program's.
 const BUSY_TIMEOUT: Duration = Duration::from_secs(2);
 
-/// Stop every robot, or release one.
+/// Stop every robot on this machine, or release one.
 #[derive(Args, Clone, Debug)]
 #[command(
     after_help = "Example:\n  leo emergency-stop\n\nThe same without this program: send SIGUSR1 to the \
@@ -42,7 +43,7 @@ pub(crate) struct EmergencyStop {
     /// Release the stop: joints move once they are armed again (`leo arm`)
     #[arg(long)]
     release: bool,
-    /// The robot, which need not run yet [default: all of this user's that run]
+    /// The robot, which need not run yet [default: all that run, those of other users too; release: this user's]
     #[arg(long, value_name = "DIRECTORY")]
     domain: Option<PathBuf>,
     /// The robot's leo.toml, whose servo buses are opened where no motor process runs [default: as the robot was started]
@@ -67,12 +68,14 @@ impl EmergencyStop {
                 Motor { process, signalled }
             })
             .collect();
+        let others = OthersRobot::stop_all(self.domain.as_deref());
         // The file says why, and keeps it raised. Whether it could be written is said below, where it is written again.
         for Motor { process, .. } in motors.iter().filter(|motor| motor.process.domain.is_dir()) {
             let _raised = emergency::raise(&process.domain, &self.reason);
         }
-        let robots = self.robots(&motors)?;
-        if robots.is_empty() {
+        let is_others = self.domain.is_some() && others.iter().any(OthersRobot::is_stopped);
+        let robots = if is_others { Vec::new() } else { self.robots(&motors)? };
+        if robots.is_empty() && others.is_empty() {
             let Some(config) = &self.config else {
                 return Err(Failed::because(
                     "no robot runs here: nothing was stopped; one that is about to start is stopped by its name, \
@@ -113,6 +116,11 @@ impl EmergencyStop {
         }
         if !lines.is_empty() {
             lines.push(RELEASE.to_owned());
+        }
+        for robot in others {
+            let (status, said) = robot.answer(RELEASE);
+            lines.push(said);
+            code = if status == 0 { code } else { ExitCode::from(status) };
         }
         print(&lines, &failed, code)
     }

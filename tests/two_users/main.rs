@@ -42,12 +42,14 @@ struct Place {
     files: TempDir,
     /// The robot, while it runs.
     robot: Option<Child>,
+    /// A process of the other user, while it runs.
+    rogue: Option<Child>,
 }
 
 impl Place {
     fn new(name: &str) -> Self {
         let root = PathBuf::from(format!("/dev/shm/leo-{name}-{}", std::process::id()));
-        Self { root, files: tempfile::tempdir().expect("a folder"), robot: None }
+        Self { root, files: tempfile::tempdir().expect("a folder"), robot: None, rogue: None }
     }
 
     fn command(&self) -> Command {
@@ -61,12 +63,36 @@ impl Place {
         command
     }
 
+    /// This program where the other user may run it.
+    fn program_for_all(&self) -> PathBuf {
+        let folder = self.files.path().join("program");
+        let program = folder.join("leo");
+        fs::create_dir(&folder).expect("writes");
+        fs::copy(env!("CARGO_BIN_EXE_leo"), &program).expect("copies");
+        for path in [self.files.path(), &folder, &program] {
+            fs::set_permissions(path, fs::Permissions::from_mode(0o755)).expect("root may");
+        }
+        program
+    }
+
     fn log(&self) -> PathBuf {
         self.files.path().join("log")
     }
 
     fn said(&self) -> String {
         fs::read_to_string(self.log()).unwrap_or_default()
+    }
+
+    /// Starts a robot that runs.
+    fn start(&mut self) {
+        self.robot = Some(self.command().spawn().expect("starts"));
+        let end = clock::now() + PATIENCE;
+        while !self.said().contains("all 65 joints follow") {
+            let is_running =
+                self.robot.as_mut().is_some_and(|robot| robot.try_wait().is_ok_and(|end| end.is_none()));
+            assert!(is_running && clock::now() < end, "it does not run: {}", self.said());
+            clock::sleep_until(clock::now() + Duration::from_millis(10));
+        }
     }
 
     /// Starts a robot that cannot run; what it says, and its exit status.
@@ -91,8 +117,8 @@ impl Place {
 
 impl Drop for Place {
     fn drop(&mut self) {
-        if let Some(mut robot) = self.robot.take() {
-            let _dead = robot.kill().and_then(|()| robot.wait());
+        for mut process in self.robot.take().into_iter().chain(self.rogue.take()) {
+            let _dead = process.kill().and_then(|()| process.wait());
         }
         for path in self.shared() {
             let _gone = fs::remove_file(path);
@@ -144,8 +170,7 @@ fn nothing_of_a_running_robot_can_be_opened_by_another_user_and_a_damaged_segmen
         return;
     }
     let mut place = Place::new("two-open");
-    place.robot = Some(place.command().spawn().expect("starts"));
-    until(|| place.said().contains("all 65 joints follow"));
+    place.start();
     let shared = place.shared();
     assert!(shared.len() > 20, "{shared:?}");
     let mut all = vec![place.root.clone()];
@@ -249,11 +274,7 @@ fn an_ordinary_user_is_told_whose_the_folder_is_that_they_may_not_open() {
     }
     let place = Place::new("two-ordinary");
     fs::DirBuilder::new().mode(0o700).create(&place.root).expect("writes");
-    // Where the other user may run it.
-    let program = place.files.path().join("leo");
-    fs::copy(env!("CARGO_BIN_EXE_leo"), &program).expect("copies");
-    fs::set_permissions(place.files.path(), fs::Permissions::from_mode(0o755)).expect("root may");
-    fs::set_permissions(&program, fs::Permissions::from_mode(0o755)).expect("root may");
+    let program = place.program_for_all();
     let state = place.files.path().join("state");
     fs::create_dir(&state).expect("writes");
     std::os::unix::fs::chown(&state, Some(OTHER), Some(OTHER)).expect("root may");
@@ -297,4 +318,55 @@ fn root_raises_and_releases_the_stop_of_another_users_robot_and_reads_nothing_of
     assert!(status == Some(0) && said.contains("released"), "{said}");
     let (status, said) = leo(&["top", "--openmetrics"]);
     assert!(status != Some(0) && said.contains("belongs to the user with the number"), "{said}");
+}
+
+#[test]
+fn any_user_stops_a_robot_and_does_nothing_else_to_it() {
+    if !is_root() {
+        return;
+    }
+    let mut place = Place::new("two-stop");
+    let program = place.program_for_all();
+    place.start();
+    let leo = |arguments: &str| {
+        other(&format!("'{}' {arguments} --domain '{}' 1>&2", program.display(), place.root.display()))
+    };
+    let (succeeds, said) = leo("emergency-stop");
+    assert!(succeeds && said.contains("all 65 servos say that their torque is off"), "{said}");
+    assert!(said.contains("it is released by the user with the number 0"), "{said}");
+    let by = format!("EMERGENCY STOP (leo emergency-stop of the user with the number {OTHER})");
+    until(|| place.said().contains(&by));
+    for arguments in ["emergency-stop --release", "arm"] {
+        let (succeeds, said) = leo(arguments);
+        assert!(!succeeds, "{arguments}: {said}");
+    }
+    assert!(place.root.join("emergency-stop").exists());
+}
+
+#[test]
+fn a_user_who_holds_the_name_of_the_stop_socket_is_told_of_and_believed_by_nobody() {
+    if !is_root() {
+        return;
+    }
+    let mut place = Place::new("two-name");
+    let program = place.program_for_all();
+    let (listens, ready) = (place.files.path().join("listens.py"), place.files.path().join("ready"));
+    let script = format!(
+        "import socket\nlistener = socket.socket(socket.AF_UNIX)\nlistener.bind('\\0leo-emergency-stop:{}')\n\
+         listener.listen()\nprint('ready', flush=True)\nwhile True: listener.accept()[0].sendall(b'0\\nall is well\\n')\n",
+        place.root.display()
+    );
+    fs::write(&listens, script).expect("writes");
+    let mut rogue = Command::new("python3");
+    rogue.arg(&listens).uid(OTHER).gid(OTHER).stdout(fs::File::create(&ready).expect("writes"));
+    place.rogue = Some(rogue.spawn().expect("starts"));
+    until(|| fs::read_to_string(&ready).is_ok_and(|said| said.contains("ready")));
+    place.start();
+    assert!(place.said().contains("no stop socket"), "{}", place.said());
+    let stop = format!("'{}' emergency-stop --domain '{}'", program.display(), place.root.display());
+    let stopped =
+        Command::new("/bin/sh").args(["-c", &stop]).uid(OTHER + 1).gid(OTHER).output().expect("a shell");
+    let said = String::from_utf8_lossy(&[stopped.stdout, stopped.stderr].concat()).into_owned();
+    assert!(!stopped.status.success(), "{said}");
+    assert!(said.contains(&format!("the user with the number {OTHER} holds the name")), "{said}");
 }

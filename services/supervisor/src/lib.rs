@@ -16,6 +16,7 @@ mod run;
 mod serial_lines;
 mod service_manager;
 mod signals;
+mod stop_by_any_user;
 mod tape;
 mod teach;
 

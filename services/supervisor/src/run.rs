@@ -26,6 +26,7 @@ use crate::policy::{Action, Ended, Event, Outcome, Policy, Terms, Why};
 use crate::serial_lines::SerialLines;
 use crate::service_manager::ServiceManager;
 use crate::signals::Signals;
+use crate::stop_by_any_user::stop_by_any_user;
 
 /// How soon to look again while a process is on its way up or down.
 const BUSY: Duration = Duration::from_millis(5);
@@ -181,6 +182,11 @@ fn supervise(orders: &Orders, kept: &Kept) -> Result<Outcome, RunError> {
     let guard = if has_motor { Guard::start(&robot, &launch(orders, kept, 1)) } else { None };
     let memory = MemoryWatch::of(&orders.domain);
     let caretaker = Caretaker::hire(&orders.domain);
+    let _stop_socket = if has_motor && orders.settings.supervisor.stop_by_any_user {
+        stop_by_any_user(&orders.domain)
+    } else {
+        None
+    };
     let _awake = orders.settings.supervisor.keep_cores_awake.then(keep_cores_awake);
     let mut house = House {
         orders,

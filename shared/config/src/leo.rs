@@ -455,6 +455,9 @@ pub struct Supervisor {
     /// Whether the kernel's workers that carry the bytes of serial lines come before ordinary threads while the
     /// robot runs.
     pub keep_serial_lines_prompt: bool,
+    /// Whether every user of this machine may raise the emergency stop: by `leo emergency-stop`, which connects to
+    /// the robot's stop socket.
+    pub stop_by_any_user: bool,
     /// A process that is not ready after this long has failed to start.
     pub ready_within_ms: Milliseconds,
     /// A process of the hot path (sensor, belief, motor, mock servo bus) whose heart has not beaten for this

@@ -26,6 +26,7 @@ mod motor_processes;
 mod pace;
 pub mod state;
 mod stop;
+mod stop_socket;
 mod umask;
 
 pub use aside::Aside;
@@ -36,4 +37,5 @@ pub use launch::Launch;
 pub use member::{Member, Progress, queues};
 pub use motor_processes::MotorProcess;
 pub use stop::stop_flag;
+pub use stop_socket::{StopAnswer, StopSocket, StoppedRobot};
 pub use umask::restrict_umask;

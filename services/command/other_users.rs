@@ -1,0 +1,51 @@
+//! The robots of this machine's other users: whoever sees one may stop it, and do nothing else to it.
+
+use std::fs;
+use std::io;
+use std::os::unix::fs::MetadataExt as _;
+use std::path::{Path, PathBuf};
+
+use process::{StopAnswer, StoppedRobot};
+
+/// The robot of another user, and whether its emergency stop is raised.
+pub(crate) struct OthersRobot {
+    domain: PathBuf,
+    stopped: io::Result<StoppedRobot>,
+}
+
+impl OthersRobot {
+    /// Raises the emergency stop of all of them, or of that in one folder. Nothing is waited for.
+    pub(crate) fn stop_all(domain: Option<&Path>) -> Vec<Self> {
+        let is_meant = |robot: &PathBuf| domain.is_none_or(|domain| domain == robot) && !is_own(robot);
+        let all = StoppedRobot::all().into_iter().filter(is_meant);
+        all.map(|domain| Self { stopped: StoppedRobot::stop(&domain), domain }).collect()
+    }
+
+    pub(crate) const fn is_stopped(&self) -> bool {
+        self.stopped.is_ok()
+    }
+
+    /// Waits for what came of it, of which `release` is no use to this user: the exit status, and what to say.
+    pub(crate) fn answer(self, release: &str) -> (u8, String) {
+        let owner = self.stopped.as_ref().map(|robot| robot.owner).ok();
+        let of =
+            owner.map(|owner| format!("; it is released by the user with the number {owner}, whose it is"));
+        match self.stopped.and_then(StoppedRobot::answer) {
+            Ok(StopAnswer { status, text }) => {
+                let said = text.trim_end();
+                let said = said.strip_suffix(release).unwrap_or(said).trim_end();
+                (status, format!("{said}{}", of.unwrap_or_default()))
+            }
+            Err(error) => {
+                let reached = if of.is_some() { "raised, but NOT CONFIRMED" } else { "NOT STOPPED" };
+                (1, format!("{}: {reached}: {error}{}", self.domain.display(), of.unwrap_or_default()))
+            }
+        }
+    }
+}
+
+fn is_own(domain: &Path) -> bool {
+    let owner = |path: &Path| fs::symlink_metadata(path).map(|there| there.uid()).ok();
+    // The link itself is root's; what is behind it belongs to this process's user.
+    owner(domain) == owner(Path::new("/proc/self/"))
+}

@@ -1,0 +1,272 @@
+//! The stop socket: any local user may raise a robot's emergency stop, and do nothing else to it.
+//!
+//! It is an abstract Unix socket, so that nothing of it is left behind, and its name holds the robot's folder. To
+//! connect is to stop: whoever connects sends nothing. The answer is a line with the exit status of `leo
+//! emergency-stop`, and then what that command says.
+
+use std::ffi::OsStr;
+use std::fs;
+use std::io::{self, Read as _, Write as _};
+use std::os::linux::net::SocketAddrExt as _;
+use std::os::unix::ffi::OsStrExt as _;
+use std::os::unix::fs::MetadataExt as _;
+use std::os::unix::net::{SocketAddr, UnixListener, UnixStream};
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::thread::{self, JoinHandle};
+use std::time::Duration;
+
+use rustix::net::{Shutdown, shutdown, sockopt::socket_peercred};
+
+use crate::Failure;
+
+/// What the names of all stop sockets begin with; the robot's folder follows.
+const PREFIX: &str = "leo-emergency-stop:";
+/// The kernel's list of sockets, which every user may read.
+const LIST: &str = "/proc/net/unix";
+/// So many are answered at a time. Whoever comes then has stopped the robot as well, and is told no more.
+const ANSWERED_AT_ONCE: usize = 8;
+/// Somebody who does not take the answer.
+const WRITE_WITHIN: Duration = Duration::from_secs(1);
+/// Servos have two seconds to confirm, and a start of a process takes its time on a loaded machine.
+const ANSWER_WITHIN: Duration = Duration::from_secs(20);
+/// No answer is longer: a line for each of the most servos.
+const LONGEST_ANSWER: u64 = 64 << 10;
+
+/// What came of a stop.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct StopAnswer {
+    /// The exit status of `leo emergency-stop`: 0 where every servo has confirmed.
+    pub status: u8,
+    /// What that command says, without control characters.
+    pub text: String,
+}
+
+/// A robot whose stop socket was found, and whose emergency stop is raised by that.
+#[derive(Debug)]
+pub struct StoppedRobot {
+    /// Its folder.
+    pub domain: PathBuf,
+    /// The number of the user whose robot it is.
+    pub owner: u32,
+    stream: UnixStream,
+}
+
+impl StoppedRobot {
+    /// The folders of the robots on this machine that have a stop socket, in the order of their names.
+    #[must_use]
+    pub fn all() -> Vec<PathBuf> {
+        let list = fs::read(LIST).unwrap_or_default();
+        let mut all: Vec<PathBuf> = list.split(|byte| *byte == b'\n').filter_map(domain_in).collect();
+        all.sort();
+        // A connection is in the list as well, by its listener's name.
+        all.dedup();
+        all
+    }
+
+    /// Raises the emergency stop of the robot in a folder.
+    ///
+    /// # Errors
+    ///
+    /// It has no stop socket, or that is another user's than the folder.
+    pub fn stop(domain: &Path) -> io::Result<Self> {
+        let stream = UnixStream::connect_addr(&address(domain)?)?;
+        let owner = socket_peercred(&stream)?.uid.as_raw();
+        // Anybody may take a name that is free.
+        let real = fs::symlink_metadata(domain).map(|folder| folder.uid()).ok();
+        if let Some(real) = real.filter(|real| *real != owner) {
+            return Err(io::Error::other(format!(
+                "the user with the number {owner} holds the name of its stop socket, and the robot is that of the user \
+                 with the number {real}"
+            )));
+        }
+        stream.set_read_timeout(Some(ANSWER_WITHIN))?;
+        Ok(Self { domain: domain.to_owned(), owner, stream })
+    }
+
+    /// Waits for what came of it.
+    ///
+    /// # Errors
+    ///
+    /// The robot does not answer, or not as one does.
+    pub fn answer(self) -> io::Result<StopAnswer> {
+        let mut text = Vec::new();
+        self.stream.take(LONGEST_ANSWER).read_to_end(&mut text)?;
+        let text = String::from_utf8_lossy(&text);
+        let answer = text.split_once('\n').and_then(|(status, text)| Some((status.parse().ok()?, text)));
+        let (status, text) =
+            answer.ok_or_else(|| io::Error::other("it was reached, and does not say what came of it"))?;
+        // Another user's words go to a terminal.
+        let is_plain = |letter: &char| !letter.is_control() || *letter == '\n';
+        Ok(StopAnswer { status, text: text.chars().filter(is_plain).collect() })
+    }
+}
+
+/// The folder that a line of the kernel's list names, where it is that of a stop socket.
+fn domain_in(line: &[u8]) -> Option<PathBuf> {
+    // The list writes an abstract socket's name behind this character.
+    let name = line.splitn(2, |byte| *byte == b'@').nth(1)?.strip_prefix(PREFIX.as_bytes())?;
+    Some(PathBuf::from(OsStr::from_bytes(name)))
+}
+
+fn address(domain: &Path) -> io::Result<SocketAddr> {
+    SocketAddr::from_abstract_name([PREFIX.as_bytes(), domain.as_os_str().as_bytes()].concat())
+}
+
+/// The listening end.
+#[derive(Debug)]
+pub struct StopSocket {
+    listener: Arc<UnixListener>,
+    thread: Option<JoinHandle<()>>,
+}
+
+impl StopSocket {
+    /// Listens for the robot in a folder. For each connection `stop` is called at once, with the number of the user,
+    /// and then `answer`, in a thread of its own.
+    ///
+    /// # Errors
+    ///
+    /// Another process holds the name, the folder's name is too long for a socket, or there is no thread.
+    pub fn listen(
+        domain: &Path,
+        stop: impl Fn(u32) + Send + 'static,
+        answer: impl Fn(u32) -> StopAnswer + Send + Sync + 'static,
+    ) -> Result<Self, Failure> {
+        let failed =
+            |error: io::Error| Failure::own(format!("{}: no stop socket: {error}", domain.display()));
+        let bound = address(domain).and_then(|address| UnixListener::bind_addr(&address));
+        let listener = Arc::new(bound.map_err(failed)?);
+        let accepting = Arc::clone(&listener);
+        let answer = Arc::new(answer);
+        let thread = thread::Builder::new()
+            .name("stop socket".to_owned())
+            .spawn(move || accept(&accepting, &stop, &answer))
+            .map_err(failed)?;
+        Ok(Self { listener, thread: Some(thread) })
+    }
+}
+
+impl Drop for StopSocket {
+    fn drop(&mut self) {
+        let is_told = shutdown(&self.listener, Shutdown::Both).is_ok();
+        if let Some(thread) = self.thread.take().filter(|_| is_told) {
+            // A thread that panicked has said so.
+            let _ended = thread.join();
+        }
+    }
+}
+
+fn accept(
+    listener: &UnixListener,
+    stop: &dyn Fn(u32),
+    answer: &Arc<impl Fn(u32) -> StopAnswer + Send + Sync + 'static>,
+) {
+    let answered = Arc::new(AtomicUsize::new(0));
+    loop {
+        let stream = match listener.accept() {
+            Ok((stream, _)) => stream,
+            // The listener was shut down.
+            Err(error) if error.kind() == io::ErrorKind::InvalidInput => return,
+            // Somebody who has gone again, or no descriptor is free: the next one is stopped by all the same.
+            Err(_) => {
+                clock::sleep_until(clock::now() + Duration::from_millis(10));
+                continue;
+            }
+        };
+        let Ok(user) = socket_peercred(&stream).map(|peer| peer.uid.as_raw()) else { continue };
+        stop(user);
+        if answered.load(Ordering::Relaxed) >= ANSWERED_AT_ONCE {
+            say(
+                stream,
+                &StopAnswer { status: 1, text: "raised, but NOT CONFIRMED: too many ask\n".to_owned() },
+            );
+            continue;
+        }
+        answered.fetch_add(1, Ordering::Relaxed);
+        let (answer, done) = (Arc::clone(answer), Arc::clone(&answered));
+        let talk = move || {
+            say(stream, &answer(user));
+            done.fetch_sub(1, Ordering::Relaxed);
+        };
+        if thread::Builder::new().name("stop answer".to_owned()).spawn(talk).is_err() {
+            answered.fetch_sub(1, Ordering::Relaxed);
+        }
+    }
+}
+
+fn say(mut stream: UnixStream, answer: &StopAnswer) {
+    let text = format!("{}\n{}", answer.status, answer.text);
+    // Who has stopped the robot need not wait for the answer.
+    let _told = stream.set_write_timeout(Some(WRITE_WITHIN)).and_then(|()| stream.write_all(text.as_bytes()));
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::mpsc::channel;
+
+    use super::*;
+
+    fn domain(name: &str) -> PathBuf {
+        PathBuf::from(format!("/dev/shm/leo-{name}-{}", std::process::id()))
+    }
+
+    #[test]
+    fn to_connect_is_to_stop_and_the_answer_says_what_came_of_it() {
+        let domain = domain("socket");
+        assert!(StoppedRobot::stop(&domain).is_err());
+        let (stopped, stops) = channel();
+        let confirmed = |_| StopAnswer { status: 0, text: "all \u{1b}[2Jwell\n".to_owned() };
+        let socket = StopSocket::listen(&domain, move |user| stopped.send(user).unwrap(), confirmed).unwrap();
+        assert!(StoppedRobot::all().contains(&domain));
+        let robot = StoppedRobot::stop(&domain).unwrap();
+        let user = rustix::process::geteuid().as_raw();
+        assert_eq!((robot.owner, stops.recv().unwrap()), (user, user));
+        let answer = robot.answer().unwrap();
+        assert_eq!(answer, StopAnswer { status: 0, text: "all [2Jwell\n".to_owned() });
+
+        let second = StopSocket::listen(&domain, |_| {}, confirmed).unwrap_err();
+        assert!(second.to_string().contains("no stop socket"), "{second}");
+        drop(socket);
+        assert!(!StoppedRobot::all().contains(&domain));
+        assert!(StoppedRobot::stop(&domain).is_err());
+    }
+
+    #[test]
+    fn those_who_connect_and_say_nothing_keep_nobody_from_stopping() {
+        let domain = domain("silent");
+        let (stopped, stops) = channel();
+        let (go, wait) = channel::<()>();
+        let wait = std::sync::Mutex::new(wait);
+        let answer = move |_| {
+            let _over = wait.lock().unwrap().recv();
+            StopAnswer { status: 0, text: String::new() }
+        };
+        let socket = StopSocket::listen(&domain, move |user| stopped.send(user).unwrap(), answer).unwrap();
+        let robots: Vec<_> =
+            (0..3 * ANSWERED_AT_ONCE).map(|_| StoppedRobot::stop(&domain).unwrap()).collect();
+        for _ in &robots {
+            stops.recv().unwrap();
+        }
+        // The last of them is told at once that nobody looks for it.
+        let last = robots.into_iter().next_back().unwrap().answer().unwrap();
+        assert!(last.status == 1 && last.text.contains("too many ask"), "{last:?}");
+        drop(go);
+        drop(socket);
+    }
+
+    #[test]
+    fn the_kernels_list_is_read_for_stop_sockets_alone() {
+        let line = b"ffff9c: 00000002 00000000 00010000 0001 01 31337 @leo-emergency-stop:/dev/shm/leo-7";
+        assert_eq!(domain_in(line).as_deref(), Some(Path::new("/dev/shm/leo-7")));
+        let others = [
+            "Num RefCount Protocol Flags Type St Inode Path",
+            "f: 2 0 0 1 1 3 /run/x",
+            "f: 2 0 0 1 1 3 @/tmp/x",
+            "",
+        ];
+        for other in others {
+            assert_eq!(domain_in(other.as_bytes()), None, "{other}");
+        }
+    }
+}
