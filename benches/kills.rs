@@ -1,11 +1,12 @@
 //! Random processes of a robot killed at random moments, those in which it starts and its supervisor's own
-//! included: is it back every time, and is nothing left over, lost or moved that should not be?
+//! included, and the robot stopped in order at such moments: is it back every time, and is nothing left over, lost or
+//! moved that should not be?
 //!
 //! Now and then the learner, which commands the joints, stands still for seconds: then they come to rest, and stay.
 //!
-//! `cargo bench --bench kills [-- KILLS [SEED]]`: 1000 of them, by the seed 2006, without. Ends with exit status 1
-//! where something is wrong, and where the robot was ever back later than after two seconds, as it may be on a
-//! machine that does other things too.
+//! `cargo bench --bench kills [-- KILLS [SEED [LOAD]]]`: 1000 of them, by the seed 2006, beside so many programs that
+//! compute without a pause; none, without. Ends with exit status 1 where something is wrong, and where the robot was
+//! ever back later than after two seconds, or five beside such programs.
 #![expect(
     clippy::expect_used,
     clippy::print_stdout,
@@ -19,7 +20,7 @@ mod robot;
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::process::{Child, ExitCode, Stdio};
+use std::process::{Child, Command, ExitCode, Stdio};
 
 use chance::Chance;
 use clock::Duration;
@@ -32,9 +33,9 @@ use rustix::process::{Pid, Signal, kill_process};
 
 /// How long anything may take here before it counts as never.
 const PATIENCE: Duration = Duration::from_secs(60);
-/// What is asked of the robot.
-const BACK_WITHIN: Duration = Duration::from_secs(2);
-/// One kill in so many is the supervisor's.
+/// What is asked of the robot, and of one on a loaded machine.
+const BACK_WITHIN: [Duration; 2] = [Duration::from_secs(2), Duration::from_secs(5)];
+/// One kill in so many is the supervisor's, and as often the robot is stopped instead.
 const SUPERVISOR_EVERY: u64 = 12;
 /// After so many kills the robot is left alone for a while, so that there is something to lose.
 const REST_EVERY: u64 = 20;
@@ -51,6 +52,8 @@ const AT_REST: Duration = Duration::from_millis(1700);
 fn main() -> ExitCode {
     let mut numbers = std::env::args().filter_map(|argument| argument.parse().ok());
     let (kills, seed) = (numbers.next().unwrap_or(1000), numbers.next().unwrap_or(2006));
+    let load = numbers.next().unwrap_or(0);
+    let _load = Load::begin(load);
     let folder = tempfile::tempdir().expect("a folder");
     let text = config::Robot::leo_text_with(&[
         ("supervisor.deaths_most", 1e6),
@@ -59,8 +62,8 @@ fn main() -> ExitCode {
     ]);
     let text = text.replace("\"127.0.0.1:7780\"", "\"127.0.0.1:0\"");
     fs::write(folder.path().join("leo.toml"), text).expect("writes");
-    println!("{kills} kills by the seed {seed}");
-    let mut campaign = Campaign::begin(folder.path(), seed);
+    println!("{kills} kills by the seed {seed}, beside {load} programs that compute");
+    let mut campaign = Campaign::begin(folder.path(), seed, load > 0);
     for number in 1..=kills {
         campaign.kill(number);
         if number % REST_EVERY == 0 {
@@ -71,8 +74,27 @@ fn main() -> ExitCode {
     campaign.end()
 }
 
+/// Programs that compute without a pause. Dropping them ends them.
+struct Load(Vec<Child>);
+
+impl Load {
+    fn begin(programs: u64) -> Self {
+        let one = || Command::new("sh").args(["-c", "while :; do :; done"]).spawn().expect("a shell");
+        Self((0..programs).map(|_| one()).collect())
+    }
+}
+
+impl Drop for Load {
+    fn drop(&mut self) {
+        for program in &mut self.0 {
+            let _dead = program.kill().and_then(|()| program.wait());
+        }
+    }
+}
+
 struct Campaign {
     chance: Chance,
+    back_within: Duration,
     folder: PathBuf,
     robot: Robot,
     recorder: Recording,
@@ -83,7 +105,10 @@ struct Campaign {
     killed: Vec<i32>,
     counts: BTreeMap<String, u64>,
     while_starting: u64,
-    back: Vec<Duration>,
+    /// How long the robot took to be back, and what had been killed last.
+    back: Vec<(Duration, String)>,
+    /// What was killed last.
+    last: String,
     /// Examples of the task that Leo has said it learned.
     acknowledged: u64,
     /// Reports of the joints that were looked at although nobody commanded, and had not for [`AT_REST`].
@@ -92,7 +117,7 @@ struct Campaign {
 }
 
 impl Campaign {
-    fn begin(folder: &Path, seed: u64) -> Self {
+    fn begin(folder: &Path, seed: u64, is_loaded: bool) -> Self {
         let domain = PathBuf::from(format!("/dev/shm/leo-kills-{}", std::process::id()));
         let robot = Robot::start(&domain, folder, &[]);
         let back = wait_until(PATIENCE, || robot.is_back(&[]));
@@ -102,6 +127,7 @@ impl Campaign {
         pause(Duration::from_secs(3));
         let mut campaign = Self {
             chance: Chance::new(seed),
+            back_within: if is_loaded { BACK_WITHIN[1] } else { BACK_WITHIN[0] },
             folder: folder.to_owned(),
             files: shared_memory(&domain).0,
             descriptors: descriptors(robot.pid()),
@@ -111,6 +137,7 @@ impl Campaign {
             counts: BTreeMap::new(),
             while_starting: 0,
             back: Vec::new(),
+            last: String::new(),
             acknowledged: 0,
             at_rest: 0,
             wrong: Vec::new(),
@@ -135,9 +162,10 @@ impl Campaign {
             pause(self.chance.up_to(Duration::from_millis(1200)));
         }
         self.while_starting += u64::from(is_early && !self.killed.is_empty());
-        if self.chance.below(SUPERVISOR_EVERY) == 0 {
-            self.kill_supervisor();
-            return;
+        match self.chance.below(SUPERVISOR_EVERY) {
+            0 => return self.end_robot("supervisor", Signal::KILL),
+            1 => return self.end_robot("stopped in order", Signal::TERM),
+            _ => {}
         }
         let name = PROCESSES
             .get(usize::try_from(self.chance.below(7)).expect("small"))
@@ -156,6 +184,7 @@ impl Campaign {
         kill(pid);
         self.killed.push(pid);
         *self.counts.entry(name.to_owned()).or_default() += 1;
+        name.clone_into(&mut self.last);
     }
 
     /// Waits until everybody runs again, if somebody does not.
@@ -165,7 +194,7 @@ impl Campaign {
         }
         let robot = &self.robot;
         match wait_until(PATIENCE, || robot.is_back(&self.killed)) {
-            Some(time) => self.back.push(time),
+            Some(time) => self.back.push((time, self.last.clone())),
             None => {
                 let living = robot.processes();
                 self.wrong(format!("the robot is not back after a minute: of it live {living:?}"));
@@ -174,10 +203,21 @@ impl Campaign {
         self.killed.clear();
     }
 
-    fn kill_supervisor(&mut self) {
+    /// Ends the robot by its supervisor, and starts it anew in the same domain.
+    fn end_robot(&mut self, what: &str, how: Signal) {
         let children = self.robot.processes();
-        let _killed = self.robot.end(Signal::KILL);
-        *self.counts.entry("supervisor".to_owned()).or_default() += 1;
+        let is_well = self.robot.end(how);
+        *self.counts.entry(what.to_owned()).or_default() += 1;
+        what.clone_into(&mut self.last);
+        if how == Signal::TERM {
+            let left = shared_memory(&self.robot.domain);
+            if !is_well || left.0 > 0 {
+                let said = self.robot.said();
+                self.wrong(format!(
+                    "{left:?} files and bytes are left of a robot that was stopped in order: {said}"
+                ));
+            }
+        }
         if wait_until(PATIENCE, || !children.values().any(|pid| is_alive(*pid))).is_none() {
             self.wrong(format!("of {children:?} somebody outlives the supervisor"));
         }
@@ -246,22 +286,38 @@ impl Campaign {
     }
 
     fn summary(&self) -> String {
-        let mut back = self.back.clone();
+        let mut back: Vec<Duration> = self.back.iter().map(|(time, _)| *time).collect();
         back.sort();
         let at =
             |share: usize| back.get(back.len().saturating_sub(1) * share / 100).copied().unwrap_or_default();
-        let late = back.iter().filter(|time| **time > BACK_WITHIN).count();
         format!(
-            "{} while it started; back in {:.2?} (median), {:.2?} (95 %), {:.2?} (most), {late} of {} later \
-             than {BACK_WITHIN:?}; {} examples acknowledged; {} wrong",
+            "{} while it started; back in {:.2?} (p50), {:.2?} (p95), {:.2?} (p99), {:.2?} (max), {} of {} later \
+             than {:?}; {} examples acknowledged; {} wrong",
             self.while_starting,
             at(50),
             at(95),
+            at(99),
             at(100),
+            self.late(),
             back.len(),
+            self.back_within,
             self.acknowledged,
             self.wrong.len()
         )
+    }
+
+    fn late(&self) -> usize {
+        self.back.iter().filter(|(time, _)| *time > self.back_within).count()
+    }
+
+    /// How long the robot took to be back by what was killed last: the longest time of each.
+    fn longest(&self) -> BTreeMap<&str, Duration> {
+        let mut longest: BTreeMap<&str, Duration> = BTreeMap::new();
+        for (time, what) in &self.back {
+            let of_it = longest.entry(what).or_default();
+            *of_it = (*of_it).max(*time);
+        }
+        longest
     }
 
     fn end(mut self) -> ExitCode {
@@ -276,13 +332,14 @@ impl Campaign {
         }
         println!("\nkilled: {:?}", self.counts);
         println!("{}", self.summary());
+        println!("longest: {:.2?}", self.longest());
         println!("{} reports of joints that nobody commanded", self.at_rest);
         if self.at_rest == 0 {
             self.wrong("nothing was seen of joints that nobody commanded".to_owned());
         }
-        let late = self.back.iter().filter(|time| **time > BACK_WITHIN).count();
+        let late = self.late();
         if late > 0 {
-            self.wrong(format!("the robot was back later than after {BACK_WITHIN:?} {late} times"));
+            self.wrong(format!("the robot was back later than after {:?} {late} times", self.back_within));
         }
         println!("state directory: {} bytes", files_below(&self.folder.join("leo")).1);
         self.wrong.iter().for_each(|what| println!("WRONG: {what}"));
