@@ -1,3 +1,4 @@
+use std::io;
 use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
 use std::thread::{self, JoinHandle};
 
@@ -20,11 +21,16 @@ pub(crate) struct Caretaker {
 }
 
 impl Caretaker {
-    pub(crate) fn hire(domain: &Domain) -> Self {
+    /// # Errors
+    ///
+    /// The system has no thread for it.
+    pub(crate) fn hire(domain: &Domain) -> io::Result<Self> {
         let (ask, asked) = channel();
         let (say, is_clean) = channel();
         let janitor = Janitor::new(domain);
-        Self { ask, is_clean, thread: thread::spawn(move || work(janitor, &asked, &say)) }
+        let thread =
+            thread::Builder::new().name("janitor".to_owned()).spawn(move || work(janitor, &asked, &say))?;
+        Ok(Self { ask, is_clean, thread })
     }
 
     /// Asks for a look at the domain as it is from now on.

@@ -8,9 +8,9 @@ use std::thread::JoinHandle;
 use clock::{Duration, Instant};
 use config::leo::Leo;
 use config::{ConfigError, Files, Robot};
-use message::{Process, Roster};
+use message::{Process, ProcessState, Roster};
 use process::{Launch, emergency};
-use realtime::Awake;
+use realtime::{Awake, HeadStart};
 use transport::janitor::{ClaimError, Janitor, claim, sweep_stale};
 use transport::{
     Delivery, Domain, DomainError, HealthReader, JoinError, Node, PortError, Queues, RosterWriter,
@@ -85,6 +85,9 @@ pub enum RunError {
     /// Shared memory has no room for the robot.
     #[error("{0}")]
     NoRoom(String),
+    /// The system has no thread for the supervisor.
+    #[error("cannot start a thread: {0}; is the limit of processes of this user, `ulimit -u`, reached?")]
+    Thread(#[source] io::Error),
     /// The configuration is refused.
     #[error(transparent)]
     Config(#[from] ConfigError),
@@ -181,7 +184,7 @@ fn supervise(orders: &Orders, kept: &Kept) -> Result<Outcome, RunError> {
     let has_motor = orders.processes.contains(&Process::Motor);
     let guard = if has_motor { Guard::start(&robot, &launch(orders, kept, 1)) } else { None };
     let memory = MemoryWatch::of(&orders.domain);
-    let caretaker = Caretaker::hire(&orders.domain);
+    let caretaker = Caretaker::hire(&orders.domain).map_err(RunError::Thread)?;
     let _stop_socket = if has_motor && orders.settings.supervisor.stop_by_any_user {
         stop_by_any_user(&orders.domain)
     } else {
@@ -278,6 +281,8 @@ struct House<'orders> {
 struct Heart {
     incarnation: u64,
     board: Option<HealthReader>,
+    /// Until it is ready.
+    head_start: Option<HeadStart>,
 }
 
 impl House<'_> {
@@ -340,6 +345,11 @@ impl House<'_> {
             }
             let Some(health) = heart.board.as_ref().map(HealthReader::read) else { continue };
             if let Some(state) = health.state() {
+                if state != ProcessState::Starting
+                    && let Some(head_start) = heart.head_start.take()
+                {
+                    head_start.end();
+                }
                 self.events.push(Event::Pulse { process, state, beat: health.beat });
             }
         }
@@ -440,7 +450,10 @@ impl House<'_> {
         };
         match started {
             Ok(()) => {
-                self.hearts.insert(process, Heart { incarnation, board: None });
+                // Where it is not granted, the process starts all the same.
+                let head_start =
+                    self.children.pid(process).and_then(|pid| HeadStart::give(i32::try_from(pid).ok()?).ok());
+                self.hearts.insert(process, Heart { incarnation, board: None, head_start });
             }
             Err(error) => {
                 tracing::error!(%process, %error, "cannot be started");

@@ -12,15 +12,18 @@
 
 mod awake;
 mod faults;
+mod head_start;
 mod huge_pages;
 mod parent;
 mod report;
 mod rights;
+mod schedule;
 mod serial_workers;
 mod wall_clock;
 
 pub use awake::Awake;
 pub use faults::page_faults;
+pub use head_start::HeadStart;
 pub use huge_pages::use_huge_pages;
 pub use parent::{
     ParentError, die_with_parent, is_parent, prefer_out_of_memory_kill, stop_with_parent, take_name,

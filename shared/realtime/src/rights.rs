@@ -5,6 +5,7 @@ use rustix::process::{Resource, getrlimit};
 use rustix::thread::{CapabilitySet, CpuSet, capabilities, sched_setaffinity};
 
 use crate::huge_pages::keep_one_heap;
+use crate::schedule::schedule;
 use crate::{Refusal, Report};
 
 /// How much of the stack is touched ahead of time: far more than a cycle uses, and within the
@@ -76,14 +77,8 @@ fn pin(cores: &[u16]) -> Result<(), Errno> {
 }
 
 fn schedule_fifo(priority: u8) -> Result<(), Errno> {
-    let parameters = libc::sched_param { sched_priority: i32::from(priority) };
-    // SAFETY: `parameters` lives across the call, which only reads it; 0 is the calling thread.
-    if unsafe { libc::sched_setscheduler(0, libc::SCHED_FIFO, &raw const parameters) } == 0 {
-        Ok(())
-    } else {
-        let error = std::io::Error::last_os_error();
-        Err(Errno::from_io_error(&error).unwrap_or(Errno::PERM))
-    }
+    let scheduled = schedule(0, libc::SCHED_FIFO, i32::from(priority));
+    scheduled.map_err(|error| Errno::from_io_error(&error).unwrap_or(Errno::PERM))
 }
 
 #[cfg(test)]
@@ -149,8 +144,7 @@ mod tests {
         let held = thread::spawn(|| {
             let report = apply(&rights(3, &[0], false));
             let affinity = rustix::thread::sched_getaffinity(None).unwrap();
-            // SAFETY: it takes a number and gives one; 0 is the calling thread.
-            let policy = unsafe { libc::sched_getscheduler(0) };
+            let policy = crate::schedule::policy(0);
             (report, affinity.count(), policy)
         });
         let (report, cores, policy) = held.join().unwrap();

@@ -5,6 +5,8 @@ use std::path::{Path, PathBuf};
 
 use rustix::thread::{CapabilitySet, capabilities};
 
+use crate::schedule::schedule;
+
 /// The flag of a thread that is the kernel's own: `PF_KTHREAD` of include/linux/sched.h.
 const KERNEL_THREAD: u64 = 0x0020_0000;
 /// Before all ordinary threads, and after everything else that is real-time.
@@ -144,16 +146,6 @@ impl Worker {
             is_ordinary: policy == libc::SCHED_OTHER && nice == 0,
             is_ours: policy == libc::SCHED_FIFO && priority == PRIORITY,
         })
-    }
-}
-
-fn schedule(pid: i32, policy: i32, priority: i32) -> io::Result<()> {
-    let parameters = libc::sched_param { sched_priority: priority };
-    // SAFETY: `parameters` lives across the call, which only reads it.
-    if unsafe { libc::sched_setscheduler(pid, policy, &raw const parameters) } == 0 {
-        Ok(())
-    } else {
-        Err(io::Error::last_os_error())
     }
 }
 

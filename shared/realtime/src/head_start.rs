@@ -1,0 +1,93 @@
+use std::fs;
+use std::io;
+
+use crate::schedule::{policy, schedule};
+
+/// Before all ordinary threads, and after everything else that is real-time.
+const PRIORITY: i32 = 1;
+/// Threads that start while they are looked for are found by the next look. A process that has started makes few.
+const LOOKS: usize = 8;
+
+/// A process that starts goes before ordinary ones until it is ready.
+///
+/// What a start needs is some tenths of a second of a processor. On a machine on which twenty programs compute, an
+/// ordinary process gets that in several seconds, and its robot waits for it.
+#[derive(Debug)]
+pub struct HeadStart {
+    pid: i32,
+}
+
+impl HeadStart {
+    /// Gives it to a process that was just started. Its threads inherit it.
+    ///
+    /// # Errors
+    ///
+    /// It is not granted, or the process has ended.
+    pub fn give(pid: i32) -> io::Result<Self> {
+        schedule(pid, libc::SCHED_RR, PRIORITY).map(|()| Self { pid })
+    }
+
+    /// Ends it. Threads that the process has scheduled otherwise since stay as they are.
+    pub fn end(self) {
+        for _ in 0..LOOKS {
+            let tasks = fs::read_dir(format!("/proc/{}/task", self.pid)).into_iter().flatten().flatten();
+            let tasks = tasks.filter_map(|task| task.file_name().to_str()?.parse().ok());
+            let ahead: Vec<i32> = tasks.filter(|&task| is_ahead(task)).collect();
+            if ahead.is_empty() {
+                return;
+            }
+            for task in ahead {
+                // One that has ended meanwhile needs nothing.
+                let _done = schedule(task, libc::SCHED_OTHER, 0);
+            }
+        }
+    }
+}
+
+fn is_ahead(task: i32) -> bool {
+    policy(task) == libc::SCHED_RR
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::mpsc::channel;
+    use std::thread;
+
+    use super::*;
+
+    #[test]
+    fn a_process_and_its_threads_have_it_until_it_ends_and_what_they_were_given_since_stays() {
+        let own = i32::try_from(std::process::id()).unwrap();
+        let started = thread::spawn(move || {
+            // A thread here is what a process is that was just started.
+            let granted = schedule(0, libc::SCHED_RR, PRIORITY);
+            let (go, told) = channel::<()>();
+            let (say, ready) = channel();
+            let second = say.clone();
+            let inherits = thread::spawn(move || {
+                second.send(policy(0)).unwrap();
+                let _over = told.recv();
+                policy(0)
+            });
+            let (go_first, told_first) = channel::<()>();
+            let first = thread::spawn(move || {
+                let is_first = schedule(0, libc::SCHED_FIFO, 3).is_ok();
+                say.send(policy(0)).unwrap();
+                let _over = told_first.recv();
+                !is_first || policy(0) == libc::SCHED_FIFO
+            });
+            let before: Vec<i32> = ready.iter().take(2).collect();
+            HeadStart { pid: own }.end();
+            drop((go, go_first));
+            (granted.is_ok(), before, policy(0), inherits.join().unwrap(), first.join().unwrap())
+        });
+        let (is_granted, before, own, inherits, first_stays) = started.join().unwrap();
+        assert_eq!(before.contains(&libc::SCHED_RR), is_granted, "{before:?}");
+        assert_eq!((own, inherits, first_stays), (libc::SCHED_OTHER, libc::SCHED_OTHER, true));
+    }
+
+    #[test]
+    fn a_process_that_has_ended_is_an_error() {
+        assert!(HeadStart::give(i32::MAX).is_err());
+    }
+}
