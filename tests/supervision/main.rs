@@ -8,6 +8,7 @@ mod journal;
 mod live_top;
 mod metrics;
 mod onlookers;
+mod refused_calls;
 mod robot;
 mod service_manager;
 mod upgrade;
