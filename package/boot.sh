@@ -282,7 +282,7 @@ expect "how often every servo said that its torque is off" \
 echo "stopped: every servo says that its torque is off"
 # What libfaketime leaves of processes that were killed is not Leo's.
 expect "shared memory" "$(ls /dev/shm | grep -v faketime || true)" ""
-test -s /var/lib/leo/learned.redb
+test -s /var/lib/leo/learned.store
 echo "all is well"
 PROBE
 exec env -i container=lxc PATH=/usr/sbin:/usr/bin:/sbin:/bin \

@@ -52,7 +52,8 @@ as_leo leo check --config /etc/leo/leo.toml --seconds 0 | sed 's/^/   /'
 as_leo leo run --config /etc/leo/leo.toml --domain /dev/shm/leo-try --for 12 >"$copy/told"
 grep -q 'What Leo learned' "$copy/told"
 as_leo leo tasks list | sed 's/^/   /'
-expect 'test -s /var/lib/leo/learned.redb'
+# An older version has it in a database.
+expect 'test -s /var/lib/leo/learned.store -o -s /var/lib/leo/learned.redb'
 
 say "upgrade, with a changed file"
 inside sh -c 'echo "# of this robot" >>/etc/leo/leo.toml'
@@ -65,7 +66,7 @@ grep -q . "$copy/tasks"
 say remove
 inside dpkg -r leo
 expect 'test ! -e /usr/bin/leo -a ! -e /usr/lib/systemd/system/leo.service'
-expect 'test -f /etc/leo/leo.toml -a -s /var/lib/leo/learned.redb'
+expect 'test -f /etc/leo/leo.toml -a -s /var/lib/leo/learned.store'
 
 say purge
 inside dpkg -P leo

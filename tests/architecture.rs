@@ -42,8 +42,9 @@ const LAYERS: [&[&str]; 6] = [
 ];
 
 /// Arrows within a layer, from the crate to those of its own layer that it may know.
-const PEERS: [(&str, &[&str]); 10] = [
+const PEERS: [(&str, &[&str]); 11] = [
     ("process", &["folder", "realtime", "transport"]),
+    ("store", &["folder"]),
     ("transport", &["folder"]),
     ("recording", &["transport"]),
     ("torque", &["serial"]),

@@ -7,7 +7,7 @@ use ::tasks::{Settings, Task, key, listed};
 use account::Account;
 use clap::{Args, Subcommand};
 use config::Robot;
-use learner_process::{Memory, Vocabulary, learning, open_question, retell};
+use learner_process::{Memory, OpenError, Vocabulary, learning, open_question, retell};
 use quantity::number::{counted, saturating_u32};
 use serde::{Deserialize, Serialize};
 
@@ -95,7 +95,7 @@ struct Known {
 
 impl Tasks {
     pub(crate) fn run(&self) -> Result<ExitCode, Failed> {
-        let memory = match &self.state {
+        let mut memory = match &self.state {
             Some(state) => Remembered::open(state)?,
             None => Remembered::open(&domain::state_directory()?)?,
         };
@@ -112,7 +112,7 @@ impl Tasks {
                 }
             }
             What::Forget { name } => {
-                let task = memory.task(name)?;
+                let task = memory.task(name)?.clone();
                 if !memory.memory.forget(name).map_err(Failed::because)? {
                     return Err(Failed::because(format!(
                         "somebody else has just forgotten \"{}\"",
@@ -193,7 +193,10 @@ struct Remembered {
 
 impl Remembered {
     fn open(state: &Path) -> Result<Self, Failed> {
-        let memory = Memory::open(&process::state::learned(state)).map_err(Failed::because)?;
+        let mut memory = Memory::open(&process::state::learned(state)).map_err(|error| {
+            let is_in_use = matches!(error, OpenError::InUse { .. });
+            if is_in_use { Failed::because(error) } else { Failed::usage(error) }
+        })?;
         let tasks = memory.tasks().map_err(Failed::because)?;
         Ok(Self { memory, tasks })
     }
@@ -207,7 +210,7 @@ impl Remembered {
     }
 
     /// Takes in all tasks of a file or none; their names.
-    fn import(&self, file: &Path, replace: bool) -> Result<Vec<String>, Failed> {
+    fn import(&mut self, file: &Path, replace: bool) -> Result<Vec<String>, Failed> {
         let at = file.display();
         let text = std::fs::read_to_string(file)
             .map_err(|error| Failed::usage(format!("cannot read {at}: {error}")))?;

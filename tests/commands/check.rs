@@ -113,7 +113,7 @@ fn what_was_learned_is_brought_forward_where_it_is_and_nowhere_else_and_not_whil
     let state = files.path().join("state");
     let file = process::state::learned(&state);
     let memory = learner_process::Memory::open(&file).expect("is made");
-    assert_refused(&migrate(&state), 1, &["learned.redb is in use", "stop the robot first"]);
+    assert_refused(&migrate(&state), 1, &["learned.store is in use", "stop the robot first"]);
     drop(memory);
     let told = migrate(&state);
     assert!(told.status == Some(0) && told.out.contains("is of this version"), "{told:?}");
@@ -219,32 +219,42 @@ fn a_check_says_of_which_version_what_was_learned_is_and_changes_nothing() {
         status == Some(0) && in_use.starts_with("good ") && in_use.contains("in use by a robot"),
         "{in_use}"
     );
-    // As it lies there when its robot is killed.
-    let copy = fs::read(&file).expect("reads");
     drop(memory);
     let (status, this) = learned();
     assert!(
-        status == Some(0) && this.starts_with("good ") && this.contains("is of this version, 3"),
+        status == Some(0) && this.starts_with("good ") && this.contains("is of this version, 4"),
         "{this}"
     );
-    fs::write(&file, copy).expect("writes");
-    let (status, left) = learned();
-    assert!(status == Some(0) && left.starts_with("slower "), "{left}");
-    assert!(left.contains("was killed") && left.contains("mend: leo check --migrate --state "), "{left}");
 
     let old = fs::read(Path::new(env!("CARGO_MANIFEST_DIR")).join("shared/store/tests/version_1.redb"));
     let old = old.expect("the file of version 1");
-    fs::write(&file, &old).expect("writes");
+    let database = file.with_extension("redb");
+    fs::write(&database, &old).expect("writes");
     let (status, older) = learned();
     assert!(status == Some(0) && older.starts_with("slower "), "{older}");
-    assert!(older.contains("is of version 1, and this Leo writes version 3"), "{older}");
+    assert!(older.contains("is of version 1, and this Leo writes version 4"), "{older}");
     assert!(older.contains("mend: leo check --migrate --state "), "{older}");
-    assert_eq!(fs::read(&file).expect("reads"), old, "a check changes nothing");
+    assert_eq!(fs::read(&database).expect("reads"), old, "a check changes nothing");
 
-    fs::write(&file, "nonsense").expect("writes");
+    fs::write(&database, "nonsense").expect("writes");
     let (status, broken) = learned();
     assert!(status == Some(1) && broken.starts_with("broken "), "{broken}");
-    assert!(broken.contains("restore the file, or move it away"), "{broken}");
+    assert!(
+        broken.contains("learned.redb is damaged (") && broken.contains("the next start sets it aside"),
+        "{broken}"
+    );
+    fs::remove_file(&database).expect("is there");
+
+    for damaged in ["", "nonsense"] {
+        fs::write(&file, damaged).expect("writes");
+        let (status, broken) = learned();
+        assert!(status == Some(1) && broken.starts_with("broken "), "{broken}");
+        assert!(
+            broken.contains("learned.store is ") && broken.contains("leo check --migrate --state "),
+            "{broken}"
+        );
+        assert_eq!(fs::read_to_string(&file).expect("reads"), damaged, "a check changes nothing");
+    }
 }
 
 #[test]

@@ -271,13 +271,32 @@ fn a_memory_that_cannot_be_had_is_refused_before_anything_starts() {
     let no_folder = write(&files, "no-folder", "");
     blocked.env("XDG_STATE_HOME", &no_folder);
     assert_refused(&Leo::start(blocked, files).end(), 2, &["no-folder", "cannot be made"]);
+}
 
-    let (damaged, files) = leo(&["run", "--for", "1"]);
-    fs::create_dir(files.path().join("leo")).expect("makes");
-    let store = files.path().join("leo/learned.redb");
-    fs::write(&store, b"these are not the bytes").expect("writes");
-    let robot = Leo::start(damaged, files);
-    assert_refused(&robot.end(), 2, &["learned.redb", "move it away"]);
+#[test]
+fn a_robot_whose_memory_is_damaged_starts_and_says_what_it_lost() {
+    for (name, bytes) in
+        [("learned.redb", &b""[..]), ("learned.redb", b"these are not the bytes"), ("learned.store", b"")]
+    {
+        let state = tempfile::tempdir().expect("a folder");
+        let folder = state.path().join("leo");
+        fs::create_dir(&folder).expect("makes");
+        fs::write(folder.join(name), bytes).expect("writes");
+        let (mut damaged, files) = leo(&["run", "--for", "1"]);
+        damaged.env("XDG_STATE_HOME", state.path());
+        let told = Leo::start(damaged, files).end();
+        let aside = name.replace("learned.", "learned.damaged.");
+        assert_eq!(fs::read(folder.join(&aside)).expect("is kept"), bytes);
+        assert_eq!(told.status, Some(0), "{told:?}");
+        for word in [
+            name,
+            &aside,
+            "nothing of what was learned can be read",
+            "My memory was damaged: all of it is lost",
+        ] {
+            assert!(told.err.contains(word) || told.out.contains(word), "{word}: {told:?}");
+        }
+    }
 }
 
 #[test]

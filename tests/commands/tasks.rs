@@ -110,3 +110,92 @@ fn what_an_older_leo_learned_is_taken_over_and_its_file_kept() {
     }
     assert!(state.join("learned.v1.redb").exists());
 }
+
+/// Whether the words come in this order.
+fn says(text: &str, words: &[&str]) -> bool {
+    let mut rest = text;
+    words.iter().all(|word| match rest.split_once(word) {
+        Some((_, after)) => {
+            rest = after;
+            true
+        }
+        None => false,
+    })
+}
+
+#[test]
+fn a_damaged_store_is_told_with_what_is_lost_and_what_was_asked_is_done_with_the_rest() {
+    let files = tempfile::tempdir().expect("a folder");
+    let state = files.path().join("state");
+    let ask = |arguments: &[&str]| {
+        tell(&[&["tasks"], arguments, &["--state", state.to_str().expect("letters")]].concat())
+    };
+    let mut two = exported();
+    let mut second = two["tasks"][0].clone();
+    second["name"] = "Task 2".into();
+    two["tasks"].as_array_mut().expect("a list").push(second);
+    let file = write(&files, "learned.json", &two.to_string());
+    assert_eq!(ask(&["import", &file]).status, Some(0));
+    let out = ask(&["export"]).out;
+
+    // In one copy, nothing is lost.
+    let sound = fs::read_to_string(state.join("learned.store")).expect("reads");
+    fs::write(state.join("learned.store"), sound.replacen("\"shape\"", "\"squape\"", 1)).expect("writes");
+    let told = ask(&["export"]);
+    assert_eq!((told.status, &told.out), (Some(0), &out), "{told:?}");
+    let words = [
+        "WARN",
+        "learned.store is damaged between the bytes ",
+        "is kept as ",
+        "learned.damaged.store",
+        "Nothing that was learned is lost",
+    ];
+    assert!(says(&told.err, &words), "{told:?}");
+    assert_eq!(ask(&["export"]).err, "", "it is told once");
+
+    // In both, one example is.
+    for name in ["learned.store", "learned.copy.store"] {
+        let sound = fs::read_to_string(state.join(name)).expect("reads");
+        let line = sound.lines().find(|line| line.contains("Task 2")).expect("is there");
+        fs::write(state.join(name), sound.replace(line, &line.replacen("\"shape\"", "\"squape\"", 1)))
+            .expect("writes");
+    }
+    let told = ask(&["list"]);
+    assert_eq!(told.status, Some(0), "{told:?}");
+    let words = [
+        "ERROR",
+        "learned.damaged.2.store",
+        "learned.copy.damaged.store",
+        "at least 1 of the examples",
+        "Teach again",
+    ];
+    assert!(says(&told.err, &words), "{told:?}");
+    assert!(told.out.starts_with("Task 1 ") && !told.out.contains("Task 2"), "{told:?}");
+
+    // Empty files are no new store.
+    for name in ["learned.store", "learned.copy.store"] {
+        fs::write(state.join(name), "").expect("writes");
+    }
+    let told = ask(&["list"]);
+    assert_eq!((told.status, told.out.as_str()), (Some(0), "Leo has learned nothing yet\n"), "{told:?}");
+    assert!(
+        says(
+            &told.err,
+            &["ERROR", "learned.store is empty, and is kept as ", "nothing of what was learned can be read"]
+        ),
+        "{told:?}"
+    );
+}
+
+#[test]
+fn a_store_that_another_leo_has_open_or_wrote_is_refused_with_what_to_do() {
+    let files = tempfile::tempdir().expect("a folder");
+    let state = files.path().join("state");
+    let list = || tell(&["tasks", "list", "--state", state.to_str().expect("letters")]);
+    let memory = learner_process::Memory::open(&process::state::learned(&state)).expect("is made");
+    assert_refused(&list(), 1, &["learned.store", "another Leo has the learned tasks open", "stop it first"]);
+    drop(memory);
+    fs::remove_dir_all(&state).expect("is there");
+    std::os::unix::fs::symlink(files.path(), &state).expect("links");
+    assert_refused(&list(), 2, &["state is a symbolic link", "remove the link"]);
+}

@@ -230,7 +230,7 @@ fn a_link_that_another_user_has_planted_is_not_followed() {
     let place = Place::new("two-link");
     let precious = place.files.path().join("precious");
     fs::create_dir(&precious).expect("writes");
-    for file in ["learned.redb", "supervisor.lock", "emergency-stop"] {
+    for file in ["learned.store", "supervisor.lock", "emergency-stop"] {
         fs::write(precious.join(file), "all").expect("writes");
     }
     // The kernel would not let root follow a link of another user's in such a folder: so it is root's own as well.

@@ -37,10 +37,10 @@ fn learned(state: Option<&Path>) -> Finding {
         MemoryVersion::InUse => good(format!(
             "{at} is in use by a robot that runs, whose version it is of, and was not looked at"
         )),
-        MemoryVersion::LeftOpen => Finding::slower(
+        MemoryVersion::Damaged(what) => Finding::broken(
             about,
             format!(
-                "{at} was open when its robot was killed, and does not say its version: the next start mends it"
+                "{what}: the next start sets it aside, keeps everything that is sound, and says what is lost"
             ),
             migrate,
         ),
@@ -62,11 +62,14 @@ fn learned(state: Option<&Path>) -> Finding {
 
 /// What to do with a file of a newer version: a copy of this version was kept when that one took it over.
 fn go_back(file: &Path, at: &str) -> String {
-    let copy = file.with_extension(format!("v{MEMORY_VERSION}.redb"));
-    if copy.exists() {
-        format!("mv {at} {at}.new && cp -p {} {at}", copy.display())
+    let (of_this, second) = (format!("v{MEMORY_VERSION}.store"), file.with_extension("copy.store"));
+    let away = |file: &Path| format!("mv {} {}.new", file.display(), file.display());
+    let both_away = if second.exists() { format!("{} && {}", away(file), away(&second)) } else { away(file) };
+    let kept = file.with_extension(of_this);
+    if kept.exists() {
+        format!("{both_away} && cp -p {} {at}", kept.display())
     } else {
-        format!("install the Leo that wrote it, or begin anew: mv {at} {at}.new")
+        format!("install the Leo that wrote it, or begin anew: {both_away}")
     }
 }
 

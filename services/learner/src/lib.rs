@@ -27,7 +27,7 @@ pub use memory::Memory;
 pub use question::open_question;
 pub use report::retell;
 pub use shell::{Access, check_memory, memory_version, run};
-pub use store::{VERSION as MEMORY_VERSION, Version as MemoryVersion};
+pub use store::{OpenError, VERSION as MEMORY_VERSION, Version as MemoryVersion};
 pub use vocabulary::{Vocabulary, VocabularyError};
 
 #[cfg(test)]

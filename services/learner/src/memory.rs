@@ -1,12 +1,12 @@
 use std::path::Path;
 
 use serde::{Deserialize, Serialize};
-use store::{Entry, OpenError, ReadError, Store, WriteError};
+use store::{Entry, Lost, OpenError, ReadError, Store, WriteError};
 use tasks::{Task, key};
 
 use crate::Kept;
 
-/// What was learned, beyond the life of the process: a file of tasks and their examples.
+/// What was learned, beyond the life of the process: a store of tasks and their examples.
 #[derive(Debug)]
 pub struct Memory(Store);
 
@@ -17,19 +17,37 @@ struct Head {
 }
 
 impl Memory {
-    /// Opens the file, or makes an empty one; a file of an older version is taken over.
+    /// Opens the store, or makes an empty one; one of an older version is taken over. What was damaged and mended, and
+    /// what is lost, is logged.
     ///
     /// # Errors
     /// As [`Store::open`].
     pub fn open(file: &Path) -> Result<Self, OpenError> {
-        Store::open(file).map(Self)
+        let store = Store::open(file)?;
+        let findings = store.findings();
+        if findings.lost != Lost::Nothing {
+            tracing::error!("{findings}");
+        } else if !findings.is_empty() {
+            tracing::warn!("{findings}");
+        }
+        Ok(Self(store))
+    }
+
+    /// What was lost and not said yet, now or before.
+    pub(crate) fn losses(&self) -> &[String] {
+        self.0.losses()
+    }
+
+    /// The losses were said.
+    pub(crate) fn said(&mut self) -> Result<(), WriteError> {
+        self.0.told()
     }
 
     /// All tasks, in the order of their keys.
     ///
     /// # Errors
     /// As [`Store::load`].
-    pub fn tasks(&self) -> Result<Vec<Task>, ReadError> {
+    pub fn tasks(&mut self) -> Result<Vec<Task>, ReadError> {
         let entries = self.0.load::<Head, _>()?;
         Ok(entries
             .into_iter()
@@ -41,7 +59,7 @@ impl Memory {
     ///
     /// # Errors
     /// As [`Store::put`].
-    pub fn keep(&self, kept: &Kept) -> Result<(), WriteError> {
+    pub fn keep(&mut self, kept: &Kept) -> Result<(), WriteError> {
         let head = Head { name: kept.task.clone() };
         self.0.put(&kept.key, &head, kept.place, &kept.example)
     }
@@ -51,7 +69,7 @@ impl Memory {
     ///
     /// # Errors
     /// As [`Store::save_all`].
-    pub fn replace(&self, tasks: &[Task]) -> Result<(), WriteError> {
+    pub fn replace(&mut self, tasks: &[Task]) -> Result<(), WriteError> {
         let entries: Vec<Entry<Head, &tasks::Example>> = tasks
             .iter()
             .map(|task| Entry {
@@ -67,7 +85,7 @@ impl Memory {
     ///
     /// # Errors
     /// As [`Store::forget`].
-    pub fn forget(&self, name: &str) -> Result<bool, WriteError> {
+    pub fn forget(&mut self, name: &str) -> Result<bool, WriteError> {
         self.0.forget(&key(name))
     }
 }

@@ -40,7 +40,7 @@ pub fn run(launch: &Launch, robot: &Robot) -> Result<(), Failure> {
     let mut joint_states = member.inlet::<JointStates>(None)?;
     let mut events = member.outlet::<Events>(None, EVENTS)?;
     let mut goals = member.outlet::<JointGoals>(None, robot.motor.joints.len())?;
-    let (place, known) = remembered(launch.state.as_deref())?;
+    let (place, known, losses) = remembered(launch.state.as_deref())?;
     let mut keeper = Keeper::start(place.keeping(), KEEP_AGAIN).map_err(Failure::own)?;
     let mut reports = Reports::default();
     let mut recollection = Recollection::default();
@@ -51,6 +51,9 @@ pub fn run(launch: &Launch, robot: &Robot) -> Result<(), Failure> {
     let mut present_rad = vec![None; robot.motor.joints.len()];
     let mut said: Vec<(Instant, Utterance)> = Vec::new();
     member.begin(None)?;
+    let losses =
+        losses.iter().map(|lost| Event::new(EventKind::Said, "", &format!("My memory was damaged: {lost}")));
+    reports.push(member.now().as_nanos(), 0, losses.collect());
     while member.next_call(beliefs.last())?.is_some() {
         while let Some(frame) = utterances.receive()? {
             let said_at = Instant::from_nanos(frame.head().valid_at_ns);
@@ -118,7 +121,7 @@ enum Place {
     /// write into.
     Taken(String),
     /// In a file.
-    File(PathBuf, Memory),
+    File(PathBuf, Box<Memory>),
 }
 
 impl Place {
@@ -135,9 +138,9 @@ impl Place {
             let Some(file) = &file else { return Ok(()) };
             // After an error of the disk a file takes nothing more until it is opened anew.
             let mut keep = || -> Result<(), Unkept> {
-                let open = match memory.take() {
+                let mut open = match memory.take() {
                     Some(open) => open,
-                    None => Memory::open(file)?,
+                    None => Box::new(Memory::open(file)?),
                 };
                 open.keep(kept)?;
                 memory = Some(open);
@@ -285,7 +288,7 @@ pub enum Access {
 /// It cannot be read or written; nothing of it was changed.
 pub fn check_memory(state: &Path) -> Result<Access, Failure> {
     match Memory::open(&state::learned(state)) {
-        Ok(memory) => memory.tasks().map(|_| Access::Free).map_err(Failure::own),
+        Ok(mut memory) => memory.tasks().map(|_| Access::Free).map_err(Failure::own),
         Err(OpenError::InUse { .. }) => Ok(Access::InUse),
         Err(error) => Err(Failure::own(error)),
     }
@@ -300,16 +303,24 @@ pub fn memory_version(state: &Path) -> Result<store::Version, Failure> {
     store::Version::of(&state::learned(state)).map_err(Failure::own)
 }
 
-/// What is remembered in a state directory, and where to remember more, if anywhere.
-fn remembered(folder: Option<&Path>) -> Result<(Place, Vec<Task>), Failure> {
-    let Some(folder) = folder else { return Ok((Place::Nowhere, Vec::new())) };
+/// What is remembered in a state directory, where to remember more, if anywhere, and what was lost of it and is to be
+/// said.
+fn remembered(folder: Option<&Path>) -> Result<(Place, Vec<Task>, Vec<String>), Failure> {
+    let Some(folder) = folder else { return Ok((Place::Nowhere, Vec::new(), Vec::new())) };
     let file = state::learned(folder);
     let until = clock::now() + LOOKED_AT;
     loop {
         match Memory::open(&file) {
-            Ok(memory) => {
+            Ok(mut memory) => {
                 let known = memory.tasks().map_err(Failure::own)?;
-                return Ok((Place::File(file, memory), known));
+                let losses = memory.losses().to_vec();
+                if !losses.is_empty()
+                    && let Err(error) = memory.said()
+                {
+                    // It is said once more at the next start.
+                    tracing::warn!("{error}");
+                }
+                return Ok((Place::File(file, Box::new(memory)), known, losses));
             }
             Err(OpenError::InUse { .. }) if clock::now() < until => {
                 clock::sleep_until(clock::now() + Duration::from_millis(20));
@@ -318,7 +329,7 @@ fn remembered(folder: Option<&Path>) -> Result<(Place, Vec<Task>), Failure> {
                 tracing::warn!("{busy}: this robot begins knowing nothing, and forgets when it ends");
                 let why =
                     format!("{busy}. Until it is started anew, this robot keeps nothing of what it learns");
-                return Ok((Place::Taken(why), Vec::new()));
+                return Ok((Place::Taken(why), Vec::new(), Vec::new()));
             }
             Err(error) => return Err(Failure::own(error)),
         }
@@ -334,7 +345,7 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let looks = Memory::open(&state::learned(folder.path())).unwrap();
         let begun = std::thread::scope(|scope| {
-            let begun = scope.spawn(|| remembered(Some(folder.path())).map(|(place, _)| place));
+            let begun = scope.spawn(|| remembered(Some(folder.path())).map(|(place, ..)| place));
             clock::sleep_until(clock::now() + Duration::from_millis(100));
             drop(looks);
             begun.join().unwrap()
@@ -346,7 +357,7 @@ mod tests {
     fn what_cannot_be_kept_is_not_said_to_be() {
         let folder = tempfile::tempdir().unwrap();
         let _another = Memory::open(&state::learned(folder.path())).unwrap();
-        let Ok((place, known)) = remembered(Some(folder.path())) else { panic!("it begins all the same") };
+        let Ok((place, known, _)) = remembered(Some(folder.path())) else { panic!("it begins all the same") };
         assert!(known.is_empty());
         let example = tasks::Example { teacher: 1, views: Vec::new() };
         let kept = Kept { key: "task 1".into(), task: "task 1".into(), place: 0, example };

@@ -5,6 +5,8 @@
 //! user, and nobody else may write in it. All work goes through its descriptor, so that what was looked at is what is
 //! worked in.
 
+mod files;
+
 use std::fs::File;
 use std::io::{self, Read as _, Write as _};
 use std::os::fd::OwnedFd;

@@ -2,10 +2,10 @@
 
 use std::path::{Path, PathBuf};
 
-/// The store of what was learned. The learner process writes it.
+/// The store of what was learned: the first of its two copies. The learner process writes it.
 #[must_use]
 pub fn learned(state: &Path) -> PathBuf {
-    state.join("learned.redb")
+    state.join("learned.store")
 }
 
 /// The folder of the lessons that were taught by hand. The simulator process writes them.

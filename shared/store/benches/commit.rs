@@ -21,7 +21,7 @@ const COMMITS: usize = 200;
 fn main() {
     // Where people keep what Leo learned: a folder in memory would commit at once.
     let folder = tempfile::tempdir_in(".").expect("a folder");
-    let store = Store::open(&folder.path().join("learned.redb")).expect("a new file");
+    let mut store = Store::open(&folder.path().join("learned.store")).expect("a new file");
     println!("Until {COMMITS} entries are durable, ms: p50  p99  max");
     println!("{:>9} | {:^26} | {:^26}", "bytes", "save", "write and fsync");
     for bytes in SIZES {

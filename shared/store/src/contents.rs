@@ -1,10 +1,11 @@
 use std::collections::BTreeMap;
 
-use redb::{ReadTransaction, ReadableTable, WriteTransaction};
+use serde_json::value::RawValue;
 
-use crate::{ENTRIES, ITEMS};
+use crate::MigrationError;
+use crate::record::Change;
 
-/// All that a file holds, as the JSON values that it holds.
+/// All that a store holds, as the JSON values that it holds.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub(crate) struct Contents {
     /// The head of each entry.
@@ -14,51 +15,69 @@ pub(crate) struct Contents {
 }
 
 impl Contents {
-    /// Reads everything. A file without a table of items (version 1) has none.
-    pub(crate) fn read(transaction: &ReadTransaction) -> Result<Self, redb::Error> {
-        let mut contents = Self::default();
-        for entry in transaction.open_table(ENTRIES)?.iter()? {
-            let (key, head) = entry?;
-            contents.heads.insert(key.value().to_owned(), head.value().to_owned());
-        }
-        let items = match transaction.open_table(ITEMS) {
-            Err(redb::TableError::TableDoesNotExist(_)) => return Ok(contents),
-            opened => opened?,
-        };
-        for entry in items.iter()? {
-            let (place, item) = entry?;
-            let (key, place) = place.value();
-            contents.items.entry(key.to_owned()).or_default().insert(place, item.value().to_owned());
-        }
-        Ok(contents)
-    }
-
-    /// Writes everything in place of all that was there.
-    pub(crate) fn replace_all(&self, transaction: &WriteTransaction) -> Result<(), redb::Error> {
-        transaction.delete_table(ENTRIES)?;
-        transaction.delete_table(ITEMS)?;
-        self.insert(transaction)
-    }
-
-    /// Writes everything beside what is there.
-    pub(crate) fn insert(&self, transaction: &WriteTransaction) -> Result<(), redb::Error> {
-        let mut heads = transaction.open_table(ENTRIES)?;
-        for (key, head) in &self.heads {
-            heads.insert(key.as_str(), head.as_slice())?;
-        }
-        let mut items = transaction.open_table(ITEMS)?;
-        for (key, list) in &self.items {
-            for (place, item) in list {
-                items.insert((key.as_str(), *place), item.as_slice())?;
+    /// Applies a change.
+    pub(crate) fn apply(&mut self, change: &Change) {
+        let bytes = |value: &RawValue| value.get().as_bytes().to_vec();
+        match change {
+            Change::Begin { .. } | Change::Told => {}
+            Change::Put { key, head, place, item } => {
+                self.heads.insert(key.clone(), bytes(head));
+                self.items.entry(key.clone()).or_default().insert(*place, bytes(item));
+            }
+            Change::Head { key, head } => {
+                self.heads.insert(key.clone(), bytes(head));
+            }
+            Change::Forget { key } => {
+                self.heads.remove(key);
+                self.items.remove(key);
             }
         }
-        Ok(())
+    }
+
+    /// The changes that make these contents out of nothing. The places of the items of an entry have no gap there:
+    /// whoever reads them as a list, and appends to it, uses the numbers of the list.
+    pub(crate) fn changes(&self) -> Result<Vec<Change>, MigrationError> {
+        let mut changes = Vec::new();
+        for (key, head) in &self.heads {
+            let head = value(key, head)?;
+            let items = self.items.get(key).filter(|items| !items.is_empty());
+            let Some(items) = items else {
+                changes.push(Change::Head { key: key.clone(), head });
+                continue;
+            };
+            for (place, item) in (0..).zip(items.values()) {
+                let item = value(key, item)?;
+                changes.push(Change::Put { key: key.clone(), head: head.clone(), place, item });
+            }
+        }
+        Ok(changes)
+    }
+
+    /// Takes in what another store holds: entries that are not known, and items that a known entry does not have.
+    pub(crate) fn merge(&mut self, other: Self) {
+        for (key, head) in other.heads {
+            self.heads.entry(key).or_insert(head);
+        }
+        for (key, items) in other.items {
+            let known = self.items.entry(key).or_default();
+            // Who shows the same twice gives two examples.
+            let mut unmatched: Vec<Vec<u8>> = known.values().cloned().collect();
+            for item in items.into_values() {
+                if let Some(place) = unmatched.iter().position(|other| *other == item) {
+                    unmatched.swap_remove(place);
+                } else {
+                    let next = known.last_key_value().map_or(0, |(place, _)| place + 1);
+                    known.insert(next, item);
+                }
+            }
+        }
     }
 }
 
-/// Removes an entry; `false` where there is none.
-pub(crate) fn remove(transaction: &WriteTransaction, key: &str) -> Result<bool, redb::Error> {
-    let known = transaction.open_table(ENTRIES)?.remove(key)?.is_some();
-    transaction.open_table(ITEMS)?.retain_in((key, 0)..=(key, u64::MAX), |_, _| false)?;
-    Ok(known)
+/// A JSON value in one line, as it was written.
+fn value(key: &str, bytes: &[u8]) -> Result<Box<RawValue>, MigrationError> {
+    let wrong = |reason: String| MigrationError { key: key.to_owned(), reason };
+    let text = std::str::from_utf8(bytes).map_err(|error| wrong(error.to_string()))?;
+    // Within a word of JSON there is no end of a line.
+    RawValue::from_string(text.replace(['\n', '\r'], " ")).map_err(|error| wrong(error.to_string()))
 }

@@ -1,7 +1,9 @@
-use std::io::ErrorKind;
+use std::io::{self, ErrorKind};
 use std::path::PathBuf;
 
-/// Why a file of what was learned could not be opened.
+use folder::FolderError;
+
+/// Why what was learned could not be opened.
 #[derive(Debug, thiserror::Error)]
 pub enum OpenError {
     /// Another process has it open.
@@ -20,14 +22,6 @@ pub enum OpenError {
         /// The version that this code knows.
         known: u64,
     },
-    /// It was written by an older version, and no copy could be kept of it. It is as it was.
-    #[error("{}: the learned tasks are of an older version, and cannot be copied before they are taken over: {source}: make room, or allow writing beside the file", path.display())]
-    Copy {
-        /// The file.
-        path: PathBuf,
-        /// What the system said.
-        source: std::io::Error,
-    },
     /// It was written by an older version, and what it holds could not be taken over. It is as it was.
     #[error("{}: the learned tasks of version {from} cannot be taken over: {source}: use the Leo that wrote them, or another state directory", path.display())]
     Migration {
@@ -38,36 +32,45 @@ pub enum OpenError {
         /// What is wrong with it.
         source: MigrationError,
     },
-    /// Its folder could not be made.
-    #[error("{}: the folder for the learned tasks cannot be made: {source}", path.display())]
+    /// Its folder could not be made, or is not this user's alone.
+    #[error("the folder for the learned tasks cannot be made or opened: {source}")]
     Folder {
-        /// The file.
-        path: PathBuf,
-        /// What the system said.
-        source: std::io::Error,
+        /// Which one, and why.
+        source: FolderError,
     },
-    /// It could not be read or made.
+    /// It could not be read.
     #[error("{}: the learned tasks cannot be opened: {source}: {}", path.display(), advice(source))]
     Unreadable {
         /// The file.
         path: PathBuf,
-        /// What the database said.
-        source: Box<redb::Error>,
+        /// What the system said.
+        source: io::Error,
+    },
+    /// It could not be made or mended. What was there is as it was.
+    #[error("{}: the learned tasks cannot be written: {source}: {}", path.display(), advice(source))]
+    Unwritable {
+        /// The file.
+        path: PathBuf,
+        /// What the system said.
+        source: io::Error,
     },
 }
 
-/// What helps where the file cannot be opened.
-fn advice(error: &redb::Error) -> &'static str {
-    let kind = if let redb::Error::Io(error) = error { Some(error.kind()) } else { None };
-    match kind {
-        Some(ErrorKind::StorageFull | ErrorKind::QuotaExceeded) => {
-            "make room on its disk, or use another state directory"
-        }
-        Some(ErrorKind::PermissionDenied | ErrorKind::ReadOnlyFilesystem) => {
-            "allow this user to read and write it, or use another state directory"
-        }
-        _ => "restore the file, or move it away to begin anew",
+/// Whether there is no room.
+pub(crate) fn is_full(error: &io::Error) -> bool {
+    matches!(error.kind(), ErrorKind::StorageFull | ErrorKind::QuotaExceeded)
+}
+
+/// What helps.
+fn advice(error: &io::Error) -> &'static str {
+    if is_full(error) {
+        return "make room on its disk, or use another state directory";
     }
+    let is_refused = matches!(error.kind(), ErrorKind::PermissionDenied | ErrorKind::ReadOnlyFilesystem);
+    if is_refused {
+        return "allow this user to read and write it, or use another state directory";
+    }
+    "look whether its disk is sound, or use another state directory"
 }
 
 /// Why an entry of an older version could not be brought to the next.
@@ -83,16 +86,24 @@ pub struct MigrationError {
 /// Why what was learned could not be read.
 #[derive(Debug, thiserror::Error)]
 pub enum ReadError {
-    /// The file could not be read.
-    #[error("{}: the learned tasks cannot be read: {source}", path.display())]
+    /// It could not be read.
+    #[error("{}: the learned tasks cannot be read: {source}: {}", path.display(), advice(source))]
     Unreadable {
         /// The file.
         path: PathBuf,
-        /// What the database said.
-        source: Box<redb::Error>,
+        /// What the system said.
+        source: io::Error,
+    },
+    /// Another version wrote it since it was opened.
+    #[error("{}: the learned tasks have schema version {found} now: use the Leo that wrote them", path.display())]
+    Version {
+        /// The file.
+        path: PathBuf,
+        /// Its version.
+        found: u64,
     },
     /// An entry is not what it should be.
-    #[error("{}: the entry {key:?} is no learned task: {source}: forget it to go on without", path.display())]
+    #[error("{}: the entry {key:?} is no learned task: {source}: use the Leo that wrote it, or another state directory", path.display())]
     Entry {
         /// The file.
         path: PathBuf,
@@ -103,17 +114,23 @@ pub enum ReadError {
     },
 }
 
-/// Why an entry could not be written. The file is as it was.
+/// Why an entry could not be written. It is as it was; after an error of the disk it may also be as it should become.
 #[derive(Debug, thiserror::Error)]
 pub enum WriteError {
     /// The file could not be written.
-    #[error("{}: the learned tasks cannot be written: {source}", path.display())]
+    #[error("{}: the learned tasks cannot be written: {source}: {}", path.display(), advice(source))]
     Unwritable {
         /// The file.
         path: PathBuf,
-        /// What the database said.
-        source: Box<redb::Error>,
+        /// What the system said.
+        source: io::Error,
     },
+    /// The store could not be mended, as is needed before anything is written.
+    #[error(transparent)]
+    Unmended(#[from] Box<OpenError>),
+    /// What is there could not be looked at.
+    #[error(transparent)]
+    Unreadable(#[from] ReadError),
     /// The value has no JSON form.
     #[error("the entry {key:?} cannot be written: {source}")]
     Entry {

@@ -1,89 +1,109 @@
+mod damage;
+mod drive;
+mod failing;
 mod old;
+mod power;
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::io::{self, ErrorKind};
+use std::os::unix::fs::{PermissionsExt as _, symlink};
+use std::path::{Path, PathBuf};
 
 use super::*;
+use crate::names::Names;
+use crate::record::line;
 
 /// An entry whose head is a word.
 fn entry(key: &str, items: &[u32]) -> Entry<String, u32> {
     Entry { key: key.to_owned(), head: key.to_uppercase(), items: items.to_vec() }
 }
 
-fn all(store: &Store) -> Vec<Entry<String, u32>> {
+fn all(store: &mut Store) -> Vec<Entry<String, u32>> {
     store.load().unwrap()
 }
 
 fn file() -> (tempfile::TempDir, PathBuf) {
-    let folder = tempfile::tempdir().unwrap();
-    let path = folder.path().join("leo").join("tasks.redb");
+    // What is synchronised there costs nothing.
+    let folder = tempfile::tempdir_in("/dev/shm").unwrap();
+    let path = folder.path().join("leo").join("tasks.store");
     (folder, path)
+}
+
+/// The files beside one, it among them, and what they hold.
+fn beside(path: &Path) -> BTreeMap<String, Vec<u8>> {
+    let entries = fs::read_dir(path.parent().unwrap()).unwrap().map(Result::unwrap);
+    let files = entries.filter(|entry| entry.metadata().unwrap().is_file());
+    files
+        .map(|entry| {
+            (entry.file_name().to_string_lossy().into_owned(), fs::read(entry.path()).unwrap_or_default())
+        })
+        .collect()
 }
 
 #[test]
 fn several_are_saved_at_once_each_in_place_of_what_was_there() {
     let (_folder, path) = file();
-    let store = Store::open(&path).unwrap();
+    let mut store = Store::open(&path).unwrap();
     store.save_all(&[entry("task 1", &[1]), entry("task 2", &[2, 3, 4])]).unwrap();
     store.save_all(&[entry("task 2", &[5]), entry("task 3", &[])]).unwrap();
-    assert_eq!(all(&store), [entry("task 1", &[1]), entry("task 2", &[5]), entry("task 3", &[])]);
+    assert_eq!(all(&mut store), [entry("task 1", &[1]), entry("task 2", &[5]), entry("task 3", &[])]);
 }
 
 #[test]
 fn what_was_saved_is_there_when_the_file_is_opened_again() {
     let (_folder, path) = file();
-    let store = Store::open(&path).unwrap();
+    let mut store = Store::open(&path).unwrap();
     for (key, place, item) in [("task 1", 0, 1), ("task 2", 0, 3), ("task 1", 1, 2), ("task 1", 2, 4)] {
         store.put(key, &key.to_uppercase(), place, &item).unwrap();
     }
     drop(store);
-    let store = Store::open(&path).unwrap();
-    assert_eq!(all(&store), [entry("task 1", &[1, 2, 4]), entry("task 2", &[3])]);
+    let mut store = Store::open(&path).unwrap();
+    assert_eq!(all(&mut store), [entry("task 1", &[1, 2, 4]), entry("task 2", &[3])]);
     store.put("task 1", &"TASK 1", 1, &7_u32).unwrap();
-    assert_eq!(all(&store), [entry("task 1", &[1, 7, 4]), entry("task 2", &[3])]);
+    assert_eq!(all(&mut store), [entry("task 1", &[1, 7, 4]), entry("task 2", &[3])]);
 }
 
 #[test]
 fn items_come_in_the_order_of_their_places() {
     let (_folder, path) = file();
-    let store = Store::open(&path).unwrap();
+    let mut store = Store::open(&path).unwrap();
     let items: Vec<u32> = (0..300).collect();
     for item in items.iter().rev() {
         store.put("task 1", &"TASK 1", u64::from(*item), item).unwrap();
     }
-    assert_eq!(all(&store), [entry("task 1", &items)]);
+    assert_eq!(all(&mut store), [entry("task 1", &items)]);
 }
 
 #[test]
 fn what_was_forgotten_is_gone_with_all_its_items_and_nothing_else_is() {
     let (_folder, path) = file();
-    let store = Store::open(&path).unwrap();
+    let mut store = Store::open(&path).unwrap();
     store.save_all(&[entry("task 1", &[1, 2]), entry("task 10", &[3])]).unwrap();
     assert!(store.forget("task 1").unwrap());
     assert!(!store.forget("task 1").unwrap());
-    assert_eq!(all(&store), [entry("task 10", &[3])]);
+    assert_eq!(all(&mut store), [entry("task 10", &[3])]);
     store.put("task 1", &"TASK 1", 0, &9_u32).unwrap();
-    assert_eq!(all(&store), [entry("task 1", &[9]), entry("task 10", &[3])]);
+    assert_eq!(all(&mut store), [entry("task 1", &[9]), entry("task 10", &[3])]);
 }
 
 #[test]
-fn a_file_of_a_newer_version_is_refused_and_left_as_it_is() {
+fn a_store_of_a_newer_version_is_refused_and_left_as_it_is() {
     let (_folder, path) = file();
-    let store = Store::open(&path).unwrap();
+    let mut store = Store::open(&path).unwrap();
     store.put("task 1", &"TASK 1", 0, &1).unwrap();
-    store
-        .write(|transaction| {
-            transaction.open_table(ABOUT)?.insert(VERSION_KEY, VERSION + 1)?;
-            Ok(())
-        })
-        .unwrap();
     drop(store);
-    for _ in 0..2 {
+    let newer = line(&format!("{} {{\"something\":\"else\"}}", VERSION + 1));
+    let copies = Names::of(&path).copies().map(|name| path.with_file_name(name));
+    for copy in &copies {
+        fs::write(copy, fs::read_to_string(copy).unwrap() + &newer).unwrap();
+        let before = beside(&path);
         let refused = Store::open(&path).unwrap_err();
         let is_newer =
             matches!(refused, OpenError::Version { found, known: VERSION, .. } if found == VERSION + 1);
         assert!(is_newer, "{refused}");
+        assert_eq!(beside(&path), before, "nothing is changed");
     }
-    let kept = Database::open(&path).unwrap().begin_read().unwrap();
-    assert!(kept.open_table(ITEMS).unwrap().get(("task 1", 0)).unwrap().is_some());
-    assert_eq!(std::fs::read_dir(path.parent().unwrap()).unwrap().count(), 1, "nothing was copied");
 }
 
 #[test]
@@ -92,48 +112,75 @@ fn a_file_in_use_is_refused_by_name() {
     let _store = Store::open(&path).unwrap();
     let refused = Store::open(&path).unwrap_err();
     assert!(matches!(refused, OpenError::InUse { .. }), "{refused}");
-    assert!(refused.to_string().contains("tasks.redb"));
-}
-
-#[test]
-fn a_file_that_is_no_store_is_refused() {
-    let (_folder, path) = file();
-    std::fs::create_dir_all(path.parent().unwrap()).unwrap();
-    std::fs::write(&path, b"these are not the bytes").unwrap();
-    assert!(matches!(Store::open(&path), Err(OpenError::Unreadable { .. })));
+    assert!(refused.to_string().contains("tasks.store"));
 }
 
 #[test]
 fn a_full_disk_and_a_file_of_another_user_are_told_with_what_helps() {
-    use std::io::{Error, ErrorKind};
     let told = |kind: ErrorKind| {
-        let source = Box::new(redb::Error::Io(Error::from(kind)));
-        OpenError::Unreadable { path: "learned.redb".into(), source }.to_string()
+        let source = io::Error::from(kind);
+        OpenError::Unreadable { path: "learned.store".into(), source }.to_string()
     };
     assert!(told(ErrorKind::StorageFull).ends_with("make room on its disk, or use another state directory"));
     assert!(told(ErrorKind::PermissionDenied).contains("allow this user to read and write it"));
-    assert!(told(ErrorKind::InvalidData).ends_with("or move it away to begin anew"));
+    assert!(told(ErrorKind::InvalidData).contains("look whether its disk is sound"));
+}
+
+#[test]
+fn a_link_and_what_is_no_file_are_refused_and_nothing_behind_them_is_touched() {
+    for name in ["tasks.store", "tasks.copy.store", "tasks.lock", "tasks.redb"] {
+        let (folder, path) = file();
+        let precious = folder.path().join("precious");
+        fs::write(&precious, "all").unwrap();
+        drop(Store::open(&path).unwrap());
+        let at = path.with_file_name(name);
+        let _gone = fs::remove_file(&at);
+        symlink(&precious, &at).unwrap();
+        let refused = Store::open(&path).unwrap_err().to_string();
+        assert!(refused.contains(name) && refused.contains("is a symbolic link"), "{refused}");
+        fs::remove_file(&at).unwrap();
+        fs::create_dir(&at).unwrap();
+        assert!(Store::open(&path).is_err());
+        assert_eq!(fs::read_to_string(&precious).unwrap(), "all");
+    }
+    let (folder, path) = file();
+    fs::create_dir(folder.path().join("elsewhere")).unwrap();
+    symlink(folder.path().join("elsewhere"), path.parent().unwrap()).unwrap();
+    let refused = Store::open(&path).unwrap_err().to_string();
+    assert!(refused.contains("is a symbolic link"), "{refused}");
+    assert_eq!(fs::read_dir(folder.path().join("elsewhere")).unwrap().count(), 0);
+}
+
+#[test]
+fn files_are_of_this_user_alone() {
+    let (_folder, path) = file();
+    let mut store = Store::open(&path).unwrap();
+    store.put("task 1", &"TASK 1", 0, &1).unwrap();
+    let mode = |path: &Path| fs::metadata(path).unwrap().permissions().mode() & 0o777;
+    assert_eq!(mode(path.parent().unwrap()), 0o700);
+    for name in beside(&path).into_keys() {
+        assert_eq!(mode(&path.with_file_name(&name)), 0o600, "{name}");
+    }
+}
+
+#[test]
+fn what_another_program_changes_while_the_store_is_open_is_an_error_and_then_mended() {
+    let (_folder, path) = file();
+    let mut store = Store::open(&path).unwrap();
+    store.put("task 1", &"TASK 1", 0, &1).unwrap();
+    fs::write(&path, "").unwrap();
+    let refused = store.put("task 1", &"TASK 1", 1, &2).unwrap_err().to_string();
+    assert!(refused.contains("has 0 bytes instead of"), "{refused}");
+    store.put("task 1", &"TASK 1", 1, &2).unwrap();
+    assert_eq!(all(&mut store), [entry("task 1", &[1, 2])]);
+    assert!(path.with_file_name("tasks.damaged.store").exists());
 }
 
 #[test]
 fn an_entry_of_another_kind_is_named() {
     let (_folder, path) = file();
-    let store = Store::open(&path).unwrap();
+    let mut store = Store::open(&path).unwrap();
     store.put("task 1", &"TASK 1", 0, &"a word").unwrap();
     let wrong = store.load::<String, u32>().unwrap_err();
     assert!(wrong.to_string().contains("\"task 1\""), "{wrong}");
-}
-
-#[test]
-fn a_transaction_that_was_not_finished_leaves_the_entry_as_it_was() {
-    let (_folder, path) = file();
-    let store = Store::open(&path).unwrap();
-    store.save_all(&[entry("task 1", &[1])]).unwrap();
-    let cut: Result<(), WriteError> = store.write(|transaction| {
-        transaction.open_table(ITEMS)?.insert(("task 1", 0), b"9".as_slice())?;
-        Err(redb::Error::PreviousIo)
-    });
-    assert!(cut.is_err());
-    drop(store);
-    assert_eq!(all(&Store::open(&path).unwrap()), [entry("task 1", &[1])]);
 }

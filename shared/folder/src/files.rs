@@ -1,0 +1,77 @@
+//! What a folder that keeps something lasting needs beside reading and writing: names that change at once, and files
+//! that belong to the folder's owner.
+
+use std::fs::File;
+use std::io::{self, ErrorKind};
+
+use rustix::fs::{FileType, OFlags, fchown, fstat, fsync, openat, renameat};
+use rustix::process::geteuid;
+
+use super::{Folder, OWN_FILE};
+
+impl Folder {
+    /// Opens a file in it for reading and appending, if there is one. It must be a regular file of the folder's owner.
+    ///
+    /// # Errors
+    ///
+    /// It is a link, no regular file, or another user's, or cannot be opened.
+    pub fn own(&self, name: &str) -> io::Result<Option<File>> {
+        // Without NONBLOCK a named pipe would have the opening wait for its other end.
+        let flags = OFlags::RDWR | OFlags::APPEND | OFlags::NOFOLLOW | OFlags::CLOEXEC | OFlags::NONBLOCK;
+        let file = match openat(&self.descriptor, name, flags, OWN_FILE) {
+            Ok(descriptor) => File::from(descriptor),
+            Err(rustix::io::Errno::NOENT) => return Ok(None),
+            Err(rustix::io::Errno::LOOP) => {
+                return Err(self.refused(name, "is a symbolic link, which is not followed"));
+            }
+            Err(errno) => return Err(errno.into()),
+        };
+        let (there, folder) = (fstat(&file)?, fstat(&self.descriptor)?);
+        if !FileType::from_raw_mode(there.st_mode).is_file() {
+            return Err(self.refused(name, "is no regular file"));
+        }
+        if there.st_uid != folder.st_uid {
+            let owner = there.st_uid;
+            return Err(self.refused(name, &format!("belongs to the user with the number {owner}")));
+        }
+        Ok(Some(file))
+    }
+
+    fn refused(&self, name: &str, what: &str) -> io::Error {
+        let file = self.path.join(name);
+        io::Error::new(ErrorKind::PermissionDenied, format!("{} {what}", file.display()))
+    }
+
+    /// Gives a file that root made in a folder of another user to that user.
+    ///
+    /// # Errors
+    ///
+    /// The system refused it.
+    pub fn give(&self, file: &File) -> io::Result<()> {
+        let folder = fstat(&self.descriptor)?;
+        if !geteuid().is_root() || folder.st_uid == geteuid().as_raw() {
+            return Ok(());
+        }
+        let (user, group) =
+            (rustix::fs::Uid::from_raw(folder.st_uid), rustix::fs::Gid::from_raw(folder.st_gid));
+        Ok(fchown(file, Some(user), Some(group))?)
+    }
+
+    /// Gives a file in it another name, in place of what has that name.
+    ///
+    /// # Errors
+    ///
+    /// The file is not there, or the name cannot be changed.
+    pub fn rename(&self, name: &str, to: &str) -> io::Result<()> {
+        Ok(renameat(&self.descriptor, name, &self.descriptor, to)?)
+    }
+
+    /// Makes the names in it durable.
+    ///
+    /// # Errors
+    ///
+    /// The disk refused it.
+    pub fn sync(&self) -> io::Result<()> {
+        Ok(fsync(&self.descriptor)?)
+    }
+}

@@ -1,0 +1,157 @@
+//! Reading the database that version 3 and older ones wrote. It is read from a copy in memory, so that nothing of it
+//! changes, whatever the library does.
+
+use std::cell::Cell;
+use std::io::{self, ErrorKind};
+use std::panic::{self, AssertUnwindSafe};
+use std::sync::Once;
+
+use redb::backends::InMemoryBackend;
+use redb::{
+    Database, ReadTransaction, ReadableDatabase as _, ReadableTable as _, StorageBackend, TableDefinition,
+};
+
+use crate::contents::Contents;
+
+const ABOUT: TableDefinition<'_, &str, u64> = TableDefinition::new("about");
+/// The head of each entry, by its key.
+const ENTRIES: TableDefinition<'_, &str, &[u8]> = TableDefinition::new("tasks");
+/// The items of the entries, by the key and the place in the list.
+const ITEMS: TableDefinition<'_, (&str, u64), &[u8]> = TableDefinition::new("examples");
+const VERSION_KEY: &str = "version";
+/// What a database may need beside the bytes that it has, while it is mended.
+const ROOM: u64 = 16 << 20;
+
+/// What a database is.
+#[derive(Debug)]
+pub(crate) enum Found {
+    /// Sound, of this version. One whose program was killed before it wrote a word has none, and holds nothing.
+    Sound { version: Option<u64>, contents: Contents },
+    /// What is wrong with it.
+    Damaged(String),
+}
+
+/// Reads a database. A damaged one may have the library panic: that is a damage like others.
+pub(crate) fn read(bytes: &[u8]) -> Found {
+    if bytes.is_empty() {
+        return Found::Damaged("is empty".to_owned());
+    }
+    match quietly(|| read_with(bytes)) {
+        Ok(Ok((version, contents))) => Found::Sound { version, contents },
+        Ok(Err(error)) => Found::Damaged(format!("is damaged ({error})")),
+        Err(()) => Found::Damaged("is damaged (the database panicked)".to_owned()),
+    }
+}
+
+fn read_with(bytes: &[u8]) -> Result<(Option<u64>, Contents), redb::Error> {
+    let memory = Memory::of(bytes)?;
+    let mut database = Database::builder().create_with_backend(memory)?;
+    if !database.check_integrity()? {
+        return Err(redb::Error::Corrupted("its check sums are wrong".to_owned()));
+    }
+    let transaction = database.begin_read()?;
+    let about = match transaction.open_table(ABOUT) {
+        Err(redb::TableError::TableDoesNotExist(_)) => return Ok((None, Contents::default())),
+        opened => opened?,
+    };
+    let version = about.get(VERSION_KEY)?.map(|version| version.value());
+    Ok((version, contents(&transaction)?))
+}
+
+/// Everything. A database without a table of items (version 1) has none.
+fn contents(transaction: &ReadTransaction) -> Result<Contents, redb::Error> {
+    let mut contents = Contents::default();
+    let heads = match transaction.open_table(ENTRIES) {
+        Err(redb::TableError::TableDoesNotExist(_)) => return Ok(contents),
+        opened => opened?,
+    };
+    for entry in heads.iter()? {
+        let (key, head) = entry?;
+        contents.heads.insert(key.value().to_owned(), head.value().to_owned());
+    }
+    let items = match transaction.open_table(ITEMS) {
+        Err(redb::TableError::TableDoesNotExist(_)) => return Ok(contents),
+        opened => opened?,
+    };
+    for entry in items.iter()? {
+        let (place, item) = entry?;
+        let (key, place) = place.value();
+        contents.items.entry(key.to_owned()).or_default().insert(place, item.value().to_owned());
+    }
+    Ok(contents)
+}
+
+thread_local! {
+    /// Whether a panic of this thread is a damage, which is told elsewhere.
+    static IS_QUIET: Cell<bool> = const { Cell::new(false) };
+}
+
+/// Does what may panic, and says nothing of it where it does.
+fn quietly<R>(act: impl FnOnce() -> R) -> Result<R, ()> {
+    static HOOK: Once = Once::new();
+    HOOK.call_once(|| {
+        let told = panic::take_hook();
+        panic::set_hook(Box::new(move |info| {
+            if !IS_QUIET.get() {
+                told(info);
+            }
+        }));
+    });
+    IS_QUIET.set(true);
+    let result = panic::catch_unwind(AssertUnwindSafe(act)).map_err(drop);
+    IS_QUIET.set(false);
+    result
+}
+
+/// A copy of the file, which does not grow without bound where a damaged one says that it should.
+#[derive(Debug)]
+struct Memory {
+    bytes: InMemoryBackend,
+    largest: u64,
+}
+
+impl Memory {
+    fn of(bytes: &[u8]) -> io::Result<Self> {
+        let length = u64::try_from(bytes.len()).map_err(io::Error::other)?;
+        let memory = Self { bytes: InMemoryBackend::new(), largest: length.saturating_mul(2) + ROOM };
+        memory.bytes.set_len(length)?;
+        memory.bytes.write(0, bytes)?;
+        Ok(memory)
+    }
+
+    fn has(&self, end: u64) -> io::Result<()> {
+        let length = self.bytes.len()?;
+        if end > length {
+            return Err(io::Error::new(ErrorKind::UnexpectedEof, format!("it has no byte {end}")));
+        }
+        Ok(())
+    }
+}
+
+impl StorageBackend for Memory {
+    fn len(&self) -> io::Result<u64> {
+        self.bytes.len()
+    }
+
+    fn read(&self, offset: u64, out: &mut [u8]) -> io::Result<()> {
+        self.has(offset.saturating_add(u64::try_from(out.len()).unwrap_or(u64::MAX)))?;
+        self.bytes.read(offset, out)
+    }
+
+    fn set_len(&self, length: u64) -> io::Result<()> {
+        if length > self.largest {
+            let text = format!("it says that it has {length} bytes");
+            return Err(io::Error::new(ErrorKind::FileTooLarge, text));
+        }
+        self.bytes.set_len(length)
+    }
+
+    fn sync_data(&self) -> io::Result<()> {
+        Ok(())
+    }
+
+    fn write(&self, offset: u64, data: &[u8]) -> io::Result<()> {
+        self.has(offset.saturating_add(u64::try_from(data.len()).unwrap_or(u64::MAX)))?;
+        self.bytes.write(offset, data)
+    }
+}

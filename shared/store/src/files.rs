@@ -1,0 +1,170 @@
+use std::cmp::Ordering;
+use std::fmt::Debug;
+use std::fs::{self, File, TryLockError};
+use std::io::{self, ErrorKind, Read as _, Write as _};
+use std::path::Path;
+
+use folder::{Folder, FolderError};
+
+/// A store that is larger than this is none: an example is some ten thousand bytes.
+const LARGEST: u64 = 1 << 30;
+
+/// What a store needs of the folder that it is in. Tests have disks of their own, which lose power.
+pub(crate) trait Files: Debug + Send {
+    /// Keeps others from working with a file until this is dropped; `false` where another has it. It is made where it
+    /// is not there, if that is wanted.
+    fn lock(&mut self, name: &str, make: bool) -> io::Result<bool>;
+    /// All bytes of a file, if there is one.
+    fn read(&mut self, name: &str) -> io::Result<Option<Vec<u8>>>;
+    /// Appends to a file of this length. Durable when it returns.
+    fn append(&mut self, name: &str, length: u64, bytes: &[u8]) -> io::Result<()>;
+    /// Takes from a file what is behind this length. Durable when it returns.
+    fn cut(&mut self, name: &str, length: u64) -> io::Result<()>;
+    /// Writes a file whole. What it holds is durable when this returns, its name is not.
+    fn write(&mut self, name: &str, bytes: &[u8]) -> io::Result<()>;
+    /// Gives a file another name, in place of what has it.
+    fn rename(&mut self, name: &str, to: &str) -> io::Result<()>;
+    /// Gives a file a second name, which must be free.
+    fn link(&mut self, name: &str, second: &str) -> io::Result<()>;
+    /// Takes one of its names from a file.
+    fn remove(&mut self, name: &str) -> io::Result<()>;
+    /// Makes all names durable.
+    fn sync(&mut self) -> io::Result<()>;
+}
+
+/// A folder of this user's on a disk.
+#[derive(Debug)]
+pub(crate) struct Disk {
+    folder: Folder,
+    locked: Vec<File>,
+}
+
+impl Disk {
+    /// Opens the folder, and makes it, and those above it, where there is none.
+    pub(crate) fn make(path: &Path) -> Result<Self, FolderError> {
+        let folder = match Folder::open_for_root(path) {
+            Err(error) if error.is_missing() => {
+                let above = path.parent().unwrap_or(path);
+                fs::create_dir_all(above)
+                    .map_err(|source| FolderError::System { path: above.to_owned(), source })?;
+                Folder::make(path)?
+            }
+            opened => opened?,
+        };
+        Ok(Self { folder, locked: Vec::new() })
+    }
+
+    /// Opens the folder, if there is one.
+    pub(crate) fn look(path: &Path) -> Result<Option<Self>, FolderError> {
+        match Folder::open_for_root(path) {
+            Err(error) if error.is_missing() => Ok(None),
+            opened => Ok(Some(Self { folder: opened?, locked: Vec::new() })),
+        }
+    }
+
+    fn file(&self, name: &str) -> io::Result<File> {
+        self.folder.own(name)?.ok_or_else(|| {
+            let path = self.folder.path().join(name);
+            io::Error::new(ErrorKind::NotFound, format!("{} is gone", path.display()))
+        })
+    }
+
+    /// Another program has changed a file.
+    fn changed(&self, name: &str, found: u64, length: u64) -> io::Error {
+        let path = self.folder.path().join(name);
+        let text = format!("{} has {found} bytes instead of {length}", path.display());
+        io::Error::new(ErrorKind::InvalidData, text)
+    }
+
+    /// Makes a file, and gives it to the folder's owner.
+    fn create(&self, name: &str) -> io::Result<()> {
+        match self.folder.create(name) {
+            Err(error) if error.kind() == ErrorKind::AlreadyExists => Ok(()),
+            made => self.folder.give(&made?),
+        }
+    }
+}
+
+impl Drop for Disk {
+    fn drop(&mut self) {
+        // A process that is being started has the descriptors for a moment, and would go on holding the locks.
+        for file in &self.locked {
+            let _unlocked = file.unlock();
+        }
+    }
+}
+
+impl Files for Disk {
+    fn lock(&mut self, name: &str, make: bool) -> io::Result<bool> {
+        if make && !self.folder.has(name)? {
+            self.create(name)?;
+        }
+        let Some(file) = self.folder.own(name)? else { return Ok(true) };
+        match file.try_lock() {
+            Ok(()) => {
+                self.locked.push(file);
+                Ok(true)
+            }
+            Err(TryLockError::WouldBlock) => Ok(false),
+            Err(TryLockError::Error(error)) => Err(error),
+        }
+    }
+
+    fn read(&mut self, name: &str) -> io::Result<Option<Vec<u8>>> {
+        let Some(file) = self.folder.own(name)? else { return Ok(None) };
+        let length = file.metadata()?.len();
+        if length > LARGEST {
+            let path = self.folder.path().join(name);
+            let text = format!("{} has {length} bytes, which is more than any store has", path.display());
+            return Err(io::Error::new(ErrorKind::FileTooLarge, text));
+        }
+        let mut bytes = Vec::new();
+        file.take(LARGEST).read_to_end(&mut bytes)?;
+        Ok(Some(bytes))
+    }
+
+    fn append(&mut self, name: &str, length: u64, bytes: &[u8]) -> io::Result<()> {
+        let mut file = self.file(name)?;
+        let found = file.metadata()?.len();
+        if found != length {
+            return Err(self.changed(name, found, length));
+        }
+        file.write_all(bytes)?;
+        file.sync_data()
+    }
+
+    fn cut(&mut self, name: &str, length: u64) -> io::Result<()> {
+        let file = self.file(name)?;
+        let found = file.metadata()?.len();
+        match found.cmp(&length) {
+            Ordering::Less => return Err(self.changed(name, found, length)),
+            Ordering::Equal => {}
+            Ordering::Greater => file.set_len(length)?,
+        }
+        file.sync_all()
+    }
+
+    fn write(&mut self, name: &str, bytes: &[u8]) -> io::Result<()> {
+        self.create(name)?;
+        let mut file = self.file(name)?;
+        file.set_len(0)?;
+        file.write_all(bytes)?;
+        file.sync_all()
+    }
+
+    fn rename(&mut self, name: &str, to: &str) -> io::Result<()> {
+        self.folder.rename(name, to)
+    }
+
+    fn link(&mut self, name: &str, second: &str) -> io::Result<()> {
+        self.folder.link(name, second)
+    }
+
+    fn remove(&mut self, name: &str) -> io::Result<()> {
+        self.folder.remove(name)
+    }
+
+    fn sync(&mut self) -> io::Result<()> {
+        self.folder.sync()
+    }
+}

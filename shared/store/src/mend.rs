@@ -1,0 +1,191 @@
+//! Opening: what is damaged is set aside, what an older version left is taken over, and both copies hold everything
+//! afterwards.
+
+use std::io;
+
+use crate::contents::Contents;
+use crate::database::{self, Found};
+use crate::migration::Migration;
+use crate::names::Names;
+use crate::record::{Change, encode_all};
+use crate::store::{End, size};
+use crate::survey::{Lost, Standing, Survey};
+use crate::{Damage, Findings, OpenError, ReadError, Store, VERSION};
+
+/// So many files of one kind may be set aside.
+const MOST_ASIDE: u32 = 1000;
+
+/// The bytes of both copies, where they are there.
+type Copies = [Option<Vec<u8>>; 2];
+
+/// What an older version left.
+enum Left {
+    Nothing,
+    Older { version: u64, contents: Contents, bytes: Vec<u8> },
+    Damaged { what: String, bytes: Vec<u8> },
+}
+
+impl Store {
+    /// Looks at both copies, and at what an older version left. Where they do not hold everything, sets aside what is
+    /// damaged, and writes both of them whole.
+    pub(crate) fn mend(&mut self, migrations: &[Migration]) -> Result<(), OpenError> {
+        self.end = End::default();
+        let (copies, survey) = self.survey().map_err(|error| match error {
+            ReadError::Version { path, found } => OpenError::Version { path, found, known: VERSION },
+            ReadError::Unreadable { path, source } => OpenError::Unreadable { path, source },
+            ReadError::Entry { path, source, .. } => {
+                OpenError::Unreadable { path, source: io::Error::other(source) }
+            }
+        })?;
+        let Survey { mut contents, losses, generation, next, copies: standings, lost } = survey;
+        let left = self.left(migrations)?;
+        self.losses = losses;
+        self.findings = Findings { lost, ..Findings::default() };
+        self.end = End { generation, number: next, ..End::default() };
+        let are_whole = standings.iter().all(|standing| *standing == Standing::Whole);
+        if are_whole && matches!(left, Left::Nothing) {
+            let length = copies.iter().flatten().map(size).next().unwrap_or(0);
+            self.end = End { length, is_whole: true, ..self.end };
+            return Ok(());
+        }
+        self.set_aside(standings, &copies).map_err(|source| self.unwritable(source))?;
+        let left = match left {
+            Left::Nothing => None,
+            Left::Older { version, contents: older, bytes } => {
+                contents.merge(older);
+                Some((format!("v{version}"), bytes))
+            }
+            Left::Damaged { what, bytes } => {
+                let file = self.names.path(&self.names.database());
+                self.findings.damaged.push(Damage { file, what, aside: None });
+                self.findings.lost = Lost::Everything;
+                Some(("damaged".to_owned(), bytes))
+            }
+        };
+        if self.findings.lost != Lost::Nothing {
+            self.losses.push(self.findings.lost.in_short());
+        }
+        self.write_whole(&contents)?;
+        if let Some((why, bytes)) = left {
+            self.set_database_aside(&why, &bytes).map_err(|source| self.unwritable(source))?;
+        }
+        Ok(())
+    }
+
+    /// What both copies say.
+    pub(crate) fn survey(&mut self) -> Result<(Copies, Survey), ReadError> {
+        let mut copies = [None, None];
+        for (bytes, name) in copies.iter_mut().zip(self.names.copies()) {
+            *bytes = self
+                .files
+                .read(&name)
+                .map_err(|source| ReadError::Unreadable { path: self.names.path(&name), source })?;
+        }
+        let [first, second] = &copies;
+        let survey = Survey::of([first.as_deref(), second.as_deref()])
+            .map_err(|found| ReadError::Version { path: self.path.clone(), found })?;
+        Ok((copies, survey))
+    }
+
+    /// The database of an older version, brought to this one.
+    fn left(&mut self, migrations: &[Migration]) -> Result<Left, OpenError> {
+        let name = self.names.database();
+        let path = self.names.path(&name);
+        let unreadable = |source| OpenError::Unreadable { path: path.clone(), source };
+        // Whoever goes back to the older version and has it run must not be read while he writes.
+        if !self.files.lock(&name, false).map_err(unreadable)? {
+            return Err(OpenError::InUse { path });
+        }
+        let Some(bytes) = self.files.read(&name).map_err(unreadable)? else { return Ok(Left::Nothing) };
+        let (version, mut contents) = match database::read(&bytes) {
+            Found::Damaged(what) => return Ok(Left::Damaged { what, bytes }),
+            Found::Sound { version, contents } => (version.unwrap_or(VERSION - 1), contents),
+        };
+        if !migrations.iter().any(|migration| migration.from == version) {
+            return Err(OpenError::Version { path, found: version, known: VERSION });
+        }
+        for migration in migrations.iter().filter(|migration| migration.from >= version) {
+            let migrated = (migration.apply)(contents);
+            contents = migrated.map_err(|source| OpenError::Migration {
+                path: path.clone(),
+                from: migration.from,
+                source,
+            })?;
+        }
+        Ok(Left::Older { version, contents, bytes })
+    }
+
+    fn set_aside(&mut self, standings: [Standing; 2], copies: &Copies) -> io::Result<()> {
+        for ((name, standing), bytes) in self.names.copies().into_iter().zip(standings).zip(copies) {
+            if let Standing::Damaged(what) = standing {
+                let aside = match bytes {
+                    Some(bytes) => Some(self.aside(&name, "damaged", bytes)?),
+                    None => None,
+                };
+                let aside = aside.map(|aside| self.names.path(&aside));
+                self.findings.damaged.push(Damage { file: self.names.path(&name), what, aside });
+            }
+        }
+        Ok(())
+    }
+
+    fn set_database_aside(&mut self, why: &str, bytes: &[u8]) -> io::Result<()> {
+        let name = self.names.database();
+        let aside = self.aside(&name, why, bytes)?;
+        self.files.remove(&name)?;
+        self.files.sync()?;
+        let file = self.names.path(&name);
+        if let Some(damage) = self.findings.damaged.iter_mut().find(|damage| damage.file == file) {
+            damage.aside = Some(self.names.path(&aside));
+        }
+        Ok(())
+    }
+
+    /// Gives a file a second name, under which it is left alone from now on. One that has the same bytes is this file,
+    /// set aside before the power was cut.
+    fn aside(&mut self, name: &str, why: &str, bytes: &[u8]) -> io::Result<String> {
+        for number in 1..MOST_ASIDE {
+            let aside = Names::aside(name, why, number);
+            match self.files.read(&aside) {
+                Ok(Some(there)) if there == bytes => return Ok(aside),
+                Ok(None) => {
+                    self.files.link(name, &aside)?;
+                    self.files.sync()?;
+                    return Ok(aside);
+                }
+                // Whatever has that name stays.
+                Ok(Some(_)) | Err(_) => {}
+            }
+        }
+        Err(io::Error::other(format!(
+            "there are too many files like {}",
+            Names::aside(name, why, MOST_ASIDE)
+        )))
+    }
+
+    /// Writes both copies whole, each at once: at every moment one of them holds everything.
+    fn write_whole(&mut self, contents: &Contents) -> Result<(), OpenError> {
+        let refused = |source| OpenError::Migration { path: self.path.clone(), from: VERSION, source };
+        let mut changes = vec![Change::Begin { losses: self.losses.clone() }];
+        changes.extend(contents.changes().map_err(refused)?);
+        let generation = self.end.generation + 1;
+        let (lines, next) =
+            encode_all(generation, 0, changes).map_err(|error| self.unwritable(io::Error::other(error)))?;
+        let mut write = || -> io::Result<()> {
+            let new = self.names.unfinished();
+            for name in self.names.copies() {
+                self.files.write(&new, lines.as_bytes())?;
+                self.files.rename(&new, &name)?;
+                self.files.sync()?;
+            }
+            Ok(())
+        };
+        write().map_err(|source| self.unwritable(source))?;
+        self.end = End { generation, number: next, length: size(&lines), is_whole: true };
+        Ok(())
+    }
+
+    pub(crate) fn unwritable(&self, source: io::Error) -> OpenError {
+        OpenError::Unwritable { path: self.path.clone(), source }
+    }
+}

@@ -1,0 +1,211 @@
+use std::path::{Path, PathBuf};
+
+use serde::Serialize;
+use serde::de::DeserializeOwned;
+use serde_json::value::{RawValue, to_raw_value};
+
+use crate::contents::Contents;
+use crate::error::is_full;
+use crate::files::{Disk, Files};
+use crate::migration::{MIGRATIONS, Migration};
+use crate::names::Names;
+use crate::record::{Change, encode_all};
+use crate::{Entry, Findings, OpenError, ReadError, WriteError};
+
+/// An open store of what was learned. One process at a time has it open.
+#[derive(Debug)]
+pub struct Store {
+    pub(crate) files: Box<dyn Files>,
+    pub(crate) names: Names,
+    pub(crate) path: PathBuf,
+    pub(crate) end: End,
+    pub(crate) losses: Vec<String>,
+    pub(crate) findings: Findings,
+}
+
+/// Where the next record goes.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct End {
+    pub(crate) generation: u64,
+    pub(crate) number: u64,
+    /// The length of each copy.
+    pub(crate) length: u64,
+    /// Whether both copies hold everything: else they are written whole before anything is appended.
+    pub(crate) is_whole: bool,
+}
+
+impl Store {
+    /// Opens the store whose first copy has this path, or makes an empty one. Folders above it are made where they are
+    /// missing. What is damaged is set aside and mended, see [`Store::findings`]; what an older version wrote is taken
+    /// over, and kept as it was (`learned.v3.redb`).
+    ///
+    /// # Errors
+    /// [`OpenError`] when another process has it open, when it was written by a newer version, when it cannot be
+    /// migrated, or when it cannot be read or made.
+    pub fn open(path: &Path) -> Result<Self, OpenError> {
+        let names = Names::of(path);
+        let disk = Disk::make(names.folder()).map_err(|source| OpenError::Folder { source })?;
+        Self::open_on(Box::new(disk), path, &MIGRATIONS)
+    }
+
+    /// Opens it among these files, with these migrations.
+    pub(crate) fn open_on(
+        files: Box<dyn Files>,
+        path: &Path,
+        migrations: &[Migration],
+    ) -> Result<Self, OpenError> {
+        let names = Names::of(path);
+        let mut store = Self {
+            files,
+            names,
+            path: path.to_owned(),
+            end: End::default(),
+            losses: Vec::new(),
+            findings: Findings::default(),
+        };
+        let lock = store.names.lock();
+        let is_locked = store.files.lock(&lock, true).map_err(|source| store.unwritable(source))?;
+        if !is_locked {
+            return Err(OpenError::InUse { path: store.path });
+        }
+        match store.mend(migrations) {
+            // What was learned can be read on a full disk, too.
+            Err(OpenError::Unwritable { source, .. }) if is_full(&source) && store.end.generation > 0 => {
+                store.findings.unmended = Some(format!("{source}: make room on its disk"));
+            }
+            mended => mended?,
+        }
+        Ok(store)
+    }
+
+    /// What was found when it was opened, other than that all is well.
+    #[must_use]
+    pub const fn findings(&self) -> &Findings {
+        &self.findings
+    }
+
+    /// What was lost, now or at an earlier opening, and was not [told](Self::told) since.
+    #[must_use]
+    pub fn losses(&self) -> &[String] {
+        &self.losses
+    }
+
+    /// The losses were told to whoever has to know.
+    ///
+    /// # Errors
+    /// As [`Self::save_all`].
+    pub fn told(&mut self) -> Result<(), WriteError> {
+        self.write(vec![Change::Told])?;
+        self.losses.clear();
+        Ok(())
+    }
+
+    /// All entries, in the order of their keys.
+    ///
+    /// # Errors
+    /// [`ReadError`] when it cannot be read, or an entry is not what it should be.
+    pub fn load<H: DeserializeOwned, I: DeserializeOwned>(&mut self) -> Result<Vec<Entry<H, I>>, ReadError> {
+        let Contents { heads, mut items } = self.contents()?;
+        let read = |(key, head): (String, Vec<u8>)| {
+            let items = items.remove(&key).unwrap_or_default();
+            let head = serde_json::from_slice(&head);
+            let items = items.values().map(|item| serde_json::from_slice(item)).collect();
+            match (head, items) {
+                (Ok(head), Ok(items)) => Ok(Entry { key, head, items }),
+                (Err(source), _) | (_, Err(source)) => {
+                    Err(ReadError::Entry { path: self.path.clone(), key, source })
+                }
+            }
+        };
+        heads.into_iter().map(read).collect()
+    }
+
+    /// Writes entries, each in place of what was under its key, all of them or none. Durable when it
+    /// returns.
+    ///
+    /// # Errors
+    /// [`WriteError`] when an entry is no JSON value or the store cannot be written.
+    pub fn save_all<H: Serialize, I: Serialize>(
+        &mut self,
+        entries: &[Entry<H, I>],
+    ) -> Result<(), WriteError> {
+        let mut changes = Vec::new();
+        for Entry { key, head, items } in entries {
+            let head = json(key, head)?;
+            changes.push(Change::Forget { key: key.clone() });
+            changes.push(Change::Head { key: key.clone(), head: head.clone() });
+            for (place, item) in (0..).zip(items) {
+                let item = json(key, item)?;
+                changes.push(Change::Put { key: key.clone(), head: head.clone(), place, item });
+            }
+        }
+        self.write(changes)
+    }
+
+    /// Writes the item at a place in the list of an entry, in place of what was there, and the entry's
+    /// head. Durable when it returns.
+    ///
+    /// # Errors
+    /// As [`Self::save_all`].
+    pub fn put<H: Serialize, I: Serialize>(
+        &mut self,
+        key: &str,
+        head: &H,
+        place: u64,
+        item: &I,
+    ) -> Result<(), WriteError> {
+        let (head, item) = (json(key, head)?, json(key, item)?);
+        self.write(vec![Change::Put { key: key.to_owned(), head, place, item }])
+    }
+
+    /// Removes one entry; `false` when there is none under this key. Durable when it returns.
+    ///
+    /// # Errors
+    /// As [`Self::save_all`].
+    pub fn forget(&mut self, key: &str) -> Result<bool, WriteError> {
+        if !self.contents()?.heads.contains_key(key) {
+            return Ok(false);
+        }
+        self.write(vec![Change::Forget { key: key.to_owned() }])?;
+        Ok(true)
+    }
+
+    /// Appends changes to both copies, one after the other.
+    fn write(&mut self, changes: Vec<Change>) -> Result<(), WriteError> {
+        if changes.is_empty() {
+            return Ok(());
+        }
+        if !self.end.is_whole {
+            self.mend(&MIGRATIONS).map_err(Box::new)?;
+        }
+        let End { generation, number, length, .. } = self.end;
+        let (lines, next) = encode_all(generation, number, changes)
+            .map_err(|source| WriteError::Entry { key: String::new(), source })?;
+        let names = self.names.copies();
+        for (index, name) in names.iter().enumerate() {
+            if let Err(source) = self.files.append(name, length, lines.as_bytes()) {
+                // The copies are as they were, or are written whole before the next change. The second one never holds
+                // more than the first one.
+                let mut written = names.iter().take(index + 1).rev();
+                self.end.is_whole = written.all(|name| self.files.cut(name, length).is_ok());
+                return Err(WriteError::Unwritable { path: self.names.path(name), source });
+            }
+        }
+        self.end = End { number: next, length: length + size(&lines), ..self.end };
+        Ok(())
+    }
+
+    /// What is stored.
+    fn contents(&mut self) -> Result<Contents, ReadError> {
+        Ok(self.survey()?.1.contents)
+    }
+}
+
+/// The length of a text or of bytes.
+pub(crate) fn size(bytes: impl AsRef<[u8]>) -> u64 {
+    u64::try_from(bytes.as_ref().len()).unwrap_or(u64::MAX)
+}
+
+fn json(key: &str, value: &impl Serialize) -> Result<Box<RawValue>, WriteError> {
+    to_raw_value(value).map_err(|source| WriteError::Entry { key: key.to_owned(), source })
+}
