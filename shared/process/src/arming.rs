@@ -1,14 +1,14 @@
 //! Arming: a person's order that joints may move. It is a file in the domain's folder, which the motor process takes
 //! away as it obeys: an order is carried out once, and none outlives the robot.
 
-use std::fs;
-use std::io;
+use std::io::{self, Write as _};
 use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::thread::{self, JoinHandle};
 use std::time::Duration;
 
+use folder::Folder;
 use transport::Domain;
 
 use crate::Failure;
@@ -37,13 +37,17 @@ pub struct ArmOrder {
 ///
 /// There is no such robot, or this user may not write in its folder.
 pub fn order(domain: &Path, order: ArmOrder) -> io::Result<()> {
-    // A reader never sees half of the file.
-    let draft = domain.join(format!("arm.{}", std::process::id()));
     let acknowledged = order.acknowledged_locks.map_or_else(String::new, |locks| locks.to_string());
-    let written = fs::write(&draft, format!("acknowledged_locks = {acknowledged}\n"))
-        .and_then(|()| fs::rename(&draft, Domain::arm_order(domain)));
+    let folder = Folder::open(domain)?;
+    // A reader never sees half of the file.
+    let draft = format!("{}.{}", Domain::ARM_ORDER, std::process::id());
+    let _left_by_another_of_that_number = folder.remove(&draft);
+    let mut file = folder.create(&draft)?;
+    let written = file
+        .write_all(format!("acknowledged_locks = {acknowledged}\n").as_bytes())
+        .and_then(|()| folder.rename(&draft, Domain::ARM_ORDER));
     if written.is_err() {
-        let _gone = fs::remove_file(&draft);
+        let _gone = folder.remove(&draft);
     }
     written
 }
@@ -54,13 +58,13 @@ pub fn order(domain: &Path, order: ArmOrder) -> io::Result<()> {
 ///
 /// The file cannot be read, or cannot be taken away: then it is not obeyed either.
 pub fn take(domain: &Path) -> io::Result<Option<ArmOrder>> {
-    let file = Domain::arm_order(domain);
-    let text = match fs::read_to_string(&file) {
+    let folder = Folder::open(domain)?;
+    let text = match folder.text(Domain::ARM_ORDER) {
         Ok(text) => text,
         Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(None),
         Err(error) => return Err(error),
     };
-    fs::remove_file(&file)?;
+    folder.remove(Domain::ARM_ORDER)?;
     Ok(parse(&text))
 }
 
@@ -79,7 +83,7 @@ impl Arming {
     ///
     /// There is no thread.
     pub fn watch(domain: &Path) -> Result<Self, Failure> {
-        let _stale = fs::remove_file(Domain::arm_order(domain));
+        let _stale = Folder::open(domain).map(|folder| folder.remove(Domain::ARM_ORDER));
         let (ordered, stop) = (Arc::new(AtomicU64::new(NONE)), Arc::new(AtomicBool::new(false)));
         let thread = thread::Builder::new()
             .name("arming".to_owned())
@@ -145,13 +149,22 @@ mod tests {
             assert_eq!(take(domain).unwrap(), Some(ArmOrder { acknowledged_locks }), "the newest stands");
             assert_eq!(take(domain).unwrap(), None);
         }
+        // A link is no order, and what it leads to stays.
+        let elsewhere = domain.join("elsewhere");
+        std::fs::write(&elsewhere, "acknowledged_locks =\n").unwrap();
+        std::os::unix::fs::symlink(&elsewhere, Domain::arm_order(domain)).unwrap();
+        assert!(take(domain).is_err());
+        order(domain, ArmOrder { acknowledged_locks: None }).unwrap();
+        assert_eq!(take(domain).unwrap(), Some(ArmOrder { acknowledged_locks: None }));
+        assert!(elsewhere.exists());
+        std::fs::remove_file(elsewhere).unwrap();
         for nonsense in
             ["", "arm", "acknowledged_locks = -1", "acknowledged_locks = 1 2", "acknowledged_locks"]
         {
-            fs::write(Domain::arm_order(domain), nonsense).unwrap();
+            std::fs::write(Domain::arm_order(domain), nonsense).unwrap();
             assert_eq!(take(domain).unwrap(), None, "{nonsense}");
         }
-        assert_eq!(fs::read_dir(domain).unwrap().count(), 0);
+        assert_eq!(std::fs::read_dir(domain).unwrap().count(), 0);
         order(domain, ArmOrder { acknowledged_locks: Some(3) }).unwrap();
         let arming = Arming::watch(domain).unwrap();
         assert_eq!(arming.ordered(), None, "it was given to another process");

@@ -82,12 +82,12 @@ const THIS: &str = concat!("Leo ", env!("CARGO_PKG_VERSION"));
 const PROGRAM_FILE: &str = "program";
 /// The middleware's configuration, which makes a directory a domain.
 const ROOT_FILE: &str = "iceoryx2.toml";
-/// The file that orders the motor process to arm its joints.
-const ARM_ORDER: &str = "arm";
 
 impl Domain {
     /// The name of the file that is there while the emergency stop is raised.
     pub const EMERGENCY_STOP: &str = "emergency-stop";
+    /// The name of the file that orders the motor process to arm its joints.
+    pub const ARM_ORDER: &str = "arm";
 
     /// Names a domain `/dev/shm/leo-<name>`; nothing is written yet.
     ///
@@ -209,7 +209,7 @@ impl Domain {
     /// The file by which a person orders the motor process of the domain whose root this is to arm its joints.
     #[must_use]
     pub fn arm_order(root: &Path) -> PathBuf {
-        root.join(ARM_ORDER)
+        root.join(Self::ARM_ORDER)
     }
 
     /// What the names of all shared-memory files of the domain begin with.
