@@ -8,9 +8,14 @@ use crossbeam::channel::{Receiver, bounded};
 use tokio::sync::mpsc::{self, Sender, error::TrySendError};
 use tokio::task::LocalSet;
 
+use crate::agreement::Agreement;
+
 mod congestion;
+mod judge;
 mod keys;
 mod peers;
+mod places;
+mod refusal;
 
 pub use keys::KeyError;
 pub(crate) use keys::Keys;
@@ -46,7 +51,9 @@ pub(crate) struct Net {
 
 impl Net {
     /// Begins to connect, and goes on by itself.
-    pub(crate) fn start(link: &Link) -> Result<Self, String> {
+    ///
+    /// Of a machine that does not agree, no bundle is taken into memory.
+    pub(crate) fn start(link: &Link, agreement: Agreement) -> Result<Self, String> {
         let keys = Keys::read(link).map_err(|error| error.to_string())?;
         let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build();
         let runtime = runtime.map_err(|error| format!("the link's network cannot be used: {error}"))?;
@@ -54,7 +61,7 @@ impl Net {
         let (incoming, from) = bounded(INCOMING);
         let (listen, connect) = (link.listen.clone(), link.connect.clone());
         let carry = move || {
-            let carried = peers::carry(keys, listen, connect, incoming, outgoing);
+            let carried = peers::carry(keys, agreement, listen, connect, incoming, outgoing);
             runtime.block_on(LocalSet::new().run_until(carried));
             // A name that is still being looked up is not waited for.
             runtime.shutdown_background();

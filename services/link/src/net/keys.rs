@@ -7,14 +7,20 @@ use std::time::Duration;
 use config::leo::{Link, RobotName, Side};
 use quinn::crypto::rustls::{QuicClientConfig, QuicServerConfig};
 use quinn::{ClientConfig, Connection, IdleTimeout, ServerConfig, TransportConfig, VarInt};
-use rustls::client::Resumption;
+use rustls::client::danger::ServerCertVerifier;
+use rustls::client::{Resumption, WebPkiServerVerifier};
+use rustls::crypto::CryptoProvider;
 use rustls::pki_types::pem::PemObject as _;
 use rustls::pki_types::{CertificateDer, PrivateKeyDer, UnixTime};
 use rustls::server::WebPkiClientVerifier;
+use rustls::server::danger::ClientCertVerifier;
+use rustls::sign::{CertifiedKey, SingleCertAndKey};
 use rustls::{RootCertStore, SupportedProtocolVersion};
 use x509_parser::parse_x509_certificate;
 
 use super::congestion::WithFloor;
+use super::judge::{Judge, Verdict};
+use super::refusal::Files;
 
 /// TLS 1.3 alone, which QUIC is made of.
 const VERSIONS: [&SupportedProtocolVersion; 1] = [&rustls::version::TLS13];
@@ -26,6 +32,14 @@ const KEEP_ALIVE: Duration = Duration::from_millis(500);
 const UNDER_WAY: u32 = 16 * 1024 * 1024;
 /// Pulses that wait to be sent, and to be read, in bytes.
 const PULSES: usize = 16 * 1024;
+/// A proof of address is good for so long: it is used in the next round trip.
+const PROOF_LIFETIME: Duration = Duration::from_secs(5);
+/// First packets that wait to be looked at, and what may come behind them meanwhile, in bytes: of one, and of all.
+const MAX_INCOMING: usize = 256;
+const MAX_INCOMING_BYTES: u64 = 4 * 1024;
+const MAX_INCOMING_BYTES_TOTAL: u64 = 64 * 1024;
+/// Bytes of a handshake that wait for those before them: a chain of certificates takes about four thousand.
+const MAX_HANDSHAKE_BYTES: usize = 16 * 1024;
 
 /// Why the link's keys cannot be used.
 #[derive(Debug, thiserror::Error)]
@@ -36,12 +50,17 @@ pub struct KeyError {
     reason: String,
 }
 
-/// How this machine is connected to, and how it connects.
+/// What this machine shows, and what it verifies the other's certificate by.
 #[derive(Clone)]
 pub(crate) struct Keys {
+    pub(crate) files: Files,
+    /// Of the endpoint: its key signs the proofs of address, so that it is made once.
     pub(crate) server: ServerConfig,
-    pub(crate) client: ClientConfig,
+    identity: Identity,
+    transport: Arc<TransportConfig>,
 }
+
+type Unusable = Box<dyn std::error::Error>;
 
 impl Keys {
     /// Reads those of a link.
@@ -59,42 +78,90 @@ impl Keys {
             }
             Ok(store)
         };
-        let authority = Arc::new(authority().map_err(|error| wrong("authority", &link.authority, &error))?);
+        let unknown = |error: &dyn std::fmt::Display| wrong("authority", &link.authority, error);
+        let authority = Arc::new(authority().map_err(|error| unknown(&error))?);
+        let unusable = |error: &dyn std::fmt::Display| wrong("certificate", &link.certificate, error);
         let chain =
             CertificateDer::pem_file_iter(&link.certificate).and_then(Iterator::collect::<Result<Vec<_>, _>>);
-        let chain = chain.map_err(|error| wrong("certificate", &link.certificate, &error))?;
+        let chain = chain.map_err(|error| unusable(&error))?;
         let key = PrivateKeyDer::from_pem_file(&link.private_key);
         let key = key.map_err(|error| wrong("private_key", &link.private_key, &error))?;
+        let shown = CertifiedKey::from_der(chain, key, &provider).map_err(|error| unusable(&error))?;
 
-        let verifier =
+        let clients =
             WebPkiClientVerifier::builder_with_provider(Arc::clone(&authority), Arc::clone(&provider))
                 .build();
-        let verifier = verifier.map_err(|error| wrong("authority", &link.authority, &error))?;
-        let unusable = |error: &dyn std::fmt::Display| wrong("certificate", &link.certificate, error);
-        let server = rustls::ServerConfig::builder_with_provider(Arc::clone(&provider));
-        let server = server.with_protocol_versions(&VERSIONS).map_err(|error| unusable(&error))?;
-        let server =
-            server.with_client_cert_verifier(verifier).with_single_cert(chain.clone(), key.clone_key());
-        let mut server = server.map_err(|error| unusable(&error))?;
-        let client = rustls::ClientConfig::builder_with_provider(provider);
-        let client = client.with_protocol_versions(&VERSIONS).map_err(|error| unusable(&error))?;
-        let client = client.with_root_certificates(authority).with_client_auth_cert(chain, key);
-        let mut client = client.map_err(|error| unusable(&error))?;
-
+        let servers = WebPkiServerVerifier::builder_with_provider(authority, Arc::clone(&provider)).build();
         let other = if link.side == Side::Away { Side::Robot } else { Side::Away };
-        server.alpn_protocols = vec![protocol(&link.robot, other)];
-        client.alpn_protocols = vec![protocol(&link.robot, link.side)];
-        // Every connection shows its certificate: none goes on from an earlier one.
-        server.send_tls13_tickets = 0;
-        client.resumption = Resumption::disabled();
-        let server = QuicServerConfig::try_from(server).map_err(|error| unusable(&error))?;
-        let client = QuicClientConfig::try_from(client).map_err(|error| unusable(&error))?;
+        let identity = Identity {
+            provider,
+            shown: Arc::new(SingleCertAndKey::from(shown)),
+            clients: clients.map_err(|error| unknown(&error))?,
+            servers: servers.map_err(|error| unknown(&error))?,
+            comes: protocol(&link.robot, other),
+            goes: protocol(&link.robot, link.side),
+        };
+        let crypto = identity.server(Arc::clone(&identity.clients)).map_err(|error| unusable(&error))?;
         let transport = Arc::new(transport());
-        let mut server = ServerConfig::with_crypto(Arc::new(server));
-        server.transport_config(Arc::clone(&transport));
-        let mut client = ClientConfig::new(Arc::new(client));
-        client.transport_config(transport);
-        Ok(Self { server, client })
+        let mut server = ServerConfig::with_crypto(Arc::new(crypto));
+        server
+            .transport_config(Arc::clone(&transport))
+            .retry_token_lifetime(PROOF_LIFETIME)
+            .max_incoming(MAX_INCOMING)
+            .incoming_buffer_size(MAX_INCOMING_BYTES)
+            .incoming_buffer_size_total(MAX_INCOMING_BYTES_TOTAL);
+        Ok(Self { files: Files::of(link), server, identity, transport })
+    }
+
+    /// For one connection that comes, with what its certificate is refused for.
+    pub(crate) fn for_incoming(&self) -> Result<(Arc<ServerConfig>, Verdict), Unusable> {
+        let (judge, verdict) = Judge::new(&self.identity.clients);
+        let mut server = self.server.clone();
+        server.crypto = Arc::new(self.identity.server(judge)?);
+        Ok((Arc::new(server), verdict))
+    }
+
+    /// For one connection that this machine makes, with what the other's certificate is refused for.
+    pub(crate) fn for_outgoing(&self) -> Result<(ClientConfig, Verdict), Unusable> {
+        let (judge, verdict) = Judge::new(&self.identity.servers);
+        let mut client = ClientConfig::new(Arc::new(self.identity.client(judge)?));
+        client.transport_config(Arc::clone(&self.transport));
+        Ok((client, verdict))
+    }
+}
+
+/// What this machine shows, and the certificates that it accepts.
+#[derive(Clone)]
+struct Identity {
+    provider: Arc<CryptoProvider>,
+    shown: Arc<SingleCertAndKey>,
+    clients: Arc<dyn ClientCertVerifier>,
+    servers: Arc<dyn ServerCertVerifier>,
+    /// The protocol of a connection that comes, and of one that this machine makes.
+    comes: Vec<u8>,
+    goes: Vec<u8>,
+}
+
+impl Identity {
+    fn server(&self, verifier: Arc<dyn ClientCertVerifier>) -> Result<QuicServerConfig, Unusable> {
+        let server = rustls::ServerConfig::builder_with_provider(Arc::clone(&self.provider));
+        let server = server.with_protocol_versions(&VERSIONS)?.with_client_cert_verifier(verifier);
+        let mut server = server.with_cert_resolver(Arc::<SingleCertAndKey>::clone(&self.shown));
+        server.alpn_protocols = vec![self.comes.clone()];
+        // Every connection shows its certificate: none goes on from an earlier one, and nothing is sent before it.
+        server.send_tls13_tickets = 0;
+        server.max_early_data_size = 0;
+        Ok(QuicServerConfig::try_from(server)?)
+    }
+
+    fn client(&self, verifier: Arc<dyn ServerCertVerifier>) -> Result<QuicClientConfig, Unusable> {
+        let client = rustls::ClientConfig::builder_with_provider(Arc::clone(&self.provider));
+        let client = client.with_protocol_versions(&VERSIONS)?;
+        let client = client.dangerous().with_custom_certificate_verifier(verifier);
+        let mut client = client.with_client_cert_resolver(Arc::<SingleCertAndKey>::clone(&self.shown));
+        client.alpn_protocols = vec![self.goes.clone()];
+        client.resumption = Resumption::disabled();
+        Ok(QuicClientConfig::try_from(client)?)
     }
 }
 
@@ -110,8 +177,9 @@ fn transport() -> TransportConfig {
     transport
         .max_idle_timeout(Some(IdleTimeout::from(VarInt::from_u32(SILENT_MS))))
         .keep_alive_interval(Some(KEEP_ALIVE))
-        // One for the bundles, and none that answers.
-        .max_concurrent_uni_streams(VarInt::from_u32(1))
+        .crypto_buffer_size(MAX_HANDSHAKE_BYTES)
+        // None before the other machine has shown that it means the same: `open_to`.
+        .max_concurrent_uni_streams(VarInt::from_u32(0))
         .max_concurrent_bidi_streams(VarInt::from_u32(0))
         .stream_receive_window(VarInt::from_u32(UNDER_WAY))
         .receive_window(VarInt::from_u32(UNDER_WAY))
@@ -120,6 +188,11 @@ fn transport() -> TransportConfig {
         .datagram_receive_buffer_size(Some(PULSES))
         .congestion_controller_factory(Arc::new(WithFloor::default()));
     transport
+}
+
+/// Takes bundles from the other machine: a stream of them, and none that answers.
+pub(crate) fn open_to(connection: &Connection) {
+    connection.set_max_concurrent_uni_streams(VarInt::from_u32(1));
 }
 
 /// Whether a certificate that was shown has expired since: the handshake has looked once.

@@ -1,21 +1,27 @@
 //! Those who are connected: found, awaited, talked to.
 
 use std::cell::RefCell;
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 use std::net::{Ipv4Addr, Ipv6Addr, SocketAddr};
 use std::rc::Rc;
 use std::time::Duration;
 
 use bytes::Bytes;
+use clock::Instant;
 use config::leo::Endpoint as Address;
-use quinn::{Connection, ConnectionError, Endpoint, VarInt};
+use quinn::{Connecting, Connection, ConnectionError, Endpoint, Incoming, VarInt};
 use rustls::pki_types::UnixTime;
 use tokio::sync::mpsc;
 use tokio::task::JoinSet;
 use tokio::time::{sleep, timeout};
 
-use super::keys::{Keys, has_expired};
+use super::judge::Verdict;
+use super::keys::{Keys, has_expired, open_to};
+use super::places::{MAX_CONNECTIONS, Place, Places};
+use super::refusal::Files;
 use super::{Message, OUTGOING, Sort};
+use crate::agreement::Agreement;
+use crate::wire::Pulse;
 
 /// Who cannot be connected to is tried again after so long, and later and later ...
 const AGAIN_FIRST: Duration = Duration::from_millis(250);
@@ -29,24 +35,32 @@ const MESSAGE_MOST: u32 = 16 * 1024 * 1024;
 const LOOK: Duration = Duration::from_secs(10);
 /// How long those whom one leaves may take to hear so.
 const LEAVE: Duration = Duration::from_millis(200);
-/// How much is said of what goes wrong: strangers fill no journal.
+/// A handshake takes so long at most: some round trips, with losses.
+const HANDSHAKE_TIMEOUT: Duration = Duration::from_secs(10);
+/// A connection that is given up is remembered for so long, to answer what still comes (RFC 9000, 10.2).
+const CLOSING: Duration = Duration::from_secs(3);
+/// Messages about what goes wrong, each once within this time: strangers fill no journal.
 const SAID_MOST: usize = 64;
+const SAID_FOR: Duration = Duration::from_secs(3600);
 /// Nothing is wrong.
 const WELL: VarInt = VarInt::from_u32(0);
 /// What came is no message.
 const NONSENSE: VarInt = VarInt::from_u32(1);
 /// The certificate that was shown has expired.
-const EXPIRED: VarInt = VarInt::from_u32(2);
+pub(super) const EXPIRED: VarInt = VarInt::from_u32(2);
+/// As many machines are connected as may be.
+const FULL: VarInt = VarInt::from_u32(3);
 
 type Failed = Box<dyn std::error::Error>;
 
 /// Those who are connected.
 struct Peers {
     keys: Keys,
+    agreement: Agreement,
     incoming: crossbeam::channel::Sender<Message>,
     connected: RefCell<BTreeMap<usize, Peer>>,
-    /// What went wrong, and was said.
-    said: RefCell<BTreeSet<String>>,
+    /// What went wrong, and when it was said.
+    said: RefCell<BTreeMap<String, Instant>>,
 }
 
 struct Peer {
@@ -58,12 +72,14 @@ struct Peer {
 /// Carries messages until nobody sends any more.
 pub(super) async fn carry(
     keys: Keys,
+    agreement: Agreement,
     listen: Vec<Address>,
     connect: Vec<Address>,
     incoming: crossbeam::channel::Sender<Message>,
     mut outgoing: mpsc::Receiver<(Sort, Vec<u8>)>,
 ) {
-    let peers = Rc::new(Peers { keys, incoming, connected: RefCell::default(), said: RefCell::default() });
+    let (connected, said) = (RefCell::default(), RefCell::default());
+    let peers = Rc::new(Peers { keys, agreement, incoming, connected, said });
     let mut tasks = JoinSet::new();
     for address in listen {
         let peers = Rc::clone(&peers);
@@ -116,26 +132,80 @@ impl Peers {
     async fn let_in(self: Rc<Self>, address: &Address) -> Result<(), Failed> {
         let at = found(address).await?.into_iter().next().ok_or("the name has no address")?;
         let endpoint = Endpoint::server(self.keys.server.clone(), at)?;
+        let places = Places::default();
         let mut guests = JoinSet::new();
         while let Some(comes) = endpoint.accept().await {
             while guests.try_join_next().is_some() {}
-            if self.connected.borrow().len() >= CONNECTED_MOST {
-                comes.refuse();
-                continue;
+            if let Some((connecting, verdict, place)) = self.begin(&endpoint, &places, comes) {
+                let (peers, endpoint) = (Rc::clone(&self), endpoint.clone());
+                guests.spawn_local(async move { peers.meet(endpoint, connecting, verdict, place).await });
             }
-            let (peers, endpoint) = (Rc::clone(&self), endpoint.clone());
-            guests.spawn_local(async move {
-                let from = comes.remote_address().ip();
-                let Ok(comes) = comes.accept() else { return };
-                match comes.await {
-                    Ok(connection) => peers.talk(endpoint, connection).await,
-                    Err(error) => {
-                        peers.warn(format!("somebody at {from} is not let in to the link: {error}"));
-                    }
-                }
-            });
         }
         Ok(())
+    }
+
+    /// Begins the handshake with a machine whose address is proven, where there is a place for it.
+    ///
+    /// Until then nothing of it is kept, and no signature is made: whoever sends from an address that is not its own
+    /// gets a packet back that is smaller than its own (Retry: RFC 9000, 8.1.2).
+    fn begin(
+        &self,
+        endpoint: &Endpoint,
+        places: &Places,
+        comes: Incoming,
+    ) -> Option<(Connecting, Verdict, Place)> {
+        if !comes.remote_address_validated() {
+            // What cannot be answered so is refused where it is dropped.
+            let _refused = comes.retry();
+            return None;
+        }
+        if self.connected.borrow().len() >= CONNECTED_MOST {
+            comes.refuse();
+            return None;
+        }
+        let is_full = endpoint.open_connections() >= MAX_CONNECTIONS;
+        let place = if is_full { None } else { places.take(comes.remote_address().ip()) };
+        let Some(place) = place else {
+            // Its packet comes again, and may find a place then.
+            comes.ignore();
+            return None;
+        };
+        let (config, verdict) = match self.keys.for_incoming() {
+            Ok(made) => made,
+            Err(error) => {
+                self.warn(format!("the link lets nobody in: {error}"));
+                return None;
+            }
+        };
+        let from = comes.remote_address().ip().to_string();
+        match comes.accept_with(config) {
+            Ok(connecting) => Some((connecting, verdict, place)),
+            Err(ended) => {
+                self.warn(self.keys.files.explain(&from, &verdict, &ended));
+                None
+            }
+        }
+    }
+
+    /// Awaits the certificate of a machine, and talks to it where it is accepted.
+    async fn meet(&self, endpoint: Endpoint, connecting: Connecting, verdict: Verdict, place: Place) {
+        let from = connecting.remote_address().ip().to_string();
+        match timeout(HANDSHAKE_TIMEOUT, connecting).await {
+            Ok(Ok(connection)) => {
+                drop(place);
+                if self.connected.borrow().len() < CONNECTED_MOST {
+                    self.talk(&from, endpoint, connection, &verdict).await;
+                } else {
+                    connection.close(FULL, b"");
+                }
+                return;
+            }
+            Ok(Err(ended)) => self.warn(self.keys.files.explain(&from, &verdict, &ended)),
+            Err(_elapsed) => self.warn(too_slow(&from)),
+        }
+        // It has its place for as long as anything of it is in memory.
+        sleep(CLOSING).await;
+        drop(place);
     }
 
     /// Connects, and connects again, for ever.
@@ -143,40 +213,43 @@ impl Peers {
         let mut again_after = AGAIN_FIRST;
         loop {
             match self.reach(address).await {
-                Ok((endpoint, connection)) => {
-                    self.talk(endpoint, connection).await;
+                Ok((endpoint, connection, verdict)) => {
+                    self.talk(address.as_str(), endpoint, connection, &verdict).await;
                     again_after = AGAIN_FIRST;
                 }
-                Err(error) => self.warn(format!("the link does not reach {}: {error}", address.as_str())),
+                Err(error) => self.warn(error),
             }
             sleep(again_after).await;
             again_after = (again_after * 2).min(AGAIN_MOST);
         }
     }
 
-    /// Connects to the first address of a name that answers.
-    async fn reach(&self, address: &Address) -> Result<(Endpoint, Connection), Failed> {
-        let mut failed: Failed = "the name has no address".into();
-        for at in found(address).await? {
-            match self.connect(address, at).await {
-                Ok(reached) => return Ok(reached),
-                Err(error) => failed = error,
+    /// Connects to the first address of a name that answers; else why the last one did not.
+    async fn reach(&self, address: &Address) -> Result<(Endpoint, Connection, Verdict), String> {
+        let fails = |error: Failed| format!("no connection with {}: {error}", address.as_str());
+        let mut failed = fails("the name has no address".into());
+        for at in found(address).await.map_err(fails)? {
+            let (endpoint, connecting, verdict) = self.connect(address, at).map_err(fails)?;
+            match timeout(HANDSHAKE_TIMEOUT, connecting).await {
+                Ok(Ok(connection)) => return Ok((endpoint, connection, verdict)),
+                Ok(Err(ended)) => failed = self.keys.files.explain(address.as_str(), &verdict, &ended),
+                Err(_elapsed) => failed = too_slow(address.as_str()),
             }
         }
         Err(failed)
     }
 
-    async fn connect(&self, address: &Address, at: SocketAddr) -> Result<(Endpoint, Connection), Failed> {
+    fn connect(&self, address: &Address, at: SocketAddr) -> Result<(Endpoint, Connecting, Verdict), Failed> {
         let from: SocketAddr =
             if at.is_ipv4() { (Ipv4Addr::UNSPECIFIED, 0).into() } else { (Ipv6Addr::UNSPECIFIED, 0).into() };
         let endpoint = Endpoint::client(from)?;
-        let connecting = endpoint.connect_with(self.keys.client.clone(), at, address.host())?;
-        let connection = connecting.await?;
-        Ok((endpoint, connection))
+        let (config, verdict) = self.keys.for_outgoing()?;
+        let connecting = endpoint.connect_with(config, at, address.host())?;
+        Ok((endpoint, connecting, verdict))
     }
 
-    /// Talks to somebody until one of both has enough, or nothing is heard any more.
-    async fn talk(&self, endpoint: Endpoint, connection: Connection) {
+    /// Talks to a machine until one of both has enough, or nothing is heard any more.
+    async fn talk(&self, peer: &str, endpoint: Endpoint, connection: Connection, verdict: &Verdict) {
         let (bundles, waiting) = mpsc::channel(OUTGOING);
         let number = connection.stable_id();
         self.connected
@@ -190,13 +263,18 @@ impl Peers {
         };
         self.connected.borrow_mut().remove(&number);
         connection.close(why, b"");
-        let (there, error) = (connection.remote_address().ip(), said.err().map(|error| error.to_string()));
         match connection.close_reason() {
-            // Who connects hears of what is wrong with his own certificate only when he is connected.
-            Some(ConnectionError::ConnectionClosed(alert)) => {
-                self.warn(format!("the link is sent away by {there}: {alert}"));
+            // What is wrong with the certificate of who connects is said to it only when it is connected.
+            Some(ended @ (ConnectionError::ConnectionClosed(_) | ConnectionError::ApplicationClosed(_)))
+                if Files::is_refusal(&ended) =>
+            {
+                self.warn(self.keys.files.explain(peer, verdict, &ended));
             }
-            _ => tracing::debug!(%there, error, "a connection of the link ended"),
+            _ if why == EXPIRED => self.warn(Files::expired(peer)),
+            _ => {
+                let error = said.err().map(|error| error.to_string());
+                tracing::debug!(peer, error, "a connection of the link ended");
+            }
         }
     }
 
@@ -216,8 +294,14 @@ impl Peers {
     }
 
     async fn hear_pulses(&self, connection: &Connection) -> Result<(), Failed> {
+        let mut is_open = false;
         loop {
             let bytes = connection.read_datagram().await?;
+            // Only pulses are taken before one has shown that the other machine means the same.
+            if !is_open && Pulse::of_bytes(&bytes, self.agreement).is_ok() {
+                open_to(connection);
+                is_open = true;
+            }
             self.heard(Sort::Pulse, bytes.into());
         }
     }
@@ -227,14 +311,20 @@ impl Peers {
         let _lost = self.incoming.try_send(Message { sort, at: clock::now(), bytes });
     }
 
-    /// Says what is wrong, once.
+    /// Says what is wrong, and the same once in a while.
     fn warn(&self, what: String) {
+        let now = clock::now();
         let mut said = self.said.borrow_mut();
-        if said.len() < SAID_MOST && !said.contains(&what) {
+        said.retain(|_, at| now.since(*at) < SAID_FOR);
+        if said.len() < SAID_MOST && !said.contains_key(&what) {
             tracing::warn!("{what}");
-            said.insert(what);
+            said.insert(what, now);
         }
     }
+}
+
+fn too_slow(peer: &str) -> String {
+    format!("no connection with {peer}: the handshake took longer than {} s", HANDSHAKE_TIMEOUT.as_secs())
 }
 
 /// The addresses of a name, as they are now.

@@ -1,0 +1,267 @@
+//! The sentences about a connection that a certificate or a name ended: which certificate, why, and what to do.
+#![expect(
+    clippy::wildcard_enum_match_arm,
+    reason = "the libraries name many errors, and those without a sentence of their own keep the library's"
+)]
+
+use std::path::Path;
+
+use config::leo::Link;
+use quinn::ConnectionError;
+use rustls::pki_types::UnixTime;
+use rustls::{AlertDescription, CertificateError};
+use x509_parser::certificate::X509Certificate;
+use x509_parser::parse_x509_certificate;
+use x509_parser::time::ASN1Time;
+
+use super::judge::{Refused, Verdict};
+use super::peers::EXPIRED;
+
+/// An alert of TLS that ends a connection has this code and its own number (RFC 9001, 4.8).
+const FIRST_ALERT: u64 = 0x100;
+const SIGN: &str = "Sign a new one with package/link_keys.sh";
+const CLOCKS: &str = "Compare the clocks of both machines";
+
+/// The files of this machine, as the sentences name them.
+#[derive(Clone, Debug)]
+pub(crate) struct Files {
+    authority: String,
+    certificate: String,
+}
+
+impl Files {
+    pub(crate) fn of(link: &Link) -> Self {
+        let shown = |file: &Path| file.display().to_string();
+        Self { authority: shown(&link.authority), certificate: shown(&link.certificate) }
+    }
+
+    /// Why there is no connection with the machine at `peer`, or none any more.
+    pub(crate) fn explain(&self, peer: &str, verdict: &Verdict, ended: &ConnectionError) -> String {
+        if let Some(refused) = verdict.refused() {
+            return self.refused_here(peer, &refused);
+        }
+        match ended {
+            ConnectionError::TransportError(error) => match alert(u64::from(error.code)) {
+                Some(alert) => self.alerted_here(peer, alert, &error.reason),
+                None => format!("no connection with {peer}: {error}"),
+            },
+            ConnectionError::ConnectionClosed(close) => match alert(u64::from(close.error_code)) {
+                Some(alert) => self.alerted_there(peer, alert),
+                None => format!("{peer} ended the connection: {close}"),
+            },
+            ConnectionError::ApplicationClosed(close) if close.error_code == EXPIRED => {
+                self.alerted_there(peer, AlertDescription::CertificateExpired)
+            }
+            other => format!("no connection with {peer}: {other}"),
+        }
+    }
+
+    /// What is said when the certificate that a connected machine showed expires.
+    pub(crate) fn expired(peer: &str) -> String {
+        format!("the certificate of {peer} is refused from now on: it has expired. {CLOCKS}. {SIGN}")
+    }
+
+    /// Whether the other machine ended the connection because of what this one showed or said of itself.
+    pub(crate) fn is_refusal(ended: &ConnectionError) -> bool {
+        match ended {
+            ConnectionError::ConnectionClosed(close) => alert(u64::from(close.error_code)).is_some(),
+            ConnectionError::ApplicationClosed(close) => close.error_code == EXPIRED,
+            _ => false,
+        }
+    }
+
+    fn refused_here(&self, peer: &str, refused: &Refused) -> String {
+        let parsed = parse_x509_certificate(&refused.certificate).ok();
+        let certificate = parsed.as_ref().map(|(_, certificate)| certificate);
+        let called = certificate.map_or_else(String::new, |certificate| format!(" ({})", name(certificate)));
+        let why = self.why(&refused.error, certificate);
+        format!("the certificate of {peer}{called} is refused: {why}")
+    }
+
+    fn why(&self, error: &CertificateError, certificate: Option<&X509Certificate<'_>>) -> String {
+        let Self { authority, .. } = self;
+        let until = |time: &UnixTime| date(time.as_secs());
+        match error {
+            CertificateError::ExpiredContext { not_after, .. } => {
+                format!("it expired on {}. {CLOCKS}. {SIGN}", until(not_after))
+            }
+            CertificateError::NotValidYetContext { not_before, .. } => {
+                format!("it is not valid before {}. {CLOCKS}. {SIGN}", until(not_before))
+            }
+            CertificateError::UnknownIssuer if certificate.is_some_and(is_self_signed) => {
+                format!("it is self-signed. {SIGN}, by the authority of this machine ({authority})")
+            }
+            CertificateError::UnknownIssuer => format!(
+                "its issuer is not the authority of this machine ({authority}). Both machines need certificates of \
+                 one authority, made with package/link_keys.sh"
+            ),
+            CertificateError::NotValidForNameContext { expected, presented } => format!(
+                "it is for {}, and `connect` of [link] looks for {}. {SIGN} that has this name, or correct `connect`",
+                if presented.is_empty() { "no name".to_owned() } else { presented.join(", ") },
+                expected.to_str()
+            ),
+            CertificateError::InvalidPurposeContext { .. } => format!(
+                "its extendedKeyUsage does not allow this side of a connection. {SIGN}: it allows both sides"
+            ),
+            CertificateError::Other(_) if certificate.is_some_and(|certificate| certificate.is_ca()) => {
+                format!("it is the certificate of an authority, not of a machine. {SIGN}")
+            }
+            other => format!("{other}. {SIGN}"),
+        }
+    }
+
+    /// This machine ended a handshake for another reason than a certificate that it was shown.
+    fn alerted_here(&self, peer: &str, alert: AlertDescription, reason: &str) -> String {
+        match alert {
+            AlertDescription::CertificateRequired => format!(
+                "{peer} showed no certificate. A link needs one of the authority of this machine ({}), made with \
+                 package/link_keys.sh",
+                self.authority
+            ),
+            AlertDescription::NoApplicationProtocol => other_robot(peer),
+            other => format!("no connection with {peer}: {other:?}: {reason}"),
+        }
+    }
+
+    /// The other machine ended the connection, and said so by this alert.
+    fn alerted_there(&self, peer: &str, alert: AlertDescription) -> String {
+        let why = match alert {
+            AlertDescription::CertificateExpired => {
+                format!("it has expired or is not valid yet, by the clock of that machine. {CLOCKS}. {SIGN}")
+            }
+            AlertDescription::UnknownCA => {
+                "its issuer is not the authority of that machine. Both machines need \
+                                            certificates of one authority, made with package/link_keys.sh"
+                    .to_owned()
+            }
+            AlertDescription::UnsupportedCertificate => {
+                format!(
+                    "its extendedKeyUsage does not allow this side of a connection. {SIGN}: it allows both sides"
+                )
+            }
+            AlertDescription::BadCertificate => format!(
+                "it does not have the name that `connect` of that machine looks for, or its issuer is not known \
+                 there. {SIGN} that has this name, or correct `connect` there"
+            ),
+            AlertDescription::CertificateUnknown | AlertDescription::CertificateRevoked => {
+                format!("that machine does not accept it. {SIGN}")
+            }
+            AlertDescription::CertificateRequired => {
+                format!("that machine asks for a certificate and saw none. {SIGN}")
+            }
+            AlertDescription::NoApplicationProtocol => return other_robot(peer),
+            other => return format!("{peer} ended the connection with the alert {other:?}"),
+        };
+        format!("{peer} refuses the certificate of this machine ({}): {why}", self.certificate)
+    }
+}
+
+fn other_robot(peer: &str) -> String {
+    format!(
+        "no connection with {peer}: its link is of another robot, or of the same side of this one. Both machines need \
+         the same `robot` in [link] of leo.toml, and different values of `side`"
+    )
+}
+
+fn alert(code: u64) -> Option<AlertDescription> {
+    let number = code.checked_sub(FIRST_ALERT)?;
+    u8::try_from(number).ok().map(AlertDescription::from)
+}
+
+/// The subject and the issuer of a certificate.
+fn name(certificate: &X509Certificate<'_>) -> String {
+    let (subject, issuer) = (certificate.subject().to_string(), certificate.issuer().to_string());
+    printable(&format!("{subject}, issued by {issuer}"))
+}
+
+/// Text of a stranger: short, and free of control characters.
+fn printable(text: &str) -> String {
+    text.chars().map(|letter| if letter.is_control() { '?' } else { letter }).take(MAX_NAME).collect()
+}
+
+/// Letters of a certificate's names that are told at most.
+const MAX_NAME: usize = 160;
+
+/// Whether a certificate that no known authority signed names itself as its issuer.
+fn is_self_signed(certificate: &X509Certificate<'_>) -> bool {
+    certificate.subject() == certificate.issuer()
+}
+
+fn date(seconds: u64) -> String {
+    let time = i64::try_from(seconds).ok().and_then(|seconds| ASN1Time::from_timestamp(seconds).ok());
+    time.map_or_else(|| format!("second {seconds} of the epoch"), |time| time.to_string())
+}
+
+#[cfg(test)]
+mod tests {
+    use quinn::{ApplicationClose, ConnectionClose};
+    use rustls::pki_types::CertificateDer;
+    use rustls::pki_types::pem::PemObject as _;
+
+    use super::*;
+    use crate::net::tests::certificates::everybody_or_skip;
+
+    fn files() -> Files {
+        Files { authority: "authority.pem".to_owned(), certificate: "away.pem".to_owned() }
+    }
+
+    fn ended_by(alert: AlertDescription) -> ConnectionError {
+        let error_code = quinn_proto::TransportErrorCode::crypto(alert.into());
+        ConnectionError::ConnectionClosed(ConnectionClose {
+            error_code,
+            frame_type: None,
+            reason: bytes::Bytes::new(),
+        })
+    }
+
+    #[test]
+    fn each_alert_of_the_other_machine_names_the_certificate_of_this_one_and_what_to_do() {
+        let table = [
+            (AlertDescription::CertificateExpired, "Compare the clocks of both machines"),
+            (AlertDescription::UnknownCA, "certificates of one authority, made with package/link_keys.sh"),
+            (AlertDescription::UnsupportedCertificate, "Sign a new one with package/link_keys.sh"),
+            (AlertDescription::BadCertificate, "correct `connect` there"),
+            (AlertDescription::CertificateUnknown, "Sign a new one with package/link_keys.sh"),
+            (AlertDescription::CertificateRequired, "Sign a new one with package/link_keys.sh"),
+        ];
+        for (alert, what_to_do) in table {
+            let ended = ended_by(alert);
+            assert!(Files::is_refusal(&ended), "{alert:?}");
+            let told = files().explain("robot.local", &Verdict::default(), &ended);
+            assert!(
+                told.starts_with("robot.local refuses the certificate of this machine (away.pem): "),
+                "{told}"
+            );
+            assert!(told.contains(what_to_do), "{alert:?}: {told}");
+        }
+        let other = files().explain(
+            "robot.local",
+            &Verdict::default(),
+            &ended_by(AlertDescription::NoApplicationProtocol),
+        );
+        assert!(other.contains("of another robot") && other.contains("`robot` in [link]"), "{other}");
+    }
+
+    #[test]
+    fn a_certificate_that_expires_while_connected_is_named_on_both_sides() {
+        let close = ApplicationClose { error_code: EXPIRED, reason: bytes::Bytes::new() };
+        let ended = ConnectionError::ApplicationClosed(close);
+        assert!(Files::is_refusal(&ended));
+        let there = files().explain("robot.local", &Verdict::default(), &ended);
+        assert!(there.contains("(away.pem): it has expired"), "{there}");
+        assert!(Files::expired("192.0.2.7").contains("192.0.2.7 is refused from now on: it has expired"));
+    }
+
+    #[test]
+    fn the_names_of_a_certificate_are_told_without_what_moves_a_terminal() {
+        assert_eq!(printable("CN=a\u{1b}[2Jb"), "CN=a?[2Jb");
+        assert_eq!(printable(&"x".repeat(9_999)).len(), MAX_NAME);
+        let Some(keys) = everybody_or_skip() else { return };
+        let read = |name: &str| CertificateDer::from_pem_file(keys.path().join(name)).unwrap();
+        let (robot, authority) = (read("robot.pem"), read("authority.pem"));
+        let parse = |der: &[u8]| name(&parse_x509_certificate(der).unwrap().1);
+        assert_eq!(parse(&robot), "CN=robot, issued by CN=the authority of a link of Leo");
+        assert!(is_self_signed(&parse_x509_certificate(&authority).unwrap().1));
+        assert!(!is_self_signed(&parse_x509_certificate(&robot).unwrap().1));
+    }
+}
