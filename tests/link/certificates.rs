@@ -23,6 +23,8 @@ const SELF_MADE: &str =
     "(CN=self-made, issued by CN=self-made) is refused: it is the certificate of an authority";
 const STRANGER: &str = "(CN=stranger, issued by CN=another authority) is refused: its issuer is not the authority of \
                         this machine (";
+const NAMESAKE: &str = "(CN=namesake, issued by CN=the authority of a link of Leo) is refused: its issuer has the name \
+                        of the authority of this machine (";
 const AUTHORITY: &str = "(CN=the authority of a link of Leo, issued by CN=the authority of a link of Leo) is refused: \
                          it is the certificate of an authority, not of a machine";
 const SERVER: &str = "(CN=server, issued by CN=the authority of a link of Leo) is refused: its extendedKeyUsage does \
@@ -34,13 +36,14 @@ const OTHER_NAME: &str = "(CN=other-name, issued by CN=the authority of a link o
 const NONE: &str = "127.0.0.1 showed no certificate. A link needs one of the authority of this machine (";
 
 /// The certificate of a peer, what it gets where the peer connects to the robot, and where the robot connects to it.
-const TABLE: [(&str, Gets, Option<Gets>); 12] = [
+const TABLE: [(&str, Gets, Option<Gets>); 13] = [
     ("right", In, Some(In)),
     ("expired", Alert(45, EXPIRED), Some(Alert(45, EXPIRED))),
     ("early", Alert(45, EARLY), Some(Alert(45, EARLY))),
     ("self-signed", Alert(48, SELF_SIGNED), Some(Alert(48, SELF_SIGNED))),
     ("self-made", Alert(46, SELF_MADE), Some(Alert(46, SELF_MADE))),
     ("stranger", Alert(48, STRANGER), Some(Alert(48, STRANGER))),
+    ("namesake", Alert(51, NAMESAKE), Some(Alert(51, NAMESAKE))),
     ("authority", Alert(46, AUTHORITY), Some(Alert(46, AUTHORITY))),
     ("server", Alert(43, SERVER), Some(In)),
     ("client", In, Some(Alert(43, CLIENT))),
@@ -96,10 +99,11 @@ fn each_certificate_of_a_peer_of_another_implementation_gets_what_the_table_says
     drop(servers);
 
     // Those that connect, one by one.
-    let port = port.to_string();
-    for (name, gets, _) in TABLE {
-        let came = peer.run(&["connect", &port, TO_ROBOT, folder, name]);
-        assert_gets(&robot, name, gets, came.first().expect("what came"));
+    let (port, names) = (port.to_string(), TABLE.map(|(name, ..)| name));
+    let came = peer.run(&[&["connect", &port, TO_ROBOT, folder], &names[..]].concat());
+    assert_eq!(came.len(), TABLE.len());
+    for ((name, gets, _), line) in TABLE.iter().zip(&came) {
+        assert_gets(&robot, name, *gets, line);
     }
 }
 

@@ -54,7 +54,8 @@ def sign(folder):
         subject = x509.Name([x509.NameAttribute(NameOID.COMMON_NAME, name)])
         by_itself = signer == "itself"
         stranger = x509.Name([x509.NameAttribute(NameOID.COMMON_NAME, "another authority")])
-        issuer = {"authority": authority.subject, "itself": subject, "stranger": stranger}[signer]
+        issuers = {"authority": authority.subject, "itself": subject, "stranger": stranger}
+        issuer = issuers.get(signer, authority.subject)
         made = x509.CertificateBuilder().subject_name(subject).issuer_name(issuer).public_key(key.public_key())
         made = made.serial_number(x509.random_serial_number())
         made = made.not_valid_before(now + days[0] * DAY).not_valid_after(now + days[1] * DAY)
@@ -63,8 +64,8 @@ def sign(folder):
             made = made.add_extension(x509.ExtendedKeyUsage(purposes), critical=False)
         if is_authority is not None:
             made = made.add_extension(x509.BasicConstraints(ca=is_authority, path_length=None), critical=True)
-        signers = {"authority": authority_key, "itself": key, "stranger": ec.generate_private_key(ec.SECP256R1())}
-        made = made.sign(signers[signer], hashes.SHA256())
+        signers = {"authority": authority_key, "itself": key}
+        made = made.sign(signers.get(signer, ec.generate_private_key(ec.SECP256R1())), hashes.SHA256())
         pem, form = serialization.Encoding.PEM, serialization.PrivateFormat.PKCS8
         with open(f"{folder}/{name}.pem", "wb") as file:
             file.write(made.public_bytes(pem))
@@ -77,6 +78,8 @@ def sign(folder):
     make("self-signed", signer="itself")
     make("self-made", signer="itself", is_authority=True)
     make("stranger", signer="stranger")
+    # Of another authority that has the same name: the script gives all of them one.
+    make("namesake", signer="namesake")
     make("server", purposes=[SERVER])
     make("client", purposes=[CLIENT])
     make("any", purposes=[])

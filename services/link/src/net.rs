@@ -5,12 +5,14 @@ use std::thread::JoinHandle;
 use clock::Instant;
 use config::leo::Link;
 use crossbeam::channel::{Receiver, bounded};
+use rustls::pki_types::UnixTime;
 use tokio::sync::mpsc::{self, Sender, error::TrySendError};
 use tokio::task::LocalSet;
 
 use crate::agreement::Agreement;
 
 mod congestion;
+mod guests;
 mod judge;
 mod keys;
 mod peers;
@@ -55,6 +57,9 @@ impl Net {
     /// Of a machine that does not agree, no bundle is taken into memory.
     pub(crate) fn start(link: &Link, agreement: Agreement) -> Result<Self, String> {
         let keys = Keys::read(link).map_err(|error| error.to_string())?;
+        if let Some(refusal) = keys.own_refusal(link, UnixTime::now()) {
+            tracing::warn!("{refusal}");
+        }
         let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build();
         let runtime = runtime.map_err(|error| format!("the link's network cannot be used: {error}"))?;
         let (to, outgoing) = mpsc::channel(OUTGOING);

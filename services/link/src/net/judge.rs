@@ -77,7 +77,7 @@ impl ClientCertVerifier for Judge<dyn ClientCertVerifier> {
         certificate: &CertificateDer<'_>,
         signature: &DigitallySignedStruct,
     ) -> Result<HandshakeSignatureValid, Error> {
-        self.verdict.keep(certificate, self.inner.verify_tls13_signature(message, certificate, signature))
+        self.inner.verify_tls13_signature(message, certificate, signature)
     }
 
     fn supported_verify_schemes(&self) -> Vec<SignatureScheme> {
@@ -114,7 +114,7 @@ impl ServerCertVerifier for Judge<dyn ServerCertVerifier> {
         certificate: &CertificateDer<'_>,
         signature: &DigitallySignedStruct,
     ) -> Result<HandshakeSignatureValid, Error> {
-        self.verdict.keep(certificate, self.inner.verify_tls13_signature(message, certificate, signature))
+        self.inner.verify_tls13_signature(message, certificate, signature)
     }
 
     fn supported_verify_schemes(&self) -> Vec<SignatureScheme> {

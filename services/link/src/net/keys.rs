@@ -1,5 +1,6 @@
 //! What a machine shows, and whom it believes.
 
+use std::net::{IpAddr, Ipv4Addr};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Duration;
@@ -11,15 +12,15 @@ use rustls::client::danger::ServerCertVerifier;
 use rustls::client::{Resumption, WebPkiServerVerifier};
 use rustls::crypto::CryptoProvider;
 use rustls::pki_types::pem::PemObject as _;
-use rustls::pki_types::{CertificateDer, PrivateKeyDer, UnixTime};
+use rustls::pki_types::{CertificateDer, PrivateKeyDer, ServerName, UnixTime};
 use rustls::server::WebPkiClientVerifier;
 use rustls::server::danger::ClientCertVerifier;
 use rustls::sign::{CertifiedKey, SingleCertAndKey};
-use rustls::{RootCertStore, SupportedProtocolVersion};
+use rustls::{CertificateError, Error, RootCertStore, SupportedProtocolVersion};
 use x509_parser::parse_x509_certificate;
 
 use super::congestion::WithFloor;
-use super::judge::{Judge, Verdict};
+use super::judge::{Judge, Refused, Verdict};
 use super::refusal::Files;
 
 /// TLS 1.3 alone, which QUIC is made of.
@@ -86,7 +87,8 @@ impl Keys {
         let chain = chain.map_err(|error| unusable(&error))?;
         let key = PrivateKeyDer::from_pem_file(&link.private_key);
         let key = key.map_err(|error| wrong("private_key", &link.private_key, &error))?;
-        let shown = CertifiedKey::from_der(chain, key, &provider).map_err(|error| unusable(&error))?;
+        let shown =
+            CertifiedKey::from_der(chain.clone(), key, &provider).map_err(|error| unusable(&error))?;
 
         let clients =
             WebPkiClientVerifier::builder_with_provider(Arc::clone(&authority), Arc::clone(&provider))
@@ -95,6 +97,7 @@ impl Keys {
         let other = if link.side == Side::Away { Side::Robot } else { Side::Away };
         let identity = Identity {
             provider,
+            chain,
             shown: Arc::new(SingleCertAndKey::from(shown)),
             clients: clients.map_err(|error| unknown(&error))?,
             servers: servers.map_err(|error| unknown(&error))?,
@@ -111,6 +114,21 @@ impl Keys {
             .incoming_buffer_size(MAX_INCOMING_BYTES)
             .incoming_buffer_size_total(MAX_INCOMING_BYTES_TOTAL);
         Ok(Self { files: Files::of(link), server, identity, transport })
+    }
+
+    /// Why the other machine will refuse this machine's own certificate, by what is known here: where this one listens,
+    /// and where it connects.
+    pub(crate) fn own_refusal(&self, link: &Link, now: UnixTime) -> Option<String> {
+        let Identity { chain, clients, servers, .. } = &self.identity;
+        let (certificate, rest) = chain.split_first()?;
+        // The name that the other machine looks for is known there: the name is compared last, and not here.
+        let name = ServerName::from(IpAddr::from(Ipv4Addr::LOCALHOST));
+        let as_server = || servers.verify_server_cert(certificate, rest, &name, &[], now).map(drop);
+        let as_client = || clients.verify_client_cert(certificate, rest, now).map(drop);
+        let listens = (!link.listen.is_empty()).then(as_server);
+        let connects = (!link.connect.is_empty()).then(as_client);
+        let error = [listens, connects].into_iter().flatten().filter_map(Result::err).find_map(refusal)?;
+        Some(self.files.refused_own(&Refused { certificate: certificate.clone(), error }))
     }
 
     /// For one connection that comes, with what its certificate is refused for.
@@ -130,10 +148,18 @@ impl Keys {
     }
 }
 
+/// What is wrong with a certificate apart from its name.
+fn refusal(error: Error) -> Option<CertificateError> {
+    let Error::InvalidCertificate(error) = error else { return None };
+    let is_of_name = matches!(error, CertificateError::NotValidForNameContext { .. });
+    (!is_of_name).then_some(error)
+}
+
 /// What this machine shows, and the certificates that it accepts.
 #[derive(Clone)]
 struct Identity {
     provider: Arc<CryptoProvider>,
+    chain: Vec<CertificateDer<'static>>,
     shown: Arc<SingleCertAndKey>,
     clients: Arc<dyn ClientCertVerifier>,
     servers: Arc<dyn ServerCertVerifier>,
@@ -224,6 +250,37 @@ mod tests {
         assert_eq!([0, 8, 10].map(|days| good("any", days)), [true, true, false]);
         assert_eq!([0, 824, 826].map(|days| good("robot", days)), [true, true, false]);
         assert!(!good("expired", 0));
+    }
+
+    #[test]
+    fn what_is_wrong_with_the_own_certificate_is_said_before_another_machine_refuses_it() {
+        let Some(keys) = everybody_or_skip() else { return };
+        let mut link = config::Robot::load(None).unwrap().leo.link;
+        link.authority = keys.path().join("authority.pem");
+        let here = vec!["quic/127.0.0.1:1".to_owned().try_into().unwrap()];
+        let nowhere = Vec::new();
+        let mut told = |name: &str, listen: &Vec<_>, connect: &Vec<_>| {
+            (link.listen, link.connect) = (listen.clone(), connect.clone());
+            link.certificate = keys.path().join(format!("{name}.pem"));
+            link.private_key = keys.path().join(format!("{name}.key"));
+            Keys::read(&link).unwrap().own_refusal(&link, UnixTime::now())
+        };
+        for name in ["robot", "any", "away"] {
+            assert_eq!(told(name, &here, &here), None, "{name}");
+        }
+        // Meant for one side of a connection.
+        assert_eq!((told("server", &here, &nowhere), told("client", &nowhere, &here)), (None, None));
+        for (name, listen, connect, why) in [
+            ("expired", &here, &nowhere, "it expired on"),
+            ("expired", &nowhere, &here, "it expired on"),
+            ("stranger", &here, &here, "its issuer has the name of the authority of this machine"),
+            ("authority", &here, &here, "it is the certificate of an authority"),
+            ("server", &here, &here, "its extendedKeyUsage does not allow"),
+            ("client", &here, &here, "its extendedKeyUsage does not allow"),
+        ] {
+            let told = told(name, listen, connect).unwrap();
+            assert!(told.contains(&format!("{name}.pem")) && told.contains(why), "{name}: {told}");
+        }
     }
 
     #[test]

@@ -9,7 +9,7 @@ use std::time::Duration;
 use bytes::Bytes;
 use clock::Instant;
 use config::leo::Endpoint as Address;
-use quinn::{Connecting, Connection, ConnectionError, Endpoint, Incoming, VarInt};
+use quinn::{Connecting, Connection, ConnectionError, Endpoint, VarInt};
 use rustls::pki_types::UnixTime;
 use tokio::sync::mpsc;
 use tokio::task::JoinSet;
@@ -17,7 +17,6 @@ use tokio::time::{sleep, timeout};
 
 use super::judge::Verdict;
 use super::keys::{Keys, has_expired, open_to};
-use super::places::{MAX_CONNECTIONS, Place, Places};
 use super::refusal::Files;
 use super::{Message, OUTGOING, Sort};
 use crate::agreement::Agreement;
@@ -26,9 +25,7 @@ use crate::wire::Pulse;
 /// Who cannot be connected to is tried again after so long, and later and later ...
 const AGAIN_FIRST: Duration = Duration::from_millis(250);
 /// ... up to this.
-const AGAIN_MOST: Duration = Duration::from_secs(2);
-/// How many may be connected at once to where this machine is awaited.
-const CONNECTED_MOST: usize = 8;
+pub(super) const AGAIN_MOST: Duration = Duration::from_secs(2);
 /// Larger messages are refused before they are in memory, in bytes.
 const MESSAGE_MOST: u32 = 16 * 1024 * 1024;
 /// How often it is looked whether a certificate has expired.
@@ -36,9 +33,7 @@ const LOOK: Duration = Duration::from_secs(10);
 /// How long those whom one leaves may take to hear so.
 const LEAVE: Duration = Duration::from_millis(200);
 /// A handshake takes so long at most: some round trips, with losses.
-const HANDSHAKE_TIMEOUT: Duration = Duration::from_secs(10);
-/// A connection that is given up is remembered for so long, to answer what still comes (RFC 9000, 10.2).
-const CLOSING: Duration = Duration::from_secs(3);
+pub(super) const HANDSHAKE_TIMEOUT: Duration = Duration::from_secs(10);
 /// Messages about what goes wrong, each once within this time: strangers fill no journal.
 const SAID_MOST: usize = 64;
 const SAID_FOR: Duration = Duration::from_secs(3600);
@@ -48,22 +43,20 @@ const WELL: VarInt = VarInt::from_u32(0);
 const NONSENSE: VarInt = VarInt::from_u32(1);
 /// The certificate that was shown has expired.
 pub(super) const EXPIRED: VarInt = VarInt::from_u32(2);
-/// As many machines are connected as may be.
-const FULL: VarInt = VarInt::from_u32(3);
 
-type Failed = Box<dyn std::error::Error>;
+pub(super) type Failed = Box<dyn std::error::Error>;
 
 /// Those who are connected.
-struct Peers {
-    keys: Keys,
+pub(super) struct Peers {
+    pub(super) keys: Keys,
     agreement: Agreement,
     incoming: crossbeam::channel::Sender<Message>,
-    connected: RefCell<BTreeMap<usize, Peer>>,
+    pub(super) connected: RefCell<BTreeMap<usize, Peer>>,
     /// What went wrong, and when it was said.
     said: RefCell<BTreeMap<String, Instant>>,
 }
 
-struct Peer {
+pub(super) struct Peer {
     connection: Connection,
     endpoint: Endpoint,
     bundles: mpsc::Sender<Bytes>,
@@ -119,95 +112,6 @@ impl Peers {
         }
     }
 
-    /// Lets in who comes, for ever.
-    async fn listen(self: Rc<Self>, address: &Address) {
-        loop {
-            if let Err(error) = Rc::clone(&self).let_in(address).await {
-                self.warn(format!("the link cannot be connected to at {}: {error}", address.as_str()));
-            }
-            sleep(AGAIN_MOST).await;
-        }
-    }
-
-    async fn let_in(self: Rc<Self>, address: &Address) -> Result<(), Failed> {
-        let at = found(address).await?.into_iter().next().ok_or("the name has no address")?;
-        let endpoint = Endpoint::server(self.keys.server.clone(), at)?;
-        let places = Places::default();
-        let mut guests = JoinSet::new();
-        while let Some(comes) = endpoint.accept().await {
-            while guests.try_join_next().is_some() {}
-            if let Some((connecting, verdict, place)) = self.begin(&endpoint, &places, comes) {
-                let (peers, endpoint) = (Rc::clone(&self), endpoint.clone());
-                guests.spawn_local(async move { peers.meet(endpoint, connecting, verdict, place).await });
-            }
-        }
-        Ok(())
-    }
-
-    /// Begins the handshake with a machine whose address is proven, where there is a place for it.
-    ///
-    /// Until then nothing of it is kept, and no signature is made: whoever sends from an address that is not its own
-    /// gets a packet back that is smaller than its own (Retry: RFC 9000, 8.1.2).
-    fn begin(
-        &self,
-        endpoint: &Endpoint,
-        places: &Places,
-        comes: Incoming,
-    ) -> Option<(Connecting, Verdict, Place)> {
-        if !comes.remote_address_validated() {
-            // What cannot be answered so is refused where it is dropped.
-            let _refused = comes.retry();
-            return None;
-        }
-        if self.connected.borrow().len() >= CONNECTED_MOST {
-            comes.refuse();
-            return None;
-        }
-        let is_full = endpoint.open_connections() >= MAX_CONNECTIONS;
-        let place = if is_full { None } else { places.take(comes.remote_address().ip()) };
-        let Some(place) = place else {
-            // Its packet comes again, and may find a place then.
-            comes.ignore();
-            return None;
-        };
-        let (config, verdict) = match self.keys.for_incoming() {
-            Ok(made) => made,
-            Err(error) => {
-                self.warn(format!("the link lets nobody in: {error}"));
-                return None;
-            }
-        };
-        let from = comes.remote_address().ip().to_string();
-        match comes.accept_with(config) {
-            Ok(connecting) => Some((connecting, verdict, place)),
-            Err(ended) => {
-                self.warn(self.keys.files.explain(&from, &verdict, &ended));
-                None
-            }
-        }
-    }
-
-    /// Awaits the certificate of a machine, and talks to it where it is accepted.
-    async fn meet(&self, endpoint: Endpoint, connecting: Connecting, verdict: Verdict, place: Place) {
-        let from = connecting.remote_address().ip().to_string();
-        match timeout(HANDSHAKE_TIMEOUT, connecting).await {
-            Ok(Ok(connection)) => {
-                drop(place);
-                if self.connected.borrow().len() < CONNECTED_MOST {
-                    self.talk(&from, endpoint, connection, &verdict).await;
-                } else {
-                    connection.close(FULL, b"");
-                }
-                return;
-            }
-            Ok(Err(ended)) => self.warn(self.keys.files.explain(&from, &verdict, &ended)),
-            Err(_elapsed) => self.warn(too_slow(&from)),
-        }
-        // It has its place for as long as anything of it is in memory.
-        sleep(CLOSING).await;
-        drop(place);
-    }
-
     /// Connects, and connects again, for ever.
     async fn look_for(self: Rc<Self>, address: &Address) {
         let mut again_after = AGAIN_FIRST;
@@ -249,7 +153,13 @@ impl Peers {
     }
 
     /// Talks to a machine until one of both has enough, or nothing is heard any more.
-    async fn talk(&self, peer: &str, endpoint: Endpoint, connection: Connection, verdict: &Verdict) {
+    pub(super) async fn talk(
+        &self,
+        peer: &str,
+        endpoint: Endpoint,
+        connection: Connection,
+        verdict: &Verdict,
+    ) {
         let (bundles, waiting) = mpsc::channel(OUTGOING);
         let number = connection.stable_id();
         self.connected
@@ -312,7 +222,7 @@ impl Peers {
     }
 
     /// Says what is wrong, and the same once in a while.
-    fn warn(&self, what: String) {
+    pub(super) fn warn(&self, what: String) {
         let now = clock::now();
         let mut said = self.said.borrow_mut();
         said.retain(|_, at| now.since(*at) < SAID_FOR);
@@ -323,12 +233,12 @@ impl Peers {
     }
 }
 
-fn too_slow(peer: &str) -> String {
+pub(super) fn too_slow(peer: &str) -> String {
     format!("no connection with {peer}: the handshake took longer than {} s", HANDSHAKE_TIMEOUT.as_secs())
 }
 
 /// The addresses of a name, as they are now.
-async fn found(address: &Address) -> Result<Vec<SocketAddr>, Failed> {
+pub(super) async fn found(address: &Address) -> Result<Vec<SocketAddr>, Failed> {
     Ok(tokio::net::lookup_host(address.host_and_port()).await?.collect())
 }
 

@@ -8,11 +8,9 @@ use std::path::Path;
 
 use config::leo::Link;
 use quinn::ConnectionError;
-use rustls::pki_types::UnixTime;
 use rustls::{AlertDescription, CertificateError};
 use x509_parser::certificate::X509Certificate;
 use x509_parser::parse_x509_certificate;
-use x509_parser::time::ASN1Time;
 
 use super::judge::{Refused, Verdict};
 use super::peers::EXPIRED;
@@ -20,6 +18,8 @@ use super::peers::EXPIRED;
 /// An alert of TLS that ends a connection has this code and its own number (RFC 9001, 4.8).
 const FIRST_ALERT: u64 = 0x100;
 const SIGN: &str = "Sign a new one with package/link_keys.sh";
+const ONE_AUTHORITY: &str =
+    "Both machines need certificates of one authority, made with package/link_keys.sh in one folder";
 const CLOCKS: &str = "Compare the clocks of both machines";
 
 /// The files of this machine, as the sentences name them.
@@ -71,29 +71,48 @@ impl Files {
     }
 
     fn refused_here(&self, peer: &str, refused: &Refused) -> String {
+        let (called, why) = self.judged(refused);
+        format!("the certificate of {peer}{called} is refused: {why}")
+    }
+
+    /// What is said of this machine's own certificate.
+    pub(crate) fn refused_own(&self, refused: &Refused) -> String {
+        let (called, why) = self.judged(refused);
+        format!(
+            "the other machine will refuse the certificate of this one ({}){called}: {why}",
+            self.certificate
+        )
+    }
+
+    /// How a certificate is called, and why it is refused.
+    fn judged(&self, refused: &Refused) -> (String, String) {
         let parsed = parse_x509_certificate(&refused.certificate).ok();
         let certificate = parsed.as_ref().map(|(_, certificate)| certificate);
         let called = certificate.map_or_else(String::new, |certificate| format!(" ({})", name(certificate)));
-        let why = self.why(&refused.error, certificate);
-        format!("the certificate of {peer}{called} is refused: {why}")
+        (called, self.why(&refused.error, certificate))
     }
 
     fn why(&self, error: &CertificateError, certificate: Option<&X509Certificate<'_>>) -> String {
         let Self { authority, .. } = self;
-        let until = |time: &UnixTime| date(time.as_secs());
+        let from_to = certificate.map(|certificate| certificate.validity());
         match error {
-            CertificateError::ExpiredContext { not_after, .. } => {
-                format!("it expired on {}. {CLOCKS}. {SIGN}", until(not_after))
+            CertificateError::Expired | CertificateError::ExpiredContext { .. } => {
+                let when = from_to.map_or_else(String::new, |validity| format!(" on {}", validity.not_after));
+                format!("it expired{when}. {CLOCKS}. {SIGN}")
             }
-            CertificateError::NotValidYetContext { not_before, .. } => {
-                format!("it is not valid before {}. {CLOCKS}. {SIGN}", until(not_before))
+            CertificateError::NotValidYet | CertificateError::NotValidYetContext { .. } => {
+                let when =
+                    from_to.map_or_else(String::new, |validity| format!(" before {}", validity.not_before));
+                format!("it is not valid{when}. {CLOCKS}. {SIGN}")
             }
             CertificateError::UnknownIssuer if certificate.is_some_and(is_self_signed) => {
                 format!("it is self-signed. {SIGN}, by the authority of this machine ({authority})")
             }
-            CertificateError::UnknownIssuer => format!(
-                "its issuer is not the authority of this machine ({authority}). Both machines need certificates of \
-                 one authority, made with package/link_keys.sh"
+            CertificateError::UnknownIssuer => {
+                format!("its issuer is not the authority of this machine ({authority}). {ONE_AUTHORITY}")
+            }
+            CertificateError::BadSignature => format!(
+                "its issuer has the name of the authority of this machine ({authority}) and another key. {ONE_AUTHORITY}"
             ),
             CertificateError::NotValidForNameContext { expected, presented } => format!(
                 "it is for {}, and `connect` of [link] looks for {}. {SIGN} that has this name, or correct `connect`",
@@ -130,9 +149,12 @@ impl Files {
                 format!("it has expired or is not valid yet, by the clock of that machine. {CLOCKS}. {SIGN}")
             }
             AlertDescription::UnknownCA => {
-                "its issuer is not the authority of that machine. Both machines need \
-                                            certificates of one authority, made with package/link_keys.sh"
-                    .to_owned()
+                format!("its issuer is not the authority of that machine. {ONE_AUTHORITY}")
+            }
+            AlertDescription::DecryptError => {
+                format!(
+                    "its issuer has the name of the authority of that machine and another key. {ONE_AUTHORITY}"
+                )
             }
             AlertDescription::UnsupportedCertificate => {
                 format!(
@@ -187,11 +209,6 @@ fn is_self_signed(certificate: &X509Certificate<'_>) -> bool {
     certificate.subject() == certificate.issuer()
 }
 
-fn date(seconds: u64) -> String {
-    let time = i64::try_from(seconds).ok().and_then(|seconds| ASN1Time::from_timestamp(seconds).ok());
-    time.map_or_else(|| format!("second {seconds} of the epoch"), |time| time.to_string())
-}
-
 #[cfg(test)]
 mod tests {
     use quinn::{ApplicationClose, ConnectionClose};
@@ -219,6 +236,7 @@ mod tests {
         let table = [
             (AlertDescription::CertificateExpired, "Compare the clocks of both machines"),
             (AlertDescription::UnknownCA, "certificates of one authority, made with package/link_keys.sh"),
+            (AlertDescription::DecryptError, "certificates of one authority, made with package/link_keys.sh"),
             (AlertDescription::UnsupportedCertificate, "Sign a new one with package/link_keys.sh"),
             (AlertDescription::BadCertificate, "correct `connect` there"),
             (AlertDescription::CertificateUnknown, "Sign a new one with package/link_keys.sh"),
