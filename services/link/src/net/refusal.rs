@@ -52,6 +52,9 @@ impl Files {
             ConnectionError::ApplicationClosed(close) if close.error_code == EXPIRED => {
                 self.alerted_there(peer, AlertDescription::CertificateExpired)
             }
+            ConnectionError::TimedOut => format!(
+                "no connection with {peer}: no answer. Check that its link runs, and that the firewalls let UDP through"
+            ),
             other => format!("no connection with {peer}: {other}"),
         }
     }
@@ -258,6 +261,16 @@ mod tests {
             &ended_by(AlertDescription::NoApplicationProtocol),
         );
         assert!(other.contains("of another robot") && other.contains("`robot` in [link]"), "{other}");
+    }
+
+    #[test]
+    fn a_machine_that_does_not_answer_is_named_with_what_to_do() {
+        let told = files().explain("quic/robot.local:7447", &Verdict::default(), &ConnectionError::TimedOut);
+        assert_eq!(
+            told,
+            "no connection with quic/robot.local:7447: no answer. Check that its link runs, and that the firewalls \
+             let UDP through"
+        );
     }
 
     #[test]
