@@ -12,12 +12,12 @@ use tokio::task::LocalSet;
 use crate::agreement::Agreement;
 
 mod congestion;
-mod guests;
-mod judge;
+mod handshakes;
+mod incoming;
 mod keys;
 mod peers;
-mod places;
 mod refusal;
+mod verifier;
 
 pub use keys::KeyError;
 pub(crate) use keys::Keys;

@@ -20,8 +20,8 @@ use rustls::{CertificateError, Error, RootCertStore, SupportedProtocolVersion};
 use x509_parser::parse_x509_certificate;
 
 use super::congestion::WithFloor;
-use super::judge::{Judge, Refused, Verdict};
-use super::refusal::Files;
+use super::refusal::KeyFiles;
+use super::verifier::{RecordingVerifier, RefusalRecord, RefusedCertificate};
 
 /// TLS 1.3 alone, which QUIC is made of.
 const VERSIONS: [&SupportedProtocolVersion; 1] = [&rustls::version::TLS13];
@@ -54,7 +54,7 @@ pub struct KeyError {
 /// What this machine shows, and what it verifies the other's certificate by.
 #[derive(Clone)]
 pub(crate) struct Keys {
-    pub(crate) files: Files,
+    pub(crate) files: KeyFiles,
     /// Of the endpoint: its key signs the proofs of address, so that it is made once.
     pub(crate) server: ServerConfig,
     identity: Identity,
@@ -113,7 +113,7 @@ impl Keys {
             .max_incoming(MAX_INCOMING)
             .incoming_buffer_size(MAX_INCOMING_BYTES)
             .incoming_buffer_size_total(MAX_INCOMING_BYTES_TOTAL);
-        Ok(Self { files: Files::of(link), server, identity, transport })
+        Ok(Self { files: KeyFiles::of(link), server, identity, transport })
     }
 
     /// Why the other machine will refuse this machine's own certificate, by what is known here: where this one listens,
@@ -128,23 +128,23 @@ impl Keys {
         let listens = (!link.listen.is_empty()).then(as_server);
         let connects = (!link.connect.is_empty()).then(as_client);
         let error = [listens, connects].into_iter().flatten().filter_map(Result::err).find_map(refusal)?;
-        Some(self.files.refused_own(&Refused { certificate: certificate.clone(), error }))
+        Some(self.files.explain_refused_own(&RefusedCertificate { certificate: certificate.clone(), error }))
     }
 
     /// For one connection that comes, with what its certificate is refused for.
-    pub(crate) fn for_incoming(&self) -> Result<(Arc<ServerConfig>, Verdict), Unusable> {
-        let (judge, verdict) = Judge::new(&self.identity.clients);
+    pub(crate) fn for_incoming(&self) -> Result<(Arc<ServerConfig>, RefusalRecord), Unusable> {
+        let (verifier, record) = RecordingVerifier::new(&self.identity.clients);
         let mut server = self.server.clone();
-        server.crypto = Arc::new(self.identity.server(judge)?);
-        Ok((Arc::new(server), verdict))
+        server.crypto = Arc::new(self.identity.server(verifier)?);
+        Ok((Arc::new(server), record))
     }
 
     /// For one connection that this machine makes, with what the other's certificate is refused for.
-    pub(crate) fn for_outgoing(&self) -> Result<(ClientConfig, Verdict), Unusable> {
-        let (judge, verdict) = Judge::new(&self.identity.servers);
-        let mut client = ClientConfig::new(Arc::new(self.identity.client(judge)?));
+    pub(crate) fn for_outgoing(&self) -> Result<(ClientConfig, RefusalRecord), Unusable> {
+        let (verifier, record) = RecordingVerifier::new(&self.identity.servers);
+        let mut client = ClientConfig::new(Arc::new(self.identity.client(verifier)?));
         client.transport_config(Arc::clone(&self.transport));
-        Ok((client, verdict))
+        Ok((client, record))
     }
 }
 
@@ -204,7 +204,7 @@ fn transport() -> TransportConfig {
         .max_idle_timeout(Some(IdleTimeout::from(VarInt::from_u32(SILENT_MS))))
         .keep_alive_interval(Some(KEEP_ALIVE))
         .crypto_buffer_size(MAX_HANDSHAKE_BYTES)
-        // None before the other machine has shown that it means the same: `open_to`.
+        // None before the other machine has shown that it means the same: `accept_bundles`.
         .max_concurrent_uni_streams(VarInt::from_u32(0))
         .max_concurrent_bidi_streams(VarInt::from_u32(0))
         .stream_receive_window(VarInt::from_u32(UNDER_WAY))
@@ -217,7 +217,7 @@ fn transport() -> TransportConfig {
 }
 
 /// Takes bundles from the other machine: a stream of them, and none that answers.
-pub(crate) fn open_to(connection: &Connection) {
+pub(crate) fn accept_bundles(connection: &Connection) {
     connection.set_max_concurrent_uni_streams(VarInt::from_u32(1));
 }
 

@@ -15,9 +15,9 @@ use tokio::sync::mpsc;
 use tokio::task::JoinSet;
 use tokio::time::{sleep, timeout};
 
-use super::judge::Verdict;
-use super::keys::{Keys, has_expired, open_to};
-use super::refusal::Files;
+use super::keys::{Keys, accept_bundles, has_expired};
+use super::refusal::KeyFiles;
+use super::verifier::RefusalRecord;
 use super::{Message, OUTGOING, Sort};
 use crate::agreement::Agreement;
 use crate::wire::Pulse;
@@ -117,8 +117,8 @@ impl Peers {
         let mut again_after = AGAIN_FIRST;
         loop {
             match self.reach(address).await {
-                Ok((endpoint, connection, verdict)) => {
-                    self.talk(address.as_str(), endpoint, connection, &verdict).await;
+                Ok((endpoint, connection, record)) => {
+                    self.talk(address.as_str(), endpoint, connection, &record).await;
                     again_after = AGAIN_FIRST;
                 }
                 Err(error) => self.warn(error),
@@ -129,27 +129,31 @@ impl Peers {
     }
 
     /// Connects to the first address of a name that answers; else why the last one did not.
-    async fn reach(&self, address: &Address) -> Result<(Endpoint, Connection, Verdict), String> {
+    async fn reach(&self, address: &Address) -> Result<(Endpoint, Connection, RefusalRecord), String> {
         let fails = |error: Failed| format!("no connection with {}: {error}", address.as_str());
         let mut failed = fails("the name has no address".into());
         for at in found(address).await.map_err(fails)? {
-            let (endpoint, connecting, verdict) = self.connect(address, at).map_err(fails)?;
+            let (endpoint, connecting, record) = self.connect(address, at).map_err(fails)?;
             match timeout(HANDSHAKE_TIMEOUT, connecting).await {
-                Ok(Ok(connection)) => return Ok((endpoint, connection, verdict)),
-                Ok(Err(ended)) => failed = self.keys.files.explain(address.as_str(), &verdict, &ended),
-                Err(_elapsed) => failed = too_slow(address.as_str()),
+                Ok(Ok(connection)) => return Ok((endpoint, connection, record)),
+                Ok(Err(ended)) => failed = self.keys.files.explain(address.as_str(), &record, &ended),
+                Err(_elapsed) => failed = handshake_timed_out(address.as_str()),
             }
         }
         Err(failed)
     }
 
-    fn connect(&self, address: &Address, at: SocketAddr) -> Result<(Endpoint, Connecting, Verdict), Failed> {
+    fn connect(
+        &self,
+        address: &Address,
+        at: SocketAddr,
+    ) -> Result<(Endpoint, Connecting, RefusalRecord), Failed> {
         let from: SocketAddr =
             if at.is_ipv4() { (Ipv4Addr::UNSPECIFIED, 0).into() } else { (Ipv6Addr::UNSPECIFIED, 0).into() };
         let endpoint = Endpoint::client(from)?;
-        let (config, verdict) = self.keys.for_outgoing()?;
+        let (config, record) = self.keys.for_outgoing()?;
         let connecting = endpoint.connect_with(config, at, address.host())?;
-        Ok((endpoint, connecting, verdict))
+        Ok((endpoint, connecting, record))
     }
 
     /// Talks to a machine until one of both has enough, or nothing is heard any more.
@@ -158,7 +162,7 @@ impl Peers {
         peer: &str,
         endpoint: Endpoint,
         connection: Connection,
-        verdict: &Verdict,
+        record: &RefusalRecord,
     ) {
         let (bundles, waiting) = mpsc::channel(OUTGOING);
         let number = connection.stable_id();
@@ -176,11 +180,11 @@ impl Peers {
         match connection.close_reason() {
             // What is wrong with the certificate of who connects is said to it only when it is connected.
             Some(ended @ (ConnectionError::ConnectionClosed(_) | ConnectionError::ApplicationClosed(_)))
-                if Files::is_refusal(&ended) =>
+                if KeyFiles::is_refusal(&ended) =>
             {
-                self.warn(self.keys.files.explain(peer, verdict, &ended));
+                self.warn(self.keys.files.explain(peer, record, &ended));
             }
-            _ if why == EXPIRED => self.warn(Files::expired(peer)),
+            _ if why == EXPIRED => self.warn(KeyFiles::expired(peer)),
             _ => {
                 let error = said.err().map(|error| error.to_string());
                 tracing::debug!(peer, error, "a connection of the link ended");
@@ -209,7 +213,7 @@ impl Peers {
             let bytes = connection.read_datagram().await?;
             // Only pulses are taken before one has shown that the other machine means the same.
             if !is_open && Pulse::of_bytes(&bytes, self.agreement).is_ok() {
-                open_to(connection);
+                accept_bundles(connection);
                 is_open = true;
             }
             self.heard(Sort::Pulse, bytes.into());
@@ -233,7 +237,7 @@ impl Peers {
     }
 }
 
-pub(super) fn too_slow(peer: &str) -> String {
+pub(super) fn handshake_timed_out(peer: &str) -> String {
     format!("no connection with {peer}: the handshake took longer than {} s", HANDSHAKE_TIMEOUT.as_secs())
 }
 

@@ -12,8 +12,8 @@ use rustls::{AlertDescription, CertificateError};
 use x509_parser::certificate::X509Certificate;
 use x509_parser::parse_x509_certificate;
 
-use super::judge::{Refused, Verdict};
 use super::peers::EXPIRED;
+use super::verifier::{RefusalRecord, RefusedCertificate};
 
 /// An alert of TLS that ends a connection has this code and its own number (RFC 9001, 4.8).
 const FIRST_ALERT: u64 = 0x100;
@@ -24,33 +24,33 @@ const CLOCKS: &str = "Compare the clocks of both machines";
 
 /// The files of this machine, as the sentences name them.
 #[derive(Clone, Debug)]
-pub(crate) struct Files {
+pub(crate) struct KeyFiles {
     authority: String,
     certificate: String,
 }
 
-impl Files {
+impl KeyFiles {
     pub(crate) fn of(link: &Link) -> Self {
         let shown = |file: &Path| file.display().to_string();
         Self { authority: shown(&link.authority), certificate: shown(&link.certificate) }
     }
 
     /// Why there is no connection with the machine at `peer`, or none any more.
-    pub(crate) fn explain(&self, peer: &str, verdict: &Verdict, ended: &ConnectionError) -> String {
-        if let Some(refused) = verdict.refused() {
-            return self.refused_here(peer, &refused);
+    pub(crate) fn explain(&self, peer: &str, record: &RefusalRecord, ended: &ConnectionError) -> String {
+        if let Some(refused) = record.refused() {
+            return self.explain_refused_peer(peer, &refused);
         }
         match ended {
             ConnectionError::TransportError(error) => match alert(u64::from(error.code)) {
-                Some(alert) => self.alerted_here(peer, alert, &error.reason),
+                Some(alert) => self.explain_alert_sent(peer, alert, &error.reason),
                 None => format!("no connection with {peer}: {error}"),
             },
             ConnectionError::ConnectionClosed(close) => match alert(u64::from(close.error_code)) {
-                Some(alert) => self.alerted_there(peer, alert),
+                Some(alert) => self.explain_alert_received(peer, alert),
                 None => format!("{peer} ended the connection: {close}"),
             },
             ConnectionError::ApplicationClosed(close) if close.error_code == EXPIRED => {
-                self.alerted_there(peer, AlertDescription::CertificateExpired)
+                self.explain_alert_received(peer, AlertDescription::CertificateExpired)
             }
             ConnectionError::TimedOut => format!(
                 "no connection with {peer}: no answer. Check that its link runs, and that the firewalls let UDP through"
@@ -73,14 +73,14 @@ impl Files {
         }
     }
 
-    fn refused_here(&self, peer: &str, refused: &Refused) -> String {
-        let (called, why) = self.judged(refused);
+    fn explain_refused_peer(&self, peer: &str, refused: &RefusedCertificate) -> String {
+        let (called, why) = self.describe(refused);
         format!("the certificate of {peer}{called} is refused: {why}")
     }
 
     /// What is said of this machine's own certificate.
-    pub(crate) fn refused_own(&self, refused: &Refused) -> String {
-        let (called, why) = self.judged(refused);
+    pub(crate) fn explain_refused_own(&self, refused: &RefusedCertificate) -> String {
+        let (called, why) = self.describe(refused);
         format!(
             "the other machine will refuse the certificate of this one ({}){called}: {why}",
             self.certificate
@@ -88,8 +88,10 @@ impl Files {
     }
 
     /// How a certificate is called, and why it is refused.
-    fn judged(&self, refused: &Refused) -> (String, String) {
-        let parsed = parse_x509_certificate(&refused.certificate).ok();
+    fn describe(&self, refused: &RefusedCertificate) -> (String, String) {
+        // Bytes that rustls could not read are read by nothing else.
+        let is_readable = !matches!(refused.error, CertificateError::BadEncoding);
+        let parsed = is_readable.then(|| parse_x509_certificate(&refused.certificate).ok()).flatten();
         let certificate = parsed.as_ref().map(|(_, certificate)| certificate);
         let called = certificate.map_or_else(String::new, |certificate| format!(" ({})", name(certificate)));
         (called, self.why(&refused.error, certificate))
@@ -133,7 +135,7 @@ impl Files {
     }
 
     /// This machine ended a handshake for another reason than a certificate that it was shown.
-    fn alerted_here(&self, peer: &str, alert: AlertDescription, reason: &str) -> String {
+    fn explain_alert_sent(&self, peer: &str, alert: AlertDescription, reason: &str) -> String {
         match alert {
             AlertDescription::CertificateRequired => format!(
                 "{peer} showed no certificate. A link needs one of the authority of this machine ({}), made with \
@@ -146,7 +148,7 @@ impl Files {
     }
 
     /// The other machine ended the connection, and said so by this alert.
-    fn alerted_there(&self, peer: &str, alert: AlertDescription) -> String {
+    fn explain_alert_received(&self, peer: &str, alert: AlertDescription) -> String {
         let why = match alert {
             AlertDescription::CertificateExpired => {
                 format!("it has expired or is not valid yet, by the clock of that machine. {CLOCKS}. {SIGN}")
@@ -213,86 +215,4 @@ fn is_self_signed(certificate: &X509Certificate<'_>) -> bool {
 }
 
 #[cfg(test)]
-mod tests {
-    use quinn::{ApplicationClose, ConnectionClose};
-    use rustls::pki_types::CertificateDer;
-    use rustls::pki_types::pem::PemObject as _;
-
-    use super::*;
-    use crate::net::tests::certificates::everybody_or_skip;
-
-    fn files() -> Files {
-        Files { authority: "authority.pem".to_owned(), certificate: "away.pem".to_owned() }
-    }
-
-    fn ended_by(alert: AlertDescription) -> ConnectionError {
-        let error_code = quinn_proto::TransportErrorCode::crypto(alert.into());
-        ConnectionError::ConnectionClosed(ConnectionClose {
-            error_code,
-            frame_type: None,
-            reason: bytes::Bytes::new(),
-        })
-    }
-
-    #[test]
-    fn each_alert_of_the_other_machine_names_the_certificate_of_this_one_and_what_to_do() {
-        let table = [
-            (AlertDescription::CertificateExpired, "Compare the clocks of both machines"),
-            (AlertDescription::UnknownCA, "certificates of one authority, made with package/link_keys.sh"),
-            (AlertDescription::DecryptError, "certificates of one authority, made with package/link_keys.sh"),
-            (AlertDescription::UnsupportedCertificate, "Sign a new one with package/link_keys.sh"),
-            (AlertDescription::BadCertificate, "correct `connect` there"),
-            (AlertDescription::CertificateUnknown, "Sign a new one with package/link_keys.sh"),
-            (AlertDescription::CertificateRequired, "Sign a new one with package/link_keys.sh"),
-        ];
-        for (alert, what_to_do) in table {
-            let ended = ended_by(alert);
-            assert!(Files::is_refusal(&ended), "{alert:?}");
-            let told = files().explain("robot.local", &Verdict::default(), &ended);
-            assert!(
-                told.starts_with("robot.local refuses the certificate of this machine (away.pem): "),
-                "{told}"
-            );
-            assert!(told.contains(what_to_do), "{alert:?}: {told}");
-        }
-        let other = files().explain(
-            "robot.local",
-            &Verdict::default(),
-            &ended_by(AlertDescription::NoApplicationProtocol),
-        );
-        assert!(other.contains("of another robot") && other.contains("`robot` in [link]"), "{other}");
-    }
-
-    #[test]
-    fn a_machine_that_does_not_answer_is_named_with_what_to_do() {
-        let told = files().explain("quic/robot.local:7447", &Verdict::default(), &ConnectionError::TimedOut);
-        assert_eq!(
-            told,
-            "no connection with quic/robot.local:7447: no answer. Check that its link runs, and that the firewalls \
-             let UDP through"
-        );
-    }
-
-    #[test]
-    fn a_certificate_that_expires_while_connected_is_named_on_both_sides() {
-        let close = ApplicationClose { error_code: EXPIRED, reason: bytes::Bytes::new() };
-        let ended = ConnectionError::ApplicationClosed(close);
-        assert!(Files::is_refusal(&ended));
-        let there = files().explain("robot.local", &Verdict::default(), &ended);
-        assert!(there.contains("(away.pem): it has expired"), "{there}");
-        assert!(Files::expired("192.0.2.7").contains("192.0.2.7 is refused from now on: it has expired"));
-    }
-
-    #[test]
-    fn the_names_of_a_certificate_are_told_without_what_moves_a_terminal() {
-        assert_eq!(printable("CN=a\u{1b}[2Jb"), "CN=a?[2Jb");
-        assert_eq!(printable(&"x".repeat(9_999)).len(), MAX_NAME);
-        let Some(keys) = everybody_or_skip() else { return };
-        let read = |name: &str| CertificateDer::from_pem_file(keys.path().join(name)).unwrap();
-        let (robot, authority) = (read("robot.pem"), read("authority.pem"));
-        let parse = |der: &[u8]| name(&parse_x509_certificate(der).unwrap().1);
-        assert_eq!(parse(&robot), "CN=robot, issued by CN=the authority of a link of Leo");
-        assert!(is_self_signed(&parse_x509_certificate(&authority).unwrap().1));
-        assert!(!is_self_signed(&parse_x509_certificate(&robot).unwrap().1));
-    }
-}
+mod tests;

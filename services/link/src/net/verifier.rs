@@ -9,7 +9,7 @@ use rustls::{CertificateError, DigitallySignedStruct, DistinguishedName, Error, 
 
 /// A certificate that was refused, and why.
 #[derive(Clone, Debug)]
-pub(crate) struct Refused {
+pub(crate) struct RefusedCertificate {
     pub(crate) certificate: CertificateDer<'static>,
     pub(crate) error: CertificateError,
 }
@@ -18,37 +18,38 @@ pub(crate) struct Refused {
 ///
 /// rustls reports a refusal as text and drops the certificate. The link has to name both.
 #[derive(Debug)]
-pub(crate) struct Judge<V: ?Sized> {
+pub(crate) struct RecordingVerifier<V: ?Sized> {
     inner: Arc<V>,
-    verdict: Verdict,
+    record: RefusalRecord,
 }
 
 /// What the verifier of a connection refused, if it did.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct Verdict(Arc<Mutex<Option<Refused>>>);
+pub(crate) struct RefusalRecord(Arc<Mutex<Option<RefusedCertificate>>>);
 
-impl Verdict {
-    pub(crate) fn refused(&self) -> Option<Refused> {
+impl RefusalRecord {
+    pub(crate) fn refused(&self) -> Option<RefusedCertificate> {
         self.0.lock().unwrap_or_else(PoisonError::into_inner).clone()
     }
 
     fn keep<T>(&self, certificate: &CertificateDer<'_>, verified: Result<T, Error>) -> Result<T, Error> {
         if let Err(Error::InvalidCertificate(error)) = &verified {
-            let refused = Refused { certificate: certificate.clone().into_owned(), error: error.clone() };
+            let refused =
+                RefusedCertificate { certificate: certificate.clone().into_owned(), error: error.clone() };
             *self.0.lock().unwrap_or_else(PoisonError::into_inner) = Some(refused);
         }
         verified
     }
 }
 
-impl<V: ?Sized> Judge<V> {
-    pub(crate) fn new(inner: &Arc<V>) -> (Arc<Self>, Verdict) {
-        let verdict = Verdict::default();
-        (Arc::new(Self { inner: Arc::clone(inner), verdict: verdict.clone() }), verdict)
+impl<V: ?Sized> RecordingVerifier<V> {
+    pub(crate) fn new(inner: &Arc<V>) -> (Arc<Self>, RefusalRecord) {
+        let record = RefusalRecord::default();
+        (Arc::new(Self { inner: Arc::clone(inner), record: record.clone() }), record)
     }
 }
 
-impl ClientCertVerifier for Judge<dyn ClientCertVerifier> {
+impl ClientCertVerifier for RecordingVerifier<dyn ClientCertVerifier> {
     fn root_hint_subjects(&self) -> &[DistinguishedName] {
         self.inner.root_hint_subjects()
     }
@@ -59,7 +60,7 @@ impl ClientCertVerifier for Judge<dyn ClientCertVerifier> {
         intermediates: &[CertificateDer<'_>],
         now: UnixTime,
     ) -> Result<ClientCertVerified, Error> {
-        self.verdict.keep(end_entity, self.inner.verify_client_cert(end_entity, intermediates, now))
+        self.record.keep(end_entity, self.inner.verify_client_cert(end_entity, intermediates, now))
     }
 
     fn verify_tls12_signature(
@@ -85,7 +86,7 @@ impl ClientCertVerifier for Judge<dyn ClientCertVerifier> {
     }
 }
 
-impl ServerCertVerifier for Judge<dyn ServerCertVerifier> {
+impl ServerCertVerifier for RecordingVerifier<dyn ServerCertVerifier> {
     fn verify_server_cert(
         &self,
         end_entity: &CertificateDer<'_>,
@@ -96,7 +97,7 @@ impl ServerCertVerifier for Judge<dyn ServerCertVerifier> {
     ) -> Result<ServerCertVerified, Error> {
         let verified =
             self.inner.verify_server_cert(end_entity, intermediates, server_name, ocsp_response, now);
-        self.verdict.keep(end_entity, verified)
+        self.record.keep(end_entity, verified)
     }
 
     fn verify_tls12_signature(
