@@ -4,7 +4,8 @@
     peer.py connect PORT PROTOCOL FOLDER NAME..     connects once with each certificate ("none" shows none), one by one
     peer.py serve PROTOCOL FOLDER NAME..            awaits a connection with each; the ports first
     peer.py initials PORT PROTOCOL FOLDER COUNT SECONDS     so many first packets over and over, whose answers are only counted
-    peer.py stall PORT PROTOCOL FOLDER ADDRESSES EACH   proves its addresses, and goes no further
+    peer.py stall PORT PROTOCOL FOLDER ADDRESSES EACH [ADDRESS PER_SECOND]
+                                     proves its addresses, and goes no further: at once, or from one address at a pace
 
 What comes of a connection is "talked to" where a pulse of the link came, and else how it ended: the number of the alert
 of TLS, or why there is none.
@@ -237,14 +238,14 @@ def initials(port, protocol, folder, count, seconds):
     tell(**counts)
 
 
-def stall(port, protocol, folder, addresses, each):
+def stall(port, protocol, folder, addresses, each, address=None, per_second=None):
     """From each of these addresses so many handshakes, of which the client's last part never comes."""
     counts = {"begun": 0, "proven": 0, "answered": 0}
     selector = selectors.DefaultSelector()
     waiting = []
     for number in range(addresses):
         endpoint = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
-        endpoint.bind((f"127.1.{number // 250}.{number % 250 + 1}", 0))
+        endpoint.bind((address or f"127.1.{number // 250}.{number % 250 + 1}", 0))
         endpoint.setblocking(False)
         of_address = {}
         selector.register(endpoint, selectors.EVENT_READ, of_address)
@@ -279,6 +280,8 @@ def stall(port, protocol, folder, addresses, each):
             endpoint.sendto(packet, ("127.0.0.1", port))
         counts["begun"] += 1
         read(0)
+        while per_second and time.monotonic() < since + counts["begun"] / per_second:
+            read(0.005)
     last = time.monotonic()
     while time.monotonic() < last + 0.5:
         before = dict(counts)
@@ -299,7 +302,8 @@ def main():
     elif command == "initials":
         initials(int(words[0]), words[1], words[2], int(words[3]), float(words[4]))
     elif command == "stall":
-        stall(int(words[0]), words[1], words[2], int(words[3]), int(words[4]))
+        pace = (words[5], float(words[6])) if len(words) > 5 else ()
+        stall(int(words[0]), words[1], words[2], int(words[3]), int(words[4]), *pace)
 
 
 main()

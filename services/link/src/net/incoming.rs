@@ -4,7 +4,7 @@ use std::rc::Rc;
 use std::time::Duration;
 
 use config::leo::Endpoint as Address;
-use quinn::{Connecting, Endpoint, Incoming, VarInt};
+use quinn::{Connecting, ConnectionError, Endpoint, Incoming, VarInt};
 use tokio::task::JoinSet;
 use tokio::time::{sleep, timeout};
 
@@ -15,7 +15,7 @@ use super::verifier::RefusalRecord;
 /// Connections at most whose certificate is verified.
 const CONNECTED_MOST: usize = 8;
 /// QUIC keeps a closed connection for three probe time-outs (RFC 9000, 10.2): for so long where no round trip was seen.
-const CLOSING: Duration = Duration::from_secs(3);
+const CLOSING: Duration = Duration::from_secs(1);
 /// The code of a connection that is closed because there are as many as may be.
 const FULL: VarInt = VarInt::from_u32(3);
 
@@ -66,7 +66,7 @@ impl Peers {
             return None;
         }
         let is_full = endpoint.open_connections() >= MAX_CONNECTIONS;
-        let slot = if is_full { None } else { slots.take(incoming.remote_address().ip()) };
+        let slot = if is_full { None } else { slots.take(clock::now(), incoming.remote_address().ip()) };
         let Some(slot) = slot else {
             // The peer repeats its packet, and may find a slot then.
             incoming.ignore();
@@ -98,7 +98,11 @@ impl Peers {
         slot: HandshakeSlot,
     ) {
         let from = connecting.remote_address().ip().to_string();
-        match timeout(HANDSHAKE_TIMEOUT, connecting).await {
+        let ended = tokio::select! {
+            ended = timeout(HANDSHAKE_TIMEOUT, connecting) => ended,
+            () = slot.evicted() => Ok(Err(ConnectionError::LocallyClosed)),
+        };
+        match ended {
             Ok(Ok(connection)) => {
                 drop(slot);
                 if self.connected.borrow().len() < CONNECTED_MOST {
@@ -108,10 +112,14 @@ impl Peers {
                 }
                 return;
             }
+            Ok(Err(ConnectionError::LocallyClosed)) => {
+                tracing::debug!(from, "an unfinished handshake of the link made way for a newer one");
+            }
             Ok(Err(ended)) => self.warn(self.keys.files.explain(&from, &record, &ended)),
             Err(_elapsed) => self.warn(handshake_timed_out(&from)),
         }
         // QUIC keeps a connection that failed for so long, to answer late packets. It takes its slot until then.
+        slot.close();
         sleep(CLOSING).await;
         drop(slot);
     }
