@@ -7,7 +7,7 @@
     peer.py stall PORT PROTOCOL FOLDER ADDRESSES EACH [ADDRESS PER_SECOND]
                                      proves its addresses, and goes no further: at once, or from one address at a pace
 
-What comes of a connection is "talked to" where a pulse of the link came, and else how it ended: the number of the alert
+A flood first says that it begins, and at its end what came of it. What comes of a connection is "talked to" where a pulse of the link came, and else how it ended: the number of the alert
 of TLS, or why there is none.
 """
 
@@ -209,6 +209,7 @@ def initials(port, protocol, folder, count, seconds):
     endpoint.setblocking(False)
     packets = [data for _ in range(count) for data in begun(port, protocol, folder)[1]]
     counts = {"sent": 0, "sent_bytes": 0, "answers": 0, "answered_bytes": 0, "retries": 0}
+    tell(begins=True)
     end, place = time.monotonic() + seconds, 0
 
     def read():
@@ -252,6 +253,7 @@ def stall(port, protocol, folder, addresses, each, address=None, per_second=None
         waiting += [(endpoint, of_address, *begun(port, protocol, folder)) for _ in range(each)]
     # One of each address, and then the next of each.
     waiting = [one for turn in range(each) for one in waiting[turn::each]]
+    tell(begins=True)
     since = time.monotonic()
 
     def read(timeout):

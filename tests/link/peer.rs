@@ -40,14 +40,24 @@ impl Peer {
     /// Runs a command to its end; what it told.
     pub(crate) fn run(&self, words: &[&str]) -> Vec<Value> {
         let mut running = self.start(words);
-        let told = std::iter::from_fn(|| running.line()).collect();
-        let status = running.child.wait().expect("ends");
-        assert!(status.success(), "{words:?}: {status}");
-        told
+        running.rest()
     }
 }
 
 impl Running {
+    /// Whether it goes on.
+    pub(crate) fn is_running(&mut self) -> bool {
+        self.child.try_wait().expect("asked").is_none()
+    }
+
+    /// All that it tells from now on, to its end.
+    pub(crate) fn rest(&mut self) -> Vec<Value> {
+        let told = std::iter::from_fn(|| self.line()).collect();
+        let status = self.child.wait().expect("ends");
+        assert!(status.success(), "{status}");
+        told
+    }
+
     /// The next line, where there is one.
     pub(crate) fn line(&mut self) -> Option<Value> {
         let mut line = String::new();
