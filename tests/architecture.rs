@@ -88,7 +88,7 @@ const MAY_BE_UNSAFE: [&str; 3] = ["shared/prefetch", "shared/realtime", "shared/
 const SHELL_FILES: [&str; 3] = ["lib.rs", "run.rs", "shell.rs"];
 
 /// Further files of a shell, where it has more than one noun.
-const MORE_SHELL_FILES: [&str; 49] = [
+const MORE_SHELL_FILES: [&str; 51] = [
     "console/src/arming.rs",
     "console/src/black_box.rs",
     "console/src/black_box/files.rs",
@@ -107,6 +107,8 @@ const MORE_SHELL_FILES: [&str; 49] = [
     "learner/src/keeper.rs",
     "learner/src/memory.rs",
     "link/src/net.rs",
+    "link/src/net/handshakes.rs",
+    "link/src/net/incoming.rs",
     "link/src/net/keys.rs",
     "link/src/net/peers.rs",
     "link/src/ports.rs",

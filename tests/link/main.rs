@@ -1,14 +1,19 @@
 //! Two machines, linked: a robot on one, its learner and its console on the other.
 #![expect(clippy::expect_used, reason = "a test fails by panicking")]
 
+mod certificates;
 mod console;
 mod disagreement;
+mod flood;
 mod machine;
 mod names;
 mod namespaces;
 mod network;
+mod peer;
 mod strangers;
 mod taught;
+#[path = "../sources/venv.rs"]
+mod venv;
 mod wakeful;
 mod yardstick;
 

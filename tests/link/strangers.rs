@@ -26,4 +26,35 @@ fn strangers_and_other_robots_are_not_heard() {
         assert!(fares.contains_key("leo_link_heard"), "{fares:?}");
         assert_eq!((silent.metric("leo_link_heard"), received(silent)), (0.0, 0.0), "{}", silent.said());
     }
+    // Both sides say why, which certificate it is and what to do. The other authority has the same name.
+    let issuer = "its issuer has the name of the authority of this machine";
+    for (machine, parts) in [
+        (
+            &stranger,
+            [&format!("the certificate of {connect} (CN=robot, issued by"), issuer, "package/link_keys.sh"],
+        ),
+        (
+            &robot,
+            [
+                "127.0.0.1 refuses the certificate of this machine (",
+                "robot.pem): its issuer",
+                "package/link_keys.sh",
+            ],
+        ),
+        (
+            &other,
+            [
+                &format!("no connection with {connect}"),
+                "its link is of another robot",
+                "the same `robot` in [link]",
+            ],
+        ),
+        (
+            &robot,
+            ["no connection with 127.0.0.1", "its link is of another robot", "the same `robot` in [link]"],
+        ),
+    ] {
+        let says = || machine.said().lines().any(|line| parts.iter().all(|part| line.contains(part)));
+        assert!(wait_until(says), "{parts:?}\n{}", machine.said());
+    }
 }

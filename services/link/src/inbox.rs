@@ -13,11 +13,11 @@ pub(crate) struct Inbox {
 
 /// What is new in a bundle.
 #[derive(Debug, Default)]
-pub(crate) struct New {
+pub struct New {
     /// Of those of which every one is wanted: the next ones.
-    pub(crate) said: Vec<Frame>,
+    pub said: Vec<Frame>,
     /// The others.
-    pub(crate) newest: Vec<Frame>,
+    pub newest: Vec<Frame>,
 }
 
 impl Inbox {
@@ -28,14 +28,14 @@ impl Inbox {
         } else if bundle.number <= self.newest {
             return New::default();
         } else {
-            self.lost += bundle.number - self.newest - 1;
+            self.lost = self.lost.saturating_add(bundle.number - self.newest - 1);
         }
         self.newest = bundle.number;
         self.wanted = self.wanted.max(bundle.oldest);
         let mut newest = bundle.frames;
         let numbered = newest.split_off(newest.len().saturating_sub(bundle.numbered));
         let mut said = Vec::new();
-        for (number, frame) in (bundle.first..).zip(numbered) {
+        for (frame, number) in numbered.into_iter().zip(bundle.first..) {
             if number == self.wanted {
                 self.wanted += 1;
                 said.push(frame);

@@ -9,7 +9,7 @@ const NAMES: [&str; 2] = ["_at_ns", "hops_ns"];
 
 /// The places of all instants in a frame's head and in each of its entries.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub(crate) struct Instants {
+pub struct Instants {
     head_size: usize,
     head: Vec<usize>,
     entry_size: usize,
@@ -17,7 +17,9 @@ pub(crate) struct Instants {
 }
 
 impl Instants {
-    pub(crate) fn of(stream: Stream) -> Self {
+    /// Those of the frames of a stream.
+    #[must_use]
+    pub fn of(stream: Stream) -> Self {
         let [head, entry] = stream.kinds();
         let places = |kind: &Kind| {
             let mut places = Vec::new();
@@ -28,14 +30,15 @@ impl Instants {
     }
 
     /// Entries of a frame of so many bytes; `None` where they are not a head and whole entries.
-    pub(crate) fn entries(&self, bytes: usize) -> Option<usize> {
+    #[must_use]
+    pub fn entries(&self, bytes: usize) -> Option<usize> {
         let entries = bytes.checked_sub(self.head_size)?;
         let whole = self.entry_size > 0 && entries.is_multiple_of(self.entry_size);
         whole.then(|| entries / self.entry_size)
     }
 
     /// Moves every instant of a frame by so many nanoseconds. Zero stands for none, and stays.
-    pub(crate) fn shift(&self, bytes: &mut [u8], by_ns: i64) {
+    pub fn shift(&self, bytes: &mut [u8], by_ns: i64) {
         let Some((head, entries)) = bytes.split_at_mut_checked(self.head_size) else { return };
         self.head.iter().for_each(|&place| shift_at(head, place, by_ns));
         for entry in entries.chunks_mut(self.entry_size.max(1)) {

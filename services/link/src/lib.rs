@@ -23,8 +23,11 @@ mod window;
 mod wire;
 
 pub use agreement::{Agreement, Disagreement};
+pub use inbox::New;
+pub use instants::Instants;
 pub use net::KeyError;
 pub use offset::{Exchange, Offset};
 pub use shell::{check, run};
 pub use stream::{Class, Stream};
+pub use talk::{Came, Talk};
 pub use wire::{Bundle, Frame, Nonsense, Pulse};

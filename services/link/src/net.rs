@@ -5,12 +5,19 @@ use std::thread::JoinHandle;
 use clock::Instant;
 use config::leo::Link;
 use crossbeam::channel::{Receiver, bounded};
+use rustls::pki_types::UnixTime;
 use tokio::sync::mpsc::{self, Sender, error::TrySendError};
 use tokio::task::LocalSet;
 
+use crate::agreement::Agreement;
+
 mod congestion;
+mod handshakes;
+mod incoming;
 mod keys;
 mod peers;
+mod refusal;
+mod verifier;
 
 pub use keys::KeyError;
 pub(crate) use keys::Keys;
@@ -46,15 +53,20 @@ pub(crate) struct Net {
 
 impl Net {
     /// Begins to connect, and goes on by itself.
-    pub(crate) fn start(link: &Link) -> Result<Self, String> {
+    ///
+    /// Of a machine that does not agree, no bundle is taken into memory.
+    pub(crate) fn start(link: &Link, agreement: Agreement) -> Result<Self, String> {
         let keys = Keys::read(link).map_err(|error| error.to_string())?;
+        if let Some(refusal) = keys.own_refusal(link, UnixTime::now()) {
+            tracing::warn!("{refusal}");
+        }
         let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build();
         let runtime = runtime.map_err(|error| format!("the link's network cannot be used: {error}"))?;
         let (to, outgoing) = mpsc::channel(OUTGOING);
         let (incoming, from) = bounded(INCOMING);
         let (listen, connect) = (link.listen.clone(), link.connect.clone());
         let carry = move || {
-            let carried = peers::carry(keys, listen, connect, incoming, outgoing);
+            let carried = peers::carry(keys, agreement, listen, connect, incoming, outgoing);
             runtime.block_on(LocalSet::new().run_until(carried));
             // A name that is still being looked up is not waited for.
             runtime.shutdown_background();

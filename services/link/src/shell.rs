@@ -53,7 +53,7 @@ pub fn run(launch: &Launch, robot: &Robot) -> Result<(), Failure> {
         ..Carrier::new(Agreement::of(robot, perspectives), &here, clock::now())
     };
     let mut taps = Taps::open(&member, &here)?;
-    let net = Net::start(link).map_err(Failure::own)?;
+    let net = Net::start(link, carrier.agreement).map_err(Failure::own)?;
     let mut board = member.link_board()?;
     let mut tell_at = clock::now();
     member.begin(Some(link.link_rate_hz.period()))?;

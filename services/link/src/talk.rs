@@ -18,9 +18,12 @@ const SILENT_AFTER: Duration = Duration::from_millis(1500);
 /// With a way of so many seconds, silence begins later: a pulse that waits behind bundles is on its way.
 const SILENT_BEYOND: u32 = 3;
 
+/// ... and so late at most: the round trip is what the other machine says.
+const SILENT_MOST: Duration = Duration::from_secs(10);
+
 /// One end of the link.
 #[derive(Debug)]
-pub(crate) struct Talk {
+pub struct Talk {
     life: u64,
     number: u64,
     /// The last bundle that held frames of which every one is wanted.
@@ -58,16 +61,18 @@ struct Peer {
 
 /// A bundle that came.
 #[derive(Debug)]
-pub(crate) struct Came {
-    pub(crate) new: New,
+pub struct Came {
+    /// What of it is new.
+    pub new: New,
     /// How long it was under way, and what this machine's clock is ahead of the other's by; `None` before that is
     /// known.
-    pub(crate) way: Option<(Duration, i64)>,
+    pub way: Option<(Duration, i64)>,
 }
 
 impl Talk {
     /// An end that has heard nobody yet, of a life of the link process, for frames of these streams.
-    pub(crate) fn new(life: u64, streams: &[Stream], now: Instant) -> Self {
+    #[must_use]
+    pub fn new(life: u64, streams: &[Stream], now: Instant) -> Self {
         Self {
             life,
             number: 0,
@@ -91,7 +96,8 @@ impl Talk {
     }
 
     /// Whether the other machine is heard.
-    pub(crate) fn is_heard(&self) -> bool {
+    #[must_use]
+    pub fn is_heard(&self) -> bool {
         self.peer.is_some()
     }
 
@@ -101,12 +107,12 @@ impl Talk {
     }
 
     /// A frame that somebody on this machine wrote.
-    pub(crate) fn push(&mut self, now: Instant, stream: Stream, place: Place, bytes: Arc<[u8]>) {
+    pub fn push(&mut self, now: Instant, stream: Stream, place: Place, bytes: Arc<[u8]>) {
         self.outbox.push(now, stream, place, bytes);
     }
 
     /// A pulse of the other machine, heard at `at`.
-    pub(crate) fn hear_pulse(&mut self, at: Instant, pulse: &Pulse) {
+    pub fn hear_pulse(&mut self, at: Instant, pulse: &Pulse) {
         if !self.meet(at, pulse.life) {
             return;
         }
@@ -135,7 +141,7 @@ impl Talk {
     }
 
     /// A bundle of the other machine, heard at `at`; `None` where it is of yet another one.
-    pub(crate) fn hear_bundle(&mut self, at: Instant, bundle: Bundle) -> Option<Came> {
+    pub fn hear_bundle(&mut self, at: Instant, bundle: Bundle) -> Option<Came> {
         if !self.meet(at, bundle.life) {
             return None;
         }
@@ -150,7 +156,7 @@ impl Talk {
     }
 
     /// Whether those who listen on the other machine have yet to be told what newcomers are told; once for each time.
-    pub(crate) fn take_newcomers(&mut self) -> bool {
+    pub fn take_newcomers(&mut self) -> bool {
         std::mem::take(&mut self.owes_telling)
     }
 
@@ -183,7 +189,7 @@ impl Talk {
 
     /// Who was not heard for longer is not there.
     fn patience(&self) -> Duration {
-        SILENT_AFTER.max(self.round_trip * SILENT_BEYOND)
+        SILENT_AFTER.max(self.round_trip.min(SILENT_MOST) * SILENT_BEYOND).min(SILENT_MOST)
     }
 
     fn part(&mut self) {
@@ -192,7 +198,7 @@ impl Talk {
     }
 
     /// Notes who has not been heard for too long.
-    pub(crate) fn listen(&mut self, now: Instant) {
+    pub fn listen(&mut self, now: Instant) {
         let patience = self.patience();
         if self.peer.is_some_and(|peer| now.since(peer.heard_at) > patience) {
             self.peer = None;
@@ -204,7 +210,7 @@ impl Talk {
     }
 
     /// The pulse to be sent now, if one is due.
-    pub(crate) fn pulse(&mut self, now: Instant) -> Option<Pulse> {
+    pub fn pulse(&mut self, now: Instant) -> Option<Pulse> {
         if now < self.pulse_at && !self.owes_pulse {
             return None;
         }
@@ -220,7 +226,7 @@ impl Talk {
     }
 
     /// The bundle to be sent now, if there is anything to send and the network has room for it.
-    pub(crate) fn bundle(&mut self, now: Instant) -> Option<Bundle> {
+    pub fn bundle(&mut self, now: Instant) -> Option<Bundle> {
         if !self.peer.is_some_and(|peer| peer.is_answered) || !self.window.has_room() {
             return None;
         }

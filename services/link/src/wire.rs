@@ -221,7 +221,8 @@ impl Bundle {
             frames: Vec::new(),
         };
         let frames = numbers.next_size()?;
-        if frames > FRAMES_MOST || bundle.numbered > frames || bundle.first < bundle.oldest {
+        let is_counted = bundle.first.checked_add(wide(bundle.numbered)).is_some();
+        if frames > FRAMES_MOST || bundle.numbered > frames || bundle.first < bundle.oldest || !is_counted {
             return Err(Nonsense::NoMessage);
         }
         for _frame in 0..frames {
@@ -290,6 +291,14 @@ mod tests {
         assert_eq!(Pulse::of_bytes(&bytes[..8], agreement()), Err(other));
         bytes[1] = 0;
         assert_eq!(Pulse::of_bytes(&bytes, agreement()), Err(Nonsense::NoMessage));
+    }
+
+    #[test]
+    fn frames_beyond_the_last_number_are_none() {
+        let last = Bundle { first: u64::MAX - 1, ..bundle() };
+        assert_eq!(Bundle::of_bytes(&last.to_bytes(agreement()), agreement()), Ok(last));
+        let beyond = Bundle { first: u64::MAX, ..bundle() };
+        assert_eq!(Bundle::of_bytes(&beyond.to_bytes(agreement()), agreement()), Err(Nonsense::NoMessage));
     }
 
     #[test]

@@ -185,7 +185,8 @@ impl Drop for Emergency {
 
 fn look(domain: &Path, signalled: &AtomicBool, raised: &AtomicBool, stop: &AtomicBool) {
     let folder = || fs::metadata(domain).map(|folder| (folder.dev(), folder.ino())).ok();
-    let first = folder();
+    // The folder in which the file was seen last.
+    let mut stood_in = folder();
     let mut told = false;
     let (mut signalled_at, mut is_unwritten) = (None, false);
     while !stop.load(Ordering::Relaxed) {
@@ -214,7 +215,12 @@ fn look(domain: &Path, signalled: &AtomicBool, raised: &AtomicBool, stop: &Atomi
         // Where it cannot be seen whether the file is there, it stays as it was. A file that went with its folder was
         // not released by a person: shared memory was removed under the robot.
         let was = raised.load(Ordering::Relaxed);
-        let is = look_for(domain).unwrap_or(was) || (was && folder() != first);
+        let before = folder();
+        let is_there = look_for(domain);
+        let is = is_there.as_ref().map_or(was, |there| *there) || (was && folder() != stood_in);
+        if is_there.unwrap_or(false) && folder() == before {
+            stood_in = before;
+        }
         raised.store(is, Ordering::Relaxed);
         if is != told {
             told = is;
@@ -242,6 +248,15 @@ fn tell(raised_in: Option<&Path>) {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// Ends what waits for it, also where a test fails.
+    struct EndsWith<'a>(&'a AtomicBool);
+
+    impl Drop for EndsWith<'_> {
+        fn drop(&mut self) {
+            self.0.store(true, Ordering::Relaxed);
+        }
+    }
 
     fn until(what: impl Fn() -> bool) {
         while !what() {
@@ -283,10 +298,12 @@ mod tests {
         let stop = AtomicBool::new(false);
         let (signalled, raised) = (AtomicBool::new(true), AtomicBool::new(false));
         thread::scope(|scope| {
+            let _ends = EndsWith(&stop);
             scope.spawn(|| look(&domain, &signalled, &raised, &stop));
             until(|| is_raised(&domain));
             let removed = Domain::emergency_stop(&domain);
-            fs::remove_dir_all(&domain).unwrap();
+            // At once: who raises it may still be at work there.
+            fs::rename(&domain, parent.path().join("removed")).unwrap();
             // Longer than the thread needs to look twice.
             let looks = clock::now() + 10 * EVERY;
             while clock::now() < looks {
@@ -295,7 +312,6 @@ mod tests {
             signalled.store(true, Ordering::Relaxed);
             until(|| removed.exists());
             assert!(raised.load(Ordering::Relaxed));
-            stop.store(true, Ordering::Relaxed);
         });
     }
 
@@ -305,6 +321,7 @@ mod tests {
         fs::write(domain.path().join("supervisor.lock"), "").unwrap();
         let over = AtomicBool::new(false);
         thread::scope(|scope| {
+            let _ends = EndsWith(&over);
             scope.spawn(|| {
                 while !over.load(Ordering::Relaxed) {
                     let said = fs::read_to_string(Domain::emergency_stop(domain.path()));
@@ -316,7 +333,6 @@ mod tests {
                 raise(domain.path(), "another").unwrap();
                 assert!(release(domain.path()).unwrap());
             }
-            over.store(true, Ordering::Relaxed);
         });
         assert_eq!(fs::read_dir(domain.path()).unwrap().count(), 1, "drafts stay");
     }
@@ -344,18 +360,39 @@ mod tests {
         let stop = AtomicBool::new(false);
         let (signalled, raised) = (AtomicBool::new(true), AtomicBool::new(false));
         thread::scope(|scope| {
+            let _ends = EndsWith(&stop);
             scope.spawn(|| look(&domain, &signalled, &raised, &stop));
             let looks = clock::now() + REASON_WITHIN + 10 * EVERY;
             while clock::now() < looks {
                 assert!(raised.load(Ordering::Relaxed) || signalled.load(Ordering::Relaxed));
             }
             fs::remove_file(&domain).unwrap();
-            fs::create_dir(&domain).unwrap();
+            // Whoever raises the stop makes the folder.
             until(|| is_raised(&domain) && !signalled.load(Ordering::Relaxed));
             fs::write(domain.join("supervisor.lock"), "").unwrap();
             assert!(release(&domain).unwrap());
             until(|| !raised.load(Ordering::Relaxed));
-            stop.store(true, Ordering::Relaxed);
+        });
+    }
+
+    #[test]
+    fn a_stop_that_was_raised_anew_in_a_folder_made_anew_is_released() {
+        let parent = tempfile::tempdir().unwrap();
+        let domain = parent.path().join("leo-robot");
+        fs::create_dir(&domain).unwrap();
+        let stop = AtomicBool::new(false);
+        let (signalled, raised) = (AtomicBool::new(true), AtomicBool::new(false));
+        thread::scope(|scope| {
+            let _ends = EndsWith(&stop);
+            scope.spawn(|| look(&domain, &signalled, &raised, &stop));
+            until(|| is_raised(&domain) && !signalled.load(Ordering::Relaxed));
+            // Kept, so that the new one has another number.
+            fs::rename(&domain, parent.path().join("removed")).unwrap();
+            signalled.store(true, Ordering::Relaxed);
+            until(|| is_raised(&domain) && !signalled.load(Ordering::Relaxed));
+            fs::write(domain.join("supervisor.lock"), "").unwrap();
+            assert!(release(&domain).unwrap());
+            until(|| !raised.load(Ordering::Relaxed));
         });
     }
 
@@ -365,6 +402,7 @@ mod tests {
         let domain = parent.path().join("leo-robot");
         let over = AtomicBool::new(false);
         thread::scope(|scope| {
+            let _ends = EndsWith(&over);
             scope.spawn(|| {
                 while !over.load(Ordering::Relaxed) {
                     let _gone_if_empty = fs::remove_dir(&domain);

@@ -1,55 +1,62 @@
 //! Those who are connected: found, awaited, talked to.
 
 use std::cell::RefCell;
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 use std::net::{Ipv4Addr, Ipv6Addr, SocketAddr};
 use std::rc::Rc;
 use std::time::Duration;
 
 use bytes::Bytes;
+use clock::Instant;
 use config::leo::Endpoint as Address;
-use quinn::{Connection, ConnectionError, Endpoint, VarInt};
+use quinn::{Connecting, Connection, ConnectionError, Endpoint, VarInt};
 use rustls::pki_types::UnixTime;
 use tokio::sync::mpsc;
 use tokio::task::JoinSet;
 use tokio::time::{sleep, timeout};
 
-use super::keys::{Keys, has_expired};
+use super::keys::{Keys, accept_bundles, has_expired};
+use super::refusal::KeyFiles;
+use super::verifier::RefusalRecord;
 use super::{Message, OUTGOING, Sort};
+use crate::agreement::Agreement;
+use crate::wire::Pulse;
 
 /// Who cannot be connected to is tried again after so long, and later and later ...
 const AGAIN_FIRST: Duration = Duration::from_millis(250);
 /// ... up to this.
-const AGAIN_MOST: Duration = Duration::from_secs(2);
-/// How many may be connected at once to where this machine is awaited.
-const CONNECTED_MOST: usize = 8;
+pub(super) const AGAIN_MOST: Duration = Duration::from_secs(2);
 /// Larger messages are refused before they are in memory, in bytes.
 const MESSAGE_MOST: u32 = 16 * 1024 * 1024;
 /// How often it is looked whether a certificate has expired.
 const LOOK: Duration = Duration::from_secs(10);
 /// How long those whom one leaves may take to hear so.
 const LEAVE: Duration = Duration::from_millis(200);
-/// How much is said of what goes wrong: strangers fill no journal.
+/// A handshake takes so long at most: some round trips, with losses.
+pub(super) const HANDSHAKE_TIMEOUT: Duration = Duration::from_secs(10);
+/// Messages about what goes wrong, each once within this time: strangers fill no journal.
 const SAID_MOST: usize = 64;
+const SAID_FOR: Duration = Duration::from_secs(3600);
 /// Nothing is wrong.
 const WELL: VarInt = VarInt::from_u32(0);
 /// What came is no message.
 const NONSENSE: VarInt = VarInt::from_u32(1);
 /// The certificate that was shown has expired.
-const EXPIRED: VarInt = VarInt::from_u32(2);
+pub(super) const EXPIRED: VarInt = VarInt::from_u32(2);
 
-type Failed = Box<dyn std::error::Error>;
+pub(super) type Failed = Box<dyn std::error::Error>;
 
 /// Those who are connected.
-struct Peers {
-    keys: Keys,
+pub(super) struct Peers {
+    pub(super) keys: Keys,
+    agreement: Agreement,
     incoming: crossbeam::channel::Sender<Message>,
-    connected: RefCell<BTreeMap<usize, Peer>>,
-    /// What went wrong, and was said.
-    said: RefCell<BTreeSet<String>>,
+    pub(super) connected: RefCell<BTreeMap<usize, Peer>>,
+    /// What went wrong, and when it was said.
+    said: RefCell<BTreeMap<String, Instant>>,
 }
 
-struct Peer {
+pub(super) struct Peer {
     connection: Connection,
     endpoint: Endpoint,
     bundles: mpsc::Sender<Bytes>,
@@ -58,12 +65,14 @@ struct Peer {
 /// Carries messages until nobody sends any more.
 pub(super) async fn carry(
     keys: Keys,
+    agreement: Agreement,
     listen: Vec<Address>,
     connect: Vec<Address>,
     incoming: crossbeam::channel::Sender<Message>,
     mut outgoing: mpsc::Receiver<(Sort, Vec<u8>)>,
 ) {
-    let peers = Rc::new(Peers { keys, incoming, connected: RefCell::default(), said: RefCell::default() });
+    let (connected, said) = (RefCell::default(), RefCell::default());
+    let peers = Rc::new(Peers { keys, agreement, incoming, connected, said });
     let mut tasks = JoinSet::new();
     for address in listen {
         let peers = Rc::clone(&peers);
@@ -103,80 +112,58 @@ impl Peers {
         }
     }
 
-    /// Lets in who comes, for ever.
-    async fn listen(self: Rc<Self>, address: &Address) {
-        loop {
-            if let Err(error) = Rc::clone(&self).let_in(address).await {
-                self.warn(format!("the link cannot be connected to at {}: {error}", address.as_str()));
-            }
-            sleep(AGAIN_MOST).await;
-        }
-    }
-
-    async fn let_in(self: Rc<Self>, address: &Address) -> Result<(), Failed> {
-        let at = found(address).await?.into_iter().next().ok_or("the name has no address")?;
-        let endpoint = Endpoint::server(self.keys.server.clone(), at)?;
-        let mut guests = JoinSet::new();
-        while let Some(comes) = endpoint.accept().await {
-            while guests.try_join_next().is_some() {}
-            if self.connected.borrow().len() >= CONNECTED_MOST {
-                comes.refuse();
-                continue;
-            }
-            let (peers, endpoint) = (Rc::clone(&self), endpoint.clone());
-            guests.spawn_local(async move {
-                let from = comes.remote_address().ip();
-                let Ok(comes) = comes.accept() else { return };
-                match comes.await {
-                    Ok(connection) => peers.talk(endpoint, connection).await,
-                    Err(error) => {
-                        peers.warn(format!("somebody at {from} is not let in to the link: {error}"));
-                    }
-                }
-            });
-        }
-        Ok(())
-    }
-
     /// Connects, and connects again, for ever.
     async fn look_for(self: Rc<Self>, address: &Address) {
         let mut again_after = AGAIN_FIRST;
         loop {
             match self.reach(address).await {
-                Ok((endpoint, connection)) => {
-                    self.talk(endpoint, connection).await;
+                Ok((endpoint, connection, record)) => {
+                    self.talk(address.as_str(), endpoint, connection, &record).await;
                     again_after = AGAIN_FIRST;
                 }
-                Err(error) => self.warn(format!("the link does not reach {}: {error}", address.as_str())),
+                Err(error) => self.warn(error),
             }
             sleep(again_after).await;
             again_after = (again_after * 2).min(AGAIN_MOST);
         }
     }
 
-    /// Connects to the first address of a name that answers.
-    async fn reach(&self, address: &Address) -> Result<(Endpoint, Connection), Failed> {
-        let mut failed: Failed = "the name has no address".into();
-        for at in found(address).await? {
-            match self.connect(address, at).await {
-                Ok(reached) => return Ok(reached),
-                Err(error) => failed = error,
+    /// Connects to the first address of a name that answers; else why the last one did not.
+    async fn reach(&self, address: &Address) -> Result<(Endpoint, Connection, RefusalRecord), String> {
+        let fails = |error: Failed| format!("no connection with {}: {error}", address.as_str());
+        let mut failed = fails("the name has no address".into());
+        for at in found(address).await.map_err(fails)? {
+            let (endpoint, connecting, record) = self.connect(address, at).map_err(fails)?;
+            match timeout(HANDSHAKE_TIMEOUT, connecting).await {
+                Ok(Ok(connection)) => return Ok((endpoint, connection, record)),
+                Ok(Err(ended)) => failed = self.keys.files.explain(address.as_str(), &record, &ended),
+                Err(_elapsed) => failed = handshake_timed_out(address.as_str()),
             }
         }
         Err(failed)
     }
 
-    async fn connect(&self, address: &Address, at: SocketAddr) -> Result<(Endpoint, Connection), Failed> {
+    fn connect(
+        &self,
+        address: &Address,
+        at: SocketAddr,
+    ) -> Result<(Endpoint, Connecting, RefusalRecord), Failed> {
         let from: SocketAddr =
             if at.is_ipv4() { (Ipv4Addr::UNSPECIFIED, 0).into() } else { (Ipv6Addr::UNSPECIFIED, 0).into() };
         let endpoint = Endpoint::client(from)?;
-        let connecting = endpoint.connect_with(self.keys.client.clone(), at, address.host())?;
-        let connection = connecting.await?;
-        Ok((endpoint, connection))
+        let (config, record) = self.keys.for_outgoing()?;
+        let connecting = endpoint.connect_with(config, at, address.host())?;
+        Ok((endpoint, connecting, record))
     }
 
-    /// Talks to somebody until one of both has enough, or nothing is heard any more.
-    async fn talk(&self, endpoint: Endpoint, connection: Connection) {
+    /// Talks to a machine until one of both has enough, or nothing is heard any more.
+    pub(super) async fn talk(
+        &self,
+        peer: &str,
+        endpoint: Endpoint,
+        connection: Connection,
+        record: &RefusalRecord,
+    ) {
         let (bundles, waiting) = mpsc::channel(OUTGOING);
         let number = connection.stable_id();
         self.connected
@@ -190,13 +177,18 @@ impl Peers {
         };
         self.connected.borrow_mut().remove(&number);
         connection.close(why, b"");
-        let (there, error) = (connection.remote_address().ip(), said.err().map(|error| error.to_string()));
         match connection.close_reason() {
-            // Who connects hears of what is wrong with his own certificate only when he is connected.
-            Some(ConnectionError::ConnectionClosed(alert)) => {
-                self.warn(format!("the link is sent away by {there}: {alert}"));
+            // What is wrong with the certificate of who connects is said to it only when it is connected.
+            Some(ended @ (ConnectionError::ConnectionClosed(_) | ConnectionError::ApplicationClosed(_)))
+                if KeyFiles::is_refusal(&ended) =>
+            {
+                self.warn(self.keys.files.explain(peer, record, &ended));
             }
-            _ => tracing::debug!(%there, error, "a connection of the link ended"),
+            _ if why == EXPIRED => self.warn(KeyFiles::expired(peer)),
+            _ => {
+                let error = said.err().map(|error| error.to_string());
+                tracing::debug!(peer, error, "a connection of the link ended");
+            }
         }
     }
 
@@ -216,8 +208,14 @@ impl Peers {
     }
 
     async fn hear_pulses(&self, connection: &Connection) -> Result<(), Failed> {
+        let mut is_open = false;
         loop {
             let bytes = connection.read_datagram().await?;
+            // Only pulses are taken before one has shown that the other machine means the same.
+            if !is_open && Pulse::of_bytes(&bytes, self.agreement).is_ok() {
+                accept_bundles(connection);
+                is_open = true;
+            }
             self.heard(Sort::Pulse, bytes.into());
         }
     }
@@ -227,18 +225,24 @@ impl Peers {
         let _lost = self.incoming.try_send(Message { sort, at: clock::now(), bytes });
     }
 
-    /// Says what is wrong, once.
-    fn warn(&self, what: String) {
+    /// Says what is wrong, and the same once in a while.
+    pub(super) fn warn(&self, what: String) {
+        let now = clock::now();
         let mut said = self.said.borrow_mut();
-        if said.len() < SAID_MOST && !said.contains(&what) {
+        said.retain(|_, at| now.since(*at) < SAID_FOR);
+        if said.len() < SAID_MOST && !said.contains_key(&what) {
             tracing::warn!("{what}");
-            said.insert(what);
+            said.insert(what, now);
         }
     }
 }
 
+pub(super) fn handshake_timed_out(peer: &str) -> String {
+    format!("no connection with {peer}: the handshake took longer than {} s", HANDSHAKE_TIMEOUT.as_secs())
+}
+
 /// The addresses of a name, as they are now.
-async fn found(address: &Address) -> Result<Vec<SocketAddr>, Failed> {
+pub(super) async fn found(address: &Address) -> Result<Vec<SocketAddr>, Failed> {
     Ok(tokio::net::lookup_host(address.host_and_port()).await?.collect())
 }
 

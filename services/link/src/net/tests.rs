@@ -8,6 +8,7 @@ use tokio::time::timeout;
 
 use self::certificates::{client, everybody_or_skip, free_port, within};
 use super::*;
+use crate::wire::Pulse;
 
 pub(super) mod certificates;
 
@@ -37,15 +38,26 @@ impl Pair {
     fn robot(&self) -> Net {
         let mut link = self.link(Side::Robot, "robot");
         link.listen = vec![format!("quic/127.0.0.1:{}", self.port).try_into().unwrap()];
-        Net::start(&link).unwrap()
+        Net::start(&link, agreement()).unwrap()
     }
 
     fn away(&self, change: impl FnOnce(&mut Link)) -> Net {
         let mut link = self.link(Side::Away, "away");
         link.connect = vec![format!("quic/localhost:{}", self.port).try_into().unwrap()];
         change(&mut link);
-        Net::start(&link).unwrap()
+        Net::start(&link, agreement()).unwrap()
     }
+}
+
+pub(super) fn agreement() -> Agreement {
+    Agreement::of(&Robot::load(None).unwrap(), 2)
+}
+
+/// A pulse of this life, as bytes.
+fn pulse(life: u64) -> Vec<u8> {
+    let pulse =
+        Pulse { life, sent_ns: 0, asked_ns: 0, heard_ns: 0, of_life: 0, newest: 0, wanted: 0, joined: 0 };
+    pulse.to_bytes(agreement())
 }
 
 fn wait<T>(mut what: impl FnMut() -> Option<T>) -> T {
@@ -71,8 +83,9 @@ fn greet(from: &Net, to: &Net, word: &[u8]) -> Message {
 fn bundles_come_whole_and_in_order_both_ways_and_pulses_beside_them() {
     let Some(pair) = Pair::or_skip() else { return };
     let (robot, away) = (pair.robot(), pair.away(|_| {}));
+    greet(&robot, &away, &pulse(1));
     for (from, to) in [(&away, &robot), (&robot, &away)] {
-        assert_eq!(greet(from, to, b"hello").sort, Sort::Pulse);
+        assert_eq!(greet(from, to, &pulse(1)).sort, Sort::Pulse);
         // Larger than what is under way at once.
         let bundle = |number: u8| vec![number; 300_000 + usize::from(number)];
         let mut next = 0;
@@ -120,6 +133,50 @@ fn who_leaves_says_so() {
         drop(robot);
         let ended = connection.closed().await;
         assert!(matches!(ended, ConnectionError::ApplicationClosed(_)), "{ended}");
+    });
+}
+
+#[test]
+fn before_the_other_machine_is_known_to_mean_the_same_nothing_but_pulses_is_taken_from_it() {
+    let Some(pair) = Pair::or_skip() else { return };
+    let robot = pair.robot();
+    within(async {
+        let endpoint = client(pair.keys.path(), Some("away"));
+        let at = (Ipv4Addr::LOCALHOST, pair.port).into();
+        let connection = endpoint.connect(at, "localhost").unwrap().await.unwrap();
+        let say = |bytes: Vec<u8>| connection.send_datagram(bytes.into()).unwrap();
+        let is_heard = |bytes: &[u8]| std::iter::from_fn(|| robot.receive()).any(|came| came.bytes == bytes);
+        let strange = {
+            let other = Agreement { layouts: !agreement().layouts, ..agreement() };
+            let numbers = pulse(1).len();
+            let mut bytes = other.numbers().map(u64::to_le_bytes).concat();
+            bytes.splice(..0, pulse(1)[..8].iter().copied());
+            bytes.resize(numbers, 0);
+            bytes
+        };
+        let mut stream = Box::pin(connection.open_uni());
+        for word in [b"hello".to_vec(), strange] {
+            while !is_heard(&word) {
+                say(word.clone());
+                let opened = timeout(Duration::from_millis(20), &mut stream).await;
+                assert!(opened.is_err(), "a stream is open before that");
+            }
+        }
+        let opened = loop {
+            say(pulse(1));
+            if let Ok(opened) = timeout(Duration::from_millis(20), &mut stream).await {
+                break opened;
+            }
+        };
+        let bundle = b"more";
+        let mut stream = opened.unwrap();
+        stream.write_all(&[&4_u32.to_le_bytes()[..], bundle].concat()).await.unwrap();
+        while !is_heard(bundle) {
+            tokio::time::sleep(Duration::from_millis(2)).await;
+        }
+        // And one stream is all.
+        let second = timeout(Duration::from_millis(200), connection.open_uni()).await;
+        assert!(second.is_err(), "a second stream is open");
     });
 }
 

@@ -185,6 +185,20 @@ fn who_is_heard_stays_the_other_machine_until_it_is_silent() {
 }
 
 #[test]
+fn a_machine_that_says_its_way_takes_hours_is_not_there_after_seconds_of_silence() {
+    const HOUR_MS: u64 = 60 * 60 * 1000;
+    let mut robot = Talk::new(11, &[], clock_of(0, 0));
+    let heard_at = clock_of(HOUR_MS, 0);
+    // It answers what was asked an hour ago, as it says.
+    robot.hear_pulse(heard_at, &Pulse { asked_ns: 1, heard_ns: 1, ..pulse_of(22) });
+    assert!(robot.round_trip > Duration::from_secs(3000), "{:?}", robot.round_trip);
+    robot.listen(heard_at + SILENT_MOST);
+    assert!(robot.is_heard());
+    robot.listen(heard_at + SILENT_MOST + Duration::from_millis(1));
+    assert!(!robot.is_heard());
+}
+
+#[test]
 fn a_link_that_starts_anew_on_the_other_machine_is_no_second_one() {
     let mut robot = Talk::new(11, &[], clock_of(0, 0));
     robot.hear_pulse(clock_of(0, 0), &pulse_of(22));

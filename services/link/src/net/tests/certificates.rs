@@ -19,6 +19,7 @@ use tokio::task::JoinSet;
 use tokio::time::timeout;
 
 use crate::net::keys::protocol;
+use crate::net::tests::agreement;
 use crate::net::{Net, Sort};
 
 /// A certificate that somebody shows.
@@ -187,7 +188,9 @@ fn a_machine_is_believed_whose_certificate_the_authority_meant_for_it_and_no_oth
     within(async {
         let servers = SHOWN.map(|shown| (shown, server(folder, shown.file)));
         let everywhere = servers.iter().map(|(_, (_, port))| format!("quic/localhost:{port}")).collect();
-        let net = Net::start(&link(folder, &format!("quic/127.0.0.1:{}", free_port()), everywhere)).unwrap();
+        let net =
+            Net::start(&link(folder, &format!("quic/127.0.0.1:{}", free_port()), everywhere), agreement())
+                .unwrap();
         let mut comers = JoinSet::new();
         for (shown, (endpoint, _)) in servers {
             comers.spawn(async move {
@@ -211,7 +214,7 @@ fn a_certificate_lets_in_whom_the_authority_meant_it_for_and_nobody_else() {
     let Some(keys) = everybody_or_skip() else { return };
     let folder = keys.path();
     let at = SocketAddr::from((Ipv4Addr::LOCALHOST, free_port()));
-    let net = Net::start(&link(folder, &format!("quic/{at}"), Vec::new())).unwrap();
+    let net = Net::start(&link(folder, &format!("quic/{at}"), Vec::new()), agreement()).unwrap();
     within(async {
         let mut comers = JoinSet::new();
         let all = SHOWN.iter().map(|shown| Some(*shown)).chain([None]);

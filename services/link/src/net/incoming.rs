@@ -1,0 +1,126 @@
+//! Incoming connections: first the address is proven, then the certificate is verified, then messages are exchanged.
+
+use std::rc::Rc;
+use std::time::Duration;
+
+use config::leo::Endpoint as Address;
+use quinn::{Connecting, ConnectionError, Endpoint, Incoming, VarInt};
+use tokio::task::JoinSet;
+use tokio::time::{sleep, timeout};
+
+use super::handshakes::{HandshakeSlot, HandshakeSlots, MAX_CONNECTIONS};
+use super::peers::{AGAIN_MOST, Failed, HANDSHAKE_TIMEOUT, Peers, found, handshake_timed_out};
+use super::verifier::RefusalRecord;
+
+/// Connections at most whose certificate is verified.
+const CONNECTED_MOST: usize = 8;
+/// QUIC keeps a closed connection for three probe time-outs (RFC 9000, 10.2): for so long where no round trip was seen.
+const CLOSING: Duration = Duration::from_secs(1);
+/// The code of a connection that is closed because there are as many as may be.
+const FULL: VarInt = VarInt::from_u32(3);
+
+impl Peers {
+    /// Accepts connections, for ever.
+    pub(super) async fn listen(self: Rc<Self>, address: &Address) {
+        loop {
+            if let Err(error) = Rc::clone(&self).let_in(address).await {
+                self.warn(format!("the link cannot be connected to at {}: {error}", address.as_str()));
+            }
+            sleep(AGAIN_MOST).await;
+        }
+    }
+
+    async fn let_in(self: Rc<Self>, address: &Address) -> Result<(), Failed> {
+        let at = found(address).await?.into_iter().next().ok_or("the name has no address")?;
+        let endpoint = Endpoint::server(self.keys.server.clone(), at)?;
+        let slots = HandshakeSlots::default();
+        let mut tasks = JoinSet::new();
+        while let Some(incoming) = endpoint.accept().await {
+            while tasks.try_join_next().is_some() {}
+            if let Some((connecting, record, slot)) = self.begin_handshake(&endpoint, &slots, incoming) {
+                let (peers, endpoint) = (Rc::clone(&self), endpoint.clone());
+                tasks
+                    .spawn_local(async move { peers.authenticate(endpoint, connecting, record, slot).await });
+            }
+        }
+        Ok(())
+    }
+
+    /// Begins the handshake with a machine whose address is proven, where there is a slot for it.
+    ///
+    /// An address that is not proven is answered by Retry (RFC 9000, 8.1.2): a packet smaller than the first one. Nothing
+    /// is kept and nothing is signed for it.
+    fn begin_handshake(
+        &self,
+        endpoint: &Endpoint,
+        slots: &HandshakeSlots,
+        incoming: Incoming,
+    ) -> Option<(Connecting, RefusalRecord, HandshakeSlot)> {
+        if !incoming.remote_address_validated() {
+            // An incoming connection that Retry cannot answer is refused when it is dropped.
+            let _refused = incoming.retry();
+            return None;
+        }
+        if self.connected.borrow().len() >= CONNECTED_MOST {
+            incoming.refuse();
+            return None;
+        }
+        let is_full = endpoint.open_connections() >= MAX_CONNECTIONS;
+        let slot = if is_full { None } else { slots.take(clock::now(), incoming.remote_address().ip()) };
+        let Some(slot) = slot else {
+            // The peer repeats its packet, and may find a slot then.
+            incoming.ignore();
+            return None;
+        };
+        let (config, record) = match self.keys.for_incoming() {
+            Ok(made) => made,
+            Err(error) => {
+                self.warn(format!("the link accepts no connection: {error}"));
+                return None;
+            }
+        };
+        let from = incoming.remote_address().ip().to_string();
+        match incoming.accept_with(config) {
+            Ok(connecting) => Some((connecting, record, slot)),
+            Err(ended) => {
+                self.warn(self.keys.files.explain(&from, &record, &ended));
+                None
+            }
+        }
+    }
+
+    /// Waits until the certificate of a peer is verified, and exchanges messages with it then.
+    async fn authenticate(
+        &self,
+        endpoint: Endpoint,
+        connecting: Connecting,
+        record: RefusalRecord,
+        slot: HandshakeSlot,
+    ) {
+        let from = connecting.remote_address().ip().to_string();
+        let ended = tokio::select! {
+            ended = timeout(HANDSHAKE_TIMEOUT, connecting) => ended,
+            () = slot.evicted() => Ok(Err(ConnectionError::LocallyClosed)),
+        };
+        match ended {
+            Ok(Ok(connection)) => {
+                drop(slot);
+                if self.connected.borrow().len() < CONNECTED_MOST {
+                    self.talk(&from, endpoint, connection, &record).await;
+                } else {
+                    connection.close(FULL, b"");
+                }
+                return;
+            }
+            Ok(Err(ConnectionError::LocallyClosed)) => {
+                tracing::debug!(from, "an unfinished handshake of the link made way for a newer one");
+            }
+            Ok(Err(ended)) => self.warn(self.keys.files.explain(&from, &record, &ended)),
+            Err(_elapsed) => self.warn(handshake_timed_out(&from)),
+        }
+        // QUIC keeps a connection that failed for so long, to answer late packets. It takes its slot until then.
+        slot.close();
+        sleep(CLOSING).await;
+        drop(slot);
+    }
+}

@@ -1,0 +1,291 @@
+//! Whatever bytes come from the network: what one end of the link promises of them holds. Shared by a property test
+//! and a fuzz target.
+#![expect(clippy::expect_used, clippy::indexing_slicing, reason = "helpers of tests may fail them")]
+
+use std::sync::Arc;
+
+use clock::{Duration, Instant};
+use link_process::{Agreement, Bundle, Came, Frame, Instants, Pulse, Stream, Talk};
+
+/// The life of this end.
+const LIFE: u64 = 7;
+/// The clock of the other machine less this one's, where it says what is so.
+const AHEAD_NS: u64 = 3_000_000_000;
+/// After so long without a message the other machine is not there, whatever it said.
+const MAX_SILENCE: Duration = Duration::from_secs(10);
+/// Frames of a bundle at most.
+const MAX_FRAMES: usize = 1024;
+
+/// Numbers out of bytes; zeros when there are none left.
+struct Bytes<'a>(&'a [u8]);
+
+impl<'a> Bytes<'a> {
+    fn some(&mut self, count: usize) -> &'a [u8] {
+        let (now, later) = self.0.split_at(count.min(self.0.len()));
+        self.0 = later;
+        now
+    }
+
+    fn take<const N: usize>(&mut self) -> [u8; N] {
+        let mut taken = [0; N];
+        let some = self.some(N);
+        taken[..some.len()].copy_from_slice(some);
+        taken
+    }
+
+    fn byte(&mut self) -> u8 {
+        self.take::<1>()[0]
+    }
+
+    /// Mostly a small number, else one at the end of the range, or any.
+    fn number(&mut self) -> u64 {
+        match self.byte() {
+            0..=199 => u64::from(self.byte()),
+            200..=227 => u64::MAX - u64::from(self.byte()),
+            228.. => u64::from_le_bytes(self.take()),
+        }
+    }
+
+    /// Mostly an instant near `now`, else any number.
+    fn instant(&mut self, now: Instant) -> u64 {
+        match self.byte() {
+            0..=199 => now.as_nanos().saturating_sub(u64::from(self.byte()) * 1_000_000),
+            200.. => self.number(),
+        }
+    }
+
+    fn stream(&mut self) -> Stream {
+        loop {
+            let (code, number) = (u32::from(self.byte() % 10), u32::from(self.byte() % 4));
+            let number = if matches!(code, 1 | 2) { number } else { 0 };
+            if let Some(stream) = Stream::of_code(code, number) {
+                return stream;
+            }
+        }
+    }
+
+    fn frame(&mut self) -> Frame {
+        let stream = self.stream();
+        let length = usize::from(self.byte() / 4);
+        Frame { stream, bytes: self.some(length).into() }
+    }
+
+    /// Mostly the same one.
+    fn life(&mut self) -> u64 {
+        match self.byte() {
+            0..=229 => 1,
+            230..=250 => 2,
+            251.. => self.number(),
+        }
+    }
+
+    /// Mostly one whose instants fit each other: the clock of the other machine is ahead.
+    fn pulse(&mut self, now: Instant) -> Pulse {
+        let mut pulse = Pulse {
+            life: self.life(),
+            sent_ns: now.as_nanos() + AHEAD_NS,
+            asked_ns: now.as_nanos() - u64::from(self.byte()) * 1_000_000,
+            heard_ns: now.as_nanos() + AHEAD_NS,
+            of_life: LIFE,
+            newest: u64::from(self.byte()),
+            wanted: u64::from(self.byte()),
+            joined: u64::from(self.byte() % 4),
+        };
+        if self.byte() >= 128 {
+            pulse.sent_ns = self.instant(now);
+            pulse.asked_ns = self.instant(now);
+            pulse.heard_ns = self.instant(now);
+            (pulse.of_life, pulse.newest, pulse.wanted) = (self.number(), self.number(), self.number());
+            pulse.joined = self.number();
+        }
+        pulse
+    }
+
+    /// Mostly the next one of its life.
+    fn bundle(&mut self, now: Instant, next: u64) -> Bundle {
+        let frames: Vec<Frame> = (0..self.byte() % 4).map(|_| self.frame()).collect();
+        let numbered = usize::from(self.byte() % 4).min(frames.len());
+        let (life, step) = (self.life(), u64::from(self.byte() % 3));
+        let oldest = u64::from(self.byte() % 4);
+        let mut bundle = Bundle {
+            life,
+            number: next.saturating_add(step),
+            sent_ns: now.as_nanos() + AHEAD_NS,
+            oldest,
+            first: oldest + u64::from(self.byte() % 3),
+            numbered,
+            frames,
+        };
+        if self.byte() >= 160 {
+            (bundle.number, bundle.sent_ns) = (self.number(), self.instant(now));
+            (bundle.oldest, bundle.first) = (self.number(), self.number());
+        }
+        bundle
+    }
+}
+
+/// How much of what a script says was understood.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Seen {
+    /// Messages that are none.
+    pub refused: usize,
+    /// Pulses and bundles that are some.
+    pub understood: usize,
+    /// Frames that would be published.
+    pub frames: usize,
+    /// Bundles of this end.
+    pub sent: usize,
+}
+
+struct End {
+    talk: Talk,
+    agreement: Agreement,
+    now: Instant,
+    /// The life of the other machine whose bundles come, and what this end told it has of them: the newest, and the
+    /// frame that is wanted next.
+    life: u64,
+    told: (u64, u64),
+    /// When a message was understood last.
+    heard_at: Instant,
+    /// The number of the bundle that is to come next, and of the newest that was sent.
+    next: u64,
+    sent: u64,
+    seen: Seen,
+}
+
+/// Plays a script of what comes and what passes to one end of the link.
+pub(crate) fn play(script: &[u8]) -> Seen {
+    let mut script = Bytes(script);
+    let mine = [Stream::JointStates, Stream::Beliefs(0), Stream::Beliefs(1), Stream::Events];
+    let now = Instant::from_nanos(5_000_000_000);
+    let mut end = End {
+        talk: Talk::new(LIFE, &mine, now),
+        agreement: Agreement {
+            version: 1,
+            layouts: 2,
+            joints: 3,
+            percepts: 4,
+            perspectives: 5,
+            off_board: 6,
+        },
+        now,
+        life: 0,
+        told: (0, 0),
+        heard_at: now,
+        next: 1,
+        sent: 0,
+        seen: Seen::default(),
+    };
+    let head =
+        Pulse { life: 0, sent_ns: 0, asked_ns: 0, heard_ns: 0, of_life: 0, newest: 0, wanted: 0, joined: 0 };
+    let head = head.to_bytes(end.agreement);
+    // What every message begins with: the language and the agreement.
+    let head = &head[..head.len() - 8 * 8];
+    while !script.0.is_empty() {
+        match script.byte() % 10 {
+            0 => end.now += Duration::from_millis(u64::from(script.byte())),
+            1 => end.now += Duration::from_millis(u64::from(script.byte() % 24) * 100),
+            2 => {
+                let length = usize::from(script.byte() / 4);
+                end.hear(script.some(length));
+            }
+            3 => {
+                let length = usize::from(script.byte() / 2);
+                end.hear(&[head, script.some(length)].concat());
+            }
+            4 | 5 => {
+                let pulse = script.pulse(end.now).to_bytes(end.agreement);
+                end.hear(&pulse);
+            }
+            6 | 7 => {
+                let bundle = script.bundle(end.now, end.next);
+                end.next = bundle.number.saturating_add(1);
+                end.hear(&bundle.to_bytes(end.agreement));
+            }
+            8 => {
+                let (stream, place) = (mine[usize::from(script.byte() % 4)], (1, script.number()));
+                let length = usize::from(script.byte() / 8);
+                end.talk.push(end.now, stream, place, script.some(length).into());
+            }
+            _ => end.cycle(),
+        }
+    }
+    end.seen
+}
+
+impl End {
+    /// What came, as a pulse and as a bundle: one of both at most understands it.
+    fn hear(&mut self, bytes: &[u8]) {
+        let pulse = Pulse::of_bytes(bytes, self.agreement);
+        let bundle = Bundle::of_bytes(bytes, self.agreement);
+        if pulse.is_err() && bundle.is_err() {
+            self.seen.refused += 1;
+        } else {
+            self.heard_at = self.now;
+        }
+        if let Ok(pulse) = pulse {
+            self.seen.understood += 1;
+            assert_eq!(pulse.to_bytes(self.agreement), bytes, "a pulse is its bytes");
+            self.talk.hear_pulse(self.now, &pulse);
+            let _told_once = self.talk.take_newcomers();
+        }
+        if let Ok(bundle) = bundle {
+            self.seen.understood += 1;
+            assert_eq!(bundle.to_bytes(self.agreement), bytes, "a bundle is its bytes");
+            let (frames, numbered, life) = (bundle.frames.clone(), bundle.numbered, bundle.life);
+            if let Some(came) = self.talk.hear_bundle(self.now, bundle) {
+                if came.way.is_some() && std::mem::replace(&mut self.life, life) != life {
+                    // What came of a life counts until another one is heard.
+                    self.told = (0, 0);
+                }
+                self.publish(&came, &frames, numbered);
+            }
+        }
+    }
+
+    /// What is published is of the bundle, at most once each, and in its order.
+    fn publish(&mut self, came: &Came, frames: &[Frame], numbered: usize) {
+        let Came { new, way } = came;
+        if new.said.is_empty() && new.newest.is_empty() {
+            return;
+        }
+        let (_delay, ahead_ns) = way.expect("nothing is published before the clocks are known");
+        let (newest, said) = frames.split_at(frames.len() - numbered);
+        assert_eq!(new.newest, newest);
+        assert!(said.windows(new.said.len().max(1)).any(|some| some == new.said) || new.said.is_empty());
+        for frame in new.said.iter().chain(&new.newest) {
+            self.seen.frames += 1;
+            let mut bytes = frame.bytes.to_vec();
+            let instants = Instants::of(frame.stream);
+            instants.shift(&mut bytes, ahead_ns);
+            assert_eq!(bytes.len(), frame.bytes.len());
+            let [head, entry] = frame.stream.kinds();
+            let rest = bytes.len().checked_sub(head.size());
+            let rest = rest.filter(|rest| rest.is_multiple_of(entry.size()));
+            assert_eq!(instants.entries(bytes.len()), rest.map(|rest| rest / entry.size()));
+        }
+    }
+
+    /// What this end says in a cycle: as another end understands it.
+    fn cycle(&mut self) {
+        self.talk.listen(self.now);
+        assert!(!self.talk.is_heard() || self.now.since(self.heard_at) <= MAX_SILENCE, "nothing is heard");
+        if let Some(pulse) = self.talk.pulse(self.now) {
+            assert_eq!(Pulse::of_bytes(&pulse.to_bytes(self.agreement), self.agreement), Ok(pulse));
+            assert_eq!(pulse.life, LIFE);
+            // Of one life, what came is never taken back.
+            let (newest, wanted) = self.told;
+            assert_eq!(pulse.of_life, self.life);
+            assert!(pulse.newest >= newest && pulse.wanted >= wanted, "{pulse:?}: {newest}, {wanted} before");
+            self.told = (pulse.newest, pulse.wanted);
+        }
+        if let Some(bundle) = self.talk.bundle(self.now) {
+            assert!(self.talk.is_heard(), "nothing is sent to nobody");
+            self.seen.sent += 1;
+            self.sent += 1;
+            assert!(bundle.number == self.sent && bundle.frames.len() <= MAX_FRAMES);
+            let bytes: Arc<[u8]> = bundle.to_bytes(self.agreement).into();
+            assert_eq!(Bundle::of_bytes(&bytes, self.agreement), Ok(bundle));
+        }
+    }
+}
