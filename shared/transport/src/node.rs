@@ -92,7 +92,7 @@ impl Node {
     }
 
     fn writers(&self, owner: Option<Process>) -> Writers {
-        Writers::new(self.listed.clone().zip(owner))
+        Writers::new(self.listed.clone(), owner)
     }
 
     /// Opens the writing end of a topic for frames of up to `capacity` entries.

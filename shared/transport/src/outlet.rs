@@ -69,9 +69,12 @@ impl<T: Topic> Outlet<T> {
             // Only without overflow is a queue ever full.
             .set_backpressure_handler(|_| BackpressureAction::DiscardDataAndFail)
             .create()
-            .map_err(|error| match error {
-                PublisherCreateError::ExceedsMaxSupportedPublishers => PortError::taken(&topic, &publishers),
-                error => failed(&error),
+            .map_err(|error| {
+                if error == PublisherCreateError::ExceedsMaxSupportedPublishers {
+                    PortError::taken(&topic, &publishers)
+                } else {
+                    failed(&error)
+                }
             })?;
         let bell = bell_service::<T>(node, (&topic, number), purpose)?
             .notifier_builder()

@@ -9,7 +9,7 @@ use message::{Process, Roster};
 
 use crate::RosterReader;
 
-/// Processes whose refusal a reader tells; the frames of further ones are only counted.
+/// Processes that a reader tells of; the frames of further ones are only counted.
 const TOLD: usize = 8;
 
 /// What the readers of one node refused because the roster does not name its writer.
@@ -49,9 +49,11 @@ impl fmt::Debug for Listed {
 
 /// The publishers of one topic, as one of its readers knows them.
 pub(crate) struct Writers {
-    /// The roster and whose topic it is; `None` where everybody may publish.
-    listed: Option<(Rc<Listed>, Process)>,
-    /// The publisher whose frames are taken: its identifier is new in every life.
+    /// The supervisor's roster; without one, everybody may publish.
+    listed: Option<Rc<Listed>>,
+    /// Whose topic it is. A source has no owner: everybody may publish there.
+    owner: Option<Process>,
+    /// The publisher whose frames were taken last: its identifier is new in every life.
     accepted: u128,
     /// The processes that were told.
     told: [u32; TOLD],
@@ -59,8 +61,8 @@ pub(crate) struct Writers {
 }
 
 impl Writers {
-    pub(crate) fn new(listed: Option<(Rc<Listed>, Process)>) -> Self {
-        Self { listed, accepted: 0, told: [0; TOLD], told_count: 0 }
+    pub(crate) fn new(listed: Option<Rc<Listed>>, owner: Option<Process>) -> Self {
+        Self { listed, owner, accepted: 0, told: [0; TOLD], told_count: 0 }
     }
 
     /// Whether the frames of a publisher are taken. No system call, no lock, no allocation; one comparison while the
@@ -72,30 +74,39 @@ impl Writers {
 
     #[cold]
     fn judge(&mut self, publisher: u128, topic: &str) -> bool {
-        let Some((listed, owner)) = &self.listed else { return true };
-        let (pid, made_at_ns) = identity(publisher);
-        if listed.roster().may_publish(*owner, pid, made_at_ns) {
+        let Some(listed) = &self.listed else {
             self.accepted = publisher;
+            return true;
+        };
+        let (pid, made_at_ns) = identity(publisher);
+        let may_publish = self.owner.is_none_or(|owner| listed.roster().may_publish(owner, pid, made_at_ns));
+        if may_publish {
+            self.accepted = publisher;
+            if self.owner.is_none() && self.is_new(pid) {
+                tracing::info!("process {pid} publishes on `{topic}`");
+            }
             return true;
         }
         let frames = listed.unlisted.get().frames.saturating_add(1);
         listed.unlisted.set(Unlisted { frames, pid });
-        self.tell(pid, topic);
+        if self.is_new(pid) {
+            tracing::error!(
+                "process {pid} publishes on `{topic}`, and the supervisor's roster does not name it: its frames are \
+                 refused and counted; end that process"
+            );
+        }
         false
     }
 
-    /// Tells of each process once.
-    fn tell(&mut self, pid: u32, topic: &str) {
+    /// Whether a process is to be told of: each is once.
+    fn is_new(&mut self, pid: u32) -> bool {
         if self.told.iter().take(self.told_count).any(|told| *told == pid) {
-            return;
+            return false;
         }
-        let Some(slot) = self.told.get_mut(self.told_count) else { return };
+        let Some(slot) = self.told.get_mut(self.told_count) else { return false };
         *slot = pid;
         self.told_count += 1;
-        tracing::error!(
-            "process {pid} publishes on `{topic}`, and the supervisor's roster does not name it: its frames are refused \
-             and counted; end that process"
-        );
+        true
     }
 }
 

@@ -80,7 +80,7 @@ fn check(domain: &Domain) {
     let mut taken = 0;
     let allocations = testkit::allocations_in(|| {
         while inlet.receive().expect("works").is_some() {
-            taken += 1
+            taken += 1;
         }
     });
     assert_eq!((allocations, taken, reader.unlisted().frames), (0, 3, 6));

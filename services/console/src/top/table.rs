@@ -175,7 +175,8 @@ mod tests {
 
     #[test]
     fn a_process_says_whose_frames_it_refused() {
-        let health = Health { unlisted_frames: 3, unlisted_pid: 77, ..Health::default() };
+        let mut health = Health::default();
+        (health.unlisted_frames, health.unlisted_pid) = (3, 77);
         let processes = [(Process::Motor, health)].into();
         let rows = rows(&Readings { processes, ..Readings::default() }, &[].into());
         let line = words(table(&rows).lines().last().unwrap());
