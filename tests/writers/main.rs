@@ -1,5 +1,5 @@
 //! A process that the supervisor did not start publishes in the place of a process that has died, over real processes.
-#![expect(clippy::expect_used, reason = "a test fails by panicking")]
+#![expect(clippy::expect_used, clippy::indexing_slicing, reason = "a test fails by panicking")]
 
 #[path = "../supervision/robot.rs"]
 #[expect(dead_code, reason = "the tests of the supervisor use the rest")]
@@ -8,6 +8,7 @@ mod rogue;
 
 use std::fs;
 use std::path::Path;
+use std::process::Stdio;
 
 use clock::{Duration, Instant};
 use message::{
@@ -17,7 +18,7 @@ use message::{
 use rustix::process::Signal;
 use transport::{Domain, Node};
 
-use robot::{Robot, pause, signal, wait_until};
+use robot::{Robot, leo, pause, signal, wait_until};
 use rogue::{FALSE_PLACE_M, GOAL_OFFSET_RAD, Rogue};
 
 /// How often the learner is killed.
@@ -102,6 +103,7 @@ fn a_process_in_the_place_of_one_that_died_is_neither_obeyed_nor_believed_and_is
 
     goals_are_not_followed(&robot, &node);
     percepts_are_not_believed(&robot, &node);
+    a_learner_started_by_hand_is_refused(&robot);
 
     let tries = [
         is_refused::<Beliefs>(&robot, &node, ("belief", Some(0)), "learner", rogue::belief()),
@@ -165,7 +167,21 @@ fn goals_are_not_followed(robot: &Robot, node: &Node) {
     assert!(motor["unlisted_frames"].as_u64() > Some(0), "{motor}");
     let said = robot.said();
     let told = format!("process {} publishes on `joint-goals`", std::process::id());
-    assert_eq!(said.lines().filter(|line| line.contains(&told)).count(), 1, "once for each process\n{said}");
+    let times = said.lines().filter(|line| line.contains(&told)).count();
+    // Each reader of the topic tells of each process once: the motor process, and the console's black box.
+    assert!((1..=2).contains(&times), "{said}");
+}
+
+/// A second learner runs beside the one that the supervisor started. It says that it is refused.
+fn a_learner_started_by_hand_is_refused(robot: &Robot) {
+    let mut learner = leo(&["learner", "--incarnation", "99", "--domain"]);
+    let mut learner = learner.arg(robot.domain()).stderr(Stdio::piped()).spawn().expect("starts");
+    let is_refused = wait_until(|| row(robot, "motor")["unlisted_pid"] == learner.id());
+    let _dead = learner.kill();
+    let said = learner.wait_with_output().expect("ends").stderr;
+    let said = String::from_utf8_lossy(&said);
+    assert!(is_refused, "{said}\n{}", robot.said());
+    assert!(said.contains("the robot refuses what it publishes"), "{said}");
 }
 
 /// The sensor process is killed, and another process reports an object that there is not.
