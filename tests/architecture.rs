@@ -88,7 +88,7 @@ const MAY_BE_UNSAFE: [&str; 3] = ["shared/prefetch", "shared/realtime", "shared/
 const SHELL_FILES: [&str; 3] = ["lib.rs", "run.rs", "shell.rs"];
 
 /// Further files of a shell, where it has more than one noun.
-const MORE_SHELL_FILES: [&str; 51] = [
+const MORE_SHELL_FILES: [&str; 53] = [
     "console/src/arming.rs",
     "console/src/black_box.rs",
     "console/src/black_box/files.rs",
@@ -135,6 +135,7 @@ const MORE_SHELL_FILES: [&str; 51] = [
     "supervisor/src/check/measure.rs",
     "supervisor/src/children.rs",
     "supervisor/src/conductor.rs",
+    "supervisor/src/lives.rs",
     "supervisor/src/readiness/system.rs",
     "supervisor/src/service_manager.rs",
     "supervisor/src/signals.rs",

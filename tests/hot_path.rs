@@ -18,13 +18,14 @@ use config::Robot;
 use config::leo::Rights;
 use config::lesson::Lesson;
 use message::{
-    Beliefs, Head as _, Header, Hop, JointGoal, JointGoals, JointMode, JointStates, Percepts, Topic,
+    Beliefs, Head as _, Header, Hop, JointGoal, JointGoals, JointMode, JointStates, Percepts, Process,
+    Roster, Topic,
 };
 use process::{Failure, Launch};
 use rustix::process::{Pid, Resource, Signal, getpid, getrlimit, kill_process};
 use rustix::thread::{CapabilitySet, capabilities, gettid};
 use transport::janitor::{Janitor, claim};
-use transport::{Domain, Inlet, Node, Outlet};
+use transport::{Domain, Inlet, Node, Outlet, RosterWriter};
 
 /// What the middleware allocates for a frame that it lends to its writer: the book-keeping of the
 /// loan, a counted reference to the sample's port.
@@ -281,6 +282,14 @@ fn after_warm_up_a_cycle_allocates_once_per_frame_and_only_in_the_middleware() {
     domain.make().expect("/dev/shm is writable");
     let node = Node::join(&domain, "test", 1, process::queues(&robot.leo.buffers, false)).expect("made");
 
+    // The threads are all processes of the roster, by which readers choose whose frames they take.
+    let mut roster = Roster::default();
+    for process in Process::ALL {
+        roster.set_incarnation(*process, 1);
+        roster.set_pid(*process, node.pid(), 0);
+    }
+    let mut board = RosterWriter::create(&node, Process::Supervisor, 1).expect("is the first");
+    board.write(&roster);
     let mut robots = Robots::start(&domain, &node, &robot);
     // Most joints: on a loaded machine, without real-time rights, now and then a servo is late.
     robots.until("following", |robots| robots.following > 40);
@@ -290,7 +299,7 @@ fn after_warm_up_a_cycle_allocates_once_per_frame_and_only_in_the_middleware() {
     robots.until("counted", |robots| robots.advanced(first, FRAMES));
     let (last, after) = (robots.sequences(), allocations());
     robots.stop();
-    drop(node);
+    drop((board, node));
     Janitor::new(&domain).wipe(claimed);
 
     let [percepts, own, partner, states] = [0, 1, 2, 3].map(|topic: usize| last[topic] - first[topic]);

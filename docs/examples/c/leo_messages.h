@@ -770,7 +770,7 @@ LEO_ASSERT(offsetof(struct leo_event, text) == 288, "place of text");
  * 
  * It stands on a blackboard in shared memory, so that looking never touches the thread that is
  * looked at. */
-#define LEO_HEALTH_TYPE "leo/Health/1"
+#define LEO_HEALTH_TYPE "leo/Health/2"
 struct leo_health {
     LEO_NAMED(LEO_HEALTH_TYPE)
     /* The operating system's process number. */
@@ -798,6 +798,10 @@ struct leo_health {
     uint64_t undelivered;
     /* Frames or entries refused because they were nonsense. */
     uint64_t refused;
+    /* Frames refused because the supervisor's roster does not name the process that published them. */
+    uint64_t unlisted_frames;
+    /* The process number of the newest such publisher; zero where there was none. */
+    uint64_t unlisted_pid;
     /* Page faults since the loop began, minor and major. */
     uint64_t page_faults;
     /* Rights that were asked for and not granted, one bit each: scheduling, affinity, memory. */
@@ -809,7 +813,7 @@ struct leo_health {
     /* Age of the input when its step began: from the previous hop's publication. */
     struct leo_histogram latency;
 };
-LEO_ASSERT(sizeof(struct leo_health) == 5368, "size of leo/Health/1");
+LEO_ASSERT(sizeof(struct leo_health) == 5384, "size of leo/Health/2");
 LEO_ASSERT(offsetof(struct leo_health, pid) == 0, "place of pid");
 LEO_ASSERT(offsetof(struct leo_health, state) == 4, "place of state");
 LEO_ASSERT(offsetof(struct leo_health, incarnation) == 8, "place of incarnation");
@@ -823,11 +827,13 @@ LEO_ASSERT(offsetof(struct leo_health, skipped) == 64, "place of skipped");
 LEO_ASSERT(offsetof(struct leo_health, drops) == 72, "place of drops");
 LEO_ASSERT(offsetof(struct leo_health, undelivered) == 80, "place of undelivered");
 LEO_ASSERT(offsetof(struct leo_health, refused) == 88, "place of refused");
-LEO_ASSERT(offsetof(struct leo_health, page_faults) == 96, "place of page_faults");
-LEO_ASSERT(offsetof(struct leo_health, missing_rights) == 104, "place of missing_rights");
-LEO_ASSERT(offsetof(struct leo_health, wakeup) == 112, "place of wakeup");
-LEO_ASSERT(offsetof(struct leo_health, execution) == 1864, "place of execution");
-LEO_ASSERT(offsetof(struct leo_health, latency) == 3616, "place of latency");
+LEO_ASSERT(offsetof(struct leo_health, unlisted_frames) == 96, "place of unlisted_frames");
+LEO_ASSERT(offsetof(struct leo_health, unlisted_pid) == 104, "place of unlisted_pid");
+LEO_ASSERT(offsetof(struct leo_health, page_faults) == 112, "place of page_faults");
+LEO_ASSERT(offsetof(struct leo_health, missing_rights) == 120, "place of missing_rights");
+LEO_ASSERT(offsetof(struct leo_health, wakeup) == 128, "place of wakeup");
+LEO_ASSERT(offsetof(struct leo_health, execution) == 1880, "place of execution");
+LEO_ASSERT(offsetof(struct leo_health, latency) == 3632, "place of latency");
 
 /* Where one joint shall be, and when. */
 #define LEO_JOINT_GOAL_TYPE "leo/JointGoal/1"
@@ -915,6 +921,28 @@ LEO_ASSERT(offsetof(struct leo_joints, locks) == 8, "place of locks");
 LEO_ASSERT(offsetof(struct leo_joints, limited) == 16, "place of limited");
 LEO_ASSERT(offsetof(struct leo_joints, refused) == 24, "place of refused");
 LEO_ASSERT(offsetof(struct leo_joints, states) == 32, "place of states");
+
+/* One life of a process, as its supervisor knows it. */
+#define LEO_LIFE_TYPE "leo/Life/1"
+struct leo_life {
+    LEO_NAMED(LEO_LIFE_TYPE)
+    /* Counts the lives of the process from one; zero where it was never started. */
+    uint64_t incarnation;
+    /* When the supervisor began to start it, in nanoseconds of the monotonic clock. */
+    uint64_t began_at_ns;
+    /* When the supervisor learned of its end; zero while it lives. No other process has its number before that. */
+    uint64_t ended_at_ns;
+    /* The operating system's process number, in the outermost namespace that can be seen; zero while it is unknown. */
+    uint32_t pid;
+    /* 1 where the process is one of this robot on this machine, else 0. */
+    uint32_t is_member;
+};
+LEO_ASSERT(sizeof(struct leo_life) == 32, "size of leo/Life/1");
+LEO_ASSERT(offsetof(struct leo_life, incarnation) == 0, "place of incarnation");
+LEO_ASSERT(offsetof(struct leo_life, began_at_ns) == 8, "place of began_at_ns");
+LEO_ASSERT(offsetof(struct leo_life, ended_at_ns) == 16, "place of ended_at_ns");
+LEO_ASSERT(offsetof(struct leo_life, pid) == 24, "place of pid");
+LEO_ASSERT(offsetof(struct leo_life, is_member) == 28, "place of is_member");
 
 /* How the link to another machine fares, since the link process's life began: it writes this to a board of
  * its own. Delays are between the two machines, in nanoseconds. */
@@ -1117,16 +1145,15 @@ LEO_ASSERT(sizeof(struct leo_perspectives) == 12296, "size of leo/Perspectives/2
 LEO_ASSERT(offsetof(struct leo_perspectives, count) == 0, "place of count");
 LEO_ASSERT(offsetof(struct leo_perspectives, perspectives) == 8, "place of perspectives");
 
-/* Which life of each process is the newest, as the supervisor knows it: it names the board on
- * which that life's `Health` stands. */
-#define LEO_ROSTER_TYPE "leo/Roster/2"
+/* Which life of each process is the newest, as the supervisor knows it: the roster names the board on which the
+ * `Health`(crate::Health) of that life stands, and the process that may publish. */
+#define LEO_ROSTER_TYPE "leo/Roster/3"
 struct leo_roster {
     LEO_NAMED(LEO_ROSTER_TYPE)
-    /* Newest incarnation of each process by its number; zero where it was never started. */
-    uint64_t incarnations[16];
+    struct leo_life lives[16];
 };
-LEO_ASSERT(sizeof(struct leo_roster) == 128, "size of leo/Roster/2");
-LEO_ASSERT(offsetof(struct leo_roster, incarnations) == 0, "place of incarnations");
+LEO_ASSERT(sizeof(struct leo_roster) == 512, "size of leo/Roster/3");
+LEO_ASSERT(offsetof(struct leo_roster, lives) == 0, "place of lives");
 
 /* The head of the simulator's scene: where the lesson is, and the robot in the world. */
 #define LEO_SCENE_HEAD_TYPE "leo/SceneHead/1"

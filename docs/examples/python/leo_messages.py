@@ -739,6 +739,10 @@ class Health(ctypes.Structure):
         ("undelivered", ctypes.c_uint64),
         # Frames or entries refused because they were nonsense.
         ("refused", ctypes.c_uint64),
+        # Frames refused because the supervisor's roster does not name the process that published them.
+        ("unlisted_frames", ctypes.c_uint64),
+        # The process number of the newest such publisher; zero where there was none.
+        ("unlisted_pid", ctypes.c_uint64),
         # Page faults since the loop began, minor and major.
         ("page_faults", ctypes.c_uint64),
         # Rights that were asked for and not granted, one bit each: scheduling, affinity, memory.
@@ -753,7 +757,7 @@ class Health(ctypes.Structure):
 
     @staticmethod
     def type_name():
-        return "leo/Health/1"
+        return "leo/Health/2"
 
 
 # Where one joint shall be, and when.
@@ -825,6 +829,26 @@ class Joints(ctypes.Structure):
     @staticmethod
     def type_name():
         return "leo/Joints/2"
+
+
+# One life of a process, as its supervisor knows it.
+class Life(ctypes.Structure):
+    _fields_ = [
+        # Counts the lives of the process from one; zero where it was never started.
+        ("incarnation", ctypes.c_uint64),
+        # When the supervisor began to start it, in nanoseconds of the monotonic clock.
+        ("began_at_ns", ctypes.c_uint64),
+        # When the supervisor learned of its end; zero while it lives. No other process has its number before that.
+        ("ended_at_ns", ctypes.c_uint64),
+        # The operating system's process number, in the outermost namespace that can be seen; zero while it is unknown.
+        ("pid", ctypes.c_uint32),
+        # 1 where the process is one of this robot on this machine, else 0.
+        ("is_member", ctypes.c_uint32),
+    ]
+
+    @staticmethod
+    def type_name():
+        return "leo/Life/1"
 
 
 # How the link to another machine fares, since the link process's life began: it writes this to a board of
@@ -1006,17 +1030,16 @@ class Perspectives(ctypes.Structure):
         return "leo/Perspectives/2"
 
 
-# Which life of each process is the newest, as the supervisor knows it: it names the board on
-# which that life's `Health` stands.
+# Which life of each process is the newest, as the supervisor knows it: the roster names the board on which the
+# `Health`(crate::Health) of that life stands, and the process that may publish.
 class Roster(ctypes.Structure):
     _fields_ = [
-        # Newest incarnation of each process by its number; zero where it was never started.
-        ("incarnations", ctypes.c_uint64 * 16),
+        ("lives", Life * 16),
     ]
 
     @staticmethod
     def type_name():
-        return "leo/Roster/2"
+        return "leo/Roster/3"
 
 
 # The head of the simulator's scene: where the lesson is, and the robot in the world.
@@ -1197,10 +1220,11 @@ _LAYOUT = [
     (DivergenceHead, 128, [0, 96, 100, 104, 108, 112]),
     (Done, 16, [0, 8]),
     (Event, 544, [0, 8, 10, 12, 16, 20, 24, 28, 32, 288]),
-    (Health, 5368, [0, 4, 8, 16, 24, 32, 40, 48, 56, 64, 72, 80, 88, 96, 104, 112, 1864, 3616]),
+    (Health, 5384, [0, 4, 8, 16, 24, 32, 40, 48, 56, 64, 72, 80, 88, 96, 104, 112, 120, 128, 1880, 3632]),
     (JointGoal, 24, [0, 4, 8, 16]),
     (JointState, 72, [0, 4, 6, 8, 16, 24, 32, 40, 48, 52, 56, 58, 60, 62, 64, 66]),
     (Joints, 18464, [0, 8, 16, 24, 32]),
+    (Life, 32, [0, 8, 16, 24, 28]),
     (LinkHealth, 1856, [0, 8, 16, 24, 32, 40, 48, 56, 64, 72, 80, 88, 96, 104]),
     (Observation, 128, [0, 8, 10, 12, 14, 16, 18, 20, 24, 36, 52, 64, 76, 92]),
     (PerceptValue, 28, [0, 2, 4, 8, 12]),
@@ -1209,7 +1233,7 @@ _LAYOUT = [
     (PerceptHead, 104, [0, 96]),
     (PerspectiveHealth, 48, [0, 16, 24, 32, 40]),
     (Perspectives, 12296, [0, 8]),
-    (Roster, 128, [0]),
+    (Roster, 512, [0]),
     (SceneHead, 432, [0, 96, 120, 152, 160, 164, 168, 172, 176]),
     (SceneObject, 408, [0, 24, 56, 80, 92, 108, 140, 142, 144, 146, 148]),
     (SourceHealth, 480, [0, 256, 264, 272, 280, 288]),

@@ -38,7 +38,9 @@ pub fn run(launch: &Launch, robot: &Robot) -> Result<(), Failure> {
             tracing::info!(source = name, "is not heard: in simulated time nobody outside knows when it is");
             source.rate_hz = None;
         } else {
-            inlets.push((number, member.inlet(Some(saturating_u32(number)))?));
+            // A source from outside is started by others: any process of this user may be it.
+            let owner = (source.kind == SourceKind::Simulator).then_some(Process::Simulator);
+            inlets.push((number, member.inlet_from(Some(saturating_u32(number)), owner)?));
         }
     }
     let mut outlet = member.outlet::<Percepts>(None, capacity)?;

@@ -11,7 +11,11 @@ use message::Process;
 use process::Launch;
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use rustix::io::Errno;
-use rustix::process::{Pid, PidfdFlags, Signal, pidfd_open, pidfd_send_signal};
+use rustix::process::{
+    Pid, PidfdFlags, Signal, WaitId, WaitIdOptions, pidfd_open, pidfd_send_signal, waitid,
+};
+
+use crate::Lives;
 
 /// The program that runs, whatever by now is the file that it was started from: a robot whose package is
 /// upgraded goes on as it was.
@@ -32,6 +36,8 @@ pub struct Children {
     /// Of [`VOICE`], what this program was told.
     voice: Vec<OsString>,
     living: BTreeMap<Process, Living>,
+    /// Says in shared memory which processes these are.
+    lives: Option<Lives>,
     helpers: Vec<Child>,
     /// How long a motor process in wall time may take to stop before it is killed.
     motor_stops_within: Option<Duration>,
@@ -41,6 +47,15 @@ pub struct Children {
 struct Living {
     child: Child,
     pidfd: OwnedFd,
+}
+
+impl Living {
+    /// Whether it has ended. It is not reaped: its number stays its own.
+    fn has_ended(&self) -> bool {
+        let options = WaitIdOptions::EXITED | WaitIdOptions::NOHANG | WaitIdOptions::NOWAIT;
+        // What cannot be asked is found out by reaping.
+        !matches!(waitid(WaitId::PidFd(self.pidfd.as_fd()), options), Ok(None))
+    }
 }
 
 impl Children {
@@ -54,6 +69,7 @@ impl Children {
             name: std::env::current_exe()?,
             voice: std::env::args_os().filter(|argument| VOICE.iter().any(|word| argument == word)).collect(),
             living: BTreeMap::new(),
+            lives: None,
             helpers: Vec::new(),
             motor_stops_within: None,
         })
@@ -63,6 +79,13 @@ impl Children {
     #[must_use]
     pub fn with_motor(mut self, stops_within: Duration) -> Self {
         self.motor_stops_within = Some(stops_within);
+        self
+    }
+
+    /// The same whose processes are named on a roster. Every process that joins a domain waits for that.
+    #[must_use]
+    pub fn with_lives(mut self, lives: Lives) -> Self {
+        self.lives = Some(lives);
         self
     }
 
@@ -85,6 +108,10 @@ impl Children {
     ///
     /// As [`start`](Self::start).
     pub(crate) fn start_with(&mut self, process: Process, launch: &Launch, stdin: Stdio) -> io::Result<()> {
+        let began_at_ns = clock::now().as_nanos();
+        if let Some(lives) = &mut self.lives {
+            lives.begin(process, launch.incarnation);
+        }
         let mut child = Command::new(PROGRAM)
             .arg0(&self.name)
             .arg(process.name())
@@ -103,6 +130,9 @@ impl Children {
             .and_then(|pid| pidfd_open(pid, PidfdFlags::empty()));
         match watched {
             Ok(pidfd) => {
+                if let Some(lives) = &mut self.lives {
+                    lives.name(process, child.id(), began_at_ns);
+                }
                 self.living.insert(process, Living { child, pidfd });
                 Ok(())
             }
@@ -156,12 +186,21 @@ impl Children {
     /// Those that died since this was asked last, and how.
     pub fn bury(&mut self) -> Vec<(Process, ExitStatus)> {
         let mut dead = Vec::new();
-        self.living.retain(|process, living| match living.child.try_wait() {
-            Ok(Some(status)) => {
-                dead.push((*process, status));
-                false
+        let Self { living, lives, .. } = self;
+        living.retain(|process, living| {
+            if !living.has_ended() {
+                return true;
             }
-            Ok(None) | Err(_) => true,
+            if let Some(lives) = lives {
+                lives.end(*process, clock::now().as_nanos());
+            }
+            match living.child.try_wait() {
+                Ok(Some(status)) => {
+                    dead.push((*process, status));
+                    false
+                }
+                Ok(None) | Err(_) => true,
+            }
         });
         dead
     }

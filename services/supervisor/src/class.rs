@@ -11,10 +11,10 @@ use process::Launch;
 use realtime::Awake;
 use transport::{HealthReader, Node};
 
-use crate::Children;
 use crate::conductor::{TurnError, Watch};
 use crate::run::RunError;
 use crate::signals::{Received, Signals};
+use crate::{Children, Lives};
 
 /// How often a starting process is looked at.
 const LOOK: Duration = Duration::from_millis(2);
@@ -63,6 +63,12 @@ impl Class {
             ended: BTreeMap::new(),
             interrupted: false,
         })
+    }
+
+    /// Names the processes on a roster.
+    pub(crate) fn with_lives(mut self, lives: Lives) -> Self {
+        self.children = self.children.with_lives(lives);
+        self
     }
 
     /// Starts processes in this order, and waits until all are ready.

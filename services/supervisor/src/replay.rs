@@ -15,6 +15,7 @@ use recording::{Buffer, Difference, Frame, Inlets, ReadError, Reader, RecordErro
 use transport::janitor::{Janitor, claim, sweep_stale};
 use transport::{Domain, Node, Outlet, PortError, ReceiveError, SendError};
 
+use crate::Lives;
 use crate::check::room;
 use crate::class::{Class, ClassError};
 use crate::conductor::{Conductor, TurnError, Watch as _};
@@ -23,6 +24,8 @@ use crate::tape::{Record, Tape};
 
 /// Who makes anything of what is replayed, readers before their writers.
 const PROCESSES: [Process; 2] = [Process::Learner, Process::Belief];
+/// What the player publishes in the place of, as it was recorded.
+const STAGE: [Process; 3] = [Process::Sensor, Process::Simulator, Process::Motor];
 /// Sentences that one frame holds at most.
 const SENTENCES: usize = 16;
 
@@ -168,10 +171,16 @@ fn play<R: Read>(
     tell: impl FnMut(&Frame),
 ) -> Result<Played, ReplayError> {
     let settings = &replaying.settings;
-    let mut class = Class::new(settings)?;
+    let class = Class::new(settings)?;
     let queues = process::queues(&settings.buffers, true);
-    let node =
+    let mut node =
         Node::join(&replaying.domain, Process::Supervisor.name(), 1, queues).map_err(RunError::from)?;
+    let mut lives = Lives::put_up(&node, &PROCESSES)?;
+    for process in STAGE {
+        lives.stand_in(&node, process);
+    }
+    let mut class = class.with_lives(lives);
+    node.follow_roster()?;
     let turn_within = settings.supervisor.turn_within_ms.duration();
     let mut conductor = Conductor::open(&node, &PROCESSES, turn_within)?;
     let stage = Stage::open(&node, replaying, settings.belief.perspectives(partners))?;

@@ -8,15 +8,12 @@ use std::thread::JoinHandle;
 use clock::{Duration, Instant};
 use config::leo::Leo;
 use config::{ConfigError, Files, Robot};
-use message::{Process, ProcessState, Roster};
+use message::{Process, ProcessState};
 use process::{Launch, emergency};
 use realtime::{Awake, HeadStart};
 use transport::janitor::{ClaimError, Janitor, claim, sweep_stale};
-use transport::{
-    Delivery, Domain, DomainError, HealthReader, JoinError, Node, PortError, Queues, RosterWriter,
-};
+use transport::{Delivery, Domain, DomainError, HealthReader, JoinError, Node, PortError, Queues};
 
-use crate::Children;
 use crate::caretaker::Caretaker;
 use crate::check::room;
 use crate::faults::{Deed, ProcessFaults};
@@ -27,6 +24,7 @@ use crate::serial_lines::SerialLines;
 use crate::service_manager::ServiceManager;
 use crate::signals::Signals;
 use crate::stop_by_any_user::stop_by_any_user;
+use crate::{Children, Lives};
 
 /// How soon to look again while a process is on its way up or down.
 const BUSY: Duration = Duration::from_millis(5);
@@ -175,12 +173,12 @@ fn supervise(orders: &Orders, kept: &Kept) -> Result<Outcome, RunError> {
     let signals = Signals::watch().map_err(RunError::Signals)?;
     let queues = Queues { frames: orders.settings.buffers.frames.get(), delivery: Delivery::Newest };
     let node = Node::join(&orders.domain, Process::Supervisor.name(), 1, queues)?;
-    let roster = RosterWriter::create(&node, Process::Supervisor, 1)?;
+    let lives = Lives::put_up(&node, &orders.processes)?;
     // What the supervisor was granted for itself, such as to change the kernel's threads, is not for those that it
     // starts. A kernel that knows nothing of it has granted nothing.
     let _cleared = rustix::thread::clear_ambient_capability_set();
     let stop_within = orders.settings.supervisor.stop_within_ms.duration();
-    let children = Children::new().map_err(RunError::Executable)?.with_motor(stop_within);
+    let children = Children::new().map_err(RunError::Executable)?.with_motor(stop_within).with_lives(lives);
     let has_motor = orders.processes.contains(&Process::Motor);
     let guard = if has_motor { Guard::start(&robot, &launch(orders, kept, 1)) } else { None };
     let memory = MemoryWatch::of(&orders.domain);
@@ -202,8 +200,6 @@ fn supervise(orders: &Orders, kept: &Kept) -> Result<Outcome, RunError> {
         is_memory_removed: false,
         torque_off: None,
         caretaker,
-        board: roster,
-        roster: Roster::default(),
         hearts: BTreeMap::new(),
         events: Vec::new(),
         end_at: None,
@@ -263,8 +259,6 @@ struct House<'orders> {
     /// Switches torque off, while it does.
     torque_off: Option<JoinHandle<()>>,
     caretaker: Caretaker,
-    board: RosterWriter,
-    roster: Roster,
     /// Boards of the living, opened once they stand.
     hearts: BTreeMap<Process, Heart>,
     /// What happened since the policy was told.
@@ -432,8 +426,6 @@ impl House<'_> {
         if incarnation > 1 {
             tracing::warn!(%process, life = incarnation, "died and starts anew");
         }
-        self.roster.set_incarnation(process, incarnation);
-        self.board.write(&self.roster);
         let launch = launch(self.orders, self.kept, incarnation);
         let guard = self.guard.as_mut().filter(|_| process == Process::Motor);
         let started = match guard {

@@ -12,6 +12,7 @@ use recording::{Buffer, Inlets, RecordError};
 use transport::janitor::{Janitor, claim, sweep_stale};
 use transport::{Domain, Inlet, Node, PortError, ReceiveError};
 
+use crate::Lives;
 use crate::check::room;
 use crate::class::{Class, ClassError};
 use crate::conductor::{Conductor, Timetable, TurnError};
@@ -98,11 +99,14 @@ pub fn teach(teaching: &Teaching) -> Result<Account, TeachError> {
 
 fn play(teaching: &Teaching) -> Result<Account, TeachError> {
     let settings = &teaching.settings;
-    let mut class = Class::new(settings)?;
+    let class = Class::new(settings)?;
     let queues = process::queues(&settings.buffers, true);
-    let node = Node::join(&teaching.domain, Process::Supervisor.name(), 1, queues).map_err(RunError::from)?;
+    let mut node =
+        Node::join(&teaching.domain, Process::Supervisor.name(), 1, queues).map_err(RunError::from)?;
     let processes: Vec<Process> =
         ORDER.into_iter().filter(|process| !matches!(process, Process::Console | Process::Link)).collect();
+    let mut class = class.with_lives(Lives::put_up(&node, &processes)?);
+    node.follow_roster()?;
     let mut conductor = Conductor::open(&node, &processes, settings.supervisor.turn_within_ms.duration())?;
     let mut events = node.inlet::<Events>(None)?;
     let mut witness = teaching.record.as_ref().map(|record| Witness::open(&node, record)).transpose()?;

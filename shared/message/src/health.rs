@@ -91,7 +91,7 @@ numbered! {
 /// looked at.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ZeroCopySend)]
 #[repr(C)]
-#[type_name("leo/Health/1")]
+#[type_name("leo/Health/2")]
 pub struct Health {
     /// The operating system's process number.
     pub pid: u32,
@@ -118,6 +118,10 @@ pub struct Health {
     pub undelivered: u64,
     /// Frames or entries refused because they were nonsense.
     pub refused: u64,
+    /// Frames refused because the supervisor's roster does not name the process that published them.
+    pub unlisted_frames: u64,
+    /// The process number of the newest such publisher; zero where there was none.
+    pub unlisted_pid: u64,
     /// Page faults since the loop began, minor and major.
     pub page_faults: u64,
     /// Rights that were asked for and not granted, one bit each: scheduling, affinity, memory.
@@ -140,31 +144,6 @@ impl Health {
     /// Notes where the process is in its life.
     pub fn set_state(&mut self, state: ProcessState) {
         self.state = state.raw();
-    }
-}
-
-/// Which life of each process is the newest, as the supervisor knows it: it names the board on
-/// which that life's [`Health`] stands.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ZeroCopySend)]
-#[repr(C)]
-#[type_name("leo/Roster/2")]
-pub struct Roster {
-    /// Newest incarnation of each process by its number; zero where it was never started.
-    pub incarnations: [u64; 16],
-}
-
-impl Roster {
-    /// The newest incarnation of a process, if it was ever started.
-    #[must_use]
-    pub fn incarnation(&self, process: Process) -> Option<u64> {
-        self.incarnations.get(usize::from(process.raw())).copied().filter(|&incarnation| incarnation > 0)
-    }
-
-    /// Notes that a life of a process begins.
-    pub fn set_incarnation(&mut self, process: Process, incarnation: u64) {
-        if let Some(slot) = self.incarnations.get_mut(usize::from(process.raw())) {
-            *slot = incarnation;
-        }
     }
 }
 

@@ -29,6 +29,7 @@ mod observation;
 mod path;
 mod percept;
 mod perspectives;
+mod roster;
 mod scene;
 mod source_set;
 mod sources;
@@ -43,7 +44,7 @@ pub use bytes::{Bytes, Field, Kind, Layout, Number, get_frame, put_frame};
 pub use divergence::{Aspect, Difference, DivergenceHead};
 pub use event::{Event, EventKind};
 pub use header::{Head, Header, Hop};
-pub use health::{Health, Process, ProcessState, Roster, UnknownProcess};
+pub use health::{Health, Process, ProcessState, UnknownProcess};
 pub use histogram::Histogram;
 pub use joint::{
     JointCause, JointGoal, JointLicence, JointLink, JointMachines, JointMode, JointMotion, JointPower,
@@ -58,6 +59,7 @@ pub use observation::{Modality, NOBODY, Observation, ObservationKind, STATES, St
 pub use path::{DEPTH_MOST, PERSPECTIVES_MOST, Path, perspectives};
 pub use percept::{Feature, MAX_PERCEPTS, Perceived, PerceptHead, PerceptValue, Snapshot};
 pub use perspectives::{MAX_PERSPECTIVES, PerspectiveHealth, Perspectives};
+pub use roster::{Life, Roster};
 pub use scene::{NO_TABLE, SceneHead, SceneMode, SceneObject, ThingRole};
 pub use source_set::SourceSet;
 pub use sources::{MAX_SOURCES, SourceHealth, Sources};

@@ -1,7 +1,7 @@
 use iceoryx2_bb_derive_macros::ZeroCopySend;
 use iceoryx2_bb_elementary_traits::zero_copy_send::ZeroCopySend;
 
-use crate::{Header, Topic, numbered};
+use crate::{Header, Process, Topic, numbered};
 
 numbered! {
     /// What a process shall do with its turn.
@@ -55,6 +55,10 @@ impl Topic for Turns {
     type Head = Header;
     type Entry = Turn;
     const NAME: &'static str = "turns";
+
+    fn writer(_number: Option<u32>) -> Option<Process> {
+        Some(Process::Supervisor)
+    }
 }
 
 /// The topic of turns done by one process.
@@ -65,4 +69,8 @@ impl Topic for TurnsDone {
     type Head = Header;
     type Entry = Done;
     const NAME: &'static str = "turns-done";
+
+    fn writer(number: Option<u32>) -> Option<Process> {
+        number.and_then(|number| u16::try_from(number).ok()).and_then(Process::from_raw)
+    }
 }

@@ -9,7 +9,7 @@ use crate::readings::Readings;
 /// What of a process's board is a count: the name of the family, what it counts, where it stands.
 type Count = (&'static str, &'static str, fn(&Health) -> u64);
 
-const COUNTS: [Count; 9] = [
+const COUNTS: [Count; 10] = [
     ("leo_process_restarts", "Lives begun after the first.", |health| health.incarnation.saturating_sub(1)),
     ("leo_process_heartbeats", "Turns of the loop: what stands still hangs.", |health| health.beat),
     ("leo_process_cycles", "Cycles begun.", |health| health.cycles),
@@ -22,6 +22,11 @@ const COUNTS: [Count; 9] = [
         health.undelivered
     }),
     ("leo_process_refused", "Frames or entries refused as nonsense.", |health| health.refused),
+    (
+        "leo_process_unlisted_frames",
+        "Frames refused because the roster does not name their publisher.",
+        |health| health.unlisted_frames,
+    ),
     ("leo_process_page_faults", "Page faults since the loop began.", |health| health.page_faults),
 ];
 

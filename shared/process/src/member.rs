@@ -16,6 +16,8 @@ use crate::{Failure, Launch, stop_flag};
 
 /// Health is published this often: often enough for a heartbeat, seldom enough to cost nothing.
 const HEALTH_EVERY: Duration = Duration::from_millis(20);
+/// A process that its supervisor's roster does not name yet looks again this often. It is named within a millisecond.
+const NAMED_EVERY: Duration = Duration::from_millis(1);
 /// In lockstep nothing may be dropped, so queues hold what one turn of a fast writer brings.
 const LOCKSTEP_FRAMES: usize = 16;
 
@@ -48,6 +50,10 @@ impl Member {
     ///
     /// In lockstep no rights are asked for: time is simulated there.
     ///
+    /// Under a supervisor it waits until the roster names it: from then on other processes take what it publishes, and
+    /// itself takes frames only from processes that the roster names. A process that was started by hand says where that
+    /// is otherwise.
+    ///
     /// A process dies with its supervisor, except the motor process in wall time: it is told to stop, and ends in
     /// order. When memory runs out, the kernel ends the others before it.
     ///
@@ -74,7 +80,8 @@ impl Member {
         let missing_rights = if launch.lockstep { 0 } else { realtime::apply(rights).missing_bits() };
         let domain = Domain::at(&launch.domain)?;
         let queues = queues(buffers, launch.lockstep);
-        let node = Node::join(&domain, process.name(), launch.incarnation, queues)?;
+        let mut node = Node::join(&domain, process.name(), launch.incarnation, queues)?;
+        follow_roster(&mut node, process, launch.parent.is_some(), &stop)?;
         let mut board = HealthWriter::create(&node, process, launch.incarnation)?;
         let now = clock::now();
         let mut health = Health::default();
@@ -119,13 +126,28 @@ impl Member {
         Ok(self.node.outlet(number, capacity)?)
     }
 
-    /// Opens a reading end of a topic.
+    /// Opens a reading end of a topic. Where a supervisor runs, it takes frames only from the process that the
+    /// supervisor's roster names as the topic's writer.
     ///
     /// # Errors
     ///
     /// As [`Node::inlet`].
     pub fn inlet<T: Topic>(&self, number: Option<u32>) -> Result<Inlet<T>, Failure> {
         Ok(self.node.inlet(number)?)
+    }
+
+    /// The same of a topic that the configuration gives to a process, such as that of a source to the simulator;
+    /// without an owner, every process of this user may publish on it.
+    ///
+    /// # Errors
+    ///
+    /// As [`Node::inlet_from`].
+    pub fn inlet_from<T: Topic>(
+        &self,
+        number: Option<u32>,
+        owner: Option<Process>,
+    ) -> Result<Inlet<T>, Failure> {
+        Ok(self.node.inlet_from(number, owner)?)
     }
 
     /// Opens a reading end of a topic that wakes this process. In lockstep turns wake it, and the
@@ -373,6 +395,9 @@ impl Member {
     }
 
     fn publish(&mut self, now: Instant) {
+        let unlisted = self.node.unlisted();
+        self.health.unlisted_frames = unlisted.frames;
+        self.health.unlisted_pid = u64::from(unlisted.pid);
         self.health.page_faults = realtime::page_faults().saturating_sub(self.faults_at_start);
         self.board.write(&self.health);
         self.published_at = now;
@@ -390,6 +415,30 @@ impl std::fmt::Debug for Member {
     fn fmt(&self, out: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         write!(out, "Member({})", self.process)
     }
+}
+
+/// Lets the supervisor's roster decide who may publish. A process that the supervisor started waits until it is named.
+fn follow_roster(
+    node: &mut Node,
+    process: Process,
+    is_supervised: bool,
+    stop: &AtomicBool,
+) -> Result<(), Failure> {
+    let followed = node.follow_roster();
+    if is_supervised {
+        followed?;
+        while !node.is_listed(process) {
+            if stop.load(Ordering::Relaxed) {
+                return Err(Failure::own("told to stop before the supervisor's roster named this process"));
+            }
+            clock::sleep_until(clock::now() + NAMED_EVERY);
+        }
+    } else if followed.is_err() {
+        tracing::warn!(%process, "no supervisor runs here: frames are taken from every process of this user");
+    } else if !node.is_listed(process) {
+        tracing::warn!(%process, "the supervisor did not start this process: the robot refuses what it publishes");
+    }
+    Ok(())
 }
 
 /// How frames wait for their readers, the same for all processes of a domain.

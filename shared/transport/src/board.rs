@@ -17,8 +17,8 @@ use crate::{Node, PortError};
 
 /// The one entry of a board.
 const KEY: u64 = 0;
-/// Who looks: the supervisor, a live table, a scrape, a test.
-const READERS: usize = 16;
+/// Who looks: the supervisor, a live table, a scrape, a test; at the roster also every process of the robot.
+const READERS: usize = 32;
 
 macro_rules! board {
     ($(#[$writer_doc:meta])* $writer:ident, $(#[$reader_doc:meta])* $reader:ident: $value:ty as $name:literal) => {
@@ -113,9 +113,9 @@ board!(
     HealthReader: Health as "health"
 );
 board!(
-    /// Writes which life of each process is the newest: the supervisor.
+    /// Writes which life of each process is the newest, and which process may publish: the supervisor.
     RosterWriter,
-    /// Reads which life of each process is the newest.
+    /// Reads which life of each process is the newest, and which process may publish.
     RosterReader: Roster as "roster"
 );
 

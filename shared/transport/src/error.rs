@@ -46,6 +46,13 @@ impl PortError {
         Self { topic: topic.to_owned(), purpose, reason: format!("{reason:?}") }
     }
 
+    /// Other processes publish already, or were killed and are not cleaned up yet.
+    pub(crate) fn taken(topic: &str, pids: &[u32]) -> Self {
+        let pids: Vec<_> = pids.iter().map(u32::to_string).collect();
+        let reason = format!("process {} publishes on it already: end it first", pids.join(", "));
+        Self { topic: topic.to_owned(), purpose: "writing", reason }
+    }
+
     /// Somebody of this domain opened it before, and means something else by it.
     pub(crate) fn other_messages(topic: &str, purpose: &'static str) -> Self {
         let reason = "another process made it for other messages: has it the layouts of this version of Leo?";

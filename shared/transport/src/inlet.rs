@@ -9,14 +9,20 @@ use iceoryx2::service::ipc::Service;
 use iceoryx2::service::port_factory::PortFactory as _;
 use message::{Head as _, Topic};
 
+use crate::node::topic_name;
 use crate::service::{bell_service, frame_service, made_frame_service};
+use crate::writers::Writers;
 use crate::{PortError, Queues, ReceiveError};
+
+/// Frames that one call refuses at most. It is more than all publishers that are refused have in their queues.
+const REFUSED_MOST: usize = 256;
 
 /// A reading end of a topic.
 pub struct Inlet<T: Topic> {
     subscriber: Subscriber<Service, [T::Entry], T::Head>,
     bell: Option<Listener<Service>>,
     topic: String,
+    writers: Writers,
     last: Option<(u64, u64)>,
     drops: u64,
 }
@@ -49,49 +55,60 @@ impl<T: Topic> fmt::Debug for Frame<T> {
 impl<T: Topic> Inlet<T> {
     pub(crate) fn open(
         node: &RawNode<Service>,
-        topic: String,
+        number: Option<u32>,
         queues: Queues,
         waking: bool,
+        writers: Writers,
     ) -> Result<Self, PortError> {
-        let purpose = "reading";
+        let (topic, purpose) = (topic_name::<T>(number), "reading");
         let failed = |reason: &dyn fmt::Debug| PortError::new(&topic, purpose, reason);
-        let service = frame_service::<T>(node, &topic, queues, purpose)?;
+        let service = frame_service::<T>(node, (&topic, number), queues, purpose)?;
         let subscriber = service
             .subscriber_builder()
             .buffer_size(queues.frames)
             .create()
             .map_err(|error| failed(&error))?;
         let bell = if waking {
-            let service = bell_service(node, &topic, purpose)?;
+            let service = bell_service::<T>(node, (&topic, number), purpose)?;
             Some(service.listener_builder().create().map_err(|error| failed(&error))?)
         } else {
             None
         };
-        Ok(Self { subscriber, bell, topic, last: None, drops: 0 })
+        Ok(Self { subscriber, bell, topic, writers, last: None, drops: 0 })
     }
 
     /// A reading end of a topic that somebody else has made, with the longest queue that it was made for; `None`
     /// where nobody has.
-    pub(crate) fn open_made(node: &RawNode<Service>, topic: String) -> Result<Option<Self>, PortError> {
+    pub(crate) fn open_made(
+        node: &RawNode<Service>,
+        number: Option<u32>,
+        writers: Writers,
+    ) -> Result<Option<Self>, PortError> {
+        let topic = topic_name::<T>(number);
         let Some(service) = made_frame_service::<T>(node, &topic)? else { return Ok(None) };
         let frames = service.static_config().subscriber_max_buffer_size();
         let subscriber = service.subscriber_builder().buffer_size(frames).create();
         let subscriber = subscriber.map_err(|error| PortError::new(&topic, "reading", error))?;
-        Ok(Some(Self { subscriber, bell: None, topic, last: None, drops: 0 }))
+        Ok(Some(Self { subscriber, bell: None, topic, writers, last: None, drops: 0 }))
     }
 
-    /// The oldest frame that waits, if any.
+    /// The oldest frame that waits, if any. Frames of processes that may not publish are passed over.
     ///
     /// # Errors
     ///
     /// The middleware failed.
     pub fn receive(&mut self) -> Result<Option<Frame<T>>, ReceiveError> {
-        let received = self.subscriber.receive().map_err(|error| self.failed(&error))?;
-        Ok(received.map(|sample| {
-            let frame: Frame<T> = Frame { sample };
-            self.account(frame.head().header().incarnation, frame.head().header().sequence);
-            frame
-        }))
+        for _refused in 0..=REFUSED_MOST {
+            let Some(sample) = self.subscriber.receive().map_err(|error| self.failed(&error))? else {
+                return Ok(None);
+            };
+            if self.writers.accept(sample.origin().value(), &self.topic) {
+                let frame: Frame<T> = Frame { sample };
+                self.account(frame.head().header().incarnation, frame.head().header().sequence);
+                return Ok(Some(frame));
+            }
+        }
+        Ok(None)
     }
 
     /// The newest frame that waits, if any; older ones are passed over, which is no drop.

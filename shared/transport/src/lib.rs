@@ -5,6 +5,9 @@
 //! each of which has exactly one writer. Frames are written in place in shared memory and read in
 //! place: nothing is copied or serialised between processes.
 //!
+//! Where a supervisor runs, readers take frames only from the processes that its roster names: see
+//! [`Node::follow_roster`].
+//!
 //! A slow reader costs nobody anything but its own drops: when its queue is full, the oldest
 //! frame is dropped for it alone, and it sees the gap in the sequence numbers. In lockstep time
 //! nothing may be dropped: there a full queue is an error that names the topic.
@@ -23,6 +26,7 @@ mod outlet;
 mod queues;
 mod segment;
 mod service;
+mod writers;
 
 pub use board::{
     BusesReader, BusesWriter, HealthReader, HealthWriter, JointsReader, JointsWriter, LinkReader, LinkWriter,
@@ -35,3 +39,4 @@ pub use node::Node;
 pub use outlet::Outlet;
 pub use queues::{Delivery, Queues};
 pub use segment::{Replaced, Segment};
+pub use writers::Unlisted;

@@ -1,4 +1,5 @@
 use std::path::Path;
+use std::rc::Rc;
 use std::time::Duration;
 
 use iceoryx2::config::Config;
@@ -7,9 +8,10 @@ use iceoryx2::prelude::{
     FileName, FilePath, LogLevel, NodeName, SemanticString as _, SignalHandlingMode, set_log_level,
 };
 use iceoryx2::service::ipc::Service;
-use message::Topic;
+use message::{Process, Topic};
 
-use crate::{Domain, Inlet, JoinError, Outlet, PortError, Queues};
+use crate::writers::{Listed, Writers, identity};
+use crate::{Domain, Inlet, JoinError, Outlet, PortError, Queues, RosterReader, Unlisted};
 
 /// This process's place in a domain: what its ports are made from.
 #[derive(Debug)]
@@ -17,6 +19,8 @@ pub struct Node {
     node: RawNode<Service>,
     queues: Queues,
     incarnation: u64,
+    /// The supervisor's roster, where it decides who may publish.
+    listed: Option<Rc<Listed>>,
 }
 
 impl Node {
@@ -53,7 +57,42 @@ impl Node {
             .signal_handling_mode(SignalHandlingMode::Disabled)
             .create::<Service>()
             .map_err(|error| failed(format!("{error:?}")))?;
-        Ok(Self { node, queues, incarnation })
+        Ok(Self { node, queues, incarnation, listed: None })
+    }
+
+    /// Lets the supervisor's roster decide from which processes the readers that this node opens from now on take
+    /// frames. Without, they take them from every process of this user.
+    ///
+    /// # Errors
+    ///
+    /// No supervisor runs in the domain.
+    pub fn follow_roster(&mut self) -> Result<(), PortError> {
+        self.listed = Some(Listed::new(RosterReader::open(self, Process::Supervisor, 1)?));
+        Ok(())
+    }
+
+    /// Whether the supervisor's roster names this process as the newest life of `process`; without a roster it does not.
+    #[must_use]
+    pub fn is_listed(&self, process: Process) -> bool {
+        let (pid, made_at_ns) = identity(self.node.id().value());
+        let roster = self.listed.as_ref().map(|listed| listed.roster());
+        roster.is_some_and(|roster| roster.life(process).is_some_and(|life| life.made(pid, made_at_ns)))
+    }
+
+    /// What the readers of this node refused because the supervisor's roster does not name its writer.
+    #[must_use]
+    pub fn unlisted(&self) -> Unlisted {
+        self.listed.as_ref().map(|listed| listed.unlisted()).unwrap_or_default()
+    }
+
+    /// The number of this process as the middleware knows it, by which the roster names it.
+    #[must_use]
+    pub fn pid(&self) -> u32 {
+        identity(self.node.id().value()).0
+    }
+
+    fn writers(&self, owner: Option<Process>) -> Writers {
+        Writers::new(self.listed.clone(), owner)
     }
 
     /// Opens the writing end of a topic for frames of up to `capacity` entries.
@@ -62,9 +101,10 @@ impl Node {
     ///
     /// # Errors
     ///
-    /// The topic has a writer already, other frames than asked for, or shared memory is full.
+    /// The topic has a writer already, as far as no roster tells the right one from it, other frames than asked for, or shared memory is full.
     pub fn outlet<T: Topic>(&self, number: Option<u32>, capacity: usize) -> Result<Outlet<T>, PortError> {
-        Outlet::open(&self.node, topic_name::<T>(number), capacity, self.queues, self.incarnation)
+        let is_supervised = self.listed.is_some();
+        Outlet::open(&self.node, number, capacity, self.queues, self.incarnation, is_supervised)
     }
 
     /// Opens a reading end of a topic.
@@ -74,7 +114,20 @@ impl Node {
     /// The topic has too many readers already, other frames than asked for, or shared memory is
     /// full.
     pub fn inlet<T: Topic>(&self, number: Option<u32>) -> Result<Inlet<T>, PortError> {
-        Inlet::open(&self.node, topic_name::<T>(number), self.queues, false)
+        Inlet::open(&self.node, number, self.queues, false, self.writers(T::writer(number)))
+    }
+
+    /// The same of a topic that the configuration gives to a process, such as that of a source to the simulator.
+    ///
+    /// # Errors
+    ///
+    /// As [`inlet`](Self::inlet).
+    pub fn inlet_from<T: Topic>(
+        &self,
+        number: Option<u32>,
+        owner: Option<Process>,
+    ) -> Result<Inlet<T>, PortError> {
+        Inlet::open(&self.node, number, self.queues, false, self.writers(owner))
     }
 
     /// Opens a reading end of a topic that can be waited on: its writer rings a bell with every
@@ -84,7 +137,7 @@ impl Node {
     ///
     /// As [`inlet`](Self::inlet).
     pub fn waking_inlet<T: Topic>(&self, number: Option<u32>) -> Result<Inlet<T>, PortError> {
-        Inlet::open(&self.node, topic_name::<T>(number), self.queues, true)
+        Inlet::open(&self.node, number, self.queues, true, self.writers(T::writer(number)))
     }
 
     /// Opens a reading end of a topic of a robot that runs already, for somebody who looks on: in wall time with a
@@ -96,7 +149,7 @@ impl Node {
     ///
     /// The topic has too many readers already, or other frames than asked for.
     pub fn made_inlet<T: Topic>(&self, number: Option<u32>) -> Result<Option<Inlet<T>>, PortError> {
-        Inlet::open_made(&self.node, topic_name::<T>(number))
+        Inlet::open_made(&self.node, number, self.writers(T::writer(number)))
     }
 
     /// Cleans up after dead processes of the domain. Scans and allocates: never in a real-time
@@ -110,7 +163,7 @@ impl Node {
     }
 }
 
-fn topic_name<T: Topic>(number: Option<u32>) -> String {
+pub(crate) fn topic_name<T: Topic>(number: Option<u32>) -> String {
     number.map_or_else(|| T::NAME.to_owned(), |number| format!("{}/{number}", T::NAME))
 }
 

@@ -4,7 +4,7 @@ use std::mem::MaybeUninit;
 use iceoryx2::node::Node as RawNode;
 use iceoryx2::port::BackpressureAction;
 use iceoryx2::port::notifier::Notifier;
-use iceoryx2::port::publisher::Publisher;
+use iceoryx2::port::publisher::{Publisher, PublisherCreateError};
 use iceoryx2::prelude::{AllocationStrategy, BackpressureStrategy, CallbackProgression};
 use iceoryx2::sample_mut::SampleMut;
 use iceoryx2::sample_mut_uninit::SampleMutUninit;
@@ -12,8 +12,10 @@ use iceoryx2::service::ipc::Service;
 use iceoryx2::service::port_factory::PortFactory as _;
 use message::{Head as _, Topic};
 
+use crate::node::topic_name;
 use crate::queues::{LOANED, READERS, alive};
 use crate::service::{Frames, bell_service, frame_service};
+use crate::writers::identity;
 use crate::{Delivery, PortError, Queues, SendError};
 
 /// A frame's memory, not yet written.
@@ -38,14 +40,20 @@ pub struct Outlet<T: Topic> {
 impl<T: Topic> Outlet<T> {
     pub(crate) fn open(
         node: &RawNode<Service>,
-        topic: String,
+        number: Option<u32>,
         capacity: usize,
         queues: Queues,
         incarnation: u64,
+        is_supervised: bool,
     ) -> Result<Self, PortError> {
-        let purpose = "writing";
+        let (topic, purpose) = (topic_name::<T>(number), "writing");
         let failed = |reason: &dyn fmt::Debug| PortError::new(&topic, purpose, reason);
-        let service = frame_service::<T>(node, &topic, queues, purpose)?;
+        let service = frame_service::<T>(node, (&topic, number), queues, purpose)?;
+        let publishers = publishers::<T>(&service);
+        // Under a supervisor, readers tell its process from others that publish; without one, the first keeps the topic.
+        if !publishers.is_empty() && (!is_supervised || T::writer(number).is_none()) {
+            return Err(PortError::taken(&topic, &publishers));
+        }
         // Whoever made the topic may have made it for longer queues.
         let made = service.static_config();
         let (readers, borrowed) = (made.max_subscribers(), made.subscriber_max_borrowed_samples());
@@ -61,8 +69,14 @@ impl<T: Topic> Outlet<T> {
             // Only without overflow is a queue ever full.
             .set_backpressure_handler(|_| BackpressureAction::DiscardDataAndFail)
             .create()
-            .map_err(|error| failed(&error))?;
-        let bell = bell_service(node, &topic, purpose)?
+            .map_err(|error| {
+                if error == PublisherCreateError::ExceedsMaxSupportedPublishers {
+                    PortError::taken(&topic, &publishers)
+                } else {
+                    failed(&error)
+                }
+            })?;
+        let bell = bell_service::<T>(node, (&topic, number), purpose)?
             .notifier_builder()
             .create()
             .map_err(|error| failed(&error))?;
@@ -183,6 +197,16 @@ impl<T: Topic> Outlet<T> {
     fn failed(&self, reason: &dyn fmt::Debug) -> SendError {
         SendError::Failed { topic: self.topic.clone(), reason: format!("{reason:?}") }
     }
+}
+
+/// The numbers of the processes that publish.
+fn publishers<T: Topic>(service: &Frames<T>) -> Vec<u32> {
+    let mut pids = Vec::new();
+    service.dynamic_config().list_publishers(|publisher| {
+        pids.push(identity(publisher.publisher_id.value()).0);
+        CallbackProgression::Continue
+    });
+    pids
 }
 
 impl<T: Topic> fmt::Debug for Outlet<T> {

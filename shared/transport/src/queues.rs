@@ -1,5 +1,8 @@
 /// Readers that a topic has at most: its process, a recorder, a bench and somebody who looks.
 pub(crate) const READERS: usize = 8;
+/// Publishers that a topic of the robot's processes has at most: its process, one that was killed and is not cleaned up
+/// yet, and some that are none of the robot's and must not keep it out.
+pub(crate) const WRITERS: usize = 4;
 /// Frames that a reader holds at a time.
 pub(crate) const BORROWED: usize = 2;
 /// Frames that the writer writes at a time.

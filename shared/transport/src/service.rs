@@ -9,7 +9,7 @@ use iceoryx2::service::ipc::Service;
 use iceoryx2::service::port_factory::{event, publish_subscribe};
 use message::Topic;
 
-use crate::queues::{BORROWED, READERS};
+use crate::queues::{BORROWED, READERS, WRITERS};
 use crate::{Delivery, PortError, Queues};
 
 /// Nodes that use a topic at most, dead ones that the janitor has not seen yet included.
@@ -19,10 +19,15 @@ const NODES: usize = 16;
 pub(crate) type Frames<T> =
     publish_subscribe::PortFactory<Service, [<T as Topic>::Entry], <T as Topic>::Head>;
 
+/// Places for publishers. A source of the configuration has one: its readers know no other by which to choose.
+fn places<T: Topic>(number: Option<u32>) -> usize {
+    if T::writer(number).is_some() { WRITERS } else { 1 }
+}
+
 /// The service that carries the frames of a topic.
 pub(crate) fn frame_service<T: Topic>(
     node: &RawNode<Service>,
-    topic: &str,
+    (topic, number): (&str, Option<u32>),
     queues: Queues,
     purpose: &'static str,
 ) -> Result<Frames<T>, PortError> {
@@ -30,7 +35,7 @@ pub(crate) fn frame_service<T: Topic>(
         .service_builder(&service_name(topic, purpose)?)
         .publish_subscribe::<[T::Entry]>()
         .user_header::<T::Head>()
-        .max_publishers(1)
+        .max_publishers(places::<T>(number))
         .max_subscribers(READERS)
         .max_nodes(NODES)
         .history_size(0)
@@ -72,14 +77,14 @@ pub(crate) fn made_frame_service<T: Topic>(
 }
 
 /// The event service that wakes the readers of a topic.
-pub(crate) fn bell_service(
+pub(crate) fn bell_service<T: Topic>(
     node: &RawNode<Service>,
-    topic: &str,
+    (topic, number): (&str, Option<u32>),
     purpose: &'static str,
 ) -> Result<event::PortFactory<Service>, PortError> {
     node.service_builder(&service_name(topic, purpose)?)
         .event()
-        .max_notifiers(1)
+        .max_notifiers(places::<T>(number))
         .max_listeners(READERS)
         .max_nodes(NODES)
         .event_id_max_value(1)

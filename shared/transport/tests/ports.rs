@@ -299,6 +299,10 @@ impl Topic for OtherEvents {
     type Head = Header;
     type Entry = Utterance;
     const NAME: &'static str = Events::NAME;
+
+    fn writer(number: Option<u32>) -> Option<Process> {
+        Events::writer(number)
+    }
 }
 
 #[test]

@@ -33,6 +33,10 @@ pub struct Row {
     pub drops: u64,
     /// Frames or entries refused as nonsense.
     pub refused: u64,
+    /// Frames refused because the roster does not name their publisher.
+    pub unlisted_frames: u64,
+    /// The process number of the newest such publisher; zero where there was none.
+    pub unlisted_pid: u64,
     /// Of the sensor process: its sensory sources.
     pub sources: Vec<SourceRow>,
     /// Of the motor process: its servo buses.
@@ -327,6 +331,8 @@ fn row(process: Process, health: &Health, earlier: Option<&Health>) -> Row {
         skipped: health.skipped,
         drops: health.drops,
         refused: health.refused,
+        unlisted_frames: health.unlisted_frames,
+        unlisted_pid: health.unlisted_pid,
         sources: Vec::new(),
         buses: Vec::new(),
         joints: None,

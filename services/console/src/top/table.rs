@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 
 use super::rows::{BusRow, PerspectiveRow, Row};
 
-/// The rows as a table of 100 columns, with a line for each sensory source, each perspective and each
+/// The rows as a table of 100 columns, with a line for each process that refused frames, each sensory source, each perspective and each
 /// servo bus below it.
 #[must_use]
 pub fn table(rows: &[Row]) -> String {
@@ -33,6 +33,11 @@ pub fn table(rows: &[Row]) -> String {
             row.drops,
             row.restarts,
         );
+    }
+    for row in rows {
+        if let Some(line) = unlisted(row) {
+            let _ = writeln!(out, "{line}");
+        }
     }
     for (number, source) in rows.iter().flat_map(|row| row.sources.iter().enumerate()) {
         let lost: Vec<String> =
@@ -74,6 +79,16 @@ pub fn table(rows: &[Row]) -> String {
         let _ = writeln!(out, "perspective {number} {path:<12} {steps:>8} steps {beliefs:>13} beliefs");
     }
     out
+}
+
+/// What a process refused of processes that its supervisor did not start, if anything.
+pub(super) fn unlisted(row: &Row) -> Option<String> {
+    (row.unlisted_frames > 0).then(|| {
+        format!(
+            "{:<10} refused {} frames of process {}, which the supervisor did not start",
+            row.process, row.unlisted_frames, row.unlisted_pid
+        )
+    })
 }
 
 /// What went wrong on a bus, as far as anything did.
@@ -156,6 +171,16 @@ mod tests {
         let document = serde_json::to_value(&rows[0].buses[0]).unwrap();
         let keys = ["alerts", "restarts", "watchdogs", "refusals", "duplicates", "hang_ups"];
         assert_eq!(keys.map(|key| document[key].as_u64()), [2, 3, 4, 5, 6, 8].map(Some));
+    }
+
+    #[test]
+    fn a_process_says_whose_frames_it_refused() {
+        let mut health = Health::default();
+        (health.unlisted_frames, health.unlisted_pid) = (3, 77);
+        let processes = [(Process::Motor, health)].into();
+        let rows = rows(&Readings { processes, ..Readings::default() }, &[].into());
+        let line = words(table(&rows).lines().last().unwrap());
+        assert_eq!(line, "motor refused 3 frames of process 77, which the supervisor did not start");
     }
 
     #[test]

@@ -7,7 +7,7 @@ use process::Launch;
 use transport::{Domain, HealthReader, Inlet, Node};
 
 use super::{BenchError, Case, bare};
-use crate::Children;
+use crate::{Children, Lives};
 
 /// The processes between an observation and a belief, in the order of starting.
 const PROCESSES: [Process; 3] = [Process::Belief, Process::Sensor, Process::Simulator];
@@ -51,7 +51,8 @@ pub(super) fn percept_to_belief(domain: &Domain, node: &Node, case: Case) -> Res
         ("simulator.rate_hz", rate),
     ]);
     std::fs::write(&file, text)?;
-    let mut children = Children::new().map_err(crate::RunError::Executable)?;
+    let lives = Lives::put_up(node, &PROCESSES).map_err(BenchError::port)?;
+    let mut children = Children::new().map_err(crate::RunError::Executable)?.with_lives(lives);
     // A name for each life of each process, because the boards of one domain are told apart by it.
     let incarnation = u64::from(case.rate_hz) * 100_000 + u64::from(case.objects);
     let mut beliefs = node.waking_inlet::<Beliefs>(Some(LAST_PERSPECTIVE)).map_err(BenchError::port)?;

@@ -8,7 +8,7 @@ use std::path;
 
 use message::{
     ActAnswer, Aspect, Belief, BeliefHead, BusHealth, Buses, DEPTH_MOST, Difference, DivergenceHead, Done,
-    Event, Header, Health, Histogram, JointGoal, JointState, Joints, LOSSES, LinkHealth, MAX_BUSES,
+    Event, Header, Health, Histogram, JointGoal, JointState, Joints, LOSSES, Life, LinkHealth, MAX_BUSES,
     MAX_JOINTS, MAX_PERCEPTS, MAX_PERSPECTIVES, MAX_SOURCES, Observation, Path, Perceived, PerceptHead,
     PerceptValue, PerspectiveHealth, Perspectives, Remembered, Roster, STATES, SceneHead, SceneObject,
     Snapshot, SourceHealth, Sources, TEXT_CAPACITY, TeacherAct, Text, Turn, Utterance,
@@ -57,12 +57,13 @@ pub(crate) fn compiled() -> Vec<Compiled> {
         Header { valid_at_ns, sequence, incarnation, hops_ns, left_out }
         Health {
             pid, incarnation, beat, beat_at_ns, started_at_ns, period_ns, cycles, overruns, skipped, drops,
-            undelivered, refused, page_faults, missing_rights, wakeup, execution, latency
+            undelivered, refused, unlisted_frames, unlisted_pid, page_faults, missing_rights, wakeup, execution, latency
         }
         Histogram {}
         JointGoal { joint, reserved, goal_position_rad, arrive_at_ns }
         JointState { joint, sampled_at_ns, reserved }
         Joints { count, locks, limited, refused, states }
+        Life { incarnation, began_at_ns, ended_at_ns, pid }
         LinkHealth {
             is_heard, hearings, round_trip_ns, clock_error_ns, sent, overtaken, given_up, received, lost,
             refused, late, bytes_sent, bytes_received, delay
@@ -78,7 +79,7 @@ pub(crate) fn compiled() -> Vec<Compiled> {
         PerspectiveHealth { path, steps, beliefs, left_out, refused }
         Perspectives { count, perspectives }
         Remembered { sampled_at_ns, percept, matching, confidence }
-        Roster { incarnations }
+        Roster {}
         SceneHead {
             header, base_position_m, base_orientation_xyzw, began_at_ns, mode, table, tables, steps, lesson
         }

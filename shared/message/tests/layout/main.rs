@@ -45,7 +45,7 @@ fn written(declared: &BTreeMap<String, Declared>, compiled: &[Compiled]) -> Stri
 fn every_layout_is_the_one_written_down_for_its_version() {
     let written = written(&declared(), &compiled());
     compare("tests/layout.txt", &written);
-    assert_eq!(written.lines().filter(|line| line.starts_with("leo/")).count(), 35);
+    assert_eq!(written.lines().filter(|line| line.starts_with("leo/")).count(), 36);
 }
 
 #[test]
@@ -69,7 +69,7 @@ fn the_compiler_lays_the_types_out_as_written_down() {
         assert_eq!(public, compiled_type.offsets, "{}", compiled_type.name);
         compared += public.len();
     }
-    assert_eq!(compared, 187);
+    assert_eq!(compared, 192);
 }
 
 #[test]
@@ -80,7 +80,7 @@ fn every_type_name_is_the_types_own_and_carries_a_version() {
         let version = version.and_then(|version| version.parse::<u32>().ok());
         assert!(version.is_some_and(|version| version > 0), "{} names {name}", declared.type_name);
     }
-    assert_eq!(declared.len(), 35);
+    assert_eq!(declared.len(), 36);
 }
 
 /// Head and entry of a topic.

@@ -1,0 +1,120 @@
+//! Who publishes: a reader takes frames only from the processes that the supervisor's roster names.
+
+use std::cell::Cell;
+use std::fmt;
+use std::rc::Rc;
+
+use iceoryx2::unique_id_generator::unique_system_id::UniqueSystemId;
+use message::{Process, Roster};
+
+use crate::RosterReader;
+
+/// Processes that a reader tells of; the frames of further ones are only counted.
+const TOLD: usize = 8;
+
+/// What the readers of one node refused because the roster does not name its writer.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Unlisted {
+    /// Frames.
+    pub frames: u64,
+    /// The process number of the newest of their writers; zero where there was none.
+    pub pid: u32,
+}
+
+/// The supervisor's roster, and what was refused by it.
+pub(crate) struct Listed {
+    roster: RosterReader,
+    unlisted: Cell<Unlisted>,
+}
+
+impl Listed {
+    pub(crate) fn new(roster: RosterReader) -> Rc<Self> {
+        Rc::new(Self { roster, unlisted: Cell::default() })
+    }
+
+    pub(crate) fn roster(&self) -> Roster {
+        self.roster.read()
+    }
+
+    pub(crate) fn unlisted(&self) -> Unlisted {
+        self.unlisted.get()
+    }
+}
+
+impl fmt::Debug for Listed {
+    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(out, "Listed({:?})", self.unlisted.get())
+    }
+}
+
+/// The publishers of one topic, as one of its readers knows them.
+pub(crate) struct Writers {
+    /// The supervisor's roster; without one, everybody may publish.
+    listed: Option<Rc<Listed>>,
+    /// Whose topic it is. A source has no owner: everybody may publish there.
+    owner: Option<Process>,
+    /// The publisher whose frames were taken last: its identifier is new in every life.
+    accepted: u128,
+    /// The processes that were told.
+    told: [u32; TOLD],
+    told_count: usize,
+}
+
+impl Writers {
+    pub(crate) fn new(listed: Option<Rc<Listed>>, owner: Option<Process>) -> Self {
+        Self { listed, owner, accepted: 0, told: [0; TOLD], told_count: 0 }
+    }
+
+    /// Whether the frames of a publisher are taken. No system call, no lock, no allocation; one comparison while the
+    /// publisher stays the same.
+    #[inline]
+    pub(crate) fn accept(&mut self, publisher: u128, topic: &str) -> bool {
+        publisher == self.accepted || self.judge(publisher, topic)
+    }
+
+    #[cold]
+    fn judge(&mut self, publisher: u128, topic: &str) -> bool {
+        let Some(listed) = &self.listed else {
+            self.accepted = publisher;
+            return true;
+        };
+        let (pid, made_at_ns) = identity(publisher);
+        let may_publish = self.owner.is_none_or(|owner| listed.roster().may_publish(owner, pid, made_at_ns));
+        if may_publish {
+            self.accepted = publisher;
+            if self.owner.is_none() && self.is_new(pid) {
+                tracing::info!("process {pid} publishes on `{topic}`");
+            }
+            return true;
+        }
+        let frames = listed.unlisted.get().frames.saturating_add(1);
+        listed.unlisted.set(Unlisted { frames, pid });
+        if self.is_new(pid) {
+            tracing::error!(
+                "process {pid} publishes on `{topic}`, and the supervisor's roster does not name it: its frames are \
+                 refused and counted; end that process"
+            );
+        }
+        false
+    }
+
+    /// Whether a process is to be told of: each is once.
+    fn is_new(&mut self, pid: u32) -> bool {
+        if self.told.iter().take(self.told_count).any(|told| *told == pid) {
+            return false;
+        }
+        let Some(slot) = self.told.get_mut(self.told_count) else { return false };
+        *slot = pid;
+        self.told_count += 1;
+        true
+    }
+}
+
+/// The process number in a port's identifier, and when the port was made, in nanoseconds of the monotonic clock.
+pub(crate) fn identity(port: u128) -> (u32, u64) {
+    let id = UniqueSystemId::from(port);
+    let made = id.creation_time();
+    let made_at_ns =
+        made.seconds().saturating_mul(1_000_000_000).saturating_add(u64::from(made.nanoseconds()));
+    (u32::try_from(id.pid().value()).unwrap_or(0), made_at_ns)
+}

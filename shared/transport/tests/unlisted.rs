@@ -1,0 +1,122 @@
+//! Readers take frames only from the processes that the supervisor's roster names, over real shared memory.
+#![expect(clippy::expect_used, reason = "a test fails by panicking")]
+
+use message::{EventKind, Events, Head as _, Header, Observation, Observations, Process, Roster, Topic};
+use transport::janitor::{Janitor, claim};
+use transport::{Delivery, Domain, Inlet, Node, Outlet, Queues, RosterWriter, Unlisted};
+
+const QUEUES: Queues = Queues { frames: 4, delivery: Delivery::Newest };
+
+fn send(outlet: &mut Outlet<Events>) {
+    let event = message::Event::new(EventKind::Said, "", "x");
+    outlet.send(Header::at(0), 1, |_| event, |_| {}).expect("room");
+}
+
+/// Incarnations of the frames that wait.
+fn received<T: Topic>(inlet: &mut Inlet<T>) -> Vec<u64> {
+    let next = || inlet.receive().expect("works").map(|frame| frame.head().header().incarnation);
+    std::iter::from_fn(next).collect()
+}
+
+fn now_ns() -> u64 {
+    clock::now().as_nanos()
+}
+
+#[test]
+fn a_reader_takes_frames_of_the_listed_life_alone_and_allocates_nothing_for_it() {
+    let domain = Domain::named(&format!("unlisted-{}", std::process::id())).expect("a legal name");
+    let claimed = claim(&domain).expect("is free");
+    domain.make().expect("/dev/shm is writable");
+    check(&domain);
+    Janitor::new(&domain).wipe(claimed);
+}
+
+fn check(domain: &Domain) {
+    let life = |incarnation| Node::join(domain, "test", incarnation, QUEUES).expect("the domain was made");
+    let mut reader = life(0);
+    assert!(reader.follow_roster().is_err(), "no supervisor runs");
+    let mut open_to_all = reader.inlet::<Events>(None).expect("a free reader");
+    let mut board = RosterWriter::create(&reader, Process::Supervisor, 1).expect("is the first");
+    reader.follow_roster().expect("there is a roster");
+    let supervised = |incarnation| {
+        let mut node = life(incarnation);
+        node.follow_roster().expect("there is a roster");
+        node
+    };
+    let mut inlet = reader.inlet::<Events>(None).expect("a free reader");
+    // A process that the supervisor did not start, and one that it does start.
+    let nodes = [1, 2, 3].map(supervised);
+    let open = |node: &Node| node.outlet::<Events>(None, 1).expect("a free writer");
+    let mut stray = open(&nodes[0]);
+    let pid = reader.pid();
+    let mut roster = Roster::default();
+    roster.set_incarnation(Process::Learner, 2);
+    board.write(&roster);
+    send(&mut stray);
+    assert!(received(&mut inlet).is_empty(), "a life whose process is not known publishes nothing");
+    assert_eq!(reader.unlisted(), Unlisted { frames: 1, pid });
+
+    roster.set_pid(Process::Learner, pid, now_ns());
+    board.write(&roster);
+    assert!(!nodes[1].is_listed(Process::Learner), "it was made before");
+    let mut learner = open(&nodes[1]);
+    send(&mut stray);
+    send(&mut learner);
+    send(&mut stray);
+    assert_eq!(received(&mut inlet), [2]);
+    assert_eq!(reader.unlisted().frames, 3);
+    let mut all = received(&mut open_to_all);
+    all.sort_unstable();
+    assert_eq!(all, [1, 1, 1, 2], "a reader without a roster takes them all");
+    let drops = inlet.drops();
+    let allocations = testkit::allocations_in(|| {
+        for _turn in 0..4 {
+            assert!(inlet.receive().expect("works").is_none());
+        }
+    });
+    assert_eq!((allocations, drops), (0, 0), "one writer's numbers are not compared with another's");
+    (0..3).for_each(|_| send(&mut stray));
+    (0..3).for_each(|_| send(&mut learner));
+    let mut taken = 0;
+    let allocations = testkit::allocations_in(|| {
+        while inlet.receive().expect("works").is_some() {
+            taken += 1;
+        }
+    });
+    assert_eq!((allocations, taken, reader.unlisted().frames), (0, 3, 6));
+
+    // Its last frames count after its end, also for a reader that has heard nothing of it before.
+    let mut late = reader.inlet::<Events>(None).expect("a free reader");
+    send(&mut learner);
+    roster.end(Process::Learner, now_ns());
+    board.write(&roster);
+    let mut reused = open(&nodes[2]);
+    send(&mut reused);
+    assert_eq!(
+        (received(&mut inlet), received(&mut late)),
+        (vec![2], vec![2]),
+        "the number is another's now"
+    );
+
+    // A new life.
+    drop(learner);
+    roster.set_incarnation(Process::Learner, 3);
+    board.write(&roster);
+    let began_at_ns = now_ns();
+    drop(reused);
+    let mut next = open(&nodes[2]);
+    roster.set_pid(Process::Learner, pid, began_at_ns);
+    board.write(&roster);
+    (0..2).for_each(|_| send(&mut next));
+    assert_eq!(received(&mut inlet), [3, 3], "none of its first frames is lost");
+
+    // Sources are started by others. The configuration may name one of the robot's processes as the source.
+    let mut source = nodes[0].outlet::<Observations>(Some(0), 1).expect("a free writer");
+    let mut of_anybody = reader.inlet::<Observations>(Some(0)).expect("a free reader");
+    let simulator = Some(Process::Simulator);
+    let mut of_simulator = reader.inlet_from::<Observations>(Some(0), simulator).expect("a free reader");
+    source.send(Header::at(0), 1, |_| Observation::object(0, 0), |_| {}).expect("room");
+    assert_eq!((received(&mut of_anybody), received(&mut of_simulator)), (vec![1], vec![]));
+    let taken = nodes[1].outlet::<Observations>(Some(0), 1).expect_err("one source").to_string();
+    assert!(taken.contains(&format!("process {pid} publishes on it already")), "{taken}");
+}

@@ -1,0 +1,106 @@
+use clock::Duration;
+use message::{
+    ActAnswer, Belief, Event, EventKind, Feature, Head as _, Header, Hop, JointCause, JointGoal, JointGoals,
+    JointMode, JointState, Observation, Perceived, PerceptHead, PerceptValue, Percepts, SceneObject,
+    Snapshot, SourceSet, TeacherAct, TeacherActKind, Text, Topic, Utterance,
+};
+use transport::{Delivery, Node, Outlet, Queues};
+
+/// As in `leo.toml`: every port of a domain has the same queues, and frames hold so much.
+pub(crate) const QUEUES: Queues = Queues { frames: 4, delivery: Delivery::Newest };
+const CAPACITY: usize = 64;
+const JOINTS: usize = 65;
+
+/// How far from its place a joint is told to move.
+pub(crate) const GOAL_OFFSET_RAD: f64 = 0.2;
+/// Where nothing of the lesson is.
+pub(crate) const FALSE_PLACE_M: [f32; 3] = [0.2, 0.9, 0.4];
+/// The number of the percept of place in `percepts.toml`.
+const POSITION: u16 = 0;
+
+/// Publishes on a topic that another process has left.
+pub(crate) struct Rogue<T: Topic> {
+    outlet: Outlet<T>,
+}
+
+impl<T: Topic> Rogue<T> {
+    pub(crate) fn open(node: &Node, number: Option<u32>) -> Option<Self> {
+        let capacity = if T::NAME == JointGoals::NAME { JOINTS } else { CAPACITY };
+        node.outlet(number, capacity).ok().map(|outlet| Self { outlet })
+    }
+
+    pub(crate) fn publish(&mut self, mut head: T::Head, entries: &[T::Entry]) {
+        let now_ns = clock::now().as_nanos();
+        head.header_mut().valid_at_ns = now_ns;
+        self.outlet.send_all(head, entries, |_| {}).expect("never blocks");
+    }
+}
+
+impl Rogue<JointGoals> {
+    /// Tells every joint to move away from its place.
+    pub(crate) fn publish_goals(&mut self, places: &[f64]) {
+        let arrive_at_ns = (clock::now() + Duration::from_millis(300)).as_nanos();
+        let goal = |(joint, place): (usize, &f64)| JointGoal {
+            joint: u32::try_from(joint).expect("few"),
+            reserved: 0,
+            goal_position_rad: place + GOAL_OFFSET_RAD,
+            arrive_at_ns,
+        };
+        let goals: Vec<JointGoal> = places.iter().enumerate().map(goal).collect();
+        self.publish(Header::default(), &goals);
+    }
+}
+
+impl Rogue<Percepts> {
+    /// Reports an object where there is none.
+    pub(crate) fn publish_percepts(&mut self) {
+        let now = clock::now().as_nanos();
+        let mut header = Header::at(now);
+        header.pass(Hop::Observed, now);
+        header.pass(Hop::SensorStarted, now);
+        header.pass(Hop::Perceived, now);
+        let head = PerceptHead::new(header, SourceSet::of(0));
+        let mut snapshot = Snapshot::default();
+        assert!(snapshot.push(PerceptValue::new(POSITION, 1.0, 1.0, Feature::Vector(FALSE_PLACE_M))));
+        let observation = Observation { position_m: FALSE_PLACE_M, ..observation() };
+        self.publish(head, &[Perceived { observation, snapshot }]);
+    }
+}
+
+/// Whether a belief is of the object that there is not.
+pub(crate) fn is_of_false_place(belief: &Belief) -> bool {
+    let place = belief.vector(POSITION).unwrap_or([f64::NAN; 3]);
+    place.iter().zip(FALSE_PLACE_M).all(|(one, other)| (one - f64::from(other)).abs() < 0.01)
+}
+
+pub(crate) fn observation() -> Observation {
+    Observation::object(0, clock::now().as_nanos())
+}
+
+pub(crate) fn belief() -> Belief {
+    Belief::new(1, 1, 1, 1, 0)
+}
+
+pub(crate) fn utterance() -> Utterance {
+    Utterance { speaker: 1, text: Text::new("Leo, do task 1") }
+}
+
+pub(crate) fn scene_object() -> SceneObject {
+    SceneObject::default()
+}
+
+pub(crate) fn answer() -> ActAnswer {
+    ActAnswer { serial: 1, refused: 0, text: Text::default() }
+}
+
+pub(crate) fn joint_state() -> JointState {
+    JointState::unread(0, JointMode::Following, JointCause::None)
+}
+
+pub(crate) fn act() -> TeacherAct {
+    TeacherAct::new(TeacherActKind::Say, 1)
+}
+
+pub(crate) fn event() -> Event {
+    Event::new(EventKind::Said, "task 1", "I know it")
+}
