@@ -65,6 +65,7 @@ fn writer() {
     let Some(disk) = disk() else { return };
     let path = disk.join("leo/learned.store");
     let mut store = Store::open(&path).unwrap_or_else(|error| panic!("{error}"));
+    say("begun", "", 0);
     assert_eq!(store.findings().lost, Lost::Nothing, "{}", store.findings());
     assert!(store.findings().damaged.is_empty(), "{}", store.findings());
     let held = store.load::<String, String>().expect("is readable");
@@ -122,7 +123,18 @@ impl Writer {
         let out = BufReader::new(child.stdout.take().expect("is piped"));
         let (to, lines) = channel();
         std::thread::spawn(move || out.lines().map_while(Result::ok).try_for_each(|line| to.send(line)));
-        Self { child, lines }
+        let writer = Self { child, lines };
+        // `unshare` is not to be stopped before it has started its child.
+        while writer.line() != "begun;;0" {}
+        writer
+    }
+
+    fn line(&self) -> String {
+        match self.lines.recv_timeout(Duration::from_secs(60)) {
+            Ok(line) => line,
+            Err(RecvTimeoutError::Timeout) => panic!("it says nothing"),
+            Err(RecvTimeoutError::Disconnected) => panic!("it ended by itself"),
+        }
     }
 
     fn signal(&self, name: &str) {
@@ -193,7 +205,7 @@ fn histories() {
     let (mut chance, mut acknowledged) = (2006, Acknowledged::default());
     let (mut stops, mut fills) = (0, 0);
     acknowledged.compare(&path);
-    for life in 0..LIVES {
+    for _life in 0..LIVES {
         let clock_s = i64::try_from(below(&mut chance, 100_000_000)).expect("small");
         let writer = Writer::start(clock_s, has_clocks);
         for _ in 0..1 + below(&mut chance, 4) {
@@ -211,11 +223,7 @@ fn histories() {
             }
             let lines = below(&mut chance, 30);
             for _ in 0..lines {
-                match writer.lines.recv_timeout(Duration::from_secs(60)) {
-                    Ok(line) => acknowledged.note(&line),
-                    Err(RecvTimeoutError::Timeout) => panic!("life {life}: it says nothing"),
-                    Err(RecvTimeoutError::Disconnected) => panic!("life {life}: it ended by itself"),
-                }
+                acknowledged.note(&writer.line());
             }
         }
         writer.signal("KILL");
