@@ -117,6 +117,16 @@ fn what_was_learned_is_brought_forward_where_it_is_and_nowhere_else_and_not_whil
     drop(memory);
     let told = migrate(&state);
     assert!(told.status == Some(0) && told.out.contains("is of this version"), "{told:?}");
+
+    let state = files.path().join("old");
+    fs::create_dir(&state).expect("makes");
+    fs::copy("shared/store/tests/version_1.redb", state.join("learned.redb")).expect("copies");
+    let told = migrate(&state);
+    assert!(told.status == Some(0) && told.out.contains("was migrated; as it was: "), "{told:?}");
+    assert!(told.out.contains("old/learned.v1.redb") && state.join("learned.v1.redb").exists(), "{told:?}");
+    fs::write(state.join("learned.copy.store"), "nonsense").expect("writes");
+    let told = migrate(&state);
+    assert!(told.status == Some(0) && told.err.contains("learned.copy.damaged.store"), "{told:?}");
 }
 
 #[test]

@@ -293,6 +293,54 @@ fn an_ordinary_user_is_told_whose_the_folder_is_that_they_may_not_open() {
 }
 
 #[test]
+fn what_was_learned_is_looked_for_in_no_folder_file_or_link_of_another_user() {
+    if !is_root() {
+        return;
+    }
+    let files = tempfile::tempdir().expect("a folder");
+    fs::set_permissions(files.path(), fs::Permissions::from_mode(0o755)).expect("root may");
+    let program = files.path().join("leo");
+    fs::copy(env!("CARGO_BIN_EXE_leo"), &program).expect("copies");
+    fs::set_permissions(&program, fs::Permissions::from_mode(0o755)).expect("root may");
+    let list =
+        |state: &Path| other(&format!("'{}' tasks list --state '{}'", program.display(), state.display()));
+    let refused = |state: &Path, word: &str| {
+        let (succeeds, said) = list(state);
+        assert!(!succeeds && said.contains(word), "{word}: {said}");
+    };
+
+    let of_root = files.path().join("of-root");
+    fs::DirBuilder::new().create(&of_root).expect("writes");
+    fs::set_permissions(&of_root, fs::Permissions::from_mode(0o777)).expect("root may");
+    refused(&of_root, "belongs to the user with the number 0");
+    assert_eq!(fs::read_dir(&of_root).expect("is there").count(), 0, "nothing is made in it");
+
+    let own = files.path().join("own");
+    fs::DirBuilder::new().mode(0o700).create(&own).expect("writes");
+    std::os::unix::fs::chown(&own, Some(OTHER), Some(OTHER)).expect("root may");
+    let link = files.path().join("link");
+    symlink(&own, &link).expect("writes");
+    refused(&link, "is a symbolic link");
+    assert_eq!(fs::read_dir(&own).expect("is there").count(), 0, "nothing is made behind it");
+    for name in ["learned.store", "learned.copy.store", "learned.redb"] {
+        fs::write(own.join(name), "of root").expect("writes");
+        fs::set_permissions(own.join(name), fs::Permissions::from_mode(0o666)).expect("root may");
+        refused(&own, &format!("{name} belongs to the user with the number 0"));
+        assert_eq!(fs::read_to_string(own.join(name)).expect("is there"), "of root");
+        fs::remove_file(own.join(name)).expect("is there");
+    }
+
+    // What root makes there is for that user.
+    let listed = Command::new(&program).args(["tasks", "list", "--state"]).arg(&own).output().expect("runs");
+    assert!(listed.status.success(), "{listed:?}");
+    for entry in fs::read_dir(&own).expect("is there").flatten() {
+        assert_eq!(entry.metadata().expect("is there").uid(), OTHER, "{:?}", entry.path());
+    }
+    let (succeeds, said) = list(&own);
+    assert!(succeeds, "{said}");
+}
+
+#[test]
 fn root_raises_and_releases_the_stop_of_another_users_robot_and_reads_nothing_of_theirs() {
     if !is_root() {
         return;

@@ -8,7 +8,7 @@ use std::os::unix::fs::{MetadataExt as _, chown};
 use std::path::{Path, PathBuf};
 
 use config::{Forward, Robot};
-use learner_process::Access;
+use learner_process::{Access, MemoryVersion};
 
 use super::super::domain::state_directory;
 use super::super::failure::Failed;
@@ -41,9 +41,8 @@ pub(super) fn migrate(config: Option<&Path>, state: Option<&Path>) -> Result<(),
 /// Brings what was learned forward: a store of an older version is taken over when it is opened.
 fn learned(state: &Path) -> Result<(), Failed> {
     let file = process::state::learned(state);
-    let looked = file.try_exists();
     // Opening makes a store where there is none, and whoever names the wrong directory shall not find one there.
-    if !looked.map_err(|error| Failed::because(format!("cannot look at {}: {error}", file.display())))? {
+    if learner_process::memory_version(state).map_err(Failed::usage)? == MemoryVersion::NoFile {
         return print(&format!(
             "nothing was learned in {}; where Leo remembers elsewhere, name it with --state\n\n",
             state.display()

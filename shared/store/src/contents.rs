@@ -34,6 +34,12 @@ impl Contents {
         }
     }
 
+    /// How many heads and items there are.
+    pub(crate) fn size(&self) -> u64 {
+        let items = self.items.values().map(BTreeMap::len).sum::<usize>();
+        u64::try_from(self.heads.len() + items).unwrap_or(u64::MAX)
+    }
+
     /// The changes that make these contents out of nothing. The places of the items of an entry have no gap there:
     /// whoever reads them as a list, and appends to it, uses the numbers of the list.
     pub(crate) fn changes(&self) -> Result<Vec<Change>, MigrationError> {

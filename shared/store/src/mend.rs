@@ -12,6 +12,8 @@ use crate::store::{End, size};
 use crate::survey::{Lost, Standing, Survey};
 use crate::{Damage, Findings, OpenError, ReadError, Store, VERSION};
 
+/// Both copies are written anew when so many records, and half of all, are of what was replaced or forgotten.
+const MOST_DEAD: u64 = 64;
 /// So many files of one kind may be set aside.
 const MOST_ASIDE: u32 = 1000;
 
@@ -43,7 +45,8 @@ impl Store {
         self.findings = Findings { lost, ..Findings::default() };
         self.end = End { generation, number: next, ..End::default() };
         let are_whole = standings.iter().all(|standing| *standing == Standing::Whole);
-        if are_whole && matches!(left, Left::Nothing) {
+        let is_overgrown = next > MOST_DEAD + 2 * contents.size();
+        if are_whole && !is_overgrown && matches!(left, Left::Nothing) {
             let length = copies.iter().flatten().map(size).next().unwrap_or(0);
             self.end = End { length, is_whole: true, ..self.end };
             return Ok(());

@@ -152,6 +152,21 @@ fn a_link_and_what_is_no_file_are_refused_and_nothing_behind_them_is_touched() {
 }
 
 #[test]
+fn what_was_replaced_or_forgotten_takes_no_room_after_the_next_start() {
+    let (_folder, path) = file();
+    let mut length = 0;
+    for life in 0..20_u32 {
+        let mut store = Store::open(&path).unwrap();
+        for item in 0..50_u32 {
+            store.put("task 1", &"TASK 1", 0, &(life * 100 + item)).unwrap();
+        }
+        assert_eq!(all(&mut store), [entry("task 1", &[life * 100 + 49])]);
+        length = fs::metadata(&path).unwrap().len();
+    }
+    assert!(length < 30_000, "{length}");
+}
+
+#[test]
 fn files_are_of_this_user_alone() {
     let (_folder, path) = file();
     let mut store = Store::open(&path).unwrap();
