@@ -32,7 +32,7 @@ use clap::{Args, Parser, Subcommand};
 use config::campaign::Campaign;
 use config::leo::Leo as Settings;
 use config::lesson::Lesson;
-use config::{ConfigError, Files, Robot};
+use config::{Files, Robot};
 use recording::{Subject, Time, stands};
 use supervisor_process::{ORDER, Orders, ProcessFaults, Record, Teaching};
 
@@ -146,6 +146,9 @@ struct Teach {
     /// Record the lesson, of which there may be one, for `leo replay` and for viewers
     #[arg(long, value_name = "FILE")]
     record: Option<PathBuf>,
+    /// Write over a file that is there
+    #[arg(long, requires = "record")]
+    overwrite: bool,
     /// The robot's leo.toml [default: built in]
     #[arg(long, value_name = "FILE")]
     config: Option<PathBuf>,
@@ -229,6 +232,7 @@ impl Run {
         linkable(&robot.leo.link)?;
         let faults = self.faults.as_deref().map(|file| campaign(file, &robot)).transpose()?;
         let state = domain::state_directory()?;
+        ::process::state::prepare(&state).map_err(Failed::usage)?;
         // Here it is one clear error; the learner could only die of it again and again. Another robot that has it
         // open is no obstacle: the learner says that this one forgets.
         let _access = learner_process::check_memory(&state).map_err(Failed::usage)?;
@@ -279,8 +283,7 @@ fn campaign(file: &Path, robot: &Robot) -> Result<(String, ProcessFaults), Failu
 }
 
 fn read(file: &Path) -> Result<String, Failure> {
-    std::fs::read_to_string(file)
-        .map_err(|source| Failed::usage(ConfigError::Read { file: file.to_owned(), source }))
+    config::text(file).map_err(Failed::usage)
 }
 
 impl Teach {
@@ -335,7 +338,8 @@ impl Teach {
         let x_world_base = stands(lesson);
         let subject =
             Subject::load(self.config.as_deref(), Time::Lockstep, partners, x_world_base, &program());
-        Ok(Some(Record { file, subject: subject.map_err(Failed::usage)? }))
+        let output = output::named(&file, self.overwrite);
+        Ok(Some(Record { output, subject: subject.map_err(Failed::usage)? }))
     }
 }
 

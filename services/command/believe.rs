@@ -105,6 +105,9 @@ impl Believe {
         summary.cut_short = reader.is_cut();
         summary.left_out = minds.left_out();
         summary.refused = reader.refused().iter().map(refusal).collect();
+        if let Some(unchecked) = reader.unchecked() {
+            tracing::warn!("{}: {unchecked}: damage there would not be noticed", self.trace.display());
+        }
         teller.close(&minds.all(), &summary, &mut out.text);
         out.write()?;
         Ok(())

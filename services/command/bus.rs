@@ -210,8 +210,7 @@ fn confirm(yes: bool, what: &str) -> Result<(), Failed> {
         return Err(Failed::usage(format!("{what}: say --yes if that is meant")));
     }
     output::print(&format!("{what}. Go on? [y/N] "))?;
-    let mut answer = String::new();
-    std::io::stdin().read_line(&mut answer).map_err(Failed::because)?;
+    let answer = output::answer()?.unwrap_or_default();
     if answer.trim().eq_ignore_ascii_case("y") { Ok(()) } else { Err(Failed::because("nothing was changed")) }
 }
 

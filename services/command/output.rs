@@ -1,11 +1,30 @@
 //! What the commands print.
 
 use std::io::Write as _;
+use std::path::Path;
 
 use account::Account;
+use budget::Lines;
 use config::Names;
+use folder::{Existing, Output};
 
 use super::failure::Failed;
+
+/// A file that the user named, which is written over only where that was asked for.
+pub(crate) fn named(file: &Path, overwrite: bool) -> Output {
+    Output::named(file, if overwrite { Existing::Replace } else { Existing::Keep })
+}
+
+/// The longest answer on standard input that is read, in bytes.
+const ANSWER_BYTES: usize = 4 << 10;
+
+/// A line of standard input; `None` at its end.
+pub(crate) fn answer() -> Result<Option<String>, Failed> {
+    let mut lines = Lines::new(std::io::stdin().lock(), "answer", ANSWER_BYTES);
+    let line =
+        lines.next_line().map_err(|error| Failed::because(format!("cannot read standard input: {error}")))?;
+    Ok(line.map(|line| String::from_utf8_lossy(line).into_owned()))
+}
 
 /// Prints what Leo learned in each lesson: its file, its title and the account.
 pub(crate) fn print_accounts(

@@ -30,9 +30,12 @@ const MEMORY_MOST: usize = 1_000_000_000;
                         docs/recording.md says what is in the file."
 )]
 pub(crate) struct Record {
-    /// The file, which is made anew
+    /// The file, which is made
     #[arg(value_name = "FILE", required_unless_present = "black_box")]
     file: Option<PathBuf>,
+    /// Write over a file that is there
+    #[arg(long, requires = "file")]
+    overwrite: bool,
     /// Have the robot write down what its own black box holds of its last minutes, now
     #[arg(long, conflicts_with_all = ["file", "record_for", "last", "config", "lesson"])]
     black_box: bool,
@@ -73,8 +76,9 @@ impl Record {
         // Before there is a file in which nothing would be.
         domain.agrees().map_err(Failed::because)?;
         let stop = process::stop_flag().map_err(Failed::because)?;
+        let to = output::named(file, self.overwrite);
         let recorder = match self.last {
-            None => Recorder::start(&domain, subject, file),
+            None => Recorder::start(&domain, subject, &to),
             Some(last) => Recorder::keep(&domain, subject, last, MEMORY_MOST),
         };
         let recorder = recorder.map_err(Failed::because)?;
@@ -88,7 +92,7 @@ impl Record {
         let mut said = String::new();
         if self.last.is_some() {
             let last = recorder.last().map_err(Failed::because)?;
-            let (frames, seconds) = (last.write(file).map_err(Failed::because)?, last.span().as_secs());
+            let (frames, seconds) = (last.write(&to).map_err(Failed::because)?, last.span().as_secs());
             said = format!("of these, the last {frames} were written, those of {seconds} s\n");
         }
         let counts = recorder.stop().map_err(Failed::because)?;

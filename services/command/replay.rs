@@ -43,6 +43,9 @@ pub(crate) struct Replay {
     /// Record what is played, and what the processes make of it now
     #[arg(long, value_name = "FILE")]
     record: Option<PathBuf>,
+    /// Write over a file that is there
+    #[arg(long, requires = "record")]
+    overwrite: bool,
 }
 
 /// Reads a multiple of real time: a thousandth to a thousandfold.
@@ -109,6 +112,9 @@ impl Replay {
             to: self.to,
             record: self.recorded(&reader, &robot)?,
         };
+        if reader.about().is_some_and(|about| about.time == Time::Lockstep) {
+            reader.require_check_sums();
+        }
         let played = supervisor_process::replay(&replaying, &mut reader, |frame| narration.tell(frame));
         let played = played.map_err(|error| {
             if matches!(error, ReplayError::Read(_)) { Failed::usage(error) } else { Failed::because(error) }
@@ -120,6 +126,9 @@ impl Replay {
                 "the file ends in the middle, after {} bytes: what stands before was played",
                 reader.bytes()
             );
+        }
+        if let Some(unchecked) = reader.unchecked() {
+            let _ = writeln!(text, "{unchecked}: damage there would not be noticed");
         }
         for (buffer, paired) in &played.paired {
             let Paired { equal, uncompared } = *paired;
@@ -155,7 +164,7 @@ impl Replay {
             x_world_base: about.x_world_base(),
             program: super::program(),
         };
-        Ok(Some(Record { file, subject }))
+        Ok(Some(Record { output: output::named(&file, self.overwrite), subject }))
     }
 }
 

@@ -1,5 +1,6 @@
 //! `leo tasks`: what Leo has learned, to look at, to take along, to forget.
 
+use std::fs::File;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
@@ -16,6 +17,8 @@ use super::{domain, output};
 
 /// The version of the exported format that this program writes and reads.
 const FORMAT: u32 = 1;
+/// The longest file of exported tasks that is read, in bytes.
+const EXPORTED_BYTES: u64 = 256 << 20;
 
 /// What to do with what was learned.
 #[derive(Args, Clone, Debug)]
@@ -93,12 +96,23 @@ struct Known {
     rule: Option<String>,
 }
 
+impl What {
+    /// Whether it changes what is remembered.
+    fn writes(&self) -> bool {
+        match self {
+            Self::Forget { .. } | Self::Import { .. } => true,
+            Self::List { .. } | Self::Show { .. } | Self::Export { .. } => false,
+        }
+    }
+}
+
 impl Tasks {
     pub(crate) fn run(&self) -> Result<ExitCode, Failed> {
-        let mut memory = match &self.state {
-            Some(state) => Remembered::open(state)?,
-            None => Remembered::open(&domain::state_directory()?)?,
-        };
+        let state = self.state.clone().map_or_else(domain::state_directory, Ok)?;
+        if self.what.writes() {
+            process::state::prepare(&state).map_err(Failed::usage)?;
+        }
+        let mut memory = Remembered::open(&state)?;
         match &self.what {
             What::List { json } => self.list(&memory, *json)?,
             What::Show { name, json } => {
@@ -212,8 +226,9 @@ impl Remembered {
     /// Takes in all tasks of a file or none; their names.
     fn import(&mut self, file: &Path, replace: bool) -> Result<Vec<String>, Failed> {
         let at = file.display();
-        let text = std::fs::read_to_string(file)
-            .map_err(|error| Failed::usage(format!("cannot read {at}: {error}")))?;
+        let text =
+            File::open(file).and_then(|file| budget::read_text(file, "exported tasks", EXPORTED_BYTES));
+        let text = text.map_err(|error| Failed::usage(format!("cannot read {at}: {error}")))?;
         let exported: Exported =
             serde_json::from_str(&text).map_err(|error| Failed::usage(format!("{at}: {error}")))?;
         if exported.leo_tasks != FORMAT {

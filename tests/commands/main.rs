@@ -3,6 +3,7 @@
 
 mod acts;
 mod believe;
+mod budgets;
 mod check;
 mod conflict;
 mod emergency;
@@ -13,6 +14,7 @@ mod learn;
 mod recordings;
 mod replays;
 mod sources;
+mod state;
 mod study;
 mod tasks;
 #[path = "../sources/venv.rs"]

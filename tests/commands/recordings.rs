@@ -4,6 +4,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
+use folder::Existing;
 use geometry::Pose;
 use recording::{Buffer, Frame, Reader, Subject, Time};
 use tempfile::TempDir;
@@ -273,7 +274,12 @@ fn a_process_records_and_goes_on() {
     for name in ["1.mcap", "2.mcap"] {
         let to = file(&folder, name);
         let subject = Subject::load(None, Time::Wall, None, Pose::identity(), "a test").expect("built in");
-        let recorder = recording::Recorder::start(&domain, subject, Path::new(&to)).expect("starts");
+        let recorder = recording::Recorder::start(
+            &domain,
+            subject,
+            &folder::Output::named(Path::new(&to), Existing::Keep),
+        )
+        .expect("starts");
         assert!(
             wait_until(|| recorder.counts().of(Buffer::Beliefs(1)).written > 100 || recorder.has_ended())
         );
@@ -283,7 +289,12 @@ fn a_process_records_and_goes_on() {
         assert_eq!(counts.total().written, read);
     }
     let subject = Subject::load(None, Time::Wall, None, Pose::identity(), "a test").expect("built in");
-    let full = recording::Recorder::start(&domain, subject, Path::new("/dev/full")).expect_err("is refused");
+    let full = recording::Recorder::start(
+        &domain,
+        subject,
+        &folder::Output::named(Path::new("/dev/full"), Existing::Keep),
+    )
+    .expect_err("is refused");
     assert!(full.to_string().contains("/dev/full"), "{full}");
     // What was last is written down whenever it is asked for.
     let subject = Subject::load(None, Time::Wall, None, Pose::identity(), "a test").expect("built in");
@@ -294,12 +305,40 @@ fn a_process_records_and_goes_on() {
         let seen = recorder.counts().of(Buffer::Beliefs(1)).written;
         assert!(wait_until(|| recorder.counts().of(Buffer::Beliefs(1)).written > seen + 100));
         let to = file(&folder, name);
-        let saved = recorder.last().expect("is kept").write(Path::new(&to)).expect("is written");
+        let saved = recorder
+            .last()
+            .expect("is kept")
+            .write(&folder::Output::named(Path::new(&to), Existing::Replace))
+            .expect("is written");
         assert_eq!(saved, u64::try_from(frames(&to).len()).expect("fits"));
     }
-    assert!(recorder.last().expect("is kept").write(Path::new("/dev/full")).is_err());
+    assert!(
+        recorder
+            .last()
+            .expect("is kept")
+            .write(&folder::Output::named(Path::new("/dev/full"), Existing::Keep))
+            .is_err()
+    );
     recorder.stop().expect("ends");
     drop(node);
     robot.interrupt();
     assert_eq!(robot.end().status, Some(0));
+}
+
+#[test]
+fn a_recording_takes_no_file_away_and_follows_no_link_unless_that_is_asked_for() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let lesson = write(&folder, "short.toml", &short_lesson());
+    let [theirs, link] = ["theirs.mcap", "link.mcap"].map(|name| file(&folder, name));
+    fs::write(&theirs, "kept").expect("writes");
+    std::os::unix::fs::symlink(&theirs, &link).expect("links");
+    let record = |to: &str, more: &[&str]| tell(&[&["teach", &lesson, "--record", to], more].concat());
+    assert_refused(&record(&theirs, &[]), 1, &[&theirs, "is there already", "--overwrite"]);
+    for more in [&[][..], &["--overwrite"]] {
+        assert_refused(&record(&link, more), 1, &[&link, "symbolic link"]);
+    }
+    assert_eq!(fs::read_to_string(&theirs).expect("reads"), "kept");
+    let told = record(&theirs, &["--overwrite"]);
+    assert_eq!((told.status, told.err.as_str()), (Some(0), ""), "{told:?}");
+    assert!(!frames(&theirs).is_empty());
 }

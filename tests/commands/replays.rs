@@ -25,6 +25,8 @@ fn rewritten(frames: &[Frame], to: &str) {
 /// and where the joints shall be. The recording's file is `to`.
 fn comes_back(lesson: &str, config: Option<&str>, to: &str) {
     let mut arguments = vec!["teach", lesson, "--record", to];
+    // The file of another lesson may be there.
+    arguments.push("--overwrite");
     arguments.extend(config.iter().flat_map(|config| ["--config", config]));
     let told = tell(&arguments);
     assert_eq!((told.status, told.err.as_str()), (Some(0), ""), "{lesson}: {told:?}");
@@ -144,7 +146,7 @@ fn a_recording_is_the_same_bytes_every_time_and_every_difference_of_a_replay_is_
     assert!(fs::read(&one).expect("reads") == fs::read(&other).expect("reads"), "the bytes differ");
 
     // Of a replay it is the same file once more.
-    let told = tell(&["replay", &one, "--record", &other]);
+    let told = tell(&["replay", &one, "--record", &other, "--overwrite"]);
     assert_eq!((told.status, told.err.as_str()), (Some(0), ""), "{told:?}");
     assert!(fs::read(&one).expect("reads") == fs::read(&other).expect("reads"), "the bytes differ");
     assert_refused(&tell(&["replay", &one, "--record", &one]), 2, &["write over what is played"]);

@@ -2,12 +2,13 @@
 
 use std::collections::BTreeSet;
 use std::ffi::OsString;
-use std::fs::{self, File};
-use std::io;
-use std::os::unix::fs::{MetadataExt as _, chown};
+use std::fs;
+use std::io::{self, Write as _};
+use std::os::unix::fs::{MetadataExt as _, fchown};
 use std::path::{Path, PathBuf};
 
 use config::{Forward, Robot};
+use folder::{Existing, Output};
 use learner_process::{Access, MemoryVersion};
 
 use super::super::domain::state_directory;
@@ -48,6 +49,7 @@ fn learned(state: &Path) -> Result<(), Failed> {
             state.display()
         ));
     }
+    process::state::prepare(state).map_err(Failed::usage)?;
     let before = copies(state);
     if learner_process::check_memory(state).map_err(Failed::usage)? == Access::InUse {
         return Err(Failed::because(format!(
@@ -113,16 +115,16 @@ fn replace(files: &[Forward]) -> Result<(), (&Forward, io::Error)> {
 /// Writes what a file was and what it becomes beside it, through to the disk.
 fn prepare(file: &Forward) -> io::Result<()> {
     let old = fs::metadata(&file.file)?;
-    fs::copy(&file.file, kept(&file.file))?;
-    File::open(kept(&file.file))?.sync_all()?;
-    let new = new(&file.file);
-    fs::write(&new, &file.text)?;
-    for made in [&kept(&file.file), &new] {
-        // Whoever is not root owns what he makes.
-        let _granted = chown(made, Some(old.uid()), Some(old.gid()));
+    let (kept, new) = (kept(&file.file), new(&file.file));
+    for (path, bytes) in [(kept, fs::read(&file.file)?), (new, file.text.clone().into_bytes())] {
+        let mut made = Output::named(&path, Existing::Replace).create()?;
+        made.write_all(&bytes)?;
+        // A user other than root cannot give a file away.
+        let _granted = fchown(&made, Some(old.uid()), Some(old.gid()));
+        made.set_permissions(old.permissions())?;
+        made.sync_all()?;
     }
-    fs::set_permissions(&new, old.permissions())?;
-    File::open(new)?.sync_all()
+    Ok(())
 }
 
 /// The copies of stores of older versions: `learned.v1.redb`, ...

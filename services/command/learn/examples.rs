@@ -3,6 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::io::BufRead;
 
+use budget::{Budget, BudgetError, Lines};
 use serde::Deserialize;
 use serde::de::DeserializeOwned;
 use tasks::{Language, Object, Snapshot, View};
@@ -11,6 +12,8 @@ use super::vocabulary::Vocabulary;
 
 /// The version of the format.
 const VERSION: u32 = 1;
+/// The longest line that is read, in bytes: a hundred objects, before and after, need a hundredth of it.
+const LONGEST_LINE: usize = 4 << 20;
 /// Places are no further away than this, in metres.
 const FURTHEST_M: f64 = 1000.0;
 
@@ -26,7 +29,7 @@ pub(super) struct Examples {
 /// One example.
 pub(super) struct Shown {
     /// Its line in the file, from 1.
-    pub(super) line: usize,
+    pub(super) line: u64,
     pub(super) views: Vec<View>,
     pub(super) asked: Vec<Object>,
 }
@@ -37,7 +40,9 @@ pub(super) enum Unread {
     #[error("cannot read {name}: {source}")]
     File { name: String, source: std::io::Error },
     #[error("{name}: line {line}, {field}{reason}")]
-    Line { name: String, line: usize, field: String, reason: String },
+    Line { name: String, line: u64, field: String, reason: String },
+    #[error("{name}: line {line}: {source}")]
+    Budget { name: String, line: u64, source: BudgetError },
     #[error(
         "{name}: there are no examples in it; the first line is {{\"leo_examples\": 1}}, and each further line \
          one example: docs/examples-format.md"
@@ -114,19 +119,15 @@ struct WrittenChange {
 
 impl Examples {
     /// Reads all examples; nothing is learned from a file of which a line is wrong.
-    pub(super) fn read(mut from: impl BufRead, name: &str) -> Result<Self, Unread> {
+    pub(super) fn read(from: impl BufRead, name: &str) -> Result<Self, Unread> {
         let mut header: Option<WrittenHeader> = None;
         let mut shown = Vec::new();
         let mut vocabulary = Vocabulary::default();
-        let mut bytes = Vec::new();
-        let mut line = 0;
-        loop {
-            bytes.clear();
-            let file = |source| Unread::File { name: name.to_owned(), source };
-            if from.read_until(b'\n', &mut bytes).map_err(file)? == 0 {
-                break;
-            }
-            line += 1;
+        let mut lines = Lines::new(from, "example", LONGEST_LINE);
+        let mut memory = Budget::memory("all examples are kept: learn from fewer of them");
+        let file = |source| Unread::File { name: name.to_owned(), source };
+        while lines.next_line().map_err(file)?.is_some() {
+            let (bytes, line) = (lines.line(), lines.number());
             // Blank lines and notes.
             let trimmed = bytes.trim_ascii();
             if trimmed.is_empty() || trimmed.starts_with(b"#") {
@@ -135,14 +136,20 @@ impl Examples {
             let wrong = |Wrong { field, reason }| Unread::Line { name: name.to_owned(), line, field, reason };
             match &header {
                 None => {
-                    let written = read_header(&bytes).map_err(wrong)?;
+                    let written = read_header(bytes).map_err(wrong)?;
                     let features = written.features.as_deref().unwrap_or(&[]);
                     vocabulary.declare(features).map_err(|(field, reason)| wrong(Wrong { field, reason }))?;
                     header = Some(written);
                 }
                 Some(_) => {
-                    let written: WrittenExample = read_json(&bytes).map_err(wrong)?;
+                    let written: WrittenExample = read_json(bytes).map_err(wrong)?;
                     let (views, asked) = example(written, &mut vocabulary).map_err(wrong)?;
+                    memory.set_read_bytes(lines.read_bytes());
+                    memory.spend(kept_bytes(bytes, &views, &asked)).map_err(|source| Unread::Budget {
+                        name: name.to_owned(),
+                        line,
+                        source,
+                    })?;
                     shown.push(Shown { line, views, asked });
                 }
             }
@@ -157,6 +164,13 @@ impl Examples {
             Some(_) | None => Err(Unread::Empty { name: name.to_owned() }),
         }
     }
+}
+
+/// About as many bytes of memory an example takes while it is kept: its objects, and their words as in its line.
+fn kept_bytes(line: &[u8], views: &[View], asked: &[Object]) -> u64 {
+    let objects = views.iter().flat_map(|view| [&view.before, &view.after]).map(|side| side.objects.len());
+    let objects = objects.sum::<usize>().saturating_add(asked.len()).saturating_mul(size_of::<Object>());
+    u64::try_from(objects.saturating_add(line.len())).unwrap_or(u64::MAX)
 }
 
 fn read_header(bytes: &[u8]) -> Result<WrittenHeader, Wrong> {

@@ -11,6 +11,7 @@ use clock::{Duration, Instant};
 use config::Robot;
 use config::lesson::Lesson;
 use crossbeam::channel::{Receiver, bounded};
+use folder::Output;
 use message::Process;
 use process::{Launch, black_box, emergency};
 use recording::{Last, Recorder, Subject, Time, stands};
@@ -20,7 +21,7 @@ use transport::{Domain, Node, RosterReader};
 use crate::hand::reply;
 use crate::tape::PROGRAM;
 use failures::{Failed, Failures};
-use files::{ASKED, Files};
+use files::{ASKED, FINISHED, Files, UNFINISHED};
 
 /// It is looked this often whether anything has failed.
 const LOOK_EVERY: Duration = Duration::from_millis(100);
@@ -276,15 +277,14 @@ fn said_of(wanted: &Waiting, outcome: &Result<Written, String>) -> String {
 /// Writes a file, and makes room for it. What could not be written whole is not left lying.
 fn write(last: &Last, files: &Files, word: &str) -> Result<Written, String> {
     let in_folder = |error: std::io::Error| format!("{}: {error}", files.folder.display());
-    let file = files.next(word).map_err(in_folder)?;
-    // Whoever finds it finds all of it.
-    let unfinished = file.with_extension(files::UNFINISHED);
-    if let Err(error) = last.write(&unfinished) {
-        let _gone = std::fs::remove_file(&unfinished);
-        return Err(error.to_string());
-    }
-    std::fs::rename(&unfinished, &file).and_then(|()| files.thin_out()).map_err(in_folder)?;
-    Ok(Written { file: file.display().to_string(), span: last.span() })
+    let folder = Arc::new(files.open().map_err(|error| error.to_string())?);
+    let stem = files.next(word).map_err(in_folder)?;
+    // A reader finds all of it or nothing.
+    let [name, unfinished] = [FINISHED, UNFINISHED].map(|extension| format!("{stem}{extension}"));
+    last.write(&Output::in_folder(&folder, &unfinished)).map_err(|error| error.to_string())?;
+    let renamed = folder.rename(&unfinished, &name).and_then(|()| files.thin_out(&folder));
+    renamed.map_err(in_folder)?;
+    Ok(Written { file: files.folder.join(name).display().to_string(), span: last.span() })
 }
 
 #[cfg(test)]

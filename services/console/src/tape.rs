@@ -11,6 +11,7 @@ use std::thread;
 use clock::{Duration, Instant};
 use config::lesson::Lesson;
 use crossbeam::channel::{Receiver, TryRecvError, bounded};
+use folder::{Folder, Output};
 use process::Launch;
 use recording::{Recorder, Subject, Time, stands};
 use serde_json::json;
@@ -40,8 +41,8 @@ pub(crate) struct Tape {
     last: Option<(PathBuf, u64)>,
 }
 
-/// Begins to record into a file, which is made.
-type Start = Arc<dyn Fn(&Path) -> Result<Box<dyn Recording>, String> + Send + Sync>;
+/// Begins to record into a file, which is made, and of which nothing is left where it cannot begin.
+type Start = Arc<dyn Fn(&Output) -> Result<Box<dyn Recording>, String> + Send + Sync>;
 
 /// A recording that runs.
 trait Recording: Send {
@@ -108,11 +109,11 @@ impl Tape {
     pub(crate) fn new(launch: &Launch, lesson: &Lesson, domain: Domain) -> Self {
         let folder = launch.state.as_deref().map(process::state::recordings);
         let (launch, stands) = (launch.clone(), stands(lesson));
-        let start = move |file: &Path| {
+        let start = move |output: &Output| {
             let files = launch.files().map_err(|error| error.to_string())?;
             let subject = Subject::of(&files, Time::Wall, launch.partners, stands, PROGRAM);
             let subject = subject.map_err(|error| error.to_string())?;
-            let recorder = Recorder::start(&domain, subject, file).map_err(|error| error.to_string())?;
+            let recorder = Recorder::start(&domain, subject, output).map_err(|error| error.to_string())?;
             Ok(Box::new(recorder) as Box<dyn Recording>)
         };
         Self::with(folder, Arc::new(start))
@@ -267,19 +268,15 @@ fn aside<T: Send + 'static>(work: impl FnOnce() -> T + Send + 'static) -> Result
     begun.map(|_running| outcome).map_err(|error| format!("no thread to record with: {error}"))
 }
 
-/// Begins a recording in a file of its own, of which nothing is left where it cannot begin.
+/// Begins a recording in a file of its own.
 fn begin(folder: &Path, start: &Start, now: Instant) -> Result<Running, String> {
-    std::fs::create_dir_all(folder)
-        .map_err(|error| format!("cannot make the folder {}: {error}", folder.display()))?;
-    let mut free = (1..10_000).map(|number| folder.join(format!("recording_{number}.mcap")));
-    let file = free
-        .find(|file| !file.exists())
+    let own = Folder::make_all(folder).map_err(|error| format!("cannot record: {error}"))?;
+    let own = Arc::new(own);
+    let mut names = (1..10_000).map(|number| format!("recording_{number}.mcap"));
+    let name = names
+        .find(|name| own.has(name).is_ok_and(|is_there| !is_there))
         .ok_or_else(|| format!("{} is full of recordings: take some away", folder.display()))?;
-    match start(&file) {
-        Ok(recording) => Ok(Running { recording, file, since: now }),
-        Err(error) => {
-            let _gone = std::fs::remove_file(&file);
-            Err(error)
-        }
-    }
+    let output = Output::in_folder(&own, &name);
+    let recording = start(&output)?;
+    Ok(Running { recording, file: output.path().to_owned(), since: now })
 }

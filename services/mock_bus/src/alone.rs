@@ -1,9 +1,10 @@
 use std::collections::BTreeMap;
-use std::io::{BufRead as _, Write};
+use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, channel};
 
+use budget::Lines;
 use clock::Duration;
 use config::ConfigError;
 use config::motor::{Device, Model, Motor};
@@ -13,6 +14,8 @@ use crate::{Faults, Ptys, PtysError, parse};
 
 /// How often it looks whether it was told something.
 const LOOK: Duration = Duration::from_millis(100);
+/// The longest line of standard input that is read, in bytes.
+const COMMAND_BYTES: usize = 64 << 10;
 
 /// Mock buses without a robot: what goes wrong on them.
 #[derive(Clone, Debug)]
@@ -119,8 +122,9 @@ fn listen() -> Receiver<String> {
     let (tell, commands) = channel();
     // It waits for a line for ever, and ends with the process.
     let _listener = std::thread::Builder::new().name("commands".to_owned()).spawn(move || {
-        for line in std::io::stdin().lock().lines().map_while(Result::ok) {
-            if tell.send(line).is_err() {
+        let mut lines = Lines::new(std::io::stdin().lock(), "command", COMMAND_BYTES);
+        while let Ok(Some(line)) = lines.next_line() {
+            if tell.send(String::from_utf8_lossy(line).into_owned()).is_err() {
                 return;
             }
         }
@@ -154,7 +158,7 @@ impl<'a> Control<'a> {
             changed: false,
         };
         if let Some(file) = file {
-            control.text = std::fs::read_to_string(file).ok();
+            control.text = budget::text(file).ok();
             control.filed = control.read(file)?;
         }
         Ok(control)
@@ -171,7 +175,7 @@ impl<'a> Control<'a> {
     /// Reads the file again when it has changed, and changes no more: what to say of it.
     fn look(&mut self) -> Vec<String> {
         let Some(file) = self.file else { return Vec::new() };
-        let text = std::fs::read_to_string(file).ok();
+        let text = budget::text(file).ok();
         let is_written = text == self.seen;
         self.seen.clone_from(&text);
         if !is_written || text == self.text {

@@ -7,6 +7,7 @@ use std::thread;
 use std::{fs, io};
 
 use config::lesson::{LIBRARY, Lesson};
+use folder::Folder;
 
 use crate::by_hand::Refusal;
 
@@ -72,35 +73,34 @@ impl Saving {
 /// Writes a lesson into a file of its name, or of its name with the next number that is free. The file is whole or
 /// it is not there.
 fn write_whole(folder: &Path, name: &str, text: &str) -> io::Result<PathBuf> {
-    fs::create_dir_all(folder)?;
+    let own = Folder::make_all(folder)?;
     for number in 1_u32.. {
         let name = if number == 1 { name.to_owned() } else { format!("{name}_{number}") };
         // One that the program carries is opened before a file of its name.
         if LIBRARY.iter().any(|(known, _)| *known == name) {
             continue;
         }
-        let file = folder.join(format!("{name}.toml"));
-        let half = file.with_extension(HALF);
-        let mut out = match fs::File::create_new(&half) {
+        let [file, half] = ["toml", HALF].map(|extension| format!("{name}.{extension}"));
+        let mut out = match own.create(&half) {
             Ok(out) => out,
             // Another one of this name is being written.
             Err(error) if error.kind() == io::ErrorKind::AlreadyExists => continue,
             Err(error) => return Err(error),
         };
-        let is_taken = fs::symlink_metadata(&file).is_ok();
+        let is_taken = own.has(&file)?;
         let written = if is_taken {
             Ok(())
         } else {
             let written = out.write_all(text.as_bytes()).and_then(|()| out.sync_all());
-            written.and_then(|()| fs::rename(&half, &file))
+            written.and_then(|()| own.rename(&half, &file))
         };
         if is_taken || written.is_err() {
             // What is half written helps nobody; that it cannot be removed either changes nothing.
-            let _ = fs::remove_file(&half);
+            let _ = own.remove(&half);
         }
         written?;
         if !is_taken {
-            return Ok(file);
+            return Ok(folder.join(file));
         }
     }
     Err(io::ErrorKind::AlreadyExists.into())

@@ -3,13 +3,14 @@
 use std::fs::File;
 use std::path::PathBuf;
 
+use folder::Output;
 use recording::{Frame, RecordError, Subject, Writer};
 
 /// What is recorded, and where.
 #[derive(Clone, Debug)]
 pub struct Record {
-    /// The file, which is made anew.
-    pub file: PathBuf,
+    /// The file, which is made.
+    pub output: Output,
     /// The robot that is recorded.
     pub subject: Subject,
 }
@@ -22,11 +23,14 @@ pub(crate) struct Tape {
 
 impl Tape {
     pub(crate) fn begin(record: &Record) -> Result<Self, RecordError> {
-        let Record { file, subject } = record;
-        let made = File::create(file);
-        let out = made.map_err(|source| RecordError::Create { file: file.clone(), source })?;
-        let writer = Writer::new(out, subject).map_err(|error| error.of(file))?;
-        Ok(Self { file: file.clone(), writer })
+        let Record { output, subject } = record;
+        let file = output.path().to_owned();
+        let out = match output.create() {
+            Ok(out) => out,
+            Err(source) => return Err(RecordError::Create { file, source }),
+        };
+        let writer = Writer::new(out, subject).map_err(|error| error.of(&file))?;
+        Ok(Self { file, writer })
     }
 
     pub(crate) fn write(&mut self, frame: &Frame) -> Result<(), RecordError> {

@@ -2,14 +2,13 @@
 //! with the processes, and when.
 
 use std::fmt::Display;
-use std::fs;
 use std::path::Path;
 use std::time::Duration;
 
 use serde::Deserialize;
 use toml::Spanned;
 
-use crate::load::invalid;
+use crate::load::{self, invalid};
 use crate::number::{NotNegative, Unit};
 use crate::{ConfigError, parse};
 
@@ -127,8 +126,7 @@ impl Campaign {
         bus: impl Fn(&str) -> Result<(), B>,
         process: impl Fn(&str) -> Result<(), P>,
     ) -> Result<Self, ConfigError> {
-        let text =
-            fs::read_to_string(file).map_err(|source| ConfigError::Read { file: file.to_owned(), source })?;
+        let text = load::text(file)?;
         Self::checked(&text, file, bus, process)
     }
 

@@ -1,13 +1,12 @@
 //! Files of faults for the mock servo bus: `faults = ["drop bus=torso id=5 p=0.01", ..]`.
 
 use std::fmt::Display;
-use std::fs;
 use std::path::Path;
 
 use serde::Deserialize;
 use toml::Spanned;
 
-use crate::load::invalid;
+use crate::load::{self, invalid};
 use crate::{ConfigError, parse};
 
 #[derive(Deserialize)]
@@ -23,8 +22,7 @@ struct Faults {
 /// The file cannot be read, is no TOML, has another key than `faults`, or one of them is refused;
 /// the error says in which line.
 pub fn load<T, E: Display>(file: &Path, read: impl Fn(&str) -> Result<T, E>) -> Result<Vec<T>, ConfigError> {
-    let text =
-        fs::read_to_string(file).map_err(|source| ConfigError::Read { file: file.to_owned(), source })?;
+    let text = load::text(file)?;
     let faults: Faults = parse(&text, file)?;
     let read = |words: &Spanned<String>| {
         read(words.get_ref()).map_err(|error| invalid(&text, file, words.span(), error.to_string()))
@@ -34,6 +32,8 @@ pub fn load<T, E: Display>(file: &Path, read: impl Fn(&str) -> Result<T, E>) -> 
 
 #[cfg(test)]
 mod tests {
+    use std::fs;
+
     use super::*;
 
     #[test]

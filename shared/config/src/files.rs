@@ -3,6 +3,7 @@ use std::io;
 use std::path::{Path, PathBuf};
 
 use crate::ConfigError;
+use crate::load::text;
 use crate::robot::builtin;
 
 /// What the files of a robot's configuration say: `leo.toml` and those that lie beside it.
@@ -85,10 +86,6 @@ impl Files {
         let leo = self.leo.as_deref()?;
         if name == "leo.toml" { Some(leo.to_owned()) } else { crate::Robot::neighbour(Some(leo), name) }
     }
-}
-
-fn text(file: &Path) -> Result<String, ConfigError> {
-    fs::read_to_string(file).map_err(|source| ConfigError::Read { file: file.to_owned(), source })
 }
 
 #[cfg(test)]

@@ -269,9 +269,7 @@ impl Lesson {
     /// The file cannot be read, is no TOML, has a key that is unknown or missing, a value out of
     /// its range, or parts that contradict each other.
     pub fn load(file: &Path) -> Result<Self, ConfigError> {
-        let text = std::fs::read_to_string(file)
-            .map_err(|source| ConfigError::Read { file: file.to_owned(), source })?;
-        Self::parse(&text, file)
+        Self::parse(&load::text(file)?, file)
     }
 
     /// Checks the text of a lesson; `file` is what errors call it.

@@ -23,6 +23,6 @@ mod robot;
 pub use error::ConfigError;
 pub use files::Files;
 pub use forward::Forward;
-pub use load::{load, parse, suggest};
+pub use load::{load, parse, suggest, text};
 pub use names::Names;
 pub use robot::Robot;

@@ -1,4 +1,3 @@
-use std::fs;
 use std::ops::Range;
 use std::path::Path;
 
@@ -16,9 +15,16 @@ const ALIKE: f64 = 0.75;
 /// The file cannot be read, is no TOML, has a key that is unknown or missing, or a value out of
 /// its range.
 pub fn load<T: DeserializeOwned>(file: &Path) -> Result<T, ConfigError> {
-    let text =
-        fs::read_to_string(file).map_err(|source| ConfigError::Read { file: file.to_owned(), source })?;
-    parse(&text, file)
+    parse(&text(file)?, file)
+}
+
+/// The text of a file of configuration.
+///
+/// # Errors
+///
+/// The file cannot be read, is no text, or is longer than any such file.
+pub fn text(file: &Path) -> Result<String, ConfigError> {
+    budget::text(file).map_err(|source| ConfigError::Read { file: file.to_owned(), source })
 }
 
 /// Checks the text of a TOML file; `file` is what errors call it.

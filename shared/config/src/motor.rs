@@ -3,14 +3,13 @@
 //! A joint's index, which is its number in every message, is its place in the file.
 
 use std::f64::consts::PI;
-use std::fs;
 use std::ops::Range;
 use std::path::Path;
 
 use serde::Deserialize;
 use toml::Spanned;
 
-use crate::load::invalid;
+use crate::load::{self, invalid};
 use crate::number::{Finite, Positive};
 use crate::{ConfigError, parse as parse_toml};
 
@@ -305,9 +304,7 @@ struct RawJoint {
 /// As [`crate::load`]; and a joint on a bus that is not there, a name or a servo given twice,
 /// crossed limits, limits beyond the servo's half turn to either side, a speed beyond the servo's.
 pub fn load(file: &Path) -> Result<Motor, ConfigError> {
-    let text =
-        fs::read_to_string(file).map_err(|source| ConfigError::Read { file: file.to_owned(), source })?;
-    parse(&text, file)
+    parse(&load::text(file)?, file)
 }
 
 /// Checks the text of `motor.toml`; `file` is what errors call it.

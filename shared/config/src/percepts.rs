@@ -8,15 +8,14 @@ mod range;
 #[cfg(test)]
 mod tests;
 
-use std::fs;
 use std::path::Path;
 use std::time::Duration;
 
 use message::State;
 use serde::Deserialize;
 
-use crate::ConfigError;
 use crate::number::{Capacity, Positive, Unit};
+use crate::{ConfigError, load};
 
 pub use range::{Component, Range, is_inside, origin};
 
@@ -302,8 +301,7 @@ impl Percepts {
     /// measure that does not fit the percept's feature, and a range of a number that its parent does not
     /// derive.
     pub fn load(file: &Path) -> Result<Self, ConfigError> {
-        let text =
-            fs::read_to_string(file).map_err(|source| ConfigError::Read { file: file.to_owned(), source })?;
+        let text = load::text(file)?;
         Self::parse(&text, file)
     }
 
@@ -315,7 +313,7 @@ impl Percepts {
     pub fn parse(text: &str, file: &Path) -> Result<Self, ConfigError> {
         crate::parse::<file::File>(text, file)?
             .resolve()
-            .map_err(|(span, reason)| crate::load::invalid(text, file, span, reason))
+            .map_err(|(span, reason)| load::invalid(text, file, span, reason))
     }
 
     /// The percepts that Leo comes with: `config/percepts.toml` as it was compiled in.

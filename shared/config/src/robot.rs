@@ -1,11 +1,10 @@
-use std::fs;
 use std::path::{Path, PathBuf};
 
 use message::PERSPECTIVES_MOST;
 
 use crate::forward::{Forward, forward};
 use crate::leo::{Leo, fault_of_link, fault_of_sources};
-use crate::load::invalid;
+use crate::load::{invalid, text};
 use crate::motor::{Limit, Motor};
 use crate::percepts::Percepts;
 use crate::perspective::Perspective;
@@ -99,11 +98,11 @@ impl Robot {
     /// A file cannot be read, or what is wrong with it is not its age.
     pub fn forward(leo: &Path) -> Result<Vec<Forward>, ConfigError> {
         let parse_leo = |text: &str| parse::<Leo>(text, leo).map(drop);
-        let mut all = vec![forward(read(leo)?, leo, builtin::LEO, parse_leo)?];
+        let mut all = vec![forward(text(leo)?, leo, builtin::LEO, parse_leo)?];
         let beside = leo.with_file_name("perspective.toml");
         if beside.exists() {
             let parse_perspective = |text: &str| parse::<Perspective>(text, &beside).map(drop);
-            all.push(forward(read(&beside)?, &beside, builtin::PERSPECTIVE, parse_perspective)?);
+            all.push(forward(text(&beside)?, &beside, builtin::PERSPECTIVE, parse_perspective)?);
         }
         Ok(all)
     }
@@ -198,12 +197,10 @@ fn place_of_source(text: &str, index: usize) -> usize {
     text.match_indices("\n[[sensor.source]]").nth(index).map_or(0, |(at, _)| at + 1)
 }
 
-fn read(file: &Path) -> Result<String, ConfigError> {
-    fs::read_to_string(file).map_err(|source| ConfigError::Read { file: file.to_owned(), source })
-}
-
 #[cfg(test)]
 mod tests {
+    use std::fs;
+
     use super::*;
 
     #[test]

@@ -62,7 +62,7 @@ impl Folder {
     /// # Errors
     ///
     /// The file is not there, or the name cannot be changed.
-    pub fn rename(&self, name: &str, to: &str) -> io::Result<()> {
+    pub fn rename_over(&self, name: &str, to: &str) -> io::Result<()> {
         Ok(renameat(&self.descriptor, name, &self.descriptor, to)?)
     }
 

@@ -6,17 +6,22 @@
 //! worked in.
 
 mod files;
+mod output;
 
-use std::fs::File;
+use std::fs::{DirBuilder, File};
 use std::io::{self, Read as _, Write as _};
 use std::os::fd::OwnedFd;
+use std::os::unix::fs::DirBuilderExt as _;
 use std::path::{Path, PathBuf};
 
 use rustix::fs::{
-    AtFlags, Dir, FileType, Mode, OFlags, Stat, fstat, linkat, lstat, mkdir, open, openat, statat, unlinkat,
+    AtFlags, Dir, FileType, Mode, OFlags, RenameFlags, Stat, fstat, linkat, lstat, mkdir, open, openat,
+    renameat, renameat_with, statat, unlinkat,
 };
 use rustix::io::Errno;
 use rustix::process::geteuid;
+
+pub use output::{Existing, Output, OutputError};
 
 /// What a folder is opened for.
 const FOLDER: OFlags = OFlags::RDONLY.union(OFlags::DIRECTORY).union(OFlags::NOFOLLOW).union(OFlags::CLOEXEC);
@@ -146,6 +151,23 @@ impl Folder {
         }
     }
 
+    /// The same, and the folders above it too, where they are not there.
+    ///
+    /// # Errors
+    ///
+    /// As [`make`](Self::make).
+    pub fn make_all(path: &Path) -> Result<Self, FolderError> {
+        let path: PathBuf = path.components().collect();
+        if let Some(above) = path.parent() {
+            DirBuilder::new()
+                .recursive(true)
+                .mode(OWN_FOLDER.bits())
+                .create(above)
+                .map_err(|source| FolderError::System { path: above.to_owned(), source })?;
+        }
+        Self::make(&path)
+    }
+
     fn open_any(path: &Path) -> Result<Self, FolderError> {
         // A slash at the end would have the system follow a link.
         let path: PathBuf = path.components().collect();
@@ -250,6 +272,21 @@ impl Folder {
     /// The file is not there, something of the second name is, or there is no room.
     pub fn link(&self, name: &str, second: &str) -> io::Result<()> {
         Ok(linkat(&self.descriptor, name, &self.descriptor, second, AtFlags::empty())?)
+    }
+
+    /// Gives a file in it another name, which must be free.
+    ///
+    /// # Errors
+    ///
+    /// The file is not there, or something of the other name is.
+    pub fn rename(&self, name: &str, other: &str) -> io::Result<()> {
+        let (from, to) = (&self.descriptor, &self.descriptor);
+        match renameat_with(from, name, to, other, RenameFlags::NOREPLACE) {
+            // Not every file system can do that at once.
+            Err(Errno::INVAL) if !self.has(other)? => Ok(renameat(from, name, to, other)?),
+            Err(errno) => Err(errno.into()),
+            Ok(()) => Ok(()),
+        }
     }
 
     /// Removes a file or a link from it.

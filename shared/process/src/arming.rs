@@ -45,7 +45,7 @@ pub fn order(domain: &Path, order: ArmOrder) -> io::Result<()> {
     let mut file = folder.create(&draft)?;
     let written = file
         .write_all(format!("acknowledged_locks = {acknowledged}\n").as_bytes())
-        .and_then(|()| folder.rename(&draft, Domain::ARM_ORDER));
+        .and_then(|()| folder.rename_over(&draft, Domain::ARM_ORDER));
     if written.is_err() {
         let _gone = folder.remove(&draft);
     }

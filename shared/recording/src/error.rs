@@ -1,3 +1,6 @@
+use budget::BudgetError;
+use records::Unchecked;
+
 use crate::Buffer;
 
 /// Why a recording cannot be read, or not read on.
@@ -44,6 +47,27 @@ pub enum ReadError {
         after: u64,
         /// What is wrong.
         reason: String,
+    },
+    /// It expands to too much, or too much of it would have to be kept.
+    #[error("{name} is not read on after frame {after}: {source}")]
+    Budget {
+        /// The file.
+        name: String,
+        /// Frames read before.
+        after: u64,
+        /// What is too much.
+        source: BudgetError,
+    },
+    /// It has no check sum where one is needed.
+    #[error(
+        "{name}: {unchecked}: damage there would pass for a difference, and nothing is compared; record it anew, or use \
+         the file that it was made of"
+    )]
+    Unchecked {
+        /// The file.
+        name: String,
+        /// What has none.
+        unchecked: Unchecked,
     },
 }
 

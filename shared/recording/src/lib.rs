@@ -13,6 +13,7 @@ mod counts;
 mod difference;
 mod error;
 mod frame;
+mod fused;
 mod inlets;
 mod marker;
 mod reader;

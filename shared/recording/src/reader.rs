@@ -1,37 +1,35 @@
 use std::collections::BTreeMap;
 use std::fs::File;
-use std::io::{BufReader, ErrorKind, Read};
+use std::io::Read;
 use std::path::Path;
 
-use mcap::McapError;
-use mcap::records::{Record, op};
-use mcap::sans_io::{LinearReadEvent, LinearReader, LinearReaderOptions};
+use budget::Budget;
+use mcap::records::Record;
+use records::{Records, RecordsError, Unchecked, Wanted};
 
 use crate::about::{ABOUT, About};
 use crate::writer::ENCODING;
 use crate::{Buffer, Frame, ReadError};
 
-/// No record is longer: what claims to be is damaged.
-const LONGEST: usize = 64 << 20;
-
 /// Reads a recording frame by frame: however long it is, one chunk is in memory.
 ///
 /// What the file claims is an allegation: a frame comes only out of a chunk whose check sum is right,
-/// from a channel whose layout is this program's, and as a head and whole entries. A file that ends in
-/// the middle, because who wrote it was killed or the disk was full, is read up to there
-/// ([`Self::is_cut`]).
+/// from a channel whose layout is this program's, and as a head and whole entries. A chunk without a
+/// check sum is counted ([`Self::unchecked`]), or refused ([`Self::require_check_sums`]). A file that
+/// ends in the middle, because its writer was killed or the disk was full, is read up to there
+/// ([`Self::is_cut`]). What is kept of it, and what it expands to, is bounded.
 pub struct Reader<R> {
     name: String,
-    source: R,
-    records: LinearReader,
-    /// Names and texts of the schemas.
+    records: Records<R>,
+    /// For what is kept of schemas and files.
+    memory: Budget,
+    /// Names and texts of the schemas of frames.
     schemas: BTreeMap<u16, (String, Vec<u8>)>,
     channels: BTreeMap<u16, Channel>,
     about: Option<About>,
     files: BTreeMap<String, String>,
     frames: u64,
-    bytes: u64,
-    cut: bool,
+    requires_check_sums: bool,
     ended: bool,
     /// Read ahead, to have all that stands before it.
     first: Option<Frame>,
@@ -45,14 +43,7 @@ struct Channel {
     entry: usize,
 }
 
-/// What a record was.
-enum Found {
-    Frame(Frame),
-    Nothing,
-    End,
-}
-
-impl Reader<BufReader<File>> {
+impl Reader<File> {
     /// Opens a file.
     ///
     /// # Errors
@@ -61,7 +52,7 @@ impl Reader<BufReader<File>> {
     pub fn open(file: &Path) -> Result<Self, ReadError> {
         let name = file.display().to_string();
         match File::open(file) {
-            Ok(source) => Self::new(BufReader::new(source), &name),
+            Ok(source) => Self::new(source, &name),
             Err(source) => Err(ReadError::Read { name, source }),
         }
     }
@@ -74,20 +65,17 @@ impl<R: Read> Reader<R> {
     ///
     /// It cannot be read, or is no recording.
     pub fn new(source: R, name: &str) -> Result<Self, ReadError> {
-        // A chunk is checked before anything of it is believed, and nothing is read without bound.
-        let options = LinearReaderOptions::default().with_record_length_limit(LONGEST);
-        let options = LinearReaderOptions { prevalidate_chunk_crcs: true, ..options };
+        let wanted = Wanted { schemas: true, metadata: true, attachments: true, ..Wanted::default() };
         let mut reader = Self {
             name: name.to_owned(),
-            source,
-            records: LinearReader::new_with_options(options),
+            records: Records::new(source, wanted),
+            memory: Budget::memory("no recording of Leo is like this; use the file that it was made of"),
             schemas: BTreeMap::new(),
             channels: BTreeMap::new(),
             about: None,
             files: BTreeMap::new(),
             frames: 0,
-            bytes: 0,
-            cut: false,
+            requires_check_sums: false,
             ended: false,
             first: None,
         };
@@ -100,8 +88,8 @@ impl<R: Read> Reader<R> {
             read => read?,
         };
         if reader.about.is_none() {
-            let found = if reader.cut {
-                format!("it ends after {} bytes, before it has begun", reader.bytes)
+            let found = if reader.is_cut() {
+                format!("it ends after {} bytes, before it has begun", reader.bytes())
             } else {
                 format!("it is an MCAP file without a record `{ABOUT}`")
             };
@@ -126,69 +114,57 @@ impl<R: Read> Reader<R> {
     /// Whether the file ended in the middle.
     #[must_use]
     pub fn is_cut(&self) -> bool {
-        self.cut
+        self.records.is_cut()
     }
 
     /// Bytes read up to now: where a file that is cut ends.
     #[must_use]
     pub fn bytes(&self) -> u64 {
-        self.bytes
+        self.records.read_bytes()
+    }
+
+    /// What has no check sum, of what was read up to now.
+    #[must_use]
+    pub fn unchecked(&self) -> Option<Unchecked> {
+        self.records.unchecked()
+    }
+
+    /// From now on, a frame out of a chunk without a check sum is an error: for a comparison bit by bit, in which damage
+    /// would pass for a difference.
+    pub fn require_check_sums(&mut self) {
+        self.requires_check_sums = true;
     }
 
     fn read(&mut self) -> Result<Option<Frame>, ReadError> {
         loop {
-            match self.advance()? {
-                Found::Frame(frame) => return Ok(Some(frame)),
-                Found::Nothing => {}
-                Found::End => return Ok(None),
+            let record = self.records.next_record().map_err(|error| self.unread(error))?;
+            let Some(record) = record else { return Ok(None) };
+            if let Some(frame) = self.take(record)? {
+                return Ok(Some(frame));
             }
         }
     }
 
-    fn advance(&mut self) -> Result<Found, ReadError> {
+    fn unread(&self, error: RecordsError) -> ReadError {
         let (name, after) = (self.name.clone(), self.frames);
-        let damaged = |source: McapError| ReadError::Damaged { name, after, reason: source.to_string() };
-        let record = match self.records.next_event() {
-            None => return Ok(Found::End),
-            Some(Ok(LinearReadEvent::ReadRequest(wanted))) => {
-                let read = loop {
-                    match self.source.read(self.records.insert(wanted)) {
-                        Err(error) if error.kind() == ErrorKind::Interrupted => {}
-                        read => break read,
-                    }
-                };
-                let read = read.map_err(|source| ReadError::Read { name: self.name.clone(), source })?;
-                self.bytes = self.bytes.saturating_add(u64::try_from(read).unwrap_or(0));
-                self.records.notify_read(read);
-                return Ok(Found::Nothing);
-            }
-            Some(Err(McapError::UnexpectedEof)) => {
-                self.cut = true;
-                return Ok(Found::End);
-            }
-            // Chunks are opened: one that is not is inside another, which has lied about its length.
-            Some(Ok(LinearReadEvent::Record { opcode: op::CHUNK, .. })) => {
-                return Err(damaged(McapError::UnexpectedEoc));
-            }
-            Some(Ok(LinearReadEvent::Record {
-                opcode: opcode @ (op::SCHEMA | op::CHANNEL | op::MESSAGE | op::METADATA | op::ATTACHMENT),
-                data,
-            })) => mcap::parse_record(opcode, data).map_err(damaged)?.into_owned(),
-            Some(Ok(LinearReadEvent::Record { .. })) => return Ok(Found::Nothing),
-            Some(Err(source)) => return Err(damaged(source)),
-        };
-        self.take(record)
+        match error {
+            RecordsError::Read(source) => ReadError::Read { name, source },
+            RecordsError::Budget(source) => ReadError::Budget { name, after, source },
+            RecordsError::Damaged(reason) => ReadError::Damaged { name, after, reason },
+        }
     }
 
-    fn take(&mut self, record: Record<'_>) -> Result<Found, ReadError> {
+    fn take(&mut self, record: Record<'static>) -> Result<Option<Frame>, ReadError> {
         if let Record::Message { header, data } = record {
-            let Some(channel) = self.channels.get(&header.channel_id).copied() else {
-                return Ok(Found::Nothing);
-            };
-            return self.frame(channel, data.into_owned()).map(Found::Frame);
+            let Some(channel) = self.channels.get(&header.channel_id).copied() else { return Ok(None) };
+            return self.frame(channel, data.into_owned()).map(Some);
         }
         if let Record::Schema { header, data } = record {
-            self.schemas.insert(header.id, (header.name, data.into_owned()));
+            // Those of other languages are for viewers.
+            if header.encoding == ENCODING {
+                self.keep(header.name.len() + data.len())?;
+                self.schemas.insert(header.id, (header.name, data.into_owned()));
+            }
         } else if let Record::Channel(channel) = record {
             if channel.message_encoding == ENCODING
                 && let Some(buffer) = Buffer::of_topic(&channel.topic)
@@ -206,9 +182,16 @@ impl<R: Read> Reader<R> {
         } else if let Record::Attachment { header, data, .. } = record
             && let Ok(text) = String::from_utf8(data.into_owned())
         {
+            self.keep(header.name.len() + text.len())?;
             self.files.insert(header.name, text);
         }
-        Ok(Found::Nothing)
+        Ok(None)
+    }
+
+    /// Notes that so many bytes of it are kept in memory.
+    fn keep(&mut self, bytes: usize) -> Result<(), ReadError> {
+        let spent = self.memory.spend(u64::try_from(bytes).unwrap_or(u64::MAX));
+        spent.map_err(|source| self.unread(source.into()))
     }
 
     /// Whether a buffer was recorded as this program lays it out.
@@ -244,15 +227,21 @@ impl<R: Read> Iterator for Reader<R> {
     type Item = Result<Frame, ReadError>;
 
     fn next(&mut self) -> Option<Self::Item> {
-        if let Some(first) = self.first.take() {
-            return Some(Ok(first));
-        }
         if self.ended {
             return None;
         }
-        let read = self.read().transpose();
-        self.ended = !matches!(read, Some(Ok(_)));
-        read
+        let read = match self.first.take() {
+            Some(first) => Ok(Some(first)),
+            None => self.read(),
+        };
+        // The first frame was read before anything could be required.
+        let unchecked = self.unchecked().filter(|_| self.requires_check_sums);
+        let read = match unchecked {
+            Some(unchecked) => Err(ReadError::Unchecked { name: self.name.clone(), unchecked }),
+            None => read,
+        };
+        self.ended = !matches!(read, Ok(Some(_)));
+        read.transpose()
     }
 }
 

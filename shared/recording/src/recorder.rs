@@ -8,6 +8,7 @@ use std::thread::JoinHandle;
 
 use clock::Duration;
 use crossbeam::channel::{Receiver, RecvTimeoutError, Sender, TrySendError, bounded};
+use folder::Output;
 use transport::janitor::is_claimed;
 use transport::{Delivery, Domain, Node, Queues};
 
@@ -30,12 +31,14 @@ const WAITING: usize = 4096;
 /// Dropping it stops it.
 ///
 /// ```no_run
+/// use folder::{Existing, Output};
 /// use recording::{Recorder, Subject, Time};
 ///
 /// # fn main() -> Result<(), Box<dyn std::error::Error>> {
 /// let domain = transport::Domain::at("/dev/shm/leo-7".as_ref())?;
 /// let subject = Subject::load(None, Time::Wall, None, geometry::Pose::identity(), "leo 0.1.0")?;
-/// let recorder = Recorder::start(&domain, subject, "lesson.mcap".as_ref())?;
+/// let output = Output::named("lesson.mcap".as_ref(), Existing::Keep);
+/// let recorder = Recorder::start(&domain, subject, &output)?;
 /// println!("{}", recorder.counts());
 /// let counts = recorder.stop()?;
 /// println!("{counts}");
@@ -78,25 +81,28 @@ impl Shared {
 }
 
 impl Recorder {
-    /// Begins to record the robot of a domain into a file, which is made anew. It ends by itself, whole,
+    /// Begins to record the robot of a domain into a file, which is made. It ends by itself, whole,
     /// before the disk is full.
     ///
     /// # Errors
     ///
     /// The file cannot be made, its disk has no room, or the robot cannot be looked at; nothing is recorded
-    /// then.
-    pub fn start(domain: &Domain, subject: Subject, file: &Path) -> Result<Self, RecordError> {
-        if let Some(bytes) = lacking(file, 0) {
-            return Err(RecordError::Room { file: file.to_owned(), bytes });
+    /// then, and no file is left.
+    pub fn start(domain: &Domain, subject: Subject, output: &Output) -> Result<Self, RecordError> {
+        let file = output.path().to_owned();
+        if let Some(bytes) = lacking(&file, 0) {
+            return Err(RecordError::Room { file, bytes });
         }
-        let out =
-            File::create(file).map_err(|source| RecordError::Create { file: file.to_owned(), source })?;
-        let file = file.to_owned();
-        Self::begin(domain, None, |shared, from, ready| {
+        let out = match output.create() {
+            Ok(out) => out,
+            Err(source) => return Err(RecordError::Create { file, source }),
+        };
+        let begun = Self::begin(domain, None, |shared, from, ready| {
             thread("recorder-file", move || {
                 shared.ending(|| keep_in_file(&shared, &from, out, &file, &subject, &ready))
             })
-        })
+        });
+        begun.inspect_err(|_error| output.remove())
     }
 
     /// Begins to keep the last `span` of the robot of a domain in memory, in as much as `bytes_most`, for

@@ -1,10 +1,11 @@
 use std::collections::VecDeque;
-use std::fs::{self, File};
+use std::fs::File;
 use std::io::{self, Write};
 use std::path::Path;
 use std::sync::Arc;
 
 use clock::Duration;
+use folder::Output;
 
 use crate::blocks::Blocks;
 use crate::room::lacking;
@@ -151,29 +152,29 @@ impl Last {
         Duration::from_nanos(parts + if self.parts.is_empty() { 0 } else { PART_NS })
     }
 
-    /// Writes it into a file, which is made anew; how many frames there were.
+    /// Writes it into a file, which is made; how many frames there were.
     ///
     /// # Errors
     ///
     /// The file cannot be made or written, or its disk has no room for all of it; no file is left then.
-    pub fn write(&self, file: &Path) -> Result<u64, RecordError> {
-        self.write_sparing(file, lacking)
+    pub fn write(&self, output: &Output) -> Result<u64, RecordError> {
+        self.write_sparing(output, lacking)
     }
 
     /// The same on a disk of which `lacking` says how it would be with so many bytes more. What viewers are
     /// shown comes to it only here, so that nobody knows before how long the file becomes.
     fn write_sparing(
         &self,
-        file: &Path,
+        output: &Output,
         lacking: impl Fn(&Path, u64) -> Option<u64>,
     ) -> Result<u64, RecordError> {
-        let file = file.to_owned();
+        let file = output.path().to_owned();
         // It is longer than this at any rate: what is there already is not lost for nothing.
         let size: usize = self.parts.iter().map(|part| part.bytes.bytes()).sum();
         if let Some(bytes) = lacking(&file, u64::try_from(size).unwrap_or(u64::MAX)) {
             return Err(RecordError::Unsaved { file, bytes });
         }
-        let out = match File::create(&file) {
+        let out = match output.create() {
             Ok(out) => out,
             Err(source) => return Err(RecordError::Create { file, source }),
         };
@@ -181,10 +182,7 @@ impl Last {
         let saved = self.save(&mut sparing).map(|(_, frames)| frames);
         let left = sparing.left;
         saved.map_err(|error| {
-            // A device is not ours to remove.
-            if file.is_file() {
-                let _gone = fs::remove_file(&file);
-            }
+            output.remove();
             match (error, left) {
                 (_, Some(bytes)) => RecordError::Unsaved { file, bytes },
                 (NotSaved::Begin(error), None) => error.of(&file),
@@ -233,6 +231,9 @@ impl<L: Fn(u64) -> Option<u64>> Write for Sparing<L> {
 
 #[cfg(test)]
 mod tests {
+    use std::fs;
+
+    use folder::Existing;
     use geometry::Pose;
     use message::{Header, JointCause, JointMode, JointState, JointStates};
 
@@ -254,15 +255,16 @@ mod tests {
         let kept = u64::try_from(ring.bytes()).unwrap();
         let folder = tempfile::tempdir().unwrap();
         let file = folder.path().join("last.mcap");
+        let output = Output::named(&file, Existing::Replace);
         let whole = {
-            assert_eq!(last.write_sparing(&file, |_, _| None).unwrap(), 2000);
+            assert_eq!(last.write_sparing(&output, |_, _| None).unwrap(), 2000);
             fs::metadata(&file).unwrap().len()
         };
         assert!(whole > kept, "{whole} bytes of {kept}");
         // On a disk with so much to spare.
         let on = |spare: u64| {
             let is_there = |file: &Path| file.metadata().map_or(0, |file| file.len());
-            last.write_sparing(&file, move |file, more| (is_there(file) + more > spare).then_some(LEFT))
+            last.write_sparing(&output, move |file, more| (is_there(file) + more > spare).then_some(LEFT))
         };
         fs::remove_file(&file).unwrap();
         assert_eq!(on(whole).unwrap(), 2000);

@@ -8,6 +8,7 @@ use mcap::write::NoSeek;
 use mcap::{Attachment, Compression, McapResult, WriteOptions};
 
 use crate::about::{ABOUT, About};
+use crate::fused::Fused;
 use crate::views::Views;
 use crate::{Buffer, Counts, Frame, RecordError, Subject};
 
@@ -25,7 +26,7 @@ const CHUNK_BYTES: u64 = 4 << 20;
 
 /// Writes a recording frame by frame: the same frames are the same bytes.
 pub struct Writer<W: Write> {
-    out: mcap::Writer<NoSeek<W>>,
+    out: mcap::Writer<NoSeek<Fused<W>>>,
     /// None of a part of a recording, which nobody looks at.
     views: Option<Views>,
     raw: BTreeMap<Buffer, u16>,
@@ -71,7 +72,7 @@ impl<W: Write> Writer<W> {
             }
         };
         Ok(Self {
-            out: options.create(NoSeek::new(out)).map_err(failed)?,
+            out: options.create(NoSeek::new(Fused::new(out))).map_err(failed)?,
             views,
             raw: BTreeMap::new(),
             shown: BTreeMap::new(),
@@ -190,7 +191,7 @@ impl<W: Write> Writer<W> {
         end().map_err(failed)?;
         let mut out = self.out.into_inner().into_inner();
         out.flush()?;
-        Ok(out)
+        Ok(out.into_inner())
     }
 }
 

@@ -153,7 +153,7 @@ impl Files for Disk {
     }
 
     fn rename(&mut self, name: &str, to: &str) -> io::Result<()> {
-        self.folder.rename(name, to)
+        self.folder.rename_over(name, to)
     }
 
     fn link(&mut self, name: &str, second: &str) -> io::Result<()> {

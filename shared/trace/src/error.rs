@@ -1,5 +1,7 @@
 use std::fmt;
 
+use budget::BudgetError;
+
 /// Where in a trace something stands.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Place {
@@ -64,13 +66,23 @@ pub enum TraceError {
         reason: String,
     },
     /// The records of an MCAP file are damaged.
-    #[error("{name} is damaged after message {after}: {source}; what stands before it was read")]
+    #[error("{name} is damaged after message {after}: {reason}; what stands before it was read")]
     Damaged {
         /// The file.
         name: String,
         /// Messages read before.
         after: u64,
         /// What is wrong.
-        source: mcap::McapError,
+        reason: String,
+    },
+    /// It expands to too much, or too much of it would have to be kept.
+    #[error("{name} is not read on after {place}: {source}")]
+    Budget {
+        /// The file.
+        name: String,
+        /// What was read last.
+        place: Place,
+        /// What is too much.
+        source: BudgetError,
     },
 }

@@ -12,3 +12,10 @@ pub struct Frame {
     /// What was observed, in the robot's base frame.
     pub observations: Vec<Observation>,
 }
+
+impl Frame {
+    /// Bytes of memory that its observations take while they are kept.
+    pub(crate) fn kept_bytes(&self) -> u64 {
+        u64::try_from(size_of::<Self>() + size_of_val(self.observations.as_slice())).unwrap_or(u64::MAX)
+    }
+}

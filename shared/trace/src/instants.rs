@@ -1,5 +1,7 @@
 use std::io::Read;
 
+use budget::Budget;
+
 use crate::{Frame, Reader, TraceError};
 
 /// The frames of a trace, those of one instant together: what a sensor process would have before
@@ -8,12 +10,18 @@ pub struct Instants<R> {
     reader: Reader<R>,
     /// What was read beyond the instant given last.
     next: Option<Result<Frame, TraceError>>,
+    /// For the frames of one instant.
+    memory: Budget,
 }
+
+/// What to do where one instant holds too much.
+const ADVICE: &str =
+    "its frames of one instant are too many: give each source's frames instants of their own";
 
 impl<R: Read> Instants<R> {
     /// Reads on with `reader`.
     pub fn new(reader: Reader<R>) -> Self {
-        Self { reader, next: None }
+        Self { reader, next: None, memory: Budget::memory(ADVICE) }
     }
 
     /// Replaces `frames` by those of the next instant; `false`, and none, at the end.
@@ -23,9 +31,11 @@ impl<R: Read> Instants<R> {
     /// The trace cannot be read on; all that stands before has been given.
     pub fn read(&mut self, frames: &mut Vec<Frame>) -> Result<bool, TraceError> {
         frames.clear();
+        self.memory.clear();
         while let Some(next) = self.next.take().or_else(|| self.reader.next()) {
             match next {
                 Ok(frame) if frames.first().is_none_or(|first| first.at_ns == frame.at_ns) => {
+                    self.memory.spend(frame.kept_bytes()).map_err(|error| self.reader.exceeds(error))?;
                     frames.push(frame);
                 }
                 Err(error) if frames.is_empty() => return Err(error),

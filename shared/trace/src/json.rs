@@ -5,7 +5,7 @@ use serde::de::DeserializeOwned;
 use crate::written::WrittenFrame;
 use crate::{Frame, Place, TraceError};
 
-/// A line or message longer than this is none of a trace: 4096 observations need a tenth of it.
+/// A line or message longer than this, in bytes, is none of a trace: 4096 observations need a tenth of it.
 pub(crate) const LONGEST: usize = 16 << 20;
 
 /// Why a piece of JSON is not what it should be.

@@ -1,4 +1,4 @@
-use std::io::{BufRead, Read as _};
+use std::io::BufRead;
 
 use serde::Deserialize;
 use serde_json::Value;
@@ -22,19 +22,17 @@ struct Header {
 
 /// JSON lines.
 pub(crate) struct Lines<R> {
-    source: R,
-    line: Vec<u8>,
-    number: u64,
+    lines: budget::Lines<R>,
 }
 
 impl<R: BufRead> Lines<R> {
     /// Reads the header.
     pub(crate) fn open(source: R, name: &str) -> Result<Self, TraceError> {
-        let mut lines = Self { source, line: Vec::new(), number: 0 };
+        let mut lines = Self { lines: budget::Lines::new(source, "frame", LONGEST) };
         if !lines.advance(name)? {
             return Err(TraceError::Foreign { name: name.to_owned(), found: "it is empty".to_owned() });
         }
-        let found = match json::read::<Value>(&lines.line) {
+        let found = match json::read::<Value>(lines.lines.line()) {
             Ok(header) => header.get("leo_trace").map(Value::to_string),
             Err(_) => None,
         };
@@ -46,7 +44,7 @@ impl<R: BufRead> Lines<R> {
                 return Err(TraceError::Foreign { name: name.to_owned(), found });
             }
         }
-        let header: Result<Header, Unread> = json::read(&lines.line);
+        let header: Result<Header, Unread> = json::read(lines.lines.line());
         header.map_err(|unread| unread.at(name, lines.place()))?;
         Ok(lines)
     }
@@ -56,9 +54,9 @@ impl<R: BufRead> Lines<R> {
         if !self.advance(name)? {
             return Ok(None);
         }
-        match json::read_frame(&self.line) {
+        match json::read_frame(self.lines.line()) {
             Ok(frame) => Ok(Some(frame)),
-            Err(Unread::Cut(_)) if !self.line.ends_with(b"\n") => {
+            Err(Unread::Cut(_)) if !self.lines.line().ends_with(b"\n") => {
                 *cut = true;
                 Ok(None)
             }
@@ -66,27 +64,22 @@ impl<R: BufRead> Lines<R> {
         }
     }
 
+    pub(crate) fn read_bytes(&self) -> u64 {
+        self.lines.read_bytes()
+    }
+
     pub(crate) fn place(&self) -> Place {
-        Place::Line(self.number)
+        Place::Line(self.lines.number())
     }
 
     /// Reads the next line that is not blank; `false` at the end.
     fn advance(&mut self, name: &str) -> Result<bool, TraceError> {
         loop {
-            self.line.clear();
-            self.number += 1;
-            let most = u64::try_from(LONGEST).unwrap_or(u64::MAX).saturating_add(1);
-            let read = self.source.by_ref().take(most).read_until(b'\n', &mut self.line);
-            let length = read.map_err(|source| TraceError::Read { name: name.to_owned(), source })?;
-            if length > LONGEST {
-                let reason = format!("longer than {} MiB: put one frame in a line", LONGEST >> 20);
-                return Err(Unread::Wrong(String::new(), reason).at(name, self.place()));
-            }
-            if length == 0 {
-                return Ok(false);
-            }
-            if !self.line.trim_ascii().is_empty() {
-                return Ok(true);
+            match self.lines.next_line() {
+                Ok(None) => return Ok(false),
+                Ok(Some(line)) if line.trim_ascii().is_empty() => {}
+                Ok(Some(_)) => return Ok(true),
+                Err(source) => return Err(TraceError::Read { name: name.to_owned(), source }),
             }
         }
     }

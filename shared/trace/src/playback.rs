@@ -2,6 +2,7 @@ use std::collections::BTreeSet;
 use std::ops::Range;
 use std::path::Path;
 
+use budget::Budget;
 use clock::{Duration, Instant};
 use message::{Header, Hop, Observation};
 
@@ -9,6 +10,9 @@ use crate::{Reader, Refused, TraceError};
 
 /// The pause before a trace of one instant alone begins anew.
 const PAUSE: Duration = Duration::from_secs(1);
+
+/// What to do where a trace is too long to be kept.
+const ADVICE: &str = "a trace that is played is kept whole: play a shorter part of it";
 
 /// Why a trace cannot be played.
 #[derive(Debug, thiserror::Error)]
@@ -87,11 +91,14 @@ impl Playback {
         let mut reader = Reader::open(file)?;
         let (mut frames, mut recorded) = (Vec::new(), Vec::new());
         let (mut sources, mut instants) = (BTreeSet::new(), BTreeSet::new());
-        for frame in reader.by_ref() {
+        let mut memory = Budget::memory(ADVICE);
+        while let Some(frame) = reader.next() {
             let frame = frame?;
             sources.insert(frame.source);
             instants.insert(frame.at_ns);
             if recorded_source.is_none_or(|wanted| wanted == frame.source) {
+                memory.set_read_bytes(reader.read_bytes());
+                memory.spend(frame.kept_bytes()).map_err(|error| reader.exceeds(error))?;
                 let begins = recorded.len();
                 recorded.extend(frame.observations);
                 frames.push(Recorded { at_ns: frame.at_ns, observations: begins..recorded.len() });

@@ -3,6 +3,7 @@ use std::fs::File;
 use std::io::{BufReader, Chain, Cursor, Read};
 use std::path::Path;
 
+use budget::BudgetError;
 use message::ObservationKind;
 
 use crate::lines::Lines;
@@ -108,6 +109,29 @@ impl<R: Read> Reader<R> {
     #[must_use]
     pub fn is_cut(&self) -> bool {
         self.cut
+    }
+
+    /// What has no check sum, of what was read up to now: damage in it goes unnoticed. Lines never have one, and are not
+    /// counted.
+    #[must_use]
+    pub fn unchecked(&self) -> Option<records::Unchecked> {
+        match &self.form {
+            Form::Lines(_) => None,
+            Form::Records(records) => records.unchecked(),
+        }
+    }
+
+    /// Bytes of the trace that were read.
+    pub(crate) fn read_bytes(&self) -> u64 {
+        match &self.form {
+            Form::Lines(lines) => lines.read_bytes(),
+            Form::Records(records) => records.read_bytes(),
+        }
+    }
+
+    /// The error that too much of it would have to be kept.
+    pub(crate) fn exceeds(&self, source: BudgetError) -> TraceError {
+        TraceError::Budget { name: self.name.clone(), place: self.place(), source }
     }
 
     fn read(&mut self) -> Result<Option<Frame>, TraceError> {

@@ -1,9 +1,8 @@
 use std::collections::BTreeSet;
-use std::io::{ErrorKind, Read};
+use std::io::Read;
 
-use mcap::McapError;
-use mcap::records::{Record, op};
-use mcap::sans_io::{LinearReadEvent, LinearReader, LinearReaderOptions};
+use mcap::records::Record;
+use records::{RecordsError, Unchecked, Wanted};
 
 use crate::json::{self, LONGEST};
 use crate::{Frame, Place, TraceError};
@@ -19,29 +18,18 @@ pub(crate) const ENCODING: &str = "json";
 
 /// The records of an MCAP file.
 pub(crate) struct Records<R> {
-    source: R,
-    records: LinearReader,
+    records: records::Records<R>,
     /// Those that hold observations; what else is in the file is for others.
     channels: BTreeSet<u16>,
     profile: bool,
     messages: u64,
 }
 
-/// What a record was.
-enum Found {
-    Frame(Frame),
-    Nothing,
-    End,
-}
-
 impl<R: Read> Records<R> {
     pub(crate) fn new(source: R) -> Self {
-        // A chunk is checked before anything of it is believed, and nothing is read without bound.
-        let options = LinearReaderOptions::default().with_record_length_limit(4 * LONGEST);
-        let options = LinearReaderOptions { prevalidate_chunk_crcs: true, ..options };
+        let wanted = Wanted { header: true, ..Wanted::default() };
         Self {
-            source,
-            records: LinearReader::new_with_options(options),
+            records: records::Records::new(source, wanted),
             channels: BTreeSet::new(),
             profile: false,
             messages: 0,
@@ -51,48 +39,40 @@ impl<R: Read> Records<R> {
     /// The next frame; `None` at the end, and where the file was cut short, which sets `cut`.
     pub(crate) fn next(&mut self, name: &str, cut: &mut bool) -> Result<Option<Frame>, TraceError> {
         loop {
-            match self.advance(name, cut)? {
-                Found::Frame(frame) => return Ok(Some(frame)),
-                Found::Nothing => {}
-                Found::End => return Ok(None),
+            let record = self.records.next_record().map_err(|error| self.unread(name, error))?;
+            let Some(record) = record else {
+                *cut = self.records.is_cut();
+                return Ok(None);
+            };
+            if let Some(frame) = self.take(name, record)? {
+                return Ok(Some(frame));
             }
         }
+    }
+
+    pub(crate) fn read_bytes(&self) -> u64 {
+        self.records.read_bytes()
     }
 
     pub(crate) fn place(&self) -> Place {
         Place::Message(self.messages)
     }
 
-    fn advance(&mut self, name: &str, cut: &mut bool) -> Result<Found, TraceError> {
-        let damaged = |after, source| TraceError::Damaged { name: name.to_owned(), after, source };
-        let record = match self.records.next_event() {
-            None => return Ok(Found::End),
-            Some(Ok(LinearReadEvent::ReadRequest(wanted))) => {
-                let read = loop {
-                    match self.source.read(self.records.insert(wanted)) {
-                        Err(error) if error.kind() == ErrorKind::Interrupted => {}
-                        read => break read,
-                    }
-                };
-                let read = read.map_err(|source| TraceError::Read { name: name.to_owned(), source })?;
-                self.records.notify_read(read);
-                return Ok(Found::Nothing);
-            }
-            Some(Err(McapError::UnexpectedEof)) => {
-                *cut = true;
-                return Ok(Found::End);
-            }
-            Some(Ok(LinearReadEvent::Record {
-                opcode: opcode @ (op::HEADER | op::CHANNEL | op::MESSAGE),
-                data,
-            })) => mcap::parse_record(opcode, data).map_err(|source| damaged(self.messages, source))?,
-            // Chunks are opened: one that is not is inside another, which has lied about its length.
-            Some(Ok(LinearReadEvent::Record { opcode: op::CHUNK, .. })) => {
-                return Err(damaged(self.messages, McapError::UnexpectedEoc));
-            }
-            Some(Ok(LinearReadEvent::Record { .. })) => return Ok(Found::Nothing),
-            Some(Err(source)) => return Err(damaged(self.messages, source)),
-        };
+    /// What has no check sum, of what was read up to now.
+    pub(crate) fn unchecked(&self) -> Option<Unchecked> {
+        self.records.unchecked()
+    }
+
+    fn unread(&self, name: &str, error: RecordsError) -> TraceError {
+        let (name, after) = (name.to_owned(), self.messages);
+        match error {
+            RecordsError::Read(source) => TraceError::Read { name, source },
+            RecordsError::Budget(source) => TraceError::Budget { name, place: self.place(), source },
+            RecordsError::Damaged(reason) => TraceError::Damaged { name, after, reason },
+        }
+    }
+
+    fn take(&mut self, name: &str, record: Record<'_>) -> Result<Option<Frame>, TraceError> {
         if let Record::Header(header) = record {
             is_trace(name, &header.profile)?;
             self.profile = true;
@@ -110,9 +90,13 @@ impl<R: Read> Records<R> {
             }
             self.messages += 1;
             let place = Place::Message(self.messages);
-            return json::read_frame(&data).map(Found::Frame).map_err(|unread| unread.at(name, place));
+            if data.len() > LONGEST {
+                let reason = format!("longer than {} MiB: put one frame in a message", LONGEST >> 20);
+                return Err(json::Unread::Wrong(String::new(), reason).at(name, place));
+            }
+            return json::read_frame(&data).map(Some).map_err(|unread| unread.at(name, place));
         }
-        Ok(Found::Nothing)
+        Ok(None)
     }
 }
 

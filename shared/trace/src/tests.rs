@@ -399,7 +399,7 @@ fn a_line_without_an_end_is_refused_before_it_fills_the_memory() {
     let endless = (&b"{\"leo_trace\": 1}\n"[..]).chain(std::io::repeat(b' '));
     let mut reader = Reader::new(endless, "t").unwrap();
     let said = reader.next().unwrap().unwrap_err().to_string();
-    assert!(said.contains("line 2, longer than 16 MiB"), "{said}");
+    assert!(said.contains("line 2 is longer than 16 MiB"), "{said}");
     assert!(reader.next().is_none());
 }
 

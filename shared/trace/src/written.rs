@@ -2,7 +2,7 @@
 
 use message::{Modality, NOBODY, Observation, ObservationKind, STATES, State};
 use quantity::number::single;
-use serde::de::Error as _;
+use serde::de::{Error as _, SeqAccess, Visitor};
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
 use crate::Frame;
@@ -14,8 +14,12 @@ pub(crate) struct WrittenFrame {
     pub(crate) at_ns: u64,
     #[serde(default)]
     pub(crate) source: u16,
+    #[serde(deserialize_with = "bounded")]
     observations: Vec<WrittenObservation>,
 }
+
+/// A frame holds no more observations: each takes several times the bytes in memory that it takes in the file.
+const MAX_OBSERVATIONS: usize = 1 << 16;
 
 #[derive(Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
@@ -82,6 +86,34 @@ struct Real(f32);
 
 /// Exactly N numbers.
 struct Reals<const N: usize>([f32; N]);
+
+/// Reads at most [`MAX_OBSERVATIONS`].
+fn bounded<'de, D: Deserializer<'de>>(from: D) -> Result<Vec<WrittenObservation>, D::Error> {
+    struct Bounded;
+
+    impl<'de> Visitor<'de> for Bounded {
+        type Value = Vec<WrittenObservation>;
+
+        fn expecting(&self, out: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+            out.write_str("a sequence")
+        }
+
+        fn visit_seq<A: SeqAccess<'de>>(self, mut from: A) -> Result<Self::Value, A::Error> {
+            let mut observations = Vec::new();
+            while let Some(observation) = from.next_element()? {
+                if observations.len() >= MAX_OBSERVATIONS {
+                    return Err(A::Error::custom(format_args!(
+                        "a frame holds at most {MAX_OBSERVATIONS} observations: make several frames of them"
+                    )));
+                }
+                observations.push(observation);
+            }
+            Ok(observations)
+        }
+    }
+
+    from.deserialize_seq(Bounded)
+}
 
 fn upright() -> Reals<4> {
     Reals([0.0, 0.0, 0.0, 1.0])

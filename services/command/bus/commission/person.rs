@@ -18,13 +18,9 @@ impl Person {
     /// Asks for something, and waits until the person says that it is done or is to be left out.
     pub(super) fn ask(self, what: &str) -> Result<Reply, Failed> {
         output::print(&format!("  {what}.\n  Enter when that is so, or `skip`: "))?;
-        let mut said = String::new();
-        let count = std::io::stdin().read_line(&mut said).map_err(Failed::because)?;
-        if count == 0 {
-            return Err(Failed::usage(
-                "no answer comes on standard input: --yes runs the trials that need no person",
-            ));
-        }
+        let said = output::answer()?.ok_or_else(|| {
+            Failed::usage("no answer comes on standard input: --yes runs the trials that need no person")
+        })?;
         Ok(if said.trim().eq_ignore_ascii_case("skip") { Reply::Skip } else { Reply::Done })
     }
 }

@@ -1,13 +1,16 @@
 use std::fs;
 use std::io;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
+
+use folder::{Folder, FolderError};
 
 /// How their names begin; a number, and words of what failed follow.
 const PREFIX: &str = "black_box_";
 /// The word of one that somebody asked for.
 pub(super) const ASKED: &str = "asked";
-/// The extension of one that is being written.
-pub(super) const UNFINISHED: &str = "unfinished";
+/// The extension of one that is whole, and of one that is being written.
+pub(super) const FINISHED: &str = ".mcap";
+pub(super) const UNFINISHED: &str = ".unfinished";
 
 /// The files that a black box has written, in one folder. Their numbers grow from the oldest to the newest.
 #[derive(Clone, Debug)]
@@ -18,53 +21,54 @@ pub(super) struct Files {
 }
 
 impl Files {
-    /// Where the next one goes; the folder is made where it is not there.
-    pub(super) fn next(&self, word: &str) -> io::Result<PathBuf> {
-        fs::create_dir_all(&self.folder)?;
+    /// Their folder, which is made where it is not there. What was begun in it by a process that was killed is removed.
+    pub(super) fn open(&self) -> Result<Folder, FolderError> {
+        let folder = Folder::make_all(&self.folder)?;
+        for name in self.names().unwrap_or_default() {
+            if name.starts_with(PREFIX) && name.ends_with(UNFINISHED) {
+                let _gone = folder.remove(&name);
+            }
+        }
+        Ok(folder)
+    }
+
+    /// The name of the next one, without its extension.
+    pub(super) fn next(&self, word: &str) -> io::Result<String> {
         let number = self.all()?.last().map_or(1, |(number, _)| number + 1);
-        Ok(self.folder.join(format!("{PREFIX}{number:04}_{word}.mcap")))
+        Ok(format!("{PREFIX}{number:04}_{word}"))
     }
 
     /// Removes the oldest, until there are no more than there may be: who asks takes nothing away that led to
-    /// a failure, and a robot that fails again and again nothing that somebody asked for. And removes what
-    /// somebody who was killed had begun.
-    pub(super) fn thin_out(&self) -> io::Result<()> {
-        for entry in fs::read_dir(&self.folder)? {
-            let path = entry?.path();
-            let is_ours =
-                path.file_name().and_then(|name| name.to_str()).is_some_and(|name| name.starts_with(PREFIX));
-            if is_ours && path.extension().is_some_and(|extension| extension == UNFINISHED) {
-                fs::remove_file(path)?;
-            }
-        }
-        let is_asked = |(_, file): &(u64, PathBuf)| {
-            file.file_stem()
-                .and_then(|name| name.to_str()?.rsplit_once('_'))
-                .is_some_and(|(_, word)| word == ASKED)
+    /// a failure, and a robot that fails again and again nothing that somebody asked for.
+    pub(super) fn thin_out(&self, folder: &Folder) -> io::Result<()> {
+        let is_asked = |(_, name): &(u64, String)| {
+            let stem = name.strip_suffix(FINISHED).and_then(|name| name.rsplit_once('_'));
+            stem.is_some_and(|(_, word)| word == ASKED)
         };
         let (asked, failures): (Vec<_>, Vec<_>) = self.all()?.into_iter().partition(is_asked);
         for kind in [asked, failures] {
             let surplus = kind.len().saturating_sub(self.most);
-            kind.iter().take(surplus).try_for_each(|(_, file)| fs::remove_file(file))?;
+            kind.iter().take(surplus).try_for_each(|(_, name)| folder.remove(name))?;
         }
         Ok(())
     }
 
     /// From the oldest to the newest.
-    fn all(&self) -> io::Result<Vec<(u64, PathBuf)>> {
-        let mut all = Vec::new();
-        for entry in fs::read_dir(&self.folder)? {
-            let path = entry?.path();
-            all.extend(number(&path).map(|number| (number, path)));
-        }
+    fn all(&self) -> io::Result<Vec<(u64, String)>> {
+        let names = self.names()?.into_iter();
+        let mut all: Vec<_> = names.filter_map(|name| Some((number(&name)?, name))).collect();
         all.sort();
         Ok(all)
     }
+
+    fn names(&self) -> io::Result<Vec<String>> {
+        let entries = fs::read_dir(&self.folder)?.flatten();
+        Ok(entries.filter_map(|entry| entry.file_name().into_string().ok()).collect())
+    }
 }
 
-fn number(file: &Path) -> Option<u64> {
-    let name = file.file_name()?.to_str()?.strip_prefix(PREFIX)?.strip_suffix(".mcap")?;
-    name.split_once('_')?.0.parse().ok()
+fn number(name: &str) -> Option<u64> {
+    name.strip_prefix(PREFIX)?.strip_suffix(FINISHED)?.split_once('_')?.0.parse().ok()
 }
 
 #[cfg(test)]
@@ -76,21 +80,22 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let files = Files { folder: folder.path().join("recordings"), most: 2 };
         let written = |word: &str| {
-            let file = files.next(word).unwrap();
+            let own = files.open().unwrap();
+            let file = files.folder.join(files.next(word).unwrap() + FINISHED);
             fs::write(&file, word).unwrap();
-            files.thin_out().unwrap();
+            files.thin_out(&own).unwrap();
             file
         };
         let first = written("belief");
         assert_eq!(first.file_name().unwrap(), "black_box_0001_belief.mcap");
         let theirs = files.folder.join("recording_1.mcap");
         fs::write(&theirs, "").unwrap();
-        let begun = files.next("x").unwrap().with_extension(UNFINISHED);
+        let begun = files.folder.join(files.next("x").unwrap() + UNFINISHED);
         fs::write(&begun, "").unwrap();
         let [second, third] = ["motor", "emergency-stop"].map(written);
         assert!(!begun.exists());
         assert!(!first.exists() && second.exists() && third.exists() && theirs.exists());
-        assert_eq!(files.next("x").unwrap().file_name().unwrap(), "black_box_0004_x.mcap");
+        assert_eq!(files.next("x").unwrap(), "black_box_0004_x");
         // Who asks takes away what was asked for before.
         let [fourth, fifth, sixth] = [ASKED; 3].map(written);
         assert!(second.exists() && third.exists() && !fourth.exists() && fifth.exists() && sixth.exists());

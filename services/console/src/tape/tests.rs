@@ -32,9 +32,9 @@ impl Recording for Slow {
 /// A tape over a disk that has room for two words.
 fn tape(folder: &Path) -> (Tape, Disk) {
     let (disk, told) = bounded::<Result<(), String>>(2);
-    let start = move |file: &Path| {
-        fs::write(file, "").unwrap();
+    let start = move |output: &Output| {
         told.recv().unwrap()?;
+        output.create().unwrap();
         Ok(Box::new(Slow(told.clone())) as Box<dyn Recording>)
     };
     (Tape::with(Some(folder.join("recordings")), Arc::new(start)), disk)

@@ -1,0 +1,58 @@
+use std::fs::File;
+use std::io::{self, Read};
+use std::path::Path;
+
+use crate::{BudgetError, CONFIGURATION_BYTES};
+
+/// The whole text of a file of configuration.
+///
+/// # Errors
+///
+/// The file cannot be read, is no UTF-8, or is longer than [`CONFIGURATION_BYTES`].
+pub fn text(file: &Path) -> io::Result<String> {
+    read_text(File::open(file)?, "a file of configuration", CONFIGURATION_BYTES)
+}
+
+/// The whole text of `source`, which is `what`, and at most `max_bytes` long.
+///
+/// # Errors
+///
+/// It cannot be read, is no UTF-8, or is longer.
+pub fn read_text(source: impl Read, what: &'static str, max_bytes: u64) -> io::Result<String> {
+    let mut bytes = Vec::new();
+    let read = source.take(max_bytes.saturating_add(1)).read_to_end(&mut bytes)?;
+    if u64::try_from(read).unwrap_or(u64::MAX) > max_bytes {
+        return Err(BudgetError::Text { what, max_bytes }.into());
+    }
+    String::from_utf8(bytes)
+        .map_err(|_no_text| io::Error::new(io::ErrorKind::InvalidData, "stream did not contain valid UTF-8"))
+}
+
+#[cfg(test)]
+mod tests {
+    use std::fs;
+
+    use super::*;
+
+    #[test]
+    fn a_text_is_read_up_to_its_bound_and_not_beyond() {
+        assert_eq!(read_text(&b"abc"[..], "a test", 3).unwrap(), "abc");
+        let error = read_text(io::repeat(b'a'), "a test", 3 << 10).unwrap_err();
+        assert_eq!(error.kind(), io::ErrorKind::FileTooLarge);
+        assert_eq!(
+            error.to_string(),
+            "it is longer than 3 KiB, the most that Leo reads of a test: is it the right file?"
+        );
+        assert_eq!(read_text(&b"a\xff"[..], "a test", 3).unwrap_err().kind(), io::ErrorKind::InvalidData);
+    }
+
+    #[test]
+    fn a_file_without_end_is_refused() {
+        let error = text("/dev/zero".as_ref()).unwrap_err();
+        assert!(error.to_string().starts_with("it is longer than 4 MiB"), "{error}");
+        let file = tempfile::NamedTempFile::new().unwrap();
+        fs::write(file.path(), "a = 1").unwrap();
+        assert_eq!(text(file.path()).unwrap(), "a = 1");
+        assert_eq!(text("/nowhere/a".as_ref()).unwrap_err().kind(), io::ErrorKind::NotFound);
+    }
+}

@@ -1,0 +1,46 @@
+use std::io::{self, ErrorKind, Write};
+
+/// An output that takes nothing more after its first error.
+///
+/// A disk that fails once and then no more would leave a hole in the middle of a file, behind which nothing can be read:
+/// so the file ends where the hole would be.
+#[derive(Debug)]
+pub(crate) struct Fused<W> {
+    out: W,
+    /// The kind of the first error.
+    failed: Option<ErrorKind>,
+}
+
+impl<W> Fused<W> {
+    pub(crate) fn new(out: W) -> Self {
+        Self { out, failed: None }
+    }
+
+    pub(crate) fn into_inner(self) -> W {
+        self.out
+    }
+}
+
+impl<W: Write> Fused<W> {
+    fn attempt<T>(&mut self, act: impl FnOnce(&mut W) -> io::Result<T>) -> io::Result<T> {
+        if let Some(kind) = self.failed {
+            return Err(kind.into());
+        }
+        act(&mut self.out).inspect_err(|error| {
+            // Such a call is repeated.
+            if error.kind() != ErrorKind::Interrupted {
+                self.failed = Some(error.kind());
+            }
+        })
+    }
+}
+
+impl<W: Write> Write for Fused<W> {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        self.attempt(|out| out.write(bytes))
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        self.attempt(Write::flush)
+    }
+}

@@ -1,0 +1,212 @@
+//! Files and pipes from strangers: what they may cost, and what is said where they would cost more.
+
+mod mcap;
+
+use std::fs::{self, File};
+use std::path::Path;
+use std::process::Stdio;
+
+use tempfile::TempDir;
+
+use crate::assert_refused;
+use crate::house::{Told, leo, short_lesson, tell, write};
+use crate::recordings::{file, recorded};
+use mcap::{Mcap, attachment, channel, message, schema, without_check_sums};
+
+/// No small file and no line makes a command take more memory, in KiB.
+const MEMORY_KIB: u64 = 512 << 10;
+/// What the files expand to, in bytes: more than the memory that is allowed.
+const EXPANDED: usize = 900 << 20;
+const MIB: usize = 1 << 20;
+
+/// Runs a command to its end: what it said, and its peak of resident memory in KiB.
+fn measured(arguments: &[&str], input: Stdio) -> (Told, u64) {
+    let (mut command, files) = leo(arguments);
+    let (out, err) = (files.path().join("out"), files.path().join("err"));
+    let to = |file: &Path| File::create(file).expect("makes a file");
+    let mut child = command.stdin(input).stdout(to(&out)).stderr(to(&err)).spawn().expect("starts");
+    let mut peak_kib = 0;
+    let status = loop {
+        // The peak stands there until the process ends, and only grows.
+        let status = fs::read_to_string(format!("/proc/{}/status", child.id())).unwrap_or_default();
+        let peak = status.lines().find_map(|line| line.strip_prefix("VmHWM:")?.trim().strip_suffix(" kB"));
+        peak_kib = peak.and_then(|peak| peak.parse().ok()).unwrap_or(0).max(peak_kib);
+        if peak_kib > 4 * MEMORY_KIB {
+            child.kill().expect("is ours");
+        }
+        if let Some(status) = child.try_wait().expect("is ours") {
+            break status;
+        }
+        std::thread::yield_now();
+    };
+    let said = |file| fs::read_to_string(file).expect("reads");
+    (Told { status: status.code(), out: said(out), err: said(err) }, peak_kib)
+}
+
+/// A command refuses a file, says why, and takes no more memory than is allowed.
+fn assert_bounded(arguments: &[&str], input: Stdio, words: &[&str]) {
+    let (told, peak_kib) = measured(arguments, input);
+    assert!(peak_kib > 1 << 10, "the memory of {arguments:?} was not seen");
+    assert!(peak_kib < MEMORY_KIB, "{arguments:?} took {peak_kib} KiB\n{told:?}");
+    assert_refused(&told, 2, words);
+}
+
+fn small(folder: &TempDir, name: &str, bytes: &[u8]) -> String {
+    assert!(bytes.len() < 2 * MIB, "{name} is {} bytes long", bytes.len());
+    let to = file(folder, name);
+    fs::write(&to, bytes).expect("writes");
+    to
+}
+
+/// A file of zeros that is a gigabyte long and takes no room.
+fn sparse(folder: &TempDir, name: &str) -> String {
+    let to = file(folder, name);
+    File::create(&to).and_then(|file| file.set_len(1 << 30)).expect("makes a file");
+    to
+}
+
+/// A recording whose chunks expand to [`EXPANDED`] bytes of such records, each as long as a MiB.
+fn expanding(is_checked: bool, record: impl Fn(usize) -> Vec<u8>) -> Vec<u8> {
+    const AT_ONCE: usize = 60;
+    let mut recording = Mcap::recording();
+    for chunk in 0..EXPANDED / MIB / AT_ONCE {
+        let records: Vec<Vec<u8>> = (chunk * AT_ONCE..(chunk + 1) * AT_ONCE).map(&record).collect();
+        recording.chunk(&records.concat(), is_checked);
+    }
+    recording.end()
+}
+
+#[test]
+fn a_small_recording_that_expands_to_gigabytes_is_refused_by_its_name_and_costs_little() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let id = |number: usize| u16::try_from(number).expect("there are few");
+    let schemas = expanding(true, |number| schema(id(number), "leo", MIB));
+    let files = expanding(false, |number| attachment(&number.to_string(), MIB));
+    for (name, bytes) in [("schemas.mcap", schemas), ("files.mcap", files)] {
+        let recording = small(&folder, name, &bytes);
+        let words = ["after frame 0", "needs more than 64 MiB of memory", "no recording of Leo", &recording];
+        assert_bounded(&["replay", &recording], Stdio::null(), &words);
+    }
+    for is_checked in [true, false] {
+        let zeros = expanding(is_checked, |_| vec![0; MIB]);
+        let recording = small(&folder, "zeros.mcap", &zeros);
+        assert_bounded(&["replay", &recording], Stdio::null(), &[&recording, "expand to more than", "MiB"]);
+        assert_bounded(&["believe", &recording], Stdio::null(), &[&recording]);
+    }
+}
+
+#[test]
+fn a_small_trace_that_expands_to_gigabytes_is_refused_by_its_name_and_costs_little() {
+    let folder = tempfile::tempdir().expect("a folder");
+    // Of one instant, by many sources: they are believed together.
+    let observation = r#"{"position_m":[0,0,0]},"#.repeat(60_000);
+    let json = format!(r#"{{"at_ns":1,"observations":[{}]}}"#, observation.trim_end_matches(','));
+    let mut trace = Mcap::new("leo_trace/1");
+    for chunk in 0..20_u16 {
+        let sources = 20 * chunk..20 * (chunk + 1);
+        let of = |source: u16| {
+            let json = json.replacen("1,", &format!("1,\"source\":{source},"), 1);
+            [channel(source), message(source, &json)].concat()
+        };
+        trace.chunk(&sources.map(of).collect::<Vec<_>>().concat(), true);
+    }
+    let trace = small(&folder, "sources.mcap", &trace.end());
+    assert_bounded(&["believe", &trace], Stdio::null(), &[&trace, "of one instant are too many"]);
+
+    let many = r#"{"position_m":[0,0,0]},"#.repeat(600_000);
+    let json =
+        format!("{{\"leo_trace\":1}}\n{{\"at_ns\":1,\"observations\":[{}]}}\n", many.trim_end_matches(','));
+    let trace = write(&folder, "many.jsonl", &json);
+    assert_bounded(&["believe", &trace], Stdio::null(), &[&trace, "line 2", "at most 65536 observations"]);
+
+    let zeros = {
+        let mut trace = Mcap::new("leo_trace/1");
+        for _ in 0..EXPANDED / (60 * MIB) {
+            trace.chunk(&vec![0; 60 * MIB], true);
+        }
+        small(&folder, "zeros.mcap", &trace.end())
+    };
+    assert_bounded(&["believe", &zeros], Stdio::null(), &[&zeros, "expand to more than"]);
+    let input = File::open(&zeros).expect("opens");
+    assert_bounded(&["believe", "-"], input.into(), &["standard input", "expand to more than"]);
+}
+
+#[test]
+fn a_line_or_a_file_of_a_gigabyte_is_refused_by_every_command_that_reads_one() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let long = sparse(&folder, "long.toml");
+    let whole = "is longer than 4 MiB, the most that Leo reads of a file of configuration";
+    let line = "line 1 is longer than 4 MiB: put one example in a line";
+    let table: [(&[&str], &str); 17] = [
+        (&["learn", &long], line),
+        (&["learn", "--config", &long, "config/examples/squares.jsonl"], whole),
+        (&["teach", &long], whole),
+        (&["teach", "config/lessons/task1.toml", "--config", &long], whole),
+        (&["run", "--lesson", &long], whole),
+        (&["run", "--config", &long], whole),
+        (&["run", "--faults", &long], whole),
+        (&["check", "--config", &long], whole),
+        (&["believe", &long], "line 1 is longer than 16 MiB: put one frame in a line"),
+        (&["believe", "config/traces/moved.jsonl", "--config", &long], whole),
+        (&["record", "a.mcap", "--config", &long], whole),
+        (&["record", "a.mcap", "--lesson", &long], whole),
+        (&["replay", &long], "is no recording of Leo"),
+        (&["tasks", "import", &long], "is longer than 256 MiB"),
+        (&["arm", "--config", &long], whole),
+        (&["bus", "scan", "--config", &long], whole),
+        (&["mock-bus", "--config", &long], whole),
+    ];
+    for (arguments, words) in table {
+        let is_import = arguments.contains(&"import");
+        if is_import {
+            // It is not expanded: as much is read as may be, once.
+            assert_refused(&measured(arguments, Stdio::null()).0, 2, &[&long, words]);
+        } else {
+            assert_bounded(arguments, Stdio::null(), &[&long, words]);
+        }
+    }
+    let input = || File::open(&long).expect("opens").into();
+    assert_bounded(&["learn", "-"], input(), &["standard input", line]);
+    assert_bounded(&["believe", "-"], input(), &["standard input", "line 1 is longer than 16 MiB"]);
+}
+
+#[test]
+fn examples_that_need_much_more_memory_than_their_file_is_long_are_refused_by_their_line() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let objects: Vec<String> = (0..200_000).map(|id| format!("{{\"id\":{id}}}")).collect();
+    let example = format!(r#"{{"perspectives":[{{"before":[{}],"changed":[]}}]}}"#, objects.join(","));
+    let text = format!("{{\"leo_examples\":1}}\n{}", format!("{example}\n").repeat(20));
+    let examples = write(&folder, "many.jsonl", &text);
+    assert_bounded(
+        &["learn", &examples],
+        Stdio::null(),
+        &[&examples, "line ", "of memory", "learn from fewer"],
+    );
+}
+
+#[test]
+fn a_chunk_without_a_check_sum_is_said_and_refused_where_bits_are_compared() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let lesson = write(&folder, "short.toml", &short_lesson());
+    let recording = file(&folder, "lesson.mcap");
+    recorded(&lesson, &recording);
+    let mut bytes = fs::read(&recording).expect("reads");
+    assert!(without_check_sums(&mut bytes) > 1);
+    fs::write(&recording, &bytes).expect("writes");
+    let words = [&recording, "no check sum", "nothing is compared", "record it anew"];
+    assert_refused(&tell(&["replay", &recording]), 2, &words.map(|word| -> &str { word }));
+}
+
+#[test]
+fn a_trace_with_a_chunk_without_a_check_sum_is_believed_and_that_is_said() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let json = r#"{"at_ns":1,"observations":[{"position_m":[0.6,0,0]}]}"#;
+    let records = [channel(0), message(0, json)].concat();
+    let trace = small(&folder, "a.mcap", &Mcap::new("leo_trace/1").chunk(&records, false).end());
+    let told = tell(&["believe", &trace]);
+    assert_eq!(told.status, Some(0), "{told:?}");
+    assert!(told.err.contains("1 chunk has no check sum"), "{told:?}");
+    fs::write(&trace, Mcap::new("leo_trace/1").chunk(&records, true).end()).expect("writes");
+    let told = tell(&["believe", &trace]);
+    assert_eq!((told.status, told.err.as_str()), (Some(0), ""), "{told:?}");
+}

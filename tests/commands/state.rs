@@ -1,0 +1,102 @@
+//! A state directory in which nothing can be kept: every command that would write there refuses to start, and says why.
+
+use std::os::unix::process::CommandExt as _;
+use std::process::{Command, Stdio};
+
+use rustix::process::getuid;
+
+use crate::house::{Told, leo, public_executable, write};
+use crate::{NOBODY, assert_refused};
+
+/// Where this is set, what cannot be tried is a failure and nothing is skipped.
+const REQUIRED: &str = "LEO_READERS_REQUIRED";
+
+/// Ways in which nothing can be kept, as a shell makes them of the empty folder `$1`, and what is said of each.
+const WAYS: [(&str, &str, &str); 9] = [
+    (
+        "on a disk that is read only",
+        r#"mount -t tmpfs tmpfs "$1" && mkdir -m 700 "$1/leo" && mount -o remount,ro "$1""#,
+        "Read-only file system",
+    ),
+    (
+        "on a disk that is read only, not made yet",
+        r#"mount -t tmpfs tmpfs "$1" && mount -o remount,ro "$1""#,
+        "Read-only file system",
+    ),
+    (
+        "on a full disk",
+        r#"mount -t tmpfs -o size=64k tmpfs "$1" && mkdir -m 700 "$1/leo" && ! cat /dev/zero >"$1/fill" 2>&-"#,
+        "No space left",
+    ),
+    (
+        "on a disk without a free inode",
+        r#"mount -t tmpfs -o nr_inodes=3 tmpfs "$1" && mkdir -m 700 "$1/leo" && : >"$1/fill""#,
+        "No space left",
+    ),
+    (
+        "below a folder that is read only",
+        r#"mkdir -m 700 "$1/leo" "$1/leo/recordings" && mount --bind -o ro "$1/leo/recordings" "$1/leo/recordings""#,
+        "Read-only file system",
+    ),
+    (
+        "with a token that is read only",
+        r#"mkdir -m 700 "$1/leo" && : >"$1/leo/page_token" && mount --bind -o ro "$1/leo/page_token" "$1/leo/page_token""#,
+        "Read-only file system",
+    ),
+    ("behind a link", r#"mkdir -m 700 "$1/else" && ln -s else "$1/leo""#, "is a symbolic link"),
+    ("open to everybody", r#"mkdir -m 700 "$1/leo" && chmod 777 "$1/leo""#, "may be written by other users"),
+    ("in the place of a file", r#": >"$1/leo""#, "is no folder"),
+];
+
+fn told(command: &mut Command) -> Told {
+    let output = command.stdin(Stdio::null()).output().expect("starts");
+    let text = |bytes: Vec<u8>| String::from_utf8(bytes).expect("is text");
+    Told { status: output.status.code(), out: text(output.stdout), err: text(output.stderr) }
+}
+
+#[test]
+fn a_state_directory_in_which_nothing_can_be_kept_refuses_every_command_that_writes_there() {
+    let may_mount = || told(Command::new("unshare").args(["--mount", "true"])).status == Some(0);
+    if !getuid().is_root() || !may_mount() {
+        assert!(std::env::var_os(REQUIRED).is_none(), "root is needed, and the right to mount");
+        eprintln!("SKIPPED: root is needed, and the right to mount");
+        return;
+    }
+    let files = tempfile::tempdir().expect("a folder");
+    let tasks = write(&files, "tasks.json", r#"{"leo_tasks": 1, "tasks": []}"#);
+    let commands: [&[&str]; 3] =
+        [&["run", "--for", "1"], &["tasks", "import", &tasks], &["tasks", "forget", "x"]];
+    for (way, script, said) in WAYS {
+        for arguments in commands {
+            let (ours, folder) = leo(arguments);
+            let script = format!(
+                r#"{{ {script}; }} || exit 77; leo=$0; export XDG_STATE_HOME=$1; shift; exec "$leo" "$@""#
+            );
+            let mut command = Command::new("unshare");
+            command.args(["--mount", "bash", "-c", &script]).arg(ours.get_program()).arg(folder.path());
+            command.args(ours.get_args()).current_dir(env!("CARGO_MANIFEST_DIR"));
+            let told = told(&mut command);
+            assert_ne!(told.status, Some(77), "{way}: {told:?}");
+            let state = folder.path().join("leo").display().to_string();
+            assert_refused(
+                &told,
+                2,
+                &["nothing can be kept in the state directory", &state, said, "XDG_STATE_HOME"],
+            );
+        }
+    }
+    // Of another user.
+    let executable = public_executable(&files);
+    for arguments in commands {
+        let (_, folder) = leo(arguments);
+        std::fs::create_dir(folder.path().join("leo")).expect("makes a folder");
+        for (folder, mode) in [(folder.path().to_owned(), 0o755), (folder.path().join("leo"), 0o755)] {
+            std::fs::set_permissions(folder, std::os::unix::fs::PermissionsExt::from_mode(mode))
+                .expect("is ours");
+        }
+        let mut command = Command::new(&executable);
+        command.args(arguments).uid(NOBODY).gid(NOBODY).current_dir("/");
+        let told = told(command.env_clear().env("XDG_STATE_HOME", folder.path()));
+        assert_refused(&told, 2, &["nothing can be kept in the state directory", "belongs to the user"]);
+    }
+}
