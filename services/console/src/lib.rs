@@ -4,6 +4,8 @@
 mod arming;
 mod black_box;
 mod cells;
+#[cfg(test)]
+mod day;
 mod fares;
 mod hand;
 mod lessons;

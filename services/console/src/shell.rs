@@ -124,7 +124,7 @@ impl Ear {
             utterances: member.inlet(None)?,
             events: member.inlet(None)?,
             narrator: Narrator::new(&robot.leo.belief.names),
-            account: Account::default(),
+            account: Account::newest(),
             lines: Lines::default(),
             said: 0,
             has_news: true,
