@@ -21,3 +21,5 @@ mod web;
 pub use narrator::{Line, LineKind, Narrator, Transcript};
 pub use sheet::Sheet;
 pub use shell::run;
+#[cfg(any(test, feature = "fed"))]
+pub use web::fed;

@@ -3,6 +3,8 @@
 
 mod connections;
 mod door;
+#[cfg(any(test, feature = "fed"))]
+pub mod fed;
 mod guard;
 mod live;
 mod notice;
@@ -88,6 +90,31 @@ pub(crate) struct Shared {
 }
 
 impl Shared {
+    /// Nothing shown yet; and where the loop hears what pages want.
+    fn new(
+        urdf: String,
+        first: u16,
+        lock: guard::Lock,
+        stop: stop::Stop,
+        patience: Patience,
+    ) -> (Arc<Self>, Receiver<Asked>) {
+        let (wishes, asked) = unbounded();
+        let shared = Self {
+            sheet: Mutex::default(),
+            counts: Counts::default(),
+            metrics: Mutex::default(),
+            urdf: urdf.into(),
+            wishes,
+            lock,
+            stop,
+            connections: Arc::default(),
+            first,
+            pages: AtomicU64::new(1),
+            patience,
+        };
+        (Arc::new(shared), asked)
+    }
+
     /// What the pages are shown. A thread that panicked while it wrote has left whole cells behind.
     pub(crate) fn sheet(&self) -> MutexGuard<'_, Sheet> {
         self.sheet.lock().unwrap_or_else(PoisonError::into_inner)
@@ -201,20 +228,8 @@ impl Web {
         let token = before.token.map_or_else(Token::new, Ok)?;
         let door = Door { port: Some(at.port()), token: Some(token.clone()) };
         let query = format!("?token={}", token.as_str());
-        let (wishes, asked) = unbounded();
-        let shared = Arc::new(Shared {
-            sheet: Mutex::default(),
-            counts: Counts::default(),
-            metrics: Mutex::default(),
-            urdf: urdf.into(),
-            wishes,
-            lock: guard::Lock { token, port: at.port(), open },
-            stop: stop::Stop::new(domain, moves_here),
-            connections: Arc::default(),
-            first,
-            pages: AtomicU64::new(1),
-            patience,
-        });
+        let lock = guard::Lock { token, port: at.port(), open };
+        let (shared, asked) = Shared::new(urdf, first, lock, stop::Stop::new(domain, moves_here), patience);
         let (stop, stopped) = tokio::sync::oneshot::channel();
         let state = Arc::clone(&shared);
         thread::Builder::new().name("web".to_owned()).spawn(move || {
@@ -225,7 +240,7 @@ impl Web {
                 };
                 tokio::select! {
                     () = ends => {}
-                    () = served(listener, state) => {}
+                    () = connections::serve(listener, routes(&state), state) => {}
                 }
             });
         })?;
@@ -265,11 +280,12 @@ fn listening(address: SocketAddr) -> io::Result<TcpListener> {
     socket.listen(BACKLOG)
 }
 
-async fn served(listener: TcpListener, state: Arc<Shared>) {
+/// What is answered to which request.
+fn routes(state: &Arc<Shared>) -> Router {
     let part = |gzip: &'static [u8], kind: &'static str| {
         get(move |headers: HeaderMap| async move { file(gzip, kind, &headers) })
     };
-    let routes = Router::new()
+    Router::new()
         .route("/", part(INDEX, "text/html; charset=utf-8"))
         .route("/page.js", part(SCRIPT, "text/javascript; charset=utf-8"))
         .route("/page.css", part(STYLE, "text/css; charset=utf-8"))
@@ -277,9 +293,8 @@ async fn served(listener: TcpListener, state: Arc<Shared>) {
         .route("/metrics", get(scraped))
         .route("/live", get(live::live))
         .route(guard::STOP, post(stop::stop))
-        .layer(axum::middleware::from_fn_with_state(Arc::clone(&state), guard::guard))
-        .with_state(Arc::clone(&state));
-    connections::serve(listener, routes, state).await;
+        .layer(axum::middleware::from_fn_with_state(Arc::clone(state), guard::guard))
+        .with_state(Arc::clone(state))
 }
 
 fn file(gzip: &'static [u8], kind: &'static str, asked: &HeaderMap) -> Response {

@@ -12,7 +12,8 @@ use hyper::server::conn::http1;
 use hyper::service::{Service as _, service_fn};
 use hyper_util::rt::{TokioIo, TokioTimer};
 use hyper_util::service::TowerToHyperService;
-use tokio::net::{TcpListener, TcpStream};
+use tokio::io::{AsyncRead, AsyncWrite};
+use tokio::net::TcpListener;
 use tokio::time::{sleep, timeout};
 
 use super::{Patience, Shared};
@@ -50,8 +51,8 @@ pub(super) async fn serve(listener: TcpListener, routes: Router, shared: Arc<Sha
 }
 
 /// Answers what is asked on a connection until it ends, becomes a page's, has lasted long enough, or makes way.
-async fn answer(
-    stream: TcpStream,
+pub(super) async fn answer(
+    stream: impl AsyncRead + AsyncWrite + Send + Unpin + 'static,
     routes: TowerToHyperService<Router>,
     patience: Patience,
     connection: Arc<Connection>,

@@ -182,10 +182,10 @@ impl Asks<'_> {
             return Ok(Access::Command);
         }
         let is_open = match self.uri.path() {
-            // The page's own files are no secret.
-            "/page.js" | "/page.css" | STOP => true,
+            // What is answered to who has no token looks like the page.
+            "/page.css" | STOP => true,
             "/metrics" => lock.open != ReadWithoutToken::Nothing,
-            "/" | "/leo.urdf" | "/live" => lock.open == ReadWithoutToken::Page,
+            "/" | "/page.js" | "/leo.urdf" | "/live" => lock.open == ReadWithoutToken::Page,
             _ => false,
         };
         match (is_open, said) {

@@ -1,7 +1,7 @@
 //! The connections that there are. Pure.
 
+use core::net::{IpAddr, Ipv6Addr};
 use std::collections::BTreeMap;
-use std::net::{IpAddr, Ipv6Addr};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use clock::{Duration, Instant};
@@ -80,7 +80,7 @@ impl Table {
 
     /// Enters a new connection. Where its address has as many as it may have, the oldest of them makes way; else, where
     /// there are as many as there may be, the oldest of the address that has most.
-    pub(super) fn enter(self: &Arc<Self>, address: IpAddr, now: Instant) -> Arc<Connection> {
+    pub(crate) fn enter(self: &Arc<Self>, address: IpAddr, now: Instant) -> Arc<Connection> {
         let mut entries = self.entries();
         let address = network(address);
         entries.make_room(Class::Unknown, address);

@@ -44,7 +44,7 @@ fn the_token_is_taken_from_the_address_a_header_or_the_cookie_of_this_port() {
             assert_eq!(got(&lock, path, &[(name, value.clone())]), access, "{path} {name}: {value}");
         }
     }
-    assert_eq!(got(&lock, "/page.js", &[]), Ok(Access::Read));
+    assert_eq!(got(&lock, "/page.css", &[]), Ok(Access::Read));
     assert_ne!(token, Token::new().unwrap().as_str());
     assert_eq!(format!("{:?}", lock.token), "Token(..)");
 }
@@ -54,10 +54,10 @@ fn what_is_opened_by_the_configuration_is_read_without_the_token_and_nothing_els
     for (open, without) in [
         (ReadWithoutToken::Nothing, &[][..]),
         (ReadWithoutToken::Metrics, &["/metrics"][..]),
-        (ReadWithoutToken::Page, &["/metrics", "/", "/live", "/leo.urdf"][..]),
+        (ReadWithoutToken::Page, &["/metrics", "/", "/page.js", "/live", "/leo.urdf"][..]),
     ] {
         let lock = lock(open);
-        for path in ["/metrics", "/", "/live", "/leo.urdf", "/other"] {
+        for path in ["/metrics", "/", "/page.js", "/live", "/leo.urdf", "/other"] {
             let access = if without.contains(&path) { Ok(Access::Read) } else { Err(Refusal::NoToken) };
             assert_eq!(got(&lock, path, &[]), access, "{open:?} {path}");
         }
