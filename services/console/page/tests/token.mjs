@@ -44,6 +44,8 @@ try {
     must(answer.status() === 401, `that ${address} is refused`);
     must(/leo run/.test(await visitor.textContent('main')), 'that a visitor is told what to do');
     must(await isPressable(visitor), 'that a visitor sees the stop button');
+    const rows = await visitor.evaluate(() => ['h1', 'p', '#stop', 'a'].map((part) => document.querySelector(`main ${part}`).getBoundingClientRect()));
+    must(rows.every(({ top }, at) => at === 0 || top >= rows[at - 1].bottom), 'that one part is below the other');
   }
 
   const context = await browser.newContext();
@@ -81,6 +83,12 @@ try {
 
   for (const [width, height] of [[1440, 900], [820, 1180], [390, 844]]) {
     await page.setViewportSize({ width, height });
+    await page.evaluate(() => window.scrollTo(0, 0));
+    must(await page.evaluate(() => {
+      const { left, bottom } = document.querySelector('#stop-button').getBoundingClientRect();
+      const apart = ({ right, top }) => right <= left || top >= bottom;
+      return [...document.querySelectorAll('#head button, #head select')].every((part) => apart(part.getBoundingClientRect()));
+    }), `that the stop button covers no other one, at ${width} x ${height}`);
     await page.evaluate(() => window.scrollTo(0, document.documentElement.scrollHeight));
     must(await isPressable(page), `that the stop button is always there, at ${width} x ${height}`);
     await page.evaluate(() => document.querySelector('#save-dialog').showModal());
