@@ -133,5 +133,7 @@ fn launched(name: &str, state: &Path) -> (Child, Host) {
 impl Drop for Robot {
     fn drop(&mut self) {
         let _dead = self.supervisor.kill().and_then(|()| self.supervisor.wait());
+        // A stop outlives its robot, and nobody would sweep its folder.
+        let _released = fs::remove_file(self.domain().join("emergency-stop"));
     }
 }
