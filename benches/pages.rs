@@ -83,7 +83,7 @@ fn measure(has_blocks: bool, mut numbers: impl Iterator<Item = u64>) {
     let robot = Robot::start(domain, folder, &more);
     let came = wait_until(Duration::from_secs(60), || robot.is_back(&[]) && robot.page().is_some());
     assert!(came.is_some(), "it does not start: {}", robot.said());
-    let host = robot.page().expect("it has a page");
+    let (host, token) = robot.page().expect("it has a page");
     let mut top = Top::open(Some(Domain::at(domain).expect("a domain")), About::default()).expect("a robot");
     let wait = |seconds| clock::sleep_until(clock::now() + Duration::from_secs(seconds));
     wait(5);
@@ -96,7 +96,7 @@ fn measure(has_blocks: bool, mut numbers: impl Iterator<Item = u64>) {
         // What the machine does besides is the same for all, on the whole, if none is always first.
         for turn in 0..TURNS {
             let turn = (round + turn) % TURNS;
-            let mut opened = (turn == WITH).then(|| Opened::new(&host));
+            let mut opened = (turn == WITH).then(|| Opened::new(&host, &token));
             wait(1);
             // Whatever there is goes out once; then what changes.
             opened.iter_mut().for_each(Opened::begin);
@@ -197,10 +197,11 @@ struct Opened {
 }
 
 impl Opened {
-    fn new(host: &str) -> Self {
+    fn new(host: &str, token: &str) -> Self {
         let open = |_| {
             let stream = TcpStream::connect(host).expect("it listens");
-            let request = format!("ws://{host}/live").into_client_request().expect("an address");
+            let request =
+                format!("ws://{host}/live?token={token}").into_client_request().expect("an address");
             let (socket, _) = tungstenite::client(request, stream).expect("it opens");
             socket.get_ref().set_nonblocking(true).expect("a socket");
             socket

@@ -104,7 +104,7 @@ fn main() -> ExitCode {
     let mut robot = Robot::start(&domain, folder, &["--faults", &faults.display().to_string()]);
     let came = wait_until(Duration::from_secs(60), || robot.is_back(&[]) && robot.page().is_some());
     assert!(came.is_some(), "it does not start: {}", robot.said());
-    let host = robot.page().expect("it has a page");
+    let at = robot.page().expect("it has a page");
     let file = folder.join("soak.mcap");
     let mut recorder =
         leo(&["record", "--domain"]).arg(&domain).arg(&file).stdout(Stdio::piped()).spawn().expect("starts");
@@ -113,13 +113,13 @@ fn main() -> ExitCode {
     let [shown, scraped] = [(); 2].map(|()| Arc::new(AtomicU64::new(0)));
     let pages: Vec<_> = (0..PAGES)
         .map(|number| {
-            let (host, stop, shown) = (host.clone(), Arc::clone(&stop), Arc::clone(&shown));
-            thread::spawn(move || page(&host, number == 0, &stop, &shown))
+            let (at, stop, shown) = (at.clone(), Arc::clone(&stop), Arc::clone(&shown));
+            thread::spawn(move || page(&at, number == 0, &stop, &shown))
         })
         .collect();
     let scraper = {
-        let (host, stop, scraped) = (host.clone(), Arc::clone(&stop), Arc::clone(&scraped));
-        thread::spawn(move || scrape(&host, &stop, &scraped))
+        let (at, stop, scraped) = (at.clone(), Arc::clone(&stop), Arc::clone(&scraped));
+        thread::spawn(move || scrape(&at, &stop, &scraped))
     };
 
     let began = clock::now();
@@ -241,16 +241,16 @@ fn compared(samples: &[(Instant, BTreeMap<String, f64>)], warm: Instant) -> Vec<
     wrong
 }
 
-fn opened(host: &str) -> WebSocket<TcpStream> {
+fn opened((host, token): &(String, String)) -> WebSocket<TcpStream> {
     let stream = TcpStream::connect(host).expect("it listens");
     stream.set_read_timeout(Some(Duration::from_secs(1))).expect("a time");
-    let request = format!("ws://{host}/live").into_client_request().expect("an address");
+    let request = format!("ws://{host}/live?token={token}").into_client_request().expect("an address");
     tungstenite::client(request, stream).expect("it opens").0
 }
 
 /// A page that reads whatever it is sent; one of them plays the lesson again and again.
-fn page(host: &str, plays: bool, stop: &AtomicBool, shown: &AtomicU64) {
-    let mut socket = opened(host);
+fn page(at: &(String, String), plays: bool, stop: &AtomicBool, shown: &AtomicU64) {
+    let mut socket = opened(at);
     let (mut played_at, mut id) = (clock::now(), 0);
     while !stop.load(Ordering::Relaxed) {
         if plays && clock::now().since(played_at) >= PLAY_EVERY {
@@ -268,11 +268,12 @@ fn page(host: &str, plays: bool, stop: &AtomicBool, shown: &AtomicU64) {
     }
 }
 
-fn scrape(host: &str, stop: &AtomicBool, scraped: &AtomicU64) {
+fn scrape((host, token): &(String, String), stop: &AtomicBool, scraped: &AtomicU64) {
     while !stop.load(Ordering::Relaxed) {
         pause(Duration::from_secs(1));
         let mut stream = TcpStream::connect(host).expect("it listens");
-        write!(stream, "GET /metrics HTTP/1.1\r\nHost: {host}\r\nConnection: close\r\n\r\n").expect("sent");
+        write!(stream, "GET /metrics?token={token} HTTP/1.1\r\nHost: {host}\r\nConnection: close\r\n\r\n")
+            .expect("sent");
         let mut text = String::new();
         stream.read_to_string(&mut text).expect("an answer");
         assert!(text.contains("leo_process_running"), "{text}");

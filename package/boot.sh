@@ -70,8 +70,10 @@ until_said() {
   fail "it does not say \`$1\`"
 }
 
+# The metrics, for who has the token of the robot's page.
+metrics() { curl -s -H "Authorization: Bearer $(cut -d' ' -f2 /dev/shm/leo-robot/page)" http://127.0.0.1:7780/metrics; }
 # A number of the metrics, by its name and labels.
-metric() { curl -s http://127.0.0.1:7780/metrics | awk -v name="$1" '$1 == name { print $2 }'; }
+metric() { metrics | awk -v name="$1" '$1 == name { print $2 }'; }
 until_metric() {
   for _ in $(seq 60); do if [ "$(metric "$1")" = "$2" ]; then return; fi; sleep 1; done
   fail "$1 is \`$(metric "$1")\`, not \`$2\`"
@@ -81,7 +83,7 @@ as_leo=(setpriv --reuid leo --regid leo --init-groups)
 # How many joints were ever read, and how far the one that moves most goes within five seconds, in radians.
 moved() {
   for _ in $(seq 10); do
-    curl -s http://127.0.0.1:7780/metrics | grep '^leo_joint_position_radians' || true
+    metrics | grep '^leo_joint_position_radians' || true
     sleep 0.5
   done | awk '
     !($1 in low) || $2 < low[$1] { low[$1] = $2 }

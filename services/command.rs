@@ -109,7 +109,11 @@ struct BenchEcho {
 }
 
 #[derive(Args, Clone, Debug)]
-#[command(after_help = "Example:\n  leo run --lesson config/lessons/task1.toml --for 60")]
+#[command(
+    after_help = "Example:\n  leo run --lesson config/lessons/task1.toml --for 60\n\nThe first line is the address of \
+                        the page, with the token that lets you in. Everybody who reaches the page may stop the robot, \
+                        without the token: curl -X POST http://127.0.0.1:7780/stop"
+)]
 struct Run {
     /// The robot's leo.toml; the files beside it are read too [default: built in]
     #[arg(long, value_name = "FILE")]

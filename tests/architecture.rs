@@ -89,7 +89,7 @@ const MAY_BE_UNSAFE: [&str; 3] = ["shared/prefetch", "shared/realtime", "shared/
 const SHELL_FILES: [&str; 3] = ["lib.rs", "run.rs", "shell.rs"];
 
 /// Further files of a shell, where it has more than one noun.
-const MORE_SHELL_FILES: [&str; 53] = [
+const MORE_SHELL_FILES: [&str; 55] = [
     "console/src/arming.rs",
     "console/src/black_box.rs",
     "console/src/black_box/files.rs",
@@ -102,7 +102,9 @@ const MORE_SHELL_FILES: [&str; 53] = [
     "console/src/top/boards.rs",
     "console/src/top/live.rs",
     "console/src/web.rs",
+    "console/src/web/connections.rs",
     "console/src/web/door.rs",
+    "console/src/web/fed.rs",
     "console/src/web/guard.rs",
     "console/src/web/live.rs",
     "learner/src/keeper.rs",

@@ -115,11 +115,11 @@ impl Robot {
         self.said.lock().unwrap_or_else(PoisonError::into_inner).clone()
     }
 
-    /// Host and port of its page, once it has said so.
-    pub(crate) fn page(&self) -> Option<String> {
+    /// Host and port of its page, and its token, once it has said so.
+    pub(crate) fn page(&self) -> Option<(String, String)> {
         let said = self.said();
         let page = said.lines().find_map(|line| line.strip_prefix("the page is at http://"))?;
-        Some(page.trim_end_matches('/').to_owned())
+        page.split_once("/?token=").map(|(host, token)| (host.to_owned(), token.to_owned()))
     }
 
     pub(crate) fn pid(&self) -> i32 {

@@ -104,7 +104,7 @@ fn played(name: &str, arguments: &[&str]) -> Option<Vec<u8>> {
 
 /// The address of a robot's page.
 fn address(robot: &Robot) -> String {
-    format!("http://{}/", robot.host)
+    robot.host.url()
 }
 
 /// Beside a page that draws nothing, which feels a busy machine too.
@@ -190,6 +190,16 @@ fn a_browser_asks_before_it_unlocks_joints_and_arms_by_the_keyboard_on_a_narrow_
 }
 
 #[test]
+fn a_browser_is_let_in_by_the_address_that_is_printed_and_everybody_else_can_stop_the_robot() {
+    let _alone = alone(&BROWSER);
+    let robot = Robot::start("token");
+    if played("tests/token.mjs", &[&address(&robot)]).is_some() {
+        let reason = fs::read_to_string(robot.domain().join("emergency-stop")).expect("it is raised");
+        assert_eq!(reason, "the page's stop button, pressed at 127.0.0.1\n");
+    }
+}
+
+#[test]
 fn a_browser_arms_a_robot_that_does_not_arm_by_itself() {
     let _alone = alone(&BROWSER);
     let robot = disarmed("browser-arm");
@@ -213,7 +223,7 @@ fn a_page_that_stays_open_finds_the_next_console_and_the_next_robot_and_can_be_u
         leo.replace(&address_of(7780), &address_of(port))
     });
     let served_at = robot.host.clone();
-    assert_eq!(served_at, format!("127.0.0.1:{port}"));
+    assert_eq!(*served_at, *format!("127.0.0.1:{port}"));
     let Some(mut command) = script("tests/reconnect.mjs", &[&address(&robot)]) else { return };
     let mut page = command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().expect("node runs");
     let mut said = BufReader::new(page.stdout.take().expect("piped")).lines().map_while(Result::ok);

@@ -3,10 +3,10 @@ use rustix::process::{Pid, Signal, kill_process};
 use serde_json::json;
 
 use crate::page::{Page, find, opened};
-use crate::robot::{PATIENCE, Robot};
+use crate::robot::{Host, PATIENCE, Robot};
 
 /// A page of the next life, at the address that the one before had.
-fn found_again(host: &str) -> Page {
+fn found_again(host: &Host) -> Page {
     let end = clock::now() + PATIENCE;
     while opened(host, &format!("http://{host}")).is_err() {
         assert!(clock::now() < end, "nobody listens at {host} any more");

@@ -12,6 +12,7 @@ mod arming;
 mod browser;
 mod death;
 mod dice;
+mod flood;
 mod page;
 mod robot;
 mod strangers;

@@ -5,7 +5,7 @@ use serde_json::{Value, json};
 use tungstenite::client::IntoClientRequest as _;
 use tungstenite::{Message, WebSocket};
 
-use crate::robot::PATIENCE;
+use crate::robot::{Host, PATIENCE};
 
 /// A page that is no browser: it holds the cells, and waits for answers.
 pub(crate) struct Page {
@@ -19,17 +19,18 @@ pub(crate) struct Page {
 }
 
 /// Why a page cannot be opened.
-pub(crate) fn opened(host: &str, origin: &str) -> Result<WebSocket<TcpStream>, String> {
-    let stream = TcpStream::connect(host).map_err(|error| error.to_string())?;
+pub(crate) fn opened(host: &Host, origin: &str) -> Result<WebSocket<TcpStream>, String> {
+    let stream = TcpStream::connect(&**host).map_err(|error| error.to_string())?;
     stream.set_read_timeout(Some(PATIENCE)).expect("a time");
-    let mut request = format!("ws://{host}/live").into_client_request().expect("an address");
+    let mut request =
+        format!("ws://{host}/live?token={}", host.token).into_client_request().expect("an address");
     request.headers_mut().insert("origin", origin.parse().expect("an origin"));
     let (socket, _) = tungstenite::client(request, stream).map_err(|error| error.to_string())?;
     Ok(socket)
 }
 
 impl Page {
-    pub(crate) fn open(host: &str) -> Self {
+    pub(crate) fn open(host: &Host) -> Self {
         let socket = opened(host, &format!("http://{host}")).expect("it opens");
         Self { socket, cells: BTreeMap::new(), bytes: 0, messages: 0, answers: Vec::new(), last: 0 }
     }

@@ -1,5 +1,7 @@
+use std::fmt::{self, Display, Formatter};
 use std::fs;
 use std::io::{BufRead as _, BufReader};
+use std::ops::Deref;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
 
@@ -10,11 +12,40 @@ use tempfile::TempDir;
 /// Patience with a loaded machine.
 pub(crate) const PATIENCE: Duration = Duration::from_secs(60);
 
+/// Where a page is, and what lets somebody in.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) struct Host {
+    /// Host and port.
+    name: String,
+    pub(crate) token: String,
+}
+
+impl Host {
+    /// The whole address of the page.
+    pub(crate) fn url(&self) -> String {
+        format!("http://{}/?token={}", self.name, self.token)
+    }
+}
+
+impl Deref for Host {
+    type Target = str;
+
+    fn deref(&self) -> &str {
+        &self.name
+    }
+}
+
+impl Display for Host {
+    fn fmt(&self, out: &mut Formatter<'_>) -> fmt::Result {
+        out.write_str(&self.name)
+    }
+}
+
 /// A robot whose page is open to us. Dropping it kills it.
 pub(crate) struct Robot {
     supervisor: Child,
-    /// Host and port of its page.
-    pub(crate) host: String,
+    /// Where its page is.
+    pub(crate) host: Host,
     state: TempDir,
     name: String,
 }
@@ -79,7 +110,7 @@ fn domain_of(name: &str) -> PathBuf {
 }
 
 /// A robot with the settings in the folder of its state, and where its page is.
-fn launched(name: &str, state: &Path) -> (Child, String) {
+fn launched(name: &str, state: &Path) -> (Child, Host) {
     let mut supervisor = leo(&["run", "--for", "3600", "--domain"])
         .arg(domain_of(name))
         .arg("--config")
@@ -92,7 +123,8 @@ fn launched(name: &str, state: &Path) -> (Child, String) {
     let mut lines = BufReader::new(supervisor.stdout.take().expect("piped")).lines();
     let first = lines.next().expect("it says something").expect("text");
     let host = first.strip_prefix("the page is at http://").expect("where the page is");
-    let host = host.trim_end_matches('/').to_owned();
+    let (name, token) = host.split_once("/?token=").expect("the token");
+    let host = Host { name: name.to_owned(), token: token.to_owned() };
     // What it says further is read, so that nothing stops for it.
     std::thread::spawn(move || lines.map_while(Result::ok).count());
     (supervisor, host)
@@ -101,5 +133,7 @@ fn launched(name: &str, state: &Path) -> (Child, String) {
 impl Drop for Robot {
     fn drop(&mut self) {
         let _dead = self.supervisor.kill().and_then(|()| self.supervisor.wait());
+        // A stop outlives its robot, and nobody would sweep its folder.
+        let _released = fs::remove_file(self.domain().join("emergency-stop"));
     }
 }

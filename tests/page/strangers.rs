@@ -7,10 +7,10 @@ use tungstenite::{Bytes, Message, WebSocket};
 
 use crate::dice::{Dice, WISHES, frame};
 use crate::page::{Page, opened};
-use crate::robot::{PATIENCE, Robot};
+use crate::robot::{Host, PATIENCE, Robot};
 
 /// A page that is let in as soon as those before it have gone.
-fn let_in(host: &str) -> WebSocket<TcpStream> {
+fn let_in(host: &Host) -> WebSocket<TcpStream> {
     let end = clock::now() + PATIENCE;
     loop {
         match opened(host, &format!("http://{host}")) {
@@ -21,7 +21,7 @@ fn let_in(host: &str) -> WebSocket<TcpStream> {
 }
 
 /// The robot goes on: no process was started anew, and a page is served as ever.
-fn goes_on(host: &str) {
+fn goes_on(host: &Host) {
     drop(let_in(host));
     let mut page = Page::open(host);
     page.wait("the robot's processes", |cells| {
@@ -51,7 +51,8 @@ fn pages_of_elsewhere_are_refused() {
     assert!(opened(host, "null").expect_err("refused").contains("403"));
     assert!(opened(host, &format!("http://{host}")).is_ok());
     let get = |named: &str, path: &str| {
-        let asked = format!("GET {path} HTTP/1.1\r\nHost: {named}\r\nConnection: close\r\n\r\n");
+        let known = format!("Authorization: Bearer {}\r\n", if named == &**host { &host.token } else { "" });
+        let asked = format!("GET {path} HTTP/1.1\r\nHost: {named}\r\nConnection: close\r\n{known}\r\n");
         answer(host, &asked).swap_remove(0)
     };
     assert_eq!(get(host, "/"), "HTTP/1.1 200 OK");
@@ -67,7 +68,8 @@ fn a_browser_is_told_to_reach_this_robot_alone() {
     let robot = Robot::start("policy");
     let host = &robot.host;
     for path in ["/", "/page.js", "/page.css"] {
-        let asked = format!("GET {path} HTTP/1.1\r\nHost: {host}\r\nConnection: close\r\n\r\n");
+        let known = format!("Authorization: Bearer {}", host.token);
+        let asked = format!("GET {path} HTTP/1.1\r\nHost: {host}\r\nConnection: close\r\n{known}\r\n\r\n");
         let lines = answer(host, &asked);
         let header = |name: &str| {
             let mut said = lines.iter().filter_map(|line| line.strip_prefix(name)?.strip_prefix(": "));
@@ -83,7 +85,7 @@ fn a_browser_is_told_to_reach_this_robot_alone() {
                 "base-uri 'none'",
                 &reached,
                 "default-src 'self'",
-                "form-action 'none'",
+                "form-action 'self'",
                 "frame-ancestors 'none'",
                 "img-src 'self' data: blob:",
                 "object-src 'none'",
@@ -92,7 +94,7 @@ fn a_browser_is_told_to_reach_this_robot_alone() {
             ]
         );
         assert_eq!(header("x-content-type-options"), "nosniff");
-        assert_eq!(header("referrer-policy"), "no-referrer");
+        assert_eq!(header("referrer-policy"), "same-origin");
     }
 }
 
@@ -160,7 +162,7 @@ fn whatever_a_page_says_is_answered_and_the_robot_goes_on() {
     }
     // Bytes that are no HTTP either.
     for _ in 0..20 {
-        let mut stream = TcpStream::connect(&robot.host).expect("it listens");
+        let mut stream = TcpStream::connect(&*robot.host).expect("it listens");
         let bytes: Vec<u8> = (0..300).map(|_| dice.roll().to_le_bytes()[0]).collect();
         let _sent = stream.write_all(&bytes);
     }

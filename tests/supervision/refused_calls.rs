@@ -87,10 +87,11 @@ fn refuse(call: &str, error: &str, number: u32) -> Option<String> {
         .stderr(fs::File::create(files.path().join("said")).expect("writes"))
         .spawn()
         .expect("starts");
+    let tracer = robot.id().to_string();
     let children = || {
         let of =
             |pid: &str| fs::read_to_string(format!("/proc/{pid}/task/{pid}/children")).unwrap_or_default();
-        let supervisor = of(&robot.id().to_string());
+        let supervisor = of(&tracer);
         of(supervisor.trim()).split_whitespace().filter_map(|pid| pid.parse().ok()).collect::<Vec<i32>>()
     };
     let end = clock::now() + PATIENCE;

@@ -32,6 +32,9 @@ const APART: Duration = Duration::from_secs(30);
 /// How much is written where the robot ends with a failure: there is not the time for all.
 const LAST_WORDS: Duration = Duration::from_secs(20);
 
+/// How many wait for the next file at most.
+const ASKERS_MAX: usize = 256;
+
 /// Who waits for a file.
 #[derive(Debug)]
 pub(crate) enum Asker {
@@ -98,9 +101,14 @@ impl BlackBox {
         }
     }
 
-    /// Somebody wants what is kept.
+    /// Somebody wants what is kept. Where a disk is slow, and too many wait already, a page is refused.
     pub(crate) fn ask(&mut self, asker: Asker) {
-        self.waiting.askers.push(asker);
+        match &asker {
+            Asker::Page(answer, id) if self.waiting.askers.len() >= ASKERS_MAX => {
+                reply(answer, *id, Err("the disk is slow, and many wait for this file: say it again later"));
+            }
+            Asker::Page(..) | Asker::Program(_) => self.waiting.askers.push(asker),
+        }
     }
 
     /// Looks whether anything has failed, with the joints that are quarantined now; writes what is

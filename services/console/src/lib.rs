@@ -4,6 +4,8 @@
 mod arming;
 mod black_box;
 mod cells;
+#[cfg(test)]
+mod day;
 mod fares;
 mod hand;
 mod lessons;
@@ -19,3 +21,5 @@ mod web;
 pub use narrator::{Line, LineKind, Narrator, Transcript};
 pub use sheet::Sheet;
 pub use shell::run;
+#[cfg(any(test, feature = "fed"))]
+pub use web::fed;

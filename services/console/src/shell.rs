@@ -21,7 +21,7 @@ use crate::narrator::{Line, Narrator, Transcript};
 use crate::requests::Wish;
 use crate::sheet::Sheet;
 use crate::tape::Tape;
-use crate::web::{Door, Patience, Web};
+use crate::web::{Door, Patience, Serving, Web};
 
 /// The lesson is over when it has been so for this long: what was said last is answered meanwhile.
 const ANSWER: Duration = Duration::from_secs(1);
@@ -124,7 +124,7 @@ impl Ear {
             utterances: member.inlet(None)?,
             events: member.inlet(None)?,
             narrator: Narrator::new(&robot.leo.belief.names),
-            account: Account::default(),
+            account: Account::newest(),
             lines: Lines::default(),
             said: 0,
             has_news: true,
@@ -172,8 +172,16 @@ impl Stage {
     fn open(member: &Member, launch: &Launch, robot: &Robot, lesson: &Lesson) -> Result<Self, Failure> {
         let first = lesson.teachers.first().map_or(1, |teacher| teacher.number);
         let web = robot.leo.console.address.get().and_then(|address| {
-            let before = Door::read(&launch.domain, launch.state.as_deref());
-            let served = Web::serve(address, before, &robot.urdf, first, Patience::default());
+            let served = Web::serve(Serving {
+                address,
+                before: Door::read(&launch.domain, launch.state.as_deref()),
+                urdf: robot.urdf.clone(),
+                first,
+                open: robot.leo.console.read_without_token,
+                domain: launch.domain.clone(),
+                moves_here: robot.leo.link.runs_here(Process::Motor),
+                patience: Patience::default(),
+            });
             // A robot does not stand still for want of a page.
             let failed = |error| {
                 tracing::error!("cannot serve the page at {address}: {error}; the robot runs without");

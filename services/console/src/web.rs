@@ -3,34 +3,46 @@
 
 mod connections;
 mod door;
+#[cfg(any(test, feature = "fed"))]
+pub mod fed;
 mod guard;
 mod live;
+mod notice;
 mod pace;
+mod stop;
 #[cfg(test)]
 mod tests;
 
-use std::net::{IpAddr, Ipv4Addr, Ipv6Addr, SocketAddr, TcpListener};
+use std::net::{IpAddr, Ipv4Addr, Ipv6Addr, SocketAddr};
+use std::path::PathBuf;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::{io, thread};
 
 use axum::Router;
+use axum::body::Bytes;
 use axum::extract::State;
-use axum::http::{HeaderMap, Uri, header};
+use axum::http::{HeaderMap, header};
 use axum::response::{IntoResponse, Response};
-use axum::routing::get;
+use axum::routing::{get, post};
+use config::leo::ReadWithoutToken;
 use crossbeam::channel::{Receiver, Sender, unbounded};
+use tokio::net::{TcpListener, TcpSocket};
 
 use crate::requests::Wish;
 use crate::sheet::Sheet;
 pub(crate) use door::Door;
-pub(crate) use guard::Token;
+pub(crate) use guard::{Access, Token};
 pub(crate) use live::Patience;
 
 /// Wishes that wait for the loop; further ones are answered with an error.
 const WISHES: usize = 256;
+/// Connections that the system keeps until they are accepted. A further one would be tried again after a second.
+const BACKLOG: u32 = 4096;
 /// Pages at once.
 const PAGES_MOST: u64 = 32;
+/// Pages that only read, and have no token, at once.
+const READERS_MAX: u64 = 16;
 
 /// Bodies of the files that the page is made of, compressed with gzip.
 const INDEX: &[u8] = include_bytes!("../page/built/index.html.gz");
@@ -52,6 +64,8 @@ pub(crate) struct Asked {
 #[derive(Debug, Default)]
 pub(crate) struct Counts {
     pub(crate) open: AtomicU64,
+    /// Of the pages that are open, those without the token.
+    readers: AtomicU64,
     pub(crate) malformed: AtomicU64,
     pub(crate) refused: AtomicU64,
 }
@@ -62,10 +76,12 @@ pub(crate) struct Shared {
     sheet: Mutex<Sheet>,
     pub(crate) counts: Counts,
     /// What the metrics were at the last look, in the OpenMetrics form.
-    metrics: Mutex<String>,
-    urdf: String,
+    metrics: Mutex<Bytes>,
+    urdf: Bytes,
     wishes: Sender<Asked>,
-    token: Option<Token>,
+    lock: guard::Lock,
+    stop: stop::Stop,
+    connections: Arc<connections::Table>,
     /// The teacher who acts where a page names none.
     first: u16,
     /// The next page's number.
@@ -74,6 +90,31 @@ pub(crate) struct Shared {
 }
 
 impl Shared {
+    /// Nothing shown yet; and where the loop hears what pages want.
+    fn new(
+        urdf: String,
+        first: u16,
+        lock: guard::Lock,
+        stop: stop::Stop,
+        patience: Patience,
+    ) -> (Arc<Self>, Receiver<Asked>) {
+        let (wishes, asked) = unbounded();
+        let shared = Self {
+            sheet: Mutex::default(),
+            counts: Counts::default(),
+            metrics: Mutex::default(),
+            urdf: urdf.into(),
+            wishes,
+            lock,
+            stop,
+            connections: Arc::default(),
+            first,
+            pages: AtomicU64::new(1),
+            patience,
+        };
+        (Arc::new(shared), asked)
+    }
+
     /// What the pages are shown. A thread that panicked while it wrote has left whole cells behind.
     pub(crate) fn sheet(&self) -> MutexGuard<'_, Sheet> {
         self.sheet.lock().unwrap_or_else(PoisonError::into_inner)
@@ -93,28 +134,59 @@ impl Shared {
 
     /// What is scraped from now on.
     pub(crate) fn set_metrics(&self, metrics: String) {
-        *self.metrics.lock().unwrap_or_else(PoisonError::into_inner) = metrics;
+        *self.metrics.lock().unwrap_or_else(PoisonError::into_inner) = metrics.into();
     }
 }
 
 /// The place of a page among those that may be open at once, until it is dropped.
 struct Place {
     shared: Arc<Shared>,
+    access: Access,
 }
 
 impl Place {
-    /// Takes a place, where one is left.
-    fn take(shared: &Arc<Shared>) -> Option<Self> {
-        let further = |open: u64| (open < PAGES_MOST).then_some(open + 1);
-        let taken = shared.counts.open.fetch_update(Ordering::Relaxed, Ordering::Relaxed, further);
-        taken.ok().map(|_before| Self { shared: Arc::clone(shared) })
+    /// Takes a place, where one is left. Pages without the token leave places for those with it.
+    fn take(shared: &Arc<Shared>, access: Access) -> Option<Self> {
+        let take = |places: &AtomicU64, most: u64| {
+            let further = |open: u64| (open < most).then_some(open + 1);
+            places.fetch_update(Ordering::Relaxed, Ordering::Relaxed, further).is_ok()
+        };
+        if access == Access::Read && !take(&shared.counts.readers, READERS_MAX) {
+            return None;
+        }
+        if take(&shared.counts.open, PAGES_MOST) {
+            return Some(Self { shared: Arc::clone(shared), access });
+        }
+        if access == Access::Read {
+            shared.counts.readers.fetch_sub(1, Ordering::Relaxed);
+        }
+        None
     }
 }
 
 impl Drop for Place {
     fn drop(&mut self) {
         self.shared.counts.open.fetch_sub(1, Ordering::Relaxed);
+        if self.access == Access::Read {
+            self.shared.counts.readers.fetch_sub(1, Ordering::Relaxed);
+        }
     }
+}
+
+/// What is served, and where.
+pub(crate) struct Serving {
+    pub(crate) address: SocketAddr,
+    /// Where pages found the server before.
+    pub(crate) before: Door,
+    pub(crate) urdf: String,
+    /// The teacher who acts where a page names none.
+    pub(crate) first: u16,
+    pub(crate) open: ReadWithoutToken,
+    /// The domain whose robot is stopped.
+    pub(crate) domain: PathBuf,
+    /// Whether the motor process runs on this machine.
+    pub(crate) moves_here: bool,
+    pub(crate) patience: Patience,
 }
 
 /// The server, while it is held.
@@ -137,44 +209,29 @@ impl Web {
     /// # Errors
     ///
     /// The address is none of this machine, or the system has no thread or random number left.
-    pub(crate) fn serve(
-        address: SocketAddr,
-        before: Door,
-        urdf: &str,
-        first: u16,
-        patience: Patience,
-    ) -> io::Result<Self> {
+    pub(crate) fn serve(serving: Serving) -> io::Result<Self> {
+        let Serving { address, before, urdf, first, open, domain, moves_here, patience } = serving;
         let port = before.port.unwrap_or(address.port());
-        let bound = TcpListener::bind(SocketAddr::new(address.ip(), port));
-        let taken = |error: &io::Error| error.kind() == io::ErrorKind::AddrInUse;
-        let listener = match bound {
-            Err(error) if taken(&error) => TcpListener::bind(SocketAddr::new(address.ip(), 0))?,
-            bound => bound?,
+        let mut runtime = tokio::runtime::Builder::new_current_thread();
+        // The emergency stop is raised beside all else.
+        let runtime = runtime.enable_all().max_blocking_threads(1).build()?;
+        let listener = {
+            let _entered = runtime.enter();
+            match listening(SocketAddr::new(address.ip(), port)) {
+                Err(error) if error.kind() == io::ErrorKind::AddrInUse => {
+                    listening(SocketAddr::new(address.ip(), 0))?
+                }
+                bound => bound?,
+            }
         };
-        listener.set_nonblocking(true)?;
         let at = listener.local_addr()?;
-        let token = match before.token {
-            _ if at.ip().is_loopback() => None,
-            Some(token) => Some(token),
-            None => Some(Token::new()?),
-        };
-        let door = Door { port: Some(at.port()), token: token.clone() };
-        let query = token.as_ref().map_or(String::new(), |token| format!("?token={}", token.as_str()));
-        let (wishes, asked) = unbounded();
-        let shared = Arc::new(Shared {
-            sheet: Mutex::default(),
-            counts: Counts::default(),
-            metrics: Mutex::default(),
-            urdf: urdf.to_owned(),
-            wishes,
-            token,
-            first,
-            pages: AtomicU64::new(1),
-            patience,
-        });
+        let token = before.token.map_or_else(Token::new, Ok)?;
+        let door = Door { port: Some(at.port()), token: Some(token.clone()) };
+        let query = format!("?token={}", token.as_str());
+        let lock = guard::Lock { token, port: at.port(), open };
+        let (shared, asked) = Shared::new(urdf, first, lock, stop::Stop::new(domain, moves_here), patience);
         let (stop, stopped) = tokio::sync::oneshot::channel();
         let state = Arc::clone(&shared);
-        let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build()?;
         thread::Builder::new().name("web".to_owned()).spawn(move || {
             runtime.block_on(async {
                 let ends = async {
@@ -183,9 +240,7 @@ impl Web {
                 };
                 tokio::select! {
                     () = ends => {}
-                    served = served(listener, state) => if let Err(error) = served {
-                        tracing::error!(%error, "the page is no longer served");
-                    },
+                    () = connections::serve(listener, routes(&state), state) => {}
                 }
             });
         })?;
@@ -206,7 +261,8 @@ impl Web {
     /// What was refused, or malformed.
     pub(crate) fn refused(&self) -> u64 {
         let counts = &self.shared.counts;
-        counts.malformed.load(Ordering::Relaxed) + counts.refused.load(Ordering::Relaxed)
+        let said = counts.malformed.load(Ordering::Relaxed) + counts.refused.load(Ordering::Relaxed);
+        said + self.shared.connections.made_way()
     }
 
     /// Pages that are open.
@@ -215,36 +271,39 @@ impl Web {
     }
 }
 
-async fn served(listener: TcpListener, state: Arc<Shared>) -> io::Result<()> {
-    let (listener, patience) = (tokio::net::TcpListener::from_std(listener)?, state.patience);
+/// Listens at an address.
+fn listening(address: SocketAddr) -> io::Result<TcpListener> {
+    let socket = if address.is_ipv4() { TcpSocket::new_v4() } else { TcpSocket::new_v6() }?;
+    // The robot before may have ended just now.
+    socket.set_reuseaddr(true)?;
+    socket.bind(address)?;
+    socket.listen(BACKLOG)
+}
+
+/// What is answered to which request.
+fn routes(state: &Arc<Shared>) -> Router {
     let part = |gzip: &'static [u8], kind: &'static str| {
-        get(
-            move |headers: HeaderMap, uri: Uri| async move { file(gzip, kind, guard::policy(&headers, &uri)) },
-        )
+        get(move |headers: HeaderMap| async move { file(gzip, kind, &headers) })
     };
-    let routes = Router::new()
+    Router::new()
         .route("/", part(INDEX, "text/html; charset=utf-8"))
         .route("/page.js", part(SCRIPT, "text/javascript; charset=utf-8"))
         .route("/page.css", part(STYLE, "text/css; charset=utf-8"))
         .route("/leo.urdf", get(urdf))
         .route("/metrics", get(scraped))
         .route("/live", get(live::live))
-        .layer(axum::middleware::from_fn_with_state(Arc::clone(&state), guard::guard))
-        .with_state(state);
-    connections::serve(listener, routes, patience).await;
-    Ok(())
+        .route(guard::STOP, post(stop::stop))
+        .layer(axum::middleware::from_fn_with_state(Arc::clone(state), guard::guard))
+        .with_state(Arc::clone(state))
 }
 
-fn file(gzip: &'static [u8], kind: &'static str, policy: String) -> Response {
-    let policy = [(header::CONTENT_SECURITY_POLICY, policy)];
+fn file(gzip: &'static [u8], kind: &'static str, asked: &HeaderMap) -> Response {
     let headers = [
         (header::CONTENT_TYPE, kind),
         (header::CONTENT_ENCODING, "gzip"),
         (header::CACHE_CONTROL, "no-cache"),
-        (header::X_CONTENT_TYPE_OPTIONS, "nosniff"),
-        (header::REFERRER_POLICY, "no-referrer"),
     ];
-    (headers, policy, gzip).into_response()
+    (headers, guard::page_headers(asked), gzip).into_response()
 }
 
 async fn urdf(State(shared): State<Arc<Shared>>) -> Response {

@@ -10,6 +10,15 @@ use serde::Serialize;
 /// Hypotheses of each perspective that people are told of, beyond those of high likelihood.
 const TOLD: usize = 3;
 
+/// What an account of the [newest](Account::newest) keeps: tasks, ...
+const TASKS_MAX: usize = 1024;
+/// ... sentences that Leo said, ...
+const SAID_MAX: usize = 64;
+/// ... demonstrations of a task and performances of it, ...
+const TIMES_MAX: usize = 32;
+/// ... and actions or steps of one of these.
+const STEPS_MAX: usize = 256;
+
 /// An account of a lesson, gathered from the events in their order.
 #[derive(Clone, Debug, Default, Serialize)]
 pub struct Account {
@@ -20,6 +29,12 @@ pub struct Account {
     /// How often it was asked to perform something and did not.
     #[serde(skip)]
     declined: usize,
+    /// Whether only the newest is kept.
+    #[serde(skip)]
+    is_of_newest: bool,
+    /// Performances that had ended and are not kept any more.
+    #[serde(skip)]
+    ended_before: usize,
 }
 
 /// What is known of one task.
@@ -42,6 +57,9 @@ pub struct Task {
     /// Whether it was taught or performed, and not merely remembered.
     #[serde(skip)]
     is_touched: bool,
+    /// Demonstrations that are not kept any more.
+    #[serde(skip)]
+    demonstrated_before: usize,
 }
 
 /// What was seen of one demonstration.
@@ -103,8 +121,42 @@ pub fn perspective_name(perspective: u16) -> String {
 }
 
 impl Account {
+    /// An account that keeps the newest of everything and stays small, however long it goes on.
+    #[must_use]
+    pub fn newest() -> Self {
+        Self { is_of_newest: true, ..Self::default() }
+    }
+
     /// Takes note of an event.
     pub fn note(&mut self, event: &Event) {
+        self.add(event);
+        if self.is_of_newest {
+            self.forget(event.task.as_str());
+        }
+    }
+
+    /// Forgets what is too old, of all tasks together and of one by its name.
+    fn forget(&mut self, task: &str) {
+        keep_newest(&mut self.said, SAID_MAX);
+        let ended = |task: &Task| task.performances.iter().filter(|done| done.result.is_some()).count();
+        if self.tasks.len() > TASKS_MAX {
+            self.ended_before += ended(&self.tasks.remove(0));
+        }
+        let Some(task) = self.tasks.iter_mut().find(|known| known.name == task) else { return };
+        let before = ended(task);
+        task.demonstrated_before += keep_newest(&mut task.demonstrations, TIMES_MAX);
+        keep_newest(&mut task.performances, TIMES_MAX);
+        self.ended_before += before - ended(task);
+        if let Some(last) = task.demonstrations.last_mut() {
+            keep_newest(&mut last.actions, STEPS_MAX);
+        }
+        if let Some(last) = task.performances.last_mut() {
+            keep_newest(&mut last.done, STEPS_MAX);
+            keep_newest(&mut last.failed, STEPS_MAX);
+        }
+    }
+
+    fn add(&mut self, event: &Event) {
         let Some(kind) = event.kind() else { return };
         let text = event.text.as_str().to_owned();
         if kind == EventKind::Said {
@@ -168,7 +220,7 @@ impl Account {
     #[must_use]
     pub fn performances_ended(&self) -> usize {
         let performances = self.tasks.iter().flat_map(|task| &task.performances);
-        performances.filter(|done| done.result.is_some()).count() + self.declined
+        performances.filter(|done| done.result.is_some()).count() + self.ended_before + self.declined
     }
 
     /// Examples that a task has, where it was mentioned.
@@ -238,7 +290,7 @@ impl Task {
             1 => writeln!(out, "{}: 1 example", self.name)?,
             examples => writeln!(out, "{}: {examples} examples", self.name)?,
         }
-        for (number, demonstration) in (1..).zip(&self.demonstrations) {
+        for (number, demonstration) in (1 + self.demonstrated_before..).zip(&self.demonstrations) {
             let remark = if demonstration.counts { "" } else { " (not finished, does not count)" };
             writeln!(out, "  demonstration {number}{remark}")?;
             for (perspective, things) in in_order(&demonstration.seen) {
@@ -300,6 +352,11 @@ impl Task {
         }
         Ok(())
     }
+}
+
+/// Removes the oldest of several beyond so many; how many were removed.
+fn keep_newest<T>(all: &mut Vec<T>, max: usize) -> usize {
+    all.drain(..all.len().saturating_sub(max)).count()
 }
 
 /// The robot's own first: the others are made from it.
@@ -377,6 +434,37 @@ mod tests {
         assert_eq!(task.demonstrations.iter().map(|one| one.counts).collect::<Vec<_>>(), [true, false]);
         assert_eq!(task.hypotheses.get("robot").map(Vec::len), Some(1), "the earlier ones are replaced");
         assert!(account.to_text(&Names::default()).starts_with("task 1: 2 examples\n"));
+    }
+
+    #[test]
+    fn an_account_of_the_newest_stays_small_and_counts_on() {
+        let mut account = Account::newest();
+        let mut sizes = Vec::new();
+        for round in 1..=3000_u32 {
+            let mut note = |kind, text| {
+                account.note(&Event { examples: round, ..Event::new(kind, "task 1", text) });
+            };
+            note(EventKind::TeachingStarted, "task 1");
+            for _ in 0..if round.is_multiple_of(50) { 2 * STEPS_MAX } else { 3 } {
+                note(EventKind::ActionSeen, "the teacher: red square filled");
+            }
+            note(EventKind::DemonstrationEnded, "task 1");
+            note(EventKind::Said, "I learned task 1");
+            note(EventKind::PerformanceStarted, "task 1");
+            note(EventKind::StepDone, "red square filled");
+            note(EventKind::PerformanceEnded, "filled 5 of 5");
+            if round.is_multiple_of(1000) {
+                sizes.push(format!("{account:?}").len());
+            }
+        }
+        assert_eq!((account.performances_ended(), account.examples("task 1")), (3000, Some(3000)));
+        assert_eq!(sizes[1], sizes[2], "{sizes:?}");
+        let text = account.to_text(&Names::default());
+        assert!(text.contains("  demonstration 3000\n") && text.contains("  demonstration 2969\n"), "{text}");
+        for number in 0..2 * TASKS_MAX {
+            account.note(&Event::new(EventKind::PerformanceEnded, &format!("task {}", 2 + number), "5 of 5"));
+        }
+        assert_eq!((account.tasks.len(), account.performances_ended()), (TASKS_MAX, 3000 + 2 * TASKS_MAX));
     }
 
     #[test]

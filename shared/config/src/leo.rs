@@ -409,6 +409,8 @@ pub struct Console {
     pub rate_hz: Hertz,
     /// Where the page is served.
     pub address: PageAddress,
+    /// What may be read of the page without its token.
+    pub read_without_token: ReadWithoutToken,
     /// How much of the last while is kept in memory for when something fails; nothing with 0.
     pub black_box_s: Seconds,
     /// The most memory that it takes, in megabytes.
@@ -417,6 +419,19 @@ pub struct Console {
     pub black_box_files: Capacity,
     /// Real-time rights.
     pub realtime: Rights,
+}
+
+/// What may be read of the page without its token. Everybody who reaches the page may stop the robot.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum ReadWithoutToken {
+    /// Nothing.
+    #[default]
+    Nothing,
+    /// The metrics.
+    Metrics,
+    /// The metrics, and all that the page shows.
+    Page,
 }
 
 /// Where the page is served: an address and a port, or nowhere.

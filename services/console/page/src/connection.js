@@ -13,14 +13,21 @@ const SILENT_SECONDS = 5;
 /** @typedef {{answer: number, ok?: boolean, error?: string, thing?: string, [key: string]: any}} Answer */
 
 /**
- * Where to connect to for a page at `location`, with the token of its address, if there is one.
- * @param {{protocol: string, host: string, search: string}} location
+ * Where to connect to for a page at `location`. The browser sends the token as a cookie.
+ * @param {{protocol: string, host: string}} location
  */
 export function liveAddress(location) {
   const scheme = location.protocol === 'https:' ? 'wss:' : 'ws:';
-  const token = new URLSearchParams(location.search).get('token');
-  const query = token === null ? '' : `?token=${encodeURIComponent(token)}`;
-  return `${scheme}//${location.host}/live${query}`;
+  return `${scheme}//${location.host}/live`;
+}
+
+/** Whether the server answers that this browser has no token, or another robot's: loaded anew, the page says what to do. */
+export async function isLockedOut() {
+  try {
+    return (await fetch('/', { method: 'HEAD', cache: 'no-store' })).status === 401;
+  } catch {
+    return false;
+  }
 }
 
 /**

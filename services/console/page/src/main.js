@@ -3,7 +3,7 @@ import { Arming } from './arming.js';
 import { Beliefs, idOf } from './beliefs.js';
 import { Cells } from './cells.js';
 import { Chair } from './chair.js';
-import { Connection, liveAddress } from './connection.js';
+import { Connection, isLockedOut, liveAddress } from './connection.js';
 import { Dialogue } from './dialogue.js';
 import { listDivides } from './divides.js';
 import { find, make, write } from './element.js';
@@ -22,6 +22,7 @@ import { Pointer } from './pointer.js';
 import { apart } from './pose.js';
 import { probe } from './probe.js';
 import { Stage, camera, isSoftware } from './stage.js';
+import { stopButton } from './stop.js';
 import { lightFor } from './surface.js';
 import { Tasks } from './tasks.js';
 import { Timeline } from './timeline.js';
@@ -33,6 +34,8 @@ const software = isSoftware();
 lightFor(software);
 const cells = new Cells();
 const toasts = new Toasts(find('toasts'));
+// Before all else: what fails later leaves it working.
+stopButton(toasts);
 const connection = new Connection(liveAddress(location), (message) => cells.apply(message), connectionChanged);
 
 /**
@@ -52,6 +55,9 @@ function connectionChanged(state) {
   const words = { connecting: 'Connecting…', connected: 'Connected', lost: 'Leo is away. Trying again…' };
   write(/** @type {Element} */ (find('connection').querySelector('.label')), words[state]);
   if (state !== 'lost') return;
+  isLockedOut().then((locked) => {
+    if (locked) location.reload();
+  });
   hand.cancel();
   keys.forget();
 }
@@ -412,7 +418,7 @@ matchMedia('(prefers-color-scheme: dark)').addEventListener('change', themeChang
 
 // Leo's body, and Leo.
 
-world.body.load(`/leo.urdf${location.search}`)
+world.body.load('/leo.urdf')
   .then(() => stage.request())
   .catch((error) => toasts.show(`Leo's body cannot be shown: ${error.message}`, 'error'));
 connection.open();

@@ -1,7 +1,7 @@
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
 import { WebSocket, WebSocketServer } from 'ws';
-import { Connection, liveAddress, waitBefore } from '../src/connection.js';
+import { Connection, isLockedOut, liveAddress, waitBefore } from '../src/connection.js';
 
 globalThis.WebSocket = WebSocket;
 
@@ -36,11 +36,20 @@ const close = async (made) => {
   await new Promise((done) => made.close(done));
 };
 
-test('the token of the page goes on to the WebSocket', () => {
-  const at = (search) => liveAddress({ protocol: 'http:', host: 'leo:7780', search });
-  assert.equal(at(''), 'ws://leo:7780/live');
-  assert.equal(at('?token=a%26b'), 'ws://leo:7780/live?token=a%26b');
-  assert.equal(liveAddress({ protocol: 'https:', host: 'leo', search: '' }), 'wss://leo/live');
+test('the WebSocket is at the host of the page, and encrypted where the page is', () => {
+  assert.equal(liveAddress({ protocol: 'http:', host: 'leo:7780' }), 'ws://leo:7780/live');
+  assert.equal(liveAddress({ protocol: 'https:', host: 'leo' }), 'wss://leo/live');
+});
+
+test('a page is locked out where the server says so, and not where it is away', async (t) => {
+  const fetched = globalThis.fetch;
+  t.after(() => (globalThis.fetch = fetched));
+  for (const [status, locked] of [[401, true], [200, false], [403, false]]) {
+    globalThis.fetch = async () => ({ status });
+    assert.equal(await isLockedOut(), locked);
+  }
+  globalThis.fetch = () => Promise.reject(new Error('away'));
+  assert.equal(await isLockedOut(), false);
 });
 
 test('attempts come ever more slowly, up to a bound', () => {

@@ -5,11 +5,13 @@ import { WebSocket, WebSocketServer } from 'ws';
 import { bundle } from '../build.mjs';
 
 /**
- * @param {string} robot its address, such as http://127.0.0.1:8765
+ * @param {string} robot the whole address of its page, with the token
  * @param {number} port 0: any that is free
  */
 export async function before(robot, port) {
   const files = await bundle();
+  const token = new URL(robot).searchParams.get('token');
+  const headers = token === null ? {} : { authorization: `Bearer ${token}` };
   const pages = { '/': ['text/html; charset=utf-8', files['index.html']], '/page.js': ['text/javascript', files['page.js']], '/page.css': ['text/css', files['page.css']] };
   const server = createServer(async (request, response) => {
     const found = pages[new URL(request.url, robot).pathname];
@@ -18,7 +20,7 @@ export async function before(robot, port) {
       return response.end(found[1]);
     }
     try {
-      const answer = await fetch(new URL(request.url, robot));
+      const answer = await fetch(new URL(request.url, robot), { method: request.method, headers });
       response.writeHead(answer.status, { 'content-type': answer.headers.get('content-type') ?? 'text/plain' });
       return response.end(Buffer.from(await answer.arrayBuffer()));
     } catch (error) {
@@ -28,7 +30,7 @@ export async function before(robot, port) {
   });
   const live = new WebSocketServer({ server });
   live.on('connection', (client, request) => {
-    const there = new WebSocket(new URL(request.url, robot.replace(/^http/, 'ws')), { origin: new URL(robot).origin });
+    const there = new WebSocket(new URL(request.url, robot.replace(/^http/, 'ws')), { origin: new URL(robot).origin, headers });
     const waiting = [];
     client.on('message', (text) => (there.readyState === WebSocket.OPEN ? there.send(text.toString()) : waiting.push(text.toString())));
     there.on('open', () => waiting.splice(0).forEach((text) => there.send(text)));

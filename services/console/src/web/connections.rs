@@ -1,4 +1,6 @@
-//! Browsers' connections: how many, and for how long each may ask for files.
+//! Browsers' connections: how many there are, how long each may ask, and which one makes way for a new one.
+
+mod table;
 
 use std::io;
 use std::pin::pin;
@@ -7,33 +9,38 @@ use std::sync::Arc;
 use axum::Router;
 use clock::Duration;
 use hyper::server::conn::http1;
+use hyper::service::{Service as _, service_fn};
 use hyper_util::rt::{TokioIo, TokioTimer};
 use hyper_util::service::TowerToHyperService;
-use tokio::net::{TcpListener, TcpStream};
-use tokio::sync::Semaphore;
+use tokio::io::{AsyncRead, AsyncWrite};
+use tokio::net::TcpListener;
 use tokio::time::{sleep, timeout};
 
-use super::Patience;
+use super::{Patience, Shared};
+pub(super) use table::{Class, Connection, Table};
 
-/// Connections at once on which files are asked for; further ones wait until one ends. A page's own is
-/// counted among the pages.
-const CONNECTIONS_MOST: usize = 64;
 /// How long nothing is accepted where the system has no room for another connection.
 const NO_ROOM: Duration = Duration::from_millis(100);
+/// The most memory for what was read of a connection. Longer heads are refused (431).
+const HEAD_MAX: usize = 16 << 10;
+/// The most header fields of a request.
+const FIELDS_MAX: usize = 64;
 
-/// Serves whoever comes, for as long as it is waited for.
-pub(super) async fn serve(listener: TcpListener, routes: Router, patience: Patience) {
-    let places = Arc::new(Semaphore::new(CONNECTIONS_MOST));
-    while let Ok(place) = Arc::clone(&places).acquire_owned().await {
+/// Serves every connection, for as long as it is polled. A connection is accepted at once, however many there are.
+pub(super) async fn serve(listener: TcpListener, routes: Router, shared: Arc<Shared>) {
+    let table = Arc::clone(&shared.connections);
+    loop {
         match listener.accept().await {
-            Ok((stream, _from)) => {
-                let routes = routes.clone();
-                tokio::spawn(async move {
-                    answer(stream, routes, patience).await;
-                    drop(place);
-                });
+            Ok((stream, from)) => {
+                while let Some(wait) = table.wait_for_room(from.ip(), clock::now()) {
+                    sleep(wait).await;
+                }
+                let connection = table.enter(from.ip(), clock::now());
+                let (routes, patience) = (TowerToHyperService::new(routes.clone()), shared.patience);
+                let served = tokio::spawn(answer(stream, routes, patience, Arc::clone(&connection)));
+                connection.ends_with(served.abort_handle());
             }
-            // Who came has gone again.
+            // The connection has ended before it was accepted.
             Err(error) if error.kind() == io::ErrorKind::ConnectionAborted => {}
             Err(error) => {
                 tracing::debug!(%error, "no connection is accepted for a moment");
@@ -43,17 +50,26 @@ pub(super) async fn serve(listener: TcpListener, routes: Router, patience: Patie
     }
 }
 
-/// Answers what is asked on a connection until it ends, becomes a page's, or has lasted long enough: who
-/// keeps one open without asking, asks letter by letter or does not read keeps nobody else out for long.
-async fn answer(stream: TcpStream, routes: Router, patience: Patience) {
+/// Answers what is asked on a connection until it ends, becomes a page's, has lasted long enough, or makes way.
+pub(super) async fn answer(
+    stream: impl AsyncRead + AsyncWrite + Send + Unpin + 'static,
+    routes: TowerToHyperService<Router>,
+    patience: Patience,
+    connection: Arc<Connection>,
+) {
+    connection.begins(clock::now());
     let mut http = http1::Builder::new();
     http.timer(TokioTimer::new()).header_read_timeout(patience.question);
-    let connection =
-        http.serve_connection(TokioIo::new(stream), TowerToHyperService::new(routes)).with_upgrades();
-    let mut connection = pin!(connection);
+    http.max_buf_size(HEAD_MAX).max_headers(FIELDS_MAX);
+    let service = service_fn(move |mut request: hyper::Request<hyper::body::Incoming>| {
+        request.extensions_mut().insert(Arc::clone(&connection));
+        routes.call(request)
+    });
+    let served = http.serve_connection(TokioIo::new(stream), service).with_upgrades();
+    let mut served = pin!(served);
     // What became of it is the browser's own affair.
-    if timeout(patience.connection, connection.as_mut()).await.is_err() {
-        connection.as_mut().graceful_shutdown();
-        let _ended = timeout(patience.send, connection).await;
+    if timeout(patience.connection, served.as_mut()).await.is_err() {
+        served.as_mut().graceful_shutdown();
+        let _ended = timeout(patience.send, served).await;
     }
 }

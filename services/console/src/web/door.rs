@@ -1,15 +1,23 @@
 //! Where the pages found the server, kept for the console's next life and for the next robot's.
 
 use std::fs;
-use std::io::{self, Write as _};
-use std::os::unix::fs::OpenOptionsExt as _;
-use std::path::{Path, PathBuf};
+use std::io::{self, Read as _};
+use std::os::unix::fs::PermissionsExt as _;
+use std::path::Path;
 
+use folder::Folder;
 use process::state;
 
 use super::Token;
 
-/// The port that the server listened at, and what strangers had to know.
+/// The file in the domain's folder.
+const FILE: &str = "page";
+/// What of a file's mode lets every other user in.
+const OTHERS: u32 = 0o007;
+/// Longer than what is kept. No more is read of a file.
+const LENGTH_MAX: u64 = 256;
+
+/// The port that the server listened at, and the token of its pages.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Door {
     pub(crate) port: Option<u16>,
@@ -20,36 +28,58 @@ impl Door {
     /// What an earlier life left in the domain, or an earlier robot in its state directory; nothing where they
     /// left nothing that can be read.
     pub(crate) fn read(domain: &Path, state: Option<&Path>) -> Self {
-        let text = fs::read_to_string(file(domain)).unwrap_or_default();
+        let text = Folder::open(domain).ok().and_then(|folder| text(&folder, FILE)).unwrap_or_default();
         let mut words = text.split_whitespace();
         let port = words.next().and_then(|port| port.parse().ok());
         let of_life = words.next().and_then(Token::read);
-        // The domain goes with its robot, and a page on another machine would never be let in again.
-        let of_robot = || Token::read(fs::read_to_string(state::page_token(state?)).ok()?.trim());
+        // The domain goes with its robot, and an open page would never be let in again.
+        let of_robot = || {
+            let (folder, name) = token_file(state?).ok()?;
+            Token::read(text_of_token(&folder, &name)?.trim())
+        };
         Self { port, token: of_life.or_else(of_robot) }
     }
 
     /// Leaves it for the next life, and the token for the next robot; nobody else may read it.
     pub(crate) fn leave(&self, domain: &Path, state: Option<&Path>) -> io::Result<()> {
         let token = self.token.as_ref().map_or("", Token::as_str);
-        write(&file(domain), &format!("{} {token}", self.port.unwrap_or(0)))?;
+        let text = format!("{} {token}\n", self.port.unwrap_or(0));
+        Folder::open(domain)?.replace(FILE, text.as_bytes())?;
         match state {
             Some(state) if self.token.is_some() => {
                 fs::create_dir_all(state)?;
-                write(&state::page_token(state), token)
+                let (folder, name) = token_file(state)?;
+                if text_of_token(&folder, &name).is_some_and(|known| known.trim() == token) {
+                    return Ok(());
+                }
+                // One that others may read is made anew.
+                let _was_there = folder.remove(&name);
+                folder.replace(&name, format!("{token}\n").as_bytes())
             }
             Some(_) | None => Ok(()),
         }
     }
 }
 
-fn write(file: &Path, text: &str) -> io::Result<()> {
-    let mut file = fs::OpenOptions::new().write(true).create(true).truncate(true).mode(0o600).open(file)?;
-    writeln!(file, "{text}")
+/// The folder of the token's file, and its name. The state directory may be a link: it lies where this user wants it.
+fn token_file(state: &Path) -> io::Result<(Folder, String)> {
+    let path = state::page_token(&state.canonicalize()?);
+    let (Some(folder), Some(name)) = (path.parent(), path.file_name()) else {
+        return Err(io::ErrorKind::InvalidInput.into());
+    };
+    Ok((Folder::open(folder)?, name.to_string_lossy().into_owned()))
 }
 
-fn file(domain: &Path) -> PathBuf {
-    domain.join("page")
+/// The text of a token's file that other users cannot read. A token that they can read is no secret.
+fn text_of_token(folder: &Folder, name: &str) -> Option<String> {
+    let mode = folder.read(name).and_then(|file| file.metadata()).ok()?.permissions().mode();
+    if mode & OTHERS == 0 { text(folder, name) } else { None }
+}
+
+fn text(folder: &Folder, name: &str) -> Option<String> {
+    let mut text = String::new();
+    folder.read(name).ok()?.take(LENGTH_MAX).read_to_string(&mut text).ok()?;
+    Some(text)
 }
 
 #[cfg(test)]
@@ -65,8 +95,35 @@ mod tests {
         door.leave(domain.path(), None).unwrap();
         let door = Door::read(domain.path(), None);
         assert_eq!((door.port, door.token.as_ref().map(Token::as_str)), (Some(7781), Some(token.as_str())));
-        fs::write(file(domain.path()), "no port").unwrap();
+        fs::write(domain.path().join(FILE), "no port").unwrap();
         assert_eq!(Door::read(domain.path(), None).port, None);
+    }
+
+    #[test]
+    fn a_token_that_others_could_read_is_no_longer_taken_and_no_link_is_followed() {
+        let [domain, folder] = [(); 2].map(|()| tempfile::tempdir().unwrap());
+        let state = folder.path();
+        let token = Token::new().unwrap();
+        let door = Door { port: Some(7781), token: Some(token.clone()) };
+        door.leave(domain.path(), Some(state)).unwrap();
+        let file = state::page_token(state);
+        let next = tempfile::tempdir().unwrap();
+        let set = |mode| fs::set_permissions(&file, fs::Permissions::from_mode(mode)).unwrap();
+        // The group is this user's choice.
+        set(0o640);
+        assert!(Door::read(next.path(), Some(state)).token.is_some());
+        set(0o604);
+        assert!(Door::read(next.path(), Some(state)).token.is_none());
+        let other = Door { port: None, token: Some(Token::new().unwrap()) };
+        other.leave(next.path(), Some(state)).unwrap();
+        assert_eq!(fs::metadata(&file).unwrap().permissions().mode() & 0o777, 0o600);
+        for path in [next.path().join(FILE), domain.path().join(FILE)] {
+            assert_eq!(fs::metadata(path).unwrap().permissions().mode() & 0o777, 0o600);
+        }
+        fs::remove_file(&file).unwrap();
+        std::os::unix::fs::symlink(domain.path().join("elsewhere"), &file).unwrap();
+        door.leave(domain.path(), Some(state)).unwrap();
+        assert!(!domain.path().join("elsewhere").exists() && !file.is_symlink());
     }
 
     #[test]

@@ -1,4 +1,4 @@
-//! Who may look, and from where.
+//! Who may look and command, and from where.
 
 use std::net::IpAddr;
 use std::sync::Arc;
@@ -6,16 +6,21 @@ use std::sync::atomic::Ordering;
 use std::{fmt, io};
 
 use axum::extract::{Request, State};
-use axum::http::{HeaderMap, StatusCode, Uri, header};
+use axum::http::{HeaderMap, Method, StatusCode, Uri, header};
 use axum::middleware::Next;
-use axum::response::{IntoResponse, Response};
+use axum::response::{IntoResponse as _, Response};
+use config::leo::ReadWithoutToken;
+use subtle::ConstantTimeEq as _;
 
-use super::Shared;
+use super::connections::{Class, Connection};
+use super::{Shared, notice};
 
 /// Random bytes of a token.
 const BYTES: usize = 16;
+/// Where the emergency stop is raised, by everybody.
+pub(super) const STOP: &str = "/stop";
 
-/// What somebody on another machine has to know: 128 random bits, written as hexadecimal digits.
+/// What a person or program has to know to command the robot: 128 random bits, written as hexadecimal digits.
 #[derive(Clone)]
 pub(crate) struct Token(String);
 
@@ -38,9 +43,7 @@ impl Token {
 
     /// Takes the same time wherever the first difference is.
     fn is(&self, said: &str) -> bool {
-        let differing =
-            self.0.bytes().zip(said.bytes()).fold(0, |differing, (one, other)| differing | (one ^ other));
-        self.0.len() == said.len() && differing == 0
+        self.0.as_bytes().ct_eq(said.as_bytes()).into()
     }
 }
 
@@ -50,40 +53,203 @@ impl fmt::Debug for Token {
     }
 }
 
-/// Lets pass whoever may look.
-pub(super) async fn guard(State(shared): State<Arc<Shared>>, request: Request, next: Next) -> Response {
-    match refusal(shared.token.as_ref(), request.headers(), request.uri()) {
-        None => next.run(request).await,
-        Some(why) => {
-            shared.counts.refused.fetch_add(1, Ordering::Relaxed);
-            (StatusCode::FORBIDDEN, format!("{why}\n")).into_response()
+/// What a request may do.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Access {
+    /// All that the page can do.
+    Command,
+    /// See what is shown, and raise the emergency stop.
+    Read,
+}
+
+/// Why a request is refused.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Refusal {
+    NoHost,
+    OtherHost,
+    OtherOrigin,
+    NoToken,
+    WrongToken,
+}
+
+impl Refusal {
+    const fn status(self) -> StatusCode {
+        match self {
+            Self::NoHost | Self::OtherHost | Self::OtherOrigin => StatusCode::FORBIDDEN,
+            Self::NoToken | Self::WrongToken => StatusCode::UNAUTHORIZED,
+        }
+    }
+
+    const fn heading(self) -> &'static str {
+        match self {
+            Self::NoHost | Self::OtherHost | Self::OtherOrigin => "Refused",
+            Self::NoToken => "This page needs its token",
+            Self::WrongToken => "This token is not the robot's",
+        }
+    }
+
+    const fn words(self) -> &'static str {
+        match self {
+            Self::NoHost => "The request names no host.",
+            Self::OtherHost => {
+                "Open this page by the number of its address, as `leo run` prints it: http://127.0.0.1:7780/?token=…"
+            }
+            Self::OtherOrigin => "A page of another origin may not talk to this robot.",
+            Self::NoToken | Self::WrongToken => {
+                "Open the whole address that `leo run` prints: http://127.0.0.1:7780/?token=… Programs send the header \
+                 `Authorization: Bearer …`. The user who runs the robot finds its token in the file `page_token` of \
+                 Leo's state directory: ~/.local/state/leo, or /var/lib/leo of the service. Stopping the robot needs none."
+            }
         }
     }
 }
 
-/// Why somebody may not look, if so.
-fn refusal(token: Option<&Token>, headers: &HeaderMap, uri: &Uri) -> Option<&'static str> {
-    let text = |name| headers.get(name).and_then(|value| value.to_str().ok());
-    let Some(host) = host(headers, uri) else { return Some("the request names no host") };
-    // A page of elsewhere whose name was made to point here would be read as ours.
-    if token.is_none() && !is_numbered(host) {
-        return Some("open this page by the address that `leo run` prints, as in http://127.0.0.1:7780/");
+/// Lets every request pass that may, with what it may do.
+pub(super) async fn guard(State(shared): State<Arc<Shared>>, mut request: Request, next: Next) -> Response {
+    let asks = Asks { method: request.method(), headers: request.headers(), uri: request.uri() };
+    let judged = asks.access(&shared.lock);
+    let connection = request.extensions().get::<Arc<Connection>>();
+    match judged {
+        Ok(access) => {
+            if let Some(connection) = connection {
+                if access == Access::Command {
+                    connection.is_used_for(Class::Authorised);
+                } else if asks.is_stop() {
+                    connection.is_used_for(Class::Stopping);
+                }
+            }
+            if access == Access::Command
+                && let Some(entered) = asks.entered(&shared.lock)
+            {
+                return entered;
+            }
+            request.extensions_mut().insert(access);
+            next.run(request).await
+        }
+        Err(why) => {
+            shared.counts.refused.fetch_add(1, Ordering::Relaxed);
+            let mut refused = notice::answer(asks.headers, why.status(), why.heading(), why.words());
+            // Its place is free again at once.
+            refused.headers_mut().insert(header::CONNECTION, header::HeaderValue::from_static("close"));
+            refused
+        }
     }
-    if let Some(origin) = text(header::ORIGIN)
-        && origin.split_once("://").map(|(_, origin)| origin) != Some(host)
-    {
-        return Some("a page of another origin may not talk to this robot");
+}
+
+/// What has to be known to get in, and what is open without.
+#[derive(Debug)]
+pub(crate) struct Lock {
+    pub(crate) token: Token,
+    /// The port of the server. Browsers give one cookie to all ports of a host.
+    pub(crate) port: u16,
+    pub(crate) open: ReadWithoutToken,
+}
+
+impl Lock {
+    fn cookie_name(&self) -> String {
+        format!("leo_{}", self.port)
     }
-    // The page's own files are no secret, and they are fetched without its query.
-    let is_file = matches!(uri.path(), "/page.js" | "/page.css");
-    let said = uri.query().unwrap_or("").split('&').find_map(|pair| pair.strip_prefix("token="));
-    if let Some(token) = token
-        && !is_file
-        && !said.is_some_and(|said| token.is(said))
-    {
-        return Some("this address needs the token that `leo run` prints: http://HOST:PORT/?token=…");
+}
+
+/// A request, as far as it says what it may do.
+struct Asks<'a> {
+    method: &'a Method,
+    headers: &'a HeaderMap,
+    uri: &'a Uri,
+}
+
+impl Asks<'_> {
+    fn access(&self, lock: &Lock) -> Result<Access, Refusal> {
+        let said = self.token(lock);
+        let is_known = said.is_some_and(|said| lock.token.is(said));
+        let host = host(self.headers, self.uri).ok_or(Refusal::NoHost)?;
+        // A page of elsewhere whose name was made to point here would be read as ours. It has no token.
+        if !is_known && !is_own_name(host) {
+            return Err(Refusal::OtherHost);
+        }
+        if let Some(origin) = text(self.headers, header::ORIGIN)
+            && origin.split_once("://").map(|(_, origin)| origin) != Some(host)
+        {
+            return Err(Refusal::OtherOrigin);
+        }
+        // A page of another port of this host is sent the cookie. Browsers say that it is another origin.
+        let is_plain = self.method.is_safe() && self.uri.path() != "/live";
+        let site = self.headers.get("sec-fetch-site").and_then(|site| site.to_str().ok());
+        if !is_plain && matches!(site, Some("cross-site" | "same-site")) {
+            return Err(Refusal::OtherOrigin);
+        }
+        if is_known {
+            return Ok(Access::Command);
+        }
+        let is_open = match self.uri.path() {
+            // What is answered to who has no token looks like the page.
+            "/page.css" | STOP => true,
+            "/metrics" => lock.open != ReadWithoutToken::Nothing,
+            "/" | "/page.js" | "/leo.urdf" | "/live" => lock.open == ReadWithoutToken::Page,
+            _ => false,
+        };
+        match (is_open, said) {
+            (true, _) => Ok(Access::Read),
+            (false, None) => Err(Refusal::NoToken),
+            (false, Some(_)) => Err(Refusal::WrongToken),
+        }
     }
-    None
+
+    fn is_stop(&self) -> bool {
+        self.uri.path() == STOP && self.method == Method::POST
+    }
+
+    /// The token that it names: of its address, its header, or the browser's cookie.
+    fn token(&self, lock: &Lock) -> Option<&str> {
+        let bearer = || {
+            let (scheme, token) = text(self.headers, header::AUTHORIZATION)?.split_once(' ')?;
+            scheme.eq_ignore_ascii_case("bearer").then_some(token)
+        };
+        self.token_of_address().or_else(bearer).or_else(|| self.cookie(&lock.cookie_name()))
+    }
+
+    fn token_of_address(&self) -> Option<&str> {
+        self.uri.query()?.split('&').find_map(|pair| pair.strip_prefix("token="))
+    }
+
+    fn cookie(&self, name: &str) -> Option<&str> {
+        let cookies =
+            self.headers.get_all(header::COOKIE).into_iter().filter_map(|value| value.to_str().ok());
+        let mut pairs =
+            cookies.flat_map(|cookies| cookies.split(';')).filter_map(|pair| pair.trim().split_once('='));
+        pairs.find(|(known, _)| *known == name).map(|(_, value)| value)
+    }
+
+    /// Where a browser opens the page by the address with the token: it is told to keep the token and to open the
+    /// address without.
+    fn entered(&self, lock: &Lock) -> Option<Response> {
+        let query = self.uri.query()?;
+        self.token_of_address()?;
+        if self.uri.path() != "/" {
+            return None;
+        }
+        let others: Vec<&str> = query.split('&').filter(|pair| !pair.starts_with("token=")).collect();
+        let clean = if others.is_empty() { "/".to_owned() } else { format!("/?{}", others.join("&")) };
+        let cookie =
+            format!("{}={}; Path=/; HttpOnly; SameSite=Strict", lock.cookie_name(), lock.token.as_str());
+        let headers = [
+            (header::SET_COOKIE, cookie),
+            (header::CACHE_CONTROL, "no-store".to_owned()),
+            (header::REFERRER_POLICY, "no-referrer".to_owned()),
+        ];
+        // Where a page of elsewhere led here, a browser that is redirected does not send the cookie; one that is told
+        // to load anew does.
+        let site = self.headers.get("sec-fetch-site").and_then(|site| site.to_str().ok());
+        Some(if site == Some("cross-site") {
+            (headers, [("refresh", format!("0; url={clean}"))]).into_response()
+        } else {
+            (StatusCode::SEE_OTHER, headers, [(header::LOCATION, clean)]).into_response()
+        })
+    }
+}
+
+fn text(headers: &HeaderMap, name: header::HeaderName) -> Option<&str> {
+    headers.get(name).and_then(|value| value.to_str().ok())
 }
 
 /// The host that a request is for.
@@ -92,8 +258,18 @@ fn host<'a>(headers: &'a HeaderMap, uri: &'a Uri) -> Option<&'a str> {
     named.or_else(|| uri.authority().map(axum::http::uri::Authority::as_str))
 }
 
+/// The headers of a page that answers a request.
+pub(super) fn page_headers(headers: &HeaderMap) -> [(header::HeaderName, String); 3] {
+    [
+        (header::CONTENT_SECURITY_POLICY, policy(headers, &Uri::from_static("/"))),
+        (header::X_CONTENT_TYPE_OPTIONS, "nosniff".to_owned()),
+        // With "no-referrer" a browser would hide the origin of the stop button.
+        (header::REFERRER_POLICY, "same-origin".to_owned()),
+    ]
+}
+
 /// What a page may load and reach that was asked for as a request says, which may pass: this server alone.
-pub(super) fn policy(headers: &HeaderMap, uri: &Uri) -> String {
+fn policy(headers: &HeaderMap, uri: &Uri) -> String {
     // Not every browser takes a WebSocket of its own server for a part of 'self'. What else could stand in
     // a header is no host, and would be read as something of its own.
     let is_host =
@@ -102,65 +278,17 @@ pub(super) fn policy(headers: &HeaderMap, uri: &Uri) -> String {
     let live = live.map_or(String::new(), |host| format!(" ws://{host} wss://{host}"));
     format!(
         "default-src 'self'; connect-src 'self'{live}; img-src 'self' data: blob:; style-src 'self'; \
-         script-src 'self'; object-src 'none'; base-uri 'none'; frame-ancestors 'none'; form-action 'none'"
+         script-src 'self'; object-src 'none'; base-uri 'none'; frame-ancestors 'none'; form-action 'self'"
     )
 }
 
-/// Whether a host is this machine by number, or "localhost".
-fn is_numbered(host: &str) -> bool {
+/// Whether a host is a name that no stranger can make point here: a number, or a name of this machine or network.
+fn is_own_name(host: &str) -> bool {
     let name = if host.ends_with(']') { host } else { host.rsplit_once(':').map_or(host, |(name, _)| name) };
     let name = name.trim_start_matches('[').trim_end_matches(']');
-    name == "localhost" || name.parse::<IpAddr>().is_ok()
+    let is_local = !name.contains('.') || name.ends_with(".local") || name.ends_with(".localhost");
+    name.parse::<IpAddr>().is_ok() || (is_local && !name.is_empty())
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-
-    fn answer(token: Option<&Token>, host: &str, origin: Option<&str>, path: &str) -> Option<&'static str> {
-        let mut headers = HeaderMap::new();
-        headers.insert(header::HOST, host.parse().unwrap());
-        if let Some(origin) = origin {
-            headers.insert(header::ORIGIN, origin.parse().unwrap());
-        }
-        refusal(token, &headers, &path.parse().unwrap())
-    }
-
-    #[test]
-    fn only_this_machines_own_pages_may_look() {
-        for host in ["127.0.0.1:7780", "localhost:7780", "[::1]:7780", "localhost", "[::1]"] {
-            assert_eq!(answer(None, host, None, "/live"), None, "{host}");
-            assert_eq!(answer(None, host, Some(&format!("http://{host}")), "/live"), None, "{host}");
-        }
-        assert!(answer(None, "evil.example:7780", None, "/").is_some());
-        assert!(answer(None, "127.0.0.1:7780", Some("http://evil.example"), "/live").is_some());
-        assert!(answer(None, "127.0.0.1:7780", Some("http://127.0.0.1:80"), "/live").is_some());
-        assert!(answer(None, "127.0.0.1:7780", Some("null"), "/live").is_some());
-    }
-
-    #[test]
-    fn a_page_may_reach_the_host_that_it_was_asked_of_and_nobody_else() {
-        let reached = |host: &str| {
-            let headers = HeaderMap::from_iter([(header::HOST, host.parse().unwrap())]);
-            let policy = policy(&headers, &Uri::from_static("/"));
-            policy.split("; ").find(|rule| rule.starts_with("connect-src")).unwrap().to_owned()
-        };
-        assert_eq!(reached("127.0.0.1:7780"), "connect-src 'self' ws://127.0.0.1:7780 wss://127.0.0.1:7780");
-        assert_eq!(reached("leo.local"), "connect-src 'self' ws://leo.local wss://leo.local");
-        for other in ["leo *", "leo; script-src *", "leo,x", "*", "leo/x", ""] {
-            assert_eq!(reached(other), "connect-src 'self'", "{other}");
-        }
-    }
-
-    #[test]
-    fn another_machine_needs_the_token() {
-        let token = Token::new().unwrap();
-        let host = "robot.local:7780";
-        assert!(answer(Some(&token), host, None, "/live").is_some());
-        assert!(answer(Some(&token), host, None, "/live?token=1234").is_some());
-        assert_eq!(answer(Some(&token), host, None, &format!("/live?token={}", token.as_str())), None);
-        assert_eq!(answer(Some(&token), host, None, "/page.js"), None);
-        assert_ne!(token.as_str(), Token::new().unwrap().as_str());
-        assert_eq!(format!("{token:?}"), "Token(..)");
-    }
-}
+mod tests;

@@ -4,6 +4,7 @@ use std::convert::Infallible;
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
 
+use axum::Extension;
 use axum::extract::State;
 use axum::extract::ws::{CloseFrame, Message, WebSocket, WebSocketUpgrade, close_code};
 use axum::http::StatusCode;
@@ -15,12 +16,15 @@ use tokio::sync::mpsc;
 use tokio::time::{MissedTickBehavior, interval, timeout};
 
 use super::pace::{Pace, SECOND_MOST, Taken};
-use super::{Asked, PAGES_MOST, Place, Shared};
+use super::{Access, Asked, PAGES_MOST, Place, READERS_MAX, Shared};
 use crate::requests::{Malformed, Wish, number, parse};
 use crate::sheet::Sheet;
 
 /// The largest message of a page, in bytes.
 const MESSAGE_MOST: usize = 4096;
+/// What a page without the token is answered.
+const READ_ONLY: &str =
+    "this page may look and stop the robot, and nothing else: open the whole address that `leo run` prints";
 /// What a page is shown, it is shown this often at most.
 const SHOWS: Duration = Duration::from_millis(33);
 /// Beats that a page may leave unanswered, one after the other.
@@ -36,7 +40,7 @@ pub(crate) struct Patience {
     pub(crate) beat: Duration,
     /// A page that takes longer for what is sent to it does not read, and is shut.
     pub(crate) send: Duration,
-    /// A browser that takes longer to say what it wants of the server says nothing, and is shut.
+    /// A connection on which the head of a request takes longer than this is shut, and one that is not used for so long.
     pub(crate) question: Duration,
     /// A connection on which files are asked for ends after so long; browsers open another one.
     pub(crate) connection: Duration,
@@ -47,7 +51,7 @@ impl Default for Patience {
         Self {
             beat: Duration::from_secs(1),
             send: Duration::from_secs(5),
-            question: Duration::from_secs(10),
+            question: Duration::from_secs(1),
             connection: Duration::from_secs(60),
         }
     }
@@ -63,10 +67,18 @@ enum End {
 }
 
 /// Opens the WebSocket of a page.
-pub(super) async fn live(State(shared): State<Arc<Shared>>, upgrade: WebSocketUpgrade) -> Response {
+pub(super) async fn live(
+    State(shared): State<Arc<Shared>>,
+    Extension(access): Extension<Access>,
+    upgrade: WebSocketUpgrade,
+) -> Response {
     // It is taken before anybody else asks, and free again wherever the page ends.
-    let Some(place) = Place::take(&shared) else {
-        let why = format!("{PAGES_MOST} pages are open, which is all there may be\n");
+    let Some(place) = Place::take(&shared, access) else {
+        let (most, which) = match access {
+            Access::Command => (PAGES_MOST, ""),
+            Access::Read => (READERS_MAX, " without the token"),
+        };
+        let why = format!("{most} pages{which} are open, which is all there may be\n");
         return (StatusCode::SERVICE_UNAVAILABLE, why).into_response();
     };
     let upgrade = upgrade.max_message_size(MESSAGE_MOST).max_frame_size(MESSAGE_MOST);
@@ -77,6 +89,7 @@ pub(super) async fn live(State(shared): State<Arc<Shared>>, upgrade: WebSocketUp
         let page = Page {
             shared,
             socket,
+            access,
             // Hands are told apart as long as fewer pages than this are open, which is so.
             hand: u16::try_from(number % u64::from(u16::MAX)).unwrap_or(0),
             version: 0,
@@ -92,6 +105,7 @@ pub(super) async fn live(State(shared): State<Arc<Shared>>, upgrade: WebSocketUp
 struct Page<'a> {
     shared: &'a Shared,
     socket: WebSocket,
+    access: Access,
     hand: u16,
     /// The version of the sheet that it was shown.
     version: u64,
@@ -106,7 +120,18 @@ struct Page<'a> {
 impl Page<'_> {
     async fn live(mut self, answers: mpsc::Receiver<String>) {
         let Err(end) = self.talk(answers).await;
-        // What its hand holds goes back to where it was.
+        if self.access == Access::Command {
+            self.let_go();
+        }
+        if let End::Shut(code, reason) = end {
+            let close = Message::Close(Some(CloseFrame { code, reason: reason.into() }));
+            // Whether it is heard is its own affair.
+            let _told = self.send(close).await;
+        }
+    }
+
+    /// What its hand holds goes back to where it was.
+    fn let_go(&self) {
         let cancel = TeacherAct::new(TeacherActKind::Cancel, self.shared.first);
         self.shared.ask_last(Asked {
             page: self.hand,
@@ -114,11 +139,6 @@ impl Page<'_> {
             wish: Wish::Act(Box::new(cancel)),
             answer: self.answer.clone(),
         });
-        if let End::Shut(code, reason) = end {
-            let close = Message::Close(Some(CloseFrame { code, reason: reason.into() }));
-            // Whether it is heard is its own affair.
-            let _told = self.send(close).await;
-        }
     }
 
     async fn talk(&mut self, mut answers: mpsc::Receiver<String>) -> Result<Infallible, End> {
@@ -204,6 +224,10 @@ impl Page<'_> {
     fn say(&self, text: &str) -> Option<String> {
         match parse(text, self.shared.first) {
             Err(malformed) => Some(self.malformed(&malformed)),
+            Ok((id, _)) if self.access == Access::Read => {
+                self.count();
+                Some(json!({ "answer": id, "error": READ_ONLY }).to_string())
+            }
             Ok((id, wish)) => {
                 let asked = Asked { page: self.hand, id: Some(id), wish, answer: self.answer.clone() };
                 let busy = "the robot is busy: say it again";

@@ -4,6 +4,7 @@ use std::net::{SocketAddr, TcpStream};
 use clock::Duration;
 use message::{TeacherAct, TeacherActKind};
 use serde_json::Value;
+use tokio::io::{AsyncReadExt as _, AsyncWriteExt as _};
 use tungstenite::client::IntoClientRequest as _;
 use tungstenite::protocol::frame::coding::CloseCode;
 use tungstenite::{Message, WebSocket};
@@ -17,20 +18,60 @@ const LONG: Duration = Duration::from_secs(60);
 const ENDLESS: Patience = Patience { beat: HOUR, send: HOUR, question: HOUR, connection: HOUR };
 const HOUR: Duration = Duration::from_secs(3600);
 
+fn serving(patience: Patience) -> Serving {
+    Serving {
+        address: SocketAddr::from(([127, 0, 0, 1], 0)),
+        before: Door::default(),
+        urdf: "<robot/>".to_owned(),
+        first: 1,
+        open: ReadWithoutToken::Nothing,
+        domain: PathBuf::from("/dev/shm/leo-there-is-none"),
+        moves_here: true,
+        patience,
+    }
+}
+
 fn served(patience: Patience) -> Web {
-    let anywhere = SocketAddr::from(([127, 0, 0, 1], 0));
-    Web::serve(anywhere, Door::default(), "<robot/>", 1, patience).unwrap()
+    Web::serve(serving(patience)).unwrap()
+}
+
+/// Host and port, and the token.
+fn parts(web: &Web) -> (String, String) {
+    let (host, token) = web.url.trim_start_matches("http://").split_once("/?token=").expect("there is one");
+    (host.to_owned(), token.to_owned())
 }
 
 fn host(web: &Web) -> String {
-    web.url.trim_start_matches("http://").trim_end_matches('/').to_owned()
+    parts(web).0
+}
+
+/// A request with further lines of its head.
+fn request(web: &Web, line: &str, more: &str) -> String {
+    format!("{line} HTTP/1.1\r\nHost: {}\r\nConnection: close\r\n{more}\r\n", host(web))
+}
+
+/// The same with the token.
+fn known(web: &Web, line: &str) -> String {
+    request(web, line, &format!("Authorization: Bearer {}\r\n", parts(web).1))
+}
+
+/// All that is answered to a request.
+fn got(web: &Web, request: &str) -> String {
+    let mut stream = TcpStream::connect(host(web)).unwrap();
+    stream.write_all(request.as_bytes()).unwrap();
+    answered(stream)
 }
 
 fn opened(web: &Web) -> WebSocket<TcpStream> {
-    let host = host(web);
-    let stream = TcpStream::connect(&host).unwrap();
+    let (host, token) = parts(web);
+    opened_as(&host, &format!("?token={token}")).unwrap()
+}
+
+fn opened_as(host: &str, query: &str) -> Result<WebSocket<TcpStream>, String> {
+    let stream = TcpStream::connect(host).unwrap();
     stream.set_read_timeout(Some(LONG)).unwrap();
-    tungstenite::client(format!("ws://{host}/live").into_client_request().unwrap(), stream).unwrap().0
+    let request = format!("ws://{host}/live{query}").into_client_request().unwrap();
+    tungstenite::client(request, stream).map(|(socket, _)| socket).map_err(|error| error.to_string())
 }
 
 /// The next text that a page hears.
@@ -83,61 +124,213 @@ fn answered(mut stream: TcpStream) -> String {
 #[test]
 fn where_it_is_served_at_every_address_one_that_can_be_opened_is_said() {
     for (every, said) in [("0.0.0.0:0", "http://127.0.0.1:"), ("[::]:0", "http://[::1]:")] {
-        let served = Web::serve(every.parse().unwrap(), Door::default(), "<robot/>", 1, ENDLESS);
+        let served = Web::serve(Serving { address: every.parse().unwrap(), ..serving(ENDLESS) });
         // Not every machine speaks both.
         let Ok(web) = served else { continue };
         assert!(web.everywhere && web.url.starts_with(said) && web.url.contains("/?token="), "{}", web.url);
-        let host = web.url.trim_start_matches("http://").split('/').next().unwrap();
-        TcpStream::connect(host).unwrap();
+        TcpStream::connect(host(&web)).unwrap();
     }
     assert!(!served(ENDLESS).everywhere);
 }
 
 #[test]
-fn where_others_can_reach_it_nothing_is_served_without_the_token_and_each_refusal_is_counted() {
-    let web = Web::serve("0.0.0.0:0".parse().unwrap(), Door::default(), "<robot/>", 1, ENDLESS).unwrap();
-    let (host, query) = web.url.trim_start_matches("http://").split_once('/').unwrap();
-    let token = query.strip_prefix("?token=").expect("there is one");
-    let upgrade = "Upgrade: websocket\r\nSec-WebSocket-Version: 13\r\n\
-                   Sec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\n";
-    let asked = |path: &str, query: &str| {
-        let (connection, more) = if path == "/live" { ("Upgrade", upgrade) } else { ("close", "") };
-        let mut stream = TcpStream::connect(host).unwrap();
-        stream.set_read_timeout(Some(LONG)).unwrap();
-        write!(
-            stream,
-            "GET {path}{query} HTTP/1.1\r\nHost: {host}\r\nConnection: {connection}\r\n{more}\r\n"
-        )
-        .unwrap();
-        let mut answer = [0; 12];
-        stream.read_exact(&mut answer).unwrap();
-        String::from_utf8_lossy(&answer).into_owned()
-    };
-    let mut refused = 0;
-    for path in ["/", "/live", "/metrics", "/leo.urdf"] {
-        let wrong = [
-            "?token=".to_owned(),
-            format!("?token={}", &token[1..]),
-            format!("?token={token}0"),
-            format!("?token={}", token.chars().rev().collect::<String>()),
-            format!("?other={token}"),
-        ];
-        for query in std::iter::once(String::new()).chain(wrong) {
-            assert_eq!(asked(path, &query), "HTTP/1.1 403", "{path}{query}");
-            refused += 1;
-            assert_eq!(web.refused(), refused, "{path}{query}");
+fn nothing_is_served_without_the_token_on_any_address_and_each_refusal_is_counted() {
+    for address in ["127.0.0.1:0", "0.0.0.0:0"] {
+        let web = Web::serve(Serving { address: address.parse().unwrap(), ..serving(ENDLESS) }).unwrap();
+        let (host, token) = parts(&web);
+        let upgrade = "Upgrade: websocket\r\nSec-WebSocket-Version: 13\r\n\
+                       Sec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\n";
+        let asked = |path: &str, query: &str| {
+            let (connection, more) = if path == "/live" { ("Upgrade", upgrade) } else { ("close", "") };
+            let mut stream = TcpStream::connect(&host).unwrap();
+            stream.set_read_timeout(Some(LONG)).unwrap();
+            write!(
+                stream,
+                "GET {path}{query} HTTP/1.1\r\nHost: {host}\r\nConnection: {connection}\r\n{more}\r\n"
+            )
+            .unwrap();
+            let mut answer = [0; 12];
+            stream.read_exact(&mut answer).unwrap();
+            String::from_utf8_lossy(&answer).into_owned()
+        };
+        let mut refused = 0;
+        for path in ["/", "/live", "/metrics", "/leo.urdf"] {
+            let wrong = [
+                "?token=".to_owned(),
+                format!("?token={}", &token[1..]),
+                format!("?token={token}0"),
+                format!("?token={}", token.chars().rev().collect::<String>()),
+                format!("?other={token}"),
+            ];
+            for query in std::iter::once(String::new()).chain(wrong) {
+                assert_eq!(asked(path, &query), "HTTP/1.1 401", "{path}{query}");
+                refused += 1;
+                assert_eq!(web.refused(), refused, "{path}{query}");
+            }
+            let said = match path {
+                "/live" => "HTTP/1.1 101",
+                // To the address without the token.
+                "/" => "HTTP/1.1 303",
+                _ => "HTTP/1.1 200",
+            };
+            assert_eq!(asked(path, &format!("?token={token}")), said, "{path}");
+            assert_eq!(web.refused(), refused, "{path}");
         }
-        let said = if path == "/live" { "HTTP/1.1 101" } else { "HTTP/1.1 200" };
-        assert_eq!(asked(path, &format!("?token={token}")), said, "{path}");
-        assert_eq!(web.refused(), refused, "{path}");
+        assert!(refused > 0);
     }
-    assert!(refused > 0);
 }
 
 #[test]
-fn who_does_not_say_what_he_wants_is_shut_and_keeps_nobody_out() {
+fn a_browser_is_given_the_token_as_a_cookie_and_sent_to_the_address_without_it() {
+    let web = served(ENDLESS);
+    let (host, token) = parts(&web);
+    let port = host.rsplit_once(':').unwrap().1;
+    let cookie = format!("set-cookie: leo_{port}={token}; Path=/; HttpOnly; SameSite=Strict\r\n");
+    let entered = got(&web, &request(&web, &format!("GET /?a=b&token={token}&c=d"), ""));
+    assert!(entered.starts_with("HTTP/1.1 303"), "{entered}");
+    for said in [cookie.as_str(), "location: /?a=b&c=d\r\n", "cache-control: no-store\r\n"] {
+        assert!(entered.contains(said), "{said}: {entered}");
+    }
+    // A browser that a page of elsewhere led here sends no cookie where it is redirected.
+    let entered =
+        got(&web, &request(&web, &format!("GET /?token={token}"), "Sec-Fetch-Site: cross-site\r\n"));
+    assert!(entered.starts_with("HTTP/1.1 200") && entered.contains("refresh: 0; url=/\r\n"), "{entered}");
+    assert!(entered.contains(&cookie), "{entered}");
+    let page = got(&web, &request(&web, "GET /", &format!("Cookie: leo_{port}={token}\r\n")));
+    assert!(page.starts_with("HTTP/1.1 200") && !page.contains("set-cookie"), "{page}");
+}
+
+#[test]
+fn who_has_no_token_is_told_what_to_do_and_can_stop_the_robot() {
+    let domain = tempfile::tempdir().unwrap();
+    let web = Web::serve(Serving { domain: domain.path().to_owned(), ..serving(ENDLESS) }).unwrap();
+    let page = got(&web, &request(&web, "GET /", "Accept: text/html\r\n"));
+    assert!(page.starts_with("HTTP/1.1 401") && page.contains("content-type: text/html"), "{page}");
+    for said in ["`leo run` prints", "page_token", r#"method="post" action="/stop""#] {
+        assert!(page.contains(said), "{said}: {page}");
+    }
+    let text = got(&web, &request(&web, "GET /metrics", ""));
+    assert!(text.contains("www-authenticate: Bearer") && !text.contains("<form"), "{text}");
+
+    let origin = |origin: &str| format!("Origin: http://{origin}\r\n");
+    for other in [origin("evil.example"), "Sec-Fetch-Site: cross-site\r\n".to_owned()] {
+        let refused = got(&web, &request(&web, "POST /stop", &other));
+        assert!(refused.starts_with("HTTP/1.1 403"), "{refused}");
+    }
+    assert!(got(&web, &request(&web, "GET /stop", "")).starts_with("HTTP/1.1 405"));
+    assert!(!process::emergency::is_raised(domain.path()));
+    let stopped = got(&web, &request(&web, "POST /stop", &origin(&host(&web))));
+    assert!(stopped.starts_with("HTTP/1.1 200") && stopped.contains("is raised"), "{stopped}");
+    let reason = process::emergency::reason(domain.path()).unwrap();
+    assert_eq!(reason, "the page's stop button, pressed at 127.0.0.1");
+    let again = got(&web, &request(&web, "POST /stop", ""));
+    assert!(again.contains(&format!("was raised before ({reason})")), "{again}");
+}
+
+#[test]
+fn a_stop_that_does_not_come_about_is_no_success() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("file");
+    std::fs::write(&file, "").unwrap();
+    let stopped = |domain: PathBuf, moves_here| {
+        let web = Web::serve(Serving { domain, moves_here, ..serving(ENDLESS) }).unwrap();
+        got(&web, &request(&web, "POST /stop", ""))
+    };
+    for (said, why) in
+        [(stopped(file, true), "file"), (stopped(folder.path().to_owned(), false), "another machine")]
+    {
+        assert!(
+            said.starts_with("HTTP/1.1 503") && said.contains("NOT STOPPED") && said.contains(why),
+            "{said}"
+        );
+    }
+    assert!(!process::emergency::is_raised(folder.path()));
+}
+
+#[test]
+fn a_page_without_the_token_reads_where_that_is_open_and_commands_nothing() {
+    let web = Web::serve(Serving { open: ReadWithoutToken::Page, ..serving(ENDLESS) }).unwrap();
+    web.shared.sheet().put("cell", &1);
+    let host = host(&web);
+    let mut reader = opened_as(&host, "").unwrap();
+    assert_eq!(heard(&mut reader)["cells"]["cell"], 1);
+    for wish in [r#"{"do":"arm","id":5}"#, r#"{"do":"undo","id":6}"#, r#"{"do":"record","id":7,"on":true}"#] {
+        reader.send(Message::text(wish)).unwrap();
+        let answer = heard(&mut reader);
+        assert!(answer["error"].as_str().unwrap().contains("`leo run` prints"), "{answer}");
+    }
+    assert!(web.wishes.is_empty());
+    // They leave places for those with the token.
+    let readers: Vec<_> = (1..READERS_MAX).map(|_| opened_as(&host, "").unwrap()).collect();
+    assert!(opened_as(&host, "").unwrap_err().contains("503"));
+    let page = opened(&web);
+    drop((readers, reader));
+    await_open(&web, 1);
+    drop((opened_as(&host, "").unwrap(), page));
+}
+
+/// A connection from an address that begins a request and does not end it, and is opened anew whenever it is shut.
+async fn half_open(to: SocketAddr, from: [u8; 4]) {
+    loop {
+        let socket = TcpSocket::new_v4().unwrap();
+        socket.bind(SocketAddr::from((from, 0))).unwrap();
+        let Ok(mut stream) = socket.connect(to).await else { continue };
+        if stream.write_all(b"GET /metrics HTTP/1.1\r\nHo").await.is_ok() {
+            // It is shut where nothing more comes.
+            let _shut = stream.read(&mut [0; 64]).await;
+        }
+    }
+}
+
+/// Half-open connections from addresses, as long as it is held.
+fn flood(to: &str, from: impl Iterator<Item = [u8; 4]>) -> tokio::runtime::Runtime {
+    let to = to.parse().unwrap();
+    let flood = tokio::runtime::Builder::new_multi_thread().worker_threads(1).enable_all().build().unwrap();
+    for from in from {
+        flood.spawn(half_open(to, from));
+    }
+    flood
+}
+
+#[test]
+fn a_request_is_answered_within_a_second_beside_250_half_open_connections_of_its_address_and_200_others() {
+    // 250 shut everybody out where all addresses shared the places. 600 are more than one address has.
+    for flooding in [250, 600] {
+        let domain = tempfile::tempdir().unwrap();
+        let domain = domain.path().to_owned();
+        let web = Web::serve(Serving { domain, ..serving(Patience::default()) }).unwrap();
+        let others = (0..200).map(|last| [127, 0, 1, last]);
+        let flood = flood(&host(&web), std::iter::repeat_n([127, 0, 0, 1], flooding).chain(others));
+        // All of them were shut, and opened anew.
+        let end = clock::now() + LONG;
+        while web.shared.connections.entered() < 2 * (u64::try_from(flooding).unwrap() + 200) {
+            assert!(clock::now() < end, "the flood does not come about");
+            thread::yield_now();
+        }
+        let timed = |request: &str, said: &str| {
+            let began = clock::now();
+            let answer = got(&web, request);
+            let took = clock::now().since(began);
+            assert!(
+                answer.contains(said),
+                "beside {flooding}: {answer} after {took:?}, {:?}",
+                web.shared.connections.made_way()
+            );
+            assert!(took < Duration::from_secs(1), "beside {flooding} it took {took:?}");
+        };
+        for _ in 0..30 {
+            timed(&known(&web, "GET /leo.urdf"), "<robot/>");
+        }
+        timed(&request(&web, "GET /", ""), "`leo run` prints");
+        timed(&request(&web, "POST /stop", ""), "is raised");
+        flood.shutdown_background();
+    }
+}
+
+#[test]
+fn a_connection_that_does_not_say_what_it_wants_is_shut_within_some_seconds_and_takes_no_place() {
     let web = served(Patience { question: Duration::from_millis(200), ..ENDLESS });
-    let silent: Vec<_> = (0..200)
+    let silent: Vec<_> = (0..100)
         .map(|number| {
             let mut stream = TcpStream::connect(host(&web)).unwrap();
             if number % 2 == 0 {
@@ -146,13 +339,24 @@ fn who_does_not_say_what_he_wants_is_shut_and_keeps_nobody_out() {
             stream
         })
         .collect();
-    let mut asks = TcpStream::connect(host(&web)).unwrap();
-    write!(asks, "GET /leo.urdf HTTP/1.1\r\nHost: {}\r\nConnection: close\r\n\r\n", host(&web)).unwrap();
-    assert!(answered(asks).ends_with("<robot/>"));
+    assert!(got(&web, &known(&web, "GET /leo.urdf")).ends_with("<robot/>"));
     for stream in silent {
         let said = answered(stream);
         assert!(!said.contains("<robot/>"), "{said}");
     }
+    assert_eq!(web.refused(), 0, "none had to make way");
+}
+
+#[test]
+fn a_head_that_is_too_long_is_refused_before_it_is_read() {
+    let web = served(ENDLESS);
+    let long = request(&web, "GET /", &format!("Cookie: {}\r\n", "a".repeat(64 << 10)));
+    let mut stream = TcpStream::connect(host(&web)).unwrap();
+    let _sent_in_part = stream.write_all(long.as_bytes());
+    let said = answered(stream);
+    assert!(said.is_empty() || said.starts_with("HTTP/1.1 431"), "{said}");
+    let many = request(&web, "GET /", &"a: b\r\n".repeat(100));
+    assert!(got(&web, &many).starts_with("HTTP/1.1 431"));
 }
 
 #[test]
@@ -160,7 +364,8 @@ fn a_connection_ends_after_a_while_whatever_it_asks_and_a_page_of_its_own_does_n
     let web = served(Patience { connection: Duration::from_millis(300), ..ENDLESS });
     let mut page = opened(&web);
     let mut asks = TcpStream::connect(host(&web)).unwrap();
-    write!(asks, "GET /leo.urdf HTTP/1.1\r\nHost: {}\r\n\r\n", host(&web)).unwrap();
+    let (host, token) = parts(&web);
+    write!(asks, "GET /leo.urdf?token={token} HTTP/1.1\r\nHost: {host}\r\n\r\n").unwrap();
     let said = answered(asks);
     assert!(said.ends_with("<robot/>") && said.starts_with("HTTP/1.1 200"), "{said}");
     // The page was there before.
@@ -236,9 +441,9 @@ fn what_a_page_holds_is_let_go_however_much_the_loop_has_to_do() {
 #[test]
 fn no_more_pages_are_let_in_than_there_may_be_however_many_come_at_once() {
     let web = served(ENDLESS);
-    let host = host(&web);
+    let (host, token) = parts(&web);
     let request = format!(
-        "GET /live HTTP/1.1\r\nHost: {host}\r\nConnection: Upgrade\r\nUpgrade: websocket\r\n\
+        "GET /live?token={token} HTTP/1.1\r\nHost: {host}\r\nConnection: Upgrade\r\nUpgrade: websocket\r\n\
          Sec-WebSocket-Version: 13\r\nSec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\n\r\n"
     );
     let mut pages: Vec<TcpStream> = (0..80).map(|_| TcpStream::connect(&host).unwrap()).collect();
@@ -296,8 +501,8 @@ fn whatever_a_page_says_counts_and_a_flood_shuts_it() {
     for message in [
         Message::text(r#"{"do":"undo","id":5}"#),
         Message::binary(vec![0; 8]),
-        Message::Ping(tungstenite::Bytes::new()),
-        Message::Pong(tungstenite::Bytes::new()),
+        Message::Ping(Bytes::new()),
+        Message::Pong(Bytes::new()),
     ] {
         let web = served(ENDLESS);
         let mut page = opened(&web);

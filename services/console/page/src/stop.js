@@ -1,0 +1,43 @@
+// The stop button: raises the emergency stop, with or without a connection to Leo.
+import { find } from './element.js';
+
+const ELSE = 'use leo emergency-stop on the robot’s machine, its emergency stop button, or cut the power';
+const TRIES = 2;
+
+/**
+ * Asks the server to stop the robot: what it says of it. A connection that the server shut meanwhile is tried anew.
+ * @param {(address: string, how: object) => Promise<{ok: boolean, text: () => Promise<string>}>} ask `fetch`
+ * @returns {Promise<{ok: boolean, words: string}>}
+ */
+export async function stop(ask) {
+  let why = '';
+  for (let tried = 0; tried < TRIES; tried += 1) {
+    try {
+      const answer = await ask('/stop', { method: 'POST' });
+      return { ok: answer.ok, words: (await answer.text()).trim() };
+    } catch (error) {
+      why = error instanceof Error ? error.message : String(error);
+    }
+  }
+  return { ok: false, words: `NOT STOPPED: Leo is not answering (${why}): ${ELSE}` };
+}
+
+/**
+ * Lets the button stop the robot. While a dialog is open, which leaves nothing else to be pressed, the button is in it.
+ * Without this script the button sends its form.
+ * @param {import('./toasts.js').Toasts} toasts
+ */
+export function stopButton(toasts) {
+  const form = find('stop');
+  const home = /** @type {HTMLElement} */ (form.parentElement);
+  const next = form.nextElementSibling;
+  form.addEventListener('submit', async (event) => {
+    event.preventDefault();
+    const { ok, words } = await stop((address, how) => fetch(address, how));
+    toasts.show(words, ok ? 'note' : 'error');
+  });
+  for (const dialog of document.querySelectorAll('dialog')) {
+    const follow = () => (dialog.open ? dialog.append(form) : home.insertBefore(form, next));
+    new MutationObserver(follow).observe(dialog, { attributeFilter: ['open'] });
+  }
+}

@@ -1,0 +1,289 @@
+//! The connections that there are. Pure.
+
+use core::net::{IpAddr, Ipv6Addr};
+use std::collections::BTreeMap;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+
+use clock::{Duration, Instant};
+use tokio::task::AbortHandle;
+
+/// No connection makes way before it is this old. So long a browser on a busy machine has for the head of its request; and
+/// a flood opens no more connections than this allows, so that those that wait to be accepted are few.
+const MIN_AGE: Duration = Duration::from_millis(100);
+/// The bits of an IPv6 address that name a network: one machine has all addresses of it.
+const NETWORK_BITS: u32 = 64;
+
+/// What a connection was used for so far. Each class has connections of its own: none of another class makes way for it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(crate) enum Class {
+    /// No request with the token came yet.
+    Unknown,
+    /// A request came that raises the emergency stop.
+    Stopping,
+    /// A request with the token came.
+    Authorised,
+}
+
+impl Class {
+    /// The most connections of this class, and of one address among them.
+    const fn max(self) -> (usize, usize) {
+        match self {
+            Self::Unknown => (512, 256),
+            Self::Stopping => (32, 8),
+            Self::Authorised => (64, 64),
+        }
+    }
+}
+
+/// All connections.
+#[derive(Debug, Default)]
+pub(crate) struct Table(Mutex<Entries>);
+
+#[derive(Debug, Default)]
+struct Entries {
+    last: u64,
+    made_way: u64,
+    /// The class of every connection, and its address.
+    places: BTreeMap<u64, (Class, IpAddr)>,
+    /// The connections of an address, in the order in which they came.
+    by_address: BTreeMap<(Class, IpAddr), BTreeMap<u64, Entry>>,
+    counts: BTreeMap<Class, usize>,
+}
+
+#[derive(Debug)]
+struct Entry {
+    since: Instant,
+    served: Option<AbortHandle>,
+}
+
+/// The entry of one connection; it is removed with this.
+#[derive(Debug)]
+pub(crate) struct Connection {
+    table: Arc<Table>,
+    number: u64,
+    address: IpAddr,
+}
+
+impl Table {
+    fn entries(&self) -> MutexGuard<'_, Entries> {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// How long a new connection of an address waits until another one may make way for it; `None` where it need not.
+    pub(super) fn wait_for_room(&self, address: IpAddr, now: Instant) -> Option<Duration> {
+        let entries = self.entries();
+        let address = entries.to_make_way(Class::Unknown, network(address))?;
+        let (_, oldest) = entries.by_address.get(&(Class::Unknown, address))?.first_key_value()?;
+        let age = now.since(oldest.since);
+        (age < MIN_AGE).then(|| MIN_AGE - age)
+    }
+
+    /// Enters a new connection. Where its address has as many as it may have, the oldest of them makes way; else, where
+    /// there are as many as there may be, the oldest of the address that has most.
+    pub(crate) fn enter(self: &Arc<Self>, address: IpAddr, now: Instant) -> Arc<Connection> {
+        let mut entries = self.entries();
+        let address = network(address);
+        entries.make_room(Class::Unknown, address);
+        entries.last += 1;
+        let number = entries.last;
+        entries.insert(number, Class::Unknown, address, Entry { since: now, served: None });
+        Arc::new(Connection { table: Arc::clone(self), number, address })
+    }
+
+    /// Connections that came so far.
+    #[cfg(test)]
+    pub(crate) fn entered(&self) -> u64 {
+        self.entries().last
+    }
+
+    /// Connections that had to make way.
+    pub(crate) fn made_way(&self) -> u64 {
+        self.entries().made_way
+    }
+}
+
+impl Entries {
+    fn insert(&mut self, number: u64, class: Class, address: IpAddr, entry: Entry) {
+        self.places.insert(number, (class, address));
+        self.by_address.entry((class, address)).or_default().insert(number, entry);
+        *self.counts.entry(class).or_default() += 1;
+    }
+
+    fn remove(&mut self, number: u64) -> Option<Entry> {
+        let place = self.places.remove(&number)?;
+        let of_address = self.by_address.get_mut(&place)?;
+        let entry = of_address.remove(&number);
+        if of_address.is_empty() {
+            self.by_address.remove(&place);
+        }
+        if let Some(count) = self.counts.get_mut(&place.0) {
+            *count -= 1;
+        }
+        entry
+    }
+
+    fn get_mut(&mut self, number: u64) -> Option<&mut Entry> {
+        self.by_address.get_mut(self.places.get(&number)?)?.get_mut(&number)
+    }
+
+    /// The address whose oldest connection makes way for a further one of a class and an address, if one has to.
+    fn to_make_way(&self, class: Class, address: IpAddr) -> Option<IpAddr> {
+        let (max, max_of_address) = class.max();
+        if self.by_address.get(&(class, address)).is_some_and(|some| some.len() >= max_of_address) {
+            return Some(address);
+        }
+        if self.counts.get(&class).is_none_or(|count| *count < max) {
+            return None;
+        }
+        let of_class = self.by_address.iter().filter(|((its, _), _)| *its == class);
+        of_class.max_by_key(|(_, some)| some.len()).map(|((_, address), _)| *address)
+    }
+
+    fn make_room(&mut self, class: Class, address: IpAddr) {
+        while let Some(address) = self.to_make_way(class, address) {
+            let of_address = self.by_address.get(&(class, address));
+            let Some(oldest) = of_address.and_then(|some| some.keys().next().copied()) else { return };
+            self.made_way += 1;
+            if let Some(served) = self.remove(oldest).and_then(|entry| entry.served) {
+                served.abort();
+            }
+        }
+    }
+}
+
+impl Connection {
+    /// The task that serves it, which is ended where it makes way.
+    pub(super) fn ends_with(&self, served: AbortHandle) {
+        match self.table.entries().get_mut(self.number) {
+            Some(entry) => entry.served = Some(served),
+            None => served.abort(),
+        }
+    }
+
+    /// From now on it is read.
+    pub(super) fn begins(&self, now: Instant) {
+        if let Some(entry) = self.table.entries().get_mut(self.number) {
+            entry.since = now;
+        }
+    }
+
+    /// The address that it comes from; of an IPv6 address its network.
+    pub(crate) fn address(&self) -> IpAddr {
+        self.address
+    }
+
+    /// Takes note of what it is used for.
+    pub(crate) fn is_used_for(&self, class: Class) {
+        let mut entries = self.table.entries();
+        // What has the token keeps its class.
+        if entries
+            .places
+            .get(&self.number)
+            .is_none_or(|(known, _)| [class, Class::Authorised].contains(known))
+        {
+            return;
+        }
+        entries.make_room(class, self.address);
+        if let Some(entry) = entries.remove(self.number) {
+            entries.insert(self.number, class, self.address, entry);
+        }
+    }
+}
+
+impl Drop for Connection {
+    fn drop(&mut self) {
+        let _gone = self.table.entries().remove(self.number);
+    }
+}
+
+/// The network of an address, in which one machine may have every address.
+fn network(address: IpAddr) -> IpAddr {
+    match address.to_canonical() {
+        IpAddr::V4(address) => IpAddr::V4(address),
+        IpAddr::V6(address) => {
+            let mask = u128::MAX << (u128::BITS - NETWORK_BITS);
+            IpAddr::V6(Ipv6Addr::from_bits(address.to_bits() & mask))
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn at(ms: u64) -> Instant {
+        Instant::EPOCH + Duration::from_millis(ms)
+    }
+
+    fn address(last: u8) -> IpAddr {
+        IpAddr::from([127, 0, 0, last])
+    }
+
+    /// The numbers of the connections of a class.
+    fn of(table: &Table, class: Class) -> Vec<u64> {
+        let entries = table.entries();
+        let of_class = entries.places.iter().filter(|(_, (its, _))| *its == class);
+        let numbers: Vec<u64> = of_class.map(|(number, _)| *number).collect();
+        assert_eq!(entries.counts.get(&class).copied().unwrap_or(0), numbers.len());
+        numbers
+    }
+
+    #[test]
+    fn an_address_that_has_all_its_connections_makes_way_for_itself_alone() {
+        let table = Arc::new(Table::default());
+        let other = table.enter(address(2), at(0));
+        let flood: Vec<_> = (0..500).map(|_| table.enter(address(1), at(1))).collect();
+        let left = of(&table, Class::Unknown);
+        assert_eq!((left.len(), left[0], table.made_way()), (257, other.number, 244));
+        assert_eq!(left.last(), Some(&flood[499].number));
+        drop(flood);
+        assert_eq!(of(&table, Class::Unknown), [other.number]);
+    }
+
+    #[test]
+    fn where_there_are_as_many_as_there_may_be_the_address_that_has_most_makes_way() {
+        let table = Arc::new(Table::default());
+        let flood: Vec<_> = (0..250).map(|_| table.enter(address(1), at(0))).collect();
+        let others = (0..200).flat_map(|last| [2, 3].map(|net| IpAddr::from([127, 0, net, last])));
+        let others: Vec<_> = others.map(|address| table.enter(address, at(0))).collect();
+        let left = of(&table, Class::Unknown);
+        assert_eq!(left.len(), 512);
+        assert!(others.iter().all(|other| left.contains(&other.number)));
+        assert_eq!(flood.iter().filter(|one| left.contains(&one.number)).count(), 112);
+    }
+
+    #[test]
+    fn a_connection_with_the_token_or_of_a_stop_makes_way_for_none_without() {
+        let table = Arc::new(Table::default());
+        let known = table.enter(address(1), at(0));
+        known.is_used_for(Class::Authorised);
+        known.is_used_for(Class::Stopping);
+        let stops = table.enter(address(1), at(0));
+        stops.is_used_for(Class::Stopping);
+        let flood: Vec<_> = (0..500).map(|_| table.enter(address(1), at(0))).collect();
+        assert_eq!(of(&table, Class::Authorised), [known.number]);
+        assert_eq!(of(&table, Class::Stopping), [stops.number]);
+        for one in flood.iter().rev() {
+            one.is_used_for(Class::Authorised);
+        }
+        assert_eq!(of(&table, Class::Authorised).len(), 64, "they are bounded too");
+    }
+
+    #[test]
+    fn no_connection_makes_way_before_it_had_time_to_say_what_it_wants() {
+        let table = Arc::new(Table::default());
+        let _flood: Vec<_> = (0..256).map(|_| table.enter(address(1), at(100))).collect();
+        assert_eq!(table.wait_for_room(address(2), at(100)), None);
+        assert_eq!(table.wait_for_room(address(1), at(130)), Some(Duration::from_millis(70)));
+        assert_eq!(table.wait_for_room(address(1), at(200)), None);
+    }
+
+    #[test]
+    fn all_addresses_of_a_network_are_one() {
+        let of = |text: &str| network(text.parse().unwrap());
+        assert_eq!(of("2001:db8::1"), of("2001:db8::ffff:1"));
+        assert_ne!(of("2001:db8::1"), of("2001:db8:0:1::1"));
+        assert_eq!(of("::ffff:127.0.0.1"), of("127.0.0.1"));
+        assert_ne!(of("127.0.0.1"), of("127.0.0.2"));
+    }
+}

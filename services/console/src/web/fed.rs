@@ -1,0 +1,187 @@
+//! The page's server without a network: what a browser says goes in as bytes. For tests and the fuzz target.
+
+use std::net::{IpAddr, Ipv4Addr};
+use std::path::PathBuf;
+use std::sync::Arc;
+
+use clock::Duration;
+use config::leo::ReadWithoutToken;
+use crossbeam::channel::Receiver;
+use hyper_util::service::TowerToHyperService;
+use tokio::io::{AsyncReadExt as _, AsyncWriteExt as _};
+use tokio::time::timeout;
+
+use super::guard::Lock;
+use super::stop::Stop;
+use super::{Asked, Patience, Shared, Token, connections, routes};
+
+/// The token of the page that is fed.
+const TOKEN: &str = "00112233445566778899aabbccddeeff";
+/// What is shown to those alone who have the token.
+const SECRET: &str = "what needs the token";
+/// What a connection is answered, more than all of the page.
+const ANSWER_MAX: u64 = 1 << 20;
+/// A connection that says nothing more is shut within this time, which passes as soon as nothing else is to be done.
+const WITHIN: Duration = Duration::from_secs(120);
+/// The head that opens the WebSocket of a page.
+const UPGRADE: &str = "GET /live HTTP/1.1\r\nHost: 127.0.0.1:7780\r\nConnection: Upgrade\r\nUpgrade: websocket\r\n\
+                       Sec-WebSocket-Version: 13\r\nSec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\n";
+
+/// The page's server, which a script is played to.
+pub struct FedPage {
+    runtime: tokio::runtime::Runtime,
+    shared: Arc<Shared>,
+    wishes: Receiver<Asked>,
+}
+
+/// What came of a script.
+#[derive(Debug)]
+pub struct Fed {
+    /// What was answered.
+    pub answer: Vec<u8>,
+    /// How much was wished of the robot.
+    pub wishes: usize,
+}
+
+impl FedPage {
+    /// A server of a robot that has something to hide.
+    ///
+    /// # Errors
+    ///
+    /// The system has no more events to wait for.
+    pub fn new() -> std::io::Result<Self> {
+        let token = Token::read(TOKEN).ok_or(std::io::ErrorKind::InvalidInput)?;
+        let lock = Lock { token, port: 7780, open: ReadWithoutToken::Nothing };
+        // No motor process is here: a stop stops nothing.
+        let stop = Stop::new(PathBuf::new(), false);
+        let (shared, wishes) = Shared::new(SECRET.to_owned(), 1, lock, stop, Patience::default());
+        shared.set_metrics(SECRET.to_owned());
+        shared.sheet().put("secret", &SECRET);
+        let runtime =
+            tokio::runtime::Builder::new_current_thread().enable_all().start_paused(true).build()?;
+        Ok(Self { runtime, shared, wishes })
+    }
+
+    /// Plays a script to the server: its first byte says as what, the others are said.
+    ///
+    /// # Panics
+    ///
+    /// Something was shown or done without the token, or a connection is not shut.
+    pub fn play(&self, script: &[u8]) -> Fed {
+        let (kind, rest) = script.split_first().map_or((0, script), |(kind, rest)| (kind % 4, rest));
+        let known = format!("{UPGRADE}Authorization: Bearer {TOKEN}\r\n\r\n");
+        let bytes = match kind {
+            0 => rest.to_vec(),
+            1 => [UPGRADE.as_bytes(), rest, b"\r\n\r\n"].concat(),
+            2 => [known.as_bytes(), rest].concat(),
+            _ => {
+                let messages = rest.split(|byte| *byte == b'\n').flat_map(frame);
+                known.bytes().chain(messages).collect()
+            }
+        };
+        let fed = self.feed(&bytes);
+        let holds = |text: &[u8], what: &str| text.windows(what.len()).any(|some| some == what.as_bytes());
+        let is_known = holds(&bytes, TOKEN);
+        assert!(is_known || fed.wishes == 0, "something is done without the token");
+        assert!(is_known || !holds(&fed.answer, SECRET), "something is shown without the token");
+        assert_eq!(
+            self.shared.counts.open.load(std::sync::atomic::Ordering::Relaxed),
+            0,
+            "a page stays open"
+        );
+        fed
+    }
+
+    /// Says something on a connection, and nothing more after it.
+    fn feed(&self, bytes: &[u8]) -> Fed {
+        let shared = &self.shared;
+        let answer = self.runtime.block_on(async {
+            let (server, client) = tokio::io::duplex(64 << 10);
+            let connection = shared.connections.enter(IpAddr::V4(Ipv4Addr::LOCALHOST), clock::now());
+            let routes = TowerToHyperService::new(routes(shared));
+            let served = tokio::spawn(connections::answer(server, routes, shared.patience, connection));
+            let (reads, mut writes) = tokio::io::split(client);
+            let mut answer = Vec::new();
+            let talk = async {
+                let says = async {
+                    // The server may shut the connection before all is said.
+                    let _said = writes.write_all(bytes).await;
+                };
+                let hears = async {
+                    let _heard = reads.take(ANSWER_MAX).read_to_end(&mut answer).await;
+                };
+                tokio::join!(says, hears);
+                served.await
+            };
+            let talked = timeout(WITHIN, talk).await;
+            assert!(matches!(talked, Ok(Ok(()))), "it panicked, or is not shut: {talked:?}");
+            answer
+        });
+        Fed { answer, wishes: self.wishes.try_iter().count() }
+    }
+}
+
+/// A text as a message of a page.
+fn frame(text: &[u8]) -> Vec<u8> {
+    let length = text.len();
+    let head = match (u8::try_from(length), u16::try_from(length)) {
+        (Ok(short), _) if short < 126 => vec![0x81, 0x80 | short],
+        (_, Ok(medium)) => [&[0x81, 0x80 | 126][..], &medium.to_be_bytes()].concat(),
+        _ => [&[0x81, 0x80 | 127][..], &u64::try_from(length).unwrap_or(u64::MAX).to_be_bytes()].concat(),
+    };
+    // Masked with nothing.
+    [&head, &[0; 4][..], text].concat()
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+
+    fn said(fed: &Fed) -> String {
+        String::from_utf8_lossy(&fed.answer).into_owned()
+    }
+
+    #[test]
+    fn what_is_fed_reaches_the_server_and_its_pages() {
+        let page = FedPage::new().unwrap();
+        let asked = page.play(b"\0GET /metrics HTTP/1.1\r\nHost: leo\r\n\r\n");
+        assert!(said(&asked).starts_with("HTTP/1.1 401"), "{asked:?}");
+        let known = format!("\0GET /metrics?token={TOKEN} HTTP/1.1\r\nHost: leo\r\n\r\n");
+        assert!(said(&page.play(known.as_bytes())).ends_with(SECRET));
+        let upgraded = page.play(b"\x01Cookie: leo_7780=0\r\nOrigin: http://127.0.0.1:7780");
+        assert!(said(&upgraded).starts_with("HTTP/1.1 401"), "{upgraded:?}");
+        let wished = page.play(b"\x03{\"do\":\"undo\",\"id\":5}\n{\"do\":\"arm\",\"id\":6}\nno message");
+        assert!(said(&wished).starts_with("HTTP/1.1 101"), "{wished:?}");
+        // What the hand of the page held goes back to where it was.
+        assert_eq!(wished.wishes, 3, "{wished:?}");
+        let frames = page.play(&[2, 0x81, 0x80 | 2, 0, 0, 0, 0, b'{', b'}']);
+        assert!(said(&frames).contains("missing field"), "{frames:?}");
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(512))]
+        #[test]
+        fn no_bytes_of_a_browser_do_harm(
+            kind in 0_u8..4,
+            words in proptest::collection::vec(prop_oneof![
+                Just(b"GET /live HTTP/1.1\r\n".to_vec()),
+                Just(b"POST /stop HTTP/1.1\r\nHost: leo\r\n\r\n".to_vec()),
+                Just(b"Host: 127.0.0.1:7780\r\n".to_vec()),
+                Just(b"Cookie: a=b; leo_7780=\r\n".to_vec()),
+                Just(b"Transfer-Encoding: chunked\r\n".to_vec()),
+                Just(b"Content-Length: 99999999999\r\n".to_vec()),
+                Just(b"\r\n".to_vec()),
+                Just(b"{\"do\":\"say\",\"id\":1,\"text\":\"".to_vec()),
+                Just(b"\"}\n".to_vec()),
+                proptest::collection::vec(any::<u8>(), 0..64),
+            ], 0..12),
+        ) {
+            let page = FedPage::new().unwrap();
+            let mut script = vec![kind];
+            words.iter().for_each(|word| script.extend(word));
+            page.play(&script);
+        }
+    }
+}

@@ -1,0 +1,128 @@
+use super::*;
+
+fn lock(open: ReadWithoutToken) -> Lock {
+    Lock { token: Token::new().unwrap(), port: 7780, open }
+}
+
+/// What a request with further header fields may do.
+fn asked(
+    lock: &Lock,
+    method: &Method,
+    host: &str,
+    path: &str,
+    more: &[(&'static str, String)],
+) -> Result<Access, Refusal> {
+    let mut headers = HeaderMap::new();
+    headers.insert(header::HOST, host.parse().unwrap());
+    for (name, value) in more {
+        headers.append(*name, value.parse().unwrap());
+    }
+    Asks { method, headers: &headers, uri: &path.parse().unwrap() }.access(lock)
+}
+
+fn got(lock: &Lock, path: &str, more: &[(&'static str, String)]) -> Result<Access, Refusal> {
+    asked(lock, &Method::GET, "127.0.0.1:7780", path, more)
+}
+
+#[test]
+fn the_token_is_taken_from_the_address_a_header_or_the_cookie_of_this_port() {
+    let lock = lock(ReadWithoutToken::Nothing);
+    let token = lock.token.as_str();
+    for path in ["/", "/live", "/metrics", "/leo.urdf"] {
+        assert_eq!(got(&lock, path, &[]), Err(Refusal::NoToken), "{path}");
+        assert_eq!(got(&lock, &format!("{path}?token={token}"), &[]), Ok(Access::Command), "{path}");
+        assert_eq!(got(&lock, &format!("{path}?token={token}0"), &[]), Err(Refusal::WrongToken), "{path}");
+        for (name, value, access) in [
+            ("authorization", format!("Bearer {token}"), Ok(Access::Command)),
+            ("authorization", format!("bearer {token}"), Ok(Access::Command)),
+            ("authorization", format!("Bearer {}", &token[1..]), Err(Refusal::WrongToken)),
+            ("authorization", format!("Basic {token}"), Err(Refusal::NoToken)),
+            ("cookie", format!("a=b; leo_7780={token}; c=d"), Ok(Access::Command)),
+            ("cookie", format!("leo_7781={token}"), Err(Refusal::NoToken)),
+            ("cookie", "leo_7780=".to_owned(), Err(Refusal::WrongToken)),
+        ] {
+            assert_eq!(got(&lock, path, &[(name, value.clone())]), access, "{path} {name}: {value}");
+        }
+    }
+    assert_eq!(got(&lock, "/page.css", &[]), Ok(Access::Read));
+    assert_ne!(token, Token::new().unwrap().as_str());
+    assert_eq!(format!("{:?}", lock.token), "Token(..)");
+}
+
+#[test]
+fn what_is_opened_by_the_configuration_is_read_without_the_token_and_nothing_else() {
+    for (open, without) in [
+        (ReadWithoutToken::Nothing, &[][..]),
+        (ReadWithoutToken::Metrics, &["/metrics"][..]),
+        (ReadWithoutToken::Page, &["/metrics", "/", "/page.js", "/live", "/leo.urdf"][..]),
+    ] {
+        let lock = lock(open);
+        for path in ["/metrics", "/", "/page.js", "/live", "/leo.urdf", "/other"] {
+            let access = if without.contains(&path) { Ok(Access::Read) } else { Err(Refusal::NoToken) };
+            assert_eq!(got(&lock, path, &[]), access, "{open:?} {path}");
+        }
+    }
+}
+
+#[test]
+fn only_this_machines_own_pages_may_ask_without_the_token() {
+    let lock = lock(ReadWithoutToken::Page);
+    let origin = |origin: &str| ("origin", origin.to_owned());
+    let live = |host, more: &[_]| asked(&lock, &Method::GET, host, "/live", more);
+    for host in
+        ["127.0.0.1:7780", "localhost:7780", "[::1]:7780", "localhost", "[::1]", "leo.local", "leo:80"]
+    {
+        assert_eq!(live(host, &[]), Ok(Access::Read), "{host}");
+        assert_eq!(live(host, &[origin(&format!("http://{host}"))]), Ok(Access::Read), "{host}");
+    }
+    for host in ["evil.example:7780", "127.0.0.1.evil.example", ":7780", ""] {
+        assert_eq!(live(host, &[]), Err(Refusal::OtherHost), "{host}");
+    }
+    for other in ["http://evil.example", "http://127.0.0.1:80", "null", ""] {
+        assert_eq!(live("127.0.0.1:7780", &[origin(other)]), Err(Refusal::OtherOrigin), "{other}");
+    }
+}
+
+#[test]
+fn a_page_of_another_origin_commands_nothing_though_the_browser_sends_the_cookie() {
+    let lock = lock(ReadWithoutToken::Nothing);
+    let cookie = ("cookie", format!("leo_7780={}", lock.token.as_str()));
+    let site = |site: &str| ("sec-fetch-site", site.to_owned());
+    for (method, path) in [(Method::GET, "/live"), (Method::POST, "/stop")] {
+        let asked = |more: &[_]| asked(&lock, &method, "127.0.0.1:7780", path, more);
+        for from in ["same-origin", "none"] {
+            assert_eq!(asked(&[cookie.clone(), site(from)]), Ok(Access::Command), "{path} {from}");
+        }
+        for from in ["cross-site", "same-site"] {
+            assert_eq!(asked(&[cookie.clone(), site(from)]), Err(Refusal::OtherOrigin), "{path} {from}");
+        }
+        let other = ("origin", "http://127.0.0.1:9999".to_owned());
+        assert_eq!(asked(&[cookie.clone(), other]), Err(Refusal::OtherOrigin), "{path}");
+    }
+}
+
+#[test]
+fn everybody_may_stop_the_robot_but_a_page_of_another_origin() {
+    let lock = lock(ReadWithoutToken::Nothing);
+    let stop = |host, more: &[_]| asked(&lock, &Method::POST, host, "/stop", more);
+    let origin = |origin: &str| ("origin", origin.to_owned());
+    assert_eq!(stop("127.0.0.1:7780", &[]), Ok(Access::Read));
+    assert_eq!(stop("127.0.0.1:7780", &[origin("http://127.0.0.1:7780")]), Ok(Access::Read));
+    assert_eq!(stop("127.0.0.1:7780", &[origin("http://evil.example")]), Err(Refusal::OtherOrigin));
+    assert_eq!(stop("127.0.0.1:7780", &[origin("null")]), Err(Refusal::OtherOrigin));
+    assert_eq!(stop("evil.example", &[origin("http://evil.example")]), Err(Refusal::OtherHost));
+}
+
+#[test]
+fn a_page_may_reach_the_host_that_it_was_asked_of_and_nobody_else() {
+    let reached = |host: &str| {
+        let headers = HeaderMap::from_iter([(header::HOST, host.parse().unwrap())]);
+        let policy = policy(&headers, &Uri::from_static("/"));
+        policy.split("; ").find(|rule| rule.starts_with("connect-src")).unwrap().to_owned()
+    };
+    assert_eq!(reached("127.0.0.1:7780"), "connect-src 'self' ws://127.0.0.1:7780 wss://127.0.0.1:7780");
+    assert_eq!(reached("leo.local"), "connect-src 'self' ws://leo.local wss://leo.local");
+    for other in ["leo *", "leo; script-src *", "leo,x", "*", "leo/x", ""] {
+        assert_eq!(reached(other), "connect-src 'self'", "{other}");
+    }
+}

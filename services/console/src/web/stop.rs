@@ -1,0 +1,80 @@
+//! The emergency stop: everybody who reaches the page may raise it, and nobody may release it here.
+
+use std::path::PathBuf;
+use std::sync::Arc;
+
+use axum::Extension;
+use axum::extract::State;
+use axum::http::{HeaderMap, StatusCode};
+use axum::response::Response;
+use process::{MotorProcess, emergency};
+use tokio::sync::Mutex;
+
+use super::connections::Connection;
+use super::{Shared, notice};
+
+/// What is said where nothing was stopped.
+const ELSE: &str =
+    "use `leo emergency-stop` on the robot's machine, its emergency stop button, or cut the power";
+
+/// The robot that is stopped.
+#[derive(Debug)]
+pub(crate) struct Stop {
+    /// The robot's domain.
+    domain: PathBuf,
+    /// Whether the motor process runs on this machine.
+    is_here: bool,
+    /// One at a time: a flood of them costs no more than one.
+    turn: Mutex<()>,
+}
+
+impl Stop {
+    pub(crate) fn new(domain: PathBuf, is_here: bool) -> Self {
+        Self { domain, is_here, turn: Mutex::new(()) }
+    }
+
+    /// Raises the stop: by signal first, which needs no file. What to say of it, or what is wrong.
+    fn raise(&self, why: &str) -> Result<String, String> {
+        if !self.is_here {
+            return Err(format!("NOT STOPPED: the motor process runs on another machine: {ELSE}"));
+        }
+        if let Some(reason) = emergency::reason(&self.domain) {
+            return Ok(format!("The emergency stop was raised before ({reason})."));
+        }
+        let motors = MotorProcess::all().into_iter().filter(|motor| motor.domain == self.domain);
+        let signalled = motors.filter(|motor| motor.stop().is_ok()).count();
+        match emergency::raise(&self.domain, why) {
+            Ok(()) => Ok("The emergency stop is raised: all joints are stopped.".to_owned()),
+            Err(_) if signalled > 0 => {
+                Ok("The emergency stop is raised by the signal to the motor process.".to_owned())
+            }
+            Err(error) => Err(format!("NOT STOPPED: {error}: {ELSE}")),
+        }
+    }
+}
+
+/// `POST /stop`.
+pub(super) async fn stop(
+    State(shared): State<Arc<Shared>>,
+    Extension(connection): Extension<Arc<Connection>>,
+    headers: HeaderMap,
+) -> Response {
+    let why = format!("the page's stop button, pressed at {}", connection.address());
+    // Once it is asked for it is done, also where the connection ends meanwhile.
+    let raised = tokio::spawn(async move {
+        let _turn = shared.stop.turn.lock().await;
+        let on = Arc::clone(&shared);
+        tokio::task::spawn_blocking(move || on.stop.raise(&why)).await
+    });
+    match raised.await {
+        Ok(Ok(Ok(done))) => {
+            let words = format!("{done} It is released with `leo emergency-stop --release`.");
+            notice::answer(&headers, StatusCode::OK, "Stopped", &words)
+        }
+        Ok(Ok(Err(why))) => notice::answer(&headers, StatusCode::SERVICE_UNAVAILABLE, "Not stopped", &why),
+        Ok(Err(error)) | Err(error) => {
+            let why = format!("NOT STOPPED: {error}: {ELSE}");
+            notice::answer(&headers, StatusCode::INTERNAL_SERVER_ERROR, "Not stopped", &why)
+        }
+    }
+}
