@@ -54,7 +54,9 @@ impl FedPage {
         let lock = Lock { token, port: 7780, open: ReadWithoutToken::Nothing };
         // No motor process is here: a stop stops nothing.
         let stop = Stop::new(PathBuf::new(), false);
-        let (shared, wishes) = Shared::new(SECRET.to_owned(), 1, lock, stop, Patience::default());
+        // A page that says nothing more is shut soon.
+        let patience = Patience { beat: Duration::from_millis(50), ..Patience::default() };
+        let (shared, wishes) = Shared::new(SECRET.to_owned(), 1, lock, stop, patience);
         shared.set_metrics(SECRET.to_owned());
         shared.sheet().put("secret", &SECRET);
         let runtime =
