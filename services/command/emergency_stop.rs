@@ -28,6 +28,8 @@ const RELEASE: &str = "release it with `leo emergency-stop --release`";
 const REACHED: &str = "; reached by ";
 /// How long a motor process whose shared memory is gone may take to end: its supervisor notices that within a second.
 const END_WITHIN: Duration = Duration::from_secs(5);
+/// How long the robots of other users may take to say what came of their stop, all together.
+const ANSWER_WITHIN: Duration = Duration::from_secs(20);
 /// How long a line may stay another program's.
 const BUSY_TIMEOUT: Duration = Duration::from_secs(2);
 
@@ -35,7 +37,8 @@ const BUSY_TIMEOUT: Duration = Duration::from_secs(2);
 #[derive(Args, Clone, Debug)]
 #[command(
     after_help = "Example:\n  leo emergency-stop\n\nThe same without this program: send SIGUSR1 to the \
-                        motor process, or make a file `emergency-stop` in the robot's folder, /dev/shm/leo-*\n\n\
+                        motor process; make a file `emergency-stop` in the robot's folder, /dev/shm/leo-*; or\n  curl -X POST \
+                        http://127.0.0.1:7780/stop\n\n\
                         Where no motor process runs, it opens the servo buses of --config itself, or of the robot's \
                         own configuration, and switches every torque off."
 )]
@@ -68,11 +71,12 @@ impl EmergencyStop {
                 Motor { process, signalled }
             })
             .collect();
-        let others = OthersRobot::stop_all(self.domain.as_deref());
         // The file says why, and keeps it raised. Whether it could be written is said below, where it is written again.
         for Motor { process, .. } in motors.iter().filter(|motor| motor.process.domain.is_dir()) {
             let _raised = emergency::raise(&process.domain, &self.reason);
         }
+        // This user's own come first: another user may keep theirs from answering.
+        let others = OthersRobot::stop_all(self.domain.as_deref());
         let is_others = self.domain.is_some() && others.iter().any(OthersRobot::is_stopped);
         let robots = if is_others { Vec::new() } else { self.robots(&motors)? };
         if robots.is_empty() && others.is_empty() {
@@ -117,12 +121,14 @@ impl EmergencyStop {
         if !lines.is_empty() {
             lines.push(RELEASE.to_owned());
         }
+        let printed = print(&lines, &failed, code);
+        let until = clock::now() + ANSWER_WITHIN;
         for robot in others {
-            let (status, said) = robot.answer(RELEASE);
-            lines.push(said);
+            let (status, said) = robot.answer(RELEASE, until);
+            super::output::print(&format!("{said}\n"))?;
             code = if status == 0 { code } else { ExitCode::from(status) };
         }
-        print(&lines, &failed, code)
+        printed.map(|_| code)
     }
 
     fn release(&self) -> Result<ExitCode, Failed> {

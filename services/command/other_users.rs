@@ -4,8 +4,13 @@ use std::fs;
 use std::io;
 use std::os::unix::fs::MetadataExt as _;
 use std::path::{Path, PathBuf};
+use std::time::Duration;
 
+use clock::Instant;
 use process::{StopAnswer, StoppedRobot};
+
+/// How long is tried to reach them, all together.
+const CONNECT_WITHIN: Duration = Duration::from_millis(500);
 
 /// The robot of another user, and whether its emergency stop is raised.
 pub(crate) struct OthersRobot {
@@ -14,23 +19,26 @@ pub(crate) struct OthersRobot {
 }
 
 impl OthersRobot {
-    /// Raises the emergency stop of all of them, or of that in one folder. Nothing is waited for.
+    /// Raises the emergency stop of all of them, or of that in one folder. No answer is waited for.
     pub(crate) fn stop_all(domain: Option<&Path>) -> Vec<Self> {
         let is_meant = |robot: &PathBuf| domain.is_none_or(|domain| domain == robot) && !is_own(robot);
         let all = StoppedRobot::all().into_iter().filter(is_meant);
-        all.map(|domain| Self { stopped: StoppedRobot::stop(&domain), domain }).collect()
+        // All together: whoever holds many names and takes no connection keeps nobody from those that do.
+        let until = clock::now() + CONNECT_WITHIN;
+        all.map(|domain| Self { stopped: StoppedRobot::stop(&domain, until), domain }).collect()
     }
 
     pub(crate) const fn is_stopped(&self) -> bool {
         self.stopped.is_ok()
     }
 
-    /// Waits for what came of it, of which `release` is no use to this user: the exit status, and what to say.
-    pub(crate) fn answer(self, release: &str) -> (u8, String) {
+    /// Waits for what came of it, until an instant at most: the exit status, and what to say. `release` is no use to
+    /// this user.
+    pub(crate) fn answer(self, release: &str, until: Instant) -> (u8, String) {
         let owner = self.stopped.as_ref().map(|robot| robot.owner).ok();
         let of =
             owner.map(|owner| format!("; it is released by the user with the number {owner}, whose it is"));
-        match self.stopped.and_then(StoppedRobot::answer) {
+        match self.stopped.and_then(|robot| robot.answer(until)) {
             Ok(StopAnswer { status, text }) => {
                 let said = text.trim_end();
                 let said = said.strip_suffix(release).unwrap_or(said).trim_end();

@@ -272,7 +272,11 @@ fn a_memory_that_cannot_be_had_is_refused_before_anything_starts() {
     let (mut blocked, files) = leo(&["run", "--for", "1"]);
     let no_folder = write(&files, "no-folder", "");
     blocked.env("XDG_STATE_HOME", &no_folder);
-    assert_refused(&Leo::start(blocked, files).end(), 2, &["no-folder", "cannot be made"]);
+    assert_refused(
+        &Leo::start(blocked, files).end(),
+        2,
+        &["no-folder", "nothing can be kept in the state directory"],
+    );
 }
 
 #[test]

@@ -1,7 +1,7 @@
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
-use process::{MotorProcess, StopAnswer, StopSocket, emergency};
+use process::{StopAnswer, StopSocket, emergency};
 use transport::Domain;
 
 use crate::children::PROGRAM;
@@ -25,14 +25,14 @@ fn reason(user: u32) -> String {
     format!("leo emergency-stop of the user with the number {user}")
 }
 
-/// The signal first: it needs no file.
 fn raise(domain: &Path, user: u32) {
-    for motor in MotorProcess::all().into_iter().filter(|motor| motor.domain == domain) {
-        if let Err(error) = motor.stop() {
+    let reached = emergency::stop(domain, &reason(user));
+    for (motor, signalled) in &reached.motors {
+        if let Err(error) = signalled {
             tracing::error!("no emergency stop by signal to the motor process {}: {error}", motor.pid);
         }
     }
-    if let Err(error) = emergency::raise(domain, &reason(user)) {
+    if let Err(error) = &reached.file {
         tracing::error!("the emergency stop's file cannot be written: {error}");
     }
 }

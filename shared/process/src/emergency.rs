@@ -13,7 +13,7 @@ use std::time::Duration;
 use folder::Folder;
 use transport::Domain;
 
-use crate::Failure;
+use crate::{Failure, MotorProcess};
 
 /// The file's name.
 const NAME: &str = Domain::EMERGENCY_STOP;
@@ -67,6 +67,32 @@ fn raise_once(domain: &Path, why: &str) -> io::Result<()> {
         Err(error) if error.kind() != io::ErrorKind::AlreadyExists => Err(error),
         Ok(()) | Err(_) => Ok(()),
     }
+}
+
+/// How the emergency stop reached a robot.
+#[derive(Debug)]
+pub struct Reached {
+    /// The motor processes that were signalled, and what the system said to that.
+    pub motors: Vec<(MotorProcess, io::Result<()>)>,
+    /// Whether its file stands.
+    pub file: io::Result<()>,
+}
+
+impl Reached {
+    /// Whether it was reached in any way.
+    #[must_use]
+    pub fn is_stopped(&self) -> bool {
+        self.file.is_ok() || self.motors.iter().any(|(_, signalled)| signalled.is_ok())
+    }
+}
+
+/// Raises the emergency stop of the robot in a domain's folder by both ways: first by the signal, which needs no file,
+/// then [by the file](raise), which says why.
+#[must_use]
+pub fn stop(domain: &Path, why: &str) -> Reached {
+    let motors = MotorProcess::all().into_iter().filter(|motor| motor.domain == domain);
+    let motors = motors.map(|motor| (motor.clone(), motor.stop())).collect();
+    Reached { motors, file: raise(domain, why) }
 }
 
 /// Releases the emergency stop; whether it was raised. Where no robot runs any more, its folder goes too.

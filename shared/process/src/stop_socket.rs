@@ -17,7 +17,13 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use std::thread::{self, JoinHandle};
 use std::time::Duration;
 
-use rustix::net::{Shutdown, shutdown, sockopt::socket_peercred};
+use clock::Instant;
+use rustix::io::Errno;
+use rustix::net::sockopt::socket_peercred;
+use rustix::net::{
+    AddressFamily, Shutdown, SocketAddrUnix, SocketFlags, SocketType, connect as connect_to, shutdown,
+    socket_with,
+};
 
 use crate::Failure;
 
@@ -29,10 +35,8 @@ const LIST: &str = "/proc/net/unix";
 const ANSWERED_AT_ONCE: usize = 8;
 /// Somebody who does not take the answer.
 const WRITE_WITHIN: Duration = Duration::from_secs(1);
-/// Servos have two seconds to confirm, and a start of a process takes its time on a loaded machine.
-const ANSWER_WITHIN: Duration = Duration::from_secs(20);
 /// No answer is longer: a line for each of the most servos.
-const LONGEST_ANSWER: u64 = 64 << 10;
+const LONGEST_ANSWER: usize = 64 << 10;
 
 /// What came of a stop.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -65,13 +69,14 @@ impl StoppedRobot {
         all
     }
 
-    /// Raises the emergency stop of the robot in a folder.
+    /// Raises the emergency stop of the robot in a folder. It is tried until an instant, and once in any case: a robot
+    /// takes a connection at once, and whoever holds its name need not.
     ///
     /// # Errors
     ///
     /// It has no stop socket, or that is another user's than the folder.
-    pub fn stop(domain: &Path) -> io::Result<Self> {
-        let stream = UnixStream::connect_addr(&address(domain)?)?;
+    pub fn stop(domain: &Path, until: Instant) -> io::Result<Self> {
+        let stream = connect(domain, until)?;
         let owner = socket_peercred(&stream)?.uid.as_raw();
         // Anybody may take a name that is free.
         let real = fs::symlink_metadata(domain).map(|folder| folder.uid()).ok();
@@ -81,18 +86,32 @@ impl StoppedRobot {
                  with the number {real}"
             )));
         }
-        stream.set_read_timeout(Some(ANSWER_WITHIN))?;
         Ok(Self { domain: domain.to_owned(), owner, stream })
     }
 
-    /// Waits for what came of it.
+    /// Waits for what came of it, until an instant at most.
     ///
     /// # Errors
     ///
     /// The robot does not answer, or not as one does.
-    pub fn answer(self) -> io::Result<StopAnswer> {
+    pub fn answer(mut self, until: Instant) -> io::Result<StopAnswer> {
         let mut text = Vec::new();
-        self.stream.take(LONGEST_ANSWER).read_to_end(&mut text)?;
+        let mut part = [0; 4096];
+        // Whoever sends a byte now and then is not waited for any longer.
+        while text.len() < LONGEST_ANSWER {
+            let left = until.since(clock::now());
+            if left.is_zero() {
+                return Err(io::ErrorKind::TimedOut.into());
+            }
+            self.stream.set_read_timeout(Some(left))?;
+            let length = match self.stream.read(&mut part) {
+                Ok(0) => break,
+                Ok(length) => length,
+                Err(error) if error.kind() == io::ErrorKind::Interrupted => continue,
+                Err(error) => return Err(error),
+            };
+            text.extend_from_slice(part.get(..length).unwrap_or_default());
+        }
         let text = String::from_utf8_lossy(&text);
         let answer = text.split_once('\n').and_then(|(status, text)| Some((status.parse().ok()?, text)));
         let (status, text) =
@@ -110,8 +129,27 @@ fn domain_in(line: &[u8]) -> Option<PathBuf> {
     Some(PathBuf::from(OsStr::from_bytes(name)))
 }
 
-fn address(domain: &Path) -> io::Result<SocketAddr> {
-    SocketAddr::from_abstract_name([PREFIX.as_bytes(), domain.as_os_str().as_bytes()].concat())
+fn name(domain: &Path) -> Vec<u8> {
+    [PREFIX.as_bytes(), domain.as_os_str().as_bytes()].concat()
+}
+
+/// A listener that takes no connections would hold an ordinary call for ever.
+fn connect(domain: &Path, until: Instant) -> io::Result<UnixStream> {
+    let address = SocketAddrUnix::new_abstract_name(&name(domain))?;
+    let flags = SocketFlags::CLOEXEC | SocketFlags::NONBLOCK;
+    let socket = socket_with(AddressFamily::UNIX, SocketType::STREAM, flags, None)?;
+    loop {
+        match connect_to(&socket, &address) {
+            Ok(()) => break,
+            Err(Errno::AGAIN) if clock::now() < until => {
+                clock::sleep_until(clock::now() + Duration::from_millis(5));
+            }
+            Err(error) => return Err(error.into()),
+        }
+    }
+    let stream = UnixStream::from(socket);
+    stream.set_nonblocking(false)?;
+    Ok(stream)
 }
 
 /// The listening end.
@@ -135,7 +173,8 @@ impl StopSocket {
     ) -> Result<Self, Failure> {
         let failed =
             |error: io::Error| Failure::own(format!("{}: no stop socket: {error}", domain.display()));
-        let bound = address(domain).and_then(|address| UnixListener::bind_addr(&address));
+        let address = SocketAddr::from_abstract_name(name(domain));
+        let bound = address.and_then(|address| UnixListener::bind_addr(&address));
         let listener = Arc::new(bound.map_err(failed)?);
         let accepting = Arc::clone(&listener);
         let answer = Arc::new(answer);
@@ -207,6 +246,10 @@ mod tests {
 
     use super::*;
 
+    fn soon() -> Instant {
+        clock::now() + Duration::from_secs(60)
+    }
+
     fn domain(name: &str) -> PathBuf {
         PathBuf::from(format!("/dev/shm/leo-{name}-{}", std::process::id()))
     }
@@ -214,22 +257,22 @@ mod tests {
     #[test]
     fn to_connect_is_to_stop_and_the_answer_says_what_came_of_it() {
         let domain = domain("socket");
-        assert!(StoppedRobot::stop(&domain).is_err());
+        assert!(StoppedRobot::stop(&domain, soon()).is_err());
         let (stopped, stops) = channel();
         let confirmed = |_| StopAnswer { status: 0, text: "all \u{1b}[2Jwell\n".to_owned() };
         let socket = StopSocket::listen(&domain, move |user| stopped.send(user).unwrap(), confirmed).unwrap();
         assert!(StoppedRobot::all().contains(&domain));
-        let robot = StoppedRobot::stop(&domain).unwrap();
+        let robot = StoppedRobot::stop(&domain, soon()).unwrap();
         let user = rustix::process::geteuid().as_raw();
         assert_eq!((robot.owner, stops.recv().unwrap()), (user, user));
-        let answer = robot.answer().unwrap();
+        let answer = robot.answer(soon()).unwrap();
         assert_eq!(answer, StopAnswer { status: 0, text: "all [2Jwell\n".to_owned() });
 
         let second = StopSocket::listen(&domain, |_| {}, confirmed).unwrap_err();
         assert!(second.to_string().contains("no stop socket"), "{second}");
         drop(socket);
         assert!(!StoppedRobot::all().contains(&domain));
-        assert!(StoppedRobot::stop(&domain).is_err());
+        assert!(StoppedRobot::stop(&domain, soon()).is_err());
     }
 
     #[test]
@@ -244,15 +287,31 @@ mod tests {
         };
         let socket = StopSocket::listen(&domain, move |user| stopped.send(user).unwrap(), answer).unwrap();
         let robots: Vec<_> =
-            (0..3 * ANSWERED_AT_ONCE).map(|_| StoppedRobot::stop(&domain).unwrap()).collect();
+            (0..3 * ANSWERED_AT_ONCE).map(|_| StoppedRobot::stop(&domain, soon()).unwrap()).collect();
         for _ in &robots {
             stops.recv().unwrap();
         }
         // The last of them is told at once that nobody looks for it.
-        let last = robots.into_iter().next_back().unwrap().answer().unwrap();
+        let last = robots.into_iter().next_back().unwrap().answer(soon()).unwrap();
         assert!(last.status == 1 && last.text.contains("too many ask"), "{last:?}");
         drop(go);
         drop(socket);
+    }
+
+    #[test]
+    fn whoever_holds_the_name_and_takes_no_connection_or_sends_bytes_now_and_then_keeps_nobody_waiting() {
+        let domain = domain("held");
+        let held = UnixListener::bind_addr(&SocketAddr::from_abstract_name(name(&domain)).unwrap()).unwrap();
+        rustix::net::listen(&held, 0).unwrap();
+        let queued = StoppedRobot::stop(&domain, soon()).unwrap();
+        let refused = StoppedRobot::stop(&domain, clock::now()).unwrap_err();
+        assert_eq!(refused.kind(), io::ErrorKind::WouldBlock, "{refused}");
+        let mut rogue = held.accept().unwrap().0;
+        let sends = thread::spawn(move || while rogue.write_all(b"1").is_ok() {});
+        let until = clock::now() + Duration::from_millis(50);
+        let told = queued.answer(until).unwrap_err();
+        assert!(clock::now() >= until || told.to_string().contains("does not say"), "{told}");
+        sends.join().unwrap();
     }
 
     #[test]

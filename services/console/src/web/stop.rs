@@ -7,7 +7,7 @@ use axum::Extension;
 use axum::extract::State;
 use axum::http::{HeaderMap, StatusCode};
 use axum::response::Response;
-use process::{MotorProcess, emergency};
+use process::emergency;
 use tokio::sync::Mutex;
 
 use super::connections::Connection;
@@ -41,11 +41,11 @@ impl Stop {
         if let Some(reason) = emergency::reason(&self.domain) {
             return Ok(format!("The emergency stop was raised before ({reason})."));
         }
-        let motors = MotorProcess::all().into_iter().filter(|motor| motor.domain == self.domain);
-        let signalled = motors.filter(|motor| motor.stop().is_ok()).count();
-        match emergency::raise(&self.domain, why) {
+        let reached = emergency::stop(&self.domain, why);
+        let is_stopped = reached.is_stopped();
+        match reached.file {
             Ok(()) => Ok("The emergency stop is raised: all joints are stopped.".to_owned()),
-            Err(_) if signalled > 0 => {
+            Err(_) if is_stopped => {
                 Ok("The emergency stop is raised by the signal to the motor process.".to_owned())
             }
             Err(error) => Err(format!("NOT STOPPED: {error}: {ELSE}")),
