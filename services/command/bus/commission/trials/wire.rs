@@ -11,6 +11,8 @@ use super::{Bench, Failed, Measured, Reply};
 const OTHERS: [u32; 3] = [57_600, 1_000_000, 2_000_000];
 /// How long an adapter may take until it is there again.
 const PLUGS_WITHIN: Duration = Duration::from_secs(10);
+/// How soon after a person said so the adapter is gone: the kernel takes a moment to notice.
+const UNPLUGGED_WITHIN: Duration = Duration::from_secs(1);
 /// How often it is looked for.
 const LOOK: Duration = Duration::from_millis(100);
 
@@ -42,7 +44,13 @@ pub(super) fn unplug(bench: &mut Bench<'_>) -> Result<Measured, Failed> {
         return Ok(Measured::skipped());
     }
     let first = joints.first().map_or(0, |joint| joint.id);
-    match bench.line()?.ping(first) {
+    let until = clock::now() + UNPLUGGED_WITHIN;
+    let mut answer = bench.line().and_then(|line| line.ping(first));
+    while matches!(answer, Ok(Some(_))) && clock::now() < until {
+        clock::sleep_until(clock::now() + LOOK);
+        answer = bench.line().and_then(|line| line.ping(first));
+    }
+    match answer {
         Err(lost) => measured.note(lost.text),
         Ok(Some(_)) => measured.wrong(format!("id {first} still answers: the adapter is plugged in")),
         Ok(None) => {
