@@ -9,6 +9,9 @@ use proptest::test_runner::TestRunner;
 /// A reader takes no more memory, in KiB, this test's own included.
 const MEMORY_KIB: u64 = 512 << 10;
 
+/// The script of a trace: a channel of observations, and a message with one.
+const OBSERVATION: [u8; 10] = [7, 1, 0, 1, 1, 0, 1, 0, 5, 0];
+
 fn script() -> impl Strategy<Value = Vec<u8>> {
     prop_oneof![
         prop::collection::vec(any::<u8>(), 0..600),
@@ -17,6 +20,8 @@ fn script() -> impl Strategy<Value = Vec<u8>> {
             script.insert(0, 4);
             script
         }),
+        // A trace with one observation, and what comes after it.
+        prop::collection::vec(any::<u8>(), 0..60).prop_map(|rest| [&OBSERVATION[..], &rest].concat()),
     ]
 }
 
