@@ -42,6 +42,8 @@ struct Place {
     files: TempDir,
     /// The robot, while it runs.
     robot: Option<Child>,
+    /// Whether every user may stop it.
+    stop_by_any_user: bool,
     /// A process of the other user, while it runs.
     rogue: Option<Child>,
 }
@@ -49,12 +51,20 @@ struct Place {
 impl Place {
     fn new(name: &str) -> Self {
         let root = PathBuf::from(format!("/dev/shm/leo-{name}-{}", std::process::id()));
-        Self { root, files: tempfile::tempdir().expect("a folder"), robot: None, rogue: None }
+        Self {
+            root,
+            files: tempfile::tempdir().expect("a folder"),
+            stop_by_any_user: true,
+            robot: None,
+            rogue: None,
+        }
     }
 
     fn command(&self) -> Command {
         let mut command = Command::new(env!("CARGO_BIN_EXE_leo"));
         let text = config::Robot::leo_text_with(&[]).replace("\"127.0.0.1:7780\"", "\"none\"");
+        let key = "stop_by_any_user = ";
+        let text = text.replace(&format!("{key}true"), &format!("{key}{}", self.stop_by_any_user));
         let config = self.files.path().join("leo.toml");
         fs::write(&config, text).expect("writes");
         command.args(["run", "--stay", "--verbose", "--config"]).arg(config).arg("--domain").arg(&self.root);
@@ -417,4 +427,19 @@ fn a_user_who_holds_the_name_of_the_stop_socket_is_told_of_and_believed_by_nobod
     let said = String::from_utf8_lossy(&[stopped.stdout, stopped.stderr].concat()).into_owned();
     assert!(!stopped.status.success(), "{said}");
     assert!(said.contains(&format!("the user with the number {OTHER} holds the name")), "{said}");
+}
+
+#[test]
+fn where_only_its_own_user_may_stop_a_robot_another_is_told_whose_it_is() {
+    if !is_root() {
+        return;
+    }
+    let mut place = Place::new("two-own");
+    place.stop_by_any_user = false;
+    let program = place.program_for_all();
+    place.start();
+    let stop = format!("'{}' emergency-stop --domain '{}'", program.display(), place.root.display());
+    let (succeeds, said) = other(&stop);
+    assert!(!succeeds && said.contains("belongs to the user with the number 0"), "{said}");
+    assert!(!place.root.join("emergency-stop").exists());
 }
