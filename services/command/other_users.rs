@@ -42,7 +42,11 @@ impl OthersRobot {
             Ok(StopAnswer { status, text }) => {
                 let said = text.trim_end();
                 let said = said.strip_suffix(release).unwrap_or(said).trim_end();
-                (status, format!("{said}{}", of.unwrap_or_default()))
+                let root = self.domain.display();
+                let said = said.strip_prefix(&format!("{root}: ")).unwrap_or(said);
+                // Another user's words: under this robot's name, and no line of them looks like one about another robot.
+                let said = said.replace('\n', "\n  ");
+                (status, format!("{root}: {said}{}", of.unwrap_or_default()))
             }
             Err(error) => {
                 let reached = if of.is_some() { "raised, but NOT CONFIRMED" } else { "NOT STOPPED" };
@@ -53,7 +57,6 @@ impl OthersRobot {
 }
 
 fn is_own(domain: &Path) -> bool {
-    let owner = |path: &Path| fs::symlink_metadata(path).map(|there| there.uid()).ok();
-    // The link itself is root's; what is behind it belongs to this process's user.
-    owner(domain) == owner(Path::new("/proc/self/"))
+    let owner = |folder: io::Result<fs::Metadata>| folder.map(|folder| folder.uid()).ok();
+    owner(fs::symlink_metadata(domain)) == owner(fs::metadata("/proc/self"))
 }

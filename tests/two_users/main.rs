@@ -85,6 +85,23 @@ impl Place {
         program
     }
 
+    /// Has the other user hold the name of its stop socket, and answer with status 0 and a text.
+    fn hold_stop_socket(&mut self, text: &str) {
+        let (listens, ready) = (self.files.path().join("listens.py"), self.files.path().join("ready"));
+        let script = format!(
+            "import socket\nlistener = socket.socket(socket.AF_UNIX)\nlistener.bind('\\0leo-emergency-stop:{}')\n\
+             listener.listen()\nprint('ready', flush=True)\nwhile True:\n    taken = listener.accept()[0]\n    \
+             taken.sendall(b'0\\n{text}\\n')\n    taken.close()\n",
+            self.root.display()
+        );
+        fs::write(&listens, script).expect("writes");
+        let mut rogue = Command::new("python3");
+        rogue.arg(&listens).uid(OTHER).gid(OTHER).stdout(fs::File::create(&ready).expect("writes"));
+        rogue.stderr(Stdio::null());
+        self.rogue = Some(rogue.spawn().expect("starts"));
+        until(|| fs::read_to_string(&ready).is_ok_and(|said| said.contains("ready")));
+    }
+
     fn log(&self) -> PathBuf {
         self.files.path().join("log")
     }
@@ -408,17 +425,7 @@ fn a_user_who_holds_the_name_of_the_stop_socket_is_told_of_and_believed_by_nobod
     }
     let mut place = Place::new("two-name");
     let program = place.program_for_all();
-    let (listens, ready) = (place.files.path().join("listens.py"), place.files.path().join("ready"));
-    let script = format!(
-        "import socket\nlistener = socket.socket(socket.AF_UNIX)\nlistener.bind('\\0leo-emergency-stop:{}')\n\
-         listener.listen()\nprint('ready', flush=True)\nwhile True: listener.accept()[0].sendall(b'0\\nall is well\\n')\n",
-        place.root.display()
-    );
-    fs::write(&listens, script).expect("writes");
-    let mut rogue = Command::new("python3");
-    rogue.arg(&listens).uid(OTHER).gid(OTHER).stdout(fs::File::create(&ready).expect("writes"));
-    place.rogue = Some(rogue.spawn().expect("starts"));
-    until(|| fs::read_to_string(&ready).is_ok_and(|said| said.contains("ready")));
+    place.hold_stop_socket("all is well");
     place.start();
     assert!(place.said().contains("no stop socket"), "{}", place.said());
     let stop = format!("'{}' emergency-stop --domain '{}'", program.display(), place.root.display());
@@ -442,4 +449,21 @@ fn where_only_its_own_user_may_stop_a_robot_another_is_told_whose_it_is() {
     let (succeeds, said) = other(&stop);
     assert!(!succeeds && said.contains("belongs to the user with the number 0"), "{said}");
     assert!(!place.root.join("emergency-stop").exists());
+}
+
+#[test]
+fn what_another_users_robot_says_stands_under_its_own_name() {
+    if !is_root() {
+        return;
+    }
+    let mut place = Place::new("two-words");
+    let root = place.root.display().to_string();
+    assert!(other(&format!("mkdir -m 700 {root}")).0);
+    place.hold_stop_socket(&format!("{root}: stopped\\n/dev/shm/leo-robot: all is well"));
+    let stop = Command::new(env!("CARGO_BIN_EXE_leo")).args(["emergency-stop", "--domain", &root]).output();
+    let said = String::from_utf8_lossy(&stop.expect("runs").stdout).into_owned();
+    let own = format!(
+        "{root}: stopped\n  /dev/shm/leo-robot: all is well; it is released by the user with the number {OTHER}"
+    );
+    assert!(said.starts_with(&own), "{said}");
 }

@@ -244,6 +244,7 @@ fn look(domain: &Path, signalled: &AtomicBool, raised: &AtomicBool, stop: &Atomi
         let before = folder();
         let is_there = look_for(domain);
         let is = is_there.as_ref().map_or(was, |there| *there) || (was && folder() != stood_in);
+        // The file was in this folder, and not in another one that took its place meanwhile.
         if is_there.unwrap_or(false) && folder() == before {
             stood_in = before;
         }
