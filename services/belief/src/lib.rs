@@ -6,8 +6,8 @@
 
 mod believer;
 mod divergences;
-mod shell;
+mod io;
 
 pub use believer::{Believer, Own, Unbelieving};
 pub use divergences::Divergences;
-pub use shell::run;
+pub use io::run::run;

@@ -1,25 +1,18 @@
 //! Console process: tells people what happens, one clear line per event, and serves the page on which
 //! they see it and teach by hand.
 
-mod arming;
-mod black_box;
 mod cells;
 #[cfg(test)]
 mod day;
-mod fares;
-mod hand;
-mod lessons;
-mod look;
+mod io;
 mod narrator;
 mod requests;
 mod sheet;
-mod shell;
-mod tape;
-pub mod top;
-mod web;
+mod view;
 
+pub use io::run::run;
+pub use io::top;
+#[cfg(any(test, feature = "fed"))]
+pub use io::web::fed;
 pub use narrator::{Line, LineKind, Narrator, Transcript};
 pub use sheet::Sheet;
-pub use shell::run;
-#[cfg(any(test, feature = "fed"))]
-pub use web::fed;

@@ -5,29 +5,27 @@
 
 mod answers;
 mod body;
-mod keeper;
+mod io;
 mod learner;
 mod leo_body;
-mod memory;
 mod performance;
 mod question;
 mod recollection;
 mod report;
 mod reports;
-mod shell;
 mod teaching;
 mod verdict;
 mod views;
 mod vocabulary;
 
 pub use body::{Body, Motion, Skill, Turn};
+pub use io::memory::Memory;
+pub use io::run::{Access, check_memory, memory_version, run};
+pub use io::{MEMORY_VERSION, MemoryVersion, OpenError};
 pub use learner::{Input, Kept, Learner, Output, Settings, learning};
 pub use leo_body::{LeoBody, LeoBodyError};
-pub use memory::Memory;
 pub use question::open_question;
 pub use report::retell;
-pub use shell::{Access, check_memory, memory_version, run};
-pub use store::{OpenError, VERSION as MEMORY_VERSION, Version as MemoryVersion};
 pub use vocabulary::{Vocabulary, VocabularyError};
 
 #[cfg(test)]

@@ -4,19 +4,16 @@
 //! behave behind it; any Dynamixel master can talk to it. A bus is found by the symbolic link
 //! `bus-<name>` in the folder of the domain.
 
-mod alone;
-mod end;
 mod faults;
+mod io;
 mod lateness;
 mod pacer;
-mod ptys;
 mod servos;
-mod shell;
 
-pub use alone::{Alone, AloneError, alone};
-pub use end::PlugError;
 pub use faults::{Faults, parse};
+pub use io::alone::{Alone, AloneError, alone};
+pub use io::end::PlugError;
+pub use io::ptys::{Progress, Ptys, PtysError};
+pub use io::run::run;
 pub use pacer::Pacer;
-pub use ptys::{Progress, Ptys, PtysError};
 pub use servos::line;
-pub use shell::run;

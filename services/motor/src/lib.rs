@@ -8,31 +8,27 @@ mod carriers;
 mod counts;
 mod derating;
 mod doubt;
-mod ending;
 mod exchange;
 mod few;
+mod io;
 mod job;
 mod joint;
-mod ledger;
-mod line;
 mod motor;
 mod notice;
 mod patience;
 mod reporter;
 mod request;
 mod servo_clock;
-mod shell;
-mod threads;
 mod trouble;
 
 pub use counts::{BusCounts, Counts, Incidents};
 pub use exchange::{Master, Port, Received, Sent};
-pub use line::Line;
+pub use io::line::Line;
+pub use io::run::run;
+pub use io::threads::{ThreadError, Threads};
 pub use motor::{Motor, MotorError};
 pub use notice::Notice;
 pub use request::{Part, Replies, Request, SERVOS_MOST, Topic};
-pub use shell::run;
-pub use threads::{ThreadError, Threads};
 pub use trouble::Trouble;
 
 #[cfg(test)]

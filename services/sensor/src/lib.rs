@@ -4,12 +4,12 @@
 //! frame, and perceives. It reads no clock, opens nothing, and after `new` allocates nothing.
 
 mod disturbance;
+mod io;
 mod recordings;
 mod sensor;
-mod shell;
 mod source;
 
 pub use disturbance::Disturbance;
+pub use io::run::run;
 pub use recordings::{Reason, Unplayable, check_traces};
 pub use sensor::{News, Sensor, Unsensing};
-pub use shell::run;

@@ -7,17 +7,15 @@
 mod backlog;
 mod by_hand;
 mod cue;
-mod desk;
 mod diary;
 mod gaussian;
 mod hand;
+mod io;
 mod limbs;
 mod output;
 mod path;
-mod saving;
 mod setting;
 mod settle;
-mod shell;
 mod teacher;
 #[cfg(test)]
 mod tests;
@@ -26,5 +24,5 @@ mod world;
 
 pub use by_hand::Refusal;
 pub use hand::Hand;
-pub use shell::run;
+pub use io::run::run;
 pub use world::World;

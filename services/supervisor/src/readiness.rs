@@ -8,16 +8,15 @@ mod limits;
 mod machine;
 mod memory;
 mod serial;
-mod system;
 mod wakeup;
 
 use serde::Serialize;
 
+pub use crate::io::system::System;
 pub use change::Change;
 pub use machine::{Carriers, Hot, Machine, Sleep};
 pub(crate) use memory::shared_memory;
 pub use memory::shared_memory_needed;
-pub use system::System;
 pub use wakeup::{Wakeup, judge as judge_wakeup};
 
 /// How grave a finding is.

@@ -1,0 +1,168 @@
+//! Arming from the page: how the licences of the joints stand, and the order that they may move.
+
+use std::path::{Path, PathBuf};
+
+use clock::{Duration, Instant};
+use message::{Joints, Process};
+use process::arming::{self, ArmOrder};
+use process::{Member, emergency};
+use tokio::sync::mpsc::Sender;
+use transport::{Domain, JointsReader, RosterReader};
+
+use crate::cells;
+use crate::io::hand::reply;
+use crate::sheet::Sheet;
+
+/// How often the board of the joints is read.
+const READ_EVERY: Duration = Duration::from_millis(200);
+/// The motor process takes an order within some cycles. After this long it will not.
+const ORDER_TIMEOUT: Duration = Duration::from_secs(3);
+
+/// The licences of the joints, and the pages that ordered arming.
+pub(crate) struct Arming {
+    domain: PathBuf,
+    joint_names: Vec<String>,
+    roster: Option<RosterReader>,
+    board: Option<(u64, JointsReader)>,
+    read_at: Option<Instant>,
+    waiting: Vec<Waiting>,
+}
+
+struct Waiting {
+    since: Instant,
+    answer: Sender<String>,
+    id: Option<u64>,
+}
+
+impl Arming {
+    pub(crate) fn new(domain: &Path, joint_names: &[String]) -> Self {
+        Self {
+            domain: domain.to_owned(),
+            joint_names: joint_names.to_vec(),
+            roster: None,
+            board: None,
+            read_at: None,
+            waiting: Vec::new(),
+        }
+    }
+
+    /// Shows now and then how the licences stand. The number of locks is of the same reading as the licences beside it:
+    /// a page acknowledges no lock that it did not show.
+    pub(crate) fn show(&mut self, now: Instant, member: &Member, sheet: &mut Sheet) {
+        if self.read_at.is_some_and(|then| now.since(then) < READ_EVERY) {
+            return;
+        }
+        self.read_at = Some(now);
+        let is_stopped = emergency::is_raised(&self.domain);
+        match self.read(member) {
+            Some(joints) => cells::arming(sheet, &self.joint_names, &joints, is_stopped),
+            None => sheet.remove("arming"),
+        }
+    }
+
+    /// What the newest life of the motor process reports of the joints.
+    fn read(&mut self, member: &Member) -> Option<Joints> {
+        if self.roster.is_none() {
+            self.roster = RosterReader::open(member.node(), Process::Supervisor, 1).ok();
+        }
+        let life = self.roster.as_ref()?.read().incarnation(Process::Motor)?;
+        if self.board.as_ref().is_none_or(|(known, _)| *known != life) {
+            self.board =
+                JointsReader::open(member.node(), Process::Motor, life).ok().map(|board| (life, board));
+        }
+        self.board.as_ref().map(|(_, board)| board.read()).filter(|joints| joints.count > 0)
+    }
+
+    /// Orders arming for a page, which is answered once the motor process has taken the order.
+    pub(crate) fn ask(
+        &mut self,
+        now: Instant,
+        acknowledged_locks: Option<u64>,
+        answer: Sender<String>,
+        id: Option<u64>,
+    ) {
+        if emergency::is_raised(&self.domain) {
+            let why = "the emergency stop is raised, and no joint was armed: release it with \
+                       `leo emergency-stop --release`";
+            return reply(&answer, id, Err(why));
+        }
+        match arming::order(&self.domain, ArmOrder { acknowledged_locks }) {
+            Ok(()) => self.waiting.push(Waiting { since: now, answer, id }),
+            Err(error) => reply(&answer, id, Err(&format!("no joint was armed: {error}"))),
+        }
+    }
+
+    /// Answers the pages whose order was taken. An order that was not is withdrawn: it would be obeyed by a motor process
+    /// that starts later.
+    pub(crate) fn step(&mut self, now: Instant) {
+        let Some(oldest) = self.waiting.first() else { return };
+        let is_taken = !Domain::arm_order(&self.domain).exists();
+        if !is_taken && now.since(oldest.since) < ORDER_TIMEOUT {
+            return;
+        }
+        let withdrawn = if is_taken { Ok(None) } else { arming::take(&self.domain) };
+        for Waiting { answer, id, .. } in self.waiting.drain(..) {
+            match &withdrawn {
+                Ok(None) => reply(&answer, id, Ok(None)),
+                Ok(Some(_)) => {
+                    let why = "the motor process has not taken the order, and no joint was armed: is it being restarted?";
+                    reply(&answer, id, Err(why));
+                }
+                Err(error) => {
+                    reply(&answer, id, Err(&format!("the order cannot be withdrawn: {error}")));
+                }
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use tokio::sync::mpsc::{Receiver, channel};
+
+    use super::*;
+
+    fn answered(answers: &mut Receiver<String>) -> Option<serde_json::Value> {
+        answers.try_recv().ok().map(|text| serde_json::from_str(&text).unwrap())
+    }
+
+    #[test]
+    fn a_page_is_answered_once_the_motor_process_has_taken_its_order() {
+        let folder = tempfile::tempdir().unwrap();
+        let mut desk = Arming::new(folder.path(), &[]);
+        let (answer, mut answers) = channel(4);
+        let start = Instant::from_nanos(1_000_000_000);
+        desk.ask(start, Some(7), answer, Some(3));
+        desk.step(start + Duration::from_millis(10));
+        assert_eq!(answered(&mut answers), None, "the order still stands");
+        let order = arming::take(folder.path()).unwrap();
+        assert_eq!(order, Some(ArmOrder { acknowledged_locks: Some(7) }));
+        desk.step(start + Duration::from_millis(20));
+        assert_eq!(answered(&mut answers).unwrap(), serde_json::json!({"answer": 3, "ok": true}));
+    }
+
+    #[test]
+    fn an_order_that_no_motor_process_takes_is_withdrawn_and_refused() {
+        let folder = tempfile::tempdir().unwrap();
+        let mut desk = Arming::new(folder.path(), &[]);
+        let (answer, mut answers) = channel(4);
+        let start = Instant::from_nanos(1_000_000_000);
+        desk.ask(start, None, answer, Some(3));
+        desk.step(start + ORDER_TIMEOUT);
+        let told = answered(&mut answers).unwrap();
+        assert!(told["error"].as_str().unwrap().contains("has not taken the order"), "{told}");
+        assert_eq!(arming::take(folder.path()).unwrap(), None);
+    }
+
+    #[test]
+    fn nothing_is_ordered_while_the_emergency_stop_is_raised() {
+        let folder = tempfile::tempdir().unwrap();
+        emergency::raise(folder.path(), "a test").unwrap();
+        let mut desk = Arming::new(folder.path(), &[]);
+        let (answer, mut answers) = channel(4);
+        desk.ask(Instant::from_nanos(1), Some(0), answer, Some(3));
+        let told = answered(&mut answers).unwrap();
+        assert!(told["error"].as_str().unwrap().contains("leo emergency-stop --release"), "{told}");
+        assert_eq!(arming::take(folder.path()).unwrap(), None);
+    }
+}

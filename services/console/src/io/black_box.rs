@@ -1,0 +1,329 @@
+//! The last minutes of the robot, kept in memory, and written into a file when something fails.
+
+mod failures;
+mod files;
+
+use std::path::PathBuf;
+use std::sync::Arc;
+use std::thread;
+
+use clock::{Duration, Instant};
+use config::Robot;
+use config::lesson::Lesson;
+use crossbeam::channel::{Receiver, bounded};
+use folder::Output;
+use message::Process;
+use process::{Launch, black_box, emergency};
+use recording::{Last, Recorder, Subject, Time, stands};
+use tokio::sync::mpsc::Sender;
+use transport::{Domain, Node, RosterReader};
+
+use crate::io::hand::reply;
+use crate::io::tape::PROGRAM;
+use failures::{Failed, Failures};
+use files::{ASKED, FINISHED, Files, UNFINISHED};
+
+/// It is looked this often whether anything has failed.
+const LOOK_EVERY: Duration = Duration::from_millis(100);
+/// So much of what came after a failure is in its file.
+const AFTERMATH: Duration = Duration::from_secs(3);
+/// Between two files that nobody asked for: what fails meanwhile is in the next one.
+const APART: Duration = Duration::from_secs(30);
+/// How much is written where the robot ends with a failure: there is not the time for all.
+const LAST_WORDS: Duration = Duration::from_secs(20);
+
+/// How many wait for the next file at most.
+const ASKERS_MAX: usize = 256;
+
+/// Who waits for a file.
+#[derive(Debug)]
+pub(crate) enum Asker {
+    /// A page, and its own number for it.
+    Page(Sender<String>, Option<u64>),
+    /// Another program, with the word that it asked with.
+    Program(String),
+}
+
+/// Keeps the last minutes of the robot in memory, in threads of its own, and writes them into a file
+/// when a process dies, a joint is quarantined or the emergency stop is raised, and when somebody asks.
+pub(crate) struct BlackBox {
+    kept: Result<Kept, String>,
+    domain: PathBuf,
+    joint_names: Vec<String>,
+    roster: Option<RosterReader>,
+    failures: Failures,
+    looked_at: Option<Instant>,
+    waiting: Waiting,
+    /// When a file was written that nobody asked for.
+    wrote_at: Option<Instant>,
+    writing: Option<Writing>,
+}
+
+#[derive(Clone)]
+struct Kept {
+    recorder: Arc<Recorder>,
+    files: Files,
+}
+
+/// What a file is wanted for.
+#[derive(Debug, Default)]
+struct Waiting {
+    failed: Vec<Failed>,
+    since: Option<Instant>,
+    askers: Vec<Asker>,
+}
+
+/// A file that is being written.
+struct Writing {
+    wanted: Waiting,
+    outcome: Receiver<Result<Written, String>>,
+}
+
+/// A file that was written.
+struct Written {
+    file: String,
+    span: Duration,
+}
+
+impl BlackBox {
+    /// Begins to keep what happens, where the configuration says so and there is a place for files.
+    pub(crate) fn open(launch: &Launch, robot: &Robot, lesson: &Lesson) -> Self {
+        Self {
+            kept: Kept::open(launch, robot, lesson),
+            domain: launch.domain.clone(),
+            joint_names: robot.motor.joints.iter().map(|joint| joint.name.clone()).collect(),
+            roster: None,
+            failures: Failures::default(),
+            looked_at: None,
+            waiting: Waiting::default(),
+            wrote_at: None,
+            writing: None,
+        }
+    }
+
+    /// Somebody wants what is kept. Where a disk is slow, and too many wait already, a page is refused.
+    pub(crate) fn ask(&mut self, asker: Asker) {
+        match &asker {
+            Asker::Page(answer, id) if self.waiting.askers.len() >= ASKERS_MAX => {
+                reply(answer, *id, Err("the disk is slow, and many wait for this file: say it again later"));
+            }
+            Asker::Page(..) | Asker::Program(_) => self.waiting.askers.push(asker),
+        }
+    }
+
+    /// Looks whether anything has failed, with the joints that are quarantined now; writes what is
+    /// due. What people are to be told is given back.
+    pub(crate) fn step(&mut self, now: Instant, node: &Node, quarantined: &[u32]) -> Vec<String> {
+        if self.looked_at.is_some_and(|then| now.since(then) < LOOK_EVERY) {
+            return Vec::new();
+        }
+        self.looked_at = Some(now);
+        self.waiting.askers.extend(black_box::asked(&self.domain).map(Asker::Program));
+        self.look(now, node, quarantined);
+        let told = self.written();
+        self.write(now);
+        told
+    }
+
+    fn look(&mut self, now: Instant, node: &Node, quarantined: &[u32]) {
+        if self.roster.is_none() {
+            self.roster = RosterReader::open(node, Process::Supervisor, 1).ok();
+        }
+        let lives = self.roster.as_ref().map(|roster| self.failures.of_processes(&roster.read()));
+        let joints = self.failures.of_joints(quarantined, &self.joint_names);
+        let stopped = self.failures.of_emergency(emergency::is_raised(&self.domain));
+        let failed = lives.unwrap_or_default().into_iter().chain(joints).chain(stopped);
+        let before = self.waiting.failed.len();
+        self.waiting.failed.extend(failed);
+        if self.waiting.failed.len() > before {
+            self.waiting.since.get_or_insert(now);
+        }
+    }
+
+    /// Begins to write, where somebody waits, or something failed and what came after it is there.
+    fn write(&mut self, now: Instant) {
+        if self.writing.is_some() {
+            return;
+        }
+        let Some(wanted) = self.waiting.due(now, self.wrote_at) else { return };
+        if !wanted.failed.is_empty() {
+            self.wrote_at = Some(now);
+        }
+        let (to, outcome) = bounded(1);
+        let begun = self.kept.clone().and_then(|kept| {
+            let (to, word) = (to.clone(), wanted.word());
+            // On a machine that is busy it takes a while until even what is kept is there: the loop does not wait.
+            let write = move || {
+                let written = kept.last().and_then(|last| write(&last, &kept.files, &word));
+                // Who waits for it may have ended.
+                let _heard = to.send(written);
+            };
+            let begun = thread::Builder::new().name("black-box".to_owned()).spawn(write);
+            begun.map(drop).map_err(|error| format!("no thread to write with: {error}"))
+        });
+        if let Err(why) = begun {
+            let _heard = to.send(Err(why));
+        }
+        self.writing = Some(Writing { wanted, outcome });
+    }
+
+    /// Tells whoever waits of a file that has been written.
+    fn written(&mut self) -> Vec<String> {
+        let Some(outcome) = self.writing.as_ref().and_then(|writing| writing.outcome.try_recv().ok()) else {
+            return Vec::new();
+        };
+        let Some(writing) = self.writing.take() else { return Vec::new() };
+        let said = outcome.as_ref().map(|written| written.file.as_str()).map_err(String::as_str);
+        for asker in &writing.wanted.askers {
+            match asker {
+                Asker::Page(answer, id) => reply(answer, *id, said.map(|file| Some(("file", file)))),
+                Asker::Program(word) => {
+                    if let Err(error) = black_box::answer(&self.domain, word, said) {
+                        tracing::warn!(%error, "cannot answer who asked for the last minutes");
+                    }
+                }
+            }
+        }
+        // Where nothing is kept, nobody expects a file.
+        let is_told = self.kept.is_ok() && !writing.wanted.failed.is_empty() || outcome.is_ok();
+        if is_told { vec![said_of(&writing.wanted, &outcome)] } else { Vec::new() }
+    }
+
+    /// What is left to do at the end, which may take seconds: to wait for the file that is being written,
+    /// and to write a short one of a failure that has none yet. It gives back what people are to be told.
+    pub(crate) fn end(self) -> impl FnOnce() -> Vec<String> + Send {
+        let Self { kept, waiting, writing, .. } = self;
+        move || {
+            let mut told = Vec::new();
+            if let Some(Writing { wanted, outcome }) = writing
+                && let Ok(outcome) = outcome.recv()
+            {
+                told.push(said_of(&wanted, &outcome));
+            }
+            if let Ok(kept) = &kept
+                && !waiting.failed.is_empty()
+            {
+                let written = kept
+                    .last()
+                    .and_then(|last| write(&last.newest(LAST_WORDS), &kept.files, &waiting.word()));
+                told.push(said_of(&waiting, &written));
+            }
+            told
+        }
+    }
+}
+
+impl Kept {
+    fn open(launch: &Launch, robot: &Robot, lesson: &Lesson) -> Result<Self, String> {
+        let console = &robot.leo.console;
+        let span = console.black_box_s.duration();
+        if span.is_zero() {
+            return Err("this robot keeps nothing of its last minutes: `console.black_box_s` is 0".to_owned());
+        }
+        let Some(state) = &launch.state else {
+            return Err("this robot remembers nothing: it has no state directory".to_owned());
+        };
+        let begin = || {
+            let domain = Domain::at(&launch.domain).map_err(|error| error.to_string())?;
+            let subject = launch
+                .files()
+                .and_then(|files| Subject::of(&files, Time::Wall, launch.partners, stands(lesson), PROGRAM));
+            let subject = subject.map_err(|error| error.to_string())?;
+            let bytes = console.black_box_mb.get().saturating_mul(1_000_000);
+            Recorder::keep(&domain, subject, span, bytes).map_err(|error| error.to_string())
+        };
+        let recorder = begin().map_err(|error| {
+            // A robot does not stand still for want of a black box.
+            tracing::error!("cannot keep the last minutes: {error}; the robot runs without");
+            format!("this robot keeps nothing of its last minutes: {error}")
+        })?;
+        let files = Files { folder: process::state::recordings(state), most: console.black_box_files.get() };
+        Ok(Self { recorder: Arc::new(recorder), files })
+    }
+
+    fn last(&self) -> Result<Last, String> {
+        self.recorder.last().map_err(|error| error.to_string())
+    }
+}
+
+impl Waiting {
+    /// What a file is to be written for now, if anything. A failure goes first, once what comes after it is
+    /// there: what led to it is forgotten with time. Who asks meanwhile gets that file too, and otherwise
+    /// what is there by now.
+    fn due(&mut self, now: Instant, wrote_at: Option<Instant>) -> Option<Self> {
+        let has_settled = self.since.is_some_and(|since| now.since(since) >= AFTERMATH);
+        let is_apart = wrote_at.is_none_or(|then| now.since(then) >= APART);
+        if has_settled && is_apart {
+            return Some(std::mem::take(self));
+        }
+        let askers = std::mem::take(&mut self.askers);
+        (!askers.is_empty()).then(|| Self { askers, ..Self::default() })
+    }
+
+    /// A word for the name of its file; of several failures a word of each kind, in the order of the first.
+    fn word(&self) -> String {
+        let mut words: Vec<&str> = Vec::new();
+        for Failed { word, .. } in &self.failed {
+            if !words.contains(&word.as_str()) {
+                words.push(word);
+            }
+        }
+        if words.is_empty() { ASKED.to_owned() } else { words.join("_") }
+    }
+}
+
+/// What people are told.
+fn said_of(wanted: &Waiting, outcome: &Result<Written, String>) -> String {
+    let what: Vec<&str> = wanted.failed.iter().map(|failed| failed.what.as_str()).collect();
+    let why = if what.is_empty() { String::new() } else { format!("{}; ", what.join(", ")) };
+    match outcome {
+        Ok(Written { file, span }) => format!("{why}the last {} s are in {file}", span.as_secs()),
+        Err(error) => format!("{why}the last minutes could not be written: {error}"),
+    }
+}
+
+/// Writes a file, and makes room for it. What could not be written whole is not left lying.
+fn write(last: &Last, files: &Files, word: &str) -> Result<Written, String> {
+    let in_folder = |error: std::io::Error| format!("{}: {error}", files.folder.display());
+    let folder = Arc::new(files.open().map_err(|error| error.to_string())?);
+    let stem = files.next(word).map_err(in_folder)?;
+    // A reader finds all of it or nothing.
+    let [name, unfinished] = [FINISHED, UNFINISHED].map(|extension| format!("{stem}{extension}"));
+    last.write(&Output::in_folder(&folder, &unfinished)).map_err(|error| error.to_string())?;
+    let renamed = folder.rename(&unfinished, &name).and_then(|()| files.thin_out(&folder));
+    renamed.map_err(in_folder)?;
+    Ok(Written { file: files.folder.join(name).display().to_string(), span: last.span() })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_failure_goes_before_those_who_ask_however_many_do() {
+        let at = |ms| Instant::EPOCH + Duration::from_millis(ms);
+        let mut waiting = Waiting::default();
+        let asked_and_due = |waiting: &mut Waiting, ms, wrote_at| {
+            waiting.askers.push(Asker::Program("word".to_owned()));
+            waiting.due(at(ms), wrote_at).unwrap()
+        };
+        waiting.failed.push(Failed { word: "belief".to_owned(), what: "belief died".to_owned() });
+        waiting.since = Some(at(1000));
+        // What comes after the failure is not there yet, and who asks does not wait for it.
+        let early = asked_and_due(&mut waiting, 3999, None);
+        assert_eq!((early.word().as_str(), early.askers.len()), (ASKED, 1));
+        let due = asked_and_due(&mut waiting, 4000, None);
+        assert_eq!((due.word().as_str(), due.askers.len(), due.failed.len()), ("belief", 1, 1));
+        assert!(waiting.due(at(4001), Some(at(4000))).is_none());
+        // So soon after another file there is none of a failure alone.
+        waiting.failed.push(Failed { word: "motor".to_owned(), what: "motor died".to_owned() });
+        waiting.since = Some(at(5000));
+        assert_eq!(asked_and_due(&mut waiting, 9000, Some(at(4000))).word(), ASKED);
+        assert!(waiting.due(at(33_999), Some(at(4000))).is_none());
+        // Whoever looks for one of several that failed finds it by its name.
+        for word in ["quarantine", "motor", "quarantine"] {
+            waiting.failed.push(Failed { word: word.to_owned(), what: "failed".to_owned() });
+        }
+        assert_eq!(waiting.due(at(34_000), Some(at(4000))).unwrap().word(), "motor_quarantine");
+    }
+}

@@ -1,0 +1,61 @@
+//! How the processes fare, for the pages and for whoever scrapes metrics.
+
+use std::collections::BTreeMap;
+use std::path::PathBuf;
+
+use account::Account;
+use clock::{Duration, Instant};
+use message::{Health, Process};
+use process::Member;
+
+use crate::io::top::Boards;
+use crate::sheet::Sheet;
+use crate::view::{rows, tasks};
+
+/// They are looked at this often.
+const EVERY: Duration = Duration::from_secs(1);
+
+/// Reads the boards of all processes now and then.
+pub(crate) struct Fares {
+    boards: Option<Boards>,
+    earlier: BTreeMap<Process, Health>,
+    joint_names: Vec<String>,
+    store: Option<PathBuf>,
+    at: Option<Instant>,
+}
+
+impl Fares {
+    pub(crate) fn new(joint_names: &[String], state: Option<PathBuf>) -> Self {
+        let store = state.map(|state| process::state::learned(&state));
+        Self { boards: None, earlier: BTreeMap::new(), joint_names: joint_names.to_vec(), store, at: None }
+    }
+
+    /// Whether it is time to look again.
+    pub(crate) fn is_due(&self, now: Instant) -> bool {
+        self.at.is_none_or(|then| now.since(then) >= EVERY)
+    }
+
+    /// Looks, and shows a row for every process; what is to be scraped is given back.
+    pub(crate) fn look(
+        &mut self,
+        now: Instant,
+        member: &Member,
+        account: &Account,
+        sheet: &mut Sheet,
+    ) -> Option<String> {
+        self.at = Some(now);
+        if self.boards.is_none() {
+            self.boards = Boards::open(member.node()).ok();
+        }
+        let mut readings = self.boards.as_mut()?.read(member.node());
+        readings.joint_names.clone_from(&self.joint_names);
+        readings.tasks = tasks(account);
+        let store = self.store.as_deref().and_then(|file| std::fs::metadata(file).ok());
+        readings.store_bytes = store.map(|store| store.len());
+        for row in rows(&readings, &self.earlier) {
+            sheet.put(&format!("process/{}", row.process), &row);
+        }
+        self.earlier.clone_from(&readings.processes);
+        Some(metrics::openmetrics(&readings))
+    }
+}

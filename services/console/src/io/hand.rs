@@ -1,0 +1,161 @@
+//! The pages' wishes, carried to the simulator, and its answers carried back.
+
+use clock::{Duration, Instant};
+use message::{ActAnswer, ActsAnswered, Header, TeacherAct, TeacherActKind, TeacherActs};
+use process::{Failure, Member};
+use serde_json::json;
+use tokio::sync::mpsc::Sender;
+use transport::{Inlet, Outlet};
+
+use crate::io::web::Asked;
+use crate::requests::Wish;
+
+/// Acts that one frame holds.
+const ACTS: usize = 64;
+/// What the simulator has not answered after this long, it will not.
+const PATIENCE: Duration = Duration::from_secs(3);
+
+/// The hands of all pages.
+pub(crate) struct Hands {
+    acts: Outlet<TeacherActs>,
+    answered: Inlet<ActsAnswered>,
+    serial: u64,
+    waiting: Vec<Waiting>,
+    /// Where the last lesson was written that was taught by hand.
+    pub(crate) saved: Option<String>,
+}
+
+struct Waiting {
+    serial: u64,
+    id: Option<u64>,
+    kind: Option<TeacherActKind>,
+    since: Instant,
+    answer: Sender<String>,
+}
+
+impl Hands {
+    pub(crate) fn open(member: &Member) -> Result<Self, Failure> {
+        let mut acts = member.outlet::<TeacherActs>(None, ACTS)?;
+        // A new life: what the hands of an earlier one held goes back.
+        acts.send_all(Header::at(member.now().as_nanos()), &[], |_| {})?;
+        Ok(Self {
+            acts,
+            answered: member.inlet::<ActsAnswered>(None)?,
+            serial: 0,
+            waiting: Vec::new(),
+            saved: None,
+        })
+    }
+
+    /// Sends what the pages want on to the simulator, and gives back what it is not for.
+    pub(crate) fn carry(
+        &mut self,
+        now: Instant,
+        has_simulator: bool,
+        asked: impl Iterator<Item = Asked>,
+    ) -> Result<Vec<Asked>, Failure> {
+        let mut acts: Vec<TeacherAct> = Vec::new();
+        let mut others = Vec::new();
+        for asked in asked.take(ACTS) {
+            let Wish::Act(act) = &asked.wish else {
+                others.push(asked);
+                continue;
+            };
+            if !has_simulator {
+                let why = "there is no simulator here: on a robot, things are moved by hand";
+                reply(&asked.answer, asked.id, Err(why));
+                continue;
+            }
+            self.serial += 1;
+            let act = TeacherAct { serial: self.serial, hand: asked.page, ..**act };
+            self.waiting.push(Waiting {
+                serial: self.serial,
+                id: asked.id,
+                kind: act.kind(),
+                since: now,
+                answer: asked.answer,
+            });
+            acts.push(act);
+        }
+        if !acts.is_empty() {
+            self.acts.send_all(Header::at(now.as_nanos()), &acts, |_| {})?;
+        }
+        Ok(others)
+    }
+
+    /// Answers the pages.
+    pub(crate) fn answer(&mut self, now: Instant) -> Result<(), Failure> {
+        while let Some(frame) = self.answered.receive()? {
+            for answer in frame.entries() {
+                let Some(place) = self.waiting.iter().position(|waiting| waiting.serial == answer.serial)
+                else {
+                    continue;
+                };
+                let waiting = self.waiting.swap_remove(place);
+                if waiting.kind == Some(TeacherActKind::Save) && answer.refused == 0 {
+                    self.saved = Some(answer.text.as_str().to_owned());
+                }
+                waiting.tell(answer);
+            }
+        }
+        self.waiting.retain(|waiting| {
+            let waits = now.since(waiting.since) < PATIENCE;
+            if !waits {
+                reply(
+                    &waiting.answer,
+                    waiting.id,
+                    Err("the simulator does not answer: is it being restarted?"),
+                );
+            }
+            waits
+        });
+        Ok(())
+    }
+
+    /// Frames lost on the way.
+    pub(crate) fn drops(&self) -> u64 {
+        self.answered.drops()
+    }
+
+    /// Frames that the simulator could not be given.
+    pub(crate) fn undelivered(&self) -> u64 {
+        self.acts.undelivered()
+    }
+}
+
+impl Waiting {
+    fn tell(&self, answer: &ActAnswer) {
+        let text = answer.text.as_str();
+        if answer.refused != 0 {
+            reply(&self.answer, self.id, Err(text));
+            return;
+        }
+        let extra = match self.kind {
+            Some(TeacherActKind::Add) => Some(("thing", text)),
+            Some(TeacherActKind::Save) => Some(("file", text)),
+            _ => None,
+        };
+        reply(&self.answer, self.id, Ok(extra));
+    }
+}
+
+/// Answers a page; one that does not read its answers misses them.
+pub(crate) fn reply(to: &Sender<String>, id: Option<u64>, said: Result<Option<(&str, &str)>, &str>) {
+    let Some(id) = id else { return };
+    let mut answer = json!({ "answer": id });
+    let fields = answer.as_object_mut();
+    if let Some(fields) = fields {
+        match said {
+            Ok(extra) => {
+                fields.insert("ok".to_owned(), true.into());
+                if let Some((name, value)) = extra {
+                    fields.insert(name.to_owned(), value.into());
+                }
+            }
+            Err(why) => {
+                fields.insert("error".to_owned(), why.into());
+            }
+        }
+    }
+    let _unread = to.try_send(answer.to_string());
+}

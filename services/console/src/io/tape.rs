@@ -1,0 +1,282 @@
+//! The page's record button.
+
+#[cfg(test)]
+mod tests;
+
+use std::collections::VecDeque;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::thread;
+
+use clock::{Duration, Instant};
+use config::lesson::Lesson;
+use crossbeam::channel::{Receiver, TryRecvError, bounded};
+use folder::{Folder, Output};
+use process::Launch;
+use recording::{Recorder, Subject, Time, stands};
+use serde_json::json;
+use tokio::sync::mpsc::Sender;
+use transport::Domain;
+
+use crate::io::hand::reply;
+use crate::sheet::Sheet;
+
+/// The program, as recordings name it.
+pub(crate) const PROGRAM: &str = concat!("leo ", env!("CARGO_PKG_VERSION"));
+/// Wishes that wait for the disk; further ones are refused.
+const WAITING_MOST: usize = 64;
+
+/// Records the robot into a file of its state directory while somebody wants it to.
+///
+/// To begin and to end wait for the disk, which may take its time: both happen in a thread, one after
+/// the other, and whoever asked is answered when it is done.
+pub(crate) struct Tape {
+    folder: Option<PathBuf>,
+    start: Start,
+    state: State,
+    waiting: VecDeque<Wanted>,
+    /// What the last recording ended with, if it did not end well.
+    error: Option<String>,
+    /// The last file, and what was dropped of it.
+    last: Option<(PathBuf, u64)>,
+}
+
+/// Begins to record into a file, which is made, and of which nothing is left where it cannot begin.
+type Start = Arc<dyn Fn(&Output) -> Result<Box<dyn Recording>, String> + Send + Sync>;
+
+/// A recording that runs.
+trait Recording: Send {
+    /// Whether it ended by itself.
+    fn has_ended(&self) -> bool;
+    /// Frames dropped up to now.
+    fn dropped(&self) -> u64;
+    /// Ends it, and gives back what was dropped in all.
+    fn stop(self: Box<Self>) -> Result<u64, String>;
+}
+
+impl Recording for Recorder {
+    fn has_ended(&self) -> bool {
+        Self::has_ended(self)
+    }
+
+    fn dropped(&self) -> u64 {
+        self.counts().total().dropped
+    }
+
+    fn stop(self: Box<Self>) -> Result<u64, String> {
+        let counts = Self::stop(*self).map_err(|error| error.to_string())?;
+        Ok(counts.total().dropped)
+    }
+}
+
+enum State {
+    Idle,
+    Beginning { begun: Receiver<Result<Running, String>>, asker: Asker },
+    Running(Running),
+    Ending { file: PathBuf, ended: Receiver<Result<u64, String>>, asker: Option<Asker> },
+}
+
+struct Running {
+    recording: Box<dyn Recording>,
+    file: PathBuf,
+    since: Instant,
+}
+
+/// A page that wants a recording begun or ended.
+struct Wanted {
+    on: bool,
+    asker: Asker,
+}
+
+/// A page, and its own number for what it asked.
+struct Asker {
+    answer: Sender<String>,
+    id: Option<u64>,
+}
+
+impl Asker {
+    fn tell(&self, said: Result<Option<&Path>, &str>) {
+        let file = said.map(|file| file.map(|file| file.display().to_string()));
+        reply(
+            &self.answer,
+            self.id,
+            file.as_ref().map(|file| file.as_deref().map(|file| ("file", file))).map_err(|why| *why),
+        );
+    }
+}
+
+impl Tape {
+    pub(crate) fn new(launch: &Launch, lesson: &Lesson, domain: Domain) -> Self {
+        let folder = launch.state.as_deref().map(process::state::recordings);
+        let (launch, stands) = (launch.clone(), stands(lesson));
+        let start = move |output: &Output| {
+            let files = launch.files().map_err(|error| error.to_string())?;
+            let subject = Subject::of(&files, Time::Wall, launch.partners, stands, PROGRAM);
+            let subject = subject.map_err(|error| error.to_string())?;
+            let recorder = Recorder::start(&domain, subject, output).map_err(|error| error.to_string())?;
+            Ok(Box::new(recorder) as Box<dyn Recording>)
+        };
+        Self::with(folder, Arc::new(start))
+    }
+
+    fn with(folder: Option<PathBuf>, start: Start) -> Self {
+        Self { folder, start, state: State::Idle, waiting: VecDeque::new(), error: None, last: None }
+    }
+
+    /// A page wants a recording begun, or ended.
+    pub(crate) fn ask(&mut self, on: bool, answer: Sender<String>, id: Option<u64>) {
+        let asker = Asker { answer, id };
+        if self.waiting.len() >= WAITING_MOST {
+            asker.tell(Err("recordings wait for the disk: ask again later"));
+            return;
+        }
+        self.waiting.push_back(Wanted { on, asker });
+    }
+
+    /// Does what is wanted and answers what was done, without waiting for it; whether anything changed.
+    pub(crate) fn step(&mut self, now: Instant) -> bool {
+        let mut has_changed = self.settle();
+        while matches!(self.state, State::Idle | State::Running(_))
+            && let Some(wanted) = self.waiting.pop_front()
+        {
+            self.turn(now, wanted);
+            has_changed = true;
+        }
+        has_changed
+    }
+
+    /// Takes up what a thread has come to; whether one has.
+    fn settle(&mut self) -> bool {
+        match std::mem::replace(&mut self.state, State::Idle) {
+            State::Beginning { begun, asker } => match begun.try_recv() {
+                Err(TryRecvError::Empty) => self.state = State::Beginning { begun, asker },
+                begun => {
+                    match begun.unwrap_or_else(|_| Err(GONE.to_owned())) {
+                        Ok(running) => {
+                            asker.tell(Ok(Some(&running.file)));
+                            self.error = None;
+                            self.state = State::Running(running);
+                        }
+                        Err(error) => asker.tell(Err(&error)),
+                    }
+                    return true;
+                }
+            },
+            State::Ending { file, ended, asker } => match ended.try_recv() {
+                Err(TryRecvError::Empty) => self.state = State::Ending { file, ended, asker },
+                ended => {
+                    self.ended(file, ended.unwrap_or_else(|_| Err(GONE.to_owned())), asker.as_ref());
+                    return true;
+                }
+            },
+            // One that ended by itself has failed, and says why.
+            State::Running(running) if running.recording.has_ended() => self.end(running, None),
+            state @ (State::Running(_) | State::Idle) => self.state = state,
+        }
+        false
+    }
+
+    fn turn(&mut self, now: Instant, Wanted { on, asker }: Wanted) {
+        match std::mem::replace(&mut self.state, State::Idle) {
+            // Where one runs, that is it.
+            State::Running(running) if on => {
+                asker.tell(Ok(Some(&running.file)));
+                self.state = State::Running(running);
+            }
+            State::Running(running) => self.end(running, Some(asker)),
+            State::Idle if on => self.begin(now, asker),
+            state @ (State::Idle | State::Beginning { .. } | State::Ending { .. }) => {
+                asker.tell(Ok(None));
+                self.state = state;
+            }
+        }
+    }
+
+    fn begin(&mut self, now: Instant, asker: Asker) {
+        let Some(folder) = self.folder.clone() else {
+            asker.tell(Err("this robot remembers nothing: it has no state directory"));
+            return;
+        };
+        let start = Arc::clone(&self.start);
+        match aside(move || begin(&folder, &start, now)) {
+            Ok(begun) => self.state = State::Beginning { begun, asker },
+            Err(error) => asker.tell(Err(&error)),
+        }
+    }
+
+    fn end(&mut self, running: Running, asker: Option<Asker>) {
+        let Running { recording, file, .. } = running;
+        match aside(move || recording.stop()) {
+            Ok(ended) => self.state = State::Ending { file, ended, asker },
+            // What it was to do went with the thread that could not be: it has ended with that.
+            Err(error) => self.ended(file, Err(error), asker.as_ref()),
+        }
+    }
+
+    fn ended(&mut self, file: PathBuf, ended: Result<u64, String>, asker: Option<&Asker>) {
+        if let Some(asker) = asker {
+            asker.tell(ended.as_ref().map(|_dropped| Some(file.as_path())).map_err(String::as_str));
+        }
+        match ended {
+            Ok(dropped) => self.last = Some((file, dropped)),
+            Err(error) => self.error = Some(error),
+        }
+    }
+
+    /// Waits until nothing is recorded any more, and all of it is written.
+    pub(crate) fn finish(mut self) -> Result<(), String> {
+        if let State::Beginning { begun, .. } = self.state {
+            self.state = begun.recv().ok().and_then(Result::ok).map_or(State::Idle, State::Running);
+        }
+        match self.state {
+            State::Running(running) => running.recording.stop().map(drop),
+            State::Ending { ended, .. } => ended.recv().unwrap_or_else(|_| Err(GONE.to_owned())).map(drop),
+            State::Idle | State::Beginning { .. } => Ok(()),
+        }
+    }
+
+    /// Shows how the recording fares.
+    pub(crate) fn show(&self, now: Instant, sheet: &mut Sheet) {
+        let cell = match &self.state {
+            State::Running(running) => {
+                let seconds = Duration::as_secs(&now.since(running.since));
+                let bytes = std::fs::metadata(&running.file).map_or(0, |file| file.len());
+                let (file, dropped) = (running.file.display().to_string(), running.recording.dropped());
+                json!({ "on": true, "file": file, "seconds": seconds, "bytes": bytes, "dropped": dropped, "error": null })
+            }
+            State::Idle | State::Beginning { .. } | State::Ending { .. } => {
+                let file = self.last.as_ref().map(|(file, _)| file.display().to_string());
+                let dropped = self.last.as_ref().map_or(0, |(_, dropped)| *dropped);
+                json!({ "on": false, "file": file, "seconds": 0, "bytes": 0, "dropped": dropped, "error": self.error })
+            }
+        };
+        sheet.put("recording", &cell);
+    }
+}
+
+/// What is said of a thread that has ended without a word.
+const GONE: &str = "the recording was given up";
+
+/// Does something in a thread of its own.
+fn aside<T: Send + 'static>(work: impl FnOnce() -> T + Send + 'static) -> Result<Receiver<T>, String> {
+    let (to, outcome) = bounded(1);
+    let work = move || {
+        // Who waits for it may have ended.
+        let _heard = to.send(work());
+    };
+    let begun = thread::Builder::new().name("tape".to_owned()).spawn(work);
+    begun.map(|_running| outcome).map_err(|error| format!("no thread to record with: {error}"))
+}
+
+/// Begins a recording in a file of its own.
+fn begin(folder: &Path, start: &Start, now: Instant) -> Result<Running, String> {
+    let own = Folder::make_all(folder).map_err(|error| format!("cannot record: {error}"))?;
+    let own = Arc::new(own);
+    let mut names = (1..10_000).map(|number| format!("recording_{number}.mcap"));
+    let name = names
+        .find(|name| own.has(name).is_ok_and(|is_there| !is_there))
+        .ok_or_else(|| format!("{} is full of recordings: take some away", folder.display()))?;
+    let output = Output::in_folder(&own, &name);
+    let recording = start(&output)?;
+    Ok(Running { recording, file: output.path().to_owned(), since: now })
+}

@@ -1,0 +1,73 @@
+//! The terminal: draws the screen every second and after every key.
+
+use std::io;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Duration;
+
+use ratatui::DefaultTerminal;
+use ratatui::crossterm::event::{self, Event, KeyCode, KeyEvent, KeyEventKind, KeyModifiers};
+
+use super::Top;
+use crate::view::draw::draw;
+use crate::view::screen::{Key, Screen};
+
+/// How often it looks.
+const EVERY: Duration = Duration::from_secs(1);
+
+/// Shows the live table until somebody quits, or the terminal is gone. The terminal is as it was before, afterwards.
+pub(super) fn show(top: &mut Top) -> io::Result<()> {
+    let stop = process::stop_flag().map_err(io::Error::other)?;
+    let mut terminal = ratatui::try_init()?;
+    let outcome = watch(top, &mut terminal, &stop);
+    let restored = ratatui::try_restore();
+    // One that hung up takes nothing any more.
+    if stop.load(Ordering::Relaxed) { Ok(()) } else { outcome.and(restored) }
+}
+
+fn watch(top: &mut Top, terminal: &mut DefaultTerminal, stop: &AtomicBool) -> io::Result<()> {
+    let mut screen = Screen::default();
+    let mut next = clock::now();
+    while !stop.load(Ordering::Relaxed) {
+        let now = clock::now();
+        if now >= next {
+            let (readings, rows) = top.look();
+            screen.see(readings, rows);
+            screen.is_there = top.is_there();
+            // A second that has passed is skipped, never made up.
+            next = (next + EVERY).max(now);
+        }
+        terminal.draw(|frame| draw(frame, &screen))?;
+        if event::poll(next.since(clock::now()))?
+            && let Event::Key(event) = event::read()?
+            && let Some(key) = key(event)
+            && !screen.press(key)
+        {
+            return Ok(());
+        }
+    }
+    Ok(())
+}
+
+fn key(event: KeyEvent) -> Option<Key> {
+    if event.kind == KeyEventKind::Release {
+        return None;
+    }
+    if event.code == KeyCode::Char('c') && event.modifiers.contains(KeyModifiers::CONTROL) {
+        return Some(Key::Quit);
+    }
+    #[expect(clippy::wildcard_enum_match_arm, reason = "all other keys ask for nothing")]
+    match event.code {
+        KeyCode::Char('q') => Some(Key::Quit),
+        KeyCode::Char('s') => Some(Key::Sort),
+        KeyCode::Char('r') => Some(Key::Reverse),
+        KeyCode::Char(' ') => Some(Key::Freeze),
+        KeyCode::Char('h') | KeyCode::Enter => Some(Key::Histogram),
+        KeyCode::Char('b') => Some(Key::Buses),
+        KeyCode::Char('j') => Some(Key::Joints),
+        KeyCode::Char('?') => Some(Key::Help),
+        KeyCode::Esc => Some(Key::Back),
+        KeyCode::Up => Some(Key::Up),
+        KeyCode::Down => Some(Key::Down),
+        _ => None,
+    }
+}

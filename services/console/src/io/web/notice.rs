@@ -1,0 +1,40 @@
+//! What is answered instead of the page: in words, and with the button that stops the robot.
+
+use axum::http::{HeaderMap, StatusCode, header};
+use axum::response::{Html, IntoResponse as _, Response};
+
+use super::guard;
+
+const NOTICE: &str = include_str!("../../../page/notice.html");
+
+/// Answers with a page where one is asked for, and with plain text otherwise.
+pub(super) fn answer(headers: &HeaderMap, status: StatusCode, heading: &str, words: &str) -> Response {
+    let accepted = headers.get(header::ACCEPT).and_then(|value| value.to_str().ok());
+    let mut response = if accepted.is_some_and(|accepted| accepted.contains("text/html")) {
+        let html = NOTICE.replace("{heading}", &escaped(heading)).replace("{words}", &escaped(words));
+        (status, guard::page_headers(headers), Html(html)).into_response()
+    } else {
+        (status, format!("{words}\n")).into_response()
+    };
+    if status == StatusCode::UNAUTHORIZED {
+        let scheme = header::HeaderValue::from_static("Bearer");
+        response.headers_mut().insert(header::WWW_AUTHENTICATE, scheme);
+    }
+    let no_store = header::HeaderValue::from_static("no-store");
+    response.headers_mut().insert(header::CACHE_CONTROL, no_store);
+    response
+}
+
+fn escaped(text: &str) -> String {
+    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn words_stay_words_in_a_page() {
+        assert_eq!(escaped("<a> & b"), "&lt;a&gt; &amp; b");
+    }
+}

@@ -1,0 +1,12 @@
+//! `leo top`'s pictures and tables, made of what its reader has read.
+
+pub(crate) mod draw;
+mod histogram;
+mod rows;
+pub(crate) mod screen;
+mod table;
+mod tasks;
+
+pub use rows::{Row, rows};
+pub use table::table;
+pub(crate) use tasks::tasks;

@@ -1,0 +1,183 @@
+//! The live table as a state that keys change: no terminal, no clock.
+
+use std::cmp::Ordering;
+
+use metrics::Readings;
+
+use super::rows::Row;
+
+/// A key, by what it asks for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Key {
+    /// To end.
+    Quit,
+    /// To the table.
+    Back,
+    /// To sort by the next column.
+    Sort,
+    /// To turn the order round.
+    Reverse,
+    /// To stand still, or go on.
+    Freeze,
+    /// How late and how long the selected process was.
+    Histogram,
+    /// The servo buses.
+    Buses,
+    /// The joints that are in trouble.
+    Joints,
+    /// What the keys do.
+    Help,
+    /// The row above.
+    Up,
+    /// The row below.
+    Down,
+}
+
+/// What is on the screen.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum View {
+    Processes,
+    Histogram,
+    Buses,
+    Joints,
+    Help,
+}
+
+/// What the rows are sorted by.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Column {
+    /// As data flows.
+    Process,
+    WakeUp,
+    Execution,
+    Age,
+    Overruns,
+    Drops,
+    Restarts,
+}
+
+impl Column {
+    const ALL: [Self; 7] = [
+        Self::Process,
+        Self::WakeUp,
+        Self::Execution,
+        Self::Age,
+        Self::Overruns,
+        Self::Drops,
+        Self::Restarts,
+    ];
+
+    pub(crate) const fn name(self) -> &'static str {
+        match self {
+            Self::Process => "as data flows",
+            Self::WakeUp => "wake-up p99",
+            Self::Execution => "execution p99",
+            Self::Age => "age p99",
+            Self::Overruns => "overruns",
+            Self::Drops => "drops",
+            Self::Restarts => "restarts",
+        }
+    }
+
+    fn next(self) -> Self {
+        let place = Self::ALL.iter().position(|column| *column == self).unwrap_or(0);
+        Self::ALL.get(place + 1).copied().unwrap_or(Self::Process)
+    }
+
+    /// The worst first.
+    fn compare(self, one: &Row, other: &Row) -> Ordering {
+        match self {
+            Self::Process => Ordering::Equal,
+            Self::WakeUp => other.wakeup_us.p99.total_cmp(&one.wakeup_us.p99),
+            Self::Execution => other.execution_us.p99.total_cmp(&one.execution_us.p99),
+            Self::Age => other.age_us.p99.total_cmp(&one.age_us.p99),
+            Self::Overruns => other.overruns.cmp(&one.overruns),
+            Self::Drops => other.drops.cmp(&one.drops),
+            Self::Restarts => other.restarts.cmp(&one.restarts),
+        }
+    }
+}
+
+/// What is shown, and of what.
+#[derive(Clone, Debug)]
+pub(crate) struct Screen {
+    pub(crate) view: View,
+    pub(crate) column: Column,
+    pub(crate) is_frozen: bool,
+    /// Whether the robot still runs.
+    pub(crate) is_there: bool,
+    pub(crate) readings: Readings,
+    is_reversed: bool,
+    /// The selected process, by name: rows change their places.
+    selected: Option<String>,
+    rows: Vec<Row>,
+}
+
+impl Default for Screen {
+    fn default() -> Self {
+        Self {
+            view: View::Processes,
+            column: Column::Process,
+            is_frozen: false,
+            is_there: true,
+            readings: Readings::default(),
+            is_reversed: false,
+            selected: None,
+            rows: Vec::new(),
+        }
+    }
+}
+
+impl Screen {
+    /// Takes in what was seen; nothing while it stands still.
+    pub(crate) fn see(&mut self, readings: Readings, rows: Vec<Row>) {
+        if !self.is_frozen {
+            (self.readings, self.rows) = (readings, rows);
+        }
+    }
+
+    /// Does what a key asks for; whether to go on.
+    pub(crate) fn press(&mut self, key: Key) -> bool {
+        match key {
+            Key::Quit => return false,
+            Key::Back => self.view = View::Processes,
+            Key::Sort => self.column = self.column.next(),
+            Key::Reverse => self.is_reversed = !self.is_reversed,
+            Key::Freeze => self.is_frozen = !self.is_frozen,
+            Key::Histogram => self.turn_to(View::Histogram),
+            Key::Buses => self.turn_to(View::Buses),
+            Key::Joints => self.turn_to(View::Joints),
+            Key::Help => self.turn_to(View::Help),
+            Key::Up => self.move_by(|place| place.checked_sub(1)),
+            Key::Down => self.move_by(|place| place.checked_add(1)),
+        }
+        true
+    }
+
+    /// The rows in their order.
+    pub(crate) fn rows(&self) -> Vec<&Row> {
+        let mut rows: Vec<&Row> = self.rows.iter().collect();
+        rows.sort_by(|one, other| self.column.compare(one, other));
+        if self.is_reversed {
+            rows.reverse();
+        }
+        rows
+    }
+
+    /// The place of the selected row among them; the first where none is.
+    pub(crate) fn selected(&self) -> usize {
+        let rows = self.rows();
+        rows.iter().position(|row| Some(&row.process) == self.selected.as_ref()).unwrap_or(0)
+    }
+
+    /// The same key again leads back.
+    fn turn_to(&mut self, view: View) {
+        self.view = if self.view == view { View::Processes } else { view };
+    }
+
+    fn move_by(&mut self, step: impl Fn(usize) -> Option<usize>) {
+        let place = step(self.selected());
+        let process = place.and_then(|place| self.rows().get(place).map(|row| row.process.clone()));
+        self.selected = process.or_else(|| self.selected.take());
+    }
+}

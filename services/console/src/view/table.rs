@@ -1,0 +1,199 @@
+//! The rows as text, for who is no terminal.
+
+use std::fmt::Write as _;
+
+use super::rows::{BusRow, PerspectiveRow, Row};
+
+/// The rows as a table of 100 columns, with a line for each process that refused frames, each sensory source, each perspective and each
+/// servo bus below it.
+#[must_use]
+pub fn table(rows: &[Row]) -> String {
+    let mut out = String::from(
+        "                              rate            wake-up us      execution us         over  skip        re-\n\
+         process        pid state        Hz   cycles    p50    p99    p50    p99     max  runs   ped drops start\n",
+    );
+    for row in rows {
+        let rate = row.rate_hz.map_or_else(|| "woken".to_owned(), |rate| format!("{rate:.0}"));
+        // Writing to a string cannot fail.
+        let _ = writeln!(
+            out,
+            "{:<10} {:>7} {:<9} {:>5} {:>8} {:>6.0} {:>6.0} {:>6.0} {:>6.0} {:>7.0} {:>5} {:>5} {:>5} {:>5}",
+            row.process,
+            row.pid,
+            row.state,
+            rate,
+            row.cycles,
+            row.wakeup_us.p50,
+            row.wakeup_us.p99,
+            row.execution_us.p50,
+            row.execution_us.p99,
+            row.execution_us.max,
+            row.overruns,
+            row.skipped,
+            row.drops,
+            row.restarts,
+        );
+    }
+    for row in rows {
+        if let Some(line) = unlisted(row) {
+            let _ = writeln!(out, "{line}");
+        }
+    }
+    for (number, source) in rows.iter().flat_map(|row| row.sources.iter().enumerate()) {
+        let lost: Vec<String> =
+            source.losses.iter().map(|(reason, count)| format!("{count} {reason}")).collect();
+        let _ = writeln!(
+            out,
+            "source {number} {:<14} {:>8} frames {:>9} observations{}{}{}",
+            source.name,
+            source.frames,
+            source.observations,
+            if source.silent { "   SILENT" } else { "" },
+            if lost.is_empty() { "" } else { "   lost: " },
+            lost.join(", "),
+        );
+    }
+    for joints in rows.iter().filter_map(|row| row.joints.as_ref()) {
+        let _ = writeln!(out, "joints {}", joints.line);
+    }
+    for bus in rows.iter().flat_map(|row| &row.buses) {
+        let _ = writeln!(
+            out,
+            "bus {:<12} {:>8} requests, us p50 {:.0} p99 {:.0}{}{}{}",
+            bus.name,
+            bus.exchanges,
+            bus.exchange_us.p50,
+            bus.exchange_us.p99,
+            if bus.lost { "   LOST" } else { "" },
+            if bus.quarantined > 0 {
+                format!("   {} of {} joints quarantined", bus.quarantined, bus.joints)
+            } else {
+                String::new()
+            },
+            in_trouble(bus),
+        );
+    }
+    for (number, perspective) in rows.iter().flat_map(|row| row.perspectives.iter().enumerate()) {
+        let PerspectiveRow { path, steps, beliefs } = perspective;
+        let path = format!("{path:?}");
+        let _ = writeln!(out, "perspective {number} {path:<12} {steps:>8} steps {beliefs:>13} beliefs");
+    }
+    out
+}
+
+/// What a process refused of processes that its supervisor did not start, if anything.
+pub(super) fn unlisted(row: &Row) -> Option<String> {
+    (row.unlisted_frames > 0).then(|| {
+        format!(
+            "{:<10} refused {} frames of process {}, which the supervisor did not start",
+            row.process, row.unlisted_frames, row.unlisted_pid
+        )
+    })
+}
+
+/// What went wrong on a bus, as far as anything did.
+fn in_trouble(bus: &BusRow) -> String {
+    let answers = [
+        (bus.skipped, "skipped"),
+        (bus.missed, "missed"),
+        (bus.broken, "broken"),
+        (bus.stale, "stale"),
+        (bus.late_bytes, "late bytes"),
+    ];
+    said(&[answers.as_slice(), &befell(bus)].concat())
+}
+
+/// What befell a bus and its servos, in words.
+pub(super) const fn befell(bus: &BusRow) -> [(u64, &'static str); 6] {
+    [
+        (bus.alerts, "alerts"),
+        (bus.restarts, "servo restarts"),
+        (bus.watchdogs, "watchdogs tripped"),
+        (bus.refusals, "refusals"),
+        (bus.duplicates, "duplicate ids"),
+        (bus.hang_ups, "hang-ups"),
+    ]
+}
+
+/// Counts with what they count, without those of nothing.
+pub(super) fn said(counts: &[(u64, &str)]) -> String {
+    let said: Vec<_> = counts
+        .iter()
+        .filter(|(count, _)| *count > 0)
+        .map(|(count, what)| format!("{count} {what}"))
+        .collect();
+    if said.is_empty() { String::new() } else { format!("   {}", said.join(", ")) }
+}
+
+#[cfg(test)]
+mod tests {
+    use message::{BusHealth, Health, Loss, Path, PerspectiveHealth, Process, SourceHealth, Text};
+    use metrics::Readings;
+
+    use super::*;
+    use crate::view::rows::rows;
+
+    fn words(line: &str) -> String {
+        line.split_whitespace().collect::<Vec<_>>().join(" ")
+    }
+
+    fn told(process: Process, readings: Readings) -> (Vec<Row>, String) {
+        let processes = [(process, Health::default())].into();
+        let rows = rows(&Readings { processes, ..readings }, &[].into());
+        let table = table(&rows);
+        (rows, table)
+    }
+
+    #[test]
+    fn each_source_has_a_line_below_the_table() {
+        let mut camera = SourceHealth { frames: 12, observations: 34, silent: 1, ..SourceHealth::default() };
+        camera.name = Text::new("camera");
+        camera.losses[usize::from(Loss::Place.raw())] = 7;
+        camera.losses[usize::from(Loss::Overtaken.raw())] = 2;
+        let sources = vec![SourceHealth::default(), camera];
+        let (rows, table) = told(Process::Sensor, Readings { sources, ..Readings::default() });
+        let sources = &rows[0].sources;
+        assert_eq!((sources[1].losses.len(), sources[1].losses["place"]), (2, 7));
+        let should = "source 1 camera 12 frames 34 observations SILENT lost: 2 overtaken, 7 place";
+        assert_eq!(words(table.lines().last().unwrap()), should);
+    }
+
+    #[test]
+    fn a_bus_tells_what_befell_it_below_the_table_and_in_the_document() {
+        let mut bus = BusHealth { exchanges: 7, missed: 1, ..BusHealth::default() };
+        bus.name = Text::new("torso");
+        (bus.alerts, bus.restarts, bus.watchdogs) = (2, 3, 4);
+        (bus.refusals, bus.duplicates, bus.hang_ups) = (5, 6, 8);
+        let (rows, table) = told(Process::Motor, Readings { buses: vec![bus], ..Readings::default() });
+        let line = words(table.lines().last().unwrap());
+        let should = "1 missed, 2 alerts, 3 servo restarts, 4 watchdogs tripped, 5 refusals, 6 duplicate ids, 8 hang-ups";
+        assert!(line.ends_with(should), "{line}");
+        let document = serde_json::to_value(&rows[0].buses[0]).unwrap();
+        let keys = ["alerts", "restarts", "watchdogs", "refusals", "duplicates", "hang_ups"];
+        assert_eq!(keys.map(|key| document[key].as_u64()), [2, 3, 4, 5, 6, 8].map(Some));
+    }
+
+    #[test]
+    fn a_process_says_whose_frames_it_refused() {
+        let mut health = Health::default();
+        (health.unlisted_frames, health.unlisted_pid) = (3, 77);
+        let processes = [(Process::Motor, health)].into();
+        let rows = rows(&Readings { processes, ..Readings::default() }, &[].into());
+        let line = words(table(&rows).lines().last().unwrap());
+        assert_eq!(line, "motor refused 3 frames of process 77, which the supervisor did not start");
+    }
+
+    #[test]
+    fn each_perspective_has_a_line_below_the_table() {
+        let within = |path: Path, agent| path.within(agent).unwrap();
+        let partner = within(Path::ROBOT, 1);
+        let perspectives = [Path::ROBOT, partner, within(partner, 0)]
+            .map(|path| PerspectiveHealth { path, steps: 7, beliefs: 21, ..PerspectiveHealth::default() })
+            .to_vec();
+        let (_, table) = told(Process::Belief, Readings { perspectives, ..Readings::default() });
+        let lines: Vec<String> = table.lines().skip(3).map(words).collect();
+        let should = ["perspective 0 [] 7 steps 21 beliefs", "perspective 1 [1] 7 steps 21 beliefs"];
+        assert_eq!(lines[..2], should);
+        assert_eq!(lines[2], "perspective 2 [1, 0] 7 steps 21 beliefs");
+    }
+}

@@ -1,0 +1,368 @@
+use std::path::{Path, PathBuf};
+
+use clock::{Duration, Instant};
+use config::Robot;
+use message::{
+    Beliefs, Event, EventKind, Events, Header, Hop, JointGoal, JointGoals, JointStates, Process, Utterance,
+    Utterances,
+};
+use process::{Failure, Launch, Member, Progress, state};
+use store::OpenError;
+use tasks::Task;
+use transport::{Frame, Inlet, Outlet};
+
+use crate::io::keeper::{Keeper, Outcome};
+use crate::recollection::Recollection;
+use crate::reports::{Report, Reports};
+use crate::{Input, Kept, Learner, LeoBody, Memory, Output, Settings, Vocabulary};
+
+/// Events that one frame holds; more go into further frames.
+const EVENTS: usize = 64;
+/// After this long what could not be kept is tried again.
+const KEEP_AGAIN: Duration = Duration::from_secs(5);
+/// Whoever only looks at what was learned has the file open for less than this.
+const LOOKED_AT: Duration = Duration::from_secs(3);
+
+/// Why an example cannot be kept.
+type Unkept = Box<dyn std::error::Error + Send + Sync>;
+
+/// Learns and performs until the process is told to stop.
+///
+/// # Errors
+///
+/// The configuration is refused, what was learned cannot be read, the domain cannot be joined, or
+/// the middleware failed.
+pub fn run(launch: &Launch, robot: &Robot) -> Result<(), Failure> {
+    let leo = &robot.leo;
+    let mut member = Member::join(launch, Process::Learner, &leo.buffers, &leo.learner.realtime)?;
+    let mut beliefs = BeliefInlets::open(&member, launch.partners.unwrap_or(leo.belief.partners))?;
+    let mut utterances = member.inlet::<Utterances>(None)?;
+    let mut joint_states = member.inlet::<JointStates>(None)?;
+    let mut events = member.outlet::<Events>(None, EVENTS)?;
+    let mut goals = member.outlet::<JointGoals>(None, robot.motor.joints.len())?;
+    let (place, known, losses) = remembered(launch.state.as_deref())?;
+    let mut keeper = Keeper::start(place.keeping(), KEEP_AGAIN).map_err(Failure::own)?;
+    let mut reports = Reports::default();
+    let mut recollection = Recollection::default();
+    let vocabulary = Vocabulary::of(&robot.percepts).map_err(Failure::own)?.with_names(&leo.belief.names);
+    let body = LeoBody::new(robot).map_err(Failure::own)?;
+    let mut learner =
+        Learner::new(Settings::of(&leo.learner), vocabulary, &beliefs.perspectives(), body, known);
+    let mut present_rad = vec![None; robot.motor.joints.len()];
+    let mut said: Vec<(Instant, Utterance)> = Vec::new();
+    member.begin(None)?;
+    let losses =
+        losses.iter().map(|lost| Event::new(EventKind::Said, "", &format!("My memory was damaged: {lost}")));
+    reports.push(member.now().as_nanos(), 0, losses.collect());
+    while member.next_call(beliefs.last())?.is_some() {
+        while let Some(frame) = utterances.receive()? {
+            let said_at = Instant::from_nanos(frame.head().valid_at_ns);
+            said.extend(frame.entries().iter().map(|utterance| (said_at, *utterance)));
+        }
+        if let Some(frame) = joint_states.newest()? {
+            for state in frame.entries() {
+                let joint = usize::try_from(state.joint).unwrap_or(usize::MAX);
+                if let (Some(position), Some(slot)) =
+                    (state.present_position_rad(), present_rad.get_mut(joint))
+                {
+                    *slot = Some(position);
+                }
+            }
+        }
+        // One step for every instant of which there are beliefs; one without any where there are
+        // none, because the motor process waits for goals.
+        let mut is_first = true;
+        loop {
+            let instant = beliefs.next_instant()?;
+            if !is_first && (instant.is_none() || member.shall_stop()) {
+                break;
+            }
+            is_first = false;
+            let frames = instant.unwrap_or_default();
+            let header = frames.first().map_or_else(Header::default, |frame| frame.head().header);
+            let views: Vec<_> = frames.iter().map(|frame| (frame.head(), frame.entries())).collect();
+            let now = member.begin_step(header.passed(Hop::Believed).unwrap_or(member.now().as_nanos()));
+            let input = Input { beliefs: &views, utterances: &said, present_rad: &present_rad };
+            let output = learner.step(now, &input);
+            said.clear();
+            let Output { save, events: happened, goals: wanted } = output;
+            move_joints(&member, now.as_nanos(), &header, &wanted, &mut goals)?;
+            reports.push(now.as_nanos(), save.len(), happened);
+            save.into_iter().try_for_each(|kept| keeper.keep(kept)).map_err(Failure::own)?;
+            if member.is_lockstep() {
+                // How long the disk takes is no part of simulated time.
+                await_kept(now.as_nanos(), &mut keeper, &mut reports)?;
+            }
+            while let Some(outcome) = keeper.kept() {
+                report(now.as_nanos(), outcome, &mut reports);
+            }
+            // Simulated time has the same listeners from its beginning to its end.
+            if !member.is_lockstep()
+                && let Some(key) = recollection.next(now, events.has_newcomers(), learner.known())
+            {
+                reports.push(now.as_nanos(), 0, learner.recall(&key));
+            }
+            tell(&mut reports, &mut events)?;
+            member.health().drops = beliefs.drops() + utterances.drops() + joint_states.drops();
+            member.health().undelivered = events.undelivered() + goals.undelivered();
+            member.end_step();
+        }
+        member.end_call(Progress::More)?;
+    }
+    await_kept(member.now().as_nanos(), &mut keeper, &mut reports)?;
+    tell(&mut reports, &mut events)
+}
+
+/// Where examples are kept.
+enum Place {
+    /// Nowhere: nobody wants them beyond the life of the process.
+    Nowhere,
+    /// In a file that another program had open when the process began: what it does not know it may not
+    /// write into.
+    Taken(String),
+    /// In a file.
+    File(PathBuf, Box<Memory>),
+}
+
+impl Place {
+    fn keeping(self) -> impl FnMut(&Kept) -> Result<(), Unkept> {
+        let (file, mut memory, taken) = match self {
+            Self::Nowhere => (None, None, None),
+            Self::Taken(busy) => (None, None, Some(busy)),
+            Self::File(file, memory) => (Some(file), Some(memory), None),
+        };
+        move |kept| {
+            if let Some(busy) = &taken {
+                return Err(busy.as_str().into());
+            }
+            let Some(file) = &file else { return Ok(()) };
+            // After an error of the disk a file takes nothing more until it is opened anew.
+            let mut keep = || -> Result<(), Unkept> {
+                let mut open = match memory.take() {
+                    Some(open) => open,
+                    None => Box::new(Memory::open(file)?),
+                };
+                open.keep(kept)?;
+                memory = Some(open);
+                Ok(())
+            };
+            keep().map_err(|error| {
+                format!("{error}; it is tried again every {} s", KEEP_AGAIN.as_secs()).into()
+            })
+        }
+    }
+}
+
+/// Waits until all examples are durable, or are known not to be.
+fn await_kept(now_ns: u64, keeper: &mut Keeper<Unkept>, reports: &mut Reports) -> Result<(), Failure> {
+    while let Some(outcome) = keeper.wait().map_err(Failure::own)? {
+        report(now_ns, outcome, reports);
+    }
+    Ok(())
+}
+
+/// Reports what became of an example.
+fn report(now_ns: u64, outcome: Outcome<Unkept>, reports: &mut Reports) {
+    let said = |kept: &Kept, words| Event::new(EventKind::Said, &kept.task, words);
+    match outcome {
+        Outcome::Durable(_) => reports.saved(None),
+        Outcome::Owed(kept, error) => {
+            tracing::error!(task = kept.task, "{error}");
+            reports.saved(Some(said(&kept, "I learned it, but I cannot remember it beyond today")));
+        }
+        Outcome::AtLast(kept) => {
+            tracing::info!(task = kept.task, "what was learned is kept now");
+            reports.push(now_ns, 0, vec![said(&kept, "Now I can remember it beyond today")]);
+        }
+    }
+}
+
+/// Reports what may be told by now: what Leo says it learned is durable.
+fn tell(reports: &mut Reports, events: &mut Outlet<Events>) -> Result<(), Failure> {
+    while let Some(Report { at_ns, events: happened, .. }) = reports.next() {
+        for chunk in happened.chunks(EVENTS) {
+            let nothing = Event::new(EventKind::Said, "", "");
+            let event = |index| chunk.get(index).copied().unwrap_or(nothing);
+            events.send(Header::at(at_ns), chunk.len(), event, |_| {})?;
+        }
+    }
+    Ok(())
+}
+
+fn move_joints(
+    member: &Member,
+    now_ns: u64,
+    header: &Header,
+    wanted: &[JointGoal],
+    goals: &mut Outlet<JointGoals>,
+) -> Result<(), Failure> {
+    if let Some(&first) = wanted.first() {
+        let mut header = header.onwards();
+        header.valid_at_ns = now_ns;
+        let goal = |index| wanted.get(index).copied().unwrap_or(first);
+        goals
+            .send(header, wanted.len(), goal, |header| header.pass(Hop::Decided, member.now().as_nanos()))?;
+    }
+    Ok(())
+}
+
+/// The belief buffers of all perspectives, taken together: one frame of each, of one instant.
+struct BeliefInlets {
+    inlets: Vec<Inlet<Beliefs>>,
+    waiting: Vec<Option<Frame<Beliefs>>>,
+}
+
+impl BeliefInlets {
+    fn open(member: &Member, partners: u32) -> Result<Self, Failure> {
+        let mut inlets = Vec::new();
+        for perspective in 0..=partners {
+            // The last perspective of an instant is published last: it wakes.
+            let inlet = if perspective == partners {
+                member.waking_inlet(Some(perspective))?
+            } else {
+                member.inlet(Some(perspective))?
+            };
+            inlets.push(inlet);
+        }
+        let waiting = inlets.iter().map(|_| None).collect();
+        Ok(Self { inlets, waiting })
+    }
+
+    fn perspectives(&self) -> Vec<u16> {
+        (0..).take(self.inlets.len()).collect()
+    }
+
+    fn last(&mut self) -> &mut Inlet<Beliefs> {
+        let last = self.inlets.len() - 1;
+        #[expect(clippy::indexing_slicing, reason = "the robot's own perspective is always there")]
+        &mut self.inlets[last]
+    }
+
+    /// The next instant of which every perspective's frame is there. Frames whose counterpart was
+    /// dropped are passed over.
+    fn next_instant(&mut self) -> Result<Option<Vec<Frame<Beliefs>>>, Failure> {
+        loop {
+            for (slot, inlet) in self.waiting.iter_mut().zip(&mut self.inlets) {
+                if slot.is_none() {
+                    *slot = inlet.receive()?;
+                }
+                if slot.is_none() {
+                    return Ok(None);
+                }
+            }
+            let place =
+                |frame: &Frame<Beliefs>| (frame.head().header.incarnation, frame.head().header.sequence);
+            let newest = self.waiting.iter().flatten().map(place).max();
+            let mut is_one_instant = true;
+            for slot in &mut self.waiting {
+                if slot.as_ref().map(place) != newest {
+                    *slot = None;
+                    is_one_instant = false;
+                }
+            }
+            if is_one_instant {
+                return Ok(Some(self.waiting.iter_mut().filter_map(Option::take).collect()));
+            }
+        }
+    }
+
+    fn drops(&self) -> u64 {
+        self.inlets.iter().map(Inlet::drops).sum()
+    }
+}
+
+/// Who may look at what is remembered.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Access {
+    /// Whoever asked: it is of this version now, and was read.
+    Free,
+    /// Another robot alone, which has it open: of which version it is, is not known.
+    InUse,
+}
+
+/// Whether what is remembered in a state directory can be read, and more be remembered there; the
+/// directory is made where there is none. What an older version remembered is taken over.
+///
+/// # Errors
+///
+/// It cannot be read or written; nothing of it was changed.
+pub fn check_memory(state: &Path) -> Result<Access, Failure> {
+    match Memory::open(&state::learned(state)) {
+        Ok(mut memory) => memory.tasks().map(|_| Access::Free).map_err(Failure::own),
+        Err(OpenError::InUse { .. }) => Ok(Access::InUse),
+        Err(error) => Err(Failure::own(error)),
+    }
+}
+
+/// Of which version what is remembered in a state directory is. Nothing is made, taken over or mended.
+///
+/// # Errors
+///
+/// It cannot be read.
+pub fn memory_version(state: &Path) -> Result<store::Version, Failure> {
+    store::Version::of(&state::learned(state)).map_err(Failure::own)
+}
+
+/// What is remembered in a state directory, where to remember more, if anywhere, and what was lost of it and is to be
+/// said.
+fn remembered(folder: Option<&Path>) -> Result<(Place, Vec<Task>, Vec<String>), Failure> {
+    let Some(folder) = folder else { return Ok((Place::Nowhere, Vec::new(), Vec::new())) };
+    let file = state::learned(folder);
+    let until = clock::now() + LOOKED_AT;
+    loop {
+        match Memory::open(&file) {
+            Ok(mut memory) => {
+                let known = memory.tasks().map_err(Failure::own)?;
+                let losses = memory.losses().to_vec();
+                if !losses.is_empty()
+                    && let Err(error) = memory.said()
+                {
+                    // It is said once more at the next start.
+                    tracing::warn!("{error}");
+                }
+                return Ok((Place::File(file, Box::new(memory)), known, losses));
+            }
+            Err(OpenError::InUse { .. }) if clock::now() < until => {
+                clock::sleep_until(clock::now() + Duration::from_millis(20));
+            }
+            Err(busy @ OpenError::InUse { .. }) => {
+                tracing::warn!("{busy}: this robot begins knowing nothing, and forgets when it ends");
+                let why =
+                    format!("{busy}. Until it is started anew, this robot keeps nothing of what it learns");
+                return Ok((Place::Taken(why), Vec::new(), Vec::new()));
+            }
+            Err(error) => return Err(Failure::own(error)),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn who_only_looks_at_what_was_learned_is_waited_for() {
+        let folder = tempfile::tempdir().unwrap();
+        let looks = Memory::open(&state::learned(folder.path())).unwrap();
+        let begun = std::thread::scope(|scope| {
+            let begun = scope.spawn(|| remembered(Some(folder.path())).map(|(place, ..)| place));
+            clock::sleep_until(clock::now() + Duration::from_millis(100));
+            drop(looks);
+            begun.join().unwrap()
+        });
+        assert!(matches!(begun, Ok(Place::File(..))));
+    }
+
+    #[test]
+    fn what_cannot_be_kept_is_not_said_to_be() {
+        let folder = tempfile::tempdir().unwrap();
+        let _another = Memory::open(&state::learned(folder.path())).unwrap();
+        let Ok((place, known, _)) = remembered(Some(folder.path())) else { panic!("it begins all the same") };
+        assert!(known.is_empty());
+        let example = tasks::Example { teacher: 1, views: Vec::new() };
+        let kept = Kept { key: "task 1".into(), task: "task 1".into(), place: 0, example };
+        let refused = place.keeping()(&kept).unwrap_err();
+        assert!(refused.to_string().contains("another Leo has the learned tasks open"), "{refused}");
+        assert!(Place::Nowhere.keeping()(&kept).is_ok(), "where nobody wants it kept");
+    }
+}

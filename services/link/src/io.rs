@@ -1,0 +1,5 @@
+//! All input and output of this process: shared memory, files, devices, the clock and other processes.
+
+pub(crate) mod net;
+pub(crate) mod ports;
+pub(crate) mod run;

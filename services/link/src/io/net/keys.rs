@@ -1,0 +1,303 @@
+//! What a machine shows, and whom it believes.
+
+use std::net::{IpAddr, Ipv4Addr};
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::time::Duration;
+
+use config::leo::{Link, RobotName, Side};
+use quinn::crypto::rustls::{QuicClientConfig, QuicServerConfig};
+use quinn::{ClientConfig, Connection, IdleTimeout, ServerConfig, TransportConfig, VarInt};
+use rustls::client::danger::ServerCertVerifier;
+use rustls::client::{Resumption, WebPkiServerVerifier};
+use rustls::crypto::CryptoProvider;
+use rustls::pki_types::pem::PemObject as _;
+use rustls::pki_types::{CertificateDer, PrivateKeyDer, ServerName, UnixTime};
+use rustls::server::WebPkiClientVerifier;
+use rustls::server::danger::ClientCertVerifier;
+use rustls::sign::{CertifiedKey, SingleCertAndKey};
+use rustls::{CertificateError, Error, RootCertStore, SupportedProtocolVersion};
+use x509_parser::parse_x509_certificate;
+
+use super::congestion::WithFloor;
+use super::refusal::KeyFiles;
+use super::verifier::{RecordingVerifier, RefusalRecord, RefusedCertificate};
+
+/// TLS 1.3 alone, which QUIC is made of.
+const VERSIONS: [&SupportedProtocolVersion; 1] = [&rustls::version::TLS13];
+/// Whoever is silent for so long is connected to anew, in milliseconds.
+const SILENT_MS: u32 = 2000;
+/// Said this often where there is nothing else to say.
+const KEEP_ALIVE: Duration = Duration::from_millis(500);
+/// A stream has so many bytes under way at most: the link's own window is smaller.
+const UNDER_WAY: u32 = 16 * 1024 * 1024;
+/// Pulses that wait to be sent, and to be read, in bytes.
+const PULSES: usize = 16 * 1024;
+/// A proof of address is good for so long: it is used in the next round trip.
+const PROOF_LIFETIME: Duration = Duration::from_secs(5);
+/// The round trip of an incoming connection before one was measured. A connection that is closed stays in memory for
+/// nine times as long. Where the way is longer, the handshake is sent once more than it needs to be.
+const FIRST_ROUND_TRIP: Duration = Duration::from_millis(100);
+/// First packets that wait to be looked at, and what may come behind them meanwhile, in bytes: of one, and of all.
+const MAX_INCOMING: usize = 256;
+const MAX_INCOMING_BYTES: u64 = 4 * 1024;
+const MAX_INCOMING_BYTES_TOTAL: u64 = 64 * 1024;
+/// Bytes of a handshake that wait for those before them: a chain of certificates takes about four thousand.
+const MAX_HANDSHAKE_BYTES: usize = 16 * 1024;
+
+/// Why the link's keys cannot be used.
+#[derive(Debug, thiserror::Error)]
+#[error("leo.toml: `{key}` of [link]: {}: {reason}", file.display())]
+pub struct KeyError {
+    key: &'static str,
+    file: PathBuf,
+    reason: String,
+}
+
+/// What this machine shows, and what it verifies the other's certificate by.
+#[derive(Clone)]
+pub(crate) struct Keys {
+    pub(crate) files: KeyFiles,
+    /// Of the endpoint: its key signs the proofs of address, so that it is made once.
+    pub(crate) server: ServerConfig,
+    identity: Identity,
+    transport: Arc<TransportConfig>,
+}
+
+type Unusable = Box<dyn std::error::Error>;
+
+impl Keys {
+    /// Reads those of a link.
+    pub(crate) fn read(link: &Link) -> Result<Self, KeyError> {
+        let provider = Arc::new(rustls::crypto::ring::default_provider());
+        let wrong = |key, file: &Path, error: &dyn std::fmt::Display| KeyError {
+            key,
+            file: file.to_owned(),
+            reason: error.to_string(),
+        };
+        let authority = || -> Result<RootCertStore, Box<dyn std::error::Error>> {
+            let mut store = RootCertStore::empty();
+            for certificate in CertificateDer::pem_file_iter(&link.authority)? {
+                store.add(certificate?)?;
+            }
+            Ok(store)
+        };
+        let unknown = |error: &dyn std::fmt::Display| wrong("authority", &link.authority, error);
+        let authority = Arc::new(authority().map_err(|error| unknown(&error))?);
+        let unusable = |error: &dyn std::fmt::Display| wrong("certificate", &link.certificate, error);
+        let chain =
+            CertificateDer::pem_file_iter(&link.certificate).and_then(Iterator::collect::<Result<Vec<_>, _>>);
+        let chain = chain.map_err(|error| unusable(&error))?;
+        let key = PrivateKeyDer::from_pem_file(&link.private_key);
+        let key = key.map_err(|error| wrong("private_key", &link.private_key, &error))?;
+        let shown =
+            CertifiedKey::from_der(chain.clone(), key, &provider).map_err(|error| unusable(&error))?;
+
+        let clients =
+            WebPkiClientVerifier::builder_with_provider(Arc::clone(&authority), Arc::clone(&provider))
+                .build();
+        let servers = WebPkiServerVerifier::builder_with_provider(authority, Arc::clone(&provider)).build();
+        let other = if link.side == Side::Away { Side::Robot } else { Side::Away };
+        let identity = Identity {
+            provider,
+            chain,
+            shown: Arc::new(SingleCertAndKey::from(shown)),
+            clients: clients.map_err(|error| unknown(&error))?,
+            servers: servers.map_err(|error| unknown(&error))?,
+            comes: protocol(&link.robot, other),
+            goes: protocol(&link.robot, link.side),
+        };
+        let crypto = identity.server(Arc::clone(&identity.clients)).map_err(|error| unusable(&error))?;
+        let mut incoming = transport();
+        incoming.initial_rtt(FIRST_ROUND_TRIP);
+        let mut server = ServerConfig::with_crypto(Arc::new(crypto));
+        server
+            .transport_config(Arc::new(incoming))
+            .retry_token_lifetime(PROOF_LIFETIME)
+            .max_incoming(MAX_INCOMING)
+            .incoming_buffer_size(MAX_INCOMING_BYTES)
+            .incoming_buffer_size_total(MAX_INCOMING_BYTES_TOTAL);
+        Ok(Self { files: KeyFiles::of(link), server, identity, transport: Arc::new(transport()) })
+    }
+
+    /// Why the other machine will refuse this machine's own certificate, by what is known here: where this one listens,
+    /// and where it connects.
+    pub(crate) fn own_refusal(&self, link: &Link, now: UnixTime) -> Option<String> {
+        let Identity { chain, clients, servers, .. } = &self.identity;
+        let (certificate, rest) = chain.split_first()?;
+        // The name that the other machine looks for is known there: the name is compared last, and not here.
+        let name = ServerName::from(IpAddr::from(Ipv4Addr::LOCALHOST));
+        let as_server = || servers.verify_server_cert(certificate, rest, &name, &[], now).map(drop);
+        let as_client = || clients.verify_client_cert(certificate, rest, now).map(drop);
+        let listens = (!link.listen.is_empty()).then(as_server);
+        let connects = (!link.connect.is_empty()).then(as_client);
+        let error = [listens, connects].into_iter().flatten().filter_map(Result::err).find_map(refusal)?;
+        Some(self.files.explain_refused_own(&RefusedCertificate { certificate: certificate.clone(), error }))
+    }
+
+    /// For one connection that comes, with what its certificate is refused for.
+    pub(crate) fn for_incoming(&self) -> Result<(Arc<ServerConfig>, RefusalRecord), Unusable> {
+        let (verifier, record) = RecordingVerifier::new(&self.identity.clients);
+        let mut server = self.server.clone();
+        server.crypto = Arc::new(self.identity.server(verifier)?);
+        Ok((Arc::new(server), record))
+    }
+
+    /// For one connection that this machine makes, with what the other's certificate is refused for.
+    pub(crate) fn for_outgoing(&self) -> Result<(ClientConfig, RefusalRecord), Unusable> {
+        let (verifier, record) = RecordingVerifier::new(&self.identity.servers);
+        let mut client = ClientConfig::new(Arc::new(self.identity.client(verifier)?));
+        client.transport_config(Arc::clone(&self.transport));
+        Ok((client, record))
+    }
+}
+
+/// What is wrong with a certificate apart from its name.
+fn refusal(error: Error) -> Option<CertificateError> {
+    let Error::InvalidCertificate(error) = error else { return None };
+    let is_of_name = matches!(error, CertificateError::NotValidForNameContext { .. });
+    (!is_of_name).then_some(error)
+}
+
+/// What this machine shows, and the certificates that it accepts.
+#[derive(Clone)]
+struct Identity {
+    provider: Arc<CryptoProvider>,
+    chain: Vec<CertificateDer<'static>>,
+    shown: Arc<SingleCertAndKey>,
+    clients: Arc<dyn ClientCertVerifier>,
+    servers: Arc<dyn ServerCertVerifier>,
+    /// The protocol of a connection that comes, and of one that this machine makes.
+    comes: Vec<u8>,
+    goes: Vec<u8>,
+}
+
+impl Identity {
+    fn server(&self, verifier: Arc<dyn ClientCertVerifier>) -> Result<QuicServerConfig, Unusable> {
+        let server = rustls::ServerConfig::builder_with_provider(Arc::clone(&self.provider));
+        let server = server.with_protocol_versions(&VERSIONS)?.with_client_cert_verifier(verifier);
+        let mut server = server.with_cert_resolver(Arc::<SingleCertAndKey>::clone(&self.shown));
+        server.alpn_protocols = vec![self.comes.clone()];
+        // Every connection shows its certificate: none goes on from an earlier one, and nothing is sent before it.
+        server.send_tls13_tickets = 0;
+        server.max_early_data_size = 0;
+        Ok(QuicServerConfig::try_from(server)?)
+    }
+
+    fn client(&self, verifier: Arc<dyn ServerCertVerifier>) -> Result<QuicClientConfig, Unusable> {
+        let client = rustls::ClientConfig::builder_with_provider(Arc::clone(&self.provider));
+        let client = client.with_protocol_versions(&VERSIONS)?;
+        let client = client.dangerous().with_custom_certificate_verifier(verifier);
+        let mut client = client.with_client_cert_resolver(Arc::<SingleCertAndKey>::clone(&self.shown));
+        client.alpn_protocols = vec![self.goes.clone()];
+        client.resumption = Resumption::disabled();
+        Ok(QuicClientConfig::try_from(client)?)
+    }
+}
+
+/// What is spoken, as the handshake agrees on it (ALPN, RFC 7301): with which robot, and on which side of its link who
+/// connects is. Robots of one network, and two machines of one side, part before a word is said.
+pub(crate) fn protocol(robot: &RobotName, side: Side) -> Vec<u8> {
+    let side = if side == Side::Away { "away" } else { "robot" };
+    format!("leo-link/{}/{side}", robot.as_str()).into_bytes()
+}
+
+fn transport() -> TransportConfig {
+    let mut transport = TransportConfig::default();
+    transport
+        .max_idle_timeout(Some(IdleTimeout::from(VarInt::from_u32(SILENT_MS))))
+        .keep_alive_interval(Some(KEEP_ALIVE))
+        .crypto_buffer_size(MAX_HANDSHAKE_BYTES)
+        // None before the other machine has shown that it means the same: `accept_bundles`.
+        .max_concurrent_uni_streams(VarInt::from_u32(0))
+        .max_concurrent_bidi_streams(VarInt::from_u32(0))
+        .stream_receive_window(VarInt::from_u32(UNDER_WAY))
+        .receive_window(VarInt::from_u32(UNDER_WAY))
+        .send_window(u64::from(UNDER_WAY))
+        .datagram_send_buffer_size(PULSES)
+        .datagram_receive_buffer_size(Some(PULSES))
+        .congestion_controller_factory(Arc::new(WithFloor::default()));
+    transport
+}
+
+/// Takes bundles from the other machine: a stream of them, and none that answers.
+pub(crate) fn accept_bundles(connection: &Connection) {
+    connection.set_max_concurrent_uni_streams(VarInt::from_u32(1));
+}
+
+/// Whether a certificate that was shown has expired since: the handshake has looked once.
+pub(crate) fn has_expired(connection: &Connection, now: UnixTime) -> bool {
+    let shown =
+        connection.peer_identity().and_then(|shown| shown.downcast::<Vec<CertificateDer<'static>>>().ok());
+    shown.is_none_or(|shown| shown.iter().any(|certificate| !is_good_until(certificate, now)))
+}
+
+fn is_good_until(certificate: &CertificateDer<'_>, now: UnixTime) -> bool {
+    let Ok((_, certificate)) = parse_x509_certificate(certificate) else { return false };
+    u64::try_from(certificate.validity().not_after.timestamp()).is_ok_and(|last| now.as_secs() <= last)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::io::net::tests::certificates::{everybody_or_skip, shown};
+
+    #[test]
+    fn a_certificate_is_good_for_as_long_as_it_says() {
+        const DAY_S: u64 = 24 * 60 * 60;
+        let Some(keys) = everybody_or_skip() else { return };
+        let now = UnixTime::now();
+        let after = |days: u64| UnixTime::since_unix_epoch(Duration::from_secs(now.as_secs() + days * DAY_S));
+        let good =
+            |name, days| shown(keys.path(), name).0.iter().all(|shown| is_good_until(shown, after(days)));
+        // Signed for nine days, for 825, and until yesterday.
+        assert_eq!([0, 8, 10].map(|days| good("any", days)), [true, true, false]);
+        assert_eq!([0, 824, 826].map(|days| good("robot", days)), [true, true, false]);
+        assert!(!good("expired", 0));
+    }
+
+    #[test]
+    fn what_is_wrong_with_the_own_certificate_is_said_before_another_machine_refuses_it() {
+        let Some(keys) = everybody_or_skip() else { return };
+        let mut link = config::Robot::load(None).unwrap().leo.link;
+        link.authority = keys.path().join("authority.pem");
+        let here = vec!["quic/127.0.0.1:1".to_owned().try_into().unwrap()];
+        let nowhere = Vec::new();
+        let mut told = |name: &str, listen: &Vec<_>, connect: &Vec<_>| {
+            (link.listen, link.connect) = (listen.clone(), connect.clone());
+            link.certificate = keys.path().join(format!("{name}.pem"));
+            link.private_key = keys.path().join(format!("{name}.key"));
+            Keys::read(&link).unwrap().own_refusal(&link, UnixTime::now())
+        };
+        for name in ["robot", "any", "away"] {
+            assert_eq!(told(name, &here, &here), None, "{name}");
+        }
+        // Meant for one side of a connection.
+        assert_eq!((told("server", &here, &nowhere), told("client", &nowhere, &here)), (None, None));
+        for (name, listen, connect, why) in [
+            ("expired", &here, &nowhere, "it expired on"),
+            ("expired", &nowhere, &here, "it expired on"),
+            ("stranger", &here, &here, "its issuer has the name of the authority of this machine"),
+            ("authority", &here, &here, "it is the certificate of an authority"),
+            ("server", &here, &here, "its extendedKeyUsage does not allow"),
+            ("client", &here, &here, "its extendedKeyUsage does not allow"),
+        ] {
+            let told = told(name, listen, connect).unwrap();
+            assert!(told.contains(&format!("{name}.pem")) && told.contains(why), "{name}: {told}");
+        }
+    }
+
+    #[test]
+    fn a_file_that_holds_no_key_is_named() {
+        let Some(keys) = everybody_or_skip() else { return };
+        let mut link = config::Robot::load(None).unwrap().leo.link;
+        link.authority = keys.path().join("authority.pem");
+        link.certificate = keys.path().join("robot.pem");
+        link.private_key = keys.path().join("robot.pem");
+        let told = Keys::read(&link).err().unwrap().to_string();
+        assert!(told.contains("`private_key` of [link]") && told.contains("robot.pem"), "{told}");
+        // One of somebody else.
+        link.private_key = keys.path().join("any.key");
+        assert!(Keys::read(&link).err().unwrap().to_string().contains("`certificate` of [link]"));
+    }
+}

@@ -1,0 +1,106 @@
+use quinn::{ApplicationClose, ConnectionClose};
+use rustls::pki_types::CertificateDer;
+use rustls::pki_types::pem::PemObject as _;
+
+use super::*;
+use crate::io::net::tests::certificates::everybody_or_skip;
+
+fn files() -> KeyFiles {
+    KeyFiles { authority: "authority.pem".to_owned(), certificate: "away.pem".to_owned() }
+}
+
+fn ended_by(alert: AlertDescription) -> ConnectionError {
+    let error_code = quinn_proto::TransportErrorCode::crypto(alert.into());
+    ConnectionError::ConnectionClosed(ConnectionClose {
+        error_code,
+        frame_type: None,
+        reason: bytes::Bytes::new(),
+    })
+}
+
+#[test]
+fn each_alert_of_the_other_machine_names_the_certificate_of_this_one_and_what_to_do() {
+    let table = [
+        (AlertDescription::CertificateExpired, "Compare the clocks of both machines"),
+        (AlertDescription::UnknownCA, "certificates of one authority, made with package/link_keys.sh"),
+        (AlertDescription::DecryptError, "certificates of one authority, made with package/link_keys.sh"),
+        (AlertDescription::UnsupportedCertificate, "Sign a new one with package/link_keys.sh"),
+        (AlertDescription::BadCertificate, "correct `connect` there"),
+        (AlertDescription::CertificateUnknown, "Sign a new one with package/link_keys.sh"),
+        (AlertDescription::CertificateRequired, "Sign a new one with package/link_keys.sh"),
+    ];
+    for (alert, what_to_do) in table {
+        let ended = ended_by(alert);
+        assert!(KeyFiles::is_refusal(&ended), "{alert:?}");
+        let told = files().explain("robot.local", &RefusalRecord::default(), &ended);
+        assert!(
+            told.starts_with("robot.local refuses the certificate of this machine (away.pem): "),
+            "{told}"
+        );
+        assert!(told.contains(what_to_do), "{alert:?}: {told}");
+    }
+    let other = files().explain(
+        "robot.local",
+        &RefusalRecord::default(),
+        &ended_by(AlertDescription::NoApplicationProtocol),
+    );
+    assert!(other.contains("of another robot") && other.contains("`robot` in [link]"), "{other}");
+}
+
+#[test]
+fn a_machine_that_does_not_answer_is_named_with_what_to_do() {
+    let told =
+        files().explain("quic/robot.local:7447", &RefusalRecord::default(), &ConnectionError::TimedOut);
+    assert_eq!(
+        told,
+        "no connection with quic/robot.local:7447: no answer. Check that its link runs, and that the firewalls \
+         let UDP through"
+    );
+}
+
+#[test]
+fn a_certificate_that_expires_while_connected_is_named_on_both_sides() {
+    let close = ApplicationClose { error_code: EXPIRED, reason: bytes::Bytes::new() };
+    let ended = ConnectionError::ApplicationClosed(close);
+    assert!(KeyFiles::is_refusal(&ended));
+    let there = files().explain("robot.local", &RefusalRecord::default(), &ended);
+    assert!(there.contains("(away.pem): it has expired"), "{there}");
+    assert!(KeyFiles::expired("192.0.2.7").contains("192.0.2.7 is refused from now on: it has expired"));
+}
+
+#[test]
+fn the_names_of_a_certificate_are_told_without_what_moves_a_terminal() {
+    assert_eq!(printable("CN=a\u{1b}[2Jb"), "CN=a?[2Jb");
+    assert_eq!(printable(&"x".repeat(9_999)).len(), MAX_NAME);
+    let Some(keys) = everybody_or_skip() else { return };
+    let read = |name: &str| CertificateDer::from_pem_file(keys.path().join(name)).unwrap();
+    let (robot, authority) = (read("robot.pem"), read("authority.pem"));
+    let parse = |der: &[u8]| name(&parse_x509_certificate(der).unwrap().1);
+    assert_eq!(parse(&robot), "CN=robot, issued by CN=the authority of a link of Leo");
+    assert!(is_self_signed(&parse_x509_certificate(&authority).unwrap().1));
+    assert!(!is_self_signed(&parse_x509_certificate(&robot).unwrap().1));
+}
+
+#[test]
+fn a_certificate_with_any_byte_changed_is_told_of_without_a_panic() {
+    let Some(keys) = everybody_or_skip() else { return };
+    let whole = CertificateDer::from_pem_file(keys.path().join("robot.pem")).unwrap();
+    for place in 0..whole.len() {
+        for change in [0x01, 0x03, 0x20, 0x7f, 0x80, 0xff] {
+            let mut damaged = whole.to_vec();
+            damaged[place] ^= change;
+            for error in
+                [CertificateError::UnknownIssuer, CertificateError::Expired, CertificateError::BadEncoding]
+            {
+                let certificate = CertificateDer::from(damaged.clone());
+                let told =
+                    files().explain_refused_peer("192.0.2.7", &RefusedCertificate { certificate, error });
+                assert!(
+                    told.starts_with("the certificate of 192.0.2.7") && told.contains("link_keys.sh"),
+                    "{told}"
+                );
+                assert!(!told.contains(char::is_control), "{told:?}");
+            }
+        }
+    }
+}

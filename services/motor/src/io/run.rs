@@ -1,0 +1,148 @@
+use clock::{Duration, Instant};
+use config::Robot;
+use message::{Header, Hop, JointCause, JointGoals, JointMode, JointState, JointStates, Process};
+use process::arming::Arming;
+use process::{Emergency, Failure, Launch, Lookout, Member, Progress};
+use transport::Outlet;
+
+use crate::Motor;
+use crate::io::ending;
+use crate::io::ledger::Ledger;
+use crate::io::threads::Threads;
+use crate::reporter::Reporter;
+
+/// How long an orderly end may take: slow down, hold, let go.
+const END_WITHIN: Duration = Duration::from_secs(1);
+/// After this much of it torque goes off whatever moves still: a process that ends must leave none on.
+const LET_GO_AFTER: Duration = Duration::from_millis(750);
+
+/// Drives the joints until the process is told to stop. Then they slow down, hold, and let go.
+///
+/// # Errors
+///
+/// The configuration is refused, a device is no serial line or another program has it, the domain cannot
+/// be joined, or the middleware failed.
+pub fn run(launch: &Launch, robot: &Robot) -> Result<(), Failure> {
+    let leo = &robot.leo;
+    let mut member = Member::join(launch, Process::Motor, &leo.buffers, &leo.motor.realtime)
+        .map_err(|failure| ending::could_not_join(failure, launch, robot))?;
+    let mut goals = member.inlet::<JointGoals>(None)?;
+    let mut states = member.outlet::<JointStates>(None, robot.motor.joints.len())?;
+    let names: Vec<&str> = robot.motor.joints.iter().map(|joint| joint.name.as_str()).collect();
+    let parents = kinematics::carried_by(&robot.urdf, &names).map_err(Failure::own)?;
+    let mut motor = Motor::new(&robot.motor, &leo.motor).map_err(Failure::own)?.with_parents(&parents);
+    let mut reporter = Reporter::new(robot);
+    let period = leo.motor.rate_hz.period();
+    let turn_within = leo.supervisor.turn_within_ms.duration();
+    // In lockstep a slow machine must not look like a silent servo.
+    let patience = if launch.lockstep {
+        (turn_within / 4, turn_within / 4)
+    } else {
+        (leo.motor.answer_within_ms.duration(), 2 * period)
+    };
+    // In lockstep the mock servo bus has to be there at every turn. Otherwise a device may be plugged in later.
+    let until = clock::now() + leo.supervisor.ready_within_ms.duration() / 2;
+    // Simulated time has no emergencies.
+    let emergency = if launch.lockstep { None } else { Some(Emergency::watch(&launch.domain)?) };
+    let arming = if launch.lockstep { None } else { Some(Arming::watch(&launch.domain)?) };
+    let lookout = emergency.as_ref().map(Emergency::lookout).unwrap_or_default();
+    let buses = &robot.motor.buses;
+    let mut threads = Threads::start(buses, &launch.domain, patience, until, !launch.lockstep, &lookout)
+        .map_err(Failure::own)?;
+    let mut ledger = Ledger::new(member.buses_board()?, member.joints_board()?, robot);
+    let mut failed = None;
+    member.begin(Some(period))?;
+    while let Some(now) = member.next_cycle()? {
+        if !member.is_lockstep() {
+            threads.collect(&mut motor).map_err(Failure::own)?;
+        }
+        let mut header = Header::at(now.as_nanos());
+        while let Some(frame) = goals.receive()? {
+            header = Header { valid_at_ns: now.as_nanos(), ..frame.head().onwards() };
+            header.pass(Hop::Commanded, member.now().as_nanos());
+            let decided_at = frame.head().passed(Hop::Decided).unwrap_or(frame.head().valid_at_ns);
+            motor.goals(Instant::from_nanos(decided_at), frame.entries());
+        }
+        if lookout.is_raised() {
+            motor.emergency_stop(now);
+        } else if motor.is_stopped() {
+            motor.end_emergency();
+        }
+        if let Some(order) = arming.as_ref().and_then(Arming::ordered) {
+            motor.arm(now, order.acknowledged_locks);
+        }
+        motor.step(now);
+        threads.send(&mut motor, now).map_err(Failure::own)?;
+        if member.is_lockstep() {
+            threads.wait(&mut motor, now, turn_within).map_err(Failure::own)?;
+        }
+        // What the middleware fails at keeps no torque on.
+        if let Err(failure) = publish(&motor, header, &member, &mut states) {
+            failed = Some(failure);
+            break;
+        }
+        reporter.look(&mut motor, now);
+        ledger.keep(&motor, &threads, now);
+        member.health().refused = motor.counts().refused;
+        member.health().drops = goals.drops();
+        member.health().undelivered = states.undelivered();
+        member.end_cycle(Progress::More)?;
+    }
+    if !launch.lockstep {
+        let (motor, threads) = (&mut motor, &mut threads);
+        lay_down(motor, threads, period, &lookout, |motor, now| {
+            // Shared memory may be gone; the end goes on.
+            let _published = publish(motor, Header::at(now.as_nanos()), &member, &mut states);
+            Ok(())
+        })?;
+        ending::laid_down(motor.unconfirmed(), launch)?;
+    }
+    tracing::debug!(stale = motor.counts().stale, "the motor stops");
+    ending::leave((member, goals, states, ledger), launch);
+    failed.map_or(Ok(()), Err)
+}
+
+/// Publishes what every joint does.
+fn publish(
+    motor: &Motor,
+    header: Header,
+    member: &Member,
+    states: &mut Outlet<JointStates>,
+) -> Result<(), Failure> {
+    let mut all = motor.states();
+    let unread = JointState::unread(u32::MAX, JointMode::Limp, JointCause::NotStarted);
+    let count = all.len();
+    let stamp = |header: &mut Header| header.pass(Hop::Moved, member.now().as_nanos());
+    states.send(header, count, |_| all.next().unwrap_or(unread), stamp)?;
+    Ok(())
+}
+
+/// Lets the body slow down, hold, and go limp; where an emergency stop is raised, go limp at once.
+pub(crate) fn lay_down(
+    motor: &mut Motor,
+    threads: &mut Threads,
+    period: Duration,
+    lookout: &Lookout,
+    mut tell: impl FnMut(&Motor, Instant) -> Result<(), Failure>,
+) -> Result<(), Failure> {
+    let mut now = clock::now();
+    let until = now + END_WITHIN;
+    motor.dismiss(now + LET_GO_AFTER);
+    // Whatever the period is, the last cycle comes when torque is to be off.
+    while now < until && (motor.letting_go().is_none() || motor.unconfirmed() > 0) {
+        clock::sleep_until(now + period);
+        now = clock::now();
+        threads.collect(motor).map_err(Failure::own)?;
+        if lookout.is_raised() {
+            motor.let_go(JointCause::Emergency);
+        }
+        motor.step(now);
+        threads.send(motor, now).map_err(Failure::own)?;
+        tell(motor, now)?;
+    }
+    match motor.unconfirmed() {
+        0 => tracing::info!("every servo says that its torque is off"),
+        silent => tracing::warn!("{silent} servos have not said that their torque is off"),
+    }
+    Ok(())
+}

@@ -1,0 +1,53 @@
+//! The orderly end of the motor process.
+
+use message::JointCause;
+use process::{Emergency, Lookout};
+
+use super::rig::{PERIOD, Rig, Time};
+use crate::io::run::lay_down;
+
+/// A robot on the move, whose joints need longer than an orderly end may take to stop.
+fn on_the_move(lookout: &Lookout) -> Rig {
+    let mut robot = config::Robot::load(None).unwrap();
+    robot.motor.joints.iter_mut().for_each(|joint| joint.acceleration_rad_s2 = 0.05);
+    let mut rig = Rig::of(robot, Time::Wall, lookout);
+    rig.share = 0.9;
+    // Two seconds of slowing down.
+    rig.until_so("on the move", |rig| {
+        rig.motor.states().any(|state| state.present_velocity_rad_s().is_some_and(|speed| speed.abs() > 0.1))
+    });
+    rig
+}
+
+#[test]
+fn an_emergency_stop_is_heeded_at_once_in_an_orderly_end() {
+    let folder = tempfile::tempdir().unwrap();
+    let emergency = Emergency::watch(folder.path()).unwrap();
+    let lookout = emergency.lookout();
+    let Rig { mut motor, mut threads, ptys: _ptys, folder: _folder, .. } = on_the_move(&lookout);
+    process::emergency::raise(folder.path(), "a test").unwrap();
+    while !lookout.is_raised() {
+        clock::sleep_until(clock::now() + PERIOD);
+    }
+    let mut causes = Vec::new();
+    lay_down(&mut motor, &mut threads, PERIOD, &lookout, |motor, _| {
+        causes.push(motor.letting_go());
+        Ok(())
+    })
+    .unwrap();
+    assert_eq!(causes.first(), Some(&Some(JointCause::Emergency)));
+}
+
+#[test]
+fn an_orderly_end_leaves_no_torque_on_where_a_joint_cannot_stop_in_time() {
+    let Rig { mut motor, mut threads, ptys: _ptys, folder: _folder, .. } = on_the_move(&Lookout::default());
+    let mut causes = Vec::new();
+    lay_down(&mut motor, &mut threads, PERIOD, &Lookout::default(), |motor, _| {
+        causes.push(motor.letting_go());
+        Ok(())
+    })
+    .unwrap();
+    assert_eq!(causes.first(), Some(&None), "they slow down first");
+    assert_eq!(causes.last(), Some(&Some(JointCause::Stopped)));
+    assert_eq!(motor.unconfirmed(), 0, "each servo has said that its torque is off");
+}

@@ -1,0 +1,210 @@
+//! Every fault of a servo, of a bus and of a commander, over pseudo-terminals to the mock servo bus:
+//! how soon it is noticed, what is done, what is published and counted, and how it ends; for each of
+//! the 65 joints where it is a joint's.
+//!
+//! Each row is done in simulated time, where a cycle is a cycle however slow the machine is. One joint
+//! of every bus is struck at a time. The docs of the servo bus name these tests row by row.
+
+use message::{JointCause, JointMode};
+use servo::mock::Kind;
+
+use super::rig::{PERIOD, Rig, Time};
+use crate::BusCounts;
+use clock::Duration;
+
+mod answers;
+mod body;
+mod refusals;
+mod servos;
+
+/// A version of the servos' firmware that knows no fast reads.
+const OLD_FIRMWARE: u8 = 44;
+
+/// A robot in simulated time, of which all joints follow.
+fn following() -> Rig {
+    following_as(|_| {})
+}
+
+/// The same with other settings.
+fn following_as(change: impl FnOnce(&mut config::Robot)) -> Rig {
+    let mut robot = config::Robot::load(None).unwrap();
+    let alert = &mut robot.leo.motor.alert;
+    for reaction in [
+        &mut alert.input_voltage,
+        &mut alert.overheating,
+        &mut alert.encoder,
+        &mut alert.electrical_shock,
+        &mut alert.overload,
+    ] {
+        *reaction = config::leo::AlertReaction::Limp;
+    }
+    change(&mut robot);
+    let mut rig = Rig::of(robot, Time::Lockstep, &process::Lookout::default());
+    calm(&mut rig);
+    rig
+}
+
+/// A robot in simulated time whose servos know no fast reads: each is read for itself. All joints follow.
+fn following_on_old_firmware() -> Rig {
+    let robot = config::Robot::load(None).unwrap();
+    let mut rig = Rig::of(robot, Time::Lockstep, &process::Lookout::default());
+    for joint in everybody() {
+        rig.servo(joint, |servo| *servo = servo.clone().with_firmware(OLD_FIRMWARE));
+        assert!(!rig.servo(joint, |servo| servo.knows_fast_reads()));
+    }
+    calm(&mut rig);
+    rig
+}
+
+/// Takes every fault away, and cycles until all joints follow and are read.
+fn calm(rig: &mut Rig) {
+    rig.inject("", &[], "");
+    rig.until_so("following", |rig| {
+        let all = 0..rig.robot.motor.joints.len();
+        all.into_iter().all(|joint| rig.mode(joint) == JointMode::Following && rig.is_read(joint))
+    });
+}
+
+/// The joints that are struck at a time: the first of every bus, the second of every bus ...
+fn rounds(rig: &Rig) -> Vec<Vec<usize>> {
+    let joints = &rig.robot.motor.joints;
+    let of_bus = |bus| (0..joints.len()).filter(move |&joint| joints[joint].bus == bus);
+    let rounds: Vec<Vec<usize>> = (0..)
+        .map(|round| (0..rig.robot.motor.buses.len()).filter_map(|bus| of_bus(bus).nth(round)).collect())
+        .take_while(|struck: &Vec<usize>| !struck.is_empty())
+        .collect();
+    let mut all: Vec<usize> = rounds.iter().flatten().copied().collect();
+    all.sort_unstable();
+    assert_eq!(all, everybody(), "every joint has its turn");
+    rounds
+}
+
+/// All joints.
+fn everybody() -> Vec<usize> {
+    (0..65).collect()
+}
+
+/// What is wrong with a robot in which joints were struck, if anything is.
+type Verdict = Result<(), String>;
+
+/// Has every joint struck, one of every bus at a time, on a robot that is well.
+fn in_turn(rig: &mut Rig, row: impl Fn(&mut Rig, &[usize]) -> Verdict) {
+    for struck in rounds(rig) {
+        calm(rig);
+        // All joints are on their way somewhere.
+        rig.share = -rig.share;
+        let verdict = row(rig, &struck);
+        let names: Vec<&str> = struck.iter().map(|joint| &*rig.robot.motor.joints[*joint].name).collect();
+        assert_eq!(verdict, Ok(()), "{names:?}");
+    }
+    calm(rig);
+    assert!(rig.compared.get() > 65, "nothing was read");
+}
+
+fn expect(holds: bool, what: impl FnOnce() -> String) -> Verdict {
+    if holds { Ok(()) } else { Err(what()) }
+}
+
+/// A counter of a bus.
+type Counter = fn(&BusCounts) -> u64;
+
+/// What was counted so far, bus by bus.
+fn counted(rig: &Rig, of: Counter) -> Vec<u64> {
+    (0..rig.robot.motor.buses.len()).map(|bus| of(&rig.motor.bus_counts(bus))).collect()
+}
+
+/// Whether each of these joints was counted once since then on its bus, and nothing else was.
+fn counted_once(rig: &Rig, joints: &[usize], of: Counter, mut before: Vec<u64>) -> Verdict {
+    joints.iter().for_each(|&joint| before[rig.robot.motor.joints[joint].bus] += 1);
+    let counts = counted(rig, of);
+    expect(counts == before, || format!("counted {counts:?}, not {before:?}"))
+}
+
+/// The joints of the groups of others, without them.
+fn companions(rig: &Rig, joints: &[usize]) -> Vec<usize> {
+    let group = |joint: usize| rig.robot.motor.joints[joint].group;
+    let groups: Vec<usize> = joints.iter().map(|&joint| group(joint)).collect();
+    (0..65).filter(|joint| groups.contains(&group(*joint)) && !joints.contains(joint)).collect()
+}
+
+/// Whether every joint but those that are struck was read in this cycle, and follows, unless one of its group is struck:
+/// then it may have to stand still.
+fn others_go_on(rig: &Rig, struck: &[usize]) -> Verdict {
+    let companions = companions(rig, struck);
+    for joint in (0..65).filter(|joint| !struck.contains(joint)) {
+        let (mode, is_read) = (rig.mode(joint), rig.is_read(joint));
+        let stands = companions.contains(&joint)
+            && matches!(mode, JointMode::Decelerating | JointMode::Holding | JointMode::Starting);
+        expect((mode == JointMode::Following || stands) && is_read, || {
+            let state = rig.state(joint);
+            format!("{}: read: {is_read}, {state:?}", rig.robot.motor.joints[joint].name)
+        })?;
+    }
+    Ok(())
+}
+
+/// Whether joints are in a mode for a cause.
+fn are(rig: &Rig, joints: &[usize], mode: JointMode, cause: JointCause) -> Verdict {
+    for &joint in joints {
+        let state = (rig.mode(joint), rig.cause(joint));
+        expect(state == (mode, cause), || {
+            format!("{} is {state:?}, not {:?}", rig.robot.motor.joints[joint].name, (mode, cause))
+        })?;
+    }
+    Ok(())
+}
+
+fn all_follow(rig: &Rig) -> Verdict {
+    are(rig, &everybody(), JointMode::Following, JointCause::None)
+}
+
+/// Cycles, at most so many, until a verdict is well.
+fn within(rig: &mut Rig, cycles: u32, verdict: impl Fn(&Rig) -> Verdict) -> Verdict {
+    for _ in 0..cycles {
+        rig.cycle();
+        if verdict(rig).is_ok() {
+            return Ok(());
+        }
+    }
+    verdict(rig).map_err(|wrong| format!("after {cycles} cycles: {wrong}"))
+}
+
+/// So many cycles of simulated time.
+fn cycles_in(time: Duration) -> u32 {
+    u32::try_from(time.as_millis() / PERIOD.as_millis()).unwrap()
+}
+
+/// The rows of the tables of the docs whose heads begin so, by their cells.
+fn table(head: &str) -> Vec<Vec<&'static str>> {
+    let docs = include_str!("../../../../../../docs/servo-bus.md");
+    let lines = docs.lines().skip_while(|line| !line.starts_with(head)).skip(2);
+    let rows = lines.take_while(|line| line.starts_with('|'));
+    rows.map(|row| row.trim_matches('|').split(" | ").map(str::trim).collect()).collect()
+}
+
+#[test]
+fn every_fault_in_the_docs_is_tested_by_tests_that_are_here() {
+    let sources = [
+        include_str!("fault_table/answers.rs"),
+        include_str!("fault_table/body.rs"),
+        include_str!("fault_table/refusals.rs"),
+        include_str!("fault_table/servos.rs"),
+        include_str!("../../../reporter.rs"),
+        include_str!("../../../tests.rs"),
+        include_str!("../../../tests/faults.rs"),
+        include_str!("../../../tests/stubborn.rs"),
+        include_str!("../../../tests/unbelieved.rs"),
+        include_str!("../../../tests/torque.rs"),
+        include_str!("../tests.rs"),
+        include_str!("end.rs"),
+        include_str!("../../../patience.rs"),
+    ];
+    let (faults, tested) = (table("| fault | noticed by"), table("| fault | tests |"));
+    let first = |rows: &[Vec<&'static str>]| rows.iter().map(|row| row[0]).collect::<Vec<_>>();
+    assert_eq!(first(&faults), first(&tested));
+    assert!(faults.len() > 10);
+    for name in tested.iter().flat_map(|row| row[1].split('`').skip(1).step_by(2)) {
+        let is_here = sources.iter().any(|source| source.contains(&format!("fn {name}(")));
+        assert!(is_here, "{name} is no test");
+    }
+}

@@ -1,0 +1,157 @@
+//! Who opens lessons, and answers what people do by hand.
+
+use std::path::PathBuf;
+
+use clock::Instant;
+use config::lesson::Lesson;
+use message::{ActAnswer, TeacherAct, TeacherActKind, Text};
+
+use crate::World;
+use crate::by_hand::Refusal;
+use crate::io::saving::{self, Saving};
+
+/// The lesson that is open, and what is written down of it.
+pub(crate) struct Desk {
+    /// Folder of the lessons that were taught by hand, if Leo remembers anything.
+    folder: Option<PathBuf>,
+    /// The lesson that the robot was started with.
+    launched: Lesson,
+    lesson: Lesson,
+    /// What the lesson is called; empty for the one that the robot was started with.
+    name: Text,
+    saving: Saving,
+    /// The console's life whose hands these are.
+    life: u64,
+    answers: Vec<ActAnswer>,
+    /// How many things, people and occluders an observation has room for.
+    room: usize,
+}
+
+impl Desk {
+    pub(crate) fn new(lesson: &Lesson, state: Option<PathBuf>, room: usize) -> Self {
+        let folder = state.map(|state| process::state::lessons(&state));
+        if let Some(folder) = &folder {
+            saving::remove_halves(folder);
+        }
+        Self {
+            folder,
+            launched: lesson.clone(),
+            lesson: lesson.clone(),
+            name: Text::default(),
+            saving: Saving::default(),
+            life: 0,
+            answers: Vec::new(),
+            room,
+        }
+    }
+
+    /// What the open lesson is called; empty for the one that the robot was started with.
+    pub(crate) fn name(&self) -> Text {
+        self.name
+    }
+
+    /// Hears which life of the console the next acts are of: the hands of an earlier one are gone.
+    pub(crate) fn listen(&mut self, world: &mut World, now: Instant, life: u64) {
+        if std::mem::replace(&mut self.life, life) != life {
+            world.put_all_back(now);
+        }
+    }
+
+    /// Does what somebody does by hand.
+    pub(crate) fn take(&mut self, world: &mut World, now: Instant, act: &TeacherAct) {
+        let done = match act.kind() {
+            Some(TeacherActKind::Open) => self.open(world, now, act.text),
+            Some(TeacherActKind::Play) => {
+                self.play(world, now);
+                Ok(Some(String::new()))
+            }
+            Some(TeacherActKind::Save) => self.save(world, now, act),
+            _ => world.act(now, act, self.room).map(Some),
+        };
+        match done {
+            Ok(Some(outcome)) => self.answer(act.serial, Ok(&outcome)),
+            Ok(None) => {}
+            Err(refusal) => self.answer(act.serial, Err(&refusal)),
+        }
+    }
+
+    /// What became of the acts since this was asked last, those that took a while among them.
+    pub(crate) fn answers(&mut self) -> Vec<ActAnswer> {
+        for (serial, done) in self.saving.done() {
+            match done {
+                Ok(file) => self.answer(serial, Ok(&file.display().to_string())),
+                Err(refusal) => self.answer(serial, Err(&refusal)),
+            }
+        }
+        std::mem::take(&mut self.answers)
+    }
+
+    fn answer(&mut self, serial: u64, done: Result<&str, &Refusal>) {
+        let (refused, text) = match done {
+            Ok(outcome) => (0, Text::new(outcome)),
+            Err(refusal) => (1, Text::new(&refusal.0)),
+        };
+        self.answers.push(ActAnswer { serial, refused, text });
+    }
+
+    fn open(&mut self, world: &mut World, now: Instant, name: Text) -> Result<Option<String>, Refusal> {
+        let lesson = if name.as_str().is_empty() {
+            self.launched.clone()
+        } else {
+            let folder = self.folder.clone().unwrap_or_default();
+            Lesson::named(name.as_str(), &folder).map_err(|error| Refusal(error.to_string()))?
+        };
+        if most(&lesson) > self.room {
+            return Err(Refusal(format!(
+                "the lesson has {} things and people, and `buffers.objects` in leo.toml has room for {}",
+                most(&lesson),
+                self.room
+            )));
+        }
+        (self.lesson, self.name) = (lesson, name);
+        self.play(world, now);
+        Ok(Some(String::new()))
+    }
+
+    fn play(&self, world: &mut World, now: Instant) {
+        *world = World::new(&self.lesson, self.lesson.seed);
+        // Until then the table lies empty, so that everybody sees that the old things are gone.
+        world.begin(now + self.lesson.laying.empty);
+    }
+
+    fn save(&mut self, world: &World, now: Instant, act: &TeacherAct) -> Result<Option<String>, Refusal> {
+        let Some(folder) = self.folder.clone() else {
+            return Err(Refusal("this robot remembers nothing: it has no state directory".to_owned()));
+        };
+        let lesson = world.taught(act.text.as_str(), now).ok_or_else(|| {
+            Refusal("nothing was taught by hand yet: set a table, say what you teach, and show it".to_owned())
+        })?;
+        self.saving.begin(act.serial, &lesson, folder)?;
+        Ok(None)
+    }
+}
+
+/// The most things, people and occluders of a table.
+fn most(lesson: &Lesson) -> usize {
+    let most = lesson.tables().map(|table| table.objects.len() + table.occluders.len()).max().unwrap_or(0);
+    most + lesson.teachers.len()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_lesson_that_the_robot_was_started_with_can_be_opened_again() {
+        let own = Lesson { title: "My own".to_owned(), ..Lesson::builtin() };
+        let mut desk = Desk::new(&own, None, 64);
+        let mut world = World::new(&own, own.seed);
+        for (name, title) in [("task2", None), ("", Some("My own"))] {
+            let act = TeacherAct { text: Text::new(name), ..TeacherAct::new(TeacherActKind::Open, 1) };
+            desk.take(&mut world, Instant::EPOCH, &act);
+            assert_eq!(desk.answers().pop().map(|answer| answer.refused), Some(0), "{name}");
+            assert_eq!(desk.name(), Text::new(name));
+            assert_eq!(world.lesson.title == own.title, title.is_some());
+        }
+    }
+}

@@ -1,0 +1,134 @@
+//! The processes of a robot in lockstep time.
+
+use std::collections::BTreeMap;
+use std::io;
+use std::process::ExitStatus;
+use std::time::Duration;
+
+use config::leo::Leo;
+use message::{Process, ProcessState};
+use process::Launch;
+use realtime::Awake;
+use transport::{HealthReader, Node};
+
+use crate::io::conductor::{TurnError, Watch};
+use crate::io::run::RunError;
+use crate::io::signals::{Received, Signals};
+use crate::{Children, Lives};
+
+/// How often a starting process is looked at.
+const LOOK: Duration = Duration::from_millis(2);
+
+/// Why the processes are not all there.
+#[derive(Debug, thiserror::Error)]
+pub enum ClassError {
+    /// A process could not be started.
+    #[error("cannot start the process `{process}`: {source}")]
+    Start {
+        /// The process.
+        process: Process,
+        /// What the system said.
+        source: io::Error,
+    },
+    /// A process ended, or was not ready in time.
+    #[error("the process `{process}` did not get ready: {how}")]
+    NotReady {
+        /// The process.
+        process: Process,
+        /// What became of it.
+        how: String,
+    },
+    /// A process died or hangs.
+    #[error(transparent)]
+    Turn(#[from] TurnError),
+}
+
+/// The processes that are given turns. Dropping it kills those that live.
+pub(crate) struct Class {
+    children: Children,
+    signals: Signals,
+    ended: BTreeMap<Process, ExitStatus>,
+    interrupted: bool,
+    /// Turns are many, and each wakes a process: where that is refused, everything takes longer.
+    _awake: Option<io::Result<Awake>>,
+}
+
+impl Class {
+    /// Nobody yet; the cores are kept awake for them where the settings say so.
+    pub(crate) fn new(settings: &Leo) -> Result<Self, RunError> {
+        Ok(Self {
+            _awake: settings.supervisor.keep_cores_awake.then(Awake::ask),
+            signals: Signals::watch().map_err(RunError::Signals)?,
+            children: Children::new().map_err(RunError::Executable)?,
+            ended: BTreeMap::new(),
+            interrupted: false,
+        })
+    }
+
+    /// Names the processes on a roster.
+    pub(crate) fn with_lives(mut self, lives: Lives) -> Self {
+        self.children = self.children.with_lives(lives);
+        self
+    }
+
+    /// Starts processes in this order, and waits until all are ready.
+    pub(crate) fn gather(
+        &mut self,
+        node: &Node,
+        processes: &[Process],
+        launch: &Launch,
+        ready_within: Duration,
+    ) -> Result<(), ClassError> {
+        for &process in processes {
+            let started = self.children.start(process, launch);
+            started.map_err(|source| ClassError::Start { process, source })?;
+        }
+        processes.iter().try_for_each(|process| self.await_ready(node, *process, ready_within))
+    }
+
+    fn await_ready(&mut self, node: &Node, process: Process, within: Duration) -> Result<(), ClassError> {
+        let give_up = clock::now() + within;
+        let mut board = None;
+        loop {
+            if board.is_none() {
+                board = HealthReader::open(node, process, 1).ok();
+            }
+            let state = board.as_ref().and_then(|board: &HealthReader| board.read().state());
+            if state == Some(ProcessState::Running) {
+                return Ok(());
+            }
+            if let Some(how) = self.ended(process) {
+                return Err(ClassError::NotReady { process, how });
+            }
+            if self.interrupted() {
+                return Err(TurnError::Interrupted.into());
+            }
+            if clock::now() >= give_up {
+                let how = format!("nothing heard of it for {} s", within.as_secs());
+                return Err(ClassError::NotReady { process, how });
+            }
+            self.children.wait(self.signals.as_fd(), LOOK);
+        }
+    }
+
+    /// Waits until all have ended; those that do not in time are killed as the class is dropped.
+    pub(crate) fn see_off(&mut self, within: Duration) {
+        let give_up = clock::now() + within;
+        while !self.children.is_empty() && clock::now() < give_up {
+            self.ended.extend(self.children.bury());
+            self.children.wait(self.signals.as_fd(), LOOK);
+        }
+    }
+}
+
+impl Watch for Class {
+    fn ended(&mut self, process: Process) -> Option<String> {
+        self.ended.extend(self.children.bury());
+        self.ended.get(&process).map(ToString::to_string)
+    }
+
+    fn interrupted(&mut self) -> bool {
+        self.interrupted |= self.signals.receive() != Received::default();
+        self.interrupted
+    }
+}

@@ -1,0 +1,280 @@
+//! The guard process: it switches torque off when the supervisor and the motor process have died together.
+//!
+//! It waits at the reading end of a pipe. Only the supervisor and the motor process hold its writing ends.
+//! Both tell it on that pipe where the robot stands. When both are gone, the kernel closes the pipe: where the last word
+//! was not that torque is off, the guard opens the buses itself. It takes no line from a motor process that lives.
+
+use std::fs::File;
+use std::io::{self, PipeReader, PipeWriter, Write as _};
+use std::os::fd::{AsFd as _, OwnedFd};
+use std::os::unix::process::CommandExt as _;
+use std::process::{Child, Command, Stdio};
+
+use clock::{Duration, Instant};
+use config::Robot;
+use config::motor::Device;
+use process::{Failure, Launch};
+use rustix::event::{PollFd, PollFlags, Timespec, poll};
+use rustix::io::read;
+use rustix::process::{Pid, PidfdFlags, Signal, pidfd_open, pidfd_send_signal};
+
+use crate::io::children::{PROGRAM, arguments};
+
+/// The subcommand.
+const COMMAND: &str = "torque-guard";
+
+/// A motor process begins, or is between two lives.
+const STARTING: &str = "starting";
+/// The motor process with this number runs.
+const MOTOR: &str = "motor ";
+/// Torque is off, or it was said of which servos that is not known.
+const ENDED: &str = process::TORQUE_IS_OFF;
+
+/// A guard that has died is replaced, but not more often than this.
+const REPLACE_EVERY: Duration = Duration::from_secs(1);
+/// How long the end of a run waits for the guard's.
+const ENDS_WITHIN: Duration = Duration::from_secs(1);
+/// How often the guard looks whether its supervisor lives.
+const LOOK_EVERY: Duration = Duration::from_millis(200);
+/// How long a motor process may take to end after its supervisor has died: it needs a second. One that hangs is killed.
+const MOTOR_ENDS_WITHIN: Duration = Duration::from_millis(2500);
+/// How long a line may stay another process's.
+const BUSY_TIMEOUT: Duration = Duration::from_secs(5);
+
+/// The supervisor's end of the guard.
+#[derive(Debug)]
+pub(crate) struct Guard {
+    launch: Launch,
+    /// The guard reads from a copy: held here so that its successor reads from the same pipe.
+    reader: PipeReader,
+    writer: PipeWriter,
+    child: Option<Child>,
+    /// What was told last.
+    told: String,
+    replace_at: Instant,
+}
+
+impl Guard {
+    /// Starts the guard of a robot; none where every bus is a mock, whose servos end with its process.
+    pub(crate) fn start(robot: &Robot, launch: &Launch) -> Option<Self> {
+        let is_hardware = robot.motor.buses.iter().any(|bus| bus.device != Device::Mock);
+        if !is_hardware {
+            return None;
+        }
+        let started = io::pipe().and_then(|(reader, writer)| {
+            let child = Some(spawn(&reader, launch)?);
+            let (launch, told) = (launch.clone(), ENDED.to_owned());
+            Ok(Self { launch, reader, writer, child, told, replace_at: clock::now() + REPLACE_EVERY })
+        });
+        started.inspect_err(no_guard).ok()
+    }
+
+    /// What the motor process is to hold, so that the guard learns of its death.
+    pub(crate) fn line(&self) -> io::Result<OwnedFd> {
+        self.writer.try_clone().map(OwnedFd::from)
+    }
+
+    pub(crate) fn motor_starts(&mut self) {
+        self.tell(STARTING.to_owned());
+    }
+
+    pub(crate) fn motor_runs(&mut self, pid: u32) {
+        self.tell(format!("{MOTOR}{pid}"));
+    }
+
+    fn tell(&mut self, word: String) {
+        self.told = word;
+        self.repeat();
+    }
+
+    fn repeat(&mut self) {
+        if let Err(error) = writeln!(self.writer, "{}", self.told) {
+            no_guard(&error);
+        }
+    }
+
+    /// Replaces a guard that has died.
+    pub(crate) fn attend(&mut self, now: Instant) {
+        let has_died = self.child.as_mut().is_none_or(|child| !matches!(child.try_wait(), Ok(None)));
+        if !has_died || now < self.replace_at {
+            return;
+        }
+        self.replace_at = now + REPLACE_EVERY;
+        tracing::warn!("the guard of the torque died and is replaced");
+        match spawn(&self.reader, &self.launch) {
+            Ok(child) => {
+                self.child = Some(child);
+                self.repeat();
+            }
+            Err(error) => {
+                self.child = None;
+                no_guard(&error);
+            }
+        }
+    }
+
+    /// Tells the guard that there is nothing to do any more, and waits for its end.
+    pub(crate) fn end(mut self) {
+        self.tell(ENDED.to_owned());
+        let Self { writer, child, .. } = self;
+        drop(writer);
+        let until = clock::now() + ENDS_WITHIN;
+        let mut child = child;
+        while let Some(Ok(None)) = child.as_mut().map(Child::try_wait)
+            && clock::now() < until
+        {
+            clock::sleep_until(clock::now() + Duration::from_millis(5));
+        }
+    }
+}
+
+fn no_guard(error: &io::Error) {
+    tracing::error!(
+        "the guard of the torque cannot be reached: {error}; where the supervisor and the motor process die together, \
+         torque stays on"
+    );
+}
+
+/// Starts a guard that reads from a pipe. It is in a process group of its own, and does not die with its parent.
+fn spawn(reader: &PipeReader, launch: &Launch) -> io::Result<Child> {
+    Command::new(PROGRAM)
+        .arg0(std::env::current_exe()?)
+        .arg(COMMAND)
+        .args(arguments(launch))
+        .env_remove("NOTIFY_SOCKET")
+        .env_remove("WATCHDOG_USEC")
+        .stdin(Stdio::from(reader.try_clone()?))
+        .stdout(Stdio::null())
+        .process_group(0)
+        .spawn()
+}
+
+/// Where the robot stands, as the guard was told.
+#[derive(Debug)]
+enum Standing {
+    /// No motor process has begun, or torque is off.
+    Ended,
+    /// A motor process may have switched torque on.
+    Begun { motor: Option<OwnedFd> },
+}
+
+/// The guard process: waits until the supervisor and the motor process are gone, and then sees to it that torque is
+/// off. Signals do not end it.
+///
+/// # Errors
+///
+/// Its pipe is none, or a servo has not confirmed that its torque is off.
+pub fn guard(launch: &Launch, robot: &Robot) -> Result<(), Failure> {
+    // The flag is not looked at: it is there so that the signals are handled.
+    let _ignored = process::stop_flag()?;
+    realtime::take_name();
+    // The domain may be gone by then; the files were read already.
+    let buses = torque::buses(&robot.motor, None);
+    let standing = watch(launch).map_err(|error| Failure::own(format!("the guard has no pipe: {error}")))?;
+    if matches!(standing, Standing::Ended) {
+        return Ok(());
+    }
+    tracing::error!("the supervisor and the motor process are gone: every torque is switched off");
+    let report = torque::switch_off(&buses, BUSY_TIMEOUT);
+    report.log(launch.config.as_deref());
+    if report.is_confirmed() { Ok(()) } else { Err(Failure::own(report)) }
+}
+
+/// Reads the pipe to its end: until no process holds a writing end.
+fn watch(launch: &Launch) -> io::Result<Standing> {
+    let pipe = File::from(io::stdin().as_fd().try_clone_to_owned()?);
+    let mut standing = Standing::Ended;
+    let mut heard = Vec::new();
+    let mut orphaned_at = None;
+    loop {
+        if is_readable(&pipe)? {
+            let mut bytes = [0; 256];
+            match read(&pipe, &mut bytes) {
+                Ok(0) => return Ok(standing),
+                Ok(count) => heard.extend_from_slice(bytes.get(..count).unwrap_or_default()),
+                Err(rustix::io::Errno::INTR | rustix::io::Errno::AGAIN) => {}
+                Err(error) => return Err(error.into()),
+            }
+            while let Some(end) = heard.iter().position(|byte| *byte == b'\n') {
+                let line: Vec<u8> = heard.drain(..=end).collect();
+                standing = standing.told(String::from_utf8_lossy(&line).trim_end());
+            }
+        }
+        if launch.parent.is_some_and(|parent| !realtime::is_parent(parent)) {
+            let now = clock::now();
+            let since = *orphaned_at.get_or_insert(now);
+            if now.since(since) >= MOTOR_ENDS_WITHIN {
+                standing = standing.without_a_motor_that_hangs();
+            }
+        }
+    }
+}
+
+fn is_readable(pipe: &File) -> io::Result<bool> {
+    let mut fds = [PollFd::new(pipe, PollFlags::IN)];
+    match poll(&mut fds, Timespec::try_from(LOOK_EVERY).ok().as_ref()) {
+        Ok(count) => Ok(count > 0),
+        Err(rustix::io::Errno::INTR) => Ok(false),
+        Err(error) => Err(error.into()),
+    }
+}
+
+impl Standing {
+    fn told(self, word: &str) -> Self {
+        if word == ENDED {
+            return Self::Ended;
+        }
+        let number = word.strip_prefix(MOTOR).and_then(|pid| pid.parse().ok()).and_then(Pid::from_raw);
+        Self::Begun { motor: number.and_then(|pid| pidfd_open(pid, PidfdFlags::empty()).ok()) }
+    }
+
+    /// The motor process has had its time to end: the line that it holds is needed.
+    fn without_a_motor_that_hangs(self) -> Self {
+        if let Self::Begun { motor: Some(motor) } = &self
+            && pidfd_send_signal(motor, Signal::KILL).is_ok()
+        {
+            tracing::error!("the motor process has not ended after its supervisor died: killed");
+            return Self::Begun { motor: None };
+        }
+        self
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_last_word_counts_and_a_motor_process_that_has_ended_is_not_killed() {
+        let begun = |standing: &Standing| matches!(standing, Standing::Begun { .. });
+        let standing = Standing::Ended.told(STARTING);
+        assert!(begun(&standing));
+        let standing = standing.told(&format!("{MOTOR}{}", i32::MAX));
+        assert!(begun(&standing));
+        let standing = standing.without_a_motor_that_hangs();
+        assert!(matches!(standing, Standing::Begun { motor: None }));
+        let standing = standing.told(ENDED);
+        assert!(matches!(standing, Standing::Ended));
+        assert!(begun(&standing.told("")), "what is not understood is no end");
+    }
+
+    #[test]
+    fn no_guard_is_started_where_every_bus_is_a_mock() {
+        let robot = Robot::load(None).unwrap();
+        let launch = Launch {
+            domain: "/dev/shm/leo-7".into(),
+            incarnation: 1,
+            parent: None,
+            config: None,
+            kept: None,
+            lesson: None,
+            synthetic: None,
+            partners: None,
+            stay: false,
+            lockstep: false,
+            state: None,
+            campaign: None,
+        };
+        assert!(Guard::start(&robot, &launch).is_none());
+    }
+}

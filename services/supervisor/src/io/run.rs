@@ -1,0 +1,486 @@
+use std::collections::BTreeMap;
+use std::fs;
+use std::io;
+use std::path::{Path, PathBuf};
+use std::process::{ExitStatus, Stdio};
+use std::thread::JoinHandle;
+
+use clock::{Duration, Instant};
+use config::leo::Leo;
+use config::{ConfigError, Files, Robot};
+use message::{Process, ProcessState};
+use process::{Launch, emergency};
+use realtime::{Awake, HeadStart};
+use transport::janitor::{ClaimError, Janitor, claim, sweep_stale};
+use transport::{Delivery, Domain, DomainError, HealthReader, JoinError, Node, PortError, Queues};
+
+use crate::faults::{Deed, ProcessFaults};
+use crate::io::caretaker::Caretaker;
+use crate::io::check::room;
+use crate::io::guard::Guard;
+use crate::io::memory_watch::{MemoryFault, MemoryWatch};
+use crate::io::serial_lines::SerialLines;
+use crate::io::service_manager::ServiceManager;
+use crate::io::signals::Signals;
+use crate::io::stop_by_any_user::stop_by_any_user;
+use crate::policy::{Action, Ended, Event, Outcome, Policy, Terms, Why};
+use crate::{Children, Lives};
+
+/// How soon to look again while a process is on its way up or down.
+const BUSY: Duration = Duration::from_millis(5);
+/// Hearts are felt this many times within the time that they may stand still.
+const PULSES: u32 = 4;
+/// How often is cleaned up after those that looked on and were killed, while nobody of the robot dies.
+const CLEAN_EVERY: Duration = Duration::from_secs(5);
+/// How long a line of a motor process that has just died may stay its own.
+const BUSY_TIMEOUT: Duration = Duration::from_secs(2);
+/// The exit status of a process that refuses its configuration.
+const REFUSED: i32 = 2;
+/// The order of starting: readers before their writers, so that no frame finds nobody there, and
+/// the servos before who moves them.
+pub const ORDER: [Process; 8] = [
+    Process::Console,
+    Process::MockBus,
+    Process::Motor,
+    Process::Learner,
+    Process::Link,
+    Process::Belief,
+    Process::Sensor,
+    Process::Simulator,
+];
+
+/// What to run.
+#[derive(Clone, Debug)]
+pub struct Orders {
+    /// The domain of its own that the robot runs in.
+    pub domain: Domain,
+    /// The processes, in the order of starting: [`ORDER`], or a part of it.
+    pub processes: Vec<Process>,
+    /// The configuration, checked.
+    pub settings: Leo,
+    /// The files of the configuration: the processes read them as they are now, in every life.
+    pub files: Files,
+    /// The lesson to play, as it is written.
+    pub lesson: Option<String>,
+    /// A synthetic lesson of so many objects instead.
+    pub synthetic: Option<u32>,
+    /// Partners whose perspective is taken; what the configuration says, without.
+    pub partners: Option<u32>,
+    /// Where Leo remembers what it learned.
+    pub state: Option<PathBuf>,
+    /// What goes wrong on purpose, as it is written, and of it what is done to the processes.
+    pub faults: Option<(String, ProcessFaults)>,
+    /// Whether the robot stays up when the lesson is over.
+    pub stay: bool,
+    /// How long to run once all processes are ready, whether or not there is anything left to do; until
+    /// somebody stops it, or as `stay` says, without.
+    pub run_for: Option<Duration>,
+}
+
+/// Why the robot could not run at all.
+#[derive(Debug, thiserror::Error)]
+pub enum RunError {
+    /// Shared memory has no room for the robot.
+    #[error("{0}")]
+    NoRoom(String),
+    /// The system has no thread for the supervisor.
+    #[error("cannot start a thread: {0}; is the limit of processes of this user, `ulimit -u`, reached?")]
+    Thread(#[source] io::Error),
+    /// The configuration is refused.
+    #[error(transparent)]
+    Config(#[from] ConfigError),
+    /// The domain cannot be had.
+    #[error(transparent)]
+    Claim(#[from] ClaimError),
+    /// The domain cannot be made.
+    #[error(transparent)]
+    Domain(#[from] DomainError),
+    /// The supervisor cannot join the domain.
+    #[error(transparent)]
+    Join(#[from] JoinError),
+    /// The roster cannot be put up.
+    #[error(transparent)]
+    Port(#[from] PortError),
+    /// Signals cannot be watched for.
+    #[error("cannot watch for signals: {0}")]
+    Signals(io::Error),
+    /// What the program is called cannot be found out.
+    #[error("cannot find out what this program is called, from which the processes are started: {0}")]
+    Executable(io::Error),
+}
+
+/// Runs the robot until somebody stops it, a process has nothing left to do, or one cannot be
+/// kept alive. Nothing is left behind, in shared memory or among the processes, but an emergency stop
+/// that was not released: a robot that is started anew in its domain is limp until it is.
+///
+/// # Errors
+///
+/// The domain cannot be had, or the system refuses what the supervisor itself needs.
+pub fn run(orders: &Orders) -> Result<Outcome, RunError> {
+    for name in sweep_stale() {
+        tracing::info!(domain = name, "removed what a killed robot left behind");
+    }
+    let partners = orders.partners.unwrap_or(orders.settings.belief.partners);
+    room(&orders.settings, partners, false).map_err(RunError::NoRoom)?;
+    let claim = claim(&orders.domain)?;
+    if let Some(reason) = emergency::reason(orders.domain.root()) {
+        tracing::warn!(
+            "the emergency stop was raised before this start ({reason}): the robot stays limp until `leo \
+             emergency-stop --release`"
+        );
+    }
+    let made = orders.domain.make().and_then(|()| Kept::keep(orders));
+    let outcome = made.map_err(RunError::from).and_then(|kept| supervise(orders, &kept));
+    Janitor::new(&orders.domain).wipe(claim);
+    if matches!(outcome, Ok(Outcome::MemoryRemoved)) {
+        // What is left of it belongs to a folder that is gone.
+        sweep_stale();
+    }
+    outcome
+}
+
+/// Where the files lie that the processes read instead of those they were made from: a life that begins
+/// while somebody edits them, or upgrades the package that brought them, is like the first.
+struct Kept {
+    folder: PathBuf,
+    lesson: Option<PathBuf>,
+    campaign: Option<PathBuf>,
+}
+
+impl Kept {
+    fn keep(orders: &Orders) -> Result<Self, DomainError> {
+        let folder = orders.domain.root().join("configuration");
+        let failed = |path: &Path| {
+            let path = path.to_owned();
+            move |source| DomainError::Write { path, source }
+        };
+        fs::create_dir_all(&folder).and_then(|()| orders.files.keep(&folder)).map_err(failed(&folder))?;
+        let written = |name: &str, text: Option<&String>| {
+            let write = |text| {
+                let file = folder.join(name);
+                fs::write(&file, text).map_err(failed(&file)).map(|()| file)
+            };
+            text.map(write).transpose()
+        };
+        let lesson = written("lesson.toml", orders.lesson.as_ref())?;
+        let campaign = written("campaign.toml", orders.faults.as_ref().map(|(text, _)| text))?;
+        Ok(Self { folder, lesson, campaign })
+    }
+}
+
+fn supervise(orders: &Orders, kept: &Kept) -> Result<Outcome, RunError> {
+    let robot = Robot::of(&orders.files)?;
+    let signals = Signals::watch().map_err(RunError::Signals)?;
+    let queues = Queues { frames: orders.settings.buffers.frames.get(), delivery: Delivery::Newest };
+    let node = Node::join(&orders.domain, Process::Supervisor.name(), 1, queues)?;
+    let lives = Lives::put_up(&node, &orders.processes)?;
+    // What the supervisor was granted for itself, such as to change the kernel's threads, is not for those that it
+    // starts. A kernel that knows nothing of it has granted nothing.
+    let _cleared = rustix::thread::clear_ambient_capability_set();
+    let stop_within = orders.settings.supervisor.stop_within_ms.duration();
+    let children = Children::new().map_err(RunError::Executable)?.with_motor(stop_within).with_lives(lives);
+    let has_motor = orders.processes.contains(&Process::Motor);
+    let guard = if has_motor { Guard::start(&robot, &launch(orders, kept, 1)) } else { None };
+    let memory = MemoryWatch::of(&orders.domain);
+    let caretaker = Caretaker::hire(&orders.domain).map_err(RunError::Thread)?;
+    let _stop_socket = if has_motor && orders.settings.supervisor.stop_by_any_user {
+        stop_by_any_user(&orders.domain)
+    } else {
+        None
+    };
+    let _awake = orders.settings.supervisor.keep_cores_awake.then(keep_cores_awake);
+    let mut house = House {
+        orders,
+        kept,
+        robot,
+        node,
+        children,
+        guard,
+        memory,
+        is_memory_removed: false,
+        torque_off: None,
+        caretaker,
+        hearts: BTreeMap::new(),
+        events: Vec::new(),
+        end_at: None,
+        clean_at: clock::now() + CLEAN_EVERY,
+        faults: orders.faults.as_ref().map(|(_, faults)| faults.clone()).unwrap_or_default(),
+        service_manager: ServiceManager::default(),
+        serial_lines: SerialLines::new(orders.settings.supervisor.keep_serial_lines_prompt),
+    };
+    let outcome = house.live(signals);
+    if let Some(guard) = house.guard.take() {
+        guard.end();
+    }
+    house.caretaker.dismiss();
+    Ok(outcome)
+}
+
+/// Keeps the cores awake where that is granted: where it is not, everything works, and wakes later.
+fn keep_cores_awake() -> Option<Awake> {
+    let asked = Awake::ask();
+    if let Err(error) = &asked {
+        tracing::info!(
+            "the cores are not kept awake, and wake later: {error}; `leo check` says what grants it"
+        );
+    }
+    asked.ok()
+}
+
+/// What a process is told when it is started.
+fn launch(orders: &Orders, kept: &Kept, incarnation: u64) -> Launch {
+    Launch {
+        domain: orders.domain.root().to_owned(),
+        incarnation,
+        parent: i32::try_from(std::process::id()).ok(),
+        config: orders.files.leo().map(Path::to_owned),
+        kept: Some(kept.folder.clone()),
+        lesson: kept.lesson.clone(),
+        synthetic: orders.synthetic,
+        partners: orders.partners,
+        stay: orders.stay || orders.run_for.is_some(),
+        lockstep: false,
+        state: orders.state.clone(),
+        campaign: kept.campaign.clone(),
+    }
+}
+
+/// The world that the policy decides about.
+struct House<'orders> {
+    orders: &'orders Orders,
+    kept: &'orders Kept,
+    robot: Robot,
+    node: Node,
+    children: Children,
+    /// Behind the children: where the supervisor ends without a word, it learns of that when they are gone.
+    guard: Option<Guard>,
+    memory: MemoryWatch,
+    is_memory_removed: bool,
+    /// Switches torque off, while it does.
+    torque_off: Option<JoinHandle<()>>,
+    caretaker: Caretaker,
+    /// Boards of the living, opened once they stand.
+    hearts: BTreeMap<Process, Heart>,
+    /// What happened since the policy was told.
+    events: Vec<Event>,
+    end_at: Option<Instant>,
+    /// When to clean up after onlookers next.
+    clean_at: Instant,
+    /// What is done to the processes on purpose.
+    faults: ProcessFaults,
+    service_manager: ServiceManager,
+    serial_lines: SerialLines,
+}
+
+struct Heart {
+    incarnation: u64,
+    board: Option<HealthReader>,
+    /// Until it is ready.
+    head_start: Option<HeadStart>,
+}
+
+impl House<'_> {
+    fn live(&mut self, mut signals: Signals) -> Outcome {
+        let terms = Terms::from(&self.orders.settings.supervisor);
+        let mut policy = Policy::new(terms, &self.orders.processes, clock::now());
+        loop {
+            self.look_around(&mut signals);
+            // Read after the hearts were felt, so that none seems to stand still for longer.
+            let now = clock::now();
+            for action in policy.step(now, &std::mem::take(&mut self.events)) {
+                if let Some(outcome) = self.act(now, action) {
+                    return outcome;
+                }
+            }
+            self.service_manager.stands(policy.standing());
+            self.serial_lines.attend(now);
+            if let Some(guard) = &mut self.guard {
+                guard.attend(now);
+            }
+            if now >= self.clean_at {
+                self.clean_at = now + CLEAN_EVERY;
+                // Never while a process starts; after a death it is done in any case.
+                if !policy.is_busy() {
+                    self.node.clean_up_dead();
+                }
+            }
+            for (process, deed) in self.faults.due(now) {
+                match deed {
+                    Deed::Kill => self.children.kill(process),
+                    Deed::Freeze | Deed::Thaw => self.children.hold(process, deed == Deed::Freeze),
+                }
+            }
+            let pause = if policy.is_busy() { BUSY } else { terms.heartbeat_timeout / PULSES };
+            let pause = self.end_at.map_or(pause, |end| pause.min(end.since(now).max(BUSY)));
+            let pause = self.faults.next().map_or(pause, |next| pause.min(next.since(now)));
+            self.children.wait(signals.as_fd(), pause);
+        }
+    }
+
+    fn look_around(&mut self, signals: &mut Signals) {
+        let received = signals.receive();
+        self.events.extend(std::iter::repeat_n(Event::Stop, received.requests));
+        self.events.extend(received.has_hung_up.then_some(Event::HangUp));
+        if self.end_at.is_some_and(|end| clock::now() >= end) {
+            self.end_at = None;
+            self.events.push(Event::TimeIsOver);
+        }
+        let dead = self.children.bury();
+        // Before a death is told, of which it may be the cause.
+        self.look_at_memory(!dead.is_empty());
+        for (process, status) in dead {
+            self.hearts.remove(&process);
+            tracing::debug!(%process, %status, "ended");
+            self.events.push(Event::Died(process, ended(process, status)));
+        }
+        for (&process, heart) in &mut self.hearts {
+            if heart.board.is_none() {
+                heart.board = HealthReader::open(&self.node, process, heart.incarnation).ok();
+            }
+            let Some(health) = heart.board.as_ref().map(HealthReader::read) else { continue };
+            if let Some(state) = health.state() {
+                if state != ProcessState::Starting
+                    && let Some(head_start) = heart.head_start.take()
+                {
+                    head_start.end();
+                }
+                self.events.push(Event::Pulse { process, state, beat: health.beat });
+            }
+        }
+        if self.caretaker.says_clean() {
+            self.node.clean_up_dead();
+            self.events.push(Event::CleanedUp);
+        }
+        if let Some(done) = self.torque_off.take_if(|thread| thread.is_finished()) {
+            // A thread that panicked has said so.
+            let _ended = done.join();
+            self.events.push(Event::TorqueIsOff);
+        }
+    }
+
+    fn look_at_memory(&mut self, now_for_sure: bool) {
+        if self.is_memory_removed {
+            return;
+        }
+        let removed = match self.memory.look(clock::now(), now_for_sure) {
+            None => return,
+            Some(MemoryFault::Mended(replaced)) => {
+                tracing::error!("the middleware's management segment {replaced}");
+                return;
+            }
+            Some(MemoryFault::Damaged(why)) => {
+                tracing::error!(
+                    "the middleware's management segment cannot be made anew, and no process can join the robot: {why}"
+                );
+                return;
+            }
+            Some(MemoryFault::Removed(path)) => path,
+        };
+        tracing::error!(
+            "{} was removed under the running robot, which stops now. systemd-logind does so when the user's last login \
+             ends (`RemoveIPC=no` in /etc/systemd/logind.conf, or `loginctl enable-linger`, keeps it), and cleaners of \
+             /dev/shm may",
+            removed.display()
+        );
+        self.is_memory_removed = true;
+        self.events.push(Event::MemoryRemoved);
+    }
+
+    /// Switches torque off without a motor process, in a thread of its own: the others are looked after meanwhile.
+    fn switch_torque_off(&mut self) {
+        let buses = torque::buses(&self.robot.motor, Some(self.orders.domain.root()));
+        let config = self.orders.files.leo().map(Path::to_owned);
+        tracing::error!("no motor process runs any more: the supervisor switches every torque off");
+        let work = move || torque::switch_off(&buses, BUSY_TIMEOUT).log(config.as_deref());
+        match std::thread::Builder::new().name("torque off".to_owned()).spawn(work.clone()) {
+            Ok(thread) => self.torque_off = Some(thread),
+            Err(_) => {
+                work();
+                self.events.push(Event::TorqueIsOff);
+            }
+        }
+    }
+
+    fn act(&mut self, now: Instant, action: Action) -> Option<Outcome> {
+        match action {
+            Action::Start { process, incarnation } => self.start(process, incarnation),
+            Action::Terminate(process) => self.children.terminate(process),
+            Action::Kill(process, why) => {
+                tracing::warn!(%process, "{}", complaint(why));
+                self.children.kill(process);
+            }
+            Action::CleanUp => self.caretaker.ask(),
+            Action::SwitchTorqueOff => self.switch_torque_off(),
+            Action::AllReady => {
+                self.end_at = self.orders.run_for.map(|run_for| now + run_for);
+                self.faults.begin(now);
+                self.service_manager.ready();
+                self.welcome();
+            }
+            Action::End(outcome) => return Some(outcome),
+        }
+        None
+    }
+
+    fn start(&mut self, process: Process, incarnation: u64) {
+        if incarnation > 1 {
+            tracing::warn!(%process, life = incarnation, "died and starts anew");
+        }
+        let launch = launch(self.orders, self.kept, incarnation);
+        let guard = self.guard.as_mut().filter(|_| process == Process::Motor);
+        let started = match guard {
+            None => self.children.start(process, &launch),
+            Some(guard) => {
+                guard.motor_starts();
+                let line = guard.line().map_or_else(|_| Stdio::null(), Stdio::from);
+                let started = self.children.start_with(process, &launch, line);
+                if let Some(pid) = self.children.pid(process) {
+                    guard.motor_runs(pid);
+                }
+                started
+            }
+        };
+        match started {
+            Ok(()) => {
+                // Where it is not granted, the process starts all the same.
+                let head_start =
+                    self.children.pid(process).and_then(|pid| HeadStart::give(i32::try_from(pid).ok()?).ok());
+                self.hearts.insert(process, Heart { incarnation, board: None, head_start });
+            }
+            Err(error) => {
+                tracing::error!(%process, %error, "cannot be started");
+                self.events.push(Event::Died(process, Ended::Failed));
+            }
+        }
+    }
+
+    fn welcome(&self) {
+        let domain = self.orders.domain.root().display();
+        tracing::info!(%domain, processes = self.hearts.len(), "the robot runs");
+        let boards = self.hearts.values().filter_map(|heart| heart.board.as_ref());
+        let missing = boards.fold(0, |bits, board| bits | board.read().missing_rights);
+        if missing != 0 {
+            tracing::warn!("{}", realtime::advice(missing));
+        }
+    }
+}
+
+/// Only who tells people about the lesson may have nothing left to do, and only the motor process says by its exit
+/// status that torque is off; for everybody else ending unasked is failing.
+fn ended(process: Process, status: ExitStatus) -> Ended {
+    let may_finish = matches!(process, Process::Console | Process::Motor);
+    match status.code() {
+        Some(0) if may_finish => Ended::Done,
+        Some(REFUSED) => Ended::Refused,
+        Some(_) | None => Ended::Failed,
+    }
+}
+
+const fn complaint(why: Why) -> &'static str {
+    match why {
+        Why::NotReady => "is not ready in time: killed",
+        Why::Hangs => "hangs, its heart stands still: killed",
+        Why::DoesNotStop => "does not stop in time: killed",
+        Why::Hurry => "was not waited for, the robot was told to stop twice: killed",
+    }
+}
