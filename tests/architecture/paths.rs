@@ -68,10 +68,10 @@ impl Content {
                     colons = 0;
                 }
                 TokenTree::Punct(mark) if mark.as_char() == ':' && !path.is_empty() => colons += 1,
-                other => {
+                TokenTree::Ident(_) | TokenTree::Punct(_) | TokenTree::Group(_) | TokenTree::Literal(_) => {
                     self.add_word(&mut path, line);
                     colons = 0;
-                    match other {
+                    match &token {
                         TokenTree::Ident(word) => {
                             path = if after_dot { format!(".{word}") } else { word.to_string() };
                             line = word.span().start().line;
@@ -105,6 +105,7 @@ fn is_for_tests(attributes: &[Attribute]) -> bool {
     })
 }
 
+#[expect(clippy::wildcard_enum_match_arm, reason = "what is no item that we know has no attributes")]
 fn attributes(item: &Item) -> &[Attribute] {
     match item {
         Item::Const(item) => &item.attrs,

@@ -20,7 +20,7 @@ pub(crate) fn sources(folder: &str) -> Vec<Source> {
     let parse = |file: &PathBuf| {
         let path = file.strip_prefix(root).expect("below the root").display().to_string();
         let text = fs::read_to_string(file).expect("a source");
-        let content = Content::parse(&text).unwrap_or_else(|error| panic!("{path}: {error}"));
+        let content = Content::parse(&text).map_err(|error| format!("{path}: {error}")).expect("Rust");
         Source { path, content }
     };
     let all: Vec<Source> = files.iter().map(parse).collect();

@@ -14,7 +14,7 @@ use crate::{Side, alone, free_port, keys_or_skip};
 /// Memory of the link process that a flood may take, in kilobytes: of first packets, and of handshakes.
 const MAX_GROWTH_BY_PACKETS_KB: u64 = 16 * 1024;
 const MAX_GROWTH_KB: u64 = 32 * 1024;
-/// Connections of one address whose certificate is not verified, and all connections (services/link/src/net/handshakes.rs).
+/// Connections of one address whose certificate is not verified, and all connections (services/link/src/io/net/handshakes.rs).
 const MAX_PER_ADDRESS: u64 = 32;
 const MAX_CONNECTIONS: u64 = 256;
 
