@@ -11,60 +11,59 @@ use crate::joint::Watchdog;
 use crate::notice::Notice;
 use crate::{Topic, Trouble};
 
-/// From return delay to profile velocity: how it is set up, looked at before anything of it is written but the status
-/// return level.
+/// The setup of a servo, from return delay to profile velocity. It is read before anything but the status return
+/// level is written.
 const SETUP: Item = span(RETURN_DELAY, PROFILE_VELOCITY);
-/// The servo's own bus watchdog, in 20 ms: 200 ms.
+/// Value of the servo's own bus watchdog, in units of 20 ms: 200 ms.
 const WATCHDOG: u8 = 10;
-/// What the watchdog reads once it has tripped.
+/// Value of the watchdog item once it has tripped.
 const TRIPPED: u8 = 0xFF;
-/// The position limits of a servo from the factory.
+/// Position limits of a servo from the factory, in counts.
 pub(crate) const FACTORY_LIMITS: (i32, i32) = (0, 4095);
-/// The status return level of a servo that answers everything.
+/// Status return level of a servo that answers every instruction.
 const ANSWERS_ALL: u8 = 2;
-/// Return delay, drive mode, operating mode: none, normal with a profile of velocity, position.
+/// Return delay 0, drive mode normal with velocity-based profile, operating mode position control.
 const MODE: [u8; 3] = [0, 0, 3];
-/// From torque to temperature: how the servo is.
+/// The condition of a servo, from torque enable to temperature.
 pub(crate) const CONDITION: Item = span(TORQUE_ENABLE, PRESENT_TEMPERATURE);
 
 const fn span(first: Item, last: Item) -> Item {
     Item { address: first.address, length: last.address + last.length - first.address }
 }
 
-/// What one servo is told or asked besides the goals and positions of every cycle. Each is
-/// answered.
+/// An instruction to one servo besides the goals and positions of every cycle. Each is answered.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Job {
     Ping,
-    /// Are there two? Asked where it is and what its time is, which no two servos say alike, or
-    /// else who is there, which they do; and waited for to the end.
+    /// Probe for a duplicate identifier; every byte of the answers is awaited. If `alike`, a ping, which two servos
+    /// answer identically. Otherwise a read of position and realtime tick, which two servos answer differently.
     Doubt {
         alike: bool,
     },
-    /// Switch your torque off; and who is there?
+    /// Torque off, and a ping.
     LetGo,
-    /// Answer everything from now on; and how is it set up?
+    /// Status return level 2 (answer everything), and a read of the setup.
     Inspect,
     SetMode,
     SetLimits {
         min: i32,
         max: i32,
     },
-    /// Arm your bus watchdog; clear it before, where it has tripped.
+    /// Arm the bus watchdog; `clear` it first if it has tripped.
     Guard {
         clear: bool,
     },
-    /// Acceleration, velocity and goal position, in counts.
+    /// Profile acceleration, profile velocity and goal position, in counts.
     Aim([i32; 3]),
-    /// Acceleration and velocity, in counts.
+    /// Profile acceleration and profile velocity, in counts.
     Profile([i32; 2]),
-    /// The highest duty, in 0.113 %.
+    /// Goal PWM, in 0.113 %.
     Duty(u16),
-    /// Torque off; or your bus watchdog armed, and torque on.
+    /// Torque off; or bus watchdog armed, and torque on.
     Torque(bool),
-    /// Stay where you are, torque on, wherever the goal is.
+    /// Stay at the present position with torque on, whatever the goal is.
     Stay,
-    /// How is it?
+    /// Read the condition.
     Look,
     /// Begin anew: clears a hardware alert.
     Reboot,
