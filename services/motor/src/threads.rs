@@ -177,8 +177,8 @@ impl Threads {
         })
     }
 
-    /// Sends every idle bus its request. A busy bus skips the cycle, and is marked as lost after [`AWAY_MOST`]
-    /// cycles.
+    /// Sends every idle bus its request. A busy bus skips the cycle, and is marked as lost after 25 of
+    /// them in a row.
     ///
     /// # Errors
     ///
