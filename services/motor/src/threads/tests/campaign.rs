@@ -140,14 +140,14 @@ fn ten_seconds_of_every_fault_at_once_for_real() {
     campaign(ROUND);
 }
 
-/// `cargo test --release -p motor-process ten_minutes -- --ignored --nocapture`
+/// `cargo test --release -p motor-process a_minute -- --ignored --nocapture`
 #[test]
 #[ignore = "takes a minute"]
 fn a_minute_of_every_fault_at_once_for_real() {
     campaign(6 * ROUND);
 }
 
-/// The same for ten minutes.
+/// The same for ten minutes: `ten_minutes`.
 #[test]
 #[ignore = "takes ten minutes"]
 fn ten_minutes_of_every_fault_at_once_for_real() {
