@@ -44,7 +44,7 @@ pub(crate) enum Purpose {
 #[derive(Clone, Debug)]
 pub(crate) struct Bus {
     joints: Vec<usize>,
-    /// Joints asked in the last request, in the order of their answers, and by which part.
+    /// Joints read in the last request, in the order of their answers, and the kind of part.
     asked: Vec<(usize, Topic)>,
     asked_length: u16,
     job: Option<(usize, Job)>,
@@ -225,7 +225,7 @@ impl Bus {
             let is_late = replies.late > 0 || self.counts.stale > stale;
             self.late = if is_late { self.late.saturating_add(1) } else { 0 };
             let missing = self.blame(now, joints, replies, &asked, &heard);
-            // A servo that was asked again may still answer the first request.
+            // A servo that was read again may still answer the first request.
             let has_asked_again = replies.heard(Topic::Again) > 0;
             let is_calm =
                 !(is_late || replies.noisy || has_asked_again || missing.iter().any(Option::is_some));
@@ -259,7 +259,7 @@ impl Bus {
         }
     }
 
-    /// Processes the measurements. Returns which of the joints asked have answered, by their position in `asked`.
+    /// Processes the measurements. Returns which of the joints in `asked` have answered, by their position.
     fn take_all(
         &mut self,
         now: Instant,
@@ -293,7 +293,7 @@ impl Bus {
         heard
     }
 
-    /// Counts the joints that were asked and did not answer, and returns their indices.
+    /// Counts the joints in `asked` that did not answer, and returns their indices.
     fn blame(
         &mut self,
         now: Instant,

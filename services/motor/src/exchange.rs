@@ -52,7 +52,7 @@ pub struct Sent {
 /// Result of receiving.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Received {
-    /// Bytes received; 0 after a time-out.
+    /// Bytes received; 0 after a timeout.
     pub count: usize,
     /// When the bytes were available.
     pub at: Instant,

@@ -51,7 +51,7 @@ const SETTLE: Duration = Duration::from_millis(40);
 struct Goal {
     position_rad: f64,
     arrive_at: Instant,
-    /// Decision time. A goal expires after the command time-out.
+    /// Decision time. A goal expires after the command timeout.
     decided_at: Instant,
 }
 

@@ -64,7 +64,7 @@ pub struct Motor {
     limp_after: Duration,
     /// When the newest goals were decided.
     decided_at: Option<Instant>,
-    /// Time of the first step, from which the limp time-out counts as long as no goals have arrived.
+    /// Time of the first step, from which the limp timeout counts as long as no goals have arrived.
     unled_since: Option<Instant>,
     stepped_at: Option<Instant>,
     period: Duration,
@@ -160,7 +160,7 @@ impl Motor {
     ///
     /// A goal that is not finite, or for an unknown joint, is refused. A frame without any accepted goal is no sign
     /// of life, except an empty one. A decision time after the next [`step`](Self::step) is cut to the time of that
-    /// step. A goal expires after the command time-out: a joint without a newer goal slows down and holds.
+    /// step. A goal expires after the command timeout: a joint without a newer goal slows down and holds.
     pub fn goals(&mut self, decided_at: Instant, goals: &[JointGoal]) {
         let mut accepted = goals.is_empty();
         for goal in goals {
@@ -179,7 +179,7 @@ impl Motor {
         }
     }
 
-    /// Advances every setpoint to `now`. Without goals for the command time-out the joints slow down and hold; later
+    /// Advances every setpoint to `now`. Without goals for the command timeout the joints slow down and hold; later
     /// their torque goes off.
     pub fn step(&mut self, now: Instant) {
         let since = self.stepped_at.map_or(self.period, |before| now.since(before));

@@ -39,7 +39,7 @@ impl Joint {
             Link::Unknown if self.licence.is_locked() && matches!(self.power, Power::Off) => None,
             Link::Unknown => Some(Job::Ping),
             Link::Identified(Setup::Inspect) => Some(Job::Inspect),
-            // The operator is told about an overwritten item before it is written.
+            // The operator is informed about an overwritten item before it is written.
             Link::Identified(Setup::Unlock | Setup::Mode | Setup::Limits) if !self.notices.is_empty() => None,
             Link::Identified(Setup::Unlock) => Some(Job::Torque(false)),
             Link::Identified(Setup::Mode) => Some(Job::SetMode),
