@@ -16,9 +16,9 @@ const SILENT_MOST: u32 = 10;
 /// Consecutive exchanges with late bytes in which no servo is counted as missing. Until the reply timeout has grown,
 /// the line is taken to be slow.
 const LATE_MOST: u32 = 6;
-/// Number of read lengths. Until the bus is clean, the read length cycles through these values, so that a late reply
-/// to an earlier request is detected by its length. The extra bytes follow the measurements in the control table. On
-/// a clean bus every reply arrived before the next request, so no late reply can be outstanding.
+/// Number of read lengths. Until the bus is clean, the read length cycles through these values. So a late reply to an
+/// earlier request is detected by its length. The extra bytes follow the measurements in the control table. On a
+/// clean bus every reply arrived before the next request, so no late reply can be outstanding.
 const LENGTHS: u16 = 12;
 /// A bus is clean after this many consecutive exchanges without missing, corrupt, late or repeated reads.
 const CALM: u32 = 24;
@@ -122,8 +122,8 @@ impl Bus {
         self.joints.iter().all(|&index| joints.get(index).is_some_and(Joint::has_let_go))
     }
 
-    /// Adds the goals for all servos and the read of the measurements: a fast sync read for servos whose firmware
-    /// supports it, a sync read for the others.
+    /// Adds the goals for all servos and the read of the measurements. Servos whose firmware supports it get a fast
+    /// sync read, the others a sync read.
     fn plan_measurements(&mut self, now: Instant, joints: &mut [Joint], request: &mut Request) {
         let mut goals = Goals::default();
         for &index in &self.joints {

@@ -21,7 +21,7 @@ pub(crate) struct Came {
 /// Check whether two servos answer to one identifier.
 ///
 /// Two identical answers at the same moment look like one; two different answers corrupt each other. So two servos
-/// are assumed if every answer to a read of position and tick is corrupt, while a ping is answered validly or with
+/// are assumed if every answer to a read of position and tick is corrupt. A ping must be answered validly, or with
 /// more bytes than one servo sends. Noise corrupts some answers of either kind, and a broken servo all answers of
 /// both kinds. If two servos are taken for one here, they are quarantined and checked again later.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

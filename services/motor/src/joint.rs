@@ -102,8 +102,8 @@ struct Contact {
 /// One joint and its servo: four state machines, and the known state of the servo. Positions are in the joint's frame
 /// unless stated otherwise.
 ///
-/// A joint moves only if its link answers, this process has switched its torque on (which arms the servo's bus
-/// watchdog) and it is armed: [`may_move`](Self::may_move).
+/// A joint moves only if its link answers, this process has switched its torque on, and it is armed:
+/// [`may_move`](Self::may_move). Switching torque on includes arming the servo's bus watchdog.
 #[derive(Clone, Debug)]
 pub(crate) struct Joint {
     settings: config::motor::Joint,

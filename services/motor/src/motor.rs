@@ -245,9 +245,9 @@ impl Motor {
     /// Arms the joints by an operator's order, valid for ten seconds or until another joint fails. The joints come up
     /// group by group.
     ///
-    /// A locked joint is unlocked if the cause is gone and its lock is among the first `acknowledged_locks` of
-    /// [`Counts::locks`], so that the operator has seen it. A joint whose servo does not answer needs a new order:
-    /// plugging in a cable starts nothing.
+    /// A locked joint is unlocked if the cause is gone and the operator has seen its lock: it is among the first
+    /// `acknowledged_locks` of [`Counts::locks`]. A joint whose servo does not answer needs a new order: plugging in
+    /// a cable starts nothing.
     pub fn arm(&mut self, now: Instant, acknowledged_locks: Option<u64>) {
         if self.letting_go.is_some() || self.stopping.is_some() {
             return;

@@ -34,8 +34,8 @@ impl Patience {
         self.least
     }
 
-    /// Records an exchange: whether bytes of the one before arrived late, and the time that the answers in time
-    /// needed beyond their time on the wire.
+    /// Records an exchange. `late`: whether bytes of the previous exchange arrived late. `needed`: the time beyond
+    /// the time on the wire until the answers that were in time.
     pub(crate) fn note(&mut self, late: bool, needed: Duration) {
         if late {
             self.now = (2 * self.now).min(self.most);

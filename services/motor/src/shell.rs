@@ -20,8 +20,8 @@ const LET_GO_AFTER: Duration = Duration::from_millis(750);
 ///
 /// # Errors
 ///
-/// The configuration is invalid, a device is no serial line or is in use by another program, the domain cannot be
-/// joined, or the middleware failed.
+/// The configuration is invalid, or a device is no serial line or is in use. Or the domain cannot be joined, or the
+/// middleware failed.
 pub fn run(launch: &Launch, robot: &Robot) -> Result<(), Failure> {
     let leo = &robot.leo;
     let mut member = Member::join(launch, Process::Motor, &leo.buffers, &leo.motor.realtime)

@@ -91,7 +91,7 @@ impl Threads {
     /// Opens the line of every bus, those of the mock servo bus in `folder`, and starts the bus threads.
     ///
     /// Lines may appear until `until`. If they `may_be_absent`, they may appear at any time, and their bus is lost
-    /// until then: adapters may be plugged in later, and the mock servo bus may be restarting. `patience` is the
+    /// until then. Adapters may be plugged in later, and the mock servo bus may be restarting. `patience` is the
     /// range of the reply timeout as in [`Master::new`]. A bus without a request switches every torque off by itself
     /// while the emergency stop is active.
     ///
@@ -167,7 +167,7 @@ impl Threads {
         self.ends.iter().map(|end| (end.skipped, &end.took))
     }
 
-    /// When the first byte of the newest request of each bus went out, or shortly before; `None` if the bus is busy
+    /// When the first byte of the newest request of each bus went out, or shortly before. `None` if the bus is busy
     /// or its request was empty.
     pub fn sent_at(&self) -> impl Iterator<Item = Option<Instant>> {
         self.ends.iter().map(|end| {

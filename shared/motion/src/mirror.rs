@@ -39,8 +39,8 @@ pub struct Movement {
     pub above: Position<Base>,
 }
 
-/// Recognises the robot's own movements in those of others: the motor level, one of the three on which a partner
-/// is monitored by the robot's own actions (Berlin et al. 2006, "Architecture", after Gray et al. 2005).
+/// Recognises the robot's own movements in those of others. This is the motor level, one of the three on which a
+/// partner is monitored by the robot's own actions (Berlin et al. 2006, "Architecture", after Gray et al. 2005).
 ///
 /// The robot carries an object up, across and down ([`Phase::Lift`], [`Phase::Carry`], [`Phase::Lower`]) to
 /// [insert](crate::Skill::Insert) or to [place](crate::Skill::Place) it. A partner whose object takes this path is

@@ -44,9 +44,9 @@ enum State {
 }
 
 impl Performer {
-    /// Creates a performer for a body's joints. `rest_rad` is the rest position of each joint, zero if it is missing:
-    /// usually `joint_rad(0.0)` of each joint of `motor.toml`, where the servo is in its middle position. Goals are
-    /// sent for the time `ahead` from now; two periods of the caller are enough.
+    /// Creates a performer for a body's joints. `rest_rad` is the rest position of each joint, zero if it is missing.
+    /// Usually it is `joint_rad(0.0)` of each joint of `motor.toml`, the middle position of its servo. Goals are sent
+    /// for the time `ahead` from now; two periods of the caller are enough.
     ///
     /// # Errors
     ///

@@ -89,8 +89,8 @@ impl Draft<'_> {
         }
     }
 
-    /// Grasps an object at its centre and puts it down elsewhere: with the nearer arm if possible, otherwise with the
-    /// other arm or with the torso's help.
+    /// Grasps an object at its centre and puts it down elsewhere. It uses the nearer arm if possible, otherwise the
+    /// other arm or the torso's help.
     fn carry(&mut self, load: &Load) -> Result<(), Refusal> {
         let leftness = load.thing.point().y + load.to.point().y;
         let sides = if leftness >= 0.0 { [Side::Left, Side::Right] } else { [Side::Right, Side::Left] };

@@ -46,8 +46,8 @@ const CALM: u32 = 40;
 
 /// Result of the cycles in which the bad servo was read.
 struct Cost {
-    /// Number of servos read in at least 95 % of the cycles, so that a short stall of the machine does not count as a
-    /// fault of the servo; and in all cycles.
+    /// Number of servos read in at least 95 % of the cycles, and in all cycles. The former ignores short stalls of
+    /// the machine, which are no fault of the servo.
     kept: usize,
     least: usize,
     /// Median and maximum duration of a cycle.

@@ -34,8 +34,8 @@ impl Port for Timed {
     }
 }
 
-/// Measures the computing time of a cycle of all joints: goals, setpoints, requests and replies; and the same
-/// including the decoding of the bytes from the buses.
+/// Measures the computing time of a cycle of all joints: goals, setpoints, requests and replies. Also measures the
+/// same including the decoding of the bytes from the buses.
 pub(crate) fn measure() {
     let robot = Robot::load(None).expect("built in");
     let mut motor = Motor::new(&robot.motor, &robot.leo.motor).expect("a robot");

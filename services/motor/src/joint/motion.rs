@@ -2,8 +2,8 @@ use clock::Instant;
 use message::JointMotion;
 use servo::Motion as Setpoint;
 
-/// State of a joint's motion. States other than [`Idle`](Self::Idle) require that the link answers, that this process
-/// has switched torque on, that the joint is armed, and that the servo's bus watchdog is set.
+/// State of a joint's motion. States other than [`Idle`](Self::Idle) require four things: the link answers, this
+/// process has switched torque on, the joint is armed, and the servo's bus watchdog is set.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Motion {
     /// No goal is sent.

@@ -11,12 +11,12 @@ use crate::derating::derating;
 
 /// Tracking error from which a joint counts as at its bound, as a share of the bound. From there its setpoint waits.
 const AT_BOUND: f64 = 0.9;
-/// Tracking error from which the servo's PWM is limited, as a share of the bound; and the error below which the joint
-/// has caught up, because it cannot turn fast over such a short way.
+/// Tracking error from which the servo's PWM is limited, as a share of the bound. The second value is the error below
+/// which the joint has caught up: it cannot turn fast over such a short way.
 const FAR_BEHIND: f64 = 0.4;
 const CAUGHT_UP_RAD: f64 = 0.006;
-/// How much faster than its setpoint a servo turns per radian that it lags behind; and the lowest speed, as a share
-/// of the setpoint's, if it is ahead.
+/// How much faster than its setpoint a servo turns per radian that it lags behind. The second value is the lowest
+/// speed if it is ahead, as a share of the setpoint's.
 const CATCH_UP_PER_S: f64 = 8.0;
 const SLOWER: f64 = 0.5;
 /// Lowest profile velocity, so that a motion does not end in a creep.

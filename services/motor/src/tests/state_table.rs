@@ -4,8 +4,8 @@
 //! every state that it reaches. After each cycle it checks that no motion occurs without permission. The search
 //! starts with a servo from the factory, and with servos that an earlier process left with torque on.
 //!
-//! Two states are equal if their state machines, the orders to the body and the state of the servo agree, as far as
-//! that makes a difference. Numbers, times and most causes are ignored. The first state reached represents its class.
+//! Two states are equal if their state machines, the orders to the body and the servo agree, as far as that matters.
+//! Numbers, times and most causes are ignored. The first state reached represents its class.
 #![expect(clippy::wildcard_enum_match_arm, reason = "an event concerns few of the things that can go wrong")]
 
 use std::collections::hash_map::Entry;

@@ -1,6 +1,6 @@
-//! Every fault of a servo, of a bus and of a commander, over pseudo-terminals to the mock servo bus: how soon it is
-//! detected, the reaction, what is published and counted, and how it ends. Faults of a joint are tested on each of
-//! the 65 joints.
+//! Every fault of a servo, of a bus and of a commander, over pseudo-terminals to the mock servo bus. The tests check
+//! how soon it is detected, the reaction, what is published and counted, and how it ends. Faults of a joint are
+//! tested on each of the 65 joints.
 //!
 //! Time is simulated, so that the speed of the machine does not matter. One joint of every bus fails at a time. The
 //! documentation of the servo bus lists these tests row by row.
