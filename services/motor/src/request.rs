@@ -14,7 +14,7 @@ pub(crate) const STATUS_BYTES: usize = 11;
 const CHAIN_BYTES: usize = 8;
 /// Bytes of one answer within a fast sync read status, without data: error, identifier, check sum.
 const LINK_BYTES: usize = 4;
-/// Capacity of the answers to one request. Fewer answers than that are ever expected.
+/// Capacity of the answers to one request. Further answers are dropped.
 const ANSWERS: usize = 3 * SERVOS_MOST;
 
 /// Kind of a part of a request, and of the answers to it.
