@@ -10,56 +10,54 @@ use crate::joint::{Command, Joint, Taken};
 use crate::request::{SERVOS_MOST, STATUS_BYTES, Topic};
 use crate::{Replies, Request};
 
-/// Exchanges in which nobody on the bus answers before its servos are blamed one by one: until
-/// then it is the bus, or the machine, that is slow.
+/// Exchanges without any answer on the bus before single servos are counted as missing. Until then the bus, or the
+/// machine, is taken to be slow.
 const SILENT_MOST: u32 = 10;
-/// Exchanges in a row before which bytes came after their time, in which no servo is blamed: until
-/// patience has grown, it is the line that is slow.
+/// Consecutive exchanges with late bytes in which no servo is counted as missing. Until the reply timeout has grown,
+/// the line is taken to be slow.
 const LATE_MOST: u32 = 6;
-/// While a bus is not calm, the length of reading rotates over so many values: an answer to an earlier
-/// question has another length than the one that is awaited, and is dropped for it. All of it is in the
-/// control table behind the measurements. On a calm bus every answer was there when the next question
-/// was asked, so that none can come later.
+/// Number of read lengths. Until the bus is clean, the read length cycles through these values. So a late reply to an
+/// earlier request is detected by its length. The extra bytes follow the measurements in the control table. On a
+/// clean bus every reply arrived before the next request, so no late reply can be outstanding.
 const LENGTHS: u16 = 12;
-/// A bus is calm after so many exchanges in which nothing was missing, broken, late or asked again.
+/// A bus is clean after this many consecutive exchanges without missing, corrupt, late or repeated reads.
 const CALM: u32 = 24;
-/// Of so many requests to a bus that has let go one asks where its servos stand; of so many others in one a
-/// look at how a servo is comes before what anybody is to be told.
+/// Period of the request rotation. With torque off, one request in this many reads positions. Otherwise, in one
+/// request in this many a due condition read precedes the other jobs.
 const ROUNDS: usize = 3;
-/// How often torque off is said to all at once.
+/// How often the broadcast of torque off is repeated in one request.
 const BROADCASTS: usize = 3;
 
-/// What a bus may do in a cycle.
+/// Operating mode of a bus in a cycle.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Purpose {
-    /// Drive; torque may come on in groups up to this one.
+    /// Drive the joints; torque may come on in groups up to `arm_up_to`.
     Drive {
         /// The last group whose torque may come on, if any.
         arm_up_to: Option<usize>,
     },
-    /// Switch every torque off.
+    /// Switch torque off on every servo.
     LetGo,
 }
 
-/// One bus: what it was asked, and by it what its answers mean.
+/// One bus: its last request, and the interpretation of the replies to it.
 #[derive(Clone, Debug)]
 pub(crate) struct Bus {
-    /// Indices of its joints.
     joints: Vec<usize>,
-    /// Those who were asked to answer, in this order, and about what.
+    /// Joints read in the last request, in the order of their answers, and the kind of part.
     asked: Vec<(usize, Topic)>,
     asked_length: u16,
     job: Option<(usize, Job)>,
-    /// The place among the joints where the search for the next job begins.
+    /// Position in `joints` at which the search for the next job begins.
     next: usize,
-    /// Bytes that are read besides the measurements.
+    /// Extra bytes read behind the measurements.
     more: u16,
-    /// Counts the requests, modulo [`ROUNDS`].
+    /// Request counter modulo [`ROUNDS`].
     round: usize,
-    /// Exchanges in a row in which everything came, and nothing else.
+    /// Consecutive exchanges with every reply and nothing else.
     calm: u32,
     silent: u32,
-    /// Exchanges in a row before which bytes came after their time.
+    /// Consecutive exchanges with late bytes.
     late: u32,
     is_lost: bool,
     counts: BusCounts,
@@ -88,12 +86,12 @@ impl Bus {
         self.counts
     }
 
-    /// Whether the line is gone.
+    /// Whether the line is lost.
     pub(crate) const fn is_lost(&self) -> bool {
         self.is_lost
     }
 
-    /// Writes what the bus is told and asked in this cycle.
+    /// Writes the request of this cycle.
     pub(crate) fn plan(
         &mut self,
         now: Instant,
@@ -108,7 +106,7 @@ impl Bus {
         self.asked.clear();
         self.job = None;
         match purpose {
-            // Those who have let go are asked by turns whether they still do and where they are.
+            // Once every torque is off, alternate between confirming that and reading positions.
             Purpose::LetGo if self.round == 0 && self.have_let_go(joints) => {
                 self.plan_measurements(now, joints, request);
             }
@@ -124,8 +122,8 @@ impl Bus {
         self.joints.iter().all(|&index| joints.get(index).is_some_and(Joint::has_let_go))
     }
 
-    /// Goals to all, and the question for measurements: to those who know how in one chain, to
-    /// the others one by one.
+    /// Adds the goals for all servos and the read of the measurements. Servos whose firmware supports it get a fast
+    /// sync read, the others a sync read.
     fn plan_measurements(&mut self, now: Instant, joints: &mut [Joint], request: &mut Request) {
         let mut goals = Goals::default();
         for &index in &self.joints {
@@ -137,7 +135,7 @@ impl Bus {
         }
         for (topic, fast) in [(Topic::Chain, true), (Topic::Each, false)] {
             let first = self.asked.len();
-            // Those who were not heard last come last: they cannot cost the others anything then.
+            // Servos that missed their last read come last, so that they cannot delay the others.
             for suspect in [false, true] {
                 for &index in &self.joints {
                     let Some(joint) = joints.get(index).filter(|joint| joint.is_read()) else { continue };
@@ -175,18 +173,17 @@ impl Bus {
         if let Some((index, job)) = self.job
             && let Some(joint) = joints.get(index)
         {
-            // Where two may answer, two answers are waited for.
+            // With two servos on one identifier, two answers can arrive.
             let answers = if matches!(job, Job::Doubt { .. }) { 2 } else { 1 };
             let who = std::iter::repeat_n(joint.id(), answers);
             request.add(job.topic(), who, job.answer_length(), |out| job.encode(joint.id(), out));
         }
     }
 
-    /// Torque off, said to all a few times, and the question to each whether it is; and where
-    /// those stand who have said so.
+    /// Adds the torque-off broadcasts, and a sync read of torque enable from each servo.
     fn plan_release(&mut self, joints: &[Joint], request: &mut Request) {
-        // A silent servo may keep those behind it from answering: who has confirmed comes first, and
-        // the others take turns.
+        // A silent servo can keep the servos behind it from answering. So confirmed servos come first, and the order
+        // of the others rotates.
         let has_let_go = |index: usize| joints.get(index).is_some_and(Joint::has_let_go);
         let first = self.round * self.joints.len() / ROUNDS;
         for confirmed in [true, false] {
@@ -211,7 +208,7 @@ impl Bus {
         });
     }
 
-    /// Takes what the bus answered to the last plan.
+    /// Processes the replies to the last plan.
     pub(crate) fn digest(&mut self, now: Instant, joints: &mut [Joint], replies: &Replies) {
         let (asked, job) = (std::mem::take(&mut self.asked), self.job.take());
         self.counts.exchanges += 1;
@@ -220,7 +217,7 @@ impl Bus {
         if replies.lost.is_some() {
             self.lose(now, joints);
         } else if !asked.is_empty() || job.is_some() {
-            // Only who says something can find that the line is there again.
+            // The line counts as present again only after an exchange that expected answers.
             self.is_lost = false;
             self.silent = if replies.is_empty() { self.silent.saturating_add(1) } else { 0 };
             let stale = self.counts.stale;
@@ -228,7 +225,7 @@ impl Bus {
             let is_late = replies.late > 0 || self.counts.stale > stale;
             self.late = if is_late { self.late.saturating_add(1) } else { 0 };
             let missing = self.blame(now, joints, replies, &asked, &heard);
-            // Whom a second question reached may still answer the first.
+            // A servo that was read again may still answer the first request.
             let has_asked_again = replies.heard(Topic::Again) > 0;
             let is_calm =
                 !(is_late || replies.noisy || has_asked_again || missing.iter().any(Option::is_some));
@@ -245,12 +242,12 @@ impl Bus {
                 self.counts.incidents.add(joint.take_incidents());
             }
         }
-        // The list's memory is used again in the next cycle.
+        // Reuse the allocation in the next cycle.
         self.asked = asked;
         self.asked.clear();
     }
 
-    /// Notes that the line is gone.
+    /// Marks the line as lost.
     pub(crate) fn lose(&mut self, now: Instant, joints: &mut [Joint]) {
         self.counts.hang_ups += u64::from(!self.is_lost);
         self.is_lost = true;
@@ -262,7 +259,7 @@ impl Bus {
         }
     }
 
-    /// Takes what all were asked: who was heard, by their place among those asked.
+    /// Processes the measurements. Returns which of the joints in `asked` have answered, by their position.
     fn take_all(
         &mut self,
         now: Instant,
@@ -296,7 +293,7 @@ impl Bus {
         heard
     }
 
-    /// Notes who was asked and not heard, and returns them.
+    /// Counts the joints in `asked` that did not answer, and returns their indices.
     fn blame(
         &mut self,
         now: Instant,
@@ -320,8 +317,7 @@ impl Bus {
         missing
     }
 
-    /// Takes the answer to the job. A servo that did not tell its position either has been noted
-    /// as silent already.
+    /// Processes the answer to the job. A servo whose measurement is missing as well has already been counted.
     fn take_answer(
         &mut self,
         now: Instant,
@@ -375,8 +371,8 @@ impl Bus {
         joints.get_mut(*index)
     }
 
-    /// The next job on the way up or down, of one joint after the other; without any, and now and then
-    /// before it, a look at how one servo is, where it is time for it.
+    /// Finds the next job of setup or power switching, round-robin over the joints. A due condition read is used if
+    /// there is no such job, and first in every [`ROUNDS`]th request.
     fn find_job(
         &mut self,
         now: Instant,
@@ -389,7 +385,7 @@ impl Bus {
             return Some(look);
         }
         let count = self.joints.len();
-        // Torque comes on where it is known who is there.
+        // Torque comes on only after every servo of the bus has been identified.
         let unsettled = |&index: &usize| joints.get(index).is_some_and(Joint::is_unsettled);
         let arm_up_to = arm_up_to.filter(|_| !self.joints.iter().any(unsettled));
         for place in (self.next..count).chain(0..self.next) {
@@ -404,7 +400,7 @@ impl Bus {
         self.find_look(now, joints)
     }
 
-    /// A look at the servo for which it has been time the longest.
+    /// Condition read of the servo that is most overdue.
     fn find_look(&self, now: Instant, joints: &mut [Joint]) -> Option<(usize, Job)> {
         let due = |index: usize| Some((joints.get(index)?.look_due(now)?, index));
         let (_, index) = self.joints.iter().filter_map(|&index| due(index)).min()?;
@@ -412,12 +408,12 @@ impl Bus {
     }
 }
 
-/// The goals of a cycle, which are not acknowledged.
+/// Goals of a cycle. They are written without acknowledgement.
 #[derive(Default)]
 struct Goals {
-    /// Identifiers and goal positions.
+    /// Records of identifier and goal position.
     positions: Few<{ 5 * SERVOS_MOST }>,
-    /// Identifiers, velocities of the profile, and the goal positions that stand behind them in the control table.
+    /// Records of identifier, profile velocity and goal position; the two items are adjacent in the control table.
     with_velocities: Few<{ 9 * SERVOS_MOST }>,
 }
 
@@ -438,7 +434,7 @@ impl Goals {
         self.positions.get().is_empty() && self.with_velocities.get().is_empty()
     }
 
-    /// Writes the goals, and behind them the question for measurements; returns their length in bytes.
+    /// Writes the goals followed by the read of the measurements. Returns the length in bytes.
     fn encode_with(&self, question: Option<Instruction<'_>>, out: &mut [u8]) -> usize {
         let write = |address, length, records| Instruction::SyncWrite { address, length, records };
         let (both, goal) = (PROFILE_VELOCITY.length + GOAL_POSITION.length, GOAL_POSITION.length);

@@ -1,23 +1,23 @@
-/// Which groups stop which: a group stops with its own joints, and with those from which it hangs.
+/// Which groups stop which: a group stops when its own joints fail, or those that carry it.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct Carriers {
-    /// By group, those whose failure stops it, its own among them.
+    /// By group, the groups whose failure stops it, including itself.
     of: Vec<Vec<usize>>,
 }
 
 impl Carriers {
-    /// So many groups, of which none hangs from another.
+    /// A number of independent groups.
     pub(crate) fn alone(groups: usize) -> Self {
         Self { of: (0..groups).map(|group| vec![group]).collect() }
     }
 
-    /// So many groups of joints, by the group of each joint, and by the nearest joint that carries each. A parent that is
-    /// no joint, or a circle, carries nothing more.
+    /// Builds the relation from the group of each joint and the nearest joint that carries each joint. A parent that
+    /// is out of range, or a cycle, adds no further groups.
     pub(crate) fn new(groups: usize, group_of: &[usize], parents: &[Option<usize>]) -> Self {
         let mut carriers = Self::alone(groups);
         for (joint, group) in group_of.iter().enumerate() {
             let mut at = joint;
-            // No way up is longer than there are joints.
+            // No path to the root is longer than the number of joints.
             for _step in 0..group_of.len() {
                 let Some(parent) = parents.get(at).copied().flatten() else { break };
                 if let (Some(of), Some(carrier)) = (carriers.of.get_mut(*group), group_of.get(parent))

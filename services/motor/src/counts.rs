@@ -1,58 +1,56 @@
-/// What the motor counts.
+/// Counters of the motor process.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Counts {
-    /// Goals refused: no number, or for no joint.
+    /// Goals refused: not finite, or for an unknown joint.
     pub refused: u64,
-    /// Goals beyond a joint's limits, which became the limit.
+    /// Goals beyond a joint's limits, which were clamped.
     pub limited: u64,
-    /// Answers dropped because nobody awaited them, or because they were sampled before they were
-    /// asked for.
+    /// Answers dropped because they were not expected, or were sampled before they were requested.
     pub stale: u64,
     /// Times that a joint was locked.
     pub locks: u64,
-    /// Times that a joint moved without being allowed to, and was stopped: none, unless this program is wrong.
+    /// Times that a joint moved without permission, and was stopped. Not zero only after a programming error.
     pub violations: u64,
 }
 
-/// What is counted of one bus.
+/// Counters of one bus.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct BusCounts {
     /// Requests carried out.
     pub exchanges: u64,
-    /// Answers dropped because nobody awaited them, or because they were sampled before they were
-    /// asked for.
+    /// Answers dropped because they were not expected, or were sampled before they were requested.
     pub stale: u64,
-    /// Answers that did not come.
+    /// Missing answers.
     pub missed: u64,
-    /// Answers that arrived broken, and requests whose answers had noise among them.
+    /// Corrupt answers, and exchanges with noise among the answers.
     pub broken: u64,
-    /// Bytes that came after their time.
+    /// Bytes that arrived too late.
     pub late_bytes: u64,
-    /// What befell its servos.
+    /// Faults of its servos.
     pub incidents: Incidents,
-    /// Identifiers to which two servos were found to answer.
+    /// Identifiers to which two servos answered.
     pub duplicates: u64,
     /// Times that its line was lost.
     pub hang_ups: u64,
 }
 
-/// What is counted of servos where it is noticed.
+/// Fault counters of servos.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Incidents {
     /// Hardware alerts that stopped a joint.
     pub alerts: u64,
-    /// Times that a servo began anew by itself.
+    /// Times that a servo restarted by itself.
     pub restarts: u64,
-    /// Bus watchdogs that were found to have tripped.
+    /// Bus watchdogs found tripped or disabled.
     pub watchdogs: u64,
-    /// Answers that refuse an instruction by an error number, but for the number that says that it arrived broken.
+    /// Answers that refuse an instruction by an error number, except the number for a wrong check sum.
     pub refusals: u64,
-    /// Times that a joint did not follow its command for so long that it was stopped.
+    /// Times that a joint was stopped because it did not follow its setpoint.
     pub blocked: u64,
 }
 
 impl Incidents {
-    /// Adds what befell a joint's servo.
+    /// Adds the faults of a joint's servo.
     pub(crate) const fn add(&mut self, other: Self) {
         let Self { alerts, restarts, watchdogs, refusals, blocked } = other;
         self.alerts += alerts;

@@ -1,28 +1,26 @@
 use crate::job::{Bounds, Condition};
 
-/// A servo that is this much below its temperature limit begins to be spared ...
+/// Derating begins this far below the temperature limit of a servo ...
 const WARM_C: f64 = 12.0;
-/// ... and one that is this close to it is not moved at all, before it switches itself off.
+/// ... and stops the joint this far below it, before the servo shuts down.
 const HOT_C: f64 = 2.0;
-/// A servo with less than this share of the way from its lowest voltage up to what it is made for
-/// begins to be spared.
+/// Derating begins below this share of the range from the minimum voltage to the nominal voltage.
 const LOW_VOLTAGE_SHARE: f64 = 0.4;
-/// A servo that is spared is so until it is this much further from both bounds: it would come and go else.
+/// Derating ends this much further from both bounds, so that it does not toggle.
 const HYSTERESIS_C: f64 = 3.0;
 const HYSTERESIS_SHARE: f64 = 0.1;
 
-/// The share of its speed that a servo in this condition is allowed, where it was spared before or not: 1 is all of it,
-/// 0 is to hold.
+/// Derating factor of the speed of a servo: 1 is full speed, 0 is hold. `was_spared`: whether it was derated before.
 pub(crate) fn derating(condition: Condition, bounds: Bounds, nominal_v: f64, was_spared: bool) -> f64 {
     let (more_c, more) = if was_spared { (HYSTERESIS_C, HYSTERESIS_SHARE) } else { (0.0, 0.0) };
     let below_c = f64::from(bounds.temperature_c) - f64::from(condition.temperature_c);
     let cool = (below_c - HOT_C) / (WARM_C + more_c - HOT_C);
     let spare_v = (LOW_VOLTAGE_SHARE + more) * (nominal_v - f64::from(bounds.min_v));
     let fed = (f64::from(condition.input_v) - f64::from(bounds.min_v)) / spare_v;
-    // A lowest voltage above what the servo is made for is set for another supply, of which nothing more is known:
-    // below it the servo says so itself.
+    // A minimum voltage above the nominal voltage is set for another supply, whose range is unknown. Below it the
+    // servo reports an error itself.
     let fed = if spare_v > 0.0 { fed } else { 1.0 };
-    // Where a bound says nothing (a quotient that is no number) it limits nothing.
+    // A bound without meaning (NaN) limits nothing.
     [cool, fed].into_iter().filter(|share| !share.is_nan()).fold(1.0, f64::min).max(0.0)
 }
 
@@ -63,7 +61,7 @@ mod tests {
 
     #[test]
     fn a_servo_at_the_bound_is_not_spared_now_and_then() {
-        // The temperature goes to and fro by a degree.
+        // The temperature alternates by one degree.
         let mut is_spared = false;
         let mut changes = 0;
         for step in 0..100_u8 {
@@ -80,7 +78,7 @@ mod tests {
 
     #[test]
     fn a_lowest_voltage_above_what_the_servo_is_made_for_spares_nothing() {
-        // Four cells in series, and a limit that is to keep them from being drained.
+        // Four cells in series, and a limit that keeps them from deep discharge.
         for min_v in [12.0, 13.0, 14.9] {
             let condition = Condition { temperature_c: 40.0, input_v: 14.8, ..condition() };
             let share = derating(condition, bounds(min_v), 12.0, false);

@@ -1,50 +1,49 @@
-/// Questions that two servos never answer alike, and such that they do.
+/// Number of probes that two servos answer differently, and of probes that two servos answer alike.
 const UNLIKE: u8 = 8;
 const ALIKE: u8 = 8;
-/// Of those that they answer alike, how many must speak for two.
+/// Of the alike probes, how many must indicate two servos.
 const ALIKE_ENOUGH: u8 = 7;
-/// Where two never speak at quite the same moment: of those that they do not answer alike, how many are
-/// too long for one. Now and then they do speak at the same moment.
+/// If two servos do not answer simultaneously: of the unlike probes, how many answers must be too long for one servo.
+/// Now and then the two do answer simultaneously.
 const SHIFTED_ENOUGH: u8 = 2;
 
-/// What came to a question.
+/// Result of one probe.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Came {
-    /// Whole answers.
+    /// Number of valid answers.
     pub(crate) answers: usize,
-    /// Something arrived broken.
+    /// Whether an answer was corrupt.
     pub(crate) broken: bool,
-    /// More bytes came than one servo says.
+    /// Whether more bytes arrived than one servo sends.
     pub(crate) too_long: bool,
 }
 
-/// Whether two servos answer to one identifier.
+/// Check whether two servos answer to one identifier.
 ///
-/// Two that say the same at the same moment are heard as one; two that say something else spoil
-/// each other. So what speaks for two is that every answer is spoilt to a question about position
-/// and time, while a ping is answered well, or with more bytes than one servo says. Noise spoils
-/// some answers of either kind, and a broken servo all of both. Who is thought one servo here though
-/// there are two is silent for a while, and doubted again.
+/// Two identical answers at the same moment look like one; two different answers corrupt each other. So two servos
+/// are assumed if every answer to a read of position and tick is corrupt. A ping must be answered validly, or with
+/// more bytes than one servo sends. Noise corrupts some answers of either kind, and a broken servo all answers of
+/// both kinds. If two servos are taken for one here, they are quarantined and checked again later.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) struct Doubt {
     asked: u8,
-    /// Unlike answers that were spoilt.
+    /// Unlike probes with corrupt answers.
     spoilt: u8,
-    /// Unlike answers that were two, or too long for one.
+    /// Unlike probes with two answers, or too many bytes for one.
     shifted: u8,
-    /// Alike answers that were well.
+    /// Alike probes with one valid answer.
     well: u8,
-    /// Alike answers that were two, or too long for one.
+    /// Alike probes with two answers, or too many bytes for one.
     twice: u8,
 }
 
 impl Doubt {
-    /// Whether the next question is one to which two answer alike.
+    /// Whether the next probe is one that two servos answer alike.
     pub(crate) const fn asks_alike(&self) -> bool {
         self.asked >= UNLIKE
     }
 
-    /// Notes what came to a question; once it is settled, whether there are two.
+    /// Records the result of a probe. After the last probe, returns whether there are two servos.
     pub(crate) fn note(&mut self, came: Came) -> Option<bool> {
         let well = came.answers == 1 && !came.broken;
         let two = came.answers > 1 || (came.too_long && !well);

@@ -1,4 +1,4 @@
-//! One request over one line: part by part, each answered before the next.
+//! Carries out one request on one line, part by part. Each part is answered before the next is sent.
 
 use clock::{Duration, Instant};
 use serial::Lost;
@@ -10,70 +10,70 @@ use crate::patience::Patience;
 use crate::request::{Part, SERVOS_MOST, Topic};
 use crate::{Replies, Request};
 
-/// Exchanges in a row to which nobody answers, after which nobody is asked again within one.
+/// Consecutive exchanges without any answer, after which no read is repeated within an exchange.
 const MUTE_MOST: u32 = 3;
-/// How often torque off is said at once.
+/// How often torque off is sent at once.
 const CUTS: u32 = 3;
-/// Servos of a chain that a wrong sum costs: whose it is, and who is verified from it.
+/// Servos of a chain lost by one wrong check sum: the servo with the sum, and the next, which is verified by it.
 const SUM_COSTS: usize = 2;
-/// Bytes of an instruction to one servo, or to all on a bus.
+/// Longest instruction to one servo, or to all servos of a bus, in bytes.
 const INSTRUCTION: usize = 2 * SERVOS_MOST + 32;
 
-/// A servo bus, as bytes.
+/// Byte transport of a servo bus.
 pub trait Port {
-    /// Throws away what waits to be read, and sends, waiting for room for at most `within`.
+    /// Discards received bytes, and sends. Waits for space in the send buffer for at most `within`.
     ///
     /// # Errors
     ///
-    /// The line is gone.
+    /// The line is lost.
     fn send(&mut self, bytes: &[u8], within: Duration) -> Result<Sent, Lost>;
 
     /// Waits for bytes for at most `within`, and not beyond `until`.
     ///
     /// # Errors
     ///
-    /// The line is gone.
+    /// The line is lost.
     fn receive(&mut self, into: &mut [u8], within: Duration, until: Instant) -> Result<Received, Lost>;
 
-    /// Closes what was lost. With bytes that an adapter does not take this may last for half a minute: whoever
-    /// waits for replies shall have them before.
+    /// Closes a line that was lost. With bytes that the adapter does not accept this can take half a minute. So the
+    /// replies must be handed over first.
     fn close_lost(&mut self) {}
 }
 
-/// What sending came to.
+/// Result of sending.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Sent {
     /// When the first byte went out, or shortly before.
     pub at: Instant,
-    /// Bytes that waited to be read, and were thrown away: they came after their time.
+    /// Received bytes that were discarded because they came too late.
     pub late: usize,
 }
 
-/// What receiving came to.
+/// Result of receiving.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Received {
-    /// Bytes that came: none where the time was over.
+    /// Bytes received; 0 after a timeout.
     pub count: usize,
-    /// When they were there.
+    /// When the bytes were available.
     pub at: Instant,
 }
 
-/// The master of one bus: carries out requests.
+/// Master of one bus: carries out requests.
 #[derive(Clone, Debug)]
 pub struct Master {
     parser: Parser,
     chain: FastReply,
     baud: u32,
     patience: Patience,
-    /// Exchanges in a row to which nobody answered.
+    /// Consecutive exchanges without any answer.
     mute: u32,
 }
 
-/// What came of asking a part.
+/// Answers to one part of a request.
 struct Heard {
-    /// Who answered, by their place in it.
+    /// Which servos answered, by their position in the part.
     who: [bool; SERVOS_MOST],
-    /// Whether somebody's turn ran out: else all that was awaited came, well or broken.
+    /// Whether a reply timeout occurred. Otherwise every expected answer arrived, valid or corrupt.
     is_silent: bool,
 }
 
@@ -84,9 +84,8 @@ impl Heard {
 }
 
 impl Master {
-    /// The master of a line of `baud` bits per second, on which a servo may be silent for
-    /// `patience.0` beyond the time on the wire, and for up to `patience.1` where answers come
-    /// that late.
+    /// Creates the master of a line of `baud` bits per second. A servo may be silent for `patience.0` beyond the time
+    /// on the wire, and for up to `patience.1` if answers come that late.
     #[must_use]
     pub fn new(baud: u32, patience: (Duration, Duration)) -> Self {
         Self {
@@ -98,15 +97,15 @@ impl Master {
         }
     }
 
-    /// Carries out a request: sends each part and collects its answers until all are there, or
-    /// until the turn of a servo is over that does not answer. Then those behind it, who may have
-    /// waited for it, are asked again without it; so are those behind one whose answer was cut short.
-    /// Where nobody's turn ran out, those whose answers arrived broken are asked again, and who was not
-    /// heard is not asked how it is. So one bad servo costs one turn at most. Servos that report an alert are
-    /// asked at once how they are.
+    /// Carries out a request: sends each part and collects its answers.
+    ///
+    /// On a reply timeout the remaining servos of the chain are read again without the silent one. The servos behind
+    /// an answer that was cut short are read again too. If no timeout occurred, the servos with corrupt answers are
+    /// read again. The condition of a servo that did not answer is not read. So one bad servo costs at most one reply
+    /// timeout per exchange. Servos that report an alert are asked at once for their condition.
     pub fn exchange(&mut self, port: &mut impl Port, request: &Request, replies: &mut Replies) {
         replies.clear();
-        // A line that was lost in the middle of an answer leaves a piece of it.
+        // A line lost in the middle of an answer leaves a fragment in the parser.
         self.parser.clear();
         if let Err(lost) = self.converse(port, request, replies) {
             replies.lose(lost);
@@ -115,13 +114,13 @@ impl Master {
         self.patience.note(replies.late > 0, replies.slow);
     }
 
-    /// Switches every torque on the bus off, whatever else is the matter.
+    /// Switches torque off on every servo of the bus, in any state.
     pub fn cut(&mut self, port: &mut impl Port) {
         let off = Instruction::Write { address: TORQUE_ENABLE.address, data: &[0] };
         let mut bytes = [0; INSTRUCTION];
         let length = off.encode(Address::All, &mut bytes).unwrap_or(0);
         for _ in 0..CUTS {
-            // A line that is gone is opened again by the next attempt.
+            // The next send opens a lost line again.
             let _sent = port.send(bytes.get(..length).unwrap_or_default(), self.patience.get());
         }
     }
@@ -135,21 +134,22 @@ impl Master {
         let mut again = None;
         for (part, bytes) in request.parts() {
             if part.topic == Topic::Look && !part.ids().iter().any(|id| replies.has_from(*id)) {
-                // Its turn ran out already.
+                // Its reply timeout has already occurred.
                 continue;
             }
             let heard = self.ask(port, part, bytes, replies)?;
             if matches!(part.topic, Topic::Chain | Topic::Each) && again.is_none() && self.mute < MUTE_MOST {
-                // Where a turn ran out, one more shall not: the first who is missing is whom all waited for.
-                // And who said too little for those behind him to be understood may say nothing next time.
+                // At most one timeout per exchange: the first missing servo is the one that timed out, so it is left
+                // out. A servo whose answer was too short to decode the ones behind it may be silent the next time,
+                // and is left out too.
                 let is_cut = part.topic == Topic::Chain && heard.missing(part) > SUM_COSTS;
                 let but = heard.is_silent || is_cut;
                 again = self.ask_again(part, &heard, usize::from(but));
                 if let Some((again, bytes)) = &again {
                     let first_at = replies.asked_at(part.topic);
                     let heard = self.ask(port, again, bytes.get(..again.sent).unwrap_or_default(), replies);
-                    // A late answer to the first question looks like one to the second, which is of the
-                    // same length: of neither is known more than that it was sampled after the first.
+                    // A late answer to the first read looks like one to the second, which has the same length. Only
+                    // "sampled after the first read" is certain.
                     replies.asked(Topic::Again, first_at);
                     heard?;
                 }
@@ -161,7 +161,7 @@ impl Master {
         Ok(())
     }
 
-    /// The question to those who were not heard, but for the first so many of them.
+    /// Read of the servos that did not answer, without the first `but` of them.
     fn ask_again(&self, part: &Part, heard: &Heard, but: usize) -> Option<(Part, [u8; INSTRUCTION])> {
         let missing = part.ids().iter().zip(&heard.who).filter(|(_, heard)| !**heard).map(|(id, _)| *id);
         let (mut ids, mut count) = ([0; SERVOS_MOST], 0);
@@ -184,12 +184,12 @@ impl Master {
         let length = u16::try_from(part.data).unwrap_or(u16::MAX);
         if part.topic == Topic::Chain {
             let who = part.ids().iter().filter_map(|id| Id::new(*id));
-            // As many as fit into a request fit into an answer.
+            // A request that fits also fits into the chain's state.
             let _fits = self.chain.expect(who.map(|id| (id, length)));
         }
         let broken = broken(&self.parser);
         let before = self.parser.losses();
-        // Where everybody has said something, it is only to be quiet before anything else is asked.
+        // Once every servo has answered, only silence on the line is awaited.
         let quiet = part.time_to_answer(self.baud);
         let turn = quiet + self.patience.get();
         let rest = quiet + self.patience.least();
@@ -199,14 +199,14 @@ impl Master {
         replies.late += late;
         let mut heard = Heard { who: [false; SERVOS_MOST], is_silent: false };
         let mut missing = part.ids().len();
-        // Each has its turn once: bytes of noise that trickle in, each a sign of life, must not hold the bus.
+        // Each servo has one reply timeout: noise that trickles in must not hold the bus.
         let turns = u32::try_from(missing).unwrap_or(u32::MAX).saturating_add(1);
         let mut quiet_since = at + part.time_to_send(self.baud);
         let until = quiet_since + turns * turn;
-        // A line that babbles must not hold the bus: all answers twice, and an echo, are enough.
+        // Bounds the bytes of a babbling line: all answers twice, and an echo, are enough.
         let mut most = 2 * (part.sent + missing * (part.data + 16)) + 64;
-        // Once as many bytes came as were awaited, somebody's were noise: what is on its way still, in an
-        // adapter that hands over piece by piece, comes soon.
+        // Once as many bytes as expected have arrived, part of them were noise. The rest, delivered in pieces by the
+        // adapter, follows soon.
         let mut awaited = part.bytes_of_answers();
         let mut has_all = false;
         let mut buffer = [0; 512];
@@ -237,13 +237,13 @@ impl Master {
                 _ => turn,
             };
         }
-        // What is left belongs to nobody.
+        // The remaining bytes belong to no answer.
         self.parser.clear();
         let losses = self.parser.losses();
         let strays = losses.stray.saturating_sub(before.stray);
         replies.late += usize::try_from(strays).unwrap_or(usize::MAX);
         if part.topic == Topic::Again {
-            // More than what was asked for now, and an echo: answers to what was asked before.
+            // Bytes beyond the expected answers and an echo are answers to an earlier request.
             replies.late += replies.heard(Topic::Again).saturating_sub(part.bytes_of_answers() + part.sent);
         }
         replies.noisy |= losses.noise > before.noise;
@@ -251,22 +251,22 @@ impl Master {
         Ok(heard)
     }
 
-    /// Whether everybody has said something, well or broken, where so many have not been heard, so many
-    /// bytes are still awaited, and so many answers were broken before.
+    /// Whether every servo has answered, validly or not. `missing` answers are still expected, `awaited` bytes have
+    /// not arrived, and `broken_before` answers were corrupt before this part.
     fn all_spoke(&self, part: &Part, missing: usize, awaited: usize, broken_before: u64) -> bool {
         let broken = broken_since(&self.parser, broken_before);
-        // Of several whose last answer has begun one was cut short; of one the rest may be on its way.
+        // If the last of several answers has begun, an earlier one was cut short. A single answer may still be
+        // arriving.
         let is_cut = part.ids().len() > 1 && awaited < part.bytes_of_answer();
         if part.topic == Topic::Chain {
             return self.chain.is_over() || (is_cut && broken > 0);
         }
-        // Noise may look like broken answers: so many bytes must be there as well.
+        // Noise may look like corrupt answers, so the number of bytes must match too.
         (is_cut || awaited == 0) && usize::try_from(broken).is_ok_and(|broken| broken >= missing)
     }
 }
 
-/// Hands over every status about a topic that is there. An adapter that echoes gives
-/// instructions back; those are none.
+/// Passes each status of a part to `take`. Instructions echoed by the adapter are skipped.
 fn each_status(parser: &mut Parser, chain: &mut FastReply, topic: Topic, mut take: impl FnMut(&Status<'_>)) {
     if topic == Topic::Chain {
         while let Some(status) = parser.next_part(chain) {
@@ -281,7 +281,7 @@ fn each_status(parser: &mut Parser, chain: &mut FastReply, topic: Topic, mut tak
     }
 }
 
-/// Frames that arrived broken so far.
+/// Number of corrupt frames so far.
 fn broken(parser: &Parser) -> u64 {
     let losses = parser.losses();
     losses.corrupt + losses.cut + losses.malformed
@@ -291,7 +291,7 @@ fn broken_since(parser: &Parser, before: u64) -> u32 {
     u32::try_from(broken(parser).saturating_sub(before)).unwrap_or(u32::MAX)
 }
 
-/// The question to all servos that reported an alert: an undervoltage befalls a bus, not a servo.
+/// Read of the condition of all servos that reported an alert: an undervoltage affects a whole bus.
 fn alarm(replies: &Replies) -> Option<(Part, [u8; INSTRUCTION])> {
     let (mut ids, mut count) = ([0; SERVOS_MOST], 0);
     for status in replies.all().iter().map(crate::request::Answer::status).filter(|status| status.alert) {
@@ -305,7 +305,7 @@ fn alarm(replies: &Replies) -> Option<(Part, [u8; INSTRUCTION])> {
     question(Topic::Alarm, CONDITION.address, CONDITION.length, ids.get(..count)?)
 }
 
-/// A question to some servos, of which each answers for itself (sync read); `None` to nobody.
+/// A sync read of some servos; `None` if there are none.
 fn question(topic: Topic, address: u16, length: u16, ids: &[u8]) -> Option<(Part, [u8; INSTRUCTION])> {
     let mut bytes = [0; INSTRUCTION];
     let sent = Instruction::SyncRead { address, length, ids }.encode(Address::All, &mut bytes).ok()?;

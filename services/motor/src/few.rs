@@ -1,4 +1,4 @@
-/// A few bytes on the stack. What does not fit is left out.
+/// A byte buffer of fixed capacity on the stack. Data that does not fit is dropped.
 pub(crate) struct Few<const MOST: usize> {
     bytes: [u8; MOST],
     end: usize,

@@ -11,72 +11,71 @@ use crate::joint::Watchdog;
 use crate::notice::Notice;
 use crate::{Topic, Trouble};
 
-/// From return delay to profile velocity: how it is set up, looked at before anything of it is written but the status
-/// return level.
+/// The setup of a servo, from return delay to profile velocity. It is read before anything but the status return
+/// level is written.
 const SETUP: Item = span(RETURN_DELAY, PROFILE_VELOCITY);
-/// The servo's own bus watchdog, in 20 ms: 200 ms.
+/// Value of the servo's own bus watchdog, in units of 20 ms: 200 ms.
 const WATCHDOG: u8 = 10;
-/// What the watchdog reads once it has tripped.
+/// Value of the watchdog item once it has tripped.
 const TRIPPED: u8 = 0xFF;
-/// The position limits of a servo from the factory.
+/// Position limits of a servo from the factory, in counts.
 pub(crate) const FACTORY_LIMITS: (i32, i32) = (0, 4095);
-/// The status return level of a servo that answers everything.
+/// Status return level of a servo that answers every instruction.
 const ANSWERS_ALL: u8 = 2;
-/// Return delay, drive mode, operating mode: none, normal with a profile of velocity, position.
+/// Return delay 0, drive mode normal with velocity-based profile, operating mode position control.
 const MODE: [u8; 3] = [0, 0, 3];
-/// From torque to temperature: how the servo is.
+/// The condition of a servo, from torque enable to temperature.
 pub(crate) const CONDITION: Item = span(TORQUE_ENABLE, PRESENT_TEMPERATURE);
 
 const fn span(first: Item, last: Item) -> Item {
     Item { address: first.address, length: last.address + last.length - first.address }
 }
 
-/// What one servo is told or asked besides the goals and positions of every cycle. Each is
-/// answered.
+/// An instruction to one servo besides the goals and positions of every cycle. Each is answered.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Job {
     Ping,
-    /// Are there two? Asked where it is and what its time is, which no two servos say alike, or
-    /// else who is there, which they do; and waited for to the end.
+    /// Probe for a duplicate identifier; every byte of the answers is awaited. If `alike`, a ping, which two servos
+    /// answer identically. Otherwise a read of position and realtime tick, which two servos answer differently.
     Doubt {
         alike: bool,
     },
-    /// Switch your torque off; and who is there?
+    /// Torque off, and a ping.
     LetGo,
-    /// Answer everything from now on; and how is it set up?
+    /// Status return level 2 (answer everything), and a read of the setup.
     Inspect,
     SetMode,
     SetLimits {
         min: i32,
         max: i32,
     },
-    /// Arm your bus watchdog; clear it before, where it has tripped.
+    /// Arm the bus watchdog; `clear` it first if it has tripped.
     Guard {
         clear: bool,
     },
-    /// Acceleration, velocity and goal position, in counts.
+    /// Profile acceleration, profile velocity and goal position, in counts.
     Aim([i32; 3]),
-    /// Acceleration and velocity, in counts.
+    /// Profile acceleration and profile velocity, in counts.
     Profile([i32; 2]),
-    /// The highest duty, in 0.113 %.
+    /// Goal PWM, in 0.113 %.
     Duty(u16),
-    /// Torque off; or your bus watchdog armed, and torque on.
+    /// Torque off; or bus watchdog armed, and torque on.
     Torque(bool),
-    /// Stay where you are, torque on, wherever the goal is.
+    /// Stay at the present position with torque on, whatever the goal is.
     Stay,
-    /// How is it?
+    /// Read the condition.
     Look,
-    /// Begin anew: clears a hardware alert.
+    /// Reboot the servo, which clears a hardware alert.
     Reboot,
 }
 
 impl Job {
-    /// Whether it tells a servo something, and asks it nothing.
+    /// Whether it only writes, so that the answer has no data.
     pub(crate) fn is_told(self) -> bool {
         self.answer_length() == 0
     }
 
-    /// What it is in a request.
+    /// Kind of part in a request.
     pub(crate) fn topic(self) -> Topic {
         if self == Self::Look { Topic::Look } else { Topic::Job }
     }
@@ -100,7 +99,7 @@ impl Job {
         }
     }
 
-    /// Writes the instruction and returns its length in bytes; zero when it does not fit.
+    /// Writes the instruction and returns its length in bytes; 0 if it does not fit.
     pub(crate) fn encode(self, id: Id, out: &mut [u8]) -> usize {
         let mut say = |instruction: Instruction<'_>| instruction.encode(Address::One(id), out).unwrap_or(0);
         let write = |item: Item, data| Instruction::Write { address: item.address, data };
@@ -122,10 +121,10 @@ impl Job {
             }
             Self::Duty(duty) => say(write(GOAL_PWM, &duty.to_le_bytes())),
             Self::Torque(false) => say(write(TORQUE_ENABLE, &[0])),
-            // A servo that has restarted since its watchdog was armed has none.
+            // A servo that has restarted since its watchdog was armed has no watchdog.
             Self::Torque(true) => encode_two(id, (BUS_WATCHDOG, WATCHDOG), write(TORQUE_ENABLE, &[1]), out),
-            // A servo whose torque comes on takes where it stands for its goal, beyond its limits too. One that has
-            // restarted meanwhile has no torque and no watchdog: it gets both.
+            // When torque comes on, a servo takes its present position as the goal, even beyond its limits. A servo
+            // that has restarted meanwhile has neither torque nor watchdog, and gets both.
             Self::Stay => {
                 let off = encode_one(id, (BUS_WATCHDOG, WATCHDOG), out);
                 let rest = out.get_mut(off..).unwrap_or_default();
@@ -137,14 +136,14 @@ impl Job {
     }
 }
 
-/// Writes two instructions: a byte, and right behind it another instruction. What is told in a sync write is not
-/// acknowledged, so that there is one answer, and one also from a servo that acknowledges nothing yet.
+/// Writes two instructions: a sync write of one byte, followed by another instruction. A sync write is not
+/// acknowledged. So there is exactly one answer, also from a servo that does not acknowledge writes yet.
 fn encode_two(id: Id, first: (Item, u8), then: Instruction<'_>, out: &mut [u8]) -> usize {
     let end = encode_one(id, first, out);
     end + then.encode(Address::One(id), out.get_mut(end..).unwrap_or_default()).unwrap_or(0)
 }
 
-/// Writes an instruction that writes a byte, and is not acknowledged.
+/// Writes a sync write of one byte, which is not acknowledged.
 fn encode_one(id: Id, (item, byte): (Item, u8), out: &mut [u8]) -> usize {
     let Item { address, length } = item;
     let write = Instruction::SyncWrite { address, length, records: &[id.get(), byte] };
@@ -159,7 +158,7 @@ fn words([a, b, c]: [i32; 3]) -> [u8; 12] {
     bytes
 }
 
-/// Whether the answer to [`Job::Inspect`] is what [`Job::SetMode`] and [`Job::SetLimits`] write.
+/// Whether the setup read by [`Job::Inspect`] equals what [`Job::SetMode`] and [`Job::SetLimits`] write.
 pub(crate) fn is_configured(setup: &[u8], min: i32, max: i32) -> bool {
     setup.starts_with(&MODE)
         && setup
@@ -167,8 +166,8 @@ pub(crate) fn is_configured(setup: &[u8], min: i32, max: i32) -> bool {
             .is_some_and(|found| found.starts_with(&words([max, min, 0])[..8]))
 }
 
-/// What in the answer to [`Job::Inspect`] somebody has set for another robot, and is not for this program to undo.
-/// Firmware that knows no fast reads knows no startup configuration either, and may say anything there.
+/// Finds settings in the answer to [`Job::Inspect`] that were made for another robot, and that this program must not
+/// overwrite. Firmware without fast sync reads has no startup configuration, and any value may be there.
 pub(crate) fn foreign(model: Model, is_fast: bool, setup: &[u8]) -> Option<Trouble> {
     if let Some(id) = Id::new(*setup.get(at(SECONDARY_ID))?) {
         return Some(Trouble::SecondaryId(id.get()));
@@ -187,22 +186,22 @@ pub(crate) fn foreign(model: Model, is_fast: bool, setup: &[u8]) -> Option<Troub
     (found & expected != expected).then_some(Trouble::Shutdown { expected, found })
 }
 
-/// Whether torque is on, by the answer to [`Job::Inspect`].
+/// Whether torque is on, from the answer to [`Job::Inspect`].
 pub(crate) fn has_torque(setup: &[u8]) -> bool {
     setup.get(at(TORQUE_ENABLE)) == Some(&1)
 }
 
-/// Whether it answers everything, by the answer to [`Job::Inspect`].
+/// Whether the status return level is 2 (answer everything), from the answer to [`Job::Inspect`].
 pub(crate) fn answers_all(setup: &[u8]) -> bool {
     setup.get(at(STATUS_RETURN_LEVEL)) == Some(&ANSWERS_ALL)
 }
 
-/// Where an item stands in the answer to [`Job::Inspect`].
+/// Offset of an item in the answer to [`Job::Inspect`].
 fn at(item: Item) -> usize {
     usize::from(item.address - SETUP.address)
 }
 
-/// The bus watchdog, by the answer to [`Job::Inspect`].
+/// State of the bus watchdog, from the answer to [`Job::Inspect`].
 pub(crate) fn watchdog(setup: &[u8]) -> Watchdog {
     setup.get(at(BUS_WATCHDOG)).map_or(Watchdog::Unset, |units| watchdog_of(*units))
 }
@@ -215,7 +214,7 @@ const fn watchdog_of(units: u8) -> Watchdog {
     }
 }
 
-/// The value of an item in the answer to [`Job::Inspect`].
+/// Value of an item in the answer to [`Job::Inspect`].
 fn value(setup: &[u8], item: Item) -> Option<i32> {
     let bytes = setup.get(at(item)..)?.get(..usize::from(item.length))?;
     match *bytes {
@@ -226,7 +225,7 @@ fn value(setup: &[u8], item: Item) -> Option<i32> {
     }
 }
 
-/// A limit with which the servo cannot move at all, by the answer to [`Job::Inspect`].
+/// A limit of 0, with which the servo cannot move at all, from the answer to [`Job::Inspect`].
 pub(crate) fn powerless(setup: &[u8]) -> Option<Trouble> {
     let is_zero = |item: &&Item| value(setup, **item) == Some(0);
     [PWM_LIMIT, CURRENT_LIMIT, VELOCITY_LIMIT]
@@ -235,8 +234,8 @@ pub(crate) fn powerless(setup: &[u8]) -> Option<Trouble> {
         .map(|item| Trouble::Powerless(item.address))
 }
 
-/// What people are told of how a servo of a model is set up, whose limits shall be from `min` to `max` counts and whose
-/// joint turns at up to `fastest_rad_s`.
+/// Notices about the setup of a servo. Its limits should be `min` and `max`, in counts, and its joint moves at up to
+/// `fastest_rad_s`.
 pub(crate) fn notices(
     model: Model,
     setup: &[u8],
@@ -268,7 +267,7 @@ pub(crate) fn notices(
         let (found, needed) = value(setup, item).zip(needed)?;
         (found < needed).then_some(Notice::Tighter { item, found, needed })
     });
-    // What this program leaves there is no news; what is slower than any of that is.
+    // Values that this program leaves are not reported, only slower ones.
     let slow = velocity_count(SLOW_RAD_S);
     let left_over = value(setup, PROFILE_VELOCITY)
         .filter(|found| !has_torque(setup) && (1..slow).contains(found))
@@ -276,19 +275,19 @@ pub(crate) fn notices(
     overwritten.into_iter().chain(tighter).chain([left_over]).flatten()
 }
 
-/// No profile of this program is slower.
+/// Lower bound of the profile velocities that this program writes.
 const SLOW_RAD_S: f64 = 0.05;
 
-/// What a servo bears, from the answer to [`Job::Inspect`].
+/// Limits of a servo, from the answer to [`Job::Inspect`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Bounds {
-    /// It switches itself off above this.
+    /// Temperature above which it shuts down.
     pub(crate) temperature_c: f32,
-    /// It reports an error below this.
+    /// Voltage below which it reports an error.
     pub(crate) min_v: f32,
-    /// No profile may be faster than this.
+    /// Maximum profile velocity.
     pub(crate) velocity_rad_s: f64,
-    /// The highest duty, and the highest that it was told, in 0.113 %.
+    /// PWM limit, and the goal PWM found, in 0.113 %.
     pub(crate) duty: u16,
     pub(crate) goal_duty: u16,
 }
@@ -309,7 +308,7 @@ impl Bounds {
     }
 }
 
-/// How a servo is.
+/// Condition of a servo.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Condition {
     pub(crate) has_torque: bool,
@@ -320,7 +319,7 @@ pub(crate) struct Condition {
 }
 
 impl Condition {
-    /// Reads the answer to [`Job::Look`].
+    /// Parses the answer to [`Job::Look`].
     pub(crate) fn parse(bytes: &[u8]) -> Option<Self> {
         let at = |item: Item| usize::from(item.address - CONDITION.address);
         let byte = |item: Item| bytes.get(at(item));

@@ -29,80 +29,81 @@ use crate::notice::Notices;
 use crate::servo_clock::ServoClock;
 use crate::{Incidents, Trouble};
 
-/// How long a servo that is quarantined is left alone at first.
+/// First waiting time after a servo is quarantined.
 const WAIT_FIRST: Duration = Duration::from_millis(100);
-/// The oldest reading that says where a servo stands.
+/// Maximum age of a reading that is used as the current position.
 const FRESH: Duration = Duration::from_millis(100);
-/// No servo turns faster, by its motor or by anybody's hand, and no reading is off by more.
+/// Highest plausible velocity of a joint, by motor or by hand, and largest plausible position error of a reading.
 const SPEED_MOST_RAD_S: f64 = 30.0;
 const JUMP_MOST_RAD: f64 = 0.1;
-/// A servo that turns no faster stands: two counts of velocity. One that was told to stay is no further from there.
+/// Highest velocity of a servo that counts as standing (two counts), and largest distance from where it was told to
+/// stay.
 const STILL_RAD_S: f64 = 0.05;
 const STAYS_RAD: f64 = 0.05;
-/// How often it is looked how a servo is.
+/// Period of the condition reads.
 const LOOK_EVERY: Duration = Duration::from_millis(500);
-/// How long a servo hears nothing after it was told to begin anew.
+/// How long a servo does not respond after a reboot instruction.
 const REBOOT_WAIT: Duration = Duration::from_millis(500);
-/// How long the last command of a motion is repeated before no more is sent.
+/// How long the last setpoint of a motion is repeated before sending stops.
 const SETTLE: Duration = Duration::from_millis(40);
 
 #[derive(Clone, Copy, Debug)]
 struct Goal {
     position_rad: f64,
     arrive_at: Instant,
-    /// When it was decided: a goal is good for the command time-out.
+    /// Decision time. A goal expires after the command timeout.
     decided_at: Instant,
 }
 
-/// What a joint made of a reading.
+/// Result of processing a reading.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Taken {
-    /// It is the newest.
+    /// The reading was accepted.
     Read,
-    /// It was sampled before it was asked for.
+    /// The reading was sampled before it was requested.
     Stale,
-    /// Whether it was is not known.
+    /// Whether the reading is fresh is not known.
     Unproven,
 }
 
-/// What holds for the whole body in a cycle.
+/// Inputs that are equal for the whole body in a cycle.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Orders {
-    /// Whether there is a commander.
+    /// Whether commands arrive.
     pub(crate) live: bool,
     /// Why the joint must not move although it could: another joint failed, or a bus is lost.
     pub(crate) halt: Option<JointCause>,
-    /// Whether a bus is lost: no torque comes on then.
+    /// Whether a bus is lost. No torque comes on meanwhile.
     pub(crate) body_stopped: bool,
-    /// Whether no commander has been there for so long that no servo shall have torque.
+    /// Whether commands have been absent so long that all torque goes off.
     pub(crate) limp: bool,
-    /// Whether the emergency stop is raised.
+    /// Whether the emergency stop is active.
     pub(crate) is_emergency: bool,
 }
 
-/// How the servo of a joint answers.
+/// Quality of the communication with a joint's servo.
 #[derive(Clone, Copy, Debug)]
 struct Contact {
-    /// Times in a row that it was silent, and that its answer was broken.
+    /// Consecutive missing answers, and corrupt ones among them.
     misses: u32,
     corrupt: u32,
-    /// Times in a row that it did not acknowledge what it was told, though it may be read.
+    /// Consecutive writes without acknowledgement, although reads may succeed.
     unacknowledged: u32,
-    /// Readings in a row that were not believed.
+    /// Consecutive rejected readings.
     rejected: u32,
-    /// Until when its readings must be believed before it may move, where they were not for long.
+    /// Set after too many rejected readings: until when readings must be accepted before the joint may move.
     trusted_at: Option<Instant>,
-    /// How long it is left alone when it falls silent the next time.
+    /// Waiting time at the next quarantine.
     wait: Duration,
-    /// Whether its firmware knows the fast reads.
+    /// Whether its firmware supports fast sync reads.
     is_fast: bool,
 }
 
-/// One joint with its servo: four state machines, and what is known of the servo. Positions are the joint's own unless
-/// they say otherwise.
+/// One joint and its servo: four state machines, and the known state of the servo. Positions are in the joint's frame
+/// unless stated otherwise.
 ///
-/// A joint moves only where its link answers, its power is on by its own doing (which arms the servo's bus watchdog)
-/// and its licence is armed: [`may_move`](Self::may_move).
+/// A joint moves only if its link answers, this process has switched its torque on, and it is armed:
+/// [`may_move`](Self::may_move). Switching torque on includes arming the servo's bus watchdog.
 #[derive(Clone, Debug)]
 pub(crate) struct Joint {
     settings: config::motor::Joint,
@@ -110,7 +111,7 @@ pub(crate) struct Joint {
     index: u32,
     id: Id,
     model: Model,
-    /// What its group does at most after an alert.
+    /// Upper bound that its group sets on the reaction to an alert, in the order limp, hold, lower.
     reaction_most: AlertReaction,
 
     link: Link,
@@ -118,9 +119,9 @@ pub(crate) struct Joint {
     licence: Licence,
     motion: Motion,
 
-    /// What holds for the whole body.
+    /// Inputs of the current cycle.
     orders: Orders,
-    /// Why the torque of the whole body is switched off, if it is.
+    /// Why torque is switched off for the whole body, if it is.
     let_go: Option<JointCause>,
     goal: Option<Goal>,
 
@@ -131,37 +132,38 @@ pub(crate) struct Joint {
     bounds: Option<Bounds>,
     look_at: Instant,
 
-    /// The velocity of the profile that its servo was told last, in counts, and when.
+    /// The profile velocity last written to the servo, in counts, and when.
     told: Option<(i32, Instant)>,
-    /// Since when it has been further from its command than it may be.
+    /// Since when the tracking error has been at its bound.
     behind_since: Option<Instant>,
-    /// Whether it is spared: what is spared is so until it is well beyond the bound.
+    /// Whether the speed is derated; with hysteresis.
     is_spared: bool,
-    /// Times in a row that its servo refused the goal with which torque comes on.
+    /// Consecutive refusals of the goal that precedes torque on.
     refused_aims: u32,
-    /// Whether its servo refused the duty that it was told last.
+    /// State of the last write of goal PWM.
     refused_duty: RefusedDuty,
-    /// The number of the order that armed it last.
+    /// Number of the order that armed the joint last.
     order: u64,
-    /// The number of the newest order, and of the newest that was given while its servo did not answer: that one does not
-    /// arm it.
+    /// Number of the newest order, and of the newest order given while its servo did not answer. The latter does not
+    /// arm the joint.
     newest_order: u64,
     missed_order: u64,
-    /// What is done about its hardware alert, while it has one.
+    /// Reaction to the current hardware alert, if there is one.
     reaction: Option<AlertReaction>,
-    /// When its torque goes off after an alert, where it does not move.
+    /// When torque goes off after an alert, if the joint does not move.
     cut_at: Option<Instant>,
-    /// When its servo is told to begin anew, and how often it was.
+    /// When the servo is rebooted, and how often it has been.
     reboot_at: Option<Instant>,
     reboots: u32,
 
     trouble: Option<Trouble>,
-    /// Whether a person knows that its servo had the limits of another joint, and has them overwritten.
+    /// Whether the operator has acknowledged that the servo had the limits of another joint, so that they are
+    /// overwritten.
     are_limits_acknowledged: bool,
     notices: Notices,
-    /// What befell its servo since its bus has counted it last.
+    /// Fault counters since the bus collected them last.
     incidents: Incidents,
-    /// Times that it moved without being allowed to, and was stopped: none, unless this program is wrong.
+    /// Times that the joint moved without permission, and was stopped. Not zero only after a programming error.
     violations: u64,
 }
 
@@ -254,32 +256,31 @@ impl Joint {
         self.reading
     }
 
-    /// What befell its servo since this was asked last.
+    /// Fault counters since the last call.
     pub(crate) fn take_incidents(&mut self) -> Incidents {
         std::mem::take(&mut self.incidents)
     }
 
-    /// What people are to be told of its servo since this was asked last.
+    /// Notices for the operator since the last call.
     pub(crate) fn take_notices(&mut self) -> Notices {
         std::mem::take(&mut self.notices)
     }
 
-    /// Whether it was not heard when it was asked last.
+    /// Whether its last answer was missing.
     pub(crate) const fn is_suspect(&self) -> bool {
         self.contact.misses > 0
     }
 
-    /// Whether it is quarantined.
     pub(crate) const fn is_absent(&self) -> bool {
         self.link.is_quarantined() || self.is_unproven()
     }
 
-    /// Whether its servo answers again and is not believed yet: it gets no torque.
+    /// Whether the servo answers again but its readings are not trusted yet. It gets no torque.
     const fn is_unproven(&self) -> bool {
         self.contact.trusted_at.is_some()
     }
 
-    /// Whether its group's turn is not over: it is on its way to have torque.
+    /// Whether the joint is on its way to have torque, so that the next group waits for it.
     pub(crate) fn is_rising(&self) -> bool {
         if self.let_go.is_some() || self.is_absent() || self.licence.is_locked() {
             return false;
@@ -291,7 +292,7 @@ impl Joint {
         }
     }
 
-    /// Whether it is not known yet that it is one servo, of which everything is as it should be.
+    /// Whether the servo has not been fully identified and inspected yet.
     pub(crate) fn is_unsettled(&self) -> bool {
         let is_known = self.power.is_on() || self.clock.is_known();
         !self.licence.is_locked()
@@ -303,8 +304,8 @@ impl Joint {
         if self.let_go.is_some() { self.has_let_go() } else { matches!(self.link, Link::Answering) }
     }
 
-    /// Whether others must not move: those of its group, and of the groups that it carries. It failed, does not
-    /// answer, or has not come back since.
+    /// Whether the joint stops others: those of its group, and of the groups that it carries. It has failed, does not
+    /// answer, or has not recovered since.
     pub(crate) fn stops_group(&self) -> bool {
         match self.licence {
             _ if self.is_absent() || self.licence.ending().is_some_and(|ending| ending.locks) => true,
@@ -314,7 +315,7 @@ impl Joint {
         }
     }
 
-    /// Whether it moves by command, or on its way back within its limits.
+    /// Whether it moves by command, or returns to its limits.
     pub(crate) fn is_moving(&self) -> bool {
         let goes_by_itself = match self.motion {
             Motion::Stay { .. } => !self.stays(),
@@ -329,12 +330,12 @@ impl Joint {
         goes_by_itself || self.motion.setpoint().is_some_and(|at| at.velocity_rad_s.abs() > 0.0)
     }
 
-    /// Whether its servo has said that its torque is off, since it was told so.
+    /// Whether the servo has confirmed torque off since it was told so.
     pub(crate) fn has_let_go(&self) -> bool {
         self.let_go.is_some() && matches!(self.power, Power::Off)
     }
 
-    /// Whether it may move: the guard of every state of motion but idle.
+    /// Whether it may move: required in every state of motion but idle.
     pub(crate) fn may_move(&self) -> bool {
         matches!(self.link, Link::Answering)
             && self.power.is_on()
@@ -342,8 +343,8 @@ impl Joint {
             && self.let_go.is_none()
     }
 
-    /// Sets where it shall be; a goal beyond the joint's limits becomes the limit. `None` for a
-    /// goal that is no number, otherwise whether it was within the limits.
+    /// Sets the goal position. A goal beyond the joint's limits is clamped. Returns whether it was within the limits;
+    /// `None` for a goal that is not finite.
     pub(crate) fn set_goal(
         &mut self,
         position_rad: f64,
@@ -355,13 +356,13 @@ impl Joint {
         Some(position_rad.total_cmp(&within).is_eq())
     }
 
-    /// Lives on to `now`, which is `dt_s` after the last cycle.
+    /// Advances the joint to `now`, `dt_s` seconds after the last cycle.
     pub(crate) fn step(&mut self, now: Instant, dt_s: f64, orders: Orders) {
         self.orders = orders;
         if !orders.live || orders.halt.is_some() || !self.licence.is_given() {
             self.goal = None;
         }
-        // A commander's clock may be wrong, and a goal from the future would never grow old.
+        // A decision time in the future (a wrong clock of the commander) would never expire.
         if let Some(goal) = &mut self.goal {
             goal.decided_at = goal.decided_at.min(now);
         }
@@ -380,7 +381,7 @@ impl Joint {
         self.guard();
     }
 
-    /// Stops a motion that is not allowed. It is this program's own fault, and says so.
+    /// Stops a motion without permission. This is a programming error, and is counted.
     fn guard(&mut self) {
         let is_wrong = self.motion != Motion::Idle && !self.may_move();
         debug_assert!(!is_wrong, "joint {} moves without being allowed to: {self:?}", self.index);
@@ -390,7 +391,7 @@ impl Joint {
         }
     }
 
-    /// Switches the torque off with that of the whole body, whatever it is doing.
+    /// Switches torque off together with the whole body, in any state.
     pub(crate) fn let_go(&mut self, now: Instant, cause: JointCause) {
         if self.let_go.is_none() {
             self.cut(now);
@@ -399,7 +400,7 @@ impl Joint {
         self.let_go = Some(cause);
     }
 
-    /// Notes what its servo says of its torque after the whole body was told to let go.
+    /// Processes the servo's torque enable after the whole body was switched off.
     pub(crate) fn confirm(&mut self, now: Instant, torque: u8) {
         self.contact.misses = 0;
         if self.let_go.is_some() {
@@ -407,8 +408,7 @@ impl Joint {
         }
     }
 
-    /// Ends what [`let_go`](Self::let_go) began: its servo is asked anew what it is. It does not move before it
-    /// is armed.
+    /// Reverts [`let_go`](Self::let_go): the servo is identified again. The joint does not move before it is armed.
     pub(crate) fn end_let_go(&mut self) {
         if self.let_go.take().is_some() {
             (self.contact.misses, self.contact.corrupt, self.contact.unacknowledged) = (0, 0, 0);
@@ -417,7 +417,7 @@ impl Joint {
         }
     }
 
-    /// Begins anew, as if its servo had never been out of hand, and its limits never of another joint.
+    /// Resets the joint as if its servo had never failed, and its limits had never been of another joint.
     #[cfg(test)]
     pub(crate) fn trust(&mut self) {
         self.are_limits_acknowledged = true;
@@ -427,15 +427,15 @@ impl Joint {
         }
     }
 
-    /// How far beyond its limits it stands, in radians; `None` where that is not known.
+    /// Distance beyond its limits, in radians; `None` without a recent reading.
     fn beyond_rad(&self, now: Instant) -> Option<f64> {
         let (at, reading) = self.reading?;
         let within = self.clamped(reading.position_rad)?;
         (now.since(at) <= FRESH).then_some((reading.position_rad - within).abs())
     }
 
-    /// Whether a joint can have come from where it was read before to here. One answer in 65536 whose
-    /// bytes are noise has a right check sum all the same.
+    /// Whether the joint can have moved here from its previous reading. One in 65536 answers with random bytes has a
+    /// valid check sum.
     fn is_plausible(&self, at: Instant, position_rad: f64) -> bool {
         self.reading.is_none_or(|(before, reading)| {
             let reach_rad = SPEED_MOST_RAD_S * at.since(before).as_secs_f64() + JUMP_MOST_RAD;
@@ -448,13 +448,13 @@ impl Joint {
         position_rad.is_finite().then(|| position_rad.clamp(self.settings.min_rad, self.settings.max_rad))
     }
 
-    /// Where it stands, within its limits, if that is known.
+    /// Position clamped to its limits; `None` without a recent reading.
     fn standing(&self, now: Instant) -> Option<f64> {
         let (at, reading) = self.reading?;
         if now.since(at) <= FRESH { self.clamped(reading.position_rad) } else { None }
     }
 
-    /// Whether it was read to stand since its servo was told to stay, and where it was told to.
+    /// Whether a reading has confirmed that the servo stands where it was told to stay.
     fn stays(&self) -> bool {
         let told = match (self.motion, self.power) {
             (Motion::Stay { told }, _) | (_, Power::Found { stay: told, .. }) => told,
@@ -466,12 +466,12 @@ impl Joint {
         })
     }
 
-    /// Whether it was read far from there.
+    /// Whether the last reading is far from this position; true without a reading.
     fn is_far_from(&self, position_rad: f64) -> bool {
         self.reading.is_none_or(|(_, reading)| (reading.position_rad - position_rad).abs() > JUMP_MOST_RAD)
     }
 
-    /// Whether it was read to move beyond its limits.
+    /// Whether the last reading shows motion beyond its limits.
     fn comes_back(&self) -> bool {
         self.reading.is_some_and(|(_, reading)| {
             let limit_rad = self.clamped(reading.position_rad);
@@ -480,7 +480,7 @@ impl Joint {
         })
     }
 
-    /// The limits of its servo, in counts.
+    /// Position limits of its servo, in counts.
     pub(crate) fn limit_counts(&self) -> (i32, i32) {
         let one = position_count(self.settings.servo_rad(self.settings.min_rad));
         let other = position_count(self.settings.servo_rad(self.settings.max_rad));

@@ -1,7 +1,7 @@
-//! Motor process: joint goals in, servo buses, joint states out.
+//! Motor process: takes joint goals, drives the servo buses, and publishes joint states.
 //!
-//! [`Motor`] is the pure core: it turns goals into one [`Request`] per bus and cycle, and the
-//! [`Replies`] into joint states. A [`Master`] carries a request over a [`Port`].
+//! [`Motor`] is the pure core. It turns goals into one [`Request`] per bus and cycle, and the [`Replies`] into joint
+//! states. A [`Master`] carries out a request over a [`Port`].
 
 mod bus;
 mod carriers;

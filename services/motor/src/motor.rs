@@ -10,17 +10,18 @@ use crate::joint::{Joint, Orders, Policy};
 use crate::request::SERVOS_MOST;
 use crate::{BusCounts, Counts, Notice, Replies, Request, Trouble};
 
-/// The longest step of the commands: after a longer pause they go on from where they were.
+/// Longest time step of the setpoints. After a longer pause the setpoints continue from where they were.
 pub(crate) const STEP_MOST: Duration = Duration::from_millis(20);
-/// How long an order to arm holds: a joint that has no torque by then, and has not failed before, waits for another one.
+/// How long an arming order stays valid. A joint without torque by then, that has not failed before, needs a new
+/// order.
 const ORDER_HOLDS: Duration = Duration::from_secs(10);
-/// How long a stop of category 1 may take before torque goes off whatever moves still.
+/// Longest duration of a category 1 stop. After it torque goes off even if joints still move.
 const STOP_WITHIN: Duration = Duration::from_millis(750);
 
-/// Why a robot cannot be driven.
+/// Errors of [`Motor::new`].
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum MotorError {
-    /// More servos on one bus than a cycle has room for.
+    /// One bus has more servos than one cycle can serve.
     #[error(
         "bus `{bus}` has {servos} servos, and a cycle has room for {SERVOS_MOST}: spread them over more buses"
     )]
@@ -30,7 +31,7 @@ pub enum MotorError {
         /// Its servos.
         servos: usize,
     },
-    /// A servo cannot have this identifier.
+    /// The identifier is outside the range of servo identifiers.
     #[error("joint `{joint}` has id {id}, and a servo's is from 0 to 252")]
     Id {
         /// The joint.
@@ -38,7 +39,7 @@ pub enum MotorError {
         /// The identifier.
         id: u8,
     },
-    /// The configuration says what a group does that is not there.
+    /// The alert configuration names a group that motor.toml does not define.
     #[error(
         "there is no group `{group}` in motor.toml, and `groups` of [motor.alert] in leo.toml names it; there are {known}"
     )]
@@ -50,49 +51,52 @@ pub enum MotorError {
     },
 }
 
-/// The joints and their buses: goals in, one request per bus out, its replies in, joint states
-/// out. Pure: time comes in as an argument, and after [`new`](Self::new) nothing is allocated.
+/// The joints and their buses: goals in, one request per bus out, replies in, joint states out.
+///
+/// Pure: time is an argument. Nothing is allocated after [`new`](Self::new).
 #[derive(Clone, Debug)]
 pub struct Motor {
     joints: Vec<Joint>,
     buses: Vec<Bus>,
-    /// By bus, whether its servos are those of the mock servo bus.
+    /// By bus, whether its servos are simulated by the mock servo bus.
     is_simulated: Vec<bool>,
     command_timeout: Duration,
     limp_after: Duration,
     /// When the newest goals were decided.
     decided_at: Option<Instant>,
-    /// Since when nobody has commanded, where nobody has yet.
+    /// Time of the first step, from which the limp timeout counts as long as no goals have arrived.
     unled_since: Option<Instant>,
     stepped_at: Option<Instant>,
     period: Duration,
     live: bool,
-    /// Nobody commands any more: when every torque is switched off, whatever moves still.
+    /// Set once the commander is dismissed: when torque goes off even if joints still move.
     let_go_at: Option<Instant>,
     /// Why the torque of the whole body is switched off, if it is.
     letting_go: Option<JointCause>,
     stop_category: StopCategory,
-    /// The emergency stop is raised, and the body stops before torque goes off, or keeps it: when it goes off, if ever.
+    /// Set while an emergency stop of category 1 or 2 is active: when torque goes off (category 1), or `None` to keep
+    /// torque (category 2).
     stopping: Option<Option<Instant>>,
-    /// Until when an order to arm holds.
+    /// End of the validity of the newest arming order.
     order_until: Option<Instant>,
-    /// How many orders there were, and how many locks the newest acknowledges.
+    /// Number of arming orders so far, and how many locks the newest one acknowledges.
     orders: u64,
     acknowledged: Option<u64>,
-    /// Which groups stop which.
+    /// By group, the groups whose failure stops it.
     carriers: Carriers,
-    /// By group, how many of its joints are in trouble that stops others; and by joint, whether it was in the last cycle.
+    /// By group, how many joints have a fault that stops others; by joint, whether it had one in the previous cycle.
     failing: Vec<u32>,
     was_failing: Vec<bool>,
     counts: Counts,
 }
 
 impl Motor {
-    /// A robot whose servos are all still to be found.
+    /// Creates the robot. No servo has been identified yet.
     ///
     /// # Errors
     ///
-    /// A bus with more servos than a cycle has room for, an identifier that no servo has, or a group that is not there.
+    /// A bus has more servos than one cycle can serve, an identifier is out of range, or a configured group does not
+    /// exist.
     pub fn new(robot: &config::motor::Motor, settings: &config::leo::Motor) -> Result<Self, MotorError> {
         let mut joints = Vec::with_capacity(robot.joints.len());
         let is_simulated: Vec<bool> = robot.buses.iter().map(|bus| bus.device == Device::Mock).collect();
@@ -143,8 +147,8 @@ impl Motor {
         })
     }
 
-    /// The same robot, of which it is known which joint hangs from which: `parents` gives the nearest joint that carries
-    /// each, by its index. What carries others stops them when it fails.
+    /// Adds the kinematic tree: `parents` gives, by joint index, the nearest joint that carries each joint. A failing
+    /// joint also stops the groups that it carries.
     #[must_use]
     pub fn with_parents(mut self, parents: &[Option<usize>]) -> Self {
         let groups: Vec<usize> = self.joints.iter().map(Joint::group).collect();
@@ -152,10 +156,11 @@ impl Motor {
         self
     }
 
-    /// Takes a frame of goals that was decided at `decided_at`. A goal that is no number or for
-    /// no joint is refused, and a frame of refused goals alone is no sign of life. One that says it was
-    /// decided later than it is by the next [`step`](Self::step) counts as decided then. A goal is good for the command
-    /// time-out: a joint of which no newer frame says anything slows down and holds.
+    /// Accepts a frame of goals that was decided at `decided_at`.
+    ///
+    /// A goal that is not finite, or for an unknown joint, is refused. A frame without any accepted goal is no sign
+    /// of life, except an empty one. A decision time after the next [`step`](Self::step) is cut to the time of that
+    /// step. A goal expires after the command timeout: a joint without a newer goal slows down and holds.
     pub fn goals(&mut self, decided_at: Instant, goals: &[JointGoal]) {
         let mut accepted = goals.is_empty();
         for goal in goals {
@@ -174,19 +179,19 @@ impl Motor {
         }
     }
 
-    /// Moves every command on to `now`. Without goals for the command time-out the joints slow
-    /// down and hold, and later let go.
+    /// Advances every setpoint to `now`. Without goals for the command timeout the joints slow down and hold; later
+    /// their torque goes off.
     pub fn step(&mut self, now: Instant) {
         let since = self.stepped_at.map_or(self.period, |before| now.since(before));
         let dt_s = since.min(STEP_MOST).as_secs_f64();
         self.stepped_at = Some(now);
-        // A commander's clock may be wrong, and a sign of life from the future would never grow old.
+        // A decision time in the future (a wrong clock of the commander) would never expire.
         self.decided_at = self.decided_at.map(|decided_at| decided_at.min(now));
         let unled_since = *self.unled_since.get_or_insert(now);
         let age = self.decided_at.map(|decided_at| now.since(decided_at));
         let is_stopping = self.let_go_at.is_some() || self.stopping.is_some();
         self.live = !is_stopping && age.is_some_and(|age| age <= self.command_timeout);
-        // A servo that was found with its torque on keeps it as long as one whose commander fell silent.
+        // A servo found with its torque on keeps it as long as one whose commander stopped.
         let unled = age.unwrap_or_else(|| now.since(unled_since));
         let limp = !is_stopping && unled > self.command_timeout + self.limp_after;
         if self.let_go_at.is_some_and(|let_go_at| now >= let_go_at || !self.is_moving()) {
@@ -221,7 +226,8 @@ impl Motor {
         }
     }
 
-    /// Counts the joints that stop others. A joint that has just failed ends an order to arm: it was given before that.
+    /// Counts the joints that stop others. A joint that has just failed cancels the arming order, which was given
+    /// before the failure.
     fn look_for_failures(&mut self) {
         self.failing.fill(0);
         for (joint, was_failing) in self.joints.iter().zip(&mut self.was_failing) {
@@ -236,10 +242,12 @@ impl Motor {
         }
     }
 
-    /// Arms the joints by a person's order. It holds for some seconds, in which the joints come up group by group, or
-    /// until another joint fails. Joints that are locked are unlocked where the cause is gone and the person has seen it:
-    /// where their lock is among the first `acknowledged_locks` of [`Counts::locks`]. Joints whose servos do not answer
-    /// wait for another order: plugging in a cable starts nothing.
+    /// Arms the joints by an operator's order, valid for ten seconds or until another joint fails. The joints come up
+    /// group by group.
+    ///
+    /// A locked joint is unlocked if the cause is gone and the operator has seen its lock: it is among the first
+    /// `acknowledged_locks` of [`Counts::locks`]. A joint whose servo does not answer needs a new order: plugging in
+    /// a cable starts nothing.
     pub fn arm(&mut self, now: Instant, acknowledged_locks: Option<u64>) {
         if self.letting_go.is_some() || self.stopping.is_some() {
             return;
@@ -253,8 +261,7 @@ impl Motor {
         self.joints.iter_mut().for_each(|joint| joint.note_order(self.orders));
     }
 
-    /// Stops the body as the configuration says that the emergency stop does, and keeps it stopped until
-    /// [`end_emergency`](Self::end_emergency).
+    /// Stops the body by the configured stop category, until [`end_emergency`](Self::end_emergency).
     pub fn emergency_stop(&mut self, now: Instant) {
         self.order_until = None;
         match self.stop_category {
@@ -264,7 +271,7 @@ impl Motor {
         }
     }
 
-    /// Ends an emergency stop: nothing moves before joints are armed. Every servo is asked anew what it is.
+    /// Ends an emergency stop. Nothing moves before joints are armed. Every servo is identified again.
     pub fn end_emergency(&mut self) {
         self.stopping = None;
         self.letting_go = None;
@@ -272,13 +279,14 @@ impl Motor {
         self.joints.iter_mut().for_each(Joint::end_let_go);
     }
 
-    /// Whether the emergency stop is raised, also while joints still stop.
+    /// Whether the emergency stop is active, also while joints still decelerate.
     #[must_use]
     pub fn is_stopped(&self) -> bool {
         self.stopping.is_some() || self.letting_go.is_some()
     }
 
-    /// What a person does who has looked at everything: releases the emergency stop, acknowledges all locks, and arms.
+    /// Test helper for an operator's complete recovery: releases the emergency stop, acknowledges all locks, and
+    /// arms.
     #[cfg(test)]
     pub(crate) fn start_anew(&mut self) {
         self.end_emergency();
@@ -286,29 +294,27 @@ impl Motor {
         self.arm(self.stepped_at.unwrap_or(Instant::EPOCH), Some(self.counts.locks));
     }
 
-    /// Switches every torque off from the next request on, and keeps it off: goals do nothing
-    /// until [`end_emergency`](Self::end_emergency). For an emergency stop; for an orderly end there is
-    /// [`dismiss`](Self::dismiss).
+    /// Switches torque off on every bus from the next request on. Goals have no effect until
+    /// [`end_emergency`](Self::end_emergency). For an emergency stop; the orderly end is [`dismiss`](Self::dismiss).
     pub fn let_go(&mut self, cause: JointCause) {
-        // An emergency is not made less of by an end.
+        // An orderly end must not replace the emergency as the cause.
         if self.letting_go != Some(JointCause::Emergency) {
             self.letting_go = Some(cause);
         }
     }
 
-    /// Why the torque of the whole body is switched off, if it is.
+    /// Why torque is switched off for the whole body, if it is.
     #[must_use]
     pub const fn letting_go(&self) -> Option<JointCause> {
         self.letting_go
     }
 
-    /// Whether any joint moves by command.
     fn is_moving(&self) -> bool {
         self.joints.iter().any(Joint::is_moving)
     }
 
-    /// How many servos have not said yet that their torque is off, since they were told to let go. At the end of the robot,
-    /// simulated servos that are gone with their bus have no torque, and none is waited for.
+    /// Number of servos that have not confirmed torque off since they were told so. During the orderly end, simulated
+    /// servos on a lost bus do not count, because they have no torque.
     #[must_use]
     pub fn unconfirmed(&self) -> usize {
         let is_gone = |joint: &Joint| {
@@ -318,20 +324,20 @@ impl Motor {
         self.joints.iter().filter(|joint| !joint.has_let_go() && !is_gone(joint)).count()
     }
 
-    /// Heeds no commander any more: the joints slow down and hold, and once nothing moves, or at
-    /// `let_go_at` whatever moves still, every torque is switched off.
+    /// Starts the orderly end: goals are ignored and the joints slow down and hold. Torque goes off when nothing
+    /// moves, or at `let_go_at` at the latest.
     pub fn dismiss(&mut self, let_go_at: Instant) {
         self.let_go_at = Some(let_go_at);
     }
 
-    /// How many buses there are.
+    /// Number of buses.
     #[must_use]
     pub const fn buses(&self) -> usize {
         self.buses.len()
     }
 
-    /// Writes what a bus is told and asked in this cycle. Torque comes on one group after the
-    /// other, and only when somebody commands.
+    /// Writes the request of a bus for this cycle. Torque comes on one group after the other, and only while commands
+    /// arrive.
     pub fn request(&mut self, bus: usize, now: Instant, request: &mut Request) {
         let rising = self.joints.iter().filter(|joint| joint.is_rising()).map(Joint::group).min();
         let purpose = match self.letting_go {
@@ -346,7 +352,7 @@ impl Motor {
         }
     }
 
-    /// Takes what a bus answered to its last request.
+    /// Processes the replies of a bus to its last request.
     pub fn replies(&mut self, bus: usize, now: Instant, replies: &Replies) {
         if let Some(bus) = self.buses.get_mut(bus) {
             bus.digest(now, &mut self.joints, replies);
@@ -354,7 +360,7 @@ impl Motor {
         self.refuse_swapped(bus, now);
     }
 
-    /// Refuses servos of a bus that were found with the limits of another joint, before anything of them is written.
+    /// Locks servos of a bus that have the limits of another joint, before anything is written to their EEPROM.
     fn refuse_swapped(&mut self, bus: usize, now: Instant) {
         for index in 0..self.joints.len() {
             let Some(joint) = self.joints.get(index).filter(|joint| joint.bus() == bus) else { continue };
@@ -367,21 +373,21 @@ impl Motor {
         }
     }
 
-    /// Tells what people are to know of how servos were found set up, since this was asked last, with the joint's index.
+    /// Reports how servos were found set up since the last call: calls `tell` with the joint's index and the notice.
     pub fn take_notices(&mut self, mut tell: impl FnMut(usize, Notice)) {
         for (index, joint) in self.joints.iter_mut().enumerate() {
             joint.take_notices().all().for_each(|notice| tell(index, notice));
         }
     }
 
-    /// Takes a bus for lost that does not come back with what it was asked, until it does.
+    /// Marks a bus as lost because its thread does not return. The bus stays lost until the thread returns.
     pub(crate) fn lose(&mut self, bus: usize, now: Instant) {
         if let Some(bus) = self.buses.get_mut(bus) {
             bus.lose(now, &mut self.joints);
         }
     }
 
-    /// What every joint does, in the order of their indices.
+    /// State of every joint, in the order of their indices.
     pub fn states(&self) -> impl ExactSizeIterator<Item = JointState> {
         self.joints.iter().map(Joint::state)
     }
@@ -392,13 +398,13 @@ impl Motor {
         self.joints.get(joint).and_then(Joint::trouble)
     }
 
-    /// The newest reading of a joint, and when it was asked for.
+    /// Newest reading of a joint, and when it was requested.
     #[cfg(test)]
     pub(crate) fn reading(&self, joint: usize) -> Option<(Instant, servo::Reading)> {
         self.joints.get(joint).and_then(Joint::reading)
     }
 
-    /// What was counted since [`new`](Self::new).
+    /// Counters since [`new`](Self::new).
     #[must_use]
     pub fn counts(&self) -> Counts {
         Counts {
@@ -408,19 +414,19 @@ impl Motor {
         }
     }
 
-    /// What was counted of a bus since [`new`](Self::new).
+    /// Counters of a bus since [`new`](Self::new).
     #[must_use]
     pub fn bus_counts(&self, bus: usize) -> BusCounts {
         self.buses.get(bus).map(Bus::counts).unwrap_or_default()
     }
 
-    /// Whether the line of a bus is gone.
+    /// Whether the line of a bus is lost.
     #[must_use]
     pub fn is_lost(&self, bus: usize) -> bool {
         self.buses.get(bus).is_some_and(Bus::is_lost)
     }
 
-    /// How many joints of a bus are quarantined.
+    /// Number of quarantined joints of a bus.
     #[must_use]
     pub fn quarantined(&self, bus: usize) -> usize {
         self.joints.iter().filter(|joint| joint.bus() == bus && joint.is_absent()).count()

@@ -2,37 +2,37 @@ use std::fmt;
 
 use servo::table::Item;
 
-/// Notices of one inspection at most.
+/// Maximum number of notices of one inspection.
 const NOTICES_MOST: usize = 12;
 
-/// What people are told of how a servo was found set up. Values are counts of the item.
+/// A finding about the setup of a servo, for the operator. Values are raw values of the item.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Notice {
-    /// An item of the EEPROM that is overwritten.
+    /// An EEPROM item that is overwritten.
     Overwritten {
         /// The item.
         item: Item,
-        /// What it was.
+        /// The old value.
         old: i32,
-        /// What it becomes.
+        /// The new value.
         new: i32,
-        /// Whether it was as it comes from the factory.
+        /// Whether the old value is the factory setting.
         is_from_factory: bool,
     },
-    /// An item of the EEPROM that is tighter than it comes from the factory, or than the joint needs; it stays as it is.
+    /// An EEPROM item that is more restrictive than its factory setting, or than the joint needs. It is not changed.
     Tighter {
         /// The item.
         item: Item,
-        /// What it is.
+        /// The value found.
         found: i32,
-        /// What it would have to be.
+        /// The value that the joint needs.
         needed: i32,
     },
-    /// A profile that another program left in the servo; it is overwritten before torque comes on.
+    /// A profile that another program left in the servo. It is overwritten before torque comes on.
     LeftOver {
         /// The item.
         item: Item,
-        /// What it is.
+        /// The value found.
         found: i32,
     },
 }
@@ -44,26 +44,25 @@ pub(crate) struct Notices {
 }
 
 impl Notices {
-    /// Adds a notice; one that there is no room for is left out, and an inspection makes fewer.
+    /// Adds a notice. A notice without space is dropped; an inspection has fewer than the maximum.
     pub(crate) fn add(&mut self, notice: Notice) {
         if let Some(place) = self.all.iter_mut().find(|place| place.is_none()) {
             *place = Some(notice);
         }
     }
 
-    /// Whether there is none.
+    /// Whether there is no notice.
     pub(crate) const fn is_empty(&self) -> bool {
-        // They are added from the front.
+        // Entries are filled from the front.
         matches!(self.all, [None, ..])
     }
 
-    /// All of them.
     pub(crate) fn all(&self) -> impl Iterator<Item = Notice> {
         self.all.iter().filter_map(|notice| *notice)
     }
 }
 
-/// The manual's name of an item, its address, and what a value of it means where that is a word.
+/// Displays an item by the manual's name and its address.
 struct Named(Item);
 
 impl fmt::Display for Named {

@@ -1,42 +1,41 @@
 use clock::Duration;
 
-/// Exchanges after which patience shrinks to what they would have needed.
+/// Exchanges after which the timeout shrinks to what they needed.
 const EXCHANGES: u32 = 50;
 
-/// How long a servo may be silent, beyond the time on the wire, before its turn is over.
+/// Adaptive reply timeout: how long a servo may be silent beyond the time on the wire.
 ///
-/// Impatience would take a servo for silent whose adapter, or whose machine, is slow: whenever bytes
-/// come after their time, patience doubles. But a machine that stood still for a moment is not slow,
-/// and patience is what a silent servo costs: where every answer comes far sooner, it shrinks again to
-/// what was needed and a quarter more.
+/// A timeout that is too short takes a servo on a slow adapter or machine for silent. So late bytes double it. But a
+/// short stall of the machine must not slow the bus for good, because a silent servo costs one timeout. So where all
+/// answers come far sooner, it shrinks to the time needed and a quarter more.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Patience {
     least: Duration,
     most: Duration,
     now: Duration,
-    /// What the exchanges needed that were counted.
+    /// Longest time that the counted exchanges needed.
     needed: Duration,
     count: u32,
 }
 
 impl Patience {
-    /// From `least` up to `most`.
+    /// Creates a timeout that varies between `least` and `most`.
     pub(crate) fn new(least: Duration, most: Duration) -> Self {
         Self { least, most: most.max(least), now: least, needed: Duration::ZERO, count: 0 }
     }
 
-    /// The patience of the next exchange.
+    /// The timeout of the next exchange.
     pub(crate) const fn get(&self) -> Duration {
         self.now
     }
 
-    /// The patience with what was on its way already.
+    /// The shortest timeout, for bytes that are already on their way.
     pub(crate) const fn least(&self) -> Duration {
         self.least
     }
 
-    /// Notes an exchange: whether bytes of the one before it came after their time, and how much
-    /// patience it needed for what came in time.
+    /// Records an exchange. `late`: whether bytes of the previous exchange arrived late. `needed`: the time beyond
+    /// the time on the wire until the answers that were in time.
     pub(crate) fn note(&mut self, late: bool, needed: Duration) {
         if late {
             self.now = (2 * self.now).min(self.most);

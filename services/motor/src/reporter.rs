@@ -7,24 +7,24 @@ use message::{JointCause, JointLicence, JointLink, JointMode, JointState};
 
 use crate::{Counts, Motor, Notice, Trouble};
 
-/// Looking is spared most cycles: people are slow.
+/// Period of the checks.
 const EVERY: Duration = Duration::from_millis(100);
-/// Goals that are refused, or become a limit, are told of no more often than this.
+/// Minimum time between two messages about refused or clamped goals.
 const GOALS_EVERY: Duration = Duration::from_secs(10);
 
-/// Tells people which joints are not as they should be, once each, and of an emergency stop. Where a whole bus
-/// is silent or lost it is the bus that is named: its servos have hardly all failed at once.
+/// Logs which joints have a fault, once each, and the end of an emergency stop. If a whole bus is silent or lost, the
+/// message names the bus, because its servos have hardly all failed at once.
 pub(crate) struct Reporter {
     names: Vec<String>,
     buses: Vec<Joints>,
     known: Vec<Known>,
     all_follow: bool,
-    /// Whether people know that every torque is off, in this emergency.
+    /// Whether the confirmation of torque off has been logged in this emergency.
     told_limp: bool,
-    /// Joints that people know wait to be armed.
+    /// Number of disarmed joints that was logged last.
     told_disarmed: usize,
     disarmed: usize,
-    /// Goals that people know were refused, and became a limit; and when they may be told again.
+    /// Numbers of refused and clamped goals that were logged last, and when they may be logged again.
     told_goals: (u64, u64),
     tell_goals_at: Instant,
     look_at: Instant,
@@ -38,7 +38,7 @@ struct Joints {
     indices: Vec<usize>,
 }
 
-/// How a joint was last, whether people have yet to be told, and what trouble they know of.
+/// Last state of a joint, whether it still has to be logged, and the fault that was logged.
 #[derive(Clone, Copy, Debug, Default)]
 struct Known {
     state: Option<(JointMode, JointCause)>,
@@ -80,7 +80,7 @@ impl Reporter {
         motor.take_notices(|joint, notice| {
             let name = names.get(joint).map_or("?", String::as_str);
             match notice {
-                // Simulated servos come from the factory at every start.
+                // Simulated servos have factory settings at every start.
                 Notice::Overwritten { is_from_factory: true, .. } if is_simulated => {
                     tracing::debug!("{name}: {notice}");
                 }
@@ -107,7 +107,7 @@ impl Reporter {
         self.all_follow = all_follow;
     }
 
-    /// Tells of goals that were refused, or became a limit: how many since people were told last.
+    /// Logs the number of goals that were refused or clamped since the last message.
     fn tell_goals(&mut self, motor: &Motor, now: Instant) {
         let Counts { refused, limited, .. } = motor.counts();
         let (more_refused, more_limited) = (refused - self.told_goals.0, limited - self.told_goals.1);
@@ -128,7 +128,7 @@ impl Reporter {
         }
     }
 
-    /// Tells how many joints wait to be armed, once that has stopped growing.
+    /// Logs how many joints wait to be armed, once that number is steady.
     fn tell_disarmed(&mut self, motor: &Motor) {
         let is_disarmed = |state: &JointState| {
             let machines = state.machines();
@@ -137,7 +137,7 @@ impl Reporter {
             })
         };
         let disarmed = motor.states().filter(is_disarmed).count();
-        // A robot that arms by itself has none but for a moment.
+        // With automatic arming, joints are disarmed only for a moment.
         let is_steady = std::mem::replace(&mut self.disarmed, disarmed) == disarmed;
         if is_steady && disarmed > self.told_disarmed {
             tracing::warn!(
@@ -175,9 +175,9 @@ impl Reporter {
             let Some(state) = known.state.filter(|_| known.is_new) else { continue };
             let told = std::mem::replace(&mut known.trouble, trouble(index));
             match known.trouble {
-                // Its torque went off since, say.
+                // The same fault in another state, for example after its torque went off.
                 Some(trouble) if told == Some(trouble) => {}
-                // It befalls the whole bus, and is told of it once.
+                // A duplicate affects the whole bus, and is logged once.
                 Some(Trouble::Duplicate(id)) if duplicates.contains(&Some((known.bus, id))) => {}
                 Some(trouble @ Trouble::Duplicate(id)) => {
                     if let Some(place) = duplicates.iter_mut().find(|place| place.is_none()) {
@@ -196,7 +196,7 @@ impl Reporter {
         }
     }
 
-    /// Tells once that every torque is off after an emergency stop; whether there is one.
+    /// Logs once that torque is off after an emergency stop. Returns whether there is an emergency stop.
     fn tell_emergency(&mut self, motor: &Motor) -> bool {
         let is_emergency = motor.letting_go() == Some(JointCause::Emergency);
         if self.is_newly_limp(is_emergency, motor.unconfirmed()) {
@@ -206,8 +206,8 @@ impl Reporter {
         is_emergency
     }
 
-    /// Whether every servo has confirmed an emergency for the first time. One that is asked later and not heard
-    /// is unconfirmed again, and people know already.
+    /// Whether every servo has confirmed torque off for the first time in this emergency. A servo that misses a later
+    /// read is unconfirmed again, but that is not logged again.
     fn is_newly_limp(&mut self, is_emergency: bool, unconfirmed: usize) -> bool {
         let is_told = is_emergency && (self.told_limp || unconfirmed == 0);
         let is_new = is_told && !self.told_limp;
@@ -216,7 +216,7 @@ impl Reporter {
     }
 }
 
-/// What people are told of a bus all of whose joints are away for the same reason.
+/// Message about a bus all of whose joints are quarantined for the same reason.
 fn explain_bus<'a>(mut joints: impl Iterator<Item = &'a Known>) -> Option<&'static str> {
     let first = joints.next()?.state?;
     let is_one = joints.all(|known| known.state == Some(first));
@@ -233,7 +233,7 @@ fn explain_bus<'a>(mut joints: impl Iterator<Item = &'a Known>) -> Option<&'stat
     }
 }
 
-/// What people are told of a joint that is not as it should be.
+/// Message about a joint with a fault.
 const fn explain(state: (JointMode, JointCause)) -> Option<&'static str> {
     match state {
         (JointMode::Quarantined, JointCause::BusLost) => Some("is quarantined: its bus is lost"),
@@ -290,7 +290,7 @@ mod tests {
         look(JointMode::Following, None);
         look(JointMode::Releasing, Some(Trouble::Duplicate(7)));
         look(JointMode::Limp, Some(Trouble::Duplicate(7)));
-        // It was mended, and is not any more.
+        // It was repaired, and fails again.
         look(JointMode::Following, None);
         look(JointMode::Releasing, Some(Trouble::Duplicate(7)));
         assert_eq!(told, 2);
@@ -315,7 +315,7 @@ mod tests {
         assert!(look(&|_| None).is_empty());
         let one = look(&|index| silent(index == 0));
         assert!(one.len() == 1 && one[0].starts_with("torso_yaw_joint is quarantined"), "{one:?}");
-        // The others of its bus too: now it is the bus.
+        // The others of its bus too: now the bus is named.
         let all = look(&|index| silent(bus_of(index) == bus_of(0)));
         let bus = &robot.motor.buses[bus_of(0)].name;
         assert!(all.len() == 1 && all[0].starts_with(&format!("bus `{bus}`: none of its servos")), "{all:?}");

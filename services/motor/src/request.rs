@@ -2,38 +2,37 @@ use clock::{Duration, Instant};
 use serial::Lost;
 use servo::{Id, Status};
 
-/// Servos on one bus at most.
+/// Maximum number of servos on one bus.
 pub const SERVOS_MOST: usize = 32;
-/// Bytes of a request: goals for every servo and questions to every servo, stuffed.
+/// Capacity of a request in bytes: goals for every servo and reads from every servo, with byte stuffing.
 const BYTES: usize = 1024;
-/// Data of one answer.
+/// Capacity of the data of one answer in bytes.
 const DATA: usize = 128;
-/// Bytes of a status without data: header, address, length, instruction, error, check sum.
+/// Bytes of a status packet without data: header, identifier, length, instruction, error, check sum.
 pub(crate) const STATUS_BYTES: usize = 11;
-/// Bytes of a chain before the first answer in it: header, address, length, instruction.
+/// Bytes of a fast sync read status before the first answer: header, identifier, length, instruction.
 const CHAIN_BYTES: usize = 8;
-/// Bytes of one answer within a chain, without data: error, identifier, check sum.
+/// Bytes of one answer within a fast sync read status, without data: error, identifier, check sum.
 const LINK_BYTES: usize = 4;
-/// Answers to one request: two to each of three questions to everybody would be too many already.
+/// Capacity of the answers to one request. Further answers are dropped.
 const ANSWERS: usize = 3 * SERVOS_MOST;
 
-/// What a part of a request, and an answer to it, is about.
+/// Kind of a part of a request, and of the answers to it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Topic {
-    /// The goals of the cycle, and the measurements of the servos that answer in one chain (fast
-    /// sync read).
+    /// Goals of the cycle, and the measurements of the servos that support fast sync read.
     Chain,
-    /// The measurements of the servos that answer each for itself (sync read).
+    /// The measurements of the other servos (sync read).
     Each,
-    /// The measurements of servos that were not heard in this cycle, once more (sync read).
+    /// Repeated read of servos that did not answer in this cycle (sync read).
     Again,
-    /// Whether torque is off, after it was switched off.
+    /// Torque enable, after torque was switched off.
     Torque,
-    /// What one servo is told or asked besides.
+    /// The job of one servo.
     Job,
-    /// How one servo is that was asked for its measurements too: only who gave them is asked.
+    /// The condition of one servo; skipped if the servo has not answered the measurements.
     Look,
-    /// How a servo is that has just reported an alert.
+    /// The condition of servos that have just reported an alert.
     Alarm,
 }
 
@@ -41,10 +40,10 @@ impl Topic {
     const COUNT: usize = 7;
 }
 
-/// What a part of a request waits for before the next part may go out.
+/// One part of a request: instructions, and the answers to wait for before the next part may be sent.
 #[derive(Clone, Copy, Debug)]
 pub struct Part {
-    /// What it is about.
+    /// Kind of the part.
     pub topic: Topic,
     /// Bytes sent.
     pub sent: usize,
@@ -64,7 +63,7 @@ impl Part {
         Self { topic, sent, data, ids, count }
     }
 
-    /// Who answers, in this order.
+    /// Identifiers of the servos that answer, in this order.
     #[must_use]
     pub fn ids(&self) -> &[u8] {
         self.ids.get(..self.count).unwrap_or_default()
@@ -84,13 +83,13 @@ impl Part {
         before + self.count * self.bytes_of_answer()
     }
 
-    /// How long the instruction takes on a wire of `baud` bits per second, ten bits a byte.
+    /// Time of the instruction on a wire of `baud` bits per second, with ten bits a byte.
     #[must_use]
     pub fn time_to_send(&self, baud: u32) -> Duration {
         time_on_wire(self.sent, baud)
     }
 
-    /// How long one answer takes.
+    /// Time of one answer on the wire.
     #[must_use]
     pub fn time_to_answer(&self, baud: u32) -> Duration {
         time_on_wire(self.bytes_of_answer(), baud)
@@ -102,8 +101,8 @@ fn time_on_wire(bytes: usize, baud: u32) -> Duration {
     Duration::from_nanos(bits.saturating_mul(1_000_000_000) / u64::from(baud.max(1)))
 }
 
-/// What one bus is told and asked in one cycle. The line is half-duplex: a part goes out when
-/// the part before it was answered, or its time is over.
+/// The request to one bus in one cycle. The line is half-duplex: a part is sent when the part before it was answered,
+/// or its timeout is over.
 #[derive(Clone, Debug)]
 pub struct Request {
     bytes: [u8; BYTES],
@@ -119,13 +118,12 @@ impl Default for Request {
 }
 
 impl Request {
-    /// Begins a new request.
+    /// Starts a new request.
     pub(crate) fn clear(&mut self) {
         (self.end, self.count) = (0, 0);
     }
 
-    /// Adds a part, whose bytes `write` writes to the beginning of what it is given. It returns
-    /// how many these were; a part of none is left out.
+    /// Adds a part. `write` writes its bytes to the buffer and returns their number; an empty part is left out.
     pub(crate) fn add(
         &mut self,
         topic: Topic,
@@ -140,7 +138,7 @@ impl Request {
         self.count += 1;
     }
 
-    /// The parts with their bytes, in the order in which they go out.
+    /// The parts with their bytes, in sending order.
     pub fn parts(&self) -> impl Iterator<Item = (&Part, &[u8])> {
         let mut start = 0;
         self.parts.iter().take(self.count).flatten().map(move |part| {
@@ -169,23 +167,23 @@ impl Answer {
     }
 }
 
-/// What a bus answered to a request.
+/// The replies of a bus to a request.
 #[derive(Clone, Debug)]
 pub struct Replies {
     answers: Vec<Answer>,
-    /// When each topic was asked about.
+    /// When each kind of part was sent.
     sent_at: [Instant; Topic::COUNT],
-    /// Bytes that came to each topic.
+    /// Bytes received by kind of part.
     bytes: [usize; Topic::COUNT],
-    /// Answers to each topic that arrived broken.
+    /// Corrupt answers by kind of part.
     spoilt: [u32; Topic::COUNT],
-    /// Bytes that came after their time and were thrown away.
+    /// Bytes that arrived too late and were discarded.
     pub(crate) late: usize,
-    /// For how long at most nothing came, beyond an answer's time on the wire, before something did.
+    /// Longest silence before received bytes, beyond the time of one answer on the wire.
     pub(crate) slow: Duration,
-    /// Whether bytes came that belong to no answer.
+    /// Whether bytes were received that belong to no answer.
     pub(crate) noisy: bool,
-    /// Why there are no more: the line is gone.
+    /// Why the replies are incomplete: the line was lost.
     pub(crate) lost: Option<Lost>,
 }
 
@@ -205,7 +203,7 @@ impl Default for Replies {
 }
 
 impl Replies {
-    /// Begins to collect the replies to a new request.
+    /// Clears the replies for a new request.
     pub fn clear(&mut self) {
         self.answers.clear();
         self.bytes = [0; Topic::COUNT];
@@ -216,49 +214,49 @@ impl Replies {
         self.lost = None;
     }
 
-    /// Notes when a topic was asked about.
+    /// Records when a part was sent.
     pub(crate) fn asked(&mut self, topic: Topic, at: Instant) {
         if let Some(place) = self.sent_at.get_mut(topic as usize) {
             *place = at;
         }
     }
 
-    /// Lets everything be of one instant: simulated time stands still while a bus speaks.
+    /// Sets all send times to `now`: simulated time does not advance during an exchange.
     pub(crate) fn stamp(&mut self, now: Instant) {
         self.sent_at = [now; Topic::COUNT];
     }
 
-    /// When a topic was asked about.
+    /// When a part was sent.
     pub(crate) fn asked_at(&self, topic: Topic) -> Instant {
         self.sent_at.get(topic as usize).copied().unwrap_or(Instant::EPOCH)
     }
 
-    /// Notes that bytes came to a topic.
+    /// Records received bytes of a part.
     pub(crate) fn hear(&mut self, topic: Topic, bytes: usize) {
         if let Some(place) = self.bytes.get_mut(topic as usize) {
             *place += bytes;
         }
     }
 
-    /// Bytes that came to a topic.
+    /// Bytes received for a part.
     pub(crate) fn heard(&self, topic: Topic) -> usize {
         self.bytes.get(topic as usize).copied().unwrap_or(0)
     }
 
-    /// Notes broken answers to a topic.
+    /// Records corrupt answers to a part.
     pub(crate) fn spoil(&mut self, topic: Topic, count: u32) {
         if let Some(place) = self.spoilt.get_mut(topic as usize) {
             *place += count;
         }
     }
 
-    /// Broken answers to a topic.
+    /// Corrupt answers to a part.
     pub(crate) fn spoilt(&self, topic: Topic) -> u32 {
         self.spoilt.get(topic as usize).copied().unwrap_or(0)
     }
 
-    /// Adds an answer to a part of the request. What is longer than anything that was asked for,
-    /// or one too many, is dropped.
+    /// Adds an answer to a part of the request. An answer that is longer than any expected one, or exceeds the
+    /// capacity, is dropped.
     pub fn add(&mut self, topic: Topic, status: &Status<'_>) {
         let mut data = [0; DATA];
         let Some(place) = data.get_mut(..status.params.len()) else { return };
@@ -269,7 +267,7 @@ impl Replies {
         }
     }
 
-    /// Notes that the line is gone.
+    /// Records that the line was lost.
     pub fn lose(&mut self, why: Lost) {
         self.lost = Some(why);
     }

@@ -1,69 +1,68 @@
 use clock::Instant;
 
-/// The realtime tick counts milliseconds modulo this.
+/// The realtime tick counts milliseconds modulo this value.
 const WRAP_MS: f64 = 32_768.0;
-/// The tick counts whole milliseconds.
+/// Resolution of the tick, in milliseconds.
 const RESOLUTION_MS: f64 = 1.0;
-/// How much slower or faster than ours a servo's clock may run: by a part of this.
+/// Maximum relative drift of a servo's clock against ours.
 const DRIFT: f64 = 0.02;
-/// No answer is older: what waited that long was thrown away before. A clock that is further off
-/// began anew.
+/// Largest plausible offset of the tick. Older answers have been discarded before, so a clock that is further off has
+/// restarted.
 const OFF_MOST_MS: f64 = 500.0;
-/// After this long the tick may have wrapped unseen.
+/// Time after which the tick may have wrapped around unnoticed.
 const FORGET_MS: f64 = 15_000.0;
 
-/// How a reading's age was judged.
+/// Classification of a reading by its age.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Age {
-    /// Sampled after it was asked for.
+    /// Sampled after it was requested.
     Fresh,
-    /// Sampled before it was asked for: an answer to an earlier question.
+    /// Sampled before it was requested: an answer to an earlier request.
     Stale,
-    /// The servo's clock began anew.
+    /// The servo's clock has restarted.
     Restarted,
-    /// Nothing is known of its clock yet: it may be of any age.
+    /// No reference for the servo's clock yet: the reading may be of any age.
     Unproven,
 }
 
-/// A reading by whose tick later ones are judged.
+/// A reading that later readings are compared with.
 #[derive(Clone, Copy, Debug)]
 struct Anchor {
     tick_ms: f64,
     asked_at: Instant,
-    /// How long after it was asked for it was sampled at most: when it was there.
+    /// Time from the request to the arrival, the upper bound of the delay until it was sampled.
     within_ms: f64,
 }
 
-/// Tells fresh readings from stale ones by the servo's own clock, its realtime tick (item 120).
+/// Distinguishes fresh readings from stale ones by the servo's own clock, its realtime tick (item 120).
 ///
-/// The bus has no transaction numbers, so an answer to an earlier question has a valid check sum
-/// and a valid identifier. But between two samples the servo's clock goes on by at least the time
-/// from when the first was there until the second was asked for, and a late answer falls short of
-/// that by its age.
+/// The bus has no transaction numbers. So an answer to an earlier request has a valid check sum and a valid
+/// identifier. But between two samples the servo's clock advances at least by the time from the arrival of the first
+/// to the request of the second. A late answer falls short of that by its age.
 ///
-/// The first reading says what its clock shows, and nothing of its own age: it is not believed.
+/// The first reading gives the tick, but nothing about its own age. So it is not accepted.
 ///
-/// A tick that is far off may be that of a servo that began anew, or of noise whose check sum is right
-/// by chance: it counts when a second one agrees with it.
+/// A tick that is far off comes from a restarted servo, or from random bytes with a valid check sum. It counts once a
+/// second one agrees with it.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct ServoClock {
     anchor: Option<Anchor>,
-    /// One that was far off.
+    /// The last reading whose tick was far off.
     other: Option<Anchor>,
 }
 
 impl ServoClock {
-    /// Whether anything is known of it since then.
+    /// Whether there is a reference since the last [`forget`](Self::forget).
     pub(crate) const fn is_known(&self) -> bool {
         self.anchor.is_some()
     }
 
-    /// Forgets it: the servo is to be started anew.
+    /// Resets the clock, because the servo is restarted or identified again.
     pub(crate) fn forget(&mut self) {
         *self = Self::default();
     }
 
-    /// Judges a reading with this `tick`, which was asked for at one instant and there at another.
+    /// Classifies a reading with this `tick`, requested at `asked_at` and arrived at `there_at`.
     pub(crate) fn judge(&mut self, tick: u16, asked_at: Instant, there_at: Instant) -> Age {
         let within_ms = there_at.since(asked_at).as_secs_f64() * 1e3;
         let new = Anchor { tick_ms: f64::from(tick), asked_at, within_ms };
@@ -89,7 +88,7 @@ impl ServoClock {
 }
 
 impl Anchor {
-    /// Whether so much time has passed that the tick may have wrapped unseen.
+    /// Whether the tick may have wrapped around unnoticed since this reading.
     fn is_old(self, new: Self) -> bool {
         self.passed_ms(new) > FORGET_MS
     }
@@ -98,8 +97,8 @@ impl Anchor {
         new.asked_at.since(self.asked_at).as_secs_f64() * 1e3
     }
 
-    /// Judges a later reading by this one: fresh or stale, and which of the two later ones are to be
-    /// judged by. `None` where the two are not of one clock, or this one is too old.
+    /// Compares a later reading with this one. Returns its age, and the better reference of the two. `None` if their
+    /// clocks do not match, or this one is too old.
     fn judge(self, new: Self) -> Option<(Age, Self)> {
         let passed_ms = self.passed_ms(new);
         let ahead_ms =
@@ -111,8 +110,8 @@ impl Anchor {
         if ahead_ms < -(self.within_ms + drift_ms + RESOLUTION_MS) {
             return Some((Age::Stale, self));
         }
-        // The sharper of the two is kept, by which its clock is known to be further on: an old one grows
-        // dull with time, and one whose answer was long on its way says little.
+        // Keep the reference with the tighter bound on the servo's clock. A bound widens with time by drift, and is
+        // wide from the start if the answer took long.
         let is_sharper = new.within_ms - ahead_ms <= self.within_ms + drift_ms;
         Some((Age::Fresh, if is_sharper { new } else { self }))
     }
@@ -128,7 +127,7 @@ mod tests {
         Instant::EPOCH + Duration::from_secs_f64(ms / 1e3)
     }
 
-    /// What a servo whose clock runs `rate` times as fast as ours, and began at `start_ms`, shows.
+    /// Tick of a servo whose clock runs `rate` times as fast as ours, and started at `start_ms`.
     #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a tick is 0 to 32767")]
     fn tick(at_ms: f64, rate: f64, start_ms: f64) -> u16 {
         ((at_ms - start_ms) * rate).rem_euclid(WRAP_MS) as u16
@@ -148,7 +147,7 @@ mod tests {
                 let there_ms = asked_ms + delay + carried;
                 let age = servo.judge(sampled, ms(asked_ms), ms(there_ms));
                 prop_assert_eq!(age, if index == 0 { Age::Unproven } else { Age::Fresh });
-                // The same answer, in place of the one that comes next with data of that length.
+                // The same answer, in place of the next one with data of that length.
                 let next = asked_ms + 12.0;
                 prop_assert_eq!(servo.clone().judge(sampled, ms(next), ms(next + 1.0)), Age::Stale);
                 asked_ms += 4.0;
@@ -163,7 +162,7 @@ mod tests {
             let off = (asked_ms + 4.0 - start_ms - again_ms).rem_euclid(WRAP_MS);
             prop_assume!(off > 600.0 && off < WRAP_MS - 600.0);
             let anew = tick(again_ms, 1.0, 0.0);
-            // Once may be noise.
+            // A single one may be noise.
             prop_assert_eq!(servo.judge(anew, ms(asked_ms + 4.0), ms(asked_ms + 5.0)), Age::Stale);
             let mut noise = servo;
             let old = tick(asked_ms + 8.0, 1.0, start_ms);

@@ -24,7 +24,7 @@ mod unbelieved;
 
 const PERIOD: Duration = Duration::from_millis(4);
 
-/// Two buses, three joints in two groups. Joint 1 is turned round and shifted.
+/// Two buses, three joints in two groups. Joint 1 is reversed and has an offset.
 const ROBOT: &str = r#"
 bus = [{ name = "left", device = "mock", baud = 4000000 }, { name = "right", device = "mock", baud = 4000000 }]
 [[joint]]
@@ -82,16 +82,16 @@ struct Rig {
     request: Request,
     replies: Replies,
     masters: Vec<Master>,
-    /// Bus, id and first instruction of the jobs of the newest cycle.
+    /// Bus, identifier and first instruction of the jobs of the newest cycle.
     jobs: Vec<(usize, u8, u8)>,
-    /// Bus and id of servos whose answers are lost.
+    /// Bus and identifier of servos whose line is cut.
     mute: BTreeSet<(usize, u8)>,
     lost: Option<usize>,
-    /// What people were told of how servos were found, with the joint's index.
+    /// Notices that were reported, with the joint's index.
     notices: Vec<(usize, String)>,
-    /// Whether anybody takes what they are to be told.
+    /// Whether notices are collected.
     takes_notices: bool,
-    /// Spoils the bytes of both directions now and then.
+    /// Corrupts bytes of both directions at random.
     noise: Option<ChaCha8Rng>,
 }
 
@@ -104,7 +104,7 @@ struct Wire<'a> {
     noise: Option<&'a mut ChaCha8Rng>,
 }
 
-/// One time in eight, flips a bit, cuts the bytes off or puts one in.
+/// One time in eight each, flips a bit, truncates the bytes or inserts one.
 fn spoil(bytes: &mut Vec<u8>, noise: &mut ChaCha8Rng) {
     let dice = noise.next_u32();
     let at = usize::try_from(dice >> 8).unwrap() % (bytes.len() + 1);
@@ -123,7 +123,7 @@ impl Port for Wire<'_> {
         if let Some(noise) = &mut self.noise {
             spoil(&mut bytes, noise);
         }
-        // Servos whose line is cut hear nothing and say nothing, and live on.
+        // Servos whose line is cut receive and send nothing, but their state advances.
         self.line.advance(self.now);
         let servos = std::mem::take(self.line.servos_mut());
         let (mute, there) = servos.into_iter().partition(|servo| self.mute.contains(&servo.id()));
@@ -204,7 +204,7 @@ impl Rig {
         }
     }
 
-    /// Cycles in which somebody commands.
+    /// Cycles with a commander.
     fn commanded(&mut self, cycles: u32, goal_rad: f64, arrive_at: Instant) {
         for _ in 0..cycles {
             let goals = [0, 1, 2].map(|joint| goal(joint, goal_rad, arrive_at));
@@ -213,7 +213,7 @@ impl Rig {
         }
     }
 
-    /// Cycles with a commander, at most so many, until something holds; how many these were.
+    /// Cycles with a commander, at most `most`, until `holds`; returns their number.
     fn until(&mut self, most: u32, goal_rad: f64, holds: impl Fn(&Self) -> bool) -> u32 {
         (0..=most)
             .find(|_| {
@@ -226,12 +226,11 @@ impl Rig {
             .unwrap_or_else(|| panic!("not within {most} cycles: {:?} {:?}", self.modes(), self.causes()))
     }
 
-    /// The table of a servo.
     fn servo(&mut self, bus: usize, place: usize) -> &mut Servo {
         &mut self.lines[bus].servos_mut()[place]
     }
 
-    /// Puts faults in, in the words of the mock servo bus.
+    /// Injects faults, in the syntax of the mock servo bus.
     fn inject(&mut self, bus: usize, words: &str) {
         let faults: Vec<Injection> = words.lines().map(|line| line.parse().unwrap()).collect();
         self.lines[bus].inject(self.now, &faults);
@@ -262,7 +261,7 @@ fn goal(joint: u32, goal_position_rad: f64, arrive_at: Instant) -> JointGoal {
     JointGoal { joint, reserved: 0, goal_position_rad, arrive_at_ns: arrive_at.as_nanos() }
 }
 
-/// A rig whose joints all follow, at rest where they were found.
+/// A rig with all joints following, at rest where they were found.
 fn following() -> Rig {
     let mut rig = Rig::new();
     for _ in 0..100 {
@@ -339,7 +338,7 @@ fn a_goal_beyond_a_limit_becomes_the_limit_and_one_that_is_no_number_is_refused(
     rig.cycle();
     assert_eq!(rig.motor.counts(), Counts { refused: 3, limited: 1200, ..Counts::default() });
     assert!((rig.position(0) - held).abs() < 1e-9);
-    // Nonsense is no sign of life.
+    // Refused goals are no sign of life.
     for _ in 0..60 {
         rig.motor.goals(rig.now, &nonsense);
         rig.cycle();
@@ -457,7 +456,7 @@ fn a_servo_that_started_anew_or_whose_watchdog_tripped_is_brought_up_again() {
     assert_eq!(rig.modes()[0], JointMode::Quarantined, "deaf for 0.4 s");
     rig.commanded(300, 0.0, rig.now);
     assert_eq!(rig.modes()[0], JointMode::Following);
-    // The whole machine stood still for a second.
+    // The whole machine stalled for a second.
     rig.now += Duration::from_secs(1);
     rig.commanded(1, 0.0, rig.now);
     assert_eq!(rig.lines[0].servos()[0].read(table::BUS_WATCHDOG.address, 1).unwrap(), [0xFF]);

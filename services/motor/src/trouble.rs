@@ -1,42 +1,42 @@
 use servo::HardwareErrors;
 
-/// Why a joint failed, for people.
+/// Why a joint failed, as a message to the operator.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum Trouble {
-    /// Another servo than the configured one answers.
+    /// The servo is of another model than configured.
     #[error(
         "a servo of model number {found} answers, and {expected} is configured: correct motor.toml or the id"
     )]
     Model {
-        /// The configured model's number.
+        /// Model number of the configured model.
         expected: u16,
-        /// The number that was answered.
+        /// Model number that was answered.
         found: u16,
     },
-    /// The servo adds something to its positions by itself.
+    /// The servo adds an offset to its positions.
     #[error(
         "its homing offset (item 20) is {0} counts, and every limit would be off by as much: offsets belong into \
          motor.toml; write 0 with `leo bus write`, and check offset_rad"
     )]
     HomingOffset(i32),
-    /// The servo would not switch itself off where its maker has it do so.
+    /// The servo would not shut down on errors for which the manufacturer enables that.
     #[error(
         "by its item 63, shutdown, which is {found}, it would go on when it is hot or overloaded; write \
          {expected} with `leo bus write`"
     )]
     Shutdown {
-        /// What the maker sets.
+        /// The manufacturer's setting.
         expected: u8,
-        /// What is set.
+        /// The value found.
         found: u8,
     },
-    /// The servo does what another one is told.
+    /// The servo also executes instructions to another identifier.
     #[error(
         "by its secondary id (item 12) it also does what servo {0} is told, and says nothing of it; write 255 with \
          `leo bus write`"
     )]
     SecondaryId(u8),
-    /// The servo does something by itself when its power comes on.
+    /// The servo changes settings by itself at power-on.
     #[error(
         "by its item 60, startup configuration, which is {0}, it has its torque on, or settings that somebody once \
          stored, as soon as its power comes on; write 0 with `leo bus write`"
@@ -48,28 +48,28 @@ pub enum Trouble {
          their ids? If so, put them right. `leo arm --acknowledge` has its limits overwritten"
     )]
     OtherJoint(usize),
-    /// The servo may not move at all.
+    /// A limit is 0, so that the servo cannot move.
     #[error(
         "its item {0}, a limit of its power, is 0, so that it cannot move; write what it comes with from the factory \
          with `leo bus write`, and then `leo arm --acknowledge`"
     )]
     Powerless(u16),
-    /// The joint did not follow its command.
+    /// The joint did not follow its setpoint.
     #[error(
         "blocked: it was {} rad from its command for longer than `blocked_after_ms`; look what holds it, then \
          `leo arm --acknowledge`", f64_of_mrad(*by_mrad)
     )]
     Blocked {
-        /// How far its command was ahead of it, in thousandths of a radian.
+        /// Tracking error, in thousandths of a radian.
         by_mrad: i64,
     },
-    /// The joint stands too far beyond its limits.
+    /// The joint is too far beyond its limits.
     #[error(
         "it stands {} rad beyond its limits: a slipped horn, a wrong offset_rad or a swapped servo? Bring it back by \
          hand, or correct motor.toml, and then `leo arm --acknowledge`", f64_of_mrad(*by_mrad)
     )]
     BeyondLimits {
-        /// How far, in thousandths of a radian.
+        /// Distance beyond the limit, in thousandths of a radian.
         by_mrad: i64,
     },
     /// The servo refused an instruction.
@@ -81,7 +81,7 @@ pub enum Trouble {
          `on_alert` says so, or until `leo arm --acknowledge`"
     )]
     Alert(HardwareErrors),
-    /// Nothing shows that the servo's answers are new.
+    /// The servo's readings cannot be shown to be fresh.
     #[error(
         "its servo answers and cannot be believed: its clock (item 120) stands still or is too slow, or its position \
          leaps, so that nobody knows where it stands; it is quarantined until all of that has been right for 15 s. \

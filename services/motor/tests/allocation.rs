@@ -1,5 +1,5 @@
-//! The hot path of the motor process allocates nothing: not while 65 joints start, not while they
-//! move, not when the commander falls silent or servos do.
+//! The hot path of the motor process does not allocate: not while 65 joints start and move, and not when the
+//! commander or servos become silent.
 
 mod wire;
 
@@ -28,7 +28,7 @@ fn thousands_of_cycles_of_65_joints_allocate_nothing() {
     for (joint, goal) in (0..).zip(&mut goals) {
         goal.joint = joint;
     }
-    // The first joint begins a little beyond its limits.
+    // The first joint starts a little beyond its limits.
     let first = &robot.motor.joints[0];
     let place = wires[first.bus].line.servos().iter().position(|servo| servo.id() == first.id).unwrap();
     let first_servo = &mut wires[first.bus].line.servos_mut()[place];
@@ -40,13 +40,13 @@ fn thousands_of_cycles_of_65_joints_allocate_nothing() {
             now += PERIOD;
             if !(1000..2800).contains(&cycle) {
                 goals[7].goal_position_rad = [0.5, -0.5, f64::NAN][cycle / 20 % 3];
-                // Never there, so that it still moves when the commander falls silent.
+                // Never reached, so that the joint still moves when the commander becomes silent.
                 goals[8] =
                     JointGoal { joint: 8, reserved: 0, goal_position_rad: 1.0, arrive_at_ns: 5_000_000_000 };
                 motor.goals(now, &goals);
             }
             if cycle == 600 {
-                // It is lowered, and locked until somebody has looked.
+                // The joint is lowered, and locked until an operator acknowledges it.
                 wires[first.bus].line.servos_mut()[place].fail(HardwareError::InputVoltage);
             } else if cycle == 2900 {
                 motor.arm(now, Some(motor.counts().locks));
@@ -66,7 +66,7 @@ fn thousands_of_cycles_of_65_joints_allocate_nothing() {
         }
     });
     assert_eq!(allocations, 0);
-    // The cycles were not idle: joints were in every mode, and all came back.
+    // The cycles were not idle: joints were in every mode, and all recovered.
     assert!(seen.iter().all(|count| *count > 0), "{seen:?}");
     assert!(motor.states().all(|state| state.mode() == Some(JointMode::Following)));
 }

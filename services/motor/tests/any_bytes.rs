@@ -1,4 +1,4 @@
-//! Whatever is commanded, and whatever is answered: no panic, and no command beyond a limit.
+//! Arbitrary goals and arbitrary answers cause no panic, and no setpoint beyond a limit.
 #![expect(clippy::expect_used, reason = "a test fails by panicking")]
 
 mod bytes;

@@ -8,35 +8,35 @@ use crate::parts::set;
 use crate::plan::{Await, Plan};
 use crate::{Phase, Refusal};
 
-/// The furthest that a hand goes between two waypoints, in metres.
+/// Maximum distance of a hand between two waypoints, in metres.
 const STEP_M: f64 = 0.025;
-/// The furthest that it turns between them, in radians.
+/// Maximum rotation of a hand between two waypoints, in radians.
 const TURN_RAD: f64 = 0.15;
-/// The furthest that a joint of the arm goes between them: further is a leap to another solution,
-/// and the hand would leave the line.
+/// Maximum motion of an arm joint between two waypoints, in radians. A larger one is a jump to another solution of
+/// the inverse kinematics, in which the hand would leave the line.
 const LEAP_RAD: f64 = 0.5;
-/// How far closed fingers are bent; a hand counts as closed from 0.7 and as open below 0.5.
+/// Joint positions of closed fingers, in radians. A hand counts as closed from 0.7 rad and as open below 0.5 rad.
 const CLOSED_RAD: f64 = 1.05;
 const THUMB_CLOSED_RAD: f64 = 0.6;
 
-/// A plan being made.
+/// A plan under construction.
 pub(crate) struct Draft<'a> {
     pub(crate) model: &'a Model,
     pub(crate) plan: &'a mut Plan,
-    /// Where the joints are now.
+    /// Present joint positions, in radians.
     pub(crate) start: &'a [f64],
-    /// Where they shall be next.
+    /// Joint positions of the next waypoint, in radians.
     pub(crate) at: &'a mut [f64],
 }
 
 impl Draft<'_> {
-    /// Empties the plan: the draft stands where the joints are.
+    /// Empties the plan, and resets the draft to the present joint positions.
     pub(crate) fn restart(&mut self) {
         self.at.copy_from_slice(self.start);
         self.plan.restart(self.start);
     }
 
-    /// Adds the configuration that the draft stands at.
+    /// Adds the present configuration of the draft as a waypoint.
     pub(crate) fn push(&mut self, phase: Phase, awaits: Await) -> Result<(), Refusal> {
         self.plan.push(&self.model.body, phase, awaits, self.at)
     }
@@ -67,7 +67,7 @@ impl Draft<'_> {
         set(self.at, fingers.thumb_pitch, thumb_rad);
     }
 
-    /// Moves a hand along a straight line, fingers down.
+    /// Moves a hand along a straight line, with the fingers down.
     pub(crate) fn line(&mut self, side: Side, phase: Phase, to: &Position<Base>) -> Result<(), Refusal> {
         let from = self.model.body.hand(side, self.at).origin();
         self.points(side, phase, steps_of(from.distance(to), STEP_M), |share| {
@@ -76,8 +76,8 @@ impl Draft<'_> {
         })
     }
 
-    /// Moves a hand along a straight line and turns it about the vertical meanwhile, by an angle in
-    /// radians and not otherwise.
+    /// Moves a hand along a straight line, and rotates it about the vertical by an angle in radians and in no other
+    /// way.
     pub(crate) fn turned_line(
         &mut self,
         side: Side,
@@ -96,7 +96,7 @@ impl Draft<'_> {
         })
     }
 
-    /// Lifts a hand straight up to a height without turning it, as far as the arm goes.
+    /// Lifts a hand straight up to a height without rotating it, as far as the arm reaches.
     pub(crate) fn raise(&mut self, side: Side, height_m: f64) -> Result<(), Refusal> {
         let x_base_hand = self.model.body.hand(side, self.at);
         let way = height_m - x_base_hand.origin().point().z;
@@ -106,13 +106,13 @@ impl Draft<'_> {
             Aim::Pose(Pose::from_isometry(isometry))
         });
         match raised {
-            // Higher is better, and no height is needed: what follows goes on from here.
+            // Higher is better, but no height is required: the next motion starts where this one ends.
             Err(Refusal::Unreachable { .. }) => Ok(()),
             other => other,
         }
     }
 
-    /// Waypoints at shares of a way, dense enough that the hand keeps to it.
+    /// Adds waypoints along a path, dense enough that the hand stays on it.
     fn points(
         &mut self,
         side: Side,
@@ -146,7 +146,7 @@ impl Draft<'_> {
     }
 }
 
-/// How many steps of at most `longest` a way takes; at least one.
+/// Number of steps of at most `longest` along a path; at least one.
 fn steps_of(way: f64, longest: f64) -> u32 {
     u32::try_from(quantity::number::round_i32((way / longest).ceil())).unwrap_or(0).max(1)
 }

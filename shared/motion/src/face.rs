@@ -1,13 +1,13 @@
-/// A face that Leo makes.
+/// A facial expression of the robot.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Face {
     /// At rest.
     Neutral,
-    /// Ears up and forward, eyes wide: I am watching.
+    /// Ears up and forward, eyes wide: attention.
     Attentive,
-    /// One brow up, ears apart: I do not understand.
+    /// One brow up, ears apart: confusion.
     Puzzled,
-    /// Cheeks and corners of the mouth up: that is it.
+    /// Cheeks and corners of the mouth up: pleasure.
     Pleased,
 }
 
@@ -15,11 +15,12 @@ pub enum Face {
 pub(crate) struct FacePart {
     name: &'static str,
     paired: bool,
-    /// Radians when attentive, puzzled, pleased; the same on both sides but for what `puzzled` tilts.
+    /// Joint positions in radians when attentive, puzzled, and pleased. They are equal on both sides except for
+    /// `puzzled`.
     attentive: f64,
     puzzled: [f64; 2],
     pleased: f64,
-    /// Whether the two sides turn about one axis, so that the right one's sign is turned.
+    /// Whether both sides rotate about the same axis, so that the sign changes on the right.
     mirrored: bool,
 }
 
@@ -31,7 +32,7 @@ const fn middle(name: &'static str, attentive: f64, puzzled: f64, pleased: f64) 
     FacePart { name, paired: false, attentive, puzzled: [puzzled, 0.0], pleased, mirrored: false }
 }
 
-/// Every joint of the face but those of the eyeballs, which follow the gaze.
+/// Every joint of the face except those of the eyeballs, which follow the gaze.
 pub(crate) const FACE_PARTS: [FacePart; 16] = [
     FacePart { mirrored: true, ..paired("ear_yaw", -0.4, [-0.3, 0.2], 0.0) },
     paired("ear_pitch", 0.2, [-0.1, 0.3], -0.1),
@@ -52,7 +53,7 @@ pub(crate) const FACE_PARTS: [FacePart; 16] = [
 ];
 
 impl Face {
-    /// The names of a part's joints without `_joint`, left before right.
+    /// Names of a part's joints without `_joint`, left before right.
     pub(crate) fn joints_of(part: &FacePart) -> Vec<String> {
         if part.paired {
             vec![format!("left_{}", part.name), format!("right_{}", part.name)]
@@ -61,7 +62,7 @@ impl Face {
         }
     }
 
-    /// Positions of the face's joints in the order of [`FACE_PARTS`], left before right.
+    /// Positions of the face's joints in radians, in the order of [`FACE_PARTS`], left before right.
     pub(crate) fn positions_rad(self) -> impl Iterator<Item = f64> {
         FACE_PARTS.iter().flat_map(move |part| {
             let [left, right] = match self {

@@ -1,8 +1,8 @@
-//! What the body does: reach, grasp, carry, insert, as time-parameterised joint goals.
+//! Skills of the body (reach, grasp, carry, insert) as time-parameterised joint goals.
 //!
-//! A [`Performer`] plans a [`Skill`] as legs of near waypoints when it begins, then streams
-//! joint goals a little ahead of the present moment and watches the joints arrive. It is pure:
-//! time and the present positions come in, goals go out, and after `new` it allocates nothing.
+//! A [`Performer`] plans a [`Skill`] as legs of dense waypoints when it begins. Then it streams joint goals slightly
+//! ahead of the present time, and monitors the arrival of the joints. It is pure: time and joint positions in, goals
+//! out. Nothing is allocated after `new`.
 
 mod draft;
 mod face;

@@ -5,51 +5,50 @@ use message::NOBODY;
 
 use crate::Phase;
 
-/// A thing has been lifted when it is this much higher than where it was taken, in metres …
+/// Height above its start from which an object counts as lifted, in metres …
 const LIFTED_M: f64 = 0.03;
-/// … and pushed along, not lifted, when it went so far to the side first.
+/// … and sideways motion before that from which it counts as pushed instead.
 const PUSHED_M: f64 = 0.05;
-/// A lifted thing has been carried when it is this far to the side of where it was taken, in metres.
+/// Sideways motion from which a lifted object counts as carried, in metres.
 const CARRIED_M: f64 = 0.03;
-/// Which way it goes is judged over so much of its way, in metres: more than noise makes of rest.
+/// Length of the path over which its direction is determined, in metres: above the noise of an object at rest.
 const STRETCH_M: f64 = 0.015;
 
-/// A thing, and who has it in hand.
+/// An object and its holder.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Handled {
-    /// Its identity.
+    /// Identifier of the object.
     pub id: u64,
-    /// Its centre.
+    /// Centre of the object, in metres.
     pub centre: Position<Base>,
-    /// 0 the robot, partner 1, 2, …, or [`NOBODY`].
+    /// The holder: 0 the robot, partner 1, 2, …, or [`NOBODY`].
     pub held_by: u16,
 }
 
-/// A movement of somebody else's that is one of Leo's own.
+/// A movement of a partner that matches one of the robot's own.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Movement {
-    /// Whose it is: partner 1, 2, …
+    /// The actor: partner 1, 2, …
     pub actor: u16,
-    /// The thing that he moves.
+    /// Identifier of the moved object.
     pub thing: u64,
-    /// Where its centre was when he took it, or first seen in his hand.
+    /// Centre of the object when it was taken, or when first seen in the actor's hand, in metres.
     pub from: Position<Base>,
-    /// Where its centre is as it begins to come down. Leo's own hand lowers straight down, so the
-    /// place that the thing is meant for lies below.
+    /// Centre of the object as it begins to come down, in metres. The robot lowers objects straight down, so the
+    /// intended place lies below.
     pub above: Position<Base>,
 }
 
-/// Finds Leo's own movements in those of others: the motor level of three on which a partner is
-/// monitored by what the robot would do itself (Berlin et al. 2006, "Architecture", after Gray et al.
-/// 2005).
+/// Recognises the robot's own movements in those of others. This is the motor level, one of the three on which a
+/// partner is monitored by the robot's own actions (Berlin et al. 2006, "Architecture", after Gray et al. 2005).
 ///
-/// Leo carries a thing up, across and down ([`Phase::Lift`], [`Phase::Carry`], [`Phase::Lower`]) to
-/// [insert](crate::Skill::Insert) or to [place](crate::Skill::Place) it. Whose thing takes this way is doing
-/// the same; what he is going to do with it is known as it begins to come down, before he has done it. What is
-/// pushed along the table is no movement of Leo's, and neither is what is lifted and put back.
+/// The robot carries an object up, across and down ([`Phase::Lift`], [`Phase::Carry`], [`Phase::Lower`]) to
+/// [insert](crate::Skill::Insert) or to [place](crate::Skill::Place) it. A partner whose object takes this path is
+/// doing the same. The goal is known as the object begins to come down, before the action is complete. Pushing an
+/// object along the table is no movement of the robot, and neither is lifting it and putting it back.
 ///
-/// How fast or how evenly somebody moves makes no difference, and neither does where he sits. Noise of more than
-/// 15 mm in the places does: it is a way up and down of its own.
+/// The result does not depend on the speed of the movement, nor on where the partner sits. But noise above 15 mm in
+/// the positions looks like an up-and-down movement.
 ///
 /// ```
 /// use geometry::Position;
@@ -70,29 +69,29 @@ pub struct Mirror {
     ways: BTreeMap<u64, Way>,
 }
 
-/// The way of one thing in one hand.
+/// Path of one object in one hand.
 #[derive(Clone, Copy, Debug)]
 struct Way {
     actor: u16,
     from: Position<Base>,
-    /// Where the stretch began over which its direction is judged.
+    /// Start of the stretch over which the direction is determined.
     stretch: Position<Base>,
-    /// The phase of Leo's own carrying; `None` for what is none.
+    /// The matching phase of the robot's own carrying; `None` if there is none.
     phase: Option<Phase>,
-    /// Where it began to come down last, as far as it was told.
+    /// Where the object last began to come down, if that was reported.
     told: Option<Position<Base>>,
 }
 
 impl Mirror {
-    /// Takes where things are and who has them in hand; gives the movement that can just be told. Of two at
-    /// once the other is told in the next step.
+    /// Updates the positions and holders of objects. Returns a movement that has just been recognised. If there are
+    /// two at once, the other is returned by the next step.
     pub fn step(&mut self, things: impl IntoIterator<Item = Handled>) -> Option<Movement> {
         let mut told = None;
         for Handled { id, centre, held_by } in things {
             let way = self.ways.entry(id).or_insert_with(|| Way::begun(held_by, centre));
             if way.actor != held_by {
-                // What lay still was taken where it was seen last; whoever takes it from another's hand begins
-                // a movement of his own.
+                // An object at rest was taken where it was last seen. Taking an object from another hand starts a new
+                // movement.
                 let from = if way.actor == NOBODY { way.from } else { centre };
                 *way = Way::begun(held_by, from);
             }
@@ -111,7 +110,7 @@ impl Way {
         Self { actor, from, stretch: from, phase: Some(Phase::Close), told: None }
     }
 
-    /// Follows the thing; `true` when it has just begun to come down where it did not before.
+    /// Follows the object. Returns `true` when it has just begun to come down, at another place than before.
     fn comes_down_at(&mut self, centre: Position<Base>) -> bool {
         let so_far = Stretch::between(&self.from, &centre);
         self.phase = match self.phase {
@@ -137,7 +136,7 @@ impl Way {
                 }
                 is_elsewhere
             }
-            // He thought better of it, and carries it on.
+            // The actor changed their mind and carries the object on.
             Some(Phase::Lower) if !last.goes_down() => {
                 self.phase = Some(Phase::Carry);
                 false
@@ -147,7 +146,7 @@ impl Way {
     }
 }
 
-/// From one place to another: how far to the side, and how far up.
+/// Displacement between two positions: sideways and upwards, in metres.
 #[derive(Clone, Copy, Debug)]
 struct Stretch {
     aside_m: f64,
@@ -160,7 +159,7 @@ impl Stretch {
         Self { aside_m: way.x.hypot(way.y), up_m: way.z }
     }
 
-    /// More down than to the side.
+    /// Whether it goes down by more than sideways.
     fn goes_down(self) -> bool {
         -self.up_m > self.aside_m
     }
@@ -179,7 +178,7 @@ mod tests {
         Position::new(x, y, z)
     }
 
-    /// A way through these points in steps of so many metres.
+    /// A path through these points in steps of `step_m` metres.
     fn through(points: &[[f64; 3]], step_m: f64) -> Vec<[f64; 3]> {
         let mut way = Vec::new();
         for ends in points.windows(2) {
@@ -246,7 +245,7 @@ mod tests {
             let held_by = if count < half { 1 } else { 2 };
             mirror.step([Handled { id: 7, centre: at(place), held_by }])
         };
-        // The second never lifted it: where he was going is not known.
+        // The second actor never lifted it, so their goal is unknown.
         assert_eq!(way.into_iter().enumerate().filter_map(step).collect::<Vec<_>>(), []);
     }
 

@@ -3,17 +3,17 @@ use kinematics::{ARM_JOINTS, Aim, Body, Side};
 
 use crate::parts::{MissingJoint, Parts, set};
 
-/// Where a hand waits before the chest, in metres, before the torso turns; y outwards.
+/// Position of a hand that waits in front of the chest, in metres, before the torso turns; y points outwards.
 const READY_M: [f64; 3] = [0.30, 0.20, 0.26];
 /// Height of the shoulders above the waist, in metres.
 const SHOULDER_M: f64 = 0.4;
-/// How the torso may help an arm, as (yaw, pitch) in radians, least first.
+/// Torso configurations that help an arm, as (yaw, pitch) in radians, smallest first.
 const STANCES: [(f64, f64); 6] =
     [(0.0, 0.0), (0.0, 0.25), (0.4, 0.0), (-0.4, 0.0), (0.4, 0.25), (-0.4, 0.25)];
-/// Where the search for the ready arm starts: the elbow out and bent, the hand down.
+/// Initial arm configuration in the search for the ready pose, in radians: elbow out and bent, hand down.
 const ELBOW_OUT: [f64; ARM_JOINTS] = [-0.5, 0.5, 0.0, -1.4, 0.0, 1.2, 0.0];
 
-/// What never changes of a performer.
+/// The constant data of a performer.
 #[derive(Clone, Debug)]
 pub(crate) struct Model {
     pub(crate) body: Body,
@@ -22,7 +22,7 @@ pub(crate) struct Model {
     pub(crate) stances: Vec<Stance>,
 }
 
-/// A way to stand, and the arms with their hands ready before the chest, fingers down.
+/// A torso configuration, and the arm configurations with the hands ready in front of the chest, fingers down.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Stance {
     yaw_rad: f64,
@@ -52,7 +52,7 @@ impl Model {
                 set(&mut at, joint, position);
             }
             let [x, y, z] = READY_M;
-            // Leaning forward carries the shoulders, 0.4 m above the waist, with it.
+            // Leaning forward moves the shoulders, which are 0.4 m above the waist.
             let x = x + SHOULDER_M * pitch_rad.sin();
             let (sine, cosine) = yaw_rad.sin_cos();
             let y = y * sign;
@@ -62,21 +62,21 @@ impl Model {
         stance
     }
 
-    /// The position that a joint may take nearest to the one asked for; zero of no joint.
+    /// Position of a joint clamped to its limits; zero if there is no such joint.
     pub(crate) fn limited(&self, joint: usize, position_rad: f64) -> f64 {
         self.body.joints().get(joint).map_or(0.0, |joint| joint.limited(position_rad))
     }
 }
 
 impl Stance {
-    /// Puts the torso into a configuration.
+    /// Sets the torso in a configuration.
     pub(crate) fn stand(&self, parts: &Parts, at: &mut [f64]) {
         set(at, parts.torso_yaw, self.yaw_rad);
         set(at, parts.torso_pitch, self.pitch_rad);
         set(at, parts.torso_roll, 0.0);
     }
 
-    /// The arm with its hand ready, if it gets there.
+    /// Arm configuration with the hand ready, in radians; `None` if the arm does not reach that.
     pub(crate) fn ready(&self, side: Side) -> Option<[f64; ARM_JOINTS]> {
         let [left, right] = self.ready;
         if side == Side::Left { left } else { right }

@@ -2,15 +2,15 @@ use kinematics::{Body, Side};
 
 use crate::face::{FACE_PARTS, Face};
 
-/// A joint that performing needs is not in the body.
+/// A joint that the performer needs is missing in the body.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("the body has no joint `{joint}`; performing needs it")]
 pub struct MissingJoint {
-    /// Its name.
+    /// Name of the joint.
     pub joint: String,
 }
 
-/// One hand's fingers.
+/// Finger joints of one hand.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Fingers {
     thumb_yaw: usize,
@@ -19,14 +19,14 @@ pub(crate) struct Fingers {
     pub(crate) pitch: [usize; 4],
 }
 
-/// One eye's joints.
+/// Joints of one eye.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct EyeJoints {
     pub(crate) yaw: usize,
     pub(crate) pitch: usize,
 }
 
-/// Which joint does what.
+/// Joint indices by function.
 #[derive(Clone, Debug)]
 pub(crate) struct Parts {
     pub(crate) torso_yaw: usize,
@@ -38,15 +38,15 @@ pub(crate) struct Parts {
     pub(crate) head_pitch: usize,
     eyes: [EyeJoints; 2],
     fingers: [Fingers; 2],
-    /// The face's joints, in the order of [`FACE_PARTS`] and left before right.
+    /// Joints of the face, in the order of [`FACE_PARTS`], left before right.
     pub(crate) face: Vec<usize>,
-    /// How close each joint counts as arrived, in radians.
+    /// Distance from its goal at which each joint counts as arrived, in radians.
     pub(crate) tolerance_rad: Vec<f64>,
 }
 
-/// An arm's error moves the hand by up to 0.7 m per radian.
+/// Arm joints move the hand by up to 0.7 m per radian.
 const ARM_TOLERANCE_RAD: f64 = 0.012;
-/// A thing between the fingers stops them short.
+/// An object between the fingers stops them before their goals.
 const FINGER_TOLERANCE_RAD: f64 = 0.25;
 const OTHER_TOLERANCE_RAD: f64 = 0.05;
 
@@ -114,12 +114,12 @@ impl Parts {
         if side == Side::Left { left } else { right }
     }
 
-    /// The joints of the torso.
+    /// Joints of the torso.
     pub(crate) fn torso(&self) -> [usize; 3] {
         [self.torso_yaw, self.torso_pitch, self.torso_roll]
     }
 
-    /// The joints that hold and turn the eyes.
+    /// Joints of neck, head and eyes, which direct the gaze.
     pub(crate) fn gaze(&self) -> [usize; 8] {
         let [left, right] = self.eyes;
         [
@@ -135,7 +135,7 @@ impl Parts {
     }
 }
 
-/// Sets a position in a configuration.
+/// Sets the position of a joint in a configuration.
 pub(crate) fn set(positions_rad: &mut [f64], joint: usize, position_rad: f64) {
     if let Some(position) = positions_rad.get_mut(joint) {
         *position = position_rad;

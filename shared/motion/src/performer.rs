@@ -10,15 +10,15 @@ use crate::parts::MissingJoint;
 use crate::plan::{Await, Leg, Plan};
 use crate::{Phase, Progress, Refusal, Skill, Why};
 
-/// Joints that have not arrived this long after their time have failed.
+/// A joint that has not arrived this long after the end of its leg has failed.
 const PATIENCE: Duration = Duration::from_secs(3);
 
-/// Performs skills: plans them when they begin, streams joint goals, watches the joints arrive.
+/// Performs skills: plans each when it begins, streams joint goals, and monitors the arrival of the joints.
 #[derive(Clone, Debug)]
 pub struct Performer {
     model: Model,
     ahead: Duration,
-    /// What is performed, and room for planning what comes next.
+    /// The plan being performed, and a buffer for planning the next one.
     plan: Plan,
     next_plan: Plan,
     start: Vec<f64>,
@@ -33,7 +33,7 @@ enum State {
     Running {
         leg: usize,
         since: Instant,
-        /// Whether the goals sent last were those of the leg's end.
+        /// Whether the last goals were those of the end of the leg.
         is_sent: bool,
     },
     Done,
@@ -44,10 +44,9 @@ enum State {
 }
 
 impl Performer {
-    /// A performer with a body's joints. `rest_rad` is where each joint rests: for a body whose
-    /// servos stand in their middle then, `joint_rad(0.0)` of each joint of `motor.toml`; a joint
-    /// that it lacks rests at zero. Goals are sent for `ahead` from now: two periods of the
-    /// caller are enough.
+    /// Creates a performer for a body's joints. `rest_rad` is the rest position of each joint, zero if it is missing.
+    /// Usually it is `joint_rad(0.0)` of each joint of `motor.toml`, the middle position of its servo. Goals are sent
+    /// for the time `ahead` from now; two periods of the caller are enough.
     ///
     /// # Errors
     ///
@@ -66,12 +65,12 @@ impl Performer {
         })
     }
 
-    /// Plans a skill from where the joints are and begins it, in place of what was performed.
-    /// A joint whose position is not known is taken to be where it was last sent, or at rest.
+    /// Plans a skill from the present joint positions and begins it, replacing the current one. A joint whose
+    /// position is unknown is assumed at its last goal, or at rest.
     ///
     /// # Errors
     ///
-    /// The skill cannot be done; what was performed goes on.
+    /// The skill is not possible. The current skill continues.
     pub fn begin(&mut self, now: Instant, skill: &Skill, present_rad: &[Option<f64>]) -> Result<(), Refusal> {
         for (joint, (start, rest)) in self.start.iter_mut().zip(&self.model.rest_rad).enumerate() {
             let present = present_rad.get(joint).copied().flatten().filter(|position| position.is_finite());
@@ -85,10 +84,10 @@ impl Performer {
         Ok(())
     }
 
-    /// Looks where the joints are (`None` where that is not known) and says how the skill goes;
-    /// then [`goals`](Self::goals) are those to send now.
+    /// Updates the joint positions (`None` if unknown) and returns the progress of the skill. Then
+    /// [`goals`](Self::goals) returns the goals to send.
     pub fn step(&mut self, now: Instant, present_rad: &[Option<f64>]) -> Progress {
-        // The goals are ahead of the present moment, and so may the joints be.
+        // The goals are ahead of the present time, and so may the joints be.
         if let State::Running { leg, since, is_sent: true } = self.state
             && let Some(current) = self.plan.leg(leg)
         {
@@ -107,14 +106,13 @@ impl Performer {
         self.progress()
     }
 
-    /// The goals to send, one for each joint, in the order of the joints; none before a first
-    /// skill was begun.
+    /// The goals to send, one per joint, in the order of the joints. Empty before the first skill has begun.
     #[must_use]
     pub fn goals(&self) -> &[JointGoal] {
         &self.goals
     }
 
-    /// How the skill goes, as [`step`](Self::step) last said.
+    /// Progress of the skill, as returned by the last [`step`](Self::step).
     #[must_use]
     pub fn progress(&self) -> Progress {
         match self.state {
@@ -127,7 +125,7 @@ impl Performer {
         }
     }
 
-    /// The first joint that a leg waits for and that has not arrived, and what is wrong with it.
+    /// The first joint of a leg that must arrive and has not, and why.
     fn unready(&self, leg: &Leg, present_rad: &[Option<f64>]) -> Option<Why> {
         let parts = &self.model.parts;
         let (from, to) = self.plan.ends(leg);
@@ -141,14 +139,14 @@ impl Performer {
         ways.filter(|(joint, ((from, to), _))| (*to - *from).abs() > 1e-9 && awaited(*joint)).find_map(
             |(joint, ((_, to), tolerance))| match present_rad.get(joint).copied().flatten() {
                 None => Some(Why::Silent { joint }),
-                // Written so that NaN has not arrived.
+                // Written so that NaN does not count as arrived.
                 Some(present) if (present - to).abs() <= *tolerance => None,
                 Some(present) => Some(Why::Late { joint, away_rad: (present - to).abs() }),
             },
         )
     }
 
-    /// Of a running skill, the goals further along its way; otherwise those last sent, again.
+    /// Advances the goals of a running skill. Otherwise renews the arrival time of the last goals.
     fn renew_goals(&mut self, now: Instant) {
         let arrive_at_ns = (now + self.ahead).as_nanos();
         if let State::Running { leg, since, is_sent } = &mut self.state

@@ -4,18 +4,17 @@ use quantity::number::float;
 
 use crate::{Phase, Refusal};
 
-/// Room for waypoints: the longest way across the table and back needs about half of it.
+/// Maximum number of waypoints. The longest path across the table and back needs about half of it.
 pub(crate) const WAYPOINTS_MOST: usize = 256;
 const LEGS_MOST: usize = 32;
-/// The share of a joint's highest speed, and of its highest acceleration, that a way uses: the
-/// motor process needs the rest to make up for what it lags behind.
+/// Share of a joint's maximum velocity and acceleration that a plan uses. The motor process needs the rest to catch
+/// up.
 const LIMIT_SHARE: f64 = 0.8;
-/// A smooth start and end make the middle of a leg 1.5 times as fast as the mean.
+/// Peak velocity of a leg with a smooth start and end, relative to the mean.
 const SMOOTH_PEAK: f64 = 1.5;
-/// They begin and end with an acceleration of 6 times the way over the square of the duration.
+/// Initial and final acceleration of a smooth leg, in units of the distance over the square of the duration.
 const SMOOTH_ACCELERATION: f64 = 6.0;
-/// How long the slowest joint takes from rest to its highest speed at its highest acceleration:
-/// 3 rad/s at 20 rad/s².
+/// Time of the slowest joint from rest to maximum velocity at maximum acceleration: 3 rad/s at 20 rad/s².
 const RAMP_S: f64 = 0.15;
 const LEG_LEAST_S: f64 = 0.2;
 
@@ -24,29 +23,29 @@ const LEG_LEAST_S: f64 = 0.2;
 pub(crate) enum Await {
     /// Every joint that the leg moves.
     Moved,
-    /// Those of them that are not neck or eyes: a hand does not wait for the gaze.
+    /// The same without neck and eyes, so that a hand does not wait for the gaze.
     MovedButGaze,
-    /// None: time alone ends the leg.
+    /// None: the leg ends by time alone.
     Nothing,
 }
 
-/// A stretch of the plan with one smooth start and end.
+/// A section of the plan with one smooth start and end.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Leg {
     pub(crate) phase: Phase,
     pub(crate) awaits: Await,
-    /// The waypoint that it starts from, which ends the leg before.
+    /// Its first waypoint, which is the last one of the previous leg.
     first: usize,
     last: usize,
     pub(crate) duration: Duration,
 }
 
-/// Waypoints, each a configuration of the whole body, in legs.
+/// Waypoints, each a configuration of the whole body, grouped into legs.
 #[derive(Clone, Debug)]
 pub(crate) struct Plan {
     joints: usize,
     rows: Vec<f64>,
-    /// For each waypoint, the time from the start of its leg at the plan's speed.
+    /// For each waypoint, the time from the start of its leg at the plan's constant speed, in seconds.
     reached_s: Vec<f64>,
     legs: Vec<Leg>,
 }
@@ -61,7 +60,7 @@ impl Plan {
         }
     }
 
-    /// Forgets everything, and starts from a configuration.
+    /// Clears the plan, and sets its first waypoint.
     pub(crate) fn restart(&mut self, from_rad: &[f64]) {
         self.rows.clear();
         self.reached_s.clear();
@@ -74,7 +73,7 @@ impl Plan {
         self.legs.get(leg)
     }
 
-    /// Adds a waypoint, to the last leg when that is of this phase, otherwise to a new one.
+    /// Adds a waypoint, to the last leg if that has the same phase, otherwise to a new one.
     pub(crate) fn push(
         &mut self,
         body: &Body,
@@ -103,14 +102,14 @@ impl Plan {
         Ok(())
     }
 
-    /// Where the body shall be some time into a leg, slow at its ends.
+    /// Writes the configuration at a time into a leg to `out`, in radians. The leg starts and ends smoothly.
     pub(crate) fn sample(&self, leg: &Leg, elapsed: Duration, out: &mut [f64]) {
         let share = float(nanos(elapsed)) / float(nanos(leg.duration)).max(1.0);
         let share = share.clamp(0.0, 1.0);
         let smooth = share * share * (3.0 - 2.0 * share);
         let whole = self.reached_s.get(leg.last).copied().unwrap_or(0.0);
         let time = smooth * whole;
-        // The first waypoint of a leg ends the one before, so its time is not of this leg.
+        // The first waypoint of a leg is the last one of the previous leg, so its time belongs to that.
         let time_of = |waypoint: usize| {
             if waypoint == leg.first { 0.0 } else { self.reached_s.get(waypoint).copied().unwrap_or(0.0) }
         };
@@ -122,7 +121,7 @@ impl Plan {
         }
     }
 
-    /// Where a leg starts and ends.
+    /// First and last configuration of a leg, in radians.
     pub(crate) fn ends(&self, leg: &Leg) -> (&[f64], &[f64]) {
         (self.row(leg.first), self.row(leg.last))
     }
@@ -132,17 +131,17 @@ impl Plan {
     }
 }
 
-/// How long a leg takes with a smooth start and end that takes `seconds` at an even speed.
+/// Duration of a leg with a smooth start and end that takes `seconds` at constant speed.
 ///
-/// The way at the share k of the highest speed v is k v s; its acceleration 6 k v s / T² stays
-/// within the share k of the highest acceleration a where T² is at least 6 s v / a.
+/// Let v and a be the maximum velocity and acceleration, k the share of them, s `seconds`, and T the duration. The
+/// distance is k v s. The peak acceleration 6 k v s / T² stays within k a if T² is at least 6 s v / a.
 fn duration_of(seconds: f64) -> Duration {
     let within_speed = seconds * SMOOTH_PEAK;
     let within_acceleration = (SMOOTH_ACCELERATION * seconds * RAMP_S).sqrt();
     Duration::from_secs_f64(within_speed.max(within_acceleration).max(LEG_LEAST_S))
 }
 
-/// How long the slowest joint takes at an even speed.
+/// Time of the slowest joint at constant speed, in seconds.
 fn seconds_between(body: &Body, from_rad: &[f64], to_rad: &[f64]) -> f64 {
     let times = body.joints().iter().zip(from_rad.iter().zip(to_rad));
     times

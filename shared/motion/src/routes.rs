@@ -1,4 +1,4 @@
-//! The way of each skill, phase by phase.
+//! The path of each skill, phase by phase.
 
 use geometry::{Base, Position};
 use kinematics::Side;
@@ -9,30 +9,30 @@ use crate::parts::set;
 use crate::plan::Await;
 use crate::{Face, Phase, Refusal, Skill, Turn};
 
-/// An empty hand above the table is at least this high, in metres: blocks are up to 0.10 tall.
+/// Minimum height of an empty hand above the table, in metres: blocks are up to 0.10 m tall.
 const SAFE_M: f64 = 0.22;
-/// An empty hand passes at least this far above what it comes for, in metres.
+/// Minimum height of an empty hand above the object to grasp, in metres.
 const OVER_M: f64 = 0.04;
-/// The lower end of what is carried passes at least this high, in metres.
+/// Minimum height of the lower end of a carried object, in metres.
 const CLEAR_M: f64 = 0.12;
-/// A hand below this, in metres, is lifted out of the blocks before anything else.
+/// A hand below this height, in metres, is raised out of the blocks first.
 const LOW_M: f64 = 0.18;
-/// How a hand may turn on the way to what it comes for, in radians, least first.
+/// Rotations of the hand before grasping, in radians, smallest first.
 const TAKES_RAD: [f64; 9] = [0.0, -0.35, 0.35, -0.7, 0.7, -1.05, 1.05, -1.4, 1.4];
-/// How deep a long peg goes into a hole, in metres.
+/// Maximum insertion depth of a long peg, in metres.
 const DEPTH_MOST_M: f64 = 0.05;
 
-/// A thing to be carried.
+/// An object to be carried.
 struct Load {
     /// Its centre.
     thing: Position<Base>,
     half_height_m: f64,
-    /// Where the centre shall come to be.
+    /// Target position of its centre.
     to: Position<Base>,
     turn: Option<Turn>,
 }
 
-/// How a hand turns about the vertical, in radians: on the way to the thing, and with it.
+/// Rotations of a hand about the vertical, in radians: before grasping, and with the object.
 #[derive(Clone, Copy)]
 struct Wrist {
     takes_rad: f64,
@@ -40,8 +40,8 @@ struct Wrist {
 }
 
 impl Load {
-    /// The ways to turn, the plainest first: where the wrist cannot turn as far with the thing as
-    /// is needed, it can begin turned another way.
+    /// The possible rotations, simplest first. If the wrist cannot rotate far enough with the object, it can grasp
+    /// with another rotation.
     fn wrists(&self) -> impl Iterator<Item = Option<Wrist>> {
         let turned = self.turn.into_iter().flat_map(|turn| {
             TAKES_RAD.into_iter().flat_map(move |takes_rad| {
@@ -89,8 +89,8 @@ impl Draft<'_> {
         }
     }
 
-    /// Takes a thing at its centre and puts it down elsewhere: by the nearer arm if that gets
-    /// there, by the other or with the torso's help if not.
+    /// Grasps an object at its centre and puts it down elsewhere. It uses the nearer arm if possible, otherwise the
+    /// other arm or the torso's help.
     fn carry(&mut self, load: &Load) -> Result<(), Refusal> {
         let leftness = load.thing.point().y + load.to.point().y;
         let sides = if leftness >= 0.0 { [Side::Left, Side::Right] } else { [Side::Right, Side::Left] };
@@ -100,7 +100,7 @@ impl Draft<'_> {
                 for wrist in load.wrists() {
                     match self.carry_by(side, stance, load, wrist) {
                         Ok(()) => return Ok(()),
-                        // The first way tried is the plainest: its reason is the one to tell.
+                        // The first attempt is the simplest, so its error is reported.
                         Err(why) => first = first.or(Some(why)),
                     }
                 }
@@ -119,7 +119,7 @@ impl Draft<'_> {
         let Load { thing, half_height_m, to, .. } = load;
         let higher = thing.point().z.max(to.point().z);
         let over_m = SAFE_M.max(higher + half_height_m + OVER_M);
-        // On the way from above one thing to above the other it clears both and what stands there.
+        // High enough to clear both places and the blocks between them.
         let carried_m = over_m.max(CLEAR_M + half_height_m);
         self.restart();
         self.look(thing);
@@ -137,7 +137,7 @@ impl Draft<'_> {
         if let Some(Wrist { takes_rad, .. }) = wrist {
             self.turned_line(side, Phase::Hover, &at_height(thing, over_m), takes_rad)?;
         }
-        // From where it takes the thing to where it lets go, the hand turns as the thing shall.
+        // From grasp to release the hand rotates like the object.
         let still = wrist.map(|_| 0.0);
         self.line_with(side, Phase::Descend, thing, still)?;
         self.close(side);
@@ -154,7 +154,7 @@ impl Draft<'_> {
         self.rest(Await::MovedButGaze)
     }
 
-    /// Along a line, turned by so much or as it likes.
+    /// Moves along a line, with a given rotation or a free one.
     fn line_with(
         &mut self,
         side: Side,
@@ -168,7 +168,7 @@ impl Draft<'_> {
         }
     }
 
-    /// Brings everything but the face to rest.
+    /// Moves everything except the face to rest.
     fn rest(&mut self, awaits: Await) -> Result<(), Refusal> {
         self.rest_arms();
         for joint in self.model.parts.gaze().into_iter().chain(self.model.parts.torso()) {
@@ -191,7 +191,7 @@ impl Draft<'_> {
         set(self.at, joint, self.model.rest_rad.get(joint).copied().unwrap_or(0.0));
     }
 
-    /// Lifts hands out of the blocks that a skill given up has left there.
+    /// Raises hands out of the blocks, where an aborted skill may have left them.
     fn raise_low_hands(&mut self) -> Result<(), Refusal> {
         for side in Side::BOTH {
             if self.model.body.hand(side, self.at).origin().point().z < LOW_M {

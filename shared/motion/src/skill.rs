@@ -5,51 +5,51 @@ use kinematics::{Side, Unreachable};
 
 use crate::Face;
 
-/// Something that the body can do.
+/// An action of the body.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Skill {
-    /// Take a standing peg from above and put it into a hole.
+    /// Grasp a standing peg from above and insert it into a hole.
     Insert {
-        /// The peg's centre.
+        /// Centre of the peg, in metres.
         thing: Position<Base>,
         /// Half the peg's height, in metres.
         half_height_m: f64,
-        /// The middle of the hole's rim.
+        /// Centre of the hole's rim, in metres.
         hole: Position<Base>,
     },
-    /// Take a thing from above and put it down elsewhere.
+    /// Grasp an object from above and put it down elsewhere.
     Place {
-        /// The thing's centre.
+        /// Centre of the object, in metres.
         thing: Position<Base>,
-        /// Half the thing's height, in metres.
+        /// Half the object's height, in metres.
         half_height_m: f64,
-        /// Where its centre shall come to be.
+        /// Target position of its centre, in metres.
         to: Position<Base>,
-        /// How it shall be turned on the way; `None` where that does not matter.
+        /// Rotation of the object on the way; `None` if it does not matter.
         turn: Option<Turn>,
     },
     /// Turn the neck and the eyes towards a point.
     LookAt(Position<Base>),
-    /// Every joint stays where it is.
+    /// Hold every joint at its position.
     Hold,
-    /// Both arms, the torso and the gaze to rest.
+    /// Move both arms, the torso and the gaze to rest.
     Rest,
-    /// Make a face.
+    /// Show a facial expression.
     Show(Face),
 }
 
-/// A turn of a thing about the vertical, seen from above anticlockwise.
+/// A rotation of an object about the vertical, counterclockwise seen from above.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Turn {
-    /// By how much, in radians.
+    /// The angle, in radians.
     pub by_rad: f64,
-    /// Turned by this much, in radians, the thing looks as before, so that any number of these more
-    /// will do as well: half a turn for a brick, a quarter for a cube.
+    /// Rotational symmetry of the object, in radians: any multiple of this angle may be added. Half a turn for a
+    /// brick, a quarter for a cube.
     pub period_rad: f64,
 }
 
 impl Turn {
-    /// All turns up to one way round that do as well, the shortest first.
+    /// All equivalent rotations up to half a turn either way, shortest first.
     pub(crate) fn equivalents(self) -> impl Iterator<Item = f64> + Clone {
         let period_rad = self.period_rad.clamp(PERIOD_LEAST_RAD, TAU);
         let rest = self.by_rad.rem_euclid(period_rad);
@@ -63,57 +63,57 @@ impl Turn {
     }
 }
 
-/// Nothing looks the same again after less than an eighth of a turn but what is round.
+/// Minimum symmetry angle: an eighth of a turn. Only round objects have a smaller one.
 const PERIOD_LEAST_RAD: f64 = FRAC_PI_4;
 
-/// A part of a skill that ends when the joints have arrived.
+/// A part of a skill, which ends when the joints have arrived.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Phase {
     /// Turning neck and eyes.
     Look,
-    /// Lifting a low hand out of the blocks, before anything else.
+    /// Raising a low hand out of the blocks, before anything else.
     Raise,
-    /// Bringing the hand before the chest, fingers down and open.
+    /// Moving the hand in front of the chest, fingers down and open.
     Ready,
-    /// Moving above the thing.
+    /// Moving above the object.
     Hover,
-    /// Down to the thing.
+    /// Moving down to the object.
     Descend,
     /// Closing the fingers.
     Close,
-    /// Up with the thing.
+    /// Moving up with the object.
     Lift,
-    /// Moving above its new place.
+    /// Moving above the target position.
     Carry,
-    /// Down with the thing.
+    /// Moving down with the object.
     Lower,
     /// Opening the fingers.
     Open,
-    /// Up without the thing.
+    /// Moving up without the object.
     Retreat,
-    /// Going to rest.
+    /// Moving to rest.
     Rest,
     /// Moving the face.
     Face,
 }
 
-/// How a skill goes.
+/// Progress of a skill.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Progress {
-    /// Nothing was begun: there are no goals.
+    /// No skill has begun; there are no goals.
     Idle,
-    /// On the way.
+    /// In progress.
     Running {
-        /// What it is doing.
+        /// The current phase.
         phase: Phase,
     },
     /// The joints have arrived; the goals hold them there.
     Done,
-    /// Given up; the goals hold the joints where they were last sent.
+    /// Aborted; the goals hold the joints at their last goals.
     Failed {
-        /// What it was doing.
+        /// The phase that failed.
         phase: Phase,
-        /// What was wrong.
+        /// Why it failed.
         why: Why,
     },
 }
@@ -124,15 +124,15 @@ pub enum Why {
     /// A joint did not arrive in time.
     #[error("joint {joint} stays {away_rad:.3} rad away from its goal")]
     Late {
-        /// Its index.
+        /// Index of the joint.
         joint: usize,
-        /// How far away it is, in radians.
+        /// Distance from its goal, in radians.
         away_rad: f64,
     },
-    /// A joint's position is not known.
+    /// The position of a joint is unknown.
     #[error("joint {joint} does not say where it is")]
     Silent {
-        /// Its index.
+        /// Index of the joint.
         joint: usize,
     },
 }
@@ -140,27 +140,27 @@ pub enum Why {
 /// Why a skill was not begun.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum Refusal {
-    /// A coordinate or a height is no number, or a height is negative.
+    /// A coordinate or a height is not finite, or a height is negative.
     #[error("the skill's coordinates are no numbers")]
     NoNumber,
-    /// No arm gets through the whole way.
+    /// No arm can follow the whole path.
     #[error("no way in phase {phase:?}: {why}")]
     Unreachable {
-        /// Where the arm that came furthest stopped.
+        /// Phase in which the first attempt failed.
         phase: Phase,
-        /// What stopped it.
+        /// Why it failed.
         why: Unreachable,
     },
-    /// The hand cannot wait before the chest, where every way of an arm begins.
+    /// The hand does not reach the ready pose in front of the chest, where every path begins.
     #[error("the {} hand cannot be held before the chest: check the limits of that arm's joints", side.name())]
     NotReady {
-        /// Whose hand.
+        /// Side of the hand.
         side: Side,
     },
-    /// The way has more waypoints than there is room for.
+    /// The path exceeds the maximum number of waypoints.
     #[error("the way has more than {most} waypoints")]
     TooLong {
-        /// The room.
+        /// The maximum.
         most: usize,
     },
 }

@@ -1,4 +1,4 @@
-//! Performing allocates nothing, and neither does planning.
+//! Neither performing nor planning allocates.
 
 #![expect(clippy::expect_used, reason = "a test fails by panicking")]
 

@@ -1,4 +1,4 @@
-//! Skills, performed by a body that follows its goals exactly.
+//! Skills performed by a body that follows its goals exactly, or within its limits.
 #![expect(
     clippy::expect_used,
     clippy::indexing_slicing,
@@ -20,7 +20,7 @@ use motion::{Face, Performer, Phase, Progress, Refusal, Skill, Turn, Why};
 use servo::{Limits, Motion};
 
 const PERIOD: Duration = Duration::from_millis(20);
-/// The motor process's cycle.
+/// Cycle period of the motor process.
 const CYCLE: Duration = Duration::from_millis(4);
 const HALF_HEIGHT_M: f64 = 0.04;
 
@@ -30,13 +30,13 @@ static SERVOS: LazyLock<Vec<config::motor::Joint>> =
 /// How joints follow their goals.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Follow {
-    /// They are where they were sent.
+    /// Joints are at their goals at once.
     Exactly,
-    /// Within their speed and acceleration, in the motor process's cycles, on its trapezoids.
+    /// Trapezoidal profiles within velocity and acceleration limits, in cycles of the motor process.
     WithinLimits,
 }
 
-/// The simulator's rules of grasping, and joints that follow their goals.
+/// The simulator's grasping rules, and joints that follow their goals.
 struct Stand {
     follow: Follow,
     motions: Vec<Motion>,
@@ -44,7 +44,7 @@ struct Stand {
     now: Instant,
     present: Vec<Option<f64>>,
     peg: Position<Base>,
-    /// The hand that holds the peg, and where the peg is from its grasp point.
+    /// The hand that holds the peg, and the peg's offset from its grasp point.
     held: Option<(Side, nalgebra::Vector3<f64>)>,
     dropped: Option<Position<Base>>,
 }
@@ -65,7 +65,7 @@ impl Stand {
         }
     }
 
-    /// Moves the joints on until the next step.
+    /// Moves the joints until the next step.
     fn follow(&mut self) {
         for goal in self.performer.goals() {
             let joint = usize::try_from(goal.joint).expect("small");
@@ -132,7 +132,7 @@ impl Stand {
         progress
     }
 
-    /// Performs a skill to its end; `look` sees the stand and the phase after every step.
+    /// Performs a skill to its end. `look` is called with the stand and the phase after every step.
     fn perform(&mut self, skill: &Skill, mut look: impl FnMut(&Self, Phase)) -> Progress {
         self.performer.begin(self.now, skill, &self.present).expect("within reach");
         for _step in 0..5_000 {
@@ -149,7 +149,7 @@ fn insert(peg: Position<Base>, hole: Position<Base>) -> Skill {
     Skill::Insert { thing: peg, half_height_m: HALF_HEIGHT_M, hole }
 }
 
-/// Performs an insertion and checks every step of it; gives the time that it took.
+/// Performs an insertion and checks every step. Returns its duration.
 fn check_insertion(peg: Position<Base>, hole: Position<Base>, follow: Follow) -> Duration {
     let mut stand = Stand { follow, ..Stand::new(peg) };
     let begun = stand.now;
@@ -185,7 +185,7 @@ fn check_insertion(peg: Position<Base>, hole: Position<Base>, follow: Follow) ->
             assert!(stand.held.is_some(), "carries nothing");
             assert!(stand.peg.point().z - HALF_HEIGHT_M > 0.10, "the peg sweeps the blocks");
         }
-        // No leaps: a joint that found another solution would throw the hand.
+        // A joint that jumps to another solution would throw the hand.
         if let Some(before) = before {
             let furthest = before.iter().zip(&hands).map(|(a, b)| a.distance(b)).fold(0.0, f64::max);
             assert!(furthest < 0.04, "{phase:?}: {furthest} m in one step");
@@ -217,7 +217,7 @@ fn check_insertion(peg: Position<Base>, hole: Position<Base>, follow: Follow) ->
     stand.now.since(begun)
 }
 
-/// Insertions all over the table; gives how many there were and how long the longest took.
+/// Insertions all over the table. Returns their number and the longest duration.
 fn check_insertions(follow: Follow) -> (u32, Duration) {
     let mut longest = Duration::ZERO;
     let mut seen = 0;
@@ -258,7 +258,7 @@ fn a_thing_is_placed_where_it_was_asked_for() {
     assert!(stand.dropped.expect("it was let go").distance(&to) < 1e-3);
 }
 
-/// How far a hand is turned about the vertical, by the way its palm faces.
+/// Rotation of a hand about the vertical in radians, by the direction of its palm.
 fn turned_rad(stand: &Stand, side: Side) -> f64 {
     let palm = LEO.body.hand(side, &stand.positions()).isometry().rotation * nalgebra::Vector3::y();
     palm.y.atan2(palm.x)
@@ -433,8 +433,8 @@ fn the_bus_file_and_the_body_agree() {
     }
 }
 
-/// Performs what may be asked for in a lesson: every peg into every hole, every marker onto every
-/// block that carries one. Gives how many there are.
+/// Plans what a lesson may ask for: every peg into every hole, and every marker onto every block that carries one.
+/// Returns their number.
 fn check_table(table: &Table, x_base_world: &Pose<Base, World>) -> usize {
     let place = |object: &Object| *x_base_world * Position::from_point(object.place.position_m.into());
     let performer = Stand::new(Position::new(0.0, 0.0, 0.0));

@@ -5,7 +5,7 @@ use rustix::io::Errno;
 /// Why a line could not be opened.
 #[derive(Debug, thiserror::Error)]
 pub enum OpenError {
-    /// There is no such device, or it may not be opened.
+    /// There is no such device, or no permission to open it.
     #[error(
         "cannot open {}: {source}; is it plugged in, and may this user open it (group `dialout`)?",
         path.display()
@@ -13,7 +13,7 @@ pub enum OpenError {
     Device {
         /// The device.
         path: PathBuf,
-        /// What the system said.
+        /// Error of the system.
         source: Errno,
     },
     /// Another program uses it.
@@ -22,34 +22,34 @@ pub enum OpenError {
         /// The device.
         path: PathBuf,
     },
-    /// It is no tty, or does not know the speed.
+    /// It is no tty, or does not support the speed.
     #[error("cannot set {} to {baud} baud, raw: {source}; is it a serial line that is as fast?", path.display())]
     Mode {
         /// The device.
         path: PathBuf,
         /// Bits per second.
         baud: u32,
-        /// What the system said.
+        /// Error of the system.
         source: Errno,
     },
-    /// No pseudo-terminal could be made.
+    /// No pseudo-terminal could be created.
     #[error("cannot make a pseudo-terminal: {source}; is /dev/pts mounted?")]
     Pty {
-        /// What the system said.
+        /// Error of the system.
         source: Errno,
     },
 }
 
-/// The line is gone.
+/// The line was lost.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum Lost {
     /// The other end hung up.
     #[error("the other end of the line hung up")]
     HangUp,
-    /// It took no bytes before the deadline.
+    /// It accepted no bytes before the deadline.
     #[error("the line took no bytes before the deadline")]
     Stuck,
-    /// The system refused.
+    /// A system call failed.
     #[error("the line failed: {0}")]
     Failed(Errno),
 }

@@ -1,8 +1,7 @@
 //! Raw ttys and pseudo-terminals with deadlines below a millisecond.
 //!
-//! [`Tty`] opens a serial line, [`Pty`] makes one whose other end this process is. Both carry
-//! bytes as they are, wait until an instant of the monotonic clock and no longer, and allocate
-//! nothing once they are open.
+//! [`Tty`] opens a serial line. [`Pty`] creates one whose other end is this process. Both transfer bytes unchanged,
+//! wait until an instant of the monotonic clock at most, and do not allocate once they are open.
 
 mod error;
 mod port;

@@ -1,4 +1,4 @@
-//! Reading and writing until an instant.
+//! Reads and writes with a deadline.
 
 use clock::Instant;
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
@@ -9,7 +9,7 @@ use crate::Lost;
 
 const NANOS_PER_SECOND: u64 = 1_000_000_000;
 
-/// Reads what is there, or waits for the first of it until `until`: zero bytes when none came.
+/// Reads the available bytes, or waits for the first ones until `until`. Returns 0 if none arrived.
 pub(crate) fn read_until(fd: impl AsFd, into: &mut [u8], until: Instant) -> Result<usize, Lost> {
     loop {
         if let Some(count) = read_now(fd.as_fd(), into)? {
@@ -21,7 +21,7 @@ pub(crate) fn read_until(fd: impl AsFd, into: &mut [u8], until: Instant) -> Resu
     }
 }
 
-/// Reads what is there: `None` when nothing is.
+/// Reads the available bytes; `None` if there are none.
 fn read_now(fd: BorrowedFd<'_>, into: &mut [u8]) -> Result<Option<usize>, Lost> {
     match read(fd, &mut *into) {
         Ok(0) if !into.is_empty() => Err(Lost::HangUp),
@@ -32,7 +32,7 @@ fn read_now(fd: BorrowedFd<'_>, into: &mut [u8]) -> Result<Option<usize>, Lost> 
     }
 }
 
-/// Writes all of `bytes`, waiting for room until `until`.
+/// Writes all of `bytes`. Waits for space until `until`.
 pub(crate) fn write_until(fd: impl AsFd, mut bytes: &[u8], until: Instant) -> Result<(), Lost> {
     while !bytes.is_empty() {
         match write(fd.as_fd(), bytes) {
@@ -50,8 +50,8 @@ pub(crate) fn write_until(fd: impl AsFd, mut bytes: &[u8], until: Instant) -> Re
     Ok(())
 }
 
-/// Throws away what waits to be read, at most `reads` pieces of it: a line that never falls
-/// silent must not hold the cycle.
+/// Discards received bytes with at most `reads` reads, so that a line that never falls silent cannot hold the cycle.
+/// Returns the number of bytes.
 pub(crate) fn drain(fd: impl AsFd, reads: u32) -> Result<usize, Lost> {
     let mut thrown = 0;
     let mut bin = [0; 512];
@@ -77,11 +77,11 @@ fn ready(fd: BorrowedFd<'_>, flags: PollFlags, until: Instant) -> Result<bool, L
         Ok(0) => Ok(false),
         Ok(_) => {
             let [asked] = &fds;
-            // What came before the line was hung up is still to be read.
+            // Bytes received before the hang-up must still be read.
             let hung_up = asked.revents().intersects(PollFlags::HUP | PollFlags::ERR);
             if hung_up && !asked.revents().contains(flags) { Err(Lost::HangUp) } else { Ok(true) }
         }
-        // The caller tries again; a time that is over ends the next wait at once.
+        // The caller retries; a deadline in the past ends the next wait at once.
         Err(Errno::INTR) => Ok(true),
         Err(error) => Err(Lost::Failed(error)),
     }

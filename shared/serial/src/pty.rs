@@ -13,7 +13,7 @@ use crate::port::{read_until, write_until};
 use crate::tty::make_raw;
 use crate::{Lost, OpenError};
 
-/// A pseudo-terminal: a serial line whose other end this process is.
+/// A pseudo-terminal: a serial line whose other end is this process.
 #[derive(Debug)]
 pub struct Pty {
     master: OwnedFd,
@@ -23,11 +23,11 @@ pub struct Pty {
 }
 
 impl Pty {
-    /// Makes a line that is raw from the beginning, at `baud` until its user sets another speed.
+    /// Creates a raw line, at `baud` until its user sets another speed.
     ///
     /// # Errors
     ///
-    /// The system has no pseudo-terminals, or no more of them.
+    /// The system supports no pseudo-terminals, or no more of them.
     pub fn new(baud: u32) -> Result<Self, OpenError> {
         Self::make(baud).map_err(|source| OpenError::Pty { source })
     }
@@ -44,35 +44,35 @@ impl Pty {
         Ok(Self { master, _slave: slave, path })
     }
 
-    /// Where the other end is.
+    /// Path of the other end.
     #[must_use]
     pub fn path(&self) -> &Path {
         &self.path
     }
 
-    /// The speed at which the other end believes the line to be, in bits per second.
+    /// Speed set at the other end, in bits per second.
     ///
     /// # Errors
     ///
-    /// The line is gone.
+    /// The line was lost.
     pub fn baud(&self) -> Result<u32, Lost> {
         tcgetattr(&self.master).map(|mode| mode.output_speed()).map_err(Lost::Failed)
     }
 
-    /// Reads what is there, or waits for the first of it until `until`: zero when none came.
+    /// Reads the available bytes, or waits for the first ones until `until`. Returns 0 if none arrived.
     ///
     /// # Errors
     ///
-    /// The line is gone.
+    /// The line was lost.
     pub fn read(&self, into: &mut [u8], until: Instant) -> Result<usize, Lost> {
         read_until(&self.master, into, until)
     }
 
-    /// Writes all of `bytes`, waiting for room until `until`.
+    /// Writes all of `bytes`. Waits for space until `until`.
     ///
     /// # Errors
     ///
-    /// The line is gone, or nobody reads the other end.
+    /// The line was lost, or the other end did not read in time.
     pub fn write(&self, bytes: &[u8], until: Instant) -> Result<(), Lost> {
         write_until(&self.master, bytes, until)
     }

@@ -10,7 +10,7 @@ use rustix::termios::{ControlModes, OptionalActions, SpecialCodeIndex, tcgetattr
 use crate::port::{drain, read_until, write_until};
 use crate::{Lost, OpenError};
 
-/// A serial line, raw: eight bits, no parity, one stop bit, no flow control, no echo.
+/// A raw serial line: eight data bits, no parity, one stop bit, no flow control, no echo.
 #[derive(Debug)]
 pub struct Tty {
     fd: OwnedFd,
@@ -18,17 +18,17 @@ pub struct Tty {
 }
 
 impl Tty {
-    /// Opens a serial device at any speed that it knows, for this program alone among those that
-    /// open it so.
+    /// Opens a serial device at any speed that it supports, with an advisory lock (`flock`) against other programs
+    /// that lock it.
     ///
     /// # Errors
     ///
-    /// It cannot be opened, is in use, is no tty, or does not know the speed.
+    /// It cannot be opened, is in use, is no tty, or does not support the speed.
     pub fn open(path: &Path, baud: u32) -> Result<Self, OpenError> {
         let flags = OFlags::RDWR | OFlags::NOCTTY | OFlags::NONBLOCK | OFlags::CLOEXEC;
         let fd = open(path, flags, Mode::empty())
             .map_err(|source| OpenError::Device { path: path.to_owned(), source })?;
-        // `TIOCEXCL` would outlive this program where somebody holds the line open, as a mock does.
+        // `TIOCEXCL` would outlive this program if another process holds the line open, as the mock does.
         flock(&fd, FlockOperation::NonBlockingLockExclusive)
             .map_err(|_| OpenError::Busy { path: path.to_owned() })?;
         make_raw(&fd, baud).map_err(|source| OpenError::Mode { path: path.to_owned(), baud, source })?;
@@ -36,54 +36,53 @@ impl Tty {
         Ok(Self { fd, waits_ms })
     }
 
-    /// For how many milliseconds its USB adapter waits for more before it hands over what it received, where
-    /// that is more than one and could not be changed: answers come late by so much.
+    /// Latency timer of its USB adapter in milliseconds, if it is above 1 and could not be changed: answers are
+    /// delayed by it.
     #[must_use]
     pub const fn waits_ms(&self) -> Option<u32> {
         self.waits_ms
     }
 
-    /// Reads what is there, or waits for the first of it until `until`: zero when none came.
+    /// Reads the available bytes, or waits for the first ones until `until`. Returns 0 if none arrived.
     ///
     /// # Errors
     ///
-    /// The line is gone.
+    /// The line was lost.
     pub fn read(&self, into: &mut [u8], until: Instant) -> Result<usize, Lost> {
         read_until(&self.fd, into, until)
     }
 
-    /// Writes all of `bytes`, waiting for room until `until`.
+    /// Writes all of `bytes`. Waits for space until `until`.
     ///
     /// # Errors
     ///
-    /// The line is gone, or had no room.
+    /// The line was lost, or had no space in time.
     pub fn write(&self, bytes: &[u8], until: Instant) -> Result<(), Lost> {
         write_until(&self.fd, bytes, until)
     }
 
-    /// Throws away what waits to be read, at most `reads` pieces of it, and returns how many
-    /// bytes that were.
+    /// Discards received bytes with at most `reads` reads, and returns their number.
     ///
     /// # Errors
     ///
-    /// The line is gone.
+    /// The line was lost.
     pub fn drain(&self, reads: u32) -> Result<usize, Lost> {
         drain(&self.fd, reads)
     }
 }
 
-/// Lets a USB adapter hand over at once what it received: as they come they wait for 16 ms for more. How many
-/// milliseconds it waits all the same, where that is more than one: there is no right to change it.
+/// Sets the latency timer of a USB adapter to 1 ms, so that it delivers received bytes at once; the default is 16 ms.
+/// Returns the value in milliseconds if it stays above 1, for lack of permission.
 ///
-/// The flag `ASYNC_LOW_LATENCY` of `TIOCSSERIAL` would do the same for drivers that heed it, and takes an ioctl
-/// by raw pointer, which this crate does without; the file is theirs as well.
+/// The flag `ASYNC_LOW_LATENCY` of `TIOCSSERIAL` would do the same for drivers that support it. It needs an ioctl
+/// with a raw pointer, which this crate avoids; those drivers have the file as well.
 fn hurry(timer: &Path) -> Option<u32> {
     let _unchanged = fs::write(timer, "1");
     let waits_ms: u32 = fs::read_to_string(timer).ok()?.trim().parse().ok()?;
     (waits_ms > 1).then_some(waits_ms)
 }
 
-/// Where the latency timer of a tty's USB adapter is set, in milliseconds, if it has one.
+/// Path of the latency timer of a tty's USB adapter, if it has one.
 fn latency_timer(path: &Path) -> Option<PathBuf> {
     let device = fs::canonicalize(path).ok()?;
     let timer = Path::new("/sys/class/tty").join(device.file_name()?).join("device/latency_timer");
@@ -113,7 +112,7 @@ mod tests {
         fs::write(&timer, "16\n").unwrap();
         assert_eq!(hurry(&timer), None, "it hands over after a millisecond now");
         assert_eq!(fs::read_to_string(&timer).unwrap(), "1");
-        // A number that nobody may write.
+        // A number without write permission.
         assert_eq!(hurry(Path::new("/proc/sys/kernel/ngroups_max")), Some(65_536));
         assert_eq!(hurry(folder.path()), None, "that is no timer");
     }

@@ -2,7 +2,7 @@ use std::path::{Path, PathBuf};
 
 use config::motor::{Device, Motor};
 
-/// A servo bus whose torque can be switched off.
+/// A servo bus on which torque can be switched off.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Bus {
     /// Its name in `motor.toml`.
@@ -18,14 +18,14 @@ pub struct Bus {
 /// A servo on a bus.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Servo {
-    /// The joint that it turns.
+    /// The joint that it drives.
     pub joint: String,
     /// Its identifier on the bus.
     pub id: u8,
 }
 
-/// The buses of a robot: its serial devices, and the links of its mock servo bus in the domain's folder, as far as
-/// they are there. The mock servo bus is a process: where it has ended, its servos have ended with it.
+/// The buses of a robot: its serial devices, and the existing links of its mock servo bus in the domain's folder. The
+/// mock servo bus is a process: if it has ended, its servos have ended with it.
 #[must_use]
 pub fn buses(robot: &Motor, domain: Option<&Path>) -> Vec<Bus> {
     let path = |bus: &config::motor::Bus| match &bus.device {

@@ -1,10 +1,10 @@
-//! Torque off without a motor process.
+//! Switches torque off without a motor process.
 //!
-//! [`switch_off`] opens every bus, broadcasts torque off several times, and then asks each servo for item 64 of its
-//! control table until it says 0. The [`Report`] names every servo that has not.
+//! [`switch_off`] opens every bus, broadcasts torque off several times, and then reads item 64 (torque enable) of
+//! each servo until it is 0. The [`Report`] names every servo that has not confirmed.
 //!
-//! A line that another process holds is not taken from it: [`switch_off`] waits for a bounded time, because the kernel
-//! closes the descriptors of a process that dies a moment after its death.
+//! A line in use by another process is not taken from it. [`switch_off`] waits for a bounded time, because the kernel
+//! closes the descriptors of a process shortly after its death.
 
 mod bus;
 mod line;
@@ -18,10 +18,10 @@ use std::thread;
 
 use clock::Duration;
 
-/// Switches the torque of every servo off, on all buses at the same time, and asks each servo whether it is. A line
-/// that another process holds is waited for until `busy_timeout` is over.
+/// Switches torque off on every servo, on all buses in parallel, and reads back the result. Waits up to
+/// `busy_timeout` for a line in use by another process.
 ///
-/// It lasts a few milliseconds per servo that answers, and about 0.2 s per servo that does not.
+/// It takes a few milliseconds per servo that answers, and about 0.2 s per servo that does not.
 pub fn switch_off(buses: &[Bus], busy_timeout: Duration) -> Report {
     let mut report = Report::default();
     thread::scope(|scope| {
@@ -35,7 +35,7 @@ pub fn switch_off(buses: &[Bus], busy_timeout: Duration) -> Report {
         for (bus, worker) in workers {
             let causes = match worker {
                 Ok(worker) => worker.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic)),
-                // Without a further thread the buses take their turns.
+                // If no thread can be started, the buses are served one after the other.
                 Err(_) => line::switch_off(bus, busy_timeout),
             };
             report.add(bus, &causes);

@@ -4,36 +4,36 @@ use servo::{Address, Id, Instruction, Parser, Status, table};
 
 use crate::{Bus, Cause};
 
-/// A broadcast has no answer: it is sent this often, in case noise, or half an instruction of a process that was
-/// killed, spoils one.
+/// Number of broadcasts. A broadcast is not answered, and noise or a fragment of an instruction from a killed process
+/// may corrupt one.
 const BROADCASTS: u32 = 3;
-/// Between two broadcasts: a servo needs some time for each.
+/// Gap between two broadcasts: a servo needs some time for each.
 const BROADCAST_GAP: Duration = Duration::from_millis(2);
-/// How often each servo is asked before it counts as silent.
+/// How often each servo is read before it counts as silent.
 const ROUNDS: u32 = 5;
-/// How long a servo may take to answer beyond the time on the wire. USB adapters hand over late.
+/// Reply timeout beyond the time on the wire. USB adapters deliver late.
 const REPLY_TIMEOUT: Duration = Duration::from_millis(40);
-/// How long a write may take.
+/// Timeout of a write.
 const WRITE_TIMEOUT: Duration = Duration::from_millis(100);
-/// Between two attempts to open a line.
+/// Period of the attempts to open a line that is in use.
 const REOPEN_EVERY: Duration = Duration::from_millis(10);
-/// Pieces of stale bytes that are dropped before a question at most.
+/// Maximum number of reads that discard stale bytes before an instruction.
 const DRAINS: u32 = 64;
-/// Bytes of an instruction at most.
+/// Maximum length of an instruction in bytes.
 const INSTRUCTION: usize = 32;
 
-/// Why a line is of no use.
+/// Why a line cannot be used.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum LineError {
-    /// It cannot be opened.
+    /// The line cannot be opened.
     #[error("{0}")]
     Open(String),
-    /// It was lost.
+    /// The line was lost.
     #[error(transparent)]
     Lost(#[from] Lost),
 }
 
-/// Switches torque off on one bus. For each of its servos, why it has not confirmed that; `None` where it has.
+/// Switches torque off on one bus. Returns for each of its servos why it has not confirmed, or `None` if it has.
 pub(crate) fn switch_off(bus: &Bus, busy_timeout: Duration) -> Vec<Option<Cause>> {
     let mut causes: Vec<Option<Cause>> = bus.servos.iter().map(|_| Some(Cause::Silent)).collect();
     let mut line = None;
@@ -44,7 +44,7 @@ pub(crate) fn switch_off(bus: &Bus, busy_timeout: Duration) -> Vec<Option<Cause>
                 Ok(open) => line = Some(open),
                 Err(error) => {
                     blame(&mut causes, &error);
-                    // A device that is not there, or another process's, is so in the next round, too.
+                    // A device that is absent or in use stays so in the next round.
                     break;
                 }
             }
@@ -52,7 +52,7 @@ pub(crate) fn switch_off(bus: &Bus, busy_timeout: Duration) -> Vec<Option<Cause>
         let asked = line.as_mut().map(|line| line.round(bus, &mut causes));
         if let Some(Err(lost)) = asked {
             blame(&mut causes, &lost.into());
-            // It has to be closed before it can be opened again.
+            // It must be closed before it can be opened again.
             line = None;
         }
         if causes.iter().all(Option::is_none) {
@@ -86,7 +86,7 @@ impl Line {
         }
     }
 
-    /// Broadcasts torque off, and asks every servo that has not confirmed it yet.
+    /// Broadcasts torque off, and reads every servo that has not confirmed yet.
     fn round(&mut self, bus: &Bus, causes: &mut [Option<Cause>]) -> Result<(), Lost> {
         let off = Instruction::Write { address: table::TORQUE_ENABLE.address, data: &[0] };
         for _ in 0..BROADCASTS {
@@ -107,7 +107,7 @@ impl Line {
         Ok(())
     }
 
-    /// Item 64 of a servo; `None` where it does not answer.
+    /// Reads item 64 (torque enable) of a servo; `None` if it does not answer.
     fn torque(&mut self, id: Id) -> Result<Option<u8>, Lost> {
         let item = table::TORQUE_ENABLE;
         self.send(Address::One(id), Instruction::Read { address: item.address, length: item.length })?;
@@ -131,7 +131,7 @@ impl Line {
 
     fn send(&mut self, to: Address, instruction: Instruction<'_>) -> Result<(), Lost> {
         let mut bytes = [0; INSTRUCTION];
-        // It has room for each of the instructions above.
+        // The buffer has room for each of the instructions above.
         let length = instruction.encode(to, &mut bytes).unwrap_or(0);
         self.parser.clear();
         self.tty.drain(DRAINS)?;

@@ -3,37 +3,37 @@ use std::path::Path;
 
 use crate::{Bus, LineError};
 
-/// What came of switching torque off.
+/// Result of switching torque off.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 #[must_use = "servos that may still have torque must be named"]
 pub struct Report {
-    /// How many servos say that their torque is off.
+    /// Number of servos that confirmed torque off.
     pub confirmed: usize,
-    /// Those that do not.
+    /// Servos that did not confirm.
     pub unconfirmed: Vec<Unconfirmed>,
 }
 
-/// A servo that has not confirmed that its torque is off.
+/// A servo that has not confirmed torque off.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Unconfirmed {
-    /// The joint that it turns.
+    /// The joint that it drives.
     pub joint: String,
-    /// Its bus.
+    /// The bus it is on.
     pub bus: String,
     /// Its identifier on the bus.
     pub id: u8,
-    /// Why not.
+    /// Why it has not confirmed.
     pub cause: Cause,
 }
 
-/// Why a servo has not confirmed that its torque is off.
+/// Why a servo has not confirmed torque off.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Cause {
     /// It does not answer.
     Silent,
-    /// It says that its torque is on, although it was told to switch it off.
+    /// Its torque is still on, although it was told to switch it off.
     On,
-    /// Its line is of no use.
+    /// Its line cannot be used.
     Line(LineError),
 }
 
@@ -52,13 +52,13 @@ impl Report {
         }
     }
 
-    /// Whether every servo says that its torque is off.
+    /// Whether every servo confirmed torque off.
     #[must_use]
     pub const fn is_confirmed(&self) -> bool {
         self.unconfirmed.is_empty()
     }
 
-    /// What a person can do where it is not confirmed; `config` is the robot's `leo.toml`.
+    /// Advice for an operator if torque off is not confirmed. `config` is the path of the robot's `leo.toml`.
     #[must_use]
     pub fn advice(config: Option<&Path>) -> String {
         let file = config.map_or_else(|| "FILE".to_owned(), |file| file.display().to_string());
@@ -67,8 +67,8 @@ impl Report {
         )
     }
 
-    /// Logs the outcome: one line where all servos confirm it, else a line for each that does not, and what a person
-    /// can do.
+    /// Logs the result: one line if all servos confirmed, otherwise a line for each that did not, and advice for the
+    /// operator.
     pub fn log(&self, config: Option<&Path>) {
         if self.is_confirmed() {
             tracing::warn!("{self}");

@@ -1,4 +1,4 @@
-//! Torque off on servos that behave, answer nothing, keep their torque, or whose line is another's.
+//! Torque off on servos that are well, silent, or unreachable because their line is in use or lost.
 #![expect(clippy::unwrap_used, reason = "a test fails by panicking")]
 
 use std::thread;
@@ -17,7 +17,7 @@ struct Rig {
     ptys: Ptys,
 }
 
-/// The robot's servos, all with torque, and what is wrong with them.
+/// The robot with torque on every servo, and with faults.
 fn rig(faults: &[&str]) -> Rig {
     let robot = Robot::load(None).unwrap();
     let folder = tempfile::tempdir().unwrap();
@@ -94,7 +94,7 @@ fn a_line_that_is_lost_or_not_there_costs_no_other_bus_its_torque() {
         baud: 1_000_000,
         servos: vec![absent],
     });
-    // One at whose other end nobody reads, and nobody answers.
+    // A line whose other end neither reads nor answers.
     let deaf = Pty::new(1_000_000).unwrap();
     let servo = Servo { joint: "deaf_joint".to_owned(), id: 1 };
     all.push(Bus {

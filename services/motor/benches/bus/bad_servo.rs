@@ -1,4 +1,4 @@
-//! What one bad servo costs, beside another driver.
+//! Cost of one bad servo, compared with another driver.
 
 use clock::Duration;
 use rustypot::DynamixelProtocolHandler;
@@ -6,10 +6,9 @@ use rustypot::DynamixelProtocolHandler;
 use crate::rig::{Rig, Way};
 use crate::{PATIENCE, SERVOS, micros, quantile};
 
-/// Nothing goes wrong.
+/// No fault.
 const WELL: &str = "drop p=0";
-/// What goes wrong with the answers of the fifth servo, every time, where all answer in one chain. A length
-/// stands there in what the first one says.
+/// Faults of every answer of the fifth servo with fast sync read. Only the first answer of a chain contains a length.
 const IN_A_CHAIN: [&str; 9] = [
     "drop id=5",
     "flip id=5",
@@ -21,7 +20,7 @@ const IN_A_CHAIN: [&str; 9] = [
     "duplicate id=5",
     "alert id=5",
 ];
-/// The same where each answers for itself.
+/// The same faults with sync read.
 const BY_ITSELF: [&str; 9] = [
     "drop id=5",
     "flip id=5",
@@ -33,25 +32,25 @@ const BY_ITSELF: [&str; 9] = [
     "duplicate id=5",
     "alert id=5",
 ];
-/// Bytes of an answer of its own, with 16 of data.
+/// Bytes of a separate status packet with 16 bytes of data.
 const ANSWER_BYTES: u64 = 27;
-/// How patient the other driver is with a silent servo.
+/// Reply timeout of the other driver.
 const RUSTYPOT_PATIENCE: Duration = Duration::from_millis(35);
 
-/// Times that the servo is bad, and in how many cycles in a row: in a third it would be quarantined, and then it
-/// is not asked and costs nothing.
+/// Number of repetitions, and of consecutive faulty cycles: after a third the servo would be quarantined, and then it
+/// is not read and costs nothing.
 const TIMES: u32 = 100;
 const CYCLES: u32 = 2;
-/// Cycles between two times: until nothing is amiss any more on the bus.
+/// Cycles between two repetitions, until the bus is clean again.
 const CALM: u32 = 40;
 
-/// What became of the cycles in which the bad servo was asked.
+/// Result of the cycles in which the bad servo was read.
 struct Cost {
-    /// How many were kept in all but one cycle in twenty: a machine that stands still for a moment is no
-    /// servo's fault. And in all.
+    /// Number of servos read in at least 95 % of the cycles, and in all cycles. The former ignores short stalls of
+    /// the machine, which are no fault of the servo.
     kept: usize,
     least: usize,
-    /// The median and the longest time.
+    /// Median and maximum duration of a cycle.
     p50: Duration,
     most: Duration,
 }
@@ -68,7 +67,7 @@ impl Cost {
 
 fn with_a_bad_servo(way: Way, fault: &str) -> Cost {
     let (mut kept, mut times) = (Vec::new(), Vec::new());
-    // A servo that has reported an alert or an error is asked no more.
+    // A servo that has reported an alert or an error is not read again.
     let is_once = fault.starts_with("alert") || fault.starts_with("error");
     let (repeats, cycles) = if is_once { (TIMES / 4, 1) } else { (TIMES, CYCLES) };
     let mut rig = Rig::read_by(way, 4_000_000);
@@ -91,7 +90,7 @@ fn with_a_bad_servo(way: Way, fault: &str) -> Cost {
     Cost::of(kept, times)
 }
 
-/// The same of `rustypot`.
+/// The same for `rustypot`.
 fn rustypot_with_a_bad_servo(way: Way, fault: &str) -> Cost {
     let rig = Rig::read_by(way, 4_000_000);
     let Rig { ptys, folder, line, .. } = rig;
@@ -110,13 +109,13 @@ fn rustypot_with_a_bad_servo(way: Way, fault: &str) -> Cost {
         };
         times.push(clock::now().since(begun));
         kept.push(read.map_or(0, |read| read.len()));
-        // What comes late would spoil the next reading too: that is not to be measured.
+        // Late bytes would corrupt the next reading too, which is not to be measured.
         let _cleared = port.clear(serialport::ClearBuffer::All);
     }
     Cost::of(kept, times)
 }
 
-/// Whether Leo keeps all but one servo, whatever goes wrong.
+/// Whether Leo loses at most one servo with every fault.
 pub(crate) fn measure() -> bool {
     println!(
         "\none of {SERVOS} servos is bad; kept in 19 of 20 cycles in which it was asked, at least in all of them, and a \
@@ -137,7 +136,7 @@ pub(crate) fn measure() -> bool {
     costs_one
 }
 
-/// Prints what each fault costs, and says whether it costs one servo.
+/// Prints the cost of each fault. Returns whether each costs at most one servo.
 fn table(way: Way, faults: [&str; 9]) -> bool {
     let answer = Duration::from_nanos(ANSWER_BYTES * 10 * 1_000_000_000 / 4_000_000);
     let turn = micros(answer + PATIENCE);

@@ -1,5 +1,4 @@
-//! The whole robot with its driver, as the motor process drives it: a cycle on a grid, and a thread for each
-//! bus.
+//! The whole robot with its driver, run like the motor process: a periodic cycle, and a thread for each bus.
 
 use clock::{Duration, Instant};
 use config::Robot;
@@ -45,7 +44,7 @@ impl Body {
         }
     }
 
-    /// The first half of a cycle: takes what the buses answered by this point of the grid. When it began.
+    /// First half of a cycle: waits for `point`, and collects the replies of the buses. Returns when it began.
     pub(crate) fn collect(&mut self, point: Instant) -> Instant {
         clock::sleep_until(point);
         let now = clock::now();
@@ -53,7 +52,7 @@ impl Body {
         now
     }
 
-    /// The second half: heeds a stop, and tells and asks every bus.
+    /// Second half of a cycle: handles the emergency stop, and sends every bus its request.
     pub(crate) fn send(&mut self, now: Instant) {
         if self.lookout.is_raised() {
             self.motor.emergency_stop(now);
@@ -67,7 +66,6 @@ impl Body {
         self.threads.send(&mut self.motor, now).expect("threads");
     }
 
-    /// Whether all joints follow.
     pub(crate) fn follows(&self) -> bool {
         self.motor.states().all(|state| state.mode() == Some(JointMode::Following))
     }

@@ -1,4 +1,4 @@
-//! The driver's own time.
+//! Computing time of the driver.
 
 use clock::{Duration, Instant};
 use config::Robot;
@@ -9,7 +9,7 @@ use serial::Lost;
 use crate::wire::Wire;
 use crate::{PATIENCE, PERIOD, micros, quantile};
 
-/// A bus that takes the time of its servos, which is not the driver's.
+/// A bus that measures the time of its simulated servos, which is not the driver's.
 struct Timed {
     wire: Wire,
     spent: Duration,
@@ -34,8 +34,8 @@ impl Port for Timed {
     }
 }
 
-/// The processor's time for a cycle of all joints: goals, commands, requests and replies; and with these what
-/// it takes to find the answers in the bytes of the buses.
+/// Measures the computing time of a cycle of all joints: goals, setpoints, requests and replies. Also measures the
+/// same including the decoding of the bytes from the buses.
 pub(crate) fn measure() {
     let robot = Robot::load(None).expect("built in");
     let mut motor = Motor::new(&robot.motor, &robot.leo.motor).expect("a robot");

@@ -1,22 +1,22 @@
-//! The processor's time that threads had, as the kernel counts it: its own part of it too.
+//! Processor time of threads as counted by the kernel, including time in the kernel.
 
 use std::fs;
 use std::path::Path;
 
 use clock::Duration;
 
-/// What a thread has had so far.
+/// Processor time of a thread so far.
 fn of(task: &Path) -> Option<Duration> {
     let said = fs::read_to_string(task.join("schedstat")).ok()?;
     Some(Duration::from_nanos(said.split(' ').next()?.parse().ok()?))
 }
 
-/// What this thread has had so far.
+/// Processor time of this thread so far.
 pub(crate) fn of_this_thread() -> Option<Duration> {
     of(Path::new("/proc/thread-self"))
 }
 
-/// What all threads whose names begin so have had so far.
+/// Processor time so far of all threads whose names begin with `name`.
 pub(crate) fn of_threads(name: &str) -> Option<Duration> {
     let mut all = Duration::ZERO;
     for task in fs::read_dir("/proc/self/task").ok()? {

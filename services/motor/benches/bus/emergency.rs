@@ -1,21 +1,21 @@
-//! How long it takes until every torque is off.
+//! Time from an emergency stop until every torque is off.
 
 use clock::Duration;
 
 use crate::body::Body;
 use crate::{BUSES, PERIOD, micros, quantile};
 
-/// How often the robot is stopped, and at how many instants between two points of the grid by turns.
+/// Number of emergency stops, and of phases within a cycle at which they are raised in turn.
 const STOPS: u32 = 40;
 const PHASES: u32 = 8;
-/// In how many cycles every torque is off.
+/// Maximum number of cycles until every torque is off.
 const CYCLES_MOST: u32 = 2;
-/// For how many cycles all joints follow before they are stopped.
+/// Number of cycles for which all joints follow before a stop.
 const CALM: u32 = 25;
 
-/// From raising the stop until the cycle knows that every servo has said that its torque is off, and in how
-/// many cycles: the watch has to see the file, the cycle to begin, the buses to say it, and the next cycle to
-/// take their answers. Whether there were never more than [`CYCLES_MOST`].
+/// Measures the time and the number of cycles from raising the stop until every servo has confirmed torque off. In
+/// that time the watch detects the file, a cycle begins, the buses transmit, and the next cycle reads the answers.
+/// Returns whether there were never more than [`CYCLES_MOST`] cycles.
 pub(crate) fn measure() -> bool {
     let mut body = Body::new();
     let (mut times, mut most) = (Vec::new(), 0);
@@ -45,7 +45,7 @@ pub(crate) fn measure() -> bool {
         }
         most = most.max(cycles);
         process::emergency::release(body.folder.path()).expect("released");
-        // The watch sees that too.
+        // The watch detects the release as well.
         clock::sleep_until(clock::now() + 2 * PERIOD);
         point = clock::now();
     }

@@ -1,4 +1,4 @@
-//! When requests go out, and what the processor does for it.
+//! Send jitter of the requests, and the processor time of the driver.
 
 use std::thread;
 
@@ -7,16 +7,15 @@ use clock::{Duration, Instant};
 use crate::body::Body;
 use crate::{PERIOD, cpu, micros, quantile};
 
-/// Twenty seconds.
+/// 20 s.
 const JITTER_CYCLES: u32 = 5000;
 
-/// How late after each point of a grid something happened.
 fn late(since: Instant, at: Instant) -> Duration {
     at.since(since)
 }
 
-/// When the requests of the whole robot go out after the points of the grid, beside a thread that only
-/// sleeps until them.
+/// Measures when the requests of the whole robot are sent after the start of each period, compared with a thread that
+/// only sleeps.
 pub(crate) fn measure() {
     let mut body = Body::new();
     let begin = clock::now() + PERIOD;
@@ -35,7 +34,7 @@ pub(crate) fn measure() {
     for _ in 0..JITTER_CYCLES {
         let now = body.collect(point);
         woke.push(late(point, now));
-        // What went out in the cycle before.
+        // The requests sent in the previous cycle.
         let before = point - PERIOD;
         sent.extend(body.threads.sent_at().flatten().filter(|at| *at >= before).map(|at| late(before, at)));
         body.send(now);

@@ -1,17 +1,17 @@
-//! The servo driver on the mock servo bus, over pseudo-terminals that are paced like a wire:
-//! `cargo bench -p motor-process`, or a part of it: `cargo bench -p motor-process -- bad_servo`.
+//! The servo driver on the mock servo bus, over pseudo-terminals with the pace of a wire: `cargo bench -p
+//! motor-process`, or a part of it: `cargo bench -p motor-process -- bad_servo`.
 //!
-//! - `bad_servo`: what one bad servo among thirteen costs, beside the crate `rustypot` on the same bus in the
-//!   same run. Where it costs Leo more than that servo, the benchmark fails.
-//! - `rate`: cycles per second beside what the wire allows, and beside a bare loop on the same bus. Below 95 % of
-//!   what the wire allows the benchmark fails.
-//! - `computing`: the processor's time for a cycle of the whole robot.
-//! - `jitter`: when requests go out, beside a bare thread that sleeps until the same instants; and the
-//!   processor's time that the driver's threads had.
-//! - `emergency`: how long after an emergency stop every servo has said that its torque is off. After more
-//!   than two cycles the benchmark fails.
+//! - `bad_servo`: cost of one bad servo among thirteen, compared with the crate `rustypot` on the same bus in the
+//!   same run. The benchmark fails if it costs Leo more than that servo.
+//! - `rate`: cycles per second, compared with the limit of the wire and with a bare loop on the same bus. The
+//!   benchmark fails below 95 % of the limit.
+//! - `computing`: processor time for a cycle of the whole robot.
+//! - `jitter`: send times of the requests, compared with a bare thread that sleeps until the same instants; and the
+//!   processor time of the driver's threads.
+//! - `emergency`: time from an emergency stop until every servo has confirmed torque off. The benchmark fails above
+//!   two cycles.
 //!
-//! Driver and mock have the real-time rights of `leo.toml`, where the system grants them.
+//! Driver and mock have the real-time rights of `leo.toml`, if the system grants them.
 
 #![expect(
     clippy::print_stdout,
@@ -38,18 +38,18 @@ use quantity::number::float_of_count;
 const SERVOS: u8 = 13;
 const BUSES: usize = 5;
 const PERIOD: Duration = Duration::from_millis(4);
-/// How patient the driver is with a silent servo.
+/// Reply timeout of the driver.
 const PATIENCE: Duration = Duration::from_millis(1);
 
 fn main() -> ExitCode {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
-    // `cargo test --benches` only looks whether it starts.
+    // `cargo test --benches` only checks that it starts.
     if !arguments.iter().any(|argument| argument == "--bench") {
         return ExitCode::SUCCESS;
     }
     let named = || arguments.iter().filter(|argument| !argument.starts_with("--"));
     let is_wanted = |part: &str| named().next().is_none() || named().any(|name| name == part);
-    // As the running robot has it.
+    // Like the running robot.
     let _awake = realtime::Awake::ask();
     for (part, measure) in [("computing", computing::measure as fn()), ("jitter", jitter::measure)] {
         if is_wanted(part) {

@@ -1,4 +1,4 @@
-//! Cycles per second beside what the wire allows, and beside a loop that only sends and receives.
+//! Cycles per second, compared with the limit of the wire, and with a loop that only sends and receives.
 
 use std::io::{Read as _, Write as _};
 use std::thread;
@@ -10,29 +10,29 @@ use quantity::number::float_of_count;
 use crate::rig::Rig;
 use crate::{BUSES, SERVOS, micros, quantile};
 
-/// How long cycles are counted, and in what parts.
+/// Duration of the measurement, and of its windows.
 const RATE_S: u64 = 6;
 const WINDOW: Duration = Duration::from_millis(500);
 
-/// The share of what the wire allows that is asked of the driver.
+/// Share of the wire's limit that the driver must reach.
 const LEAST: f64 = 0.95;
-/// Within so many cycles one has goals and positions alone.
+/// Number of cycles within which one has only goals and positions.
 const PLAIN_WITHIN: u32 = 10_000;
-/// How patient that loop is with silent servos.
+/// Reply timeout of the bare loop.
 const BARE_PATIENCE: Duration = Duration::from_millis(500);
 
-/// Bytes of a cycle: goals, the question, and an answer of 16 bytes from each in one chain.
+/// Bytes of a cycle: goals, fast sync read, and an answer with 16 bytes of data from each servo.
 fn bytes_of_a_cycle(servos: usize) -> usize {
     36 + 26 * servos
 }
 
-/// Bytes that a request and its answers have: 16, 17 and 18 bytes of data by turns, and now and then what
-/// one servo is asked besides.
+/// Bytes of a request and its answers. The data has 16, 17 and 18 bytes in turn, and some requests contain a job of
+/// one servo.
 fn bytes_of(request: &Request) -> usize {
     request.parts().map(|(part, sent)| sent.len() + part.bytes_of_answers()).sum()
 }
 
-/// Whether no rate is less than [`LEAST`] of what the wire allows.
+/// Whether every rate is at least [`LEAST`] of the wire's limit.
 pub(crate) fn measure() -> bool {
     let mut is_fast = true;
     println!(
@@ -66,7 +66,7 @@ pub(crate) fn measure() -> bool {
     is_fast
 }
 
-/// What the slowest of all buses came to, at once.
+/// The result of the slowest of all buses, which run at the same time.
 fn slowest(run: impl Fn() -> Ran + Sync) -> Ran {
     thread::scope(|threads| {
         let buses: Vec<_> = (0..BUSES).map(|_| threads.spawn(&run)).collect();
@@ -75,18 +75,18 @@ fn slowest(run: impl Fn() -> Ran + Sync) -> Ran {
     })
 }
 
-/// What one bus came to.
+/// The result of one bus.
 struct Ran {
-    /// Cycles a second in the median part of the time, and in all of it.
+    /// Cycles per second in the median window, and in total.
     usual: f64,
     all: f64,
-    /// The share of the time in which its wire carries bytes.
+    /// Share of the time in which the wire carries bytes.
     busy: f64,
-    /// How long a cycle takes: p50, p99 and at most.
+    /// Duration of a cycle: p50, p99 and maximum.
     times: [Duration; 3],
 }
 
-/// Counts cycles back to back: each call says how many bytes it carried, and how long it took where all were read.
+/// Counts cycles back to back. `cycle` returns the bytes it carried, and its duration if all servos were read.
 fn counted(baud: u32, mut cycle: impl FnMut() -> (usize, Option<Duration>)) -> Ran {
     let begun = clock::now();
     let (mut times, mut bytes, mut rates) = (Vec::new(), 0, Vec::new());
@@ -113,7 +113,7 @@ fn counted(baud: u32, mut cycle: impl FnMut() -> (usize, Option<Duration>)) -> R
     }
 }
 
-/// The driver.
+/// Measures the driver.
 fn driven(baud: u32) -> Ran {
     let mut rig = Rig::new(baud);
     counted(baud, || {
@@ -123,7 +123,7 @@ fn driven(baud: u32) -> Ran {
     })
 }
 
-/// A loop that sends what the driver sends in a cycle of goals and positions alone, and reads what comes back.
+/// Measures a loop that sends the bytes of a cycle with only goals and positions, and reads the answers.
 fn bare(baud: u32) -> Ran {
     let mut rig = Rig::new(baud);
     let least = bytes_of_a_cycle(usize::from(SERVOS));

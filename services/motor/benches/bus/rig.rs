@@ -11,7 +11,7 @@ use servo::mock::Injection;
 
 use crate::{PATIENCE, PERIOD, SERVOS};
 
-/// A robot of one bus.
+/// A robot with one bus.
 fn robot_of(baud: u32) -> config::motor::Motor {
     let mut text = format!("bus = [{{ name = \"only\", device = \"mock\", baud = {baud} }}]\n");
     for id in 1..=SERVOS {
@@ -29,13 +29,13 @@ fn robot_of(baud: u32) -> config::motor::Motor {
 /// How servos are read.
 #[derive(Clone, Copy, PartialEq)]
 pub(crate) enum Way {
-    /// In one answer of all.
+    /// With fast sync read.
     Chain,
-    /// In an answer of each: their firmware knows no other.
+    /// With sync read, because their firmware is old.
     Each,
 }
 
-/// A version of the firmware that knows no fast reads.
+/// Firmware that does not support fast sync read.
 const OLD_FIRMWARE: u8 = 44;
 
 /// One bus with its driver.
@@ -50,7 +50,8 @@ pub(crate) struct Rig {
     goals: Vec<JointGoal>,
 }
 
-/// The mock servo bus in threads with the rights of its process; the driver's are for whoever asks then.
+/// Starts the mock servo bus in threads with the real-time settings of its process. The caller then has those of the
+/// motor process.
 pub(crate) fn put_up(robot: &config::motor::Motor, folder: &std::path::Path) -> Ptys {
     let leo = Robot::load(None).expect("built in").leo;
     for refusal in realtime::apply(&leo.mock_bus.realtime).refusals() {
@@ -92,7 +93,6 @@ impl Rig {
         rig
     }
 
-    /// Waits until every joint follows.
     pub(crate) fn come_up(&mut self) {
         let give_up = clock::now() + Duration::from_secs(20);
         while !self.states().all(|state| state.mode() == Some(JointMode::Following)) {
@@ -106,7 +106,7 @@ impl Rig {
         self.motor.states()
     }
 
-    /// One cycle, at once: how many were read in it, and how long the bus was busy.
+    /// Runs one cycle at once. Returns the number of servos read in it, and the duration of the exchange.
     pub(crate) fn cycle(&mut self) -> (usize, Duration) {
         let now = clock::now();
         self.motor.goals(now, &self.goals);

@@ -4,7 +4,7 @@ use servo::{Address, Id, Instruction, Model, Reading};
 use super::*;
 use crate::job::Job;
 
-/// Two servos whose answers to a question come when the next one has been asked.
+/// Two servos whose answers to a request arrive after the next request.
 struct Laggard {
     line: Line,
     now: Instant,
@@ -27,7 +27,7 @@ impl Port for Laggard {
     }
 }
 
-/// A question about where two servos are.
+/// A read of the measurements of two servos.
 fn question(ids: [Id; 2]) -> Request {
     let (address, length) = (Reading::ITEM.address, Reading::ITEM.length);
     let mut request = Request::default();
@@ -70,7 +70,7 @@ impl Port for Torn {
     }
 }
 
-/// A line on which nothing but noise comes, a byte each millisecond, as long as anybody waits.
+/// A line with noise only: a byte each millisecond.
 struct Trickle {
     now: Instant,
     sent: u32,
@@ -133,7 +133,7 @@ fn a_late_answer_to_the_first_question_does_not_pass_for_a_sample_made_after_the
     assert_eq!(replies.asked_at(Topic::Again), Instant::EPOCH + Duration::from_millis(3));
 }
 
-/// Servos without a wire: what they say is there at once, and only silence takes time.
+/// Servos without transmission times: answers arrive at once, and only silence takes time.
 struct Bare {
     line: Line,
     now: Instant,
@@ -157,7 +157,7 @@ impl Port for Bare {
     }
 }
 
-/// The question to servos for their measurements: in one chain, or each for itself.
+/// Read of the measurements of some servos: fast sync read, or sync read.
 fn measurements_of(topic: Topic, ids: &[u8]) -> Instruction<'_> {
     let (address, length) = (Reading::ITEM.address, Reading::ITEM.length);
     if topic == Topic::Chain {
@@ -208,7 +208,7 @@ fn one_bad_servo_costs_one_servo_and_one_turn_whatever_is_wrong_with_its_answers
                 let lost: Vec<u8> = ids.iter().copied().filter(|id| !told(*id)).collect();
                 let context = format!("{topic:?}, {fault} of servo {bad}, seed {seed}: lost {lost:?}");
                 assert!(lost.iter().all(|id| *id == bad), "{context}");
-                // A turn, and a moment of quiet after each question.
+                // One reply timeout, and some silence after each read.
                 let waited = port.now.since(Instant::EPOCH);
                 assert!(waited <= answer + PATIENCE.0 + 2 * answer + look, "{context}, waited {waited:?}");
                 assert_eq!(replies.heard(Topic::Look) == 0, lost == [bad], "{context}");
@@ -260,7 +260,7 @@ fn an_answer_to_an_earlier_question_is_late_by_its_bytes() {
     assert_eq!((replies.about(Topic::Chain).count(), replies.late), (2, bytes));
 }
 
-/// A line on which something comes before anything else.
+/// A line on which other bytes arrive first.
 struct Before<'a> {
     port: &'a mut Bare,
     first: Vec<u8>,
@@ -281,16 +281,16 @@ impl Port for Before<'_> {
     }
 }
 
-/// Servos whose answers come late, all of them by as much.
+/// Servos whose answers arrive late by a constant time.
 struct Tardy {
     line: Line,
     now: Instant,
-    /// When what is on its way is there.
+    /// When the bytes on their way arrive.
     there_at: Instant,
     there: Vec<u8>,
 }
 
-/// By how much.
+/// The delay.
 const TARDY: Duration = Duration::from_millis(3);
 
 impl Port for Tardy {

@@ -1,14 +1,14 @@
-//! The end of the motor process: no ending leaves torque on, or it is said of which servo.
+//! End of the motor process: either every servo has confirmed torque off, or the silent servos are reported.
 
 use config::Robot;
 use process::{Failure, Launch};
 use realtime::ParentError;
 
-/// How long a line may stay that of an earlier motor process, which ends.
+/// How long a line may stay in use by an earlier motor process that is ending.
 const BUSY_TIMEOUT: clock::Duration = clock::Duration::from_secs(4);
 
-/// The process could not join its robot. Where its supervisor was dead already, nobody else switches off the torque that
-/// an earlier life switched on: it is done here.
+/// Handles a failure to join the robot. If the supervisor is already dead, no other process switches off torque left
+/// on by an earlier process, so it is switched off here.
 pub(crate) fn could_not_join(failure: Failure, launch: &Launch, robot: &Robot) -> Failure {
     if !matches!(failure, Failure::Parent(ParentError::Gone { .. })) {
         return failure;
@@ -22,11 +22,11 @@ pub(crate) fn could_not_join(failure: Failure, launch: &Launch, robot: &Robot) -
     failure
 }
 
-/// The joints were laid down: whether every servo has said that its torque is off, for whom that has to know.
+/// Reports after the orderly end whether every servo has confirmed torque off, to the processes that need to know.
 ///
 /// # Errors
 ///
-/// Servos have not said so. The supervisor, or the guard where it is dead, asks them again, one by one.
+/// Servos have not confirmed. The supervisor, or the guard if the supervisor is dead, asks them again, one by one.
 pub(crate) fn laid_down(unconfirmed: usize, launch: &Launch) -> Result<(), Failure> {
     match unconfirmed {
         0 => {
@@ -39,8 +39,8 @@ pub(crate) fn laid_down(unconfirmed: usize, launch: &Launch) -> Result<(), Failu
     }
 }
 
-/// Leaves what a process has of its domain as it is where its supervisor is dead: a robot that was started since may have
-/// files of the same names there, which would be removed with these.
+/// Leaks the domain's resources if the supervisor is dead. A robot started since may have files of the same names in
+/// the domain, which dropping these would remove.
 pub(crate) fn leave<T>(of_the_domain: T, launch: &Launch) {
     if launch.parent.is_some_and(|parent| !realtime::is_parent(parent)) {
         std::mem::forget(of_the_domain);

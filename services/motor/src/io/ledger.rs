@@ -6,18 +6,18 @@ use transport::{BusesWriter, JointsWriter};
 use crate::Motor;
 use crate::io::threads::Threads;
 
-/// How often the board is written: people are slow, and it is some pages long. Whoever raised an emergency stop
-/// need not wait for it.
+/// Period of writing the boards. A change of the unconfirmed servos is written at once, because an emergency stop
+/// waits for it.
 const EVERY: Duration = Duration::from_millis(100);
 
-/// Keeps the board that says how each bus fares.
+/// Publishes the health boards of the buses and joints.
 pub(crate) struct Ledger {
     board: BusesWriter,
     joints_board: JointsWriter,
     joints: Joints,
     buses: Buses,
     write_at: Instant,
-    /// The servos that let go and have not confirmed it, none where nobody lets go; and since when.
+    /// Number of servos that have not confirmed torque off, `None` while no torque off is requested; and since when.
     unconfirmed: (Option<usize>, Instant),
 }
 
@@ -45,7 +45,7 @@ impl Ledger {
         if unconfirmed != self.unconfirmed.0 {
             self.unconfirmed = (unconfirmed, now);
         }
-        // A joint is believed to be limp once it was sampled since: a cycle or two after its servo said so.
+        // A joint counts as limp once it has been sampled after the confirmation, one or two cycles later.
         let is_news = now.since(self.unconfirmed.1) < EVERY;
         if now < self.write_at && !is_news {
             return;

@@ -5,18 +5,18 @@ use serial::{Lost, Tty};
 
 use crate::{Port, Received, Sent};
 
-/// A line that could not be opened is tried again after this long, and then after twice that ...
+/// First waiting time before a line is opened again; doubled after each failure ...
 const REOPEN_AFTER: Duration = Duration::from_millis(50);
-/// ... up to this.
+/// ... up to this value.
 const REOPEN_MOST: Duration = Duration::from_secs(1);
-/// Pieces of stale bytes that are thrown away before a request at most.
+/// Maximum number of reads that discard stale bytes before a request.
 const DRAINS: u32 = 8;
 
-/// A line that is opened again when it was lost.
+/// A serial line that is reopened after it was lost.
 #[derive(Debug)]
 pub struct Line {
     tty: Option<Tty>,
-    /// The one that was lost, until it is closed.
+    /// The lost line, until it is closed.
     lost: Option<Tty>,
     path: PathBuf,
     baud: u32,
@@ -25,7 +25,7 @@ pub struct Line {
 }
 
 impl Line {
-    /// A line at a path, opened already or not yet.
+    /// Creates a line at a path, already opened or not.
     #[must_use]
     pub const fn new(tty: Option<Tty>, path: PathBuf, baud: u32) -> Self {
         Self { tty, lost: None, path, baud, reopen_at: Instant::EPOCH, wait: REOPEN_AFTER }
@@ -33,7 +33,7 @@ impl Line {
 
     fn reopen(&mut self, now: Instant) -> Result<&Tty, Lost> {
         if self.tty.is_none() && now >= self.reopen_at {
-            // A line has one user at a time.
+            // Only one process, and only once, can open a line.
             self.close_lost();
             self.tty = Tty::open(&self.path, self.baud).ok();
             self.wait = if self.tty.is_some() { REOPEN_AFTER } else { (2 * self.wait).min(REOPEN_MOST) };
@@ -59,7 +59,7 @@ impl Port for Line {
     }
 
     fn receive(&mut self, into: &mut [u8], within: Duration, until: Instant) -> Result<Received, Lost> {
-        // What is there already is read also where the thread came late.
+        // Bytes already received are read even if the thread is late.
         let until = until.min(clock::now() + within);
         let received = self.tty.as_ref().ok_or(Lost::HangUp)?.read(into, until);
         self.note(received).map(|count| Received { count, at: clock::now() })
@@ -84,7 +84,7 @@ mod tests {
         let pty = Pty::new(BAUD).unwrap();
         let is_held = || matches!(Tty::open(pty.path(), BAUD), Err(OpenError::Busy { .. }));
         let mut line = Line::new(Tty::open(pty.path(), BAUD).ok(), pty.path().to_owned(), BAUD);
-        // Nobody reads the other end.
+        // Nothing reads the other end.
         let lost = loop {
             if let Err(lost) = line.send(&[0; 512], SHORT) {
                 break lost;

@@ -11,17 +11,17 @@ use crate::io::ledger::Ledger;
 use crate::io::threads::Threads;
 use crate::reporter::Reporter;
 
-/// How long an orderly end may take: slow down, hold, let go.
+/// Maximum duration of the orderly end: decelerate, hold, torque off.
 const END_WITHIN: Duration = Duration::from_secs(1);
-/// After this much of it torque goes off whatever moves still: a process that ends must leave none on.
+/// Time after which the orderly end switches torque off even if joints still move, so that no torque is left on.
 const LET_GO_AFTER: Duration = Duration::from_millis(750);
 
-/// Drives the joints until the process is told to stop. Then they slow down, hold, and let go.
+/// Runs the motor process until it is told to stop. Then the joints decelerate and hold, and torque goes off.
 ///
 /// # Errors
 ///
-/// The configuration is refused, a device is no serial line or another program has it, the domain cannot
-/// be joined, or the middleware failed.
+/// The configuration is invalid, or a device is no serial line or is in use. Or the domain cannot be joined, or the
+/// middleware failed.
 pub fn run(launch: &Launch, robot: &Robot) -> Result<(), Failure> {
     let leo = &robot.leo;
     let mut member = Member::join(launch, Process::Motor, &leo.buffers, &leo.motor.realtime)
@@ -40,9 +40,9 @@ pub fn run(launch: &Launch, robot: &Robot) -> Result<(), Failure> {
     } else {
         (leo.motor.answer_within_ms.duration(), 2 * period)
     };
-    // In lockstep the mock servo bus has to be there at every turn. Otherwise a device may be plugged in later.
+    // In lockstep the mock servo bus must answer in every step. Otherwise a device may be plugged in later.
     let until = clock::now() + leo.supervisor.ready_within_ms.duration() / 2;
-    // Simulated time has no emergencies.
+    // There is no emergency stop in simulated time.
     let emergency = if launch.lockstep { None } else { Some(Emergency::watch(&launch.domain)?) };
     let arming = if launch.lockstep { None } else { Some(Arming::watch(&launch.domain)?) };
     let lookout = emergency.as_ref().map(Emergency::lookout).unwrap_or_default();
@@ -76,7 +76,7 @@ pub fn run(launch: &Launch, robot: &Robot) -> Result<(), Failure> {
         if member.is_lockstep() {
             threads.wait(&mut motor, now, turn_within).map_err(Failure::own)?;
         }
-        // What the middleware fails at keeps no torque on.
+        // A failure of the middleware ends the loop, so that torque goes off.
         if let Err(failure) = publish(&motor, header, &member, &mut states) {
             failed = Some(failure);
             break;
@@ -91,7 +91,7 @@ pub fn run(launch: &Launch, robot: &Robot) -> Result<(), Failure> {
     if !launch.lockstep {
         let (motor, threads) = (&mut motor, &mut threads);
         lay_down(motor, threads, period, &lookout, |motor, now| {
-            // Shared memory may be gone; the end goes on.
+            // Shared memory may be gone; the end continues without it.
             let _published = publish(motor, Header::at(now.as_nanos()), &member, &mut states);
             Ok(())
         })?;
@@ -102,7 +102,7 @@ pub fn run(launch: &Launch, robot: &Robot) -> Result<(), Failure> {
     failed.map_or(Ok(()), Err)
 }
 
-/// Publishes what every joint does.
+/// Publishes the state of every joint.
 fn publish(
     motor: &Motor,
     header: Header,
@@ -117,7 +117,8 @@ fn publish(
     Ok(())
 }
 
-/// Lets the body slow down, hold, and go limp; where an emergency stop is raised, go limp at once.
+/// Runs the orderly end: the joints decelerate and hold, then torque goes off. If an emergency stop is active, torque
+/// goes off at once.
 pub(crate) fn lay_down(
     motor: &mut Motor,
     threads: &mut Threads,
@@ -128,7 +129,7 @@ pub(crate) fn lay_down(
     let mut now = clock::now();
     let until = now + END_WITHIN;
     motor.dismiss(now + LET_GO_AFTER);
-    // Whatever the period is, the last cycle comes when torque is to be off.
+    // With any period, the last cycle comes after the time at which torque goes off.
     while now < until && (motor.letting_go().is_none() || motor.unconfirmed() > 0) {
         clock::sleep_until(now + period);
         now = clock::now();

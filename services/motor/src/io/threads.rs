@@ -13,15 +13,15 @@ use serial::{OpenError, Tty};
 
 use crate::{Line, Master, Motor, Port, Replies, Request};
 
-/// A bus that is given nothing to do for this long looks by itself whether all shall stop.
+/// A bus thread without a request for this long checks the emergency stop by itself.
 const UNLED: Duration = Duration::from_millis(20);
-/// A bus that is still busy after so many cycles in a row is lost until it comes back, and the body stops: its
-/// device hangs. At 250 Hz that is half of the time after which its servos' own watchdogs stop them. Of ten
-/// cycles a machine that has too much to do lets a thread miss every one now and then.
+/// A bus that is still busy after this many consecutive cycles is lost until it returns, and the body stops: its
+/// device hangs. At 250 Hz that is half of the timeout of the servos' bus watchdogs. Ten cycles would be too few: an
+/// overloaded machine now and then makes a thread miss that many.
 const AWAY_MOST: u32 = 25;
 
-/// One thread per bus, each with its line. What a thread carries goes to and fro in the same
-/// memory: nothing is allocated in a cycle.
+/// One thread per bus, each with its line. Requests and replies move between the threads in reused memory: nothing is
+/// allocated in a cycle.
 #[derive(Debug)]
 pub struct Threads {
     ends: Vec<End>,
@@ -32,11 +32,11 @@ struct End {
     name: String,
     to: Arc<Inbox>,
     from: Receiver<Box<Exchange>>,
-    /// Requests that had to be left out because the bus was still busy.
+    /// Requests skipped because the bus was still busy.
     skipped: u64,
-    /// Those of them since it was given one last.
+    /// Requests skipped since the bus accepted one.
     away: u32,
-    /// How long the requests took.
+    /// Durations of the exchanges.
     took: Histogram,
     /// Here while the bus is idle, with the thread while it is busy.
     exchange: Option<Box<Exchange>>,
@@ -47,12 +47,12 @@ struct End {
 struct Exchange {
     request: Request,
     replies: Replies,
-    /// When the request was taken up, and when its replies were complete.
+    /// When the exchange began, and when its replies were complete.
     begun_at: Instant,
     done_at: Instant,
 }
 
-/// Why the threads of the buses cannot go on.
+/// Why the bus threads cannot continue.
 #[derive(Debug, thiserror::Error)]
 pub enum ThreadError {
     /// A line cannot be opened.
@@ -63,7 +63,7 @@ pub enum ThreadError {
         /// Why.
         source: OpenError,
     },
-    /// There is no thread.
+    /// A thread cannot be started.
     #[error("no thread for bus `{bus}`: {source}")]
     Spawn {
         /// The bus.
@@ -71,15 +71,15 @@ pub enum ThreadError {
         /// Why.
         source: std::io::Error,
     },
-    /// A thread does not come back from its line.
+    /// A thread does not return from its line.
     #[error("bus `{bus}` has not answered within {} s: its device hangs", within.as_secs())]
     Hangs {
         /// The bus.
         bus: String,
-        /// For how long it was waited for.
+        /// How long it was waited for.
         within: Duration,
     },
-    /// A thread is gone.
+    /// A thread ended.
     #[error("the thread of bus `{bus}` ended")]
     Ended {
         /// The bus.
@@ -88,16 +88,16 @@ pub enum ThreadError {
 }
 
 impl Threads {
-    /// Opens the line of every bus, those of the mock servo bus in `folder`, and starts its
-    /// thread. Lines may appear until `until`; where they `may_be_absent`, at any time, and their bus
-    /// is lost until then: adapters are plugged in later than a machine starts, and the mock servo bus
-    /// is a process that may be starting anew just now. A servo may be silent for `patience` as in
-    /// [`Master::new`]. Where the cycle gives a bus nothing to do and the emergency stop is raised, the
-    /// bus switches every torque off by itself.
+    /// Opens the line of every bus, those of the mock servo bus in `folder`, and starts the bus threads.
+    ///
+    /// Lines may appear until `until`. If they `may_be_absent`, they may appear at any time, and their bus is lost
+    /// until then. Adapters may be plugged in later, and the mock servo bus may be restarting. `patience` is the
+    /// range of the reply timeout as in [`Master::new`]. A bus without a request switches every torque off by itself
+    /// while the emergency stop is active.
     ///
     /// # Errors
     ///
-    /// A line cannot be opened though it is there, or must be; or there is no thread.
+    /// A line that is present or required cannot be opened, or a thread cannot be started.
     pub fn start(
         buses: &[Bus],
         folder: &Path,
@@ -110,7 +110,7 @@ impl Threads {
         Self::over(buses, lines, patience, lookout)
     }
 
-    /// The line of every bus.
+    /// Opens the line of every bus.
     fn lines(
         buses: &[Bus],
         folder: &Path,
@@ -150,7 +150,7 @@ impl Threads {
             .collect()
     }
 
-    /// A thread for every bus, over what its line was made.
+    /// Starts a thread for every bus, over its port.
     fn over(
         buses: &[Bus],
         ports: impl IntoIterator<Item: Port + Send + 'static>,
@@ -162,14 +162,13 @@ impl Threads {
         Ok(Self { ends: ends.collect::<Result<_, _>>()? })
     }
 
-    /// By bus, the requests left out because it was still busy with the one before, and how long
-    /// those took that were not.
+    /// By bus, the number of requests skipped because the bus was busy, and the durations of the exchanges.
     pub(crate) fn fared(&self) -> impl Iterator<Item = (u64, &Histogram)> {
         self.ends.iter().map(|end| (end.skipped, &end.took))
     }
 
-    /// When the first byte of the newest request of each bus went out, or shortly before; none where it is
-    /// busy still, or was told and asked nothing.
+    /// When the first byte of the newest request of each bus went out, or shortly before. `None` if the bus is busy
+    /// or its request was empty.
     pub fn sent_at(&self) -> impl Iterator<Item = Option<Instant>> {
         self.ends.iter().map(|end| {
             let exchange = end.exchange.as_ref()?;
@@ -178,12 +177,12 @@ impl Threads {
         })
     }
 
-    /// Hands every idle bus its request. A bus that is still busy goes without one this time, and is lost to the
-    /// motor where it has been for long.
+    /// Sends every idle bus its request. A busy bus skips the cycle, and is marked as lost after 25 of
+    /// them in a row.
     ///
     /// # Errors
     ///
-    /// A thread is gone.
+    /// A thread ended.
     pub fn send(&mut self, motor: &mut Motor, now: Instant) -> Result<(), ThreadError> {
         for (bus, end) in self.ends.iter_mut().enumerate() {
             let Some(mut exchange) = end.exchange.take() else {
@@ -201,11 +200,11 @@ impl Threads {
         Ok(())
     }
 
-    /// Takes the replies that are there.
+    /// Collects the replies that have arrived.
     ///
     /// # Errors
     ///
-    /// A thread is gone.
+    /// A thread ended.
     pub fn collect(&mut self, motor: &mut Motor) -> Result<(), ThreadError> {
         for (bus, end) in self.ends.iter_mut().enumerate() {
             match end.from.try_recv() {
@@ -221,8 +220,7 @@ impl Threads {
         Ok(())
     }
 
-    /// Lockstep: waits for the replies of every bus, which are of the instant `now` whenever they
-    /// come.
+    /// Lockstep: waits for the replies of every bus. They are stamped with `now`.
     pub(crate) fn wait(
         &mut self,
         motor: &mut Motor,
@@ -270,7 +268,7 @@ impl End {
                             }
                             port.close_lost();
                         }
-                        // The cycle itself may hang: an emergency stop must not wait for it.
+                        // The cycle itself may hang; an emergency stop must not depend on it.
                         Next::Unled if lookout.is_raised() => master.cut(&mut port),
                         Next::Unled => {}
                         Next::Shut => break,
@@ -290,19 +288,19 @@ impl End {
         })
     }
 
-    /// Gives the thread what it is to exchange.
+    /// Sends an exchange to the thread.
     fn give(&self, exchange: Box<Exchange>) -> Result<(), ThreadError> {
         let thread = self.thread.as_ref().filter(|thread| !thread.is_finished());
         let thread = thread.ok_or_else(|| ThreadError::Ended { bus: self.name.clone() })?;
-        // There is one exchange: nothing else is in there.
+        // There is only one exchange, so the queue is empty.
         let _nothing = self.to.jobs.force_push(exchange);
         thread.thread().unpark();
         Ok(())
     }
 }
 
-/// What a thread is given to do. A channel would do the same, but whoever waits for one takes a lock, and allocates the
-/// first time, which is late where the machine has too much to do.
+/// Job slot of a bus thread. Unlike a channel it neither locks nor allocates while a thread waits, either of which
+/// would delay the thread on an overloaded machine.
 #[derive(Debug)]
 struct Inbox {
     jobs: ArrayQueue<Box<Exchange>>,
@@ -311,7 +309,7 @@ struct Inbox {
 
 enum Next {
     Job(Box<Exchange>),
-    /// Nothing has come for [`UNLED`].
+    /// No job for [`UNLED`].
     Unled,
     Shut,
 }
@@ -321,7 +319,7 @@ impl Inbox {
         Self { jobs: ArrayQueue::new(1), is_shut: AtomicBool::new(false) }
     }
 
-    /// Waits for what is next, on the thread that is unparked when there is anything.
+    /// Waits for the next job. Must be called on the thread that is unparked for it.
     fn wait(&self) -> Next {
         let until = clock::now() + UNLED;
         loop {
@@ -341,12 +339,12 @@ impl Inbox {
 }
 
 impl Drop for End {
-    /// Ends the thread: it finishes the request that it carries, and finds nobody behind it.
+    /// Ends the thread after its current exchange.
     fn drop(&mut self) {
         self.to.is_shut.store(true, Ordering::Release);
         if let Some(thread) = self.thread.take() {
             thread.thread().unpark();
-            // A thread that panicked has said so.
+            // A panic of the thread has already been logged.
             let _ended = thread.join();
         }
     }

@@ -1,4 +1,4 @@
-//! What a joint makes of what its servo says, or does not say.
+//! How a joint processes the answers of its servo, and missing answers.
 
 use clock::{Duration, Instant};
 use config::leo::{AlertReaction, OnAlert};
@@ -13,22 +13,22 @@ use crate::doubt::Doubt;
 use crate::job::{Condition, Job};
 use crate::servo_clock::Age;
 
-/// Times in a row that a servo may be silent before it is quarantined.
+/// Consecutive missing answers before a servo is quarantined.
 const MISSES_MOST: u32 = 3;
-/// Readings in a row that may be unbelievable before a servo is quarantined, and for how long they must be
-/// believed again: as long as one reading can speak for a clock that goes wrong.
+/// Consecutive rejected readings before a servo is quarantined. Afterwards its readings must be accepted for
+/// [`PROVEN_AFTER`], the time over which one reading can vouch for a clock that drifts.
 const UNBELIEVED_MOST: u32 = 25;
 pub(super) const PROVEN_AFTER: Duration = Duration::from_secs(15);
-/// Goals that a servo may refuse in a row before that is taken for a mistake in the configuration.
+/// Consecutive refused goals before the cause is taken to be the configuration.
 const AIMS_MOST: u32 = 3;
-/// The longest time for which a silent servo is left alone.
+/// Longest waiting time between two attempts to reach a silent servo.
 const WAIT_MOST: Duration = Duration::from_secs(5);
-/// How long after an alert a servo is rebooted, where the configuration says so, and how often.
+/// How long after an alert a servo is rebooted if configured, and how often at most.
 const REBOOT_AFTER: Duration = Duration::from_secs(1);
 pub(crate) const REBOOTS_MOST: u32 = 3;
 
 impl Joint {
-    /// Takes the measurements that were asked for at `asked_at` and arrived at `now`.
+    /// Processes the measurements that were requested at `asked_at` and arrived at `now`.
     pub(crate) fn read(&mut self, now: Instant, asked_at: Instant, status: &Status<'_>) -> Taken {
         let mut taken = Taken::Read;
         if let Some(servo) = Reading::parse(self.model, status.params) {
@@ -47,21 +47,21 @@ impl Joint {
                 self.believe(now);
                 let turn = if self.settings.reversed { -1.0 } else { 1.0 };
                 let (velocity_rad_s, current_a) = (turn * servo.velocity_rad_s, turn * servo.current_a);
-                // It was sampled soon after it was asked for, whenever the answer was taken up.
+                // The servo samples soon after the request, however late the answer is processed.
                 self.reading = Some((asked_at, Reading { current_a, velocity_rad_s, position_rad, ..servo }));
                 (self.contact.misses, self.contact.corrupt) = (0, 0);
             } else {
                 self.disbelieve(now);
             }
         }
-        // Noise with a right check sum says any fault as well. One that is there is in the next answer too.
+        // Random bytes with a valid check sum can report any fault. A real fault is repeated in the next answer.
         if taken == Taken::Read {
             self.judge(now, status);
         }
         taken
     }
 
-    /// Notes a reading that is believed.
+    /// Records an accepted reading.
     fn believe(&mut self, now: Instant) {
         self.contact.rejected = 0;
         if self.contact.trusted_at.is_some_and(|trusted_at| now >= trusted_at) {
@@ -69,8 +69,8 @@ impl Joint {
         }
     }
 
-    /// Notes a reading that is not believed. Where none is, it is not known where the joint stands: that is like
-    /// silence, but that another answer does not end it.
+    /// Records a rejected reading. Without any accepted reading the position of the joint is unknown. That is handled
+    /// like silence, but another answer does not end it.
     fn disbelieve(&mut self, now: Instant) {
         self.contact.rejected = self.contact.rejected.saturating_add(1);
         if self.contact.rejected < UNBELIEVED_MOST || self.let_go.is_some() {
@@ -81,7 +81,7 @@ impl Joint {
         self.quarantine(now, JointCause::Unbelieved);
     }
 
-    /// Takes the answer to a job.
+    /// Processes the answer to a job.
     pub(crate) fn answered(&mut self, now: Instant, job: Job, status: &Status<'_>) {
         if job == Job::Reboot {
             return;
@@ -104,8 +104,8 @@ impl Joint {
         }
     }
 
-    /// Whether a servo refused a job because its watchdog has tripped unnoticed: the watchdog is cleared first then. A
-    /// servo that refuses its goal again and again refuses it for another reason.
+    /// Whether a servo refused a job because its bus watchdog has tripped unnoticed; then the watchdog is cleared
+    /// first. Repeated refusals of a goal have another cause.
     fn has_tripped_meanwhile(&mut self, job: Job) -> bool {
         match (self.power, job) {
             (Power::Found { stay, .. }, Job::Guard { .. }) => {
@@ -125,12 +125,12 @@ impl Joint {
         true
     }
 
-    /// Takes what its servo says of itself when it has just reported an alert.
+    /// Processes the condition of its servo after an alert.
     pub(crate) fn alarmed(&mut self, now: Instant, status: &Status<'_>) {
         self.looked_at(now, status.params);
     }
 
-    /// Notes that its servo did not answer a job, or that its answer arrived broken.
+    /// Records that its servo did not answer a job, or, if `spoilt`, that the answer was corrupt.
     pub(crate) fn unanswered(&mut self, now: Instant, job: Job, spoilt: bool) {
         if job == Job::Reboot {
             return;
@@ -139,7 +139,7 @@ impl Joint {
         self.missed(now, spoilt);
     }
 
-    /// Notes that its servo did not answer, or, if `spoilt`, that its answer arrived broken.
+    /// Records that its servo did not answer, or, if `spoilt`, that the answer was corrupt.
     pub(crate) fn missed(&mut self, now: Instant, spoilt: bool) {
         if self.let_go.is_some() {
             if matches!(self.power, Power::Off) {
@@ -149,7 +149,7 @@ impl Joint {
         }
         if let Link::Silent { cause, .. } = self.link {
             if cause == JointCause::Alert {
-                // A servo that comes back from its reboot later needs another order.
+                // A servo that returns from its reboot later needs a new order.
                 self.missed_order = self.newest_order;
             }
             self.link = Link::Silent { ask_at: self.leave_alone(now), cause: JointCause::Silent };
@@ -172,7 +172,7 @@ impl Joint {
         }
     }
 
-    /// Notes that its bus is lost.
+    /// Records that its bus is lost.
     pub(crate) fn lost(&mut self, now: Instant) {
         if self.let_go.is_some() {
             self.power = Power::Cutting { tell_at: now };
@@ -181,7 +181,7 @@ impl Joint {
         }
     }
 
-    /// Switches its torque off for good: its bus has two servos of one identifier.
+    /// Locks the joint and switches torque off: two servos of its bus answer to identifier `id`.
     pub(crate) fn forbid(&mut self, now: Instant, id: Id) {
         if self.link.is_quarantined() {
             self.link = Link::Unknown;
@@ -189,12 +189,12 @@ impl Joint {
         self.fail(now, JointCause::DuplicateId, Trouble::Duplicate(id.get()));
     }
 
-    /// Lets the joint fail when its servo refuses what it was told, and reacts to an alert; whether it did what it was
-    /// told.
+    /// Locks the joint if its servo refused an instruction, and reacts to an alert. Returns whether the instruction
+    /// was executed.
     fn judge(&mut self, now: Instant, status: &Status<'_>) -> bool {
         match (status.fault, status.alert) {
             (None, false) => true,
-            // What we said arrived broken: it will be said again.
+            // The instruction arrived corrupt and is sent again.
             (Some(Fault::Checksum), _) => {
                 self.missed(now, true);
                 false
@@ -211,11 +211,11 @@ impl Joint {
         }
     }
 
-    /// Reacts to a hardware alert of its servo, as its kind asks for: `has_torque` is what the servo says of that, where
-    /// it has been asked.
+    /// Reacts to a hardware alert of its servo by the kind of error. `has_torque` is the servo's torque enable, if it
+    /// has been read.
     fn alert(&mut self, now: Instant, errors: HardwareErrors, has_torque: Option<bool>) {
         let may_be_on = self.power.may_be_on() && !matches!(self.power, Power::Cutting { .. });
-        // What is locked already keeps its lock; where it has torque still, the alert says what becomes of that.
+        // A locked joint keeps its lock. If it still has torque, the alert decides about the torque.
         let is_locked = matches!(self.licence, Licence::Locked { cause, .. } if cause != JointCause::Alert);
         if self.let_go.is_some() || (is_locked && !may_be_on) {
             return;
@@ -247,11 +247,11 @@ impl Joint {
         }
     }
 
-    /// Takes up a joint that only holds, so that it is lowered and does not drop: a supply that sags befalls one servo
-    /// after the other, and the first has stopped the others.
+    /// Re-arms a joint that only holds, so that it is lowered and does not drop. A sagging supply affects one servo
+    /// after the other, and the first alert has stopped the others.
     fn take_up_to_lower(&mut self, now: Instant) {
         let Power::On { goal_rad, .. } = self.power else { return };
-        // That its servo has an alert was known before it was known which.
+        // The alert itself was known before its kind.
         let may_be_lowered = matches!(
             self.licence,
             Licence::Disarmed { .. } | Licence::Locked { cause: JointCause::Alert, .. }
@@ -271,14 +271,14 @@ impl Joint {
             return;
         }
         if self.licence.is_locked() {
-            // The first lock stands; what has torque still loses it.
+            // The first lock stays. A joint that still has torque loses it.
             if self.power.may_be_on() && !matches!(self.power, Power::Cutting { .. }) {
                 self.cut(now);
             }
             return;
         }
         if let Link::Identified(Setup::Unlock | Setup::Mode | Setup::Limits) = self.link {
-            // Nothing more is written; it is read all the same.
+            // No more setup is written, but the servo is still read.
             self.link = Link::Answering;
         }
         self.trouble = Some(trouble);
@@ -286,22 +286,22 @@ impl Joint {
         self.cut(now);
     }
 
-    /// Notes what its servo answered when it was told to switch its torque off.
+    /// Processes the answer of its servo to torque off.
     fn released(&mut self, now: Instant, fault: Option<Fault>) {
         if let Power::Cutting { tell_at } = &mut self.power {
             match fault {
                 None => self.power = Power::Off,
-                // What arrived broken is said again at once.
+                // The instruction arrived corrupt and is sent again at once.
                 Some(Fault::Checksum) => {}
-                // Saying so in every cycle would keep the bus from looking at the others.
+                // Repeating it in every cycle would keep the bus from serving the other servos.
                 Some(_) => *tell_at = now + WAIT_MOST,
             }
         }
     }
 
-    /// Its servo began anew by itself: without torque, and with what is kept without power.
+    /// Its servo has restarted by itself: its torque is off, and its RAM items have their initial values.
     fn has_restarted(&mut self) {
-        // One that was found with its torque on may be armed already, and its licence was for that torque.
+        // A servo found with its torque on may be armed already, and was armed for that torque.
         let had_torque = self.power.is_ours() || matches!(self.power, Power::Found { .. });
         if self.let_go.is_none() && had_torque {
             self.incidents.restarts += 1;
@@ -327,7 +327,7 @@ impl Joint {
         }
         if !condition.errors.is_none() {
             self.alert(now, condition.errors, Some(condition.has_torque));
-            // Another hand has switched it on.
+            // Another program has switched it on.
             if condition.has_torque && matches!(self.power, Power::Off) && self.let_go.is_none() {
                 self.power = Power::Cutting { tell_at: now };
             }
@@ -335,7 +335,7 @@ impl Joint {
         }
         match self.power {
             Power::On { .. } if !condition.has_torque => self.has_restarted(),
-            // Another hand may have switched it on, or off.
+            // Another program may have switched it on or off.
             Power::Off if condition.has_torque && self.licence.is_locked() => {
                 self.power = Power::Cutting { tell_at: now };
             }
@@ -353,18 +353,18 @@ impl Joint {
         }
     }
 
-    /// The servo's bus watchdog has tripped, or was switched off: nothing moves until it is armed again.
+    /// The servo's bus watchdog has tripped, or was disabled: nothing moves until it is armed again.
     fn watchdog_is_off(&mut self, watchdog: Watchdog) {
         self.incidents.watchdogs += 1;
         self.motion = Motion::Idle;
         self.disarm(JointCause::Watchdog);
         self.power =
             Power::Rising { step: Rise::Guard, is_on: true, is_tripped: watchdog == Watchdog::Tripped };
-        // Its watchdog is armed at once, and its joint when the licence is given.
+        // The watchdog is armed at once; the joint is armed separately.
         self.abandon_rise();
     }
 
-    /// Notes that nothing is known of its servo any more.
+    /// Resets the known state of its servo.
     fn fall_silent(&mut self, cause: JointCause) {
         let contact = &mut self.contact;
         (contact.misses, contact.corrupt, contact.unacknowledged, contact.rejected) = (0, 0, 0, 0);
@@ -383,14 +383,15 @@ impl Joint {
 
     pub(super) fn quarantine(&mut self, now: Instant, cause: JointCause) {
         if cause == JointCause::BusLost {
-            // It may answer as soon as its line is back.
+            // The servo may answer as soon as its line is back.
             self.contact.wait = WAIT_FIRST;
         }
         self.fall_silent(cause);
         self.link = Link::Silent { ask_at: self.leave_alone(now), cause };
     }
 
-    /// Until when a silent servo is left alone: twice as long each time, until it acknowledges something.
+    /// End of the waiting time of a silent servo. The waiting time doubles each time, until the servo acknowledges a
+    /// write.
     fn leave_alone(&mut self, now: Instant) -> Instant {
         let until = now + self.contact.wait;
         self.contact.wait = (2 * self.contact.wait).min(WAIT_MOST);

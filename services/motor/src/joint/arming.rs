@@ -1,4 +1,4 @@
-//! How a joint gets its licence to move, and how it loses it.
+//! How a joint becomes armed, disarmed, locked and unlocked.
 
 use clock::Instant;
 use config::leo::AlertReaction;
@@ -8,11 +8,11 @@ use super::{Ending, Joint, Licence, Link, Motion, Orders, Power, REBOOT_WAIT, Ri
 use crate::Trouble;
 
 impl Joint {
-    /// Arms it by a person's order, which lapses at an instant unless its torque is on by then. An order arms a joint
-    /// once, and once more where it had to wait for others.
+    /// Arms the joint by an operator's order, which lapses at `lapses_at` unless torque is on by then. An order arms
+    /// a joint once, and again if the joint had to wait for others.
     pub(crate) fn arm(&mut self, order: u64, lapses_at: Instant) {
         if self.licence.is_given() {
-            // What ends this licence ends the order too.
+            // Whatever disarms the joint now also ends this order for it.
             self.order = order;
         }
         if let Licence::Disarmed { cause } = self.licence
@@ -25,8 +25,8 @@ impl Joint {
         }
     }
 
-    /// Notes an order that is given now. It does not arm the joint where its servo does not answer: a servo that comes back
-    /// later needs another order. A servo that the order itself reboots is armed by it.
+    /// Records a new order. The order does not arm the joint if its servo is silent now: a servo that returns later
+    /// needs a new order. A servo that the order itself reboots is armed by it.
     pub(crate) fn note_order(&mut self, order: u64) {
         self.newest_order = order;
         let is_rebooted = matches!(self.link, Link::Silent { cause: JointCause::Alert, .. });
@@ -35,7 +35,7 @@ impl Joint {
         }
     }
 
-    /// Gives a new lock its number, which is one more than `locks`; whether there was one.
+    /// Gives a new lock its number, `locks + 1`. Returns whether there was a new lock.
     pub(crate) fn count_lock(&mut self, locks: u64) -> bool {
         match &mut self.licence {
             Licence::Locked { number: number @ None, .. } => {
@@ -46,10 +46,11 @@ impl Joint {
         }
     }
 
-    /// Unlocks it where a person has seen its lock and the cause is gone. What can be wrong still is looked at anew.
+    /// Unlocks the joint if the operator has seen its lock (it is among the first `locks`) and the cause is gone.
+    /// What may still be wrong is checked again.
     ///
-    /// An order holds for some seconds, in which torque that goes off still goes off. But a joint beyond its limits is
-    /// unlocked by a new order alone (`is_new`): a person may have their hands on it.
+    /// An order stays valid for some seconds, so that torque which is still going off can go off. But a joint beyond
+    /// its limits is unlocked only by a new order (`is_new`), because a person may have their hands on it.
     pub(crate) fn acknowledge(&mut self, now: Instant, locks: u64, is_new: bool) {
         let Licence::Locked { cause, number: Some(number) } = self.licence else { return };
         let is_off = matches!(self.power, Power::Off);
@@ -62,11 +63,11 @@ impl Joint {
                 return;
             }
         } else if cause == JointCause::Blocked && self.power.is_on() {
-            // It holds, and presses against nothing.
+            // The joint holds, and no longer presses against the obstacle.
         } else if !is_off {
             return;
         } else if cause == JointCause::Alert {
-            // Only a reboot clears what it switched itself off for.
+            // Only a reboot clears the shutdown.
             self.reboot_at = Some(now);
             self.power = Power::Unknown { was_on: false };
             self.link = Link::Silent { ask_at: now + REBOOT_WAIT, cause };
@@ -78,11 +79,11 @@ impl Joint {
         self.licence = Licence::Disarmed { cause };
     }
 
-    /// Ends the licence for an emergency stop that lets the joint come to rest first.
+    /// Disarms the joint for an emergency stop that lets it come to rest first.
     pub(crate) fn end_by_emergency(&mut self) {
         let ending = Ending { cause: JointCause::Emergency, locks: false };
         if let Motion::Retreat { at, .. } = self.motion {
-            // It is lowered no further: it stops, and lets go.
+            // Lowering is aborted: the joint stops, and torque goes off.
             self.motion = Motion::Halt { at };
             self.reaction = Some(AlertReaction::Hold);
         }
@@ -93,7 +94,7 @@ impl Joint {
         }
     }
 
-    /// Asks its servo anew what it is and how it is set up.
+    /// Restarts identification and inspection of its servo.
     pub(super) fn begin_anew(&mut self) {
         self.link = Link::Unknown;
         self.power = Power::Unknown { was_on: false };
@@ -101,7 +102,7 @@ impl Joint {
         self.clock.forget();
     }
 
-    /// Switches the torque off where no commander has been there for long.
+    /// Switches torque off after commands have been absent for long.
     pub(super) fn release(&mut self, now: Instant) {
         let is_known =
             matches!(self.power, Power::Found { .. } | Power::Rising { is_on: true, .. } | Power::On { .. });
@@ -113,7 +114,7 @@ impl Joint {
         }
     }
 
-    /// Switches the torque off from `now` on, whatever it is doing.
+    /// Switches torque off from `now` on, in any state.
     pub(super) fn cut(&mut self, now: Instant) {
         self.power = Power::Cutting { tell_at: now };
         (self.motion, self.goal, self.cut_at, self.behind_since) = (Motion::Idle, None, None, None);
@@ -122,7 +123,7 @@ impl Joint {
         }
     }
 
-    /// Ends the licence at once; a lock stays.
+    /// Disarms the joint at once. A lock stays.
     pub(super) fn disarm(&mut self, cause: JointCause) {
         let ending = self.licence.ending();
         match self.licence {
@@ -136,7 +137,7 @@ impl Joint {
         self.abandon_rise();
     }
 
-    /// Ends the licence once the joint has stopped; at once where it does not move.
+    /// Disarms or locks the joint once it has stopped; at once if it does not move.
     pub(super) fn end_licence(&mut self, ending: Ending) {
         let Licence::Armed { after, lapses_at, ending: before } = self.licence else {
             if ending.locks && !self.licence.is_locked() {
@@ -144,7 +145,7 @@ impl Joint {
             }
             return;
         };
-        // A lock outranks all else, and the first one stands.
+        // A lock replaces a mere disarming; the first lock stays.
         let ending = before.filter(|before| before.locks || !ending.locks).unwrap_or(ending);
         if self.motion == Motion::Idle {
             self.abandon_rise();
@@ -156,7 +157,7 @@ impl Joint {
         }
     }
 
-    /// Breaks off what has not come to torque yet.
+    /// Aborts switching torque on.
     pub(super) fn abandon_rise(&mut self) {
         if let Power::Rising { step, is_on, is_tripped } = self.power {
             let watchdog = match step {
@@ -168,7 +169,7 @@ impl Joint {
         }
     }
 
-    /// Gives the licence, takes it, and lets it lapse.
+    /// Updates the arming state: automatic arming, disarming, and lapse of an order.
     pub(super) fn license(&mut self, now: Instant) {
         let Orders { live, halt, body_stopped, .. } = self.orders;
         if !live || body_stopped {
@@ -176,7 +177,7 @@ impl Joint {
         }
         self.lock_beyond_limits(now);
         match self.licence {
-            // What comes up does so while others stand still; then it waits for them.
+            // Torque may come on while others are stopped; then the joint waits for them.
             Licence::Armed { .. } if self.power.is_on() && halt.is_some() => {
                 let cause = halt.unwrap_or(JointCause::GroupStopped);
                 self.end_licence(Ending { cause, locks: false });
@@ -187,7 +188,7 @@ impl Joint {
                 self.disarm(after);
             }
             Licence::Armed { after, ending: Some(ending), lapses_at } => {
-                // What stopped it is over, and the configuration says that it need not wait for a person.
+                // The reason of the stop is gone, and the configuration allows automatic arming after it.
                 if !ending.locks && live && halt.is_none() && self.policy.arms_after(ending.cause) {
                     self.licence = Licence::Armed { after, lapses_at, ending: None };
                 }
@@ -199,8 +200,8 @@ impl Joint {
         }
     }
 
-    /// Whether an order to arm means it: its servo answers, or is being asked; and what has torque already does not
-    /// have to stand still for others, unless those wait for it as well.
+    /// Whether an order arms the joint: its servo answers or is being identified. A joint that already has torque and
+    /// has to wait for others is not armed, unless those wait for it as well.
     pub(super) fn may_be_armed(&self) -> bool {
         let waits = match self.power {
             Power::On { .. } => self.orders.halt.is_some(),
@@ -210,7 +211,7 @@ impl Joint {
         self.let_go.is_none() && !self.is_absent() && !waits
     }
 
-    /// Locks it where it was found too far beyond its limits.
+    /// Locks the joint if it was found too far beyond its limits.
     pub(super) fn lock_beyond_limits(&mut self, now: Instant) {
         let is_at_rest = self.motion == Motion::Idle && !self.licence.is_locked();
         let Some(rad) = self.beyond_rad(now).filter(|_| is_at_rest && matches!(self.link, Link::Answering))

@@ -2,44 +2,45 @@ use clock::Instant;
 use config::leo::ArmingCause;
 use message::{JointCause, JointLicence};
 
-/// Whether a joint may move. A reset permits motion and does not start it (ISO 13850, 4.1.4; 2006/42/EC, annex I,
-/// 1.2.4.3): whatever ended the licence, a person gives it again, or the configuration for causes that it names.
+/// Arming state of a joint: whether it may move. A reset permits motion and does not start it (ISO 13850, 4.1.4;
+/// 2006/42/EC, annex I, 1.2.4.3). Whatever disarmed the joint, an operator arms it again, or the configuration for
+/// the causes that it names.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Licence {
-    /// Not until the cause is gone and a person has acknowledged it.
+    /// Not before the cause is gone and an operator has acknowledged it.
     Locked {
-        /// Why.
+        /// Why it is locked.
         cause: JointCause,
-        /// The number of the lock, once it has one: an acknowledgement names the newest that a person saw.
+        /// Number of the lock, once assigned. An acknowledgement names the newest lock that the operator saw.
         number: Option<u64>,
     },
-    /// Not until it is armed.
+    /// Not before it is armed.
     Disarmed {
-        /// What ended the licence.
+        /// Why it is disarmed.
         cause: JointCause,
     },
-    /// It may.
+    /// The joint may move.
     Armed {
-        /// What had ended the licence before.
+        /// Why it was disarmed before.
         after: JointCause,
-        /// When the order lapses that armed it, unless its torque is on by then; never where it was armed by itself.
+        /// When the arming order lapses if torque is not on by then; `None` after automatic arming.
         lapses_at: Option<Instant>,
-        /// It is being ended: the joint stops first.
+        /// Set while the joint decelerates before it is disarmed or locked.
         ending: Option<Ending>,
     },
 }
 
-/// How a licence ends.
+/// How an armed joint becomes disarmed or locked.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Ending {
-    /// Why.
+    /// Why the joint loses its arming.
     pub(crate) cause: JointCause,
-    /// Whether the joint is locked then, and not only disarmed.
+    /// Whether the joint becomes locked, and not only disarmed.
     pub(crate) locks: bool,
 }
 
 impl Ending {
-    /// The licence that is left.
+    /// The resulting arming state.
     pub(crate) const fn licence(self) -> Licence {
         if self.locks {
             Licence::Locked { cause: self.cause, number: None }
@@ -50,7 +51,7 @@ impl Ending {
 }
 
 impl Licence {
-    /// What is published of it, and why it is so.
+    /// The published arming state and its cause.
     pub(crate) const fn published(self) -> (JointLicence, JointCause) {
         match self {
             Self::Locked { cause, .. } => (JointLicence::Locked, cause),
@@ -59,22 +60,21 @@ impl Licence {
         }
     }
 
-    /// Whether it is given, and is not being ended.
+    /// Whether the joint is armed, and is not being disarmed.
     pub(crate) const fn is_given(self) -> bool {
         matches!(self, Self::Armed { ending: None, .. })
     }
 
-    /// Whether it is given, also while it is being ended.
+    /// Whether the joint is armed, also while it is being disarmed.
     pub(crate) const fn is_armed(self) -> bool {
         matches!(self, Self::Armed { .. })
     }
 
-    /// Whether the joint is locked.
     pub(crate) const fn is_locked(self) -> bool {
         matches!(self, Self::Locked { .. })
     }
 
-    /// How it is being ended, if it is.
+    /// How the joint is being disarmed, if it is.
     pub(crate) const fn ending(self) -> Option<Ending> {
         match self {
             Self::Armed { ending, .. } => ending,
@@ -83,7 +83,8 @@ impl Licence {
     }
 }
 
-/// What a cause is to the configuration of automatic arming; `None` for those after which a person always has to arm.
+/// The matching cause in the configuration of automatic arming; `None` for causes after which an operator always has
+/// to arm.
 pub(crate) const fn arming_cause(cause: JointCause) -> Option<ArmingCause> {
     match cause {
         JointCause::NotStarted => Some(ArmingCause::Start),
@@ -104,7 +105,7 @@ pub(crate) const fn arming_cause(cause: JointCause) -> Option<ArmingCause> {
     }
 }
 
-/// Whether a joint that lost its licence for this cause did so by itself: then its group waits for it.
+/// Whether the cause is a fault of the joint itself. Then its group waits for it.
 pub(crate) const fn is_own_fault(cause: JointCause) -> bool {
     matches!(
         cause,

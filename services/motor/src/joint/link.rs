@@ -3,32 +3,32 @@ use message::{JointCause, JointLink};
 
 use crate::doubt::Doubt;
 
-/// What is known of the connection to a joint's servo.
+/// State of the connection to a joint's servo.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Link {
-    /// It has not answered yet: it is pinged.
+    /// The servo has not answered yet: it is pinged.
     Unknown,
-    /// It is there, and is the configured model. How it is set up is read, and written where it differs.
+    /// The servo is present and of the configured model. Its setup is read, and written if it differs.
     Identified(Setup),
-    /// It is set up: it is read in every cycle.
+    /// The servo is set up: it is read in every cycle.
     Answering,
-    /// It does not answer, or cannot be believed.
+    /// The servo does not answer, or its readings are not trusted.
     Silent {
-        /// When it is asked next whether it is there.
+        /// When it is pinged next.
         ask_at: Instant,
         /// Why it is left alone until then.
         cause: JointCause,
     },
-    /// Its answers arrive broken: do two servos answer at once?
+    /// Its answers are corrupt: it is probed for a duplicate identifier.
     Doubted(Doubt),
 }
 
-/// The steps of setting a servo up.
+/// Steps of setting a servo up.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Setup {
-    /// Read how it is set up.
+    /// Read the setup.
     Inspect,
-    /// Switch its torque off: the EEPROM is locked while it is on.
+    /// Switch its torque off: the EEPROM is locked while torque is on.
     Unlock,
     /// Write return delay, drive mode and operating mode.
     Mode,
@@ -37,7 +37,7 @@ pub(crate) enum Setup {
 }
 
 impl Link {
-    /// What is published of it.
+    /// The published link state.
     pub(crate) const fn published(self) -> JointLink {
         match self {
             Self::Unknown => JointLink::Unknown,
@@ -48,12 +48,11 @@ impl Link {
         }
     }
 
-    /// Whether the servo is quarantined.
     pub(crate) const fn is_quarantined(self) -> bool {
         matches!(self, Self::Silent { .. } | Self::Doubted(_))
     }
 
-    /// Whether it is not known yet that one servo answers, and that it is set up as it should be.
+    /// Whether it is not known yet that exactly one servo answers, and that it is set up correctly.
     pub(crate) const fn is_unsettled(self) -> bool {
         matches!(self, Self::Unknown | Self::Identified(_) | Self::Doubted(_))
     }

@@ -2,57 +2,59 @@ use clock::Instant;
 use message::JointMotion;
 use servo::Motion as Setpoint;
 
-/// How a joint moves. Other than [`Idle`](Self::Idle) only where the link answers, the power is on by the joint's own
-/// doing, the licence is armed, and the servo's bus watchdog is set.
+/// State of a joint's motion. States other than [`Idle`](Self::Idle) require four things: the link answers, this
+/// process has switched torque on, the joint is armed, and the servo's bus watchdog is set.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Motion {
     /// No goal is sent.
     Idle,
-    /// The servo goes back within its limits by itself, slowly: it refuses any goal that lies where it stands.
+    /// The servo returns within its limits by its own slow profile, because it refuses a goal at its present
+    /// position.
     Align {
         /// The limit that it goes to, in radians of the joint.
         to_rad: f64,
     },
-    /// The servo was told to stay where it is on its way back: torque off and on again makes that its goal.
+    /// The servo was told to stay where it is during [`Align`](Self::Align): torque off and on again makes its
+    /// present position the goal.
     Stay {
-        /// When it acknowledged that, and where it stood then.
+        /// When it acknowledged that, and its position then, in radians of the joint.
         told: Option<(Instant, f64)>,
     },
-    /// After goals, no faster than the soft start.
+    /// Follows goals, no faster than the soft start.
     Soft {
-        /// The command.
+        /// The setpoint.
         at: Setpoint,
         /// When the soft start is over.
         until: Instant,
     },
-    /// After goals.
+    /// Follows goals.
     Track {
-        /// The command.
+        /// The setpoint.
         at: Setpoint,
     },
-    /// Slowing down to a stop.
+    /// Decelerates to a stop.
     Halt {
-        /// The command.
+        /// The setpoint.
         at: Setpoint,
     },
-    /// At rest, for goals to come.
+    /// At rest, waiting for goals.
     Hold {
-        /// The command.
+        /// The setpoint.
         at: Setpoint,
         /// Since when.
         since: Instant,
     },
-    /// Slowly to the rest pose, before torque goes off.
+    /// Moves slowly to the rest pose, before torque goes off.
     Retreat {
-        /// The command.
+        /// The setpoint.
         at: Setpoint,
-        /// When torque goes off, wherever it is.
+        /// When torque goes off, at any position.
         until: Instant,
     },
 }
 
 impl Motion {
-    /// The command, where one is sent.
+    /// The setpoint that is sent, if any.
     pub(crate) const fn setpoint(self) -> Option<Setpoint> {
         match self {
             Self::Idle | Self::Align { .. } | Self::Stay { .. } => None,
@@ -64,7 +66,7 @@ impl Motion {
         }
     }
 
-    /// The same with another command.
+    /// The same state with another setpoint.
     pub(crate) const fn with(self, at: Setpoint) -> Self {
         match self {
             Self::Idle | Self::Align { .. } | Self::Stay { .. } => self,
@@ -77,7 +79,7 @@ impl Motion {
     }
 }
 
-/// What is published of it: a servo that has been told to stay halts until it was read to stand.
+/// The published motion state. A servo that was told to stay is decelerating until a reading shows that it stands.
 pub(crate) const fn published(motion: Motion, stays: bool) -> JointMotion {
     match motion {
         Motion::Idle => JointMotion::Idle,

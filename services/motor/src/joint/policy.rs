@@ -5,7 +5,7 @@ use servo::HardwareErrors;
 
 use super::licence::arming_cause;
 
-/// Every cause after which a configuration may have joints armed by themselves.
+/// All causes after which the configuration may allow automatic arming.
 const ARMING_CAUSES: [ArmingCause; 9] = [
     ArmingCause::Start,
     ArmingCause::CommandTimeout,
@@ -18,10 +18,10 @@ const ARMING_CAUSES: [ArmingCause; 9] = [
     ArmingCause::EmergencyStop,
 ];
 
-/// What the configuration says of every joint alike.
+/// Settings that are equal for all joints.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Policy {
-    /// The cycle of the commands.
+    /// Cycle period of the setpoints.
     pub(crate) period: Duration,
     pub(crate) command_timeout: Duration,
     pub(crate) soft_start: Duration,
@@ -30,17 +30,17 @@ pub(crate) struct Policy {
     pub(crate) max_tracking_error_rad: f64,
     pub(crate) blocked_after: Duration,
     pub(crate) max_beyond_limits_rad: f64,
-    /// How long a joint holds after an alert, and how long it may take to its rest pose then.
+    /// How long a joint holds after an alert, and the longest duration of the motion to its rest pose then.
     pub(crate) hold: Duration,
     pub(crate) lower_within: Duration,
-    /// The reaction to each hardware error, by its bit.
+    /// Reaction to each hardware error, by its bit.
     reactions: [(u8, AlertReaction); 5],
-    /// By the place of a cause among [`ARMING_CAUSES`], whether joints are armed by themselves after it.
+    /// Whether joints are armed automatically after a cause, in the order of [`ARMING_CAUSES`].
     automatic: [bool; ARMING_CAUSES.len()],
 }
 
 impl Policy {
-    /// What `settings` says for a robot of which all servos are simulated, or not.
+    /// Reads the settings. `is_simulated`: whether all servos of the robot are simulated.
     pub(crate) fn new(settings: &Motor, is_simulated: bool) -> Self {
         let AlertReactions {
             input_voltage,
@@ -74,15 +74,15 @@ impl Policy {
         }
     }
 
-    /// Whether a joint is armed by itself after this cause.
+    /// Whether a joint is armed automatically after this cause.
     pub(crate) fn arms_after(&self, cause: JointCause) -> bool {
         let place =
             arming_cause(cause).and_then(|cause| ARMING_CAUSES.iter().position(|known| *known == cause));
         place.and_then(|place| self.automatic.get(place)).is_some_and(|is_automatic| *is_automatic)
     }
 
-    /// What is done about these hardware errors, where the group of the joint does `most` at most: that of the error
-    /// that asks for the least. As long as it is not known which they are, the joint holds.
+    /// Reaction to these hardware errors: that of the error that asks to switch torque off earliest, in the order limp,
+    /// hold, lower. `most` is the limit of the joint's group. As long as the errors are unknown, the joint holds.
     pub(crate) fn reaction(&self, errors: HardwareErrors, most: AlertReaction) -> AlertReaction {
         let asked =
             self.reactions.iter().filter(|(bit, _)| errors.0 & bit != 0).map(|(_, reaction)| *reaction);

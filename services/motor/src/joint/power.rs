@@ -1,72 +1,73 @@
 use clock::Instant;
 use message::JointPower;
 
-/// What is known of the torque of a joint's servo.
+/// Known torque state of a joint's servo.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Power {
-    /// Nothing: the servo has not been inspected since it answers.
+    /// Unknown: the servo has not been inspected since it answers.
     Unknown {
-        /// Whether the joint had switched it on when its servo fell silent.
+        /// Whether the joint had switched torque on when its servo became silent.
         was_on: bool,
     },
-    /// The servo has said that it is off.
+    /// The servo has confirmed that torque is off.
     Off,
-    /// It was found on.
+    /// Torque was found on.
     Found {
-        /// The servo's own bus watchdog.
+        /// State of the servo's bus watchdog.
         watchdog: Watchdog,
-        /// When it was told to stay where it is, if it moved, and where it stood then.
+        /// When the servo was told to stay where it is, if it moved, and its position then, in radians of the joint.
         stay: Option<(Instant, f64)>,
     },
-    /// It is being switched on.
+    /// Torque is being switched on.
     Rising {
         /// The next step.
         step: Rise,
-        /// Whether it may be on already.
+        /// Whether torque may be on already.
         is_on: bool,
         /// Whether the bus watchdog has tripped and has to be cleared first.
         is_tripped: bool,
     },
-    /// The joint has switched it on, and the servo's bus watchdog is armed.
+    /// This process has switched torque on, and the servo's bus watchdog is armed.
     On {
-        /// The goal that the servo holds, in radians of the joint.
+        /// Goal position that the servo holds, in radians of the joint.
         goal_rad: f64,
-        /// Whether the servo has the acceleration of operation, and no longer that of the soft start.
+        /// Whether the servo has the acceleration of normal operation, and no longer that of the soft start.
         is_quick: bool,
-        /// Whether its duty is bounded: the joint is far behind its command, and freed it would turn at full speed.
+        /// Whether its goal PWM is limited: the joint is far behind its setpoint, and would turn at full speed once
+        /// released.
         is_bounded: bool,
     },
-    /// The servo is told to switch it off, and has not confirmed it.
+    /// The servo is told to switch torque off, and has not confirmed it.
     Cutting {
         /// When it is told next.
         tell_at: Instant,
     },
 }
 
-/// A servo's own bus watchdog (item 98).
+/// State of a servo's own bus watchdog (item 98).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Watchdog {
-    /// It is off, or has another time than ours.
+    /// Disabled, or set to another time than ours.
     Unset,
-    /// It has tripped: goals are locked until it is cleared.
+    /// Tripped: goals are ignored until it is cleared.
     Tripped,
-    /// It is set.
+    /// Set.
     Armed,
 }
 
-/// The steps of switching torque on. The bus watchdog is armed before anything that can move.
+/// Steps of switching torque on. The bus watchdog is armed before any step that can cause motion.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Rise {
-    /// Arm the bus watchdog; clear it before, only where it has tripped.
+    /// Arm the bus watchdog; clear it first if it has tripped.
     Guard,
-    /// Write the profile of the soft start, and a goal that is where the servo stands.
+    /// Write the profile of the soft start, and the present position as the goal.
     Aim,
     /// Arm the watchdog once more, and switch torque on, in one exchange.
     Torque,
 }
 
 impl Power {
-    /// What is published of it.
+    /// The published power state.
     pub(crate) const fn published(self) -> JointPower {
         match self {
             Self::Unknown { .. } => JointPower::Unknown,
@@ -78,7 +79,7 @@ impl Power {
         }
     }
 
-    /// Whether the servo may have torque, as far as is known.
+    /// Whether torque may be on, as far as is known.
     pub(crate) const fn may_be_on(self) -> bool {
         match self {
             Self::Off => false,
@@ -87,24 +88,24 @@ impl Power {
         }
     }
 
-    /// Whether the joint itself has switched it on, or is about to.
+    /// Whether this process has switched torque on, or is about to.
     pub(crate) const fn is_ours(self) -> bool {
         matches!(self, Self::On { .. } | Self::Rising { .. })
     }
 
-    /// Whether the joint itself has switched it on.
+    /// Whether this process has switched torque on.
     pub(crate) const fn is_on(self) -> bool {
         matches!(self, Self::On { .. })
     }
 }
 
-/// What is known of a servo that did not take the duty that it was told. One whose bus watchdog has tripped takes none.
+/// State of the last write of goal PWM. A servo whose bus watchdog has tripped refuses it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum RefusedDuty {
-    /// It took the last one.
+    /// The servo accepted the last one.
     No,
-    /// Its watchdog has to be looked at.
+    /// Refused; the state of the watchdog has to be read.
     Unexplained,
-    /// Its watchdog has not tripped.
+    /// Refused, although the watchdog has not tripped.
     NotByWatchdog,
 }

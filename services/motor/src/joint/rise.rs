@@ -1,4 +1,4 @@
-//! How a joint's servo is set up, switched on, and switched off: what it is told next.
+//! Selects the next instruction to a joint's servo: setup, torque on, torque off.
 
 use clock::{Duration, Instant};
 use message::JointCause;
@@ -14,13 +14,13 @@ use crate::doubt::Came;
 use crate::job::{self, Bounds, Job};
 use crate::notice::Notice;
 
-/// The counts of a duty of 100 % (items 36 and 100).
+/// Value of goal PWM at a duty of 100 % (items 36 and 100).
 const FULL_DUTY: u16 = 885;
-/// A servo that does not stand so long after it was told to stay has not heard all of it, and is told again.
+/// A servo that still moves this long after it was told to stay has missed part of it, and is told again.
 const STANDS_AFTER: Duration = Duration::from_millis(200);
 
 impl Joint {
-    /// What its servo is to be told next, if anything.
+    /// Next job for its servo, if any.
     pub(crate) fn job(&mut self, now: Instant, may_arm: bool) -> Option<Job> {
         let is_cutting = matches!(self.power, Power::Cutting { .. });
         if !is_cutting && self.reboot_at.is_some_and(|at| now >= at) {
@@ -35,11 +35,11 @@ impl Joint {
             return (now >= tell_at).then_some(Job::Torque(false));
         }
         match self.link {
-            // Another model, say: it is left alone until a person has acknowledged that.
+            // A servo of another model, for example, is left alone until an operator has acknowledged that.
             Link::Unknown if self.licence.is_locked() && matches!(self.power, Power::Off) => None,
             Link::Unknown => Some(Job::Ping),
             Link::Identified(Setup::Inspect) => Some(Job::Inspect),
-            // What is overwritten is told before it is written.
+            // The operator is informed about an overwritten item before it is written.
             Link::Identified(Setup::Unlock | Setup::Mode | Setup::Limits) if !self.notices.is_empty() => None,
             Link::Identified(Setup::Unlock) => Some(Job::Torque(false)),
             Link::Identified(Setup::Mode) => Some(Job::SetMode),
@@ -51,7 +51,7 @@ impl Joint {
         }
     }
 
-    /// What a servo that is set up is told next.
+    /// Next job for a servo that is set up.
     fn power_job(&mut self, now: Instant, may_arm: bool) -> Option<Job> {
         if may_arm && self.licence.is_given() && !self.is_unproven() {
             self.begin_rise();
@@ -63,12 +63,12 @@ impl Joint {
             }
             Power::Found { watchdog: Watchdog::Unset, .. } => Some(Job::Guard { clear: false }),
             Power::Found { watchdog: Watchdog::Tripped, .. } => Some(Job::Guard { clear: true }),
-            // Sent on its way by a process that is no more.
+            // The servo may still move towards a goal of an earlier process.
             Power::Found { stay, .. } => self.stay_job(now, stay, self.comes_back()),
             Power::Rising { step: Rise::Guard, is_tripped, .. } => Some(Job::Guard { clear: is_tripped }),
             Power::Rising { step: Rise::Aim, is_on, .. } => self.aim(now, is_on),
             Power::Rising { step: Rise::Torque, is_tripped, .. } => {
-                // Whether it is on is not known where the answer is lost.
+                // If the answer is lost, torque may be on.
                 self.power = Power::Rising { step: Rise::Torque, is_on: true, is_tripped };
                 Some(Job::Torque(true))
             }
@@ -77,7 +77,7 @@ impl Joint {
         }
     }
 
-    /// Begins to switch torque on, where that has not begun.
+    /// Begins to switch torque on, if that has not begun.
     const fn begin_rise(&mut self) {
         let (is_on, watchdog) = match self.power {
             Power::Off => (false, Watchdog::Unset),
@@ -88,13 +88,13 @@ impl Joint {
         self.power = Power::Rising { step, is_on, is_tripped: matches!(watchdog, Watchdog::Tripped) };
     }
 
-    /// The profile of the soft start, and a goal that is where it stands.
+    /// Job that writes the profile of the soft start, and the present position as the goal.
     fn aim(&self, now: Instant, is_on: bool) -> Option<Job> {
         let stands_rad = self.standing(now)?;
         let slow_rad_s = self.policy.soft_start_rad_s.min(self.velocity_rad_s());
         let (acceleration, velocity) = (acceleration(LOW_ACCELERATION_RAD_S2), velocity(slow_rad_s));
         if is_on && self.is_far_from(stands_rad) {
-            // With its limit for a goal it would move before its joint does.
+            // With its limit as the goal the servo would move before its joint is commanded to.
             return Some(Job::Profile([acceleration, velocity]));
         }
         let goal = position_count(self.settings.servo_rad(stands_rad));
@@ -125,17 +125,17 @@ impl Joint {
         }
     }
 
-    /// The duty that its servo is to be told, where it has another one: bounded while the joint is far behind its command.
+    /// New value of goal PWM, if it has to change: limited while the joint is far behind its setpoint.
     ///
-    /// A profile bounds how fast the servo's own trajectory runs, not how fast the shaft catches up with it. So a joint
-    /// that is held presses with less, and turns no faster than it may once it is free.
+    /// A profile limits the speed of the servo's own trajectory, but not how fast the shaft catches up with it. With
+    /// a limited PWM a joint that is held presses with less force, and does not exceed its speed limit once released.
     fn duty_to_tell(&self, now: Instant) -> Option<u16> {
         let (Power::On { is_bounded, .. }, Some(bounds)) = (self.power, self.bounds) else { return None };
         let is_behind = self.is_far_behind(now, is_bounded);
         (is_behind != is_bounded).then(|| if is_behind { self.bounded_duty(bounds) } else { bounds.duty })
     }
 
-    /// The duty at which the servo turns no faster than its joint may, without load.
+    /// The PWM at which the servo without load turns no faster than its joint may.
     fn bounded_duty(&self, bounds: Bounds) -> u16 {
         let no_load_rad_s =
             servo::velocity_rad_s(i32::try_from(self.model.velocity_limit()).unwrap_or(i32::MAX));
@@ -144,29 +144,29 @@ impl Joint {
         u16::try_from(duty).unwrap_or(FULL_DUTY).clamp(1, bounds.duty.max(1))
     }
 
-    /// Tells a servo that shall stay where it is, and tells it again where it does not stand in time.
+    /// Tells a servo to stay where it is, and repeats that if the servo does not stand in time.
     fn stay_job(&self, now: Instant, told: Option<(Instant, f64)>, shall_stay: bool) -> Option<Job> {
         let goes_on = |(told_at, _)| now >= told_at + STANDS_AFTER && !self.stays();
         told.map_or(shall_stay, goes_on).then_some(Job::Stay)
     }
 
-    /// Since when it has been time to look how its servo is, if it is.
+    /// Since when a condition read has been due, if it is.
     pub(crate) fn look_due(&self, now: Instant) -> Option<Instant> {
         (self.is_read() && now >= self.look_at).then_some(self.look_at)
     }
 
-    /// Looks how its servo is.
+    /// Job that reads the condition, and schedules the next one.
     pub(crate) fn look(&mut self, now: Instant) -> Job {
         self.look_at = now + LOOK_EVERY;
         Job::Look
     }
 
-    /// Goes on after a job was done.
+    /// Advances the state machines after a job was done.
     pub(super) fn advance(&mut self, now: Instant, job: Job, answer: &[u8]) {
         match (self.link, self.power, job) {
             (Link::Unknown | Link::Silent { .. }, _, Job::Ping | Job::LetGo) => self.identified(now, answer),
             (Link::Identified(Setup::Inspect), _, Job::Inspect) if !job::answers_all(answer) => {
-                // It was told in vain.
+                // The servo did not take over the status return level.
                 self.contact.unacknowledged += 1;
                 self.missed(now, false);
             }
@@ -193,7 +193,7 @@ impl Joint {
             (_, Power::Rising { step: Rise::Torque, .. }, Job::Torque(true)) => self.risen(now),
             (_, Power::On { goal_rad, is_bounded, .. }, Job::Profile(_)) => {
                 self.power = Power::On { goal_rad, is_quick: true, is_bounded };
-                // The job has told it another velocity.
+                // The job has written another velocity.
                 self.told = None;
             }
             (_, Power::On { goal_rad, is_quick, .. }, Job::Duty(duty)) => {
@@ -205,7 +205,7 @@ impl Joint {
                 self.motion = Motion::Stay { told: self.stood(now) };
             }
             (_, _, Job::Look) => self.looked_at(now, answer),
-            // It was told for a state that has passed.
+            // The answer belongs to a state that has passed.
             _ => {}
         }
     }
@@ -214,8 +214,7 @@ impl Joint {
         self.reading.map(|(_, reading)| (now, reading.position_rad))
     }
 
-    /// Takes what came to a question that one servo answers; whether it is sure now that there are
-    /// two.
+    /// Processes the result of one probe for a duplicate identifier. Returns whether a duplicate is certain now.
     pub(crate) fn doubted(&mut self, now: Instant, came: Came) -> bool {
         let Link::Doubted(mut doubt) = self.link else { return false };
         let verdict = doubt.note(came);
@@ -226,15 +225,15 @@ impl Joint {
         verdict == Some(true)
     }
 
-    /// Asks whether its servo is there. One that shall have no torque is told so as well: it may hear what it does not
-    /// answer.
+    /// Pings a silent servo. If its torque must be off, the job also writes torque off: a servo that does not answer
+    /// may still receive.
     fn call(&mut self) -> Job {
         let is_cutting = matches!(self.power, Power::Cutting { .. });
         if !(is_cutting || (self.orders.limp && self.power.may_be_on())) {
             return Job::Ping;
         }
         if !is_cutting {
-            // If it comes back without torque, it has not begun anew.
+            // If it comes back without torque, this was not a restart.
             self.power = Power::Unknown { was_on: false };
             self.disarm(JointCause::CommandTimeout);
         }
@@ -254,7 +253,7 @@ impl Joint {
         }
     }
 
-    /// Takes how its servo is set up.
+    /// Processes the answer to the inspection.
     fn inspected(&mut self, now: Instant, setup: &[u8]) {
         let (min, max) = self.limit_counts();
         let has_torque = job::has_torque(setup);
@@ -265,7 +264,7 @@ impl Joint {
         self.contact.trusted_at = self.contact.trusted_at.map(|_| now + PROVEN_AFTER);
         self.link = Link::Answering;
         if was_on && !has_torque {
-            // It was not only silent: its group holds until it moves again.
+            // It was not only silent: its group holds until it is back.
             self.incidents.restarts += 1;
             self.disarm(JointCause::Restarted);
         }
@@ -288,7 +287,8 @@ impl Joint {
         }
     }
 
-    /// The limits that its servo was found with, where they are neither its own nor those from the factory.
+    /// Position limits that its servo was found with, in counts, if they are neither its own nor those from the
+    /// factory.
     pub(crate) fn foreign_limits(&self) -> Option<(i32, i32)> {
         let is_fresh = matches!(self.link, Link::Identified(Setup::Unlock)) && !self.are_limits_acknowledged;
         let mut found = (None, None);
@@ -309,7 +309,8 @@ impl Joint {
         (found != (None, None) && limits != job::FACTORY_LIMITS).then_some(limits)
     }
 
-    /// Its servo has the limits of another joint: nothing of it is written before a person has looked.
+    /// Locks the joint because its servo has the limits of joint `other`. Nothing is written to the servo before an
+    /// operator has acknowledged that.
     pub(crate) fn refuse_as_other(&mut self, now: Instant, other: usize) {
         self.notices = crate::notice::Notices::default();
         self.link = Link::Answering;
@@ -318,9 +319,9 @@ impl Joint {
 
     /// Torque is on.
     fn risen(&mut self, now: Instant) {
-        // It begins where it stands now, and not where it was to stand when torque came on.
+        // The motion begins at the present position, which may have changed since the goal was written.
         let Some(goal_rad) = self.standing(now) else { return };
-        // An earlier process may have left it bounded.
+        // An earlier process may have left its PWM limited.
         let is_bounded = self.bounds.is_some_and(|bounds| bounds.goal_duty < bounds.duty);
         self.power = Power::On { goal_rad, is_quick: false, is_bounded };
         self.refused_aims = 0;
@@ -332,8 +333,8 @@ impl Joint {
         }
     }
 
-    /// Has its servo begin anew. It counts as done, whatever is answered: a servo that did not hear it reports its
-    /// alert once more when it is asked what it is, and one whose answer was lost must not be told twice.
+    /// Reboots its servo and assumes success, without a retry. If the instruction was lost, the next inspection
+    /// reports the alert again. A servo whose answer was lost must not be rebooted twice.
     fn reboot(&mut self, now: Instant) -> Job {
         self.reboots += 1;
         (self.trouble, self.reaction, self.reboot_at) = (None, None, None);
@@ -346,7 +347,7 @@ impl Joint {
     }
 }
 
-/// An acceleration of a profile in counts. Zero would be without limit.
+/// A profile acceleration in counts, at least 1: zero would mean unlimited.
 fn acceleration(rad_s2: f64) -> i32 {
     acceleration_count(rad_s2).clamp(1, 32_767)
 }

@@ -1,4 +1,4 @@
-//! What is published of a joint.
+//! The published state of a joint.
 
 use message::{JointCause, JointLicence, JointMachines, JointMode, JointState};
 use servo::Reading;
@@ -39,7 +39,7 @@ impl Joint {
         command_rad.map_or(state, |command_rad| state.with_command(command_rad))
     }
 
-    /// The four machines in one word, and why.
+    /// Summarises the four state machines in one mode and its cause.
     fn mode(&self) -> (JointMode, JointCause) {
         let cause = self.let_go.unwrap_or_else(|| self.licence_cause());
         if let Power::Cutting { .. } = self.power {
@@ -98,7 +98,7 @@ impl Joint {
         }
     }
 
-    /// Whether a servo that moves by itself is on its way to a stop, or stands.
+    /// Whether a servo that this process does not command is decelerating, or stands.
     fn pace(&self) -> JointMode {
         let has_to_stay = matches!(self.motion, Motion::Stay { .. }) || self.comes_back();
         let is_told = matches!(self.power, Power::Found { stay: Some(_), .. });

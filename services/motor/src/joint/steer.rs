@@ -1,4 +1,4 @@
-//! How a joint moves: what begins and ends each motion, and the command of every cycle.
+//! Trajectory of a joint: begins and ends motions, and computes the setpoint of every cycle.
 
 use clock::{Duration, Instant};
 use config::leo::AlertReaction;
@@ -9,41 +9,41 @@ use super::{Ending, FRESH, Joint, Motion, Power, Rise, SETTLE, STILL_RAD_S, Watc
 use crate::Trouble;
 use crate::derating::derating;
 
-/// A joint that is so close to the bound of its tracking error, as a share of it, is at the bound: its command waits.
+/// Tracking error from which a joint counts as at its bound, as a share of the bound. From there its setpoint waits.
 const AT_BOUND: f64 = 0.9;
-/// Of the bound, how far behind a joint is whose servo's duty is bounded. One that is this close has caught up: what is
-/// left it cannot turn fast.
+/// Tracking error from which the servo's PWM is limited, as a share of the bound. The second value is the error below
+/// which the joint has caught up: it cannot turn fast over such a short way.
 const FAR_BEHIND: f64 = 0.4;
 const CAUGHT_UP_RAD: f64 = 0.006;
-/// How much faster than its command a servo turns for each radian that it is behind, and how much slower where it is
-/// ahead: by half at most.
+/// How much faster than its setpoint a servo turns per radian that it lags behind. The second value is the lowest
+/// speed if it is ahead, as a share of the setpoint's.
 const CATCH_UP_PER_S: f64 = 8.0;
 const SLOWER: f64 = 0.5;
-/// The slowest profile: what is left of a motion is not crept over.
+/// Lowest profile velocity, so that a motion does not end in a creep.
 const SLOWEST_RAD_S: f64 = 0.05;
-/// The acceleration of the soft start: slow, so that what is wrong is seen before it is fast.
+/// Acceleration of the soft start: low, so that a fault shows before the joint is fast.
 pub(super) const LOW_ACCELERATION_RAD_S2: f64 = 5.0;
-/// How much more than the joint its servo's profile may accelerate: enough to keep up with commands that are smooth,
-/// and yet a limit.
+/// Ratio of the servo's profile acceleration to the joint's limit: enough to follow smooth setpoints, and yet a
+/// limit.
 pub(super) const ACCELERATION_MARGIN: f64 = 8.0;
-/// At rest, how much faster than needed a profile may be, in counts.
+/// At rest, by how many counts the profile velocity in the servo may exceed the needed one.
 const CLOSE_COUNTS: i32 = 4;
-/// How long a profile's velocity that did not change is believed to be what was told.
+/// Period after which an unchanged profile velocity is written again.
 const TOLD_EVERY: Duration = Duration::from_millis(500);
-/// A joint that is so close to its rest pose has arrived there.
+/// Distance from the rest pose within which a joint has arrived.
 const ARRIVED_RAD: f64 = 0.02;
 
-/// What a servo is told in a cycle, in counts.
+/// Goal of a servo in one cycle, in counts.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Command {
-    /// The goal position.
+    /// Goal position.
     pub(crate) position: i32,
-    /// The velocity of the profile, where the servo may have another one.
+    /// Profile velocity, if the servo may have another one.
     pub(crate) velocity: Option<i32>,
 }
 
 impl Joint {
-    /// Begins and ends motions, by what is known now.
+    /// Changes the state of motion by the current conditions.
     pub(super) fn conduct(&mut self, now: Instant) {
         let goes_on = self.licence.is_given() && self.orders.live && self.orders.halt.is_none();
         match self.motion {
@@ -81,11 +81,11 @@ impl Joint {
         }
     }
 
-    /// Begins to move from what its servo holds.
+    /// Begins to move from the position that its servo holds.
     fn set_out(&mut self, now: Instant) {
         let Power::On { goal_rad, .. } = self.power else { return };
         if self.is_far_from(goal_rad) {
-            // It was moved by a hand meanwhile, or stands beyond its limits: it is aimed anew.
+            // The joint was moved by hand meanwhile, or is beyond its limits: the goal is written again.
             self.power = Power::Rising { step: Rise::Aim, is_on: true, is_tripped: false };
         } else {
             self.begin_soft(now, Setpoint::at(goal_rad));
@@ -96,7 +96,7 @@ impl Joint {
         self.motion = Motion::Soft { at, until: now + self.policy.soft_start };
     }
 
-    /// Brings it to a stop, whatever it does.
+    /// Brings the joint to a stop, from any state.
     pub(super) fn halt(&mut self) {
         self.motion = match self.motion {
             Motion::Soft { at, .. } | Motion::Track { at } => Motion::Halt { at },
@@ -115,19 +115,20 @@ impl Joint {
             self.motion = Motion::Idle;
             self.power = Power::Rising { step: Rise::Aim, is_on: true, is_tripped: false };
         } else if let Some(ending) = self.licence.ending() {
-            // Its goal is not one of this joint's: it is watched, and told again to stay where it goes on.
+            // The goal of the servo is not a setpoint of this joint. So the servo is monitored, and told to stay
+            // again if it moves.
             let Motion::Stay { told } = self.motion else { return };
             self.power = Power::Found { watchdog: Watchdog::Armed, stay: told };
             self.motion = Motion::Idle;
             self.licence = ending.licence();
             if ending.cause == JointCause::Alert {
-                // A servo beyond its limits is not lowered: it takes no goal there.
+                // A servo beyond its limits is not lowered, because it accepts no goal there.
                 self.cut_at = Some(now + self.policy.hold);
             }
         }
     }
 
-    /// It holds, and its licence ends: after an alert it is lowered, or lets go.
+    /// The joint holds and is being disarmed. After an alert it is lowered, or its torque goes off.
     fn after_hold(&mut self, now: Instant, at: Setpoint, since: Instant) {
         let Some(ending) = self.licence.ending() else { return };
         if ending.cause == JointCause::Alert {
@@ -140,12 +141,12 @@ impl Joint {
                 self.cut(now);
             }
         } else if now >= since + SETTLE {
-            // The last command has been said often enough: the servo holds it.
+            // The last setpoint has been repeated often enough: the servo holds it.
             self.rest(at, ending);
         }
     }
 
-    /// Sends no more commands: the servo holds the last one.
+    /// Stops sending setpoints. The servo holds the last one.
     fn rest(&mut self, at: Setpoint, ending: Ending) {
         self.motion = Motion::Idle;
         if let Power::On { is_quick, is_bounded, .. } = self.power {
@@ -154,18 +155,18 @@ impl Joint {
         self.licence = ending.licence();
     }
 
-    /// Whether its servo has the acceleration of operation.
+    /// Whether its servo has the acceleration of normal operation.
     pub(super) const fn is_quick(&self) -> bool {
         matches!(self.power, Power::On { is_quick: true, .. })
     }
 
-    /// How far it is behind a command, in radians; `None` where it was not read lately.
+    /// Tracking error against a setpoint, in radians; `None` without a recent reading.
     fn error_rad(&self, now: Instant, at: Setpoint) -> Option<f64> {
         let (read_at, reading) = self.reading?;
         (now.since(read_at) <= FRESH).then_some(at.position_rad - reading.position_rad)
     }
 
-    /// Moves the command on by `dt_s`: towards the goal, or to a stop without one.
+    /// Advances the setpoint by `dt_s` seconds: towards the goal, or to a stop without one.
     pub(super) fn steer(&mut self, now: Instant, dt_s: f64) {
         let Some(at) = self.motion.setpoint() else { return };
         let stop = Limits {
@@ -174,7 +175,7 @@ impl Joint {
         };
         let share = self.spare();
         let slow_rad_s = self.policy.soft_start_rad_s;
-        // The acceleration stays: with less of it, what moves already could not stop within its limits.
+        // The acceleration limit is not derated: a moving joint could not stop within its limits otherwise.
         let limits = |bound_rad_s: f64| Limits {
             velocity_rad_s: (stop.velocity_rad_s * share).min(bound_rad_s),
             ..stop
@@ -195,7 +196,7 @@ impl Joint {
             _ => at.stopping(stop, dt_s),
         };
         let next = next.unwrap_or(Setpoint { velocity_rad_s: 0.0, ..at });
-        // Steps of uneven length miss the goal by a hair, and the goal may be the limit.
+        // Steps of uneven length overshoot slightly, and the goal may be the limit.
         let next = match self.clamped(next.position_rad) {
             Some(within) if within.total_cmp(&next.position_rad).is_ne() => Setpoint::at(within),
             _ => next,
@@ -207,7 +208,7 @@ impl Joint {
         self.watch_for_a_block(now, next);
     }
 
-    /// The next command, where it is not further ahead of the joint than the bound; else the command waits.
+    /// Returns the next setpoint if its tracking error is within the bound. Otherwise the setpoint waits.
     fn no_further_ahead(&self, now: Instant, at: Setpoint, next: Setpoint) -> Setpoint {
         let (Some(before), Some(error)) = (self.error_rad(now, at), self.error_rad(now, next)) else {
             return next;
@@ -216,18 +217,18 @@ impl Joint {
         if error.abs() <= bound_rad || error.abs() <= before.abs() {
             return next;
         }
-        // From within the bound to its edge, and no further.
+        // A setpoint within the bound may advance to its edge.
         let edge_rad = next.position_rad - error + bound_rad.copysign(error);
         Setpoint::at(if before.abs() <= bound_rad { edge_rad } else { at.position_rad })
     }
 
-    /// Whether it is so far behind its command that its servo would turn at full speed if nothing held it any more; until
-    /// it has caught up, where it `was`.
+    /// Whether the tracking error is so large that the servo would turn at full speed once released. With hysteresis:
+    /// if it `was`, until the joint has caught up.
     pub(super) fn is_far_behind(&self, now: Instant, was: bool) -> bool {
         let Some(at) = self.motion.setpoint() else { return false };
         let Some(error_rad) = self.error_rad(now, at).map(f64::abs) else { return was };
         let is_far = error_rad > FAR_BEHIND * self.max_tracking_error_rad();
-        // A servo that stands off its goal, with a load say, needs all that it has.
+        // A servo that stands off its goal, for example under load, needs its full PWM.
         let stands = at.velocity_rad_s.abs() <= 0.0
             && self.reading.is_some_and(|(_, reading)| reading.velocity_rad_s.abs() <= STILL_RAD_S);
         is_far || (was && error_rad > CAUGHT_UP_RAD && !stands)
@@ -237,7 +238,7 @@ impl Joint {
         self.settings.max_tracking_error_rad.unwrap_or(self.policy.max_tracking_error_rad)
     }
 
-    /// Halts it where it has not followed its command for long.
+    /// Stops and locks the joint if its tracking error has been at the bound for too long.
     fn watch_for_a_block(&mut self, now: Instant, at: Setpoint) {
         let Some(error) = self.error_rad(now, at) else { return };
         if error.abs() < AT_BOUND * self.max_tracking_error_rad() {
@@ -250,24 +251,24 @@ impl Joint {
         }
         self.behind_since = None;
         if self.licence.ending().is_some_and(|ending| ending.locks) {
-            // It is stopped already, and what it presses against shall not be pressed any longer.
+            // It is being stopped already, and must not press against the obstacle any longer.
             return self.cut(now);
         }
         self.trouble = Some(Trouble::Blocked { by_mrad: quantity::number::round_i64(error * 1e3) });
         self.incidents.blocked += 1;
-        // It no longer presses against what holds it.
+        // The setpoint jumps to the present position, so that the joint does not press against the obstacle.
         let stands_rad = self.standing(now).unwrap_or(at.position_rad);
         self.motion = Motion::Halt { at: Setpoint::at(stands_rad) };
         self.end_licence(Ending { cause: JointCause::Blocked, locks: true });
     }
 
-    /// The highest speed of the joint: its own, or less where its servo is set to less.
+    /// Highest speed of the joint, in rad/s: its own limit, or the velocity limit of its servo if that is lower.
     pub(super) fn velocity_rad_s(&self) -> f64 {
         let servo_rad_s = self.bounds.map_or(f64::INFINITY, |bounds| bounds.velocity_rad_s);
         self.settings.velocity_rad_s.min(servo_rad_s)
     }
 
-    /// The share of its speed that it is allowed; kept below one until the servo is well out of the bound again.
+    /// Derating factor of the speed, 0 to 1; below one until the servo is well within its bounds again.
     fn spare(&mut self) -> f64 {
         let Some((condition, bounds)) = self.condition.zip(self.bounds) else { return 1.0 };
         let share = derating(condition, bounds, self.model.nominal_volts(), self.is_spared);
@@ -275,13 +276,12 @@ impl Joint {
         share
     }
 
-    /// Whether it is allowed less than its speed.
     pub(super) const fn is_spared(&self) -> bool {
         self.is_spared
     }
 
-    /// What its servo is told in this cycle. The velocity of its profile is told when it changed, and now and then all the
-    /// same: no servo acknowledges it, and it costs as much of the wire as the goal.
+    /// Goal of its servo in this cycle, if any. The profile velocity is written only when it changes, and
+    /// periodically. No servo acknowledges it, and it takes as much time on the wire as the goal position.
     pub(crate) fn command(&mut self, now: Instant) -> Option<Command> {
         let Some([velocity, position]) = self.command_counts(now) else {
             self.told = None;
@@ -289,7 +289,8 @@ impl Joint {
         };
         let is_at_rest = self.motion.setpoint().is_some_and(|at| at.velocity_rad_s.abs() <= 0.0);
         let is_known = self.told.is_some_and(|(told, told_at)| {
-            // At rest the profile only has to be fast enough; in motion the servo would run ahead of its command.
+            // At rest the profile only has to be fast enough. In motion a faster servo would run ahead of its
+            // setpoint.
             let is_same = if is_at_rest {
                 (velocity..=velocity + CLOSE_COUNTS).contains(&told)
             } else {
@@ -303,10 +304,11 @@ impl Joint {
         Some(Command { position, velocity: (!is_known).then_some(velocity) })
     }
 
-    /// The velocity of its servo's profile and its goal position, in counts.
+    /// Profile velocity and goal position of its servo, in counts.
     ///
-    /// The profile turns as fast as the command, and not faster than the joint may; its goal lies where it would come to
-    /// a stop. So the servo does not stop between two cycles, and if no more is said it stops by itself, soon.
+    /// The profile runs at the speed of the setpoint, limited to the joint's speed. Its goal is the point where the
+    /// setpoint would come to a stop. So the servo does not stop between two cycles, and soon stops by itself if no
+    /// more goals arrive.
     pub(crate) fn command_counts(&self, now: Instant) -> Option<[i32; 2]> {
         if !self.may_move() {
             return None;
@@ -326,7 +328,7 @@ impl Joint {
         Some([velocity(speed_rad_s).min(fastest), position_count(self.settings.servo_rad(within))])
     }
 
-    /// Where the servo would come to a stop that turns as fast as the command, one cycle later; not beyond the goal.
+    /// Stopping position of the setpoint one cycle later, in radians, not beyond the goal.
     fn lead_rad(&self, at: Setpoint) -> f64 {
         let acceleration_rad_s2 = if self.is_quick() {
             self.settings.acceleration_rad_s2 * ACCELERATION_MARGIN
@@ -347,10 +349,10 @@ impl Joint {
         }
     }
 
-    /// How fast the servo turns to keep up with the command: no faster than the joint may.
+    /// Speed at which the servo keeps up with the setpoint, in rad/s; at most the speed limit of the joint.
     fn speed_rad_s(&self, now: Instant, at: Setpoint) -> f64 {
         let (speed, error) = (at.velocity_rad_s.abs(), self.error_rad(now, at).unwrap_or(0.0));
-        // The reading is as old as a cycle, and at rest it is behind whichever way it is off.
+        // The reading is one cycle old. At rest the joint lags in either direction of the error.
         let behind_rad = if speed > 0.0 {
             error * at.velocity_rad_s.signum() - speed * self.policy.period.as_secs_f64()
         } else {
@@ -361,12 +363,12 @@ impl Joint {
     }
 }
 
-/// A velocity of a profile in counts. Zero would be without limit.
+/// A profile velocity in counts, at least 1: zero would mean unlimited.
 pub(super) fn velocity(rad_s: f64) -> i32 {
     velocity_count(rad_s).clamp(1, 32_767)
 }
 
-/// The highest velocity of a profile, in counts, that is no faster than this.
+/// The highest profile velocity in counts that is no faster than `rad_s`, at least 1.
 fn velocity_below(rad_s: f64) -> i32 {
     let count = velocity(rad_s);
     let is_faster = servo::velocity_rad_s(count) > rad_s;

@@ -1,4 +1,4 @@
-//! A reset permits motion and does not start it: what ended the licence to move, a person gives it again.
+//! A reset permits motion and does not start it: after any disarming an operator has to arm the joints again.
 
 use super::*;
 
@@ -8,7 +8,7 @@ use servo::table::{BUS_WATCHDOG, MAX_POSITION_LIMIT, PWM_LIMIT};
 
 use JointMode::{Following, Holding, Limp, Quarantined};
 
-/// Cycles of ten seconds: as long as an order holds.
+/// Ten seconds in cycles, the validity of an order.
 const ORDER: u32 = 10_000 / 4;
 
 impl Rig {
@@ -21,7 +21,7 @@ impl Rig {
         Self::of(&ROBOT.replace("\"mock\"", "\"/dev/ttyUSB0\""), settings)
     }
 
-    /// The same, armed, and following.
+    /// The same robot, armed and following.
     fn armed_hardware() -> Self {
         let mut rig = Self::on_hardware();
         rig.commanded(60, 0.3, rig.now);
@@ -38,7 +38,7 @@ impl Rig {
         (0..3).map(|joint| self.machines(joint).licence).collect()
     }
 
-    /// Cycles with a commander in which nothing may move, though the goals are elsewhere.
+    /// Cycles with a commander in which nothing may move, although the goals are elsewhere.
     fn still(&mut self, cycles: u32) {
         let at_rad: Vec<f64> = (0..3).map(|joint| self.position(joint)).collect();
         for _ in 0..cycles {
@@ -88,7 +88,7 @@ fn after_a_released_emergency_stop_nothing_moves_before_it_is_armed_again() {
         rig.motor.emergency_stop(rig.now);
         rig.commanded(20, 0.3, rig.now);
         assert_eq!(rig.licences(), [JointLicence::Locked; 3]);
-        // Whoever arms meanwhile has not released it.
+        // An order during the emergency stop does not release it.
         rig.motor.arm(rig.now, Some(u64::MAX));
         rig.commanded(20, 0.3, rig.now);
         assert_eq!((rig.modes(), rig.causes()), (vec![Limp; 3], vec![JointCause::Emergency; 3]));
@@ -107,7 +107,7 @@ fn after_power_came_back_nothing_moves_before_it_is_armed_again() {
     rig.now += Duration::from_millis(1);
     rig.servo(0, 1).restart();
     rig.commanded(100, 0.3, rig.now);
-    // The brow is of the elbow's group, and holds.
+    // The brow is in the elbow's group, and holds.
     assert_eq!(rig.modes(), [Following, Limp, Holding]);
     assert_eq!(rig.causes()[1..], [JointCause::Restarted, JointCause::GroupStopped]);
     let at_rad = rig.position(2);
@@ -149,8 +149,8 @@ fn after_a_silence_a_servo_waits_to_be_armed_and_an_order_from_before_it_failed_
     rig.until(300, -0.6, |rig| rig.modes() == [Following; 3]);
 }
 
-/// The first servo falls silent; then an order is given, and the servo is back well within its ten seconds: it does not
-/// move.
+/// Makes the first servo silent, gives an order, and restores the servo well within the order's ten seconds. It does
+/// not move.
 fn misses_an_order(rig: &mut Rig) {
     rig.mute.insert((0, 1));
     rig.commanded(20, 0.3, rig.now);
@@ -177,7 +177,7 @@ fn an_order_that_is_given_while_a_servo_does_not_answer_is_none_for_it() {
 #[test]
 fn an_order_is_none_for_a_joint_that_waited_for_others_when_its_servo_fell_silent() {
     let mut rig = Rig::armed_hardware();
-    // The line of the others is gone for a while: the whole body stops.
+    // The line of the others is lost for a while: the whole body stops.
     rig.lost = Some(1);
     rig.commanded(100, 0.3, rig.now);
     assert_eq!(rig.causes()[0], JointCause::BodyStopped);
@@ -214,7 +214,7 @@ fn a_commander_that_comes_back_goes_on_slowly_and_torque_that_went_off_stays_off
         rig.cycle();
     }
     assert_eq!(rig.modes(), [Holding; 3]);
-    // After a gap its speed is that of the soft start, for as long.
+    // After a gap the speed is that of the soft start, for as long.
     let (mut fastest, mut before) = (0.0_f64, rig.state(0).command_position_rad().unwrap());
     for cycle in 0..250 {
         rig.commanded(1, -0.9, rig.now);
@@ -243,7 +243,7 @@ fn causes_that_the_configuration_names_need_no_person() {
     rig.servo(0, 1).restart();
     rig.commanded(2, 0.3, rig.now);
     rig.until(200, 0.3, |rig| rig.modes() == [Following; 3]);
-    // This one it does not name.
+    // This cause is not configured.
     rig.lost = Some(1);
     rig.commanded(100, 0.3, rig.now);
     rig.lost = None;
@@ -262,19 +262,19 @@ fn a_lock_is_acknowledged_by_who_has_seen_it_and_by_nobody_else() {
         (JointLicence::Locked, JointCause::Alert)
     );
     assert_eq!(rig.motor.counts().locks, 1);
-    // They saw none, and this one came while they made up their mind.
+    // The operator saw no lock, and this one came meanwhile.
     for acknowledged in [None, Some(0)] {
         rig.motor.arm(rig.now, acknowledged);
         rig.commanded(300, 0.3, rig.now);
         assert_eq!(rig.machines(1).licence, JointLicence::Locked, "{acknowledged:?}");
     }
-    // Acknowledged, the servo is rebooted, which clears what it switched itself off for.
+    // Acknowledging reboots the servo, which clears its shutdown.
     rig.motor.arm(rig.now, Some(1));
     rig.until(600, 0.3, |rig| rig.modes() == [Following; 3]);
     assert_eq!((rig.motor.trouble(1), rig.motor.counts().locks), (None, 1));
 }
 
-/// The lowest value of a servo's watchdog that was seen with torque, from cycle `from` on.
+/// Watchdog values of servos with torque, from cycle `from` on.
 fn watchdogs(rig: &mut Rig, cycles: u32, from: u32) -> Vec<u8> {
     let mut seen = BTreeSet::new();
     for cycle in 0..cycles {
@@ -290,20 +290,20 @@ fn watchdogs(rig: &mut Rig, cycles: u32, from: u32) -> Vec<u8> {
 
 #[test]
 fn a_servo_with_torque_is_never_without_its_watchdog() {
-    // From nothing: torque comes on behind the watchdog.
+    // From the start: torque comes on after the watchdog is armed.
     assert_eq!(watchdogs(&mut Rig::new(), 200, 0), [10]);
-    // Servos that a process left, which was killed: their watchdogs stay as they are.
+    // Servos left by a killed process: their watchdogs stay armed.
     let Rig { lines, now, .. } = following();
     let mut rig = Rig { lines, now, ..Rig::new() };
     assert_eq!(watchdogs(&mut rig, 200, 0), [10]);
-    // Without one, as a hand tool may leave them: it is armed as soon as it is known.
+    // Without a watchdog, as another tool may leave them: it is armed as soon as that is read.
     let Rig { mut lines, now, .. } = following();
     for servo in lines.iter_mut().flat_map(Line::servos_mut) {
         servo.write(BUS_WATCHDOG.address, &[0]).unwrap();
     }
     let mut rig = Rig { lines, now, ..Rig::new() };
     assert_eq!(watchdogs(&mut rig, 200, 12), [10]);
-    // And one that another hand switches off is armed again within half a second.
+    // A watchdog that another program disables is armed again within half a second.
     rig.servo(0, 0).write(BUS_WATCHDOG.address, &[0]).unwrap();
     assert_eq!(watchdogs(&mut rig, 300, 150), [10]);
 }
@@ -311,7 +311,7 @@ fn a_servo_with_torque_is_never_without_its_watchdog() {
 #[test]
 fn nothing_of_a_servo_that_has_the_limits_of_another_joint_is_written() {
     let mut robot = ROBOT.replace("\"mock\"", "\"/dev/ttyUSB0\"");
-    // Each joint its own limits, as in a real body.
+    // Each joint has its own limits, as in a real body.
     for (joint, limit) in [("shoulder", "max_rad = 0.9"), ("elbow", "max_rad = 0.7")] {
         let at = robot.find(&format!("name = \"{joint}\"")).unwrap();
         robot.replace_range(at.., &robot[at..].replacen("max_rad = 1.0", limit, 1));
@@ -321,7 +321,7 @@ fn nothing_of_a_servo_that_has_the_limits_of_another_joint_is_written() {
     rig.motor.arm(rig.now, None);
     rig.until(200, 0.3, |rig| rig.modes() == [Following; 3]);
     let Rig { mut lines, now, .. } = rig;
-    // The two servos of the left bus were swapped, and their ids put right: the EEPROM tells.
+    // The two servos of the left bus were swapped, and their identifiers corrected: only the EEPROM shows it.
     for servo in lines.iter_mut().flat_map(Line::servos_mut) {
         servo.write(table::TORQUE_ENABLE.address, &[0]).unwrap();
     }
@@ -338,7 +338,7 @@ fn nothing_of_a_servo_that_has_the_limits_of_another_joint_is_written() {
     assert!(said.contains("those of joint number 2 in motor.toml: are two servos swapped"), "{said}");
     let untouched = rig.lines[0].servos()[0].read(48, 8).unwrap().to_vec();
     assert_eq!(untouched, other, "its EEPROM was written");
-    // A person knows better: the limits are overwritten.
+    // An operator may override: the limits are overwritten.
     rig.motor.arm(rig.now, Some(rig.motor.counts().locks));
     rig.until(400, 0.3, |rig| rig.modes() == [Following; 3]);
     assert_eq!(rig.lines[0].servos()[0].read(48, 8).unwrap(), one);
@@ -378,7 +378,7 @@ fn what_is_overwritten_in_a_servo_is_told_and_what_is_tighter_than_needed_is_nam
         let times = told.iter().filter(|line| line.starts_with(wanted)).count();
         assert_eq!(times, 1, "{wanted}: {told:#?}");
     }
-    // Its joint is no faster than the servo may be.
+    // The joint is limited to the velocity limit of its servo.
     rig.motor.arm(rig.now, None);
     rig.until(200, 0.3, |rig| rig.modes() == [Following; 3]);
     rig.commanded(150, 0.3, rig.now);
@@ -405,7 +405,7 @@ fn a_servo_whose_power_somebody_has_limited_to_nothing_gets_no_torque_and_is_nam
 #[test]
 fn joints_that_wait_for_each_other_with_torque_come_back_together() {
     let mut rig = following();
-    // The whole machine stood still for a second, and every watchdog tripped: two of them are of one group.
+    // The whole machine stalled for a second, and every watchdog tripped: two of the servos are in one group.
     rig.now += Duration::from_secs(1);
     rig.commanded(1, 0.3, rig.now);
     rig.until(400, 0.3, |rig| rig.modes() == [Following; 3]);
@@ -419,12 +419,12 @@ fn joints_that_wait_for_each_other_with_torque_come_back_together() {
 
 #[test]
 fn a_watchdog_that_trips_while_a_joint_moves_is_no_refusal_whenever_it_is_noticed() {
-    // A look at a servo is due every 125 cycles. Before it, the joint falls behind, and its duty is to be bounded.
+    // A condition read is due every 125 cycles. Before it, the joint falls behind, and its PWM is to be limited.
     for at in (0..125).step_by(8) {
         let mut rig = following();
         rig.commanded(200 + at, 0.3, rig.now);
         rig.until(200, -0.9, |rig| rig.position(0) < 0.2);
-        // The machine stood still for longer than the servos wait.
+        // The machine stalled for longer than the watchdog timeout.
         rig.now += Duration::from_millis(300);
         rig.commanded(125, -0.9, rig.now);
         assert_eq!(rig.motor.trouble(0), None, "after {at} cycles");
@@ -436,7 +436,7 @@ fn a_watchdog_that_trips_while_a_joint_moves_is_no_refusal_whenever_it_is_notice
 fn a_servo_that_refuses_its_duty_for_another_reason_fails() {
     let mut rig = following();
     rig.commanded(200, 0.3, rig.now);
-    // Another hand lowers the limit below what a joint gets that is far behind.
+    // Another program sets the PWM limit below that for a joint that is far behind.
     for (item, data) in
         [(table::TORQUE_ENABLE, &[0][..]), (PWM_LIMIT, &[50, 0]), (table::TORQUE_ENABLE, &[1])]
     {
@@ -452,7 +452,7 @@ fn a_watchdog_that_trips_while_torque_comes_on_is_cleared_and_is_no_refusal() {
         let mut rig = following();
         rig = Rig { lines: rig.lines, now: rig.now, ..Rig::new() };
         rig.commanded(at, 0.3, rig.now);
-        // The machine stood still for longer than the servos wait.
+        // The machine stalled for longer than the watchdog timeout.
         rig.now += Duration::from_millis(300);
         rig.until(400, 0.3, |rig| rig.modes() == [Following; 3]);
         assert_eq!(rig.motor.trouble(0), None);

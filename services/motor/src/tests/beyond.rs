@@ -1,4 +1,4 @@
-//! A joint that is found beyond its limits comes back to them, and stops on its way like any other.
+//! A joint that is found beyond its limits returns to them, and stops on its way like any other.
 
 use super::*;
 
@@ -7,7 +7,7 @@ use servo::table::{GOAL_POSITION, PROFILE_VELOCITY};
 
 use JointMode::{Aligning, Decelerating, Following, Holding, Limp, Releasing};
 
-/// A robot whose shoulder has just come back a little from beyond its limits. The brow is in another group.
+/// A robot whose shoulder has just begun to return from beyond its limits. The brow is in another group.
 fn coming_back() -> Rig {
     let mut rig = Rig::new();
     rig.servo(0, 0).push_by(1.4);
@@ -17,7 +17,7 @@ fn coming_back() -> Rig {
     rig
 }
 
-/// Sees that the shoulder stops in a moment and stays where it is, with its torque on.
+/// Checks that the shoulder stops at once and holds its position with torque on.
 fn stops(rig: &mut Rig, cause: JointCause, mut cycle: impl FnMut(&mut Rig)) {
     for _ in 0..40 {
         cycle(rig);
@@ -54,7 +54,7 @@ fn it_stops_while_its_group_does() {
 #[test]
 fn it_stops_when_the_commander_falls_silent_goes_limp_later_and_comes_back_for_another() {
     let mut rig = coming_back();
-    // Goals are heeded for 200 ms.
+    // Goals expire after 200 ms.
     for _ in 0..60 {
         rig.cycle();
     }
@@ -93,12 +93,12 @@ fn it_is_told_again_to_stay_where_it_goes_on() {
     let mut rig = coming_back();
     rig.lost = Some(1);
     stops(&mut rig, JointCause::BodyStopped, |rig| rig.commanded(1, 0.0, rig.now));
-    // As if it had heard but the second half of it.
+    // As if it had received only the second half of the job.
     rig.servo(0, 0).write(GOAL_POSITION.address, &2048_i32.to_le_bytes()).unwrap();
     rig.until(60, 0.0, |rig| rig.modes()[0] == Decelerating);
     rig.until(60, 0.0, |rig| rig.modes()[0] == Holding);
     stops(&mut rig, JointCause::BodyStopped, |rig| rig.commanded(1, 0.0, rig.now));
-    // And as slowly as nobody can tell from standing by its velocity.
+    // And so slowly that its velocity looks like standing.
     rig.servo(0, 0).write(PROFILE_VELOCITY.address, &1_u32.to_le_bytes()).unwrap();
     rig.servo(0, 0).write(GOAL_POSITION.address, &2048_i32.to_le_bytes()).unwrap();
     rig.until(800, 0.0, |rig| rig.modes()[0] == Decelerating);

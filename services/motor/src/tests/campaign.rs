@@ -1,5 +1,5 @@
-//! Every fault of the mock servo bus at once, on every bus of the whole robot, for long: nothing
-//! stale is believed, nothing beyond a limit is commanded, and everybody is back at the end.
+//! All faults of the mock servo bus at once, on every bus of the whole robot, for long. No stale reading is accepted,
+//! no setpoint exceeds a limit, and all joints recover at the end.
 
 mod commands;
 mod struck;
@@ -16,9 +16,9 @@ pub(crate) use struck::Struck;
 
 /// One count of position.
 const COUNT_RAD: f64 = std::f64::consts::TAU / 4096.0;
-/// How far from its goal a joint stands that has arrived.
+/// Largest distance from its goal of a joint that has arrived.
 const NEAR_RAD: f64 = 0.003;
-/// What may happen to any answer or to any instruction, each one time in a hundred.
+/// Faults of single answers or instructions, each with a probability of 1 %.
 const PACKETS: [&str; 13] = [
     "drop",
     "flip",
@@ -34,7 +34,7 @@ const PACKETS: [&str; 13] = [
     "drop-instruction",
     "flip-instruction",
 ];
-/// What happens to a servo or to a bus now and then. Times count from the beginning of a round.
+/// Faults of a servo or a bus. Times count from the beginning of a round.
 const EVENTS: [&str; 9] = [
     "reboot bus=torso id=2 at=1s",
     "brown-out bus=left_arm id=1-4 at=2s for=150ms",
@@ -48,16 +48,16 @@ const EVENTS: [&str; 9] = [
 ];
 /// The bus on which two servos have one identifier for a while.
 const DOUBLED: &str = "face_right";
-/// How long a round lasts.
+/// Duration of a round.
 pub(crate) const ROUND: Duration = Duration::from_secs(10);
 
-/// All of them, for one round.
+/// All faults of one round.
 pub(crate) fn faults() -> Vec<Injection> {
     let chance = PACKETS.iter().map(|fault| format!("{fault} p=0.01"));
     chance.chain(EVENTS.map(str::to_owned)).map(|words| words.parse().unwrap()).collect()
 }
 
-/// Where everybody shall be: each goes to and fro in a rhythm of its own, beyond its limits by a tenth.
+/// Goals during the faults: each joint swings with its own period, to 10 % beyond its limits.
 pub(crate) fn swing(now: Instant, joints: &[config::motor::Joint]) -> Vec<JointGoal> {
     let seconds = now.since(Instant::EPOCH).as_secs_f64();
     let goal = |(index, joint): (u32, &config::motor::Joint)| {
@@ -70,19 +70,19 @@ pub(crate) fn swing(now: Instant, joints: &[config::motor::Joint]) -> Vec<JointG
     (0..).zip(joints).map(goal).collect()
 }
 
-/// Where everybody shall be once the faults are over.
+/// Goal of a joint after the faults.
 fn haven_rad(joint: &config::motor::Joint) -> f64 {
     joint.max_rad / 3.0
 }
 
-/// The goals to get there.
+/// Goals of all joints after the faults.
 fn havens(joints: &[config::motor::Joint]) -> Vec<JointGoal> {
     let goal = |(index, joint)| goal(index, haven_rad(joint), Instant::EPOCH);
     (0..).zip(joints).map(goal).collect()
 }
 
-/// Whether a joint is back: it follows and nothing holds it, was read at `since` or later, and has
-/// arrived, as its servo says itself, which has its torque.
+/// Whether a joint has recovered: it follows without any cause, was read at `since` or later, and has arrived. Its
+/// servo has torque and is at the same position.
 pub(crate) fn is_back(
     state: &JointState,
     joint: &config::motor::Joint,
@@ -98,15 +98,15 @@ pub(crate) fn is_back(
         && servo.read(table::TORQUE_ENABLE.address, 1) == Ok(&[1])
 }
 
-/// Whether a joint waits for a person: of its servo there are two, or it had an alert and is rebooted no
-/// more. Everybody else comes back without help.
+/// Whether a joint waits for an operator: its identifier is duplicate, or it had an alert and has been rebooted too
+/// often. All other joints recover without help.
 pub(crate) fn waits(state: &JointState) -> bool {
     let is_locked =
         state.machines().is_some_and(|machines| machines.licence == message::JointLicence::Locked);
     is_locked && matches!(state.cause(), Some(JointCause::Alert | JointCause::DuplicateId))
 }
 
-/// Whether a joint waits for a person, or for one who does.
+/// Whether a joint waits for an operator, or for another joint that does.
 pub(crate) fn is_held_up(state: &JointState) -> bool {
     waits(state) || state.cause() == Some(JointCause::GroupStopped)
 }
@@ -141,7 +141,7 @@ impl Port for Spoilt {
     }
 }
 
-/// The robot, its buses, and what was seen of them.
+/// The robot, its buses, and what was observed.
 struct Campaign {
     robot: Robot,
     motor: Motor,
@@ -154,13 +154,13 @@ struct Campaign {
     struck: Struck,
     /// When the round began.
     round_at: Instant,
-    /// Where everybody shall be.
+    /// Goals of all joints.
     goals: fn(Instant, &[config::motor::Joint]) -> Vec<JointGoal>,
-    /// Readings that were compared with where the servo was.
+    /// Readings that were compared with the servo's position.
     read: u64,
-    /// Cycles in which a joint did not follow.
+    /// Joint cycles in which a joint did not follow.
     away: u64,
-    /// Rounds after which somebody waited for a person, who started all anew.
+    /// Rounds after which a joint waited for an operator, who then restarted all.
     anew: u64,
 }
 
@@ -204,8 +204,8 @@ impl Campaign {
         }
     }
 
-    /// Cycles until something holds, for forty seconds at most: who was not believed is back after 15 s, and is
-    /// asked every 5 s.
+    /// Cycles until `holds`, for forty seconds at most: a servo whose readings were rejected is trusted again after
+    /// 15 s, and is pinged every 5 s.
     fn until(&mut self, holds: impl Fn(&Self) -> bool) {
         let holds = (0..10_000).any(|_| {
             self.cycle();
@@ -239,7 +239,7 @@ impl Campaign {
             let has_torque = check_servo(self.servo(joint), joint);
             self.commands.obeyed += u64::from(has_torque);
             let servo = self.servo(joint);
-            // Where there are two of them, either may be the one that was heard.
+            // With a duplicate, either of the two may have been read.
             if state.sampled_at_ns == self.now.as_nanos() && !self.struck.is_doubled(index, after) {
                 let is = joint.joint_rad(servo.position_rad());
                 let said = state.present_position_rad().unwrap();
@@ -254,7 +254,7 @@ impl Campaign {
         servos.iter().find(|servo| servo.id() == joint.id).unwrap()
     }
 
-    /// Those who are not back, and why.
+    /// Joints that have not recovered, and their states.
     fn lost(&self) -> Vec<(&str, JointState)> {
         let joints = self.motor.states().zip(&self.robot.motor.joints);
         let lost = joints.filter(|(state, joint)| !is_back(state, joint, self.servo(joint), self.now));
@@ -267,7 +267,7 @@ fn campaign(seed: u64, lasts: Duration) {
     let faults = faults();
     let end = campaign.now + lasts;
     while campaign.now < end {
-        // What is on already would go on, and happen no second time.
+        // A fault that is already active would continue, and not be injected again.
         campaign.inject(&[]);
         campaign.inject(&faults);
         campaign.round_at = campaign.now;
@@ -305,7 +305,7 @@ fn campaign(seed: u64, lasts: Duration) {
         campaign.motor.start_anew();
     }
     campaign.until(|campaign| campaign.lost().is_empty());
-    // And they stay.
+    // The recovery must be stable.
     for _ in 0..250 {
         campaign.cycle();
         assert!(campaign.lost().is_empty(), "gone again: {:?}", campaign.lost());

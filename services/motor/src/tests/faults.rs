@@ -1,5 +1,4 @@
-//! What becomes of every fault of a servo and of a bus: how soon it is noticed, what is done, what
-//! is published, and how it ends.
+//! Every fault of a servo and of a bus: how soon it is detected, the reaction, what is published, and how it ends.
 
 use super::*;
 
@@ -30,7 +29,7 @@ fn an_alert_is_read_in_its_cycle_and_stops_the_joints_group_and_no_other() {
     assert_eq!(rig.torque(0, 1), 0);
     assert!((rig.position(0) - 0.9).abs() < 0.003, "the other group goes on");
     assert!(rig.position(2) < 0.8, "the brow stopped on its way");
-    // It stays so until a person has looked.
+    // It stays so until an operator has acknowledged it.
     rig.servo(0, 1).reboot();
     rig.commanded(500, 0.9, rig.now);
     assert_eq!(rig.modes(), [Following, Limp, Holding]);
@@ -71,7 +70,7 @@ fn where_the_configuration_says_so_a_servo_is_rebooted_after_an_alert_three_time
 fn a_servo_that_lost_its_torque_for_a_moment_holds_its_group_until_it_follows_again() {
     let mut rig = following();
     rig.commanded(200, 0.5, rig.now);
-    // A brown-out shorter than anybody could hear: the table is as after power came on.
+    // A brown-out too short to be noticed as silence: the control table is as after power-on.
     rig.now += Duration::from_millis(1);
     rig.servo(1, 0).restart();
     rig.until(2, 0.5, |rig| rig.causes()[2] == JointCause::Restarted);
@@ -129,7 +128,7 @@ fn a_hot_servo_is_spared_before_it_switches_itself_off() {
 
 #[test]
 fn a_servo_that_gets_hot_at_full_speed_still_stops_within_its_limits() {
-    // It is looked at twice a second: somewhere on its way it is found to be hot.
+    // Its condition is read twice a second, so it is found to be hot somewhere on its way.
     for from_rad in [-0.8, -0.6, -0.4, -0.2, 0.0] {
         let mut rig = following();
         rig.commanded(400, -1.0, rig.now);
@@ -154,7 +153,7 @@ fn an_emergency_stop_takes_every_torque_in_the_same_cycle_and_confirms_it() {
     assert_eq!(rig.causes(), [JointCause::Emergency; 3]);
     assert_eq!(rig.motor.unconfirmed(), 0);
     assert_eq!([rig.torque(0, 0), rig.torque(0, 1), rig.torque(1, 0)], [0; 3]);
-    // Whatever is commanded, and whatever else says stop, it stays so.
+    // It stays so under any command and any other stop.
     rig.motor.let_go(JointCause::Stopped);
     rig.commanded(200, -0.9, rig.now);
     assert_eq!(rig.causes(), [JointCause::Emergency; 3]);
@@ -181,7 +180,7 @@ fn a_servo_that_does_not_confirm_an_emergency_stop_is_told_until_it_does() {
     rig.mute.clear();
     rig.commanded(1, 0.9, rig.now);
     assert_eq!(rig.modes(), [Limp; 3]);
-    // One that gets its torque back by itself, or by another hand, loses it again.
+    // Torque that comes back, by the servo or by another program, is switched off again.
     rig.servo(0, 0).write(table::TORQUE_ENABLE.address, &[1]).unwrap();
     rig.commanded(3, 0.9, rig.now);
     assert_eq!(rig.torque(0, 0), 0);
@@ -241,8 +240,8 @@ fn answers_to_an_earlier_question_are_never_taken_whatever_their_length() {
         rig.commanded(1, 0.2, rig.now);
         kept.push(rig.replies.clone());
     }
-    // Bus 1 was asked last: these are its answers of one, two and three cycles ago, by turns.
-    // Then it is quarantined, and not asked any more.
+    // Bus 1 was asked last: these are its answers of one, two and three cycles ago, in turn. Then it is quarantined,
+    // and not read any more.
     for cycle in 0..9 {
         rig.now += PERIOD;
         rig.motor.goals(rig.now, &[]);
@@ -321,7 +320,7 @@ fn two_servos_of_one_id_cost_their_bus_its_torque_and_are_named() {
     assert_eq!(rig.causes()[..2], [JointCause::DuplicateId; 2]);
     let said = rig.motor.trouble(0).unwrap().to_string();
     assert!(said.starts_with("two servos answer to id 2 on this bus"), "{said}");
-    // It stays so until a person has looked.
+    // It stays so until an operator has acknowledged it.
     rig.inject(0, "drop p=0");
     rig.commanded(300, 0.5, rig.now);
     assert_eq!(rig.modes(), [Limp, Limp, Holding], "the brow is of the elbow's group");
@@ -338,8 +337,8 @@ fn two_servos_of_one_id_never_get_torque() {
     assert_eq!(rig.causes()[..2], [JointCause::DuplicateId; 2]);
 }
 
-/// Whatever happens to one servo's answers costs that servo alone: the others are read in every
-/// cycle, and their commands go on.
+/// Faults in one servo's answers affect only that servo: the others are read in every cycle, and their setpoints
+/// advance.
 #[test]
 fn one_bad_servo_costs_one_servo() {
     for fault in [
@@ -370,7 +369,7 @@ fn one_bad_servo_costs_one_servo() {
 
 #[test]
 fn a_servo_of_older_firmware_is_read_by_itself_and_the_others_together() {
-    // XM430 knows the fast reads from version 45 on.
+    // XM430 supports fast sync reads from firmware 45 on.
     for (versions, questions) in [([44, 46], 2), ([45, 45], 1), ([44, 44], 1)] {
         let mut rig = Rig::new();
         let servos = rig.lines[0].servos_mut();
@@ -393,7 +392,7 @@ fn a_servo_of_older_firmware_is_read_by_itself_and_the_others_together() {
         assert_eq!(asked.count(), questions, "{versions:?}");
         rig.commanded(200, -0.4, rig.now);
         assert!((rig.position(0) - -0.4).abs() < 0.003 && (rig.position(1) - -0.4).abs() < 0.003);
-        // One that falls silent costs the other nothing, whichever way it is read.
+        // A servo that becomes silent does not affect the other, whichever way it is read.
         for mute in [1, 2] {
             rig.mute.insert((0, mute));
             let other = usize::from(2 - mute);

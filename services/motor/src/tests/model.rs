@@ -1,31 +1,31 @@
-//! A model checker walks through what can happen to the real motor core with one joint on one bus.
+//! Model checking of the real motor core with one joint on one bus.
 //!
-//! The transitions are those of the real code: [`Motor`], its joint and its bus planner drive the mock servo, cycle by
-//! cycle. The checker (stateright) explores every action from every state, breadth first, to the end. In every state it
-//! also tries an orderly end and an emergency stop, and runs them for a bounded number of cycles.
+//! The transitions are those of the real code: [`Motor`], its joint and its bus planner drive the mock servo, cycle
+//! by cycle. The checker (stateright) explores every action from every state, breadth first and exhaustively. In
+//! every state it also tries an orderly end and an emergency stop, and runs them for a bounded number of cycles.
 //!
-//! # What is abstracted
+//! # Abstraction
 //!
-//! - Two states count as one where these agree: the four machines with their inner steps, what is ordered of the whole
-//!   body, the fault of the line, whether there was an order or a reset, and of the servo the torque, the watchdog (while
-//!   torque is on), the alert and the place (within, beyond, far beyond the limits). The first state that is reached
-//!   stands for all of its kind. Counters, times, positions and most causes are ignored.
-//! - Time passes in steps of 4 ms, 100 ms and 600 ms of cycles, and of 300 ms in which the process stands still.
-//! - Configured times are short. Joints are armed by order alone. Alerts happen only with a stop of category 0.
+//! - Two states are equal if they agree in these: the four state machines with their inner steps, the orders to the
+//!   whole body, the fault of the line, and whether there was an order or a reset. Of the servo these count: torque,
+//!   watchdog (while torque is on), alert, and position (within, beyond, or far beyond the limits). The first state
+//!   reached represents its class. Counters, times, exact positions and most causes are ignored.
+//! - Time advances by 4 ms, 100 ms and 600 ms of cycles, and by 300 ms in which the process stalls.
+//! - Configured times are short. Joints are armed only by orders. Alerts occur only with stop category 0.
 //!
-//! # What is therefore not proven
+//! # Not proven
 //!
-//! - What depends on exact times, or on counters that differ within one kind of state. Property tests and the campaign
-//!   of faults cover it.
-//! - What several joints or buses do to each other: only one joint is here. The table of states gives a joint the orders
-//!   that others cause.
-//! - Single packets that are lost or broken: here a servo is mute, or its line is lost, for a while. The table of states
-//!   has the single packets, servos that hear nothing, another hand, and joints far beyond their limits.
-//! - Events during an orderly end. Those during an emergency stop are here.
-//! - A servo that restarts in the cycle in which it is told to stay where it is: that switches its torque on, without an
-//!   order, and with its watchdog armed. It holds where it stands.
+//! - Behaviour that depends on exact times, or on counters that differ within one class of states. Property tests and
+//!   the fault campaign cover it.
+//! - Interactions of several joints or buses, because there is only one joint. The state table gives a joint the
+//!   orders that others cause.
+//! - Single lost or corrupt packets: here a servo is mute, or its line is lost, for a while. The state table has
+//!   single packets, deaf servos, other programs, and joints far beyond their limits.
+//! - Events during an orderly end. Events during an emergency stop are included.
+//! - A servo that restarts in the cycle in which it is told to stay where it is. The job switches its torque on
+//!   without an order, with its watchdog armed, and the servo holds its position.
 //! - The threads, the supervisor and the processes around the core.
-//! - What a real servo does that the mock does not.
+//! - Behaviour of a real servo that the mock does not have.
 
 use std::hash::{Hash, Hasher};
 
@@ -40,16 +40,16 @@ use servo::mock::HardwareError;
 use servo::table::{BUS_WATCHDOG, TORQUE_ENABLE};
 use stateright::{Checker, HasDiscoveries, Model as Checked, Property};
 
-/// Cycles within which every ending is over where the servo answers: a stop of category 1 takes 750 ms.
+/// Cycles within which every end completes if the servo answers. A category 1 stop takes 750 ms.
 const ENDS_WITHIN: u32 = 220;
-/// Cycles within which a servo that answers again has said that its torque is off: one that reboots is deaf for 400 ms.
+/// Cycles within which a returning servo confirms torque off. A rebooting servo does not respond for 400 ms.
 const CONFIRMED_WITHIN: u32 = 130;
-/// An orderly end lets go after this long, whatever moves still.
+/// Time after which an orderly end switches torque off even if the joint moves.
 const END: Duration = Duration::from_millis(48);
-/// That a servo has restarted is known after some readings.
+/// A restart of the servo is detected after some readings.
 const KNOWN_AFTER: Duration = Duration::from_millis(100);
 
-/// What the checker must find: a motor process that is wrong in one place.
+/// A deliberate error in the motor process, which the checker must find.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Mutation {
     None,
@@ -57,18 +57,18 @@ enum Mutation {
     ReleaseArms,
     /// Torque comes on without the servo's bus watchdog.
     NoWatchdog,
-    /// Servos are not told to switch their torque off, and are believed to have done it.
+    /// Servos keep their torque although they are told to switch it off.
     KeepsTorque,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Action {
-    /// So many cycles.
+    /// A number of cycles.
     Cycles(u32),
     StandsStill,
-    /// The commander comes, or goes.
+    /// The commander starts or stops.
     Commander(bool),
-    /// What is wrong from now on.
+    /// The fault from now on.
     Line(Wrong),
     Restart,
     Alert(HardwareError),
@@ -80,7 +80,7 @@ enum Action {
     Release,
 }
 
-/// A state of everything.
+/// State of the motor process, the bus and the servo.
 #[derive(Clone)]
 struct World {
     motor: Motor,
@@ -89,11 +89,12 @@ struct World {
     has_commander: bool,
     wrong: Wrong,
     licence: JointLicence,
-    /// Until when an order holds that has armed nothing yet.
+    /// End of the validity of an order that has not armed anything yet.
     order_until: Option<Instant>,
-    /// From when on nothing may start before a person orders it: there was a reset, and it is known by then.
+    /// Set after a reset: from then on, when the reset has been detected, nothing may start before an operator's
+    /// order.
     reset_at: Option<Instant>,
-    /// What must not be, and is.
+    /// A violated property, if there is one.
     broken: Option<String>,
     key: String,
 }
@@ -149,7 +150,7 @@ impl World {
         item(&self.line, TORQUE_ENABLE) == 1
     }
 
-    /// Whether the servo hears what is said to it, and is heard.
+    /// Whether the servo receives instructions and its answers arrive.
     fn answers(&self) -> bool {
         self.wrong == Wrong::Nothing && self.line.servos()[0].is_listening()
     }
@@ -159,7 +160,7 @@ impl World {
         match action {
             Action::Cycles(count) => cycles = count,
             Action::StandsStill => {
-                // Nothing can be known meanwhile.
+                // Nothing can be detected meanwhile.
                 let still = Duration::from_millis(300);
                 self.now += still;
                 self.reset_at = self.reset_at.map(|at| at + still);
@@ -195,7 +196,8 @@ impl World {
         self.remember();
     }
 
-    /// From now on nothing starts before a person orders it. An order that has switched nothing on yet is still an order.
+    /// Records a reset: nothing may start before an operator's order. An order that has not switched anything on
+    /// stays valid.
     fn reset(&mut self, known_after: Duration) {
         if self.order_until.is_none() || self.state().machines().unwrap().power == JointPower::On {
             (self.order_until, self.reset_at) = (None, Some(self.now + known_after));
@@ -209,7 +211,7 @@ impl World {
     fn arm(&mut self, acknowledges: bool) {
         let locks = acknowledges.then(|| self.motor.counts().locks);
         self.motor.arm(self.now, locks);
-        // Whoever arms while the emergency stop is raised has not released it.
+        // An order during the emergency stop does not release it.
         if !self.motor.is_stopped() {
             (self.order_until, self.reset_at) = (Some(self.now + Duration::from_secs(10)), None);
         }
@@ -227,7 +229,7 @@ impl World {
         let (mut request, mut replies) = (Request::default(), Replies::default());
         self.motor.request(0, now, &mut request);
         let (is_sent, before) = (sends_goals(&request), self.state().machines().unwrap());
-        // Torque off and on again: a servo that has begun anew meanwhile, and is not known to have, holds where it stands.
+        // Torque off and on again: a servo that restarted undetected holds its position.
         let is_stay = request.parts().any(|(part, bytes)| {
             let says = |words: &[u8]| bytes.windows(words.len()).any(|window| window == words);
             part.topic == Topic::Job && says(&[0x83, 64, 0, 1, 0, 1, 0]) && says(&[3, 64, 0, 1])
@@ -244,7 +246,7 @@ impl World {
         if is_sent && (before.motion == JointMotion::Idle || before.licence != JointLicence::Armed) {
             self.fail("(a) a goal was sent without the guard");
         }
-        // Nobody switches this servo's watchdog off. One that has tripped locks its goals.
+        // Nothing disables this servo's watchdog. A tripped watchdog makes the servo ignore goals.
         if is_sent && self.has_torque() && item(&self.line, BUS_WATCHDOG) == 0 {
             self.fail("(a) a goal was sent to a servo without a watchdog");
         }
@@ -259,7 +261,7 @@ impl World {
         }
     }
 
-    /// What holds after every step.
+    /// Checks the invariants of every step.
     fn check(&mut self) {
         let (state, machines) = (self.state(), self.state().machines().unwrap());
         if let Err(error) = check_published(&state) {
@@ -278,13 +280,13 @@ impl World {
                 self.fail("(b) the joint was armed without an order");
             }
         }
-        // An order arms a joint once, and once more where it had to wait for others.
+        // An order arms a joint once, and again if it had to wait for others.
         let waited = matches!(machines.licence_cause, JointCause::GroupStopped | JointCause::BodyStopped);
         if was_armed && !is_armed && !waited {
             self.order_until = None;
         }
         self.licence = machines.licence;
-        // What stops may go on to stop.
+        // A joint that is decelerating may continue to.
         let starts = matches!(machines.motion, JointMotion::Align | JointMotion::Soft | JointMotion::Track);
         if self.is_reset() && self.answers() && starts {
             self.fail("(c) the joint moves after a reset");
@@ -295,7 +297,7 @@ impl World {
         self.broken.get_or_insert_with(|| why.to_owned());
     }
 
-    /// Names the kind of this state.
+    /// Computes the class of this state.
     fn remember(&mut self) {
         let text = format!("{:?}", self.motor);
         let servo = &self.line.servos()[0];
@@ -304,7 +306,8 @@ impl World {
         let place = [0.1, 1.0].map(|bound_rad| servo.position_rad().abs() - 1.0 > bound_rad);
         let body = ["let_go_at", "letting_go", "stopping"].map(|name| field(&text, name) != "None");
         let has_order = self.order_until.is_some_and(|until| self.now <= until);
-        // Only what makes a difference in this state counts: a commander, to what is armed or has torque.
+        // Only what makes a difference in this state counts; for example, a commander matters only to a joint that is
+        // armed or has torque.
         let (power, licence) = (field(&text, "power"), field(&text, "licence"));
         let has_power = ["Found", "On", "Rising"].iter().any(|kind| power.starts_with(kind));
         let has_commander = self.has_commander || !(has_power || licence.starts_with("Armed"));
@@ -314,8 +317,8 @@ impl World {
         self.key = format!("{} {rest:?} {given:?}", joint_key(&text));
     }
 
-    /// Whether an ending comes to an end: torque is off and the joint says so, or it says that it is not confirmed as
-    /// long as its servo does not answer, and no longer.
+    /// Whether an end completes: torque is off and confirmed. While the servo does not answer, it must be
+    /// unconfirmed.
     fn comes_to_an_end(&self, end: impl Fn(&mut Self), mutation: Mutation) -> bool {
         let mut world = self.clone();
         end(&mut world);
@@ -325,7 +328,7 @@ impl World {
             for _ in 0..most {
                 world.cycle(mutation);
                 since += u32::from(world.motor.letting_go().is_some());
-                // What does not answer after some cycles does not later.
+                // A servo that does not answer after some cycles does not answer later.
                 if has_ended(world) || world.broken.is_some() || (since > 6 && world.wrong != Wrong::Nothing)
                 {
                     return;
@@ -337,13 +340,13 @@ impl World {
             world.wrong = Wrong::Nothing;
             run(&mut world, CONFIRMED_WITHIN);
         }
-        // It stays so.
+        // The result must be stable.
         run(&mut world, 1);
         has_ended(&world) && !world.has_torque() && world.broken.is_none()
     }
 }
 
-/// A motor process with an emergency stop of a category.
+/// The motor process with an emergency stop of a given category.
 struct Process {
     category: u8,
     mutation: Mutation,
@@ -387,7 +390,7 @@ impl Checked for Process {
                 let dismiss = |world: &mut World| world.motor.dismiss(world.now + END);
                 world.comes_to_an_end(dismiss, process.mutation)
             }),
-            // What the checker reaches at all.
+            // Reachability.
             Property::sometimes("the joint follows", |_, world: &World| {
                 world.state().mode() == Some(JointMode::Following)
             }),
@@ -400,7 +403,7 @@ impl Checked for Process {
                 world.state().mode() == Some(JointMode::Lowering)
             }));
         }
-        // A stop of category 2 keeps torque on.
+        // A category 2 stop keeps torque on.
         if self.category < 2 {
             properties.push(Property::always(EMERGENCY_END, |process: &Self, world: &World| {
                 let stop = |world: &mut World| world.motor.emergency_stop(world.now);
@@ -415,7 +418,7 @@ const SAFE: &str = "nothing moves without the guard, without an order, or by a r
 const ORDERLY_END: &str = "an orderly end comes to an end";
 const EMERGENCY_END: &str = "an emergency stop comes to an end";
 
-/// Explores everything; what is wrong, with the actions that lead there.
+/// Explores all states. Returns the violations, with the actions that lead there.
 fn explore(category: u8, mutation: Mutation) -> Vec<String> {
     let checker =
         Process { category, mutation }.checker().finish_when(HasDiscoveries::AnyFailures).spawn_bfs().join();
@@ -463,7 +466,7 @@ fn the_model_checker_finds_what_is_wrong() {
     finds(Mutation::KeepsTorque, ORDERLY_END);
 }
 
-/// A motor process with an emergency stop of a category, after these actions.
+/// The state after these actions.
 fn after(category: u8, actions: &[Action]) -> World {
     let mut world = World::new(category, false);
     for action in actions {
@@ -473,7 +476,7 @@ fn after(category: u8, actions: &[Action]) -> World {
     world
 }
 
-/// An order to arm.
+/// An arming order.
 const ARM: Action = Action::Arm { acknowledges: false };
 
 #[test]

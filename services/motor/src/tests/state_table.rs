@@ -1,12 +1,11 @@
-//! Every state of a joint's four machines meets every event.
+//! Every state of a joint's four state machines is exposed to every event.
 //!
-//! The real [`Joint`] and the real bus planner drive the mock servo. A breadth-first search applies every event to every
-//! state that it reaches, and checks after each cycle that nothing moves without the guard. The search begins with a
-//! servo from the factory, and with a servo that an earlier process left with its torque on.
+//! The real [`Joint`] and the real bus planner drive the mock servo. A breadth-first search applies every event to
+//! every state that it reaches. After each cycle it checks that no motion occurs without permission. The search
+//! starts with a servo from the factory, and with servos that an earlier process left with torque on.
 //!
-//! Two states count as one where their machines agree, with what is ordered of the body and what the servo is like, as
-//! far as it makes a difference there. Numbers, times and most causes are ignored. The first state that is reached stands
-//! for all of its kind.
+//! Two states are equal if their state machines, the orders to the body and the servo agree, as far as that matters.
+//! Numbers, times and most causes are ignored. The first state reached represents its class.
 #![expect(clippy::wildcard_enum_match_arm, reason = "an event concerns few of the things that can go wrong")]
 
 use std::collections::hash_map::Entry;
@@ -25,7 +24,7 @@ use crate::bus::{Bus, Purpose};
 use crate::job::CONDITION;
 use crate::joint::{Joint, Orders, Policy};
 
-/// One joint on one simulated bus. Its limits are one radian to either side.
+/// One joint on one simulated bus. Its limits are ±1 rad.
 pub(super) const ONE_JOINT: &str = r#"
 bus = [{ name = "left", device = "/dev/ttyUSB0", baud = 4000000 }]
 [[joint]]
@@ -42,7 +41,7 @@ acceleration_rad_s2 = 10.0
 group = "body"
 "#;
 
-/// Short times, so that a few cycles reach what comes after them. Joints are armed by order alone.
+/// Short times, so that few cycles reach what follows. Joints are armed only by orders.
 pub(super) const SHORT: &str = "rate_hz = 250\ncommand_timeout_ms = 20\nlimp_after_ms = 20\n\
                      answer_within_ms = 1\nsoft_start_ms = 12\nsoft_start_rad_s = 0.5\non_alert = \"hold\"\n\
                      automatic_arming = \"never\"\nstop_category = 0\nmax_tracking_error_rad = 0.3\n\
@@ -52,42 +51,42 @@ pub(super) const SHORT: &str = "rate_hz = 250\ncommand_timeout_ms = 20\nlimp_aft
                      lower_within_ms = 60 }\n\
                      realtime = { fifo_priority = 0, cores = [], lock_memory = false }";
 
-/// Where the commander wants the joint.
+/// The commander's goal.
 pub(super) const GOAL_RAD: f64 = 0.5;
-/// Firmware that knows no fast reads: each answer stands for itself.
+/// Firmware without fast sync reads: each servo answers separately.
 const FIRMWARE: u8 = 40;
-/// Cycles after which the only servo of a bus is quarantined where it is silent.
+/// Cycles after which a silent servo is quarantined if it is the only one on the bus.
 const SILENT: u32 = 14;
-/// As long as a look at the servo takes to come round, and a little more.
+/// Period of the condition reads, and a little more.
 const LOOKED: Duration = Duration::from_millis(560);
 
-/// What goes wrong in an exchange.
+/// Fault of an exchange.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Wrong {
     Nothing,
-    /// The servo hears nothing.
+    /// The servo receives nothing.
     Deaf,
-    /// The servo obeys, and none of its answers arrives.
+    /// The servo executes instructions, but none of its answers arrives.
     Mute,
-    /// The servo does not hear the job.
+    /// The servo does not receive the job.
     JobUnheard,
-    /// Of a job of two instructions the servo hears one.
+    /// The servo receives one of the two instructions of a job.
     JobFirstHalf,
     JobSecondHalf,
-    /// The servo does the job, and its answer is lost, or arrives broken.
+    /// The servo executes the job; its answer is lost or corrupt.
     JobUnanswered,
     JobBroken,
-    /// The servo refuses the job, or has not understood it.
+    /// The servo refuses the job, or reports a wrong check sum.
     JobRefused,
     JobChecksum,
-    /// The measurements are old, lost, or arrive broken.
+    /// The measurements are stale, lost, or corrupt.
     ReadingStale,
     ReadingUnanswered,
     ReadingBroken,
     LineLost,
 }
 
-/// Carries out a request as the master of a bus does.
+/// Carries out a request like the master of a bus.
 pub(super) fn exchange(
     line: &mut Line,
     now: Instant,
@@ -182,7 +181,7 @@ pub(super) fn push_to(line: &mut Line, to_rad: f64) {
     servo.push_by(to_rad - servo.position_rad());
 }
 
-/// The value of a field in the text of a structure, as `Debug` writes it: of the first field of this name.
+/// Value of the first field of this name in a `Debug` text.
 pub(super) fn field<'a>(text: &'a str, name: &str) -> &'a str {
     let start = text.find(&format!(" {name}: ")).unwrap_or_else(|| panic!("no field `{name}` in {text}"));
     let value = &text[start + name.len() + 3..];
@@ -198,16 +197,16 @@ pub(super) fn field<'a>(text: &'a str, name: &str) -> &'a str {
     value
 }
 
-/// A text without its numbers.
+/// The text without its numbers.
 fn normalised(text: &str) -> String {
     text.replace(|letter: char| letter.is_ascii_digit() || matches!(letter, '.' | '-'), "")
 }
 
-/// What tells the machines of a joint from others, by the joint's text.
+/// Class of the state machines of a joint, from its `Debug` text.
 pub(super) fn joint_key(text: &str) -> String {
     let fields = ["link", "power", "licence", "motion", "cut_at", "reboot_at"].map(|name| field(text, name));
     let key = normalised(&fields.join(" "));
-    // Of the causes only those count after which a joint does something else.
+    // Only causes after which a joint behaves differently count.
     let mut words: Vec<&str> = key.split(' ').collect();
     for at in 1..words.len() {
         let is_special =
@@ -219,14 +218,14 @@ pub(super) fn joint_key(text: &str) -> String {
     words.join(" ")
 }
 
-/// What is published must agree with itself, and nothing moves in a mode that says that it does not.
+/// Checks that the published state is consistent, and that no motion occurs in a mode without motion.
 pub(super) fn check_published(state: &JointState) -> Result<(), String> {
     let (mode, machines) = (state.mode().unwrap(), state.machines().unwrap());
     let (power, motion) = (machines.power, machines.motion);
     let is_still = matches!(motion, JointMotion::Idle | JointMotion::Hold);
     let agrees = match mode {
         JointMode::Limp => {
-            // A servo that is none of this joint's is asked nothing.
+            // A servo of another model is not read.
             motion == JointMotion::Idle
                 && (power == JointPower::Off || machines.licence == JointLicence::Locked)
         }
@@ -249,12 +248,12 @@ pub(super) fn check_published(state: &JointState) -> Result<(), String> {
     if agrees { Ok(()) } else { Err(format!("{mode:?} with {machines:?}")) }
 }
 
-/// What holds for the whole body.
+/// Orders to the whole body.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Ordered {
-    /// There is a commander.
+    /// Commands arrive.
     Live,
-    /// The commander is gone, or has been for long.
+    /// Commands have stopped, or have been absent for long.
     Gone,
     Limp,
     /// Another joint failed, or another bus is lost.
@@ -262,34 +261,34 @@ enum Ordered {
     BodyStopped,
 }
 
-/// What happens to a joint.
+/// An event.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Event {
-    /// So many cycles in which something goes wrong.
+    /// A number of cycles with a fault.
     Cycles(u32, Wrong),
-    /// The motor process stands still.
+    /// The motor process stalls.
     StandsStill(Duration),
     Told(Ordered),
-    /// An order to arm, which holds for so many cycles.
+    /// An arming order that is valid for a number of cycles.
     Arm(u32),
     Acknowledge,
-    /// The whole body lets go.
+    /// Torque goes off for the whole body.
     LetGo(JointCause),
     Released,
     /// An emergency stop that lets the joint stop first.
     StopFirst,
     Alert(HardwareError),
-    /// The servo begins anew without a moment's silence, or after one.
+    /// The servo restarts without becoming silent, or reboots.
     Restart,
     Reboot,
-    /// Two servos of one identifier were found on the bus.
+    /// Two servos with one identifier were found on the bus.
     Duplicate,
-    /// Another hand writes a byte.
+    /// Another program writes a byte.
     Written(table::Item, u8),
     PushedTo(f64),
 }
 
-/// Nothing happens for longer than a look at the servo takes to come round.
+/// No event for longer than the period of the condition reads.
 const SETTLED: Event = Event::Cycles(145, Wrong::Nothing);
 
 fn events() -> Vec<Event> {
@@ -329,7 +328,7 @@ fn events() -> Vec<Event> {
     events.extend(
         [(TORQUE_ENABLE, 0), (TORQUE_ENABLE, 1), (BUS_WATCHDOG, 0)].map(|(item, to)| Written(item, to)),
     );
-    // Within the limits and far from the command, a little beyond the limits, and too far beyond.
+    // Within the limits and far from the setpoint, a little beyond the limits, and too far beyond.
     events.extend([-0.6, 0.4, 1.4, 2.6].map(PushedTo));
     events
 }
@@ -345,11 +344,11 @@ struct Bench {
     letting_go: Option<JointCause>,
     order: u64,
     locks: u64,
-    /// When something happened to the servo that the joint cannot know at once.
+    /// When the servo last changed in a way that the joint cannot detect at once.
     meddled_at: Instant,
 }
 
-/// Memory that is used in every exchange.
+/// Buffers that are reused in every exchange.
 #[derive(Default)]
 struct Wire {
     request: Request,
@@ -374,7 +373,7 @@ impl Bench {
         }
     }
 
-    /// One whose servo an earlier process left with its torque on, on its way to a goal.
+    /// A joint whose servo an earlier process left with torque on, moving towards a goal.
     fn found(watchdog: u8) -> Self {
         let mut bench = Self::new();
         let servo = &mut bench.line.servos_mut()[0];
@@ -412,7 +411,7 @@ impl Bench {
             }
             Event::Duplicate => self.joint.forbid(self.now, Id::new(1).unwrap()),
             Event::Written(item, byte) => {
-                // A servo refuses what it refuses.
+                // The servo may refuse the write.
                 let _refused = self.line.servos_mut()[0].write(item.address, &[byte]);
             }
             Event::PushedTo(to_rad) => push_to(&mut self.line, to_rad),
@@ -425,7 +424,7 @@ impl Bench {
             self.meddled_at = self.now;
         }
         for _ in 0..cycles {
-            // What a servo has done of half a job is not known before it is told again.
+            // A half-executed job is not detected before it is repeated.
             if matches!(wrong, Wrong::JobFirstHalf | Wrong::JobSecondHalf) {
                 self.meddled_at = self.now;
             }
@@ -477,7 +476,7 @@ impl Bench {
         self.check()
     }
 
-    /// What holds after every step.
+    /// Checks the invariants of every step.
     fn check(&self) -> Result<(), String> {
         let (joint, state) = (&self.joint, self.joint.state());
         let machines = state.machines().unwrap();
@@ -503,12 +502,12 @@ impl Bench {
         Ok(())
     }
 
-    /// What holds where nothing happened for longer than a look takes to come round.
+    /// Checks the invariants after no event for longer than the period of the condition reads.
     fn check_settled(&self) -> Result<(), String> {
         let machines = self.joint.state().machines().unwrap();
         let (torque, watchdog) = (item(&self.line, TORQUE_ENABLE), item(&self.line, BUS_WATCHDOG));
         let is_known = machines.link == JointLink::Answering && self.letting_go.is_none();
-        // A servo that refuses to switch its torque off is told again, and published as not confirmed.
+        // A servo that refuses torque off is told again, and is published as unconfirmed.
         let is_cut = machines.power == JointPower::Cutting;
         if is_known && torque == 1 && watchdog != 10 && !is_cut {
             return Err(format!("it answers with torque, and its watchdog is {watchdog}: {machines:?}"));
@@ -519,15 +518,15 @@ impl Bench {
         Ok(())
     }
 
-    /// What tells this state from others.
+    /// Class of this state.
     fn key(&self, text: &str) -> String {
         let is_unproven = field(text, "trusted_at") != "None";
         let (power, is_armed) = (field(text, "power"), field(text, "licence").starts_with("Armed"));
         let (torque, watchdog) = (item(&self.line, TORQUE_ENABLE), item(&self.line, BUS_WATCHDOG));
         let servo = &self.line.servos()[0];
         let beyond_rad = (servo.position_rad().abs() - 1.0).max(0.0);
-        // Only the part of the rest counts that makes a difference in this state: where torque is off the watchdog is
-        // armed before it comes on, orders matter to what is armed or has torque, and a reaction to what moves.
+        // Only what makes a difference in this state counts. With torque off the watchdog is armed before torque
+        // comes on. Orders matter only to a joint that is armed or has torque, and a reaction only to one that moves.
         let has_power = power.starts_with("Found") || power.starts_with("On") || power.starts_with("Rising");
         let watchdog = (torque == 1 || power.starts_with("Rising")).then_some(watchdog);
         let orders = is_armed.then_some(self.orders);
@@ -541,7 +540,7 @@ impl Bench {
         format!("{} {rest:?}", joint_key(text))
     }
 
-    /// The state of the product of its machines.
+    /// The states of the four state machines.
     fn product(text: &str) -> String {
         let kind = |name: &str| {
             let value = field(text, name);
@@ -553,8 +552,8 @@ impl Bench {
     }
 }
 
-/// Every state of the product of the four machines that is reached: link, power, licence, motion, and whether the whole
-/// body lets go. A new one is looked at by a person before it is added.
+/// Every combination of the four state machines that is reached: link, power, licence, motion, and whether torque
+/// goes off for the whole body. A developer reviews a new one before adding it.
 const PRODUCTS: [&str; 66] = [
     "answering cutting armed idle",
     "answering cutting disarmed idle",
@@ -657,7 +656,7 @@ fn every_state_of_a_joint_meets_every_event_and_nothing_moves_without_the_guard(
     }
     while let Some(at) = open.pop_front() {
         for &event in &events {
-            // Where torque is off a look at the servo finds nothing that a shorter time does not.
+            // With torque off a condition read finds nothing that a shorter time does not.
             if event == SETTLED && item(&reached[at].bench.line, TORQUE_ENABLE) == 0 {
                 continue;
             }
@@ -689,7 +688,7 @@ fn every_state_of_a_joint_meets_every_event_and_nothing_moves_without_the_guard(
     assert!(new.is_empty() && gone.is_empty(), "new: {new:#?}, no longer reached: {gone:#?}");
 }
 
-/// A joint after these events.
+/// The state after these events.
 fn after(events: &[Event]) -> Bench {
     let (mut bench, mut wire) = (Bench::new(), Wire::default());
     for event in events {
@@ -722,8 +721,7 @@ fn an_alert_takes_the_torque_of_a_joint_that_is_locked_for_another_cause() {
 #[test]
 fn a_watchdog_that_has_tripped_is_seen_during_an_alert_too() {
     let cycles = |count| Event::Cycles(count, Wrong::Nothing);
-    // The machine stands still while the supply sags. After each cycle it is checked that power that is on includes the
-    // armed watchdog.
+    // The machine stalls while the supply sags. Every cycle checks that power that is on includes an armed watchdog.
     after(&[
         Event::Arm(8),
         Event::PushedTo(1.4),

@@ -1,4 +1,4 @@
-//! Servos that hear and do not say so, or that nobody hears any more while they are to be told something.
+//! Servos that do not acknowledge instructions, or become silent before they have received one.
 
 use std::collections::BTreeMap;
 
@@ -15,13 +15,13 @@ use crate::job::Job;
 use crate::joint::{Joint, Policy};
 use config::leo::AlertReaction;
 
-/// The instruction bytes of a ping, of a read and of a reboot.
+/// Instruction bytes of a ping, of a read and of a reboot.
 const PING: u8 = 0x01;
 const READ: u8 = 0x02;
 const REBOOT: u8 = 0x08;
 
 impl Rig {
-    /// Cycles with a commander; the jobs of each.
+    /// Cycles with a commander; returns their jobs.
     fn jobs_of(&mut self, cycles: u32) -> Vec<(usize, u8, u8)> {
         let mut jobs = Vec::new();
         for _ in 0..cycles {
@@ -31,13 +31,13 @@ impl Rig {
         jobs
     }
 
-    /// How much a servo answers.
+    /// Sets the status return level of a servo.
     fn level(&mut self, bus: usize, place: usize, level: u8) {
         self.servo(bus, place).write(STATUS_RETURN_LEVEL.address, &[level]).unwrap();
     }
 }
 
-/// A new motor process and servos that are configured already, without torque.
+/// A new motor process, and servos that are already configured, without torque.
 fn configured() -> Rig {
     let Rig { mut lines, now, .. } = following();
     for servo in lines.iter_mut().flat_map(Line::servos_mut) {
@@ -46,7 +46,7 @@ fn configured() -> Rig {
     Rig { lines, now, ..Rig::new() }
 }
 
-/// The joints of the left bus, of which nothing is known yet.
+/// The joints of the left bus in their initial state.
 fn left_joints() -> [Joint; 2] {
     let robot = config::motor::parse(ROBOT, "motor.toml".as_ref()).unwrap();
     let policy = Policy::new(&config::parse(SETTINGS, "leo.toml".as_ref()).unwrap(), true);
@@ -56,12 +56,12 @@ fn left_joints() -> [Joint; 2] {
     })
 }
 
-/// What servo 1 answers where all is well.
+/// A status packet of servo 1 without errors.
 fn status(params: &[u8]) -> Status<'_> {
     Status { id: Id::new(1).unwrap(), alert: false, fault: None, params }
 }
 
-/// A rig that reboots, whose elbow has just confirmed that its torque is off after an alert.
+/// A rig that reboots servos, whose elbow has just confirmed torque off after an alert.
 fn alerted() -> Rig {
     let mut rig = Rig::with(&SETTINGS.replace("\"hold\"", "\"reboot\""));
     rig.until(200, 0.2, |rig| rig.modes() == [Following; 3]);
@@ -84,7 +84,7 @@ fn a_servo_that_loses_its_power_before_its_reboot_costs_a_question_now_and_then_
     assert_eq!(told(Some(REBOOT)), 1, "it may have heard it");
     assert!((4..12).contains(&told(None)), "asked {} times in six seconds", told(None));
     assert_eq!((rig.modes()[1], rig.causes()[1]), (Quarantined, JointCause::Silent));
-    // The other one is looked at still.
+    // The condition of the other servo is still read.
     rig.servo(0, 0).warm_to(73.0);
     rig.until(150, 0.2, |rig| rig.causes()[0] == JointCause::Derated);
     rig.servo(0, 0).warm_to(30.0);
@@ -111,7 +111,7 @@ fn a_servo_that_cannot_be_told_to_let_go_is_told_later_and_later() {
     let mut rig = following();
     rig.mute.insert((0, 2));
     rig.lines[0].servos_mut()[1].fail(HardwareError::Overheating);
-    // It says so in one answer, and nothing more.
+    // It reports the alert in one answer, and then becomes silent.
     rig.mute.clear();
     rig.commanded(1, 0.2, rig.now);
     rig.mute.insert((0, 2));
@@ -124,7 +124,7 @@ fn a_servo_that_cannot_be_told_to_let_go_is_told_later_and_later() {
 #[test]
 fn servos_are_looked_at_while_another_has_a_job_in_every_cycle() {
     let (rig, mut joints) = (following(), left_joints());
-    // The first is well; of the second nobody says whether it answers, so that it is pinged for ever.
+    // The first servo is set up. The second never gets an answer, so that it is pinged forever.
     let servo = &rig.lines[0].servos()[0];
     for (job, params) in [(Job::Ping, &servo.ping()[..]), (Job::Inspect, servo.read(9, 107).unwrap())] {
         joints[0].answered(rig.now, job, &status(params));
@@ -160,7 +160,7 @@ fn a_servo_that_no_longer_acknowledges_what_it_is_told_lets_go_all_the_same() {
     let mut rig = following();
     rig.level(0, 0, 1);
     rig.commanded(150, 0.3, rig.now);
-    // Nobody commands.
+    // Without a commander.
     for _ in 0..400 {
         rig.cycle();
     }

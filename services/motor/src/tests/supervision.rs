@@ -1,4 +1,4 @@
-//! Somebody watches: what holds a joint, what carries it, and how torque goes off.
+//! Supervision: blocked joints, joints that carry others, and how torque goes off.
 
 use super::*;
 
@@ -7,7 +7,7 @@ use servo::mock::HardwareError;
 
 use JointMode::{Aligning, Decelerating, Following, Holding, Limp, Lowering, Quarantined, Releasing};
 
-/// An obstacle at the shoulder: it stays where it is, whatever its servo does.
+/// An obstacle at the shoulder: the shaft stays where it is, whatever the servo does.
 struct Obstacle {
     at_rad: f64,
 }
@@ -38,7 +38,7 @@ fn a_command_is_never_further_ahead_than_the_bound_and_a_blocked_joint_halts_and
         cycles += 1;
         assert!(cycles < 400, "nobody noticed");
     }
-    // It took 0.3 s to get there, and half a second more to be sure.
+    // It took 0.3 s to get there, and half a second more to detect the block.
     assert!(cycles > 125, "{cycles} cycles");
     let said = rig.motor.trouble(0).unwrap().to_string();
     assert!(said.starts_with("blocked: it was"), "{said}");
@@ -48,7 +48,7 @@ fn a_command_is_never_further_ahead_than_the_bound_and_a_blocked_joint_halts_and
     }
     assert_eq!((rig.modes()[0], rig.causes()[0], rig.torque(0, 0)), (Holding, JointCause::Blocked, 1));
     assert_eq!(rig.state(0).machines().unwrap().licence, JointLicence::Locked);
-    // Freed, it stays: the servo's goal is where it stands.
+    // Once released it stays: the servo's goal is its position.
     let at_rad = rig.position(0);
     rig.commanded(300, -0.9, rig.now);
     assert!((rig.position(0) - at_rad).abs() < 0.01, "from {at_rad} to {}", rig.position(0));
@@ -60,7 +60,7 @@ fn a_command_is_never_further_ahead_than_the_bound_and_a_blocked_joint_halts_and
 fn a_joint_that_is_freed_in_time_catches_up_no_faster_than_it_may() {
     let mut rig = following();
     rig.commanded(150, 0.3, rig.now);
-    // Its servo's own trajectory goes on while an obstacle holds the shaft.
+    // The servo's own trajectory continues while an obstacle holds the shaft.
     rig.servo(0, 0).block(true);
     rig.commanded(150, -0.9, rig.now);
     assert_eq!(rig.modes()[0], Following);
@@ -72,10 +72,10 @@ fn a_joint_that_is_freed_in_time_catches_up_no_faster_than_it_may() {
         fastest = fastest.max((is_rad - before).abs() / PERIOD.as_secs_f64());
         before = is_rad;
     }
-    // 2 rad/s, where the servo could do 4.8; a count of duty is 0.1 %.
+    // 2 rad/s, although the servo could do 4.8; one count of PWM is 0.1 %.
     assert!((1.0..2.02).contains(&fastest), "{fastest} rad/s");
     assert!((rig.position(0) + 0.9).abs() < 0.003);
-    // It may press with all that it has again.
+    // It may use its full PWM again.
     let duty = rig.lines[0].servos()[0].read(table::GOAL_PWM.address, 2).unwrap();
     assert_eq!(duty, 885_u16.to_le_bytes());
 }
@@ -99,17 +99,17 @@ fn a_joint_may_have_a_bound_of_its_own() {
 fn a_joint_that_is_found_far_beyond_its_limits_is_locked_and_one_a_little_beyond_comes_back_slowly() {
     let settings = SETTINGS.replace("max_beyond_limits_rad = 1.0", "max_beyond_limits_rad = 0.2");
     let mut rig = Rig::with(&settings);
-    // From 0.3 to 1.4 rad, where 1 is the limit.
+    // From 0.3 to 1.4 rad; the limit is 1.
     rig.servo(0, 0).push_by(1.1);
     rig.commanded(300, 0.0, rig.now);
     assert_eq!((rig.modes()[0], rig.causes()[0], rig.torque(0, 0)), (Limp, JointCause::BeyondLimits, 0));
     let said = rig.motor.trouble(0).unwrap().to_string();
     assert!(said.starts_with("it stands 0.4") && said.contains("a slipped horn"), "{said}");
-    // Acknowledged while it is there still, it stays locked.
+    // Acknowledged while it is still there, it stays locked.
     rig.motor.arm(rig.now, Some(u64::MAX));
     rig.commanded(300, 0.0, rig.now);
     assert_eq!(rig.modes()[0], Limp);
-    // Brought back by hand to a little beyond.
+    // Moved back by hand to a little beyond.
     rig.servo(0, 0).push_by(-0.25);
     rig.commanded(100, 0.0, rig.now);
     assert_eq!(rig.modes()[0], Limp, "nobody has acknowledged it");
@@ -206,7 +206,7 @@ fn a_joint_of_a_group_that_shall_be_limp_is_and_an_alert_of_two_kinds_asks_for_t
     rig.servo(0, 0).fail(HardwareError::InputVoltage);
     rig.commanded(1, 0.3, rig.now);
     assert_eq!(rig.modes()[0], Releasing);
-    // The elbow is of another group.
+    // The elbow is in another group.
     rig.servo(0, 1).fail(HardwareError::InputVoltage);
     rig.commanded(2, 0.3, rig.now);
     assert!([Decelerating, Holding].contains(&rig.modes()[1]), "{:?}", rig.modes());
@@ -240,7 +240,7 @@ fn an_emergency_stop_of_category_1_slows_down_first_and_of_category_2_keeps_torq
         assert_eq!(seen, trace, "category {category}");
         assert_eq!(rig.torque(0, 0), u8::from(category == 2));
         assert_eq!(rig.causes(), [JointCause::Emergency; 3], "category {category}");
-        // Released, it waits to be armed.
+        // After the release it waits to be armed.
         rig.motor.end_emergency();
         rig.commanded(300, -0.9, rig.now);
         assert_eq!(rig.causes(), [JointCause::Emergency; 3], "category {category}");
@@ -269,8 +269,8 @@ fn a_joint_of_which_newer_goals_say_nothing_slows_down_and_holds() {
     assert!((rig.position(1) + 0.9).abs() < 0.003);
 }
 
-/// How uneven the velocity of a servo is that follows a command of one velocity: the largest deviation, in parts of it.
-/// It is looked at four times in a millisecond.
+/// Largest relative deviation of the velocity of a servo that follows a setpoint of constant velocity. It is sampled
+/// four times per millisecond.
 fn ripple(rig: &mut Rig) -> f64 {
     rig.commanded(200, -0.9, rig.now);
     let arrive_at = rig.now + Duration::from_millis(3600);
@@ -295,7 +295,7 @@ fn ripple(rig: &mut Rig) -> f64 {
 #[test]
 fn goals_that_stream_in_make_no_stop_of_each_goal() {
     let ripple = ripple(&mut following());
-    // With a trapezoid to every goal it was more than one: the servo stopped between any two cycles.
+    // With a trapezoid to every goal it was above 1: the servo stopped between any two cycles.
     assert!(ripple < 0.25, "{ripple}");
 }
 
@@ -351,7 +351,7 @@ fn a_supply_that_sags_lowers_one_joint_after_the_other_and_drops_none() {
     rig.until(200, 0.3, |rig| rig.modes() == [Following; 3]);
     rig.commanded(400, 0.8, rig.now);
     rig.servo(0, 1).fail(HardwareError::InputVoltage);
-    // The shoulder hangs from it and holds by then.
+    // The shoulder is carried by it, and holds by then.
     rig.motor = rig.motor.clone().with_parents(&[Some(1), None, None]);
     rig.commanded(30, 0.8, rig.now);
     assert_eq!((rig.modes()[0], rig.causes()[0]), (Holding, JointCause::GroupStopped));
@@ -366,7 +366,7 @@ fn a_supply_that_sags_lowers_one_joint_after_the_other_and_drops_none() {
 fn the_velocity_of_a_profile_costs_the_wire_nothing_while_it_stays_and_is_told_again_twice_a_second() {
     let mut rig = following();
     rig.commanded(600, 0.3, rig.now);
-    // Bus 1 has one servo, and is asked last. A goal alone takes 5 bytes of data, with its velocity 9.
+    // Bus 1 has one servo, and is asked last. A goal alone takes 5 bytes of data, and 9 with its velocity.
     let mut lengths = Vec::new();
     for _ in 0..250 {
         rig.commanded(1, 0.3, rig.now);
@@ -376,7 +376,7 @@ fn the_velocity_of_a_profile_costs_the_wire_nothing_while_it_stays_and_is_told_a
     let longer = lengths.iter().filter(|length| **length == shortest + 4).count();
     // Every 125 cycles.
     assert_eq!((longer, lengths.iter().filter(|length| **length > shortest + 4).count()), (2, 0));
-    // A servo that lost it, or that another program has told otherwise, is told again soon.
+    // The velocity is written again soon if the servo lost it, or another program changed it.
     rig.servo(1, 0).write(table::PROFILE_VELOCITY.address, &400_u32.to_le_bytes()).unwrap();
     rig.commanded(126, 0.3, rig.now);
     let told = rig.lines[1].servos()[0].read(table::PROFILE_VELOCITY.address, 4).unwrap().to_vec();

@@ -1,4 +1,4 @@
-//! No torque without a commander, and none that moves faster than it should.
+//! Torque comes on only with a commander, and never makes a joint faster than allowed.
 
 use super::*;
 
@@ -24,7 +24,7 @@ impl Rig {
     }
 }
 
-/// A new motor process and servos that followed the one before, which was killed.
+/// A new motor process, with servos left by the previous one, which was killed while they followed.
 fn begun_anew() -> Rig {
     let Rig { lines, now, .. } = following();
     Rig { lines, now, ..Rig::new() }
@@ -44,7 +44,7 @@ fn a_sign_of_life_from_the_future_grows_old_like_any_other() {
     }
     assert_eq!(rig.modes(), [Limp; 3]);
     assert_eq!([rig.torque(0, 0), rig.torque(0, 1), rig.torque(1, 0)], [0; 3]);
-    // An honest commander is heeded at once.
+    // A commander with a correct clock is accepted at once.
     rig.commanded(200, 0.1, rig.now);
     assert_eq!(rig.modes(), [Following; 3]);
 }
@@ -98,13 +98,13 @@ fn a_servo_that_hears_and_is_not_heard_is_let_go_when_its_commander_was_gone_for
             rig.cycle();
             assert_eq!(rig.torque(0, 0), 1, "{fault}: a commander may come still");
         }
-        // It is told when it is asked next whether it is there.
+        // It is told with the next ping.
         for _ in 0..1300 {
             rig.cycle();
             assert_eq!(rig.modes()[0], Quarantined);
         }
         assert_eq!(rig.torque(0, 0), 0, "{fault}");
-        // It lost its torque by order, and not because it began anew.
+        // It lost its torque by an order, and not by a restart.
         rig.inject(0, "drop p=0");
         for _ in 0..1300 {
             rig.cycle();
@@ -150,7 +150,7 @@ fn torque_that_comes_on_by_another_hand_is_seen_within_half_a_second_and_goes_of
 
 #[test]
 fn torque_does_not_come_on_once_the_commander_is_gone_or_a_bus_is_lost() {
-    // One late frame is one too many.
+    // A single late frame exceeds the timeout.
     let mut rig = Rig::with(&SETTINGS.replace("command_timeout_ms = 200", "command_timeout_ms = 4"));
     while !rig.is_guarded(0, 0) {
         rig.motor.goals(rig.now, &[]);
@@ -184,7 +184,7 @@ fn a_joint_that_stands_beyond_its_limits_comes_back_to_them_slowly() {
         for _ in 0..1000 {
             rig.commanded(1, 0.0, rig.now);
             let now = rig.lines[0].servos()[0].position_rad();
-            // Once it is back among its limits and its soft start is over, it is as fast as any.
+            // Back within its limits, and after its soft start, it is as fast as any joint.
             if now.abs() > 1.0 {
                 fastest = fastest.max((now - before.unwrap_or(now)).abs() / PERIOD.as_secs_f64());
                 modes.insert(format!("{:?}", rig.modes()[0]));

@@ -1,22 +1,22 @@
-//! Servos that answer, and of whose answers nothing shows that they are new: their own clocks do not go right.
+//! Servos whose readings cannot be shown to be fresh, because their clocks are wrong.
 
 use super::*;
 
 use JointMode::{Following, Limp, Quarantined};
 
-/// Longer than a clock that is right again must go right.
+/// Longer than the time for which a clock must be right before it is trusted again.
 const PROVEN: u32 = 15_500 / 4;
-/// The longest that a servo which is not believed is left alone.
+/// The longest waiting time of a quarantined servo.
 const ALONE: u32 = 5_000 / 4;
 
 impl Rig {
-    /// Cycles with a commander in which the clock of servo 1 of the left bus loses a millisecond in so many
-    /// cycles; how often its joint began to follow.
+    /// Cycles with a commander in which the clock of servo 1 of the left bus loses a millisecond every `of` cycles.
+    /// Returns how often its joint began to follow.
     fn losing(&mut self, cycles: u32, of: u32) -> u32 {
         let mut begun = 0;
         for cycle in 0..cycles {
             if cycle % of == 0 {
-                // The last one before the cycle: it goes on with the next instruction.
+                // The last millisecond before the cycle; the clock continues with the next instruction.
                 let at = self.now + PERIOD - Duration::from_millis(1);
                 self.lines[0].inject(at, &["stopped-clock id=1".parse().unwrap()]);
                 self.lines[0].advance(at);
@@ -34,7 +34,7 @@ impl Rig {
 fn a_servo_whose_clock_stands_still_as_it_starts_gets_no_torque_and_holds_up_no_other_group() {
     let mut rig = Rig::new();
     rig.inject(0, "stopped-clock id=1");
-    // It is the only one of the first group.
+    // It is the only servo of the first group.
     rig.until(150, 0.3, |rig| rig.modes() == [Quarantined, Following, Following]);
     assert_eq!(rig.causes()[0], JointCause::Unbelieved);
     let said = rig.motor.trouble(0).unwrap().to_string();
@@ -43,7 +43,7 @@ fn a_servo_whose_clock_stands_still_as_it_starts_gets_no_torque_and_holds_up_no_
         rig.commanded(1, 0.3, rig.now);
         assert_eq!((rig.modes(), rig.torque(0, 0)), (vec![Quarantined, Following, Following], 0));
     }
-    // Somebody has put another servo there.
+    // The servo is replaced.
     rig.inject(0, "drop p=0");
     let cycles = rig.until(ALONE + 2 * PROVEN, 0.3, |rig| rig.modes() == [Following; 3]);
     assert!(cycles > PROVEN - 200, "believed after {cycles} cycles");
@@ -52,13 +52,13 @@ fn a_servo_whose_clock_stands_still_as_it_starts_gets_no_torque_and_holds_up_no_
 
 #[test]
 fn a_servo_whose_clock_loses_more_than_two_in_a_hundred_is_quarantined_and_does_not_come_and_go() {
-    // Five in a hundred, and two and a half.
+    // By 5 % and by 2.5 %.
     for of in [5, 10] {
         let mut rig = following();
         assert_eq!(rig.losing(4 * PROVEN, of), 0, "in {of} cycles");
         assert_eq!((rig.modes()[0], rig.causes()[0]), (Quarantined, JointCause::Unbelieved));
         assert_eq!(rig.torque(0, 0), 1, "as it was: it holds what it held");
-        // Nobody commands.
+        // Without a commander.
         for _ in 0..300 + 2 * ALONE {
             rig.cycle();
         }

@@ -1,4 +1,4 @@
-//! Plays any bytes to the motor process's core: as joint goals, and as what one of its buses answers.
+//! Feeds arbitrary bytes to the core of the motor process: as joint goals, and as the answers of one of its buses.
 
 use std::sync::OnceLock;
 
@@ -10,10 +10,10 @@ use serial::Lost;
 use servo::mock::Line;
 
 const PERIOD: Duration = Duration::from_millis(4);
-/// Bytes that make a goal: which joint, where, and when.
+/// Bytes that make a goal: joint, position, and arrival time.
 const GOAL: usize = 17;
 
-/// A bus whose servos are in this process, and on which anybody may say anything.
+/// A bus whose servos are in this process, and whose answers can be replaced by arbitrary bytes.
 #[derive(Clone)]
 struct Bus {
     line: Line,
@@ -41,7 +41,6 @@ impl Port for Bus {
     }
 }
 
-/// The whole robot.
 #[derive(Clone)]
 struct Body {
     robot: Robot,
@@ -52,7 +51,7 @@ struct Body {
 }
 
 impl Body {
-    /// All of whose joints follow.
+    /// Creates the robot, and waits until all joints follow.
     fn following() -> Self {
         let robot = Robot::load(None).expect("the built-in robot");
         let now = Instant::from_nanos(1);
@@ -75,7 +74,7 @@ impl Body {
         body
     }
 
-    /// With goals that were decided at an instant, or now.
+    /// One cycle with goals that were decided at `decided_at`, or now.
     fn cycle(&mut self, decided_at: Option<Instant>, goals: &[JointGoal]) {
         self.now += PERIOD;
         self.motor.goals(decided_at.unwrap_or(self.now), goals);
@@ -91,11 +90,11 @@ impl Body {
     }
 }
 
-/// Plays a script to the motor process, and returns how many commands there were.
+/// Plays a script to the motor process, and returns the number of setpoints.
 ///
 /// # Panics
 ///
-/// A command is no number, beyond a limit, or jumps.
+/// If a setpoint is not finite, exceeds a limit, or jumps.
 pub(crate) fn play(script: &[u8]) -> u64 {
     static FOLLOWING: OnceLock<Body> = OnceLock::new();
     let mut body = FOLLOWING.get_or_init(Body::following).clone();
@@ -107,7 +106,7 @@ pub(crate) fn play(script: &[u8]) -> u64 {
             bus.lies = Some(cycle.to_vec());
         }
         let goals: Vec<_> = cycle.chunks_exact(GOAL).map(goal).collect();
-        // One frame in four says of itself when it was decided.
+        // One frame in four has a decision time from the script.
         let decided_at = cycle
             .first_chunk()
             .map(|bytes| Instant::from_nanos(u64::from_le_bytes(*bytes)))

@@ -5,18 +5,17 @@ use motor_process::{Port, Received, Sent};
 use serial::Lost;
 use servo::mock::Line;
 
-/// A bus without a wire: an answer is there as soon as the question, which allocates nothing.
+/// A bus without transmission times: answers arrive at once, without allocation.
 pub(crate) struct Wire {
     pub(crate) line: Line,
-    /// What the servos take for the time.
+    /// Time of the servos.
     pub(crate) now: Instant,
-    /// Whether nothing that they say arrives.
+    /// Whether the answers of the servos are lost.
     pub(crate) mute: bool,
     said: Vec<u8>,
 }
 
 impl Wire {
-    /// With these servos.
     pub(crate) fn new(line: Line, now: Instant) -> Self {
         Self { line, now, mute: false, said: Vec::with_capacity(4096) }
     }

@@ -53,7 +53,7 @@ fn in_wall_time_joints_come_up_arrive_and_come_back_when_their_buses_were_lost()
 fn a_bus_that_does_not_come_back_is_lost_after_25_cycles_and_the_body_stops_until_it_does() {
     let mut rig = Rig::new(Time::Wall);
     rig.until("following", follows);
-    // What the bus is given lies here, as with a device that hangs and does not hang up.
+    // Requests to this bus remain here, like with a device that hangs without a hang-up.
     let hung = Arc::new(Inbox::new());
     let inbox = std::mem::replace(&mut rig.threads.ends[0].to, Arc::clone(&hung));
     rig.until_so("given to the one that hangs", |_| !hung.jobs.is_empty());
@@ -68,7 +68,7 @@ fn a_bus_that_does_not_come_back_is_lost_after_25_cycles_and_the_body_stops_unti
     let are = |rig: &Rig, joints: &[usize], cause| joints.iter().all(|&joint| rig.cause(joint) == cause);
     assert!(are(&rig, &lost, JointCause::BusLost));
     rig.until_so("stopped", |rig| are(rig, &others, JointCause::BodyStopped));
-    // It goes on hanging, which is no news.
+    // It still hangs, and is not counted again.
     for _ in 0..3 * AWAY_MOST {
         rig.cycle();
     }
@@ -86,7 +86,7 @@ fn a_thread_whose_line_takes_no_bytes_says_so_and_closes_it_without_being_asked_
     let bus = &robot.motor.buses[0];
     let pty = Pty::new(bus.baud).unwrap();
     let tty = Tty::open(pty.path(), bus.baud).unwrap();
-    // Nobody reads the other end. What the kernel carries on makes room for a while.
+    // Nothing reads the other end. The kernel moves data on for a while, which frees space.
     while tty.write(&[0; 64], clock::now() + Duration::from_millis(500)).is_ok() {}
     let patience = (PERIOD / 4, 2 * PERIOD);
     let line = Line::new(Some(tty), pty.path().to_owned(), bus.baud);
@@ -104,7 +104,7 @@ fn a_thread_whose_line_takes_no_bytes_says_so_and_closes_it_without_being_asked_
     }
 }
 
-/// What an item of a servo says, asked by another master than the one that is gone.
+/// Value of an item of a servo, read by another master after the first has gone.
 fn item(tty: &Tty, id: u8, item: Item) -> i64 {
     let question = Instruction::Read { address: item.address, length: item.length };
     let mut bytes = [0; 64];
@@ -135,11 +135,11 @@ fn servos_whose_commander_died_in_motion_stop_by_themselves() {
         rig.cycle();
         assert!(clock::now() < give_up, "they do not move");
     }
-    // The commander is gone in the middle of it, without a word.
+    // The commander disappears during the motion.
     rig.threads = Threads { ends: Vec::new() };
     let silent_since = clock::now();
-    // Any word on the bus would count as life: it is left alone for as long as the watchdog waits,
-    // and for what a servo needs to stop.
+    // Any instruction on the bus would reset the watchdog. So nothing is sent during its timeout and the time a servo
+    // needs to stop.
     clock::sleep_until(silent_since + Duration::from_millis(600));
     let mut tripped = 0;
     for (index, bus) in rig.robot.motor.buses.iter().enumerate() {
@@ -159,7 +159,7 @@ fn a_mock_servo_bus_may_come_after_the_motor_and_an_adapter_too() {
     let mut rig = Rig::new(Time::Wall);
     rig.ptys = None;
     let mut buses = rig.robot.motor.buses.clone();
-    // As if it were not the mock's: of a device its path is all that is known.
+    // A real device instead of the mock: only its path is known.
     let path = rig.folder.path().join(format!("bus-{}", buses[0].name));
     buses[0].device = Device::Tty(path);
     let (patience, calm) = ((PERIOD / 4, 2 * PERIOD), Lookout::default());

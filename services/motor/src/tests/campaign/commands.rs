@@ -6,31 +6,30 @@ use servo::{acceleration_count, position_count, velocity_count};
 
 use super::DOUBLED;
 
-/// What is lost in rounding, in radians and in radians per second.
+/// Rounding error, in radians and in radians per second.
 const SLIGHT: f64 = 1e-9;
-/// A command that is further ahead of its joint may wait for it at any moment: the bound is 0.3 rad.
+/// A setpoint that is further ahead of its joint may wait at any moment: the bound is 0.3 rad.
 const WAITS_RAD: f64 = 0.2;
 /// How much faster than its joint a servo's profile may be, and how much more it may accelerate.
 const VELOCITY_MARGIN: f64 = 1.5;
 const ACCELERATION_MARGIN: f64 = 8.0;
 
-/// The command of a joint after a cycle.
+/// Setpoint of a joint after a cycle.
 #[derive(Clone, Copy, Debug)]
 struct Command {
     position_rad: f64,
-    /// How fast it went there in that cycle, on average; none where it has just begun.
+    /// Average velocity in that cycle; `None` if the motion has just begun.
     velocity_rad_s: Option<f64>,
 }
 
-/// What all joints were commanded, cycle by cycle, and what reached their servos: it is compared with their
-/// limits.
+/// Checks the setpoints of all joints, and what reached their servos, against their limits.
 #[derive(Debug)]
 pub(crate) struct Commands {
     before: Vec<Option<Command>>,
     before_s: f64,
     /// Pairs of cycles whose velocities were compared.
     pub(crate) compared: u64,
-    /// Servos with torque whose goals and profiles were compared.
+    /// Servos with torque whose goals and profiles were checked.
     pub(crate) obeyed: u64,
 }
 
@@ -39,8 +38,8 @@ fn value(servo: &Servo, item: Item) -> i32 {
     i32::from_le_bytes(bytes.try_into().unwrap())
 }
 
-/// Compares what a servo was told last with what its joint may be told, if it has torque: a goal within its
-/// limits, and a profile that is one. Whether it has.
+/// Checks the registers of a servo with torque: the goal is within the joint's limits, and the profile is limited.
+/// Returns whether it has torque.
 pub(crate) fn check_servo(servo: &Servo, joint: &Joint) -> bool {
     if servo.read(TORQUE_ENABLE.address, 1) != Ok(&[1]) {
         return false;
@@ -50,7 +49,7 @@ pub(crate) fn check_servo(servo: &Servo, joint: &Joint) -> bool {
     let acceleration = acceleration_count(joint.acceleration_rad_s2 * ACCELERATION_MARGIN);
     for (item, least, most) in [
         (GOAL_POSITION, one.min(other), one.max(other)),
-        // Zero would be without limit.
+        // Zero would mean unlimited.
         (PROFILE_VELOCITY, 1, velocity),
         (PROFILE_ACCELERATION, 1, acceleration),
     ] {
@@ -61,8 +60,8 @@ pub(crate) fn check_servo(servo: &Servo, joint: &Joint) -> bool {
     true
 }
 
-/// Looks whether joints failed for what is the case: nobody is told what it must refuse, and two servos have
-/// one identifier on one bus only.
+/// Checks the causes of failures: no servo is sent anything that it must refuse, and only one bus has a duplicate
+/// identifier.
 pub(crate) fn check_causes(states: impl Iterator<Item = JointState>, robot: &Motor) {
     for (state, joint) in states.zip(&robot.joints) {
         let is_wrong = match state.cause() {
@@ -79,11 +78,12 @@ impl Commands {
         Self { before: vec![None; joints], before_s: 0.0, compared: 0, obeyed: 0 }
     }
 
-    /// Compares what was commanded in a cycle in which commands moved on by `dt_s`.
+    /// Checks the setpoints of a cycle in which they advanced by `dt_s`.
     pub(crate) fn check(&mut self, dt_s: f64, states: impl Iterator<Item = JointState>, joints: &[Joint]) {
         for ((state, joint), before) in states.zip(joints).zip(&mut self.before) {
             let name = &joint.name;
-            // The command of a joint that is blocked is where it stands, and one that is far ahead waits: both stop at once.
+            // The setpoint of a blocked joint jumps to its position, and one that is far ahead waits: both stop at
+            // once.
             let is_blocked = state.cause() == Some(JointCause::Blocked);
             let Some(position_rad) = state.command_position_rad().filter(|_| !is_blocked) else {
                 *before = None;
@@ -103,7 +103,7 @@ impl Commands {
                 assert!(velocity.abs() <= most + SLIGHT / dt_s, "{name}: {velocity} rad/s, {most} at most");
             }
             if let Some((now, then)) = velocity_rad_s.zip(before.and_then(|before| before.velocity_rad_s)) {
-                // From the middle of the cycle before to the middle of this one.
+                // From the middle of the previous cycle to the middle of this one.
                 let most = joint.acceleration_rad_s2 * f64::midpoint(self.before_s, dt_s);
                 let by = now - then;
                 assert!(by.abs() <= most + SLIGHT / dt_s, "{name}: {by} rad/s more, {most} at most");

@@ -3,31 +3,31 @@ use config::motor::{Joint, Motor};
 use message::{JointMode, JointState};
 use servo::mock::{Injection, Kind};
 
-/// How long before it is struck a joint is looked at.
+/// How long before its fault a joint is observed.
 const BEFORE: Duration = Duration::from_millis(500);
-/// Who turns faster moves.
+/// Velocity above which a joint moves.
 const MOVES_RAD_S: f64 = 0.05;
-/// How much longer than its fault lasts a reading of a servo that was double is the newest.
+/// How long after a duplicate its reading may still be the newest.
 const AFTER: Duration = Duration::from_millis(100);
 
-/// A joint whose servo something happens to in each round.
+/// A joint whose servo has a fault in each round.
 #[derive(Debug)]
 struct Blow {
     joint: usize,
     at: Duration,
-    /// Until when there are two of it.
+    /// End of the duplicate, if it is one.
     doubled_until: Option<Duration>,
     /// Whether it followed shortly before, while its group moved.
     moved: bool,
 }
 
-/// Whether those who are struck are on their way somewhere when they are.
+/// Counts how many joints were moving when their fault occurred.
 #[derive(Debug)]
 pub(crate) struct Struck {
     blows: Vec<Blow>,
-    /// Joints whose servos' clocks stand still for a while: they say no more what was sampled when.
+    /// Joints whose servos' clocks stop for a while, so that their ticks no longer show when a reading was sampled.
     without_clock: Vec<usize>,
-    /// How often something happened to a joint, and how often to one that moved.
+    /// Number of faults, and how many of them hit a moving joint.
     pub(crate) times: u64,
     pub(crate) moving: u64,
 }
@@ -54,7 +54,7 @@ impl Struck {
         Self { blows, without_clock, times: 0, moving: 0 }
     }
 
-    /// Notes who moves, so long after the round began.
+    /// Records which joints move, at the time `after` the beginning of the round.
     pub(crate) fn note(
         &mut self,
         after: Duration,
@@ -79,19 +79,19 @@ impl Struck {
         }
     }
 
-    /// Whether a joint's servo has a clock that says when a reading was sampled.
+    /// Whether the clock of a joint's servo shows when a reading was sampled.
     pub(crate) fn has_clock(&self, joint: usize) -> bool {
         !self.without_clock.contains(&joint)
     }
 
-    /// Whether there may be two of a joint's servo, so long after the round began.
+    /// Whether a joint's servo may have a duplicate, at the time `after` the beginning of the round.
     pub(crate) fn is_doubled(&self, joint: usize, after: Duration) -> bool {
         let is_doubled =
             |blow: &Blow| blow.doubled_until.is_some_and(|until| (blow.at..until).contains(&after));
         self.blows.iter().any(|blow| blow.joint == joint && is_doubled(blow))
     }
 
-    /// Counts who moved, at the end of a round.
+    /// Counts the joints that moved, at the end of a round.
     pub(crate) fn end_round(&mut self) {
         for blow in &mut self.blows {
             self.times += 1;

@@ -1,4 +1,4 @@
-//! Every fault at once over pseudo-terminals and in the machine's own time.
+//! All faults at once over pseudo-terminals, in wall time.
 
 use config::leo::OnAlert;
 
@@ -8,17 +8,17 @@ use crate::tests::campaign::{
     Commands, ROUND, Struck, check_causes, check_servo, faults, is_back, is_held_up, swing, waits,
 };
 
-/// The realtime tick counts milliseconds modulo this.
+/// The realtime tick counts milliseconds modulo this value.
 const WRAP_MS: f64 = 32_768.0;
-/// The tick counts whole milliseconds.
+/// Resolution of the tick, in milliseconds.
 const RESOLUTION_MS: f64 = 1.0;
-/// How long everybody may take to come back, on a machine that is loaded.
+/// Longest time for all joints to recover, on a loaded machine.
 const BACK: Duration = Duration::from_secs(60);
 
-/// A reading older than this does not say that its servo is there.
+/// Maximum age of a reading of a servo that counts as present.
 const FRESH: Duration = Duration::from_millis(100);
 
-/// What was seen in a campaign.
+/// Counters of a campaign.
 #[derive(Debug, Default)]
 struct Seen {
     cycles: u64,
@@ -26,7 +26,7 @@ struct Seen {
     away: u64,
 }
 
-/// What was believed and commanded last.
+/// Last readings and setpoints.
 struct Last {
     asked_at: Vec<Instant>,
     commands: Commands,
@@ -35,14 +35,14 @@ struct Last {
     round_at: Instant,
 }
 
-/// Whether a reading with this tick was sampled before it was asked for, of a servo whose clock began at
-/// an instant.
+/// Whether a reading with this tick was sampled before it was requested, if the servo's clock started at
+/// `started_at`.
 fn is_stale(tick_ms: u16, started_at: Instant, asked_at: Instant) -> bool {
     let behind_ms = asked_at.since(started_at).as_secs_f64() * 1e3 - f64::from(tick_ms) - RESOLUTION_MS;
     (behind_ms + WRAP_MS / 2.0).rem_euclid(WRAP_MS) > WRAP_MS / 2.0
 }
 
-/// A cycle in which everything that is believed and commanded is checked.
+/// A cycle in which every accepted reading and every setpoint is checked.
 fn cycle(rig: &mut Rig, last: &mut Last, seen: &mut Seen) {
     let stepped_at = rig.now;
     rig.cycle();
@@ -60,7 +60,7 @@ fn cycle(rig: &mut Rig, last: &mut Last, seen: &mut Seen) {
         };
         last.asked_at[index] = asked_at;
         let started_at = rig.servo(index, |servo| servo.started_at());
-        // Of one that has begun anew since then the clock is another.
+        // A servo that has restarted since then has another clock.
         if started_at < asked_at && last.struck.has_clock(index) {
             seen.readings += 1;
             assert!(
@@ -73,7 +73,7 @@ fn cycle(rig: &mut Rig, last: &mut Last, seen: &mut Seen) {
     }
 }
 
-/// Those who are not back, and why.
+/// Joints that have not recovered, and their states.
 fn lost(rig: &Rig) -> Vec<(&str, JointState)> {
     let joints = rig.motor.states().zip(&rig.robot.motor.joints).enumerate();
     let is_lost = |(index, (state, joint)): &(usize, (JointState, &config::motor::Joint))| {
@@ -112,8 +112,7 @@ fn campaign(lasts: Duration) {
     let (stale, skipped) = (rig.motor.counts().stale, skipped(&rig) - skipped_before);
     println!("{seen:?}, {stale} stale answers dropped, {skipped} requests left out");
     assert!(seen.away > 0 && stale > 0, "the faults did nothing");
-    // A machine that has too much to do leaves requests out. Of those that went out, to 13 servos each, most
-    // readings came.
+    // An overloaded machine skips requests. Of the requests sent, to 13 servos each, most readings must arrive.
     let requests = 5 * seen.cycles - skipped;
     assert!(seen.readings > 13 * requests / 2, "{seen:?}, {requests} requests");
     let Struck { times, moving, .. } = last.struck;
@@ -141,14 +140,14 @@ fn ten_seconds_of_every_fault_at_once_for_real() {
     campaign(ROUND);
 }
 
-/// `cargo test --release -p motor-process ten_minutes -- --ignored --nocapture`
+/// `cargo test --release -p motor-process a_minute -- --ignored --nocapture`
 #[test]
 #[ignore = "takes a minute"]
 fn a_minute_of_every_fault_at_once_for_real() {
     campaign(6 * ROUND);
 }
 
-/// The same for ten.
+/// The same for ten minutes: `ten_minutes`.
 #[test]
 #[ignore = "takes ten minutes"]
 fn ten_minutes_of_every_fault_at_once_for_real() {

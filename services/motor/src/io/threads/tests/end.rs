@@ -6,13 +6,13 @@ use process::{Emergency, Lookout};
 use super::rig::{PERIOD, Rig, Time};
 use crate::io::run::lay_down;
 
-/// A robot on the move, whose joints need longer than an orderly end may take to stop.
+/// A robot in motion, whose joints need longer to stop than an orderly end may take.
 fn on_the_move(lookout: &Lookout) -> Rig {
     let mut robot = config::Robot::load(None).unwrap();
     robot.motor.joints.iter_mut().for_each(|joint| joint.acceleration_rad_s2 = 0.05);
     let mut rig = Rig::of(robot, Time::Wall, lookout);
     rig.share = 0.9;
-    // Two seconds of slowing down.
+    // Decelerating takes two seconds.
     rig.until_so("on the move", |rig| {
         rig.motor.states().any(|state| state.present_velocity_rad_s().is_some_and(|speed| speed.abs() > 0.1))
     });

@@ -1,9 +1,9 @@
-//! Every fault of a servo, of a bus and of a commander, over pseudo-terminals to the mock servo bus:
-//! how soon it is noticed, what is done, what is published and counted, and how it ends; for each of
-//! the 65 joints where it is a joint's.
+//! Every fault of a servo, of a bus and of a commander, over pseudo-terminals to the mock servo bus. The tests check
+//! how soon it is detected, the reaction, what is published and counted, and how it ends. Faults of a joint are
+//! tested on each of the 65 joints.
 //!
-//! Each row is done in simulated time, where a cycle is a cycle however slow the machine is. One joint
-//! of every bus is struck at a time. The docs of the servo bus name these tests row by row.
+//! Time is simulated, so that the speed of the machine does not matter. One joint of every bus fails at a time. The
+//! documentation of the servo bus lists these tests row by row.
 
 use message::{JointCause, JointMode};
 use servo::mock::Kind;
@@ -17,10 +17,10 @@ mod body;
 mod refusals;
 mod servos;
 
-/// A version of the servos' firmware that knows no fast reads.
+/// Firmware that does not support fast sync reads.
 const OLD_FIRMWARE: u8 = 44;
 
-/// A robot in simulated time, of which all joints follow.
+/// A robot in simulated time with all joints following.
 fn following() -> Rig {
     following_as(|_| {})
 }
@@ -44,7 +44,7 @@ fn following_as(change: impl FnOnce(&mut config::Robot)) -> Rig {
     rig
 }
 
-/// A robot in simulated time whose servos know no fast reads: each is read for itself. All joints follow.
+/// A robot in simulated time whose servos do not support fast sync reads. All joints follow.
 fn following_on_old_firmware() -> Rig {
     let robot = config::Robot::load(None).unwrap();
     let mut rig = Rig::of(robot, Time::Lockstep, &process::Lookout::default());
@@ -56,7 +56,7 @@ fn following_on_old_firmware() -> Rig {
     rig
 }
 
-/// Takes every fault away, and cycles until all joints follow and are read.
+/// Removes all faults, and cycles until all joints follow and are read.
 fn calm(rig: &mut Rig) {
     rig.inject("", &[], "");
     rig.until_so("following", |rig| {
@@ -65,7 +65,7 @@ fn calm(rig: &mut Rig) {
     });
 }
 
-/// The joints that are struck at a time: the first of every bus, the second of every bus ...
+/// The joints that fail at a time: the first of every bus, then the second of every bus, and so on.
 fn rounds(rig: &Rig) -> Vec<Vec<usize>> {
     let joints = &rig.robot.motor.joints;
     let of_bus = |bus| (0..joints.len()).filter(move |&joint| joints[joint].bus == bus);
@@ -79,19 +79,18 @@ fn rounds(rig: &Rig) -> Vec<Vec<usize>> {
     rounds
 }
 
-/// All joints.
 fn everybody() -> Vec<usize> {
     (0..65).collect()
 }
 
-/// What is wrong with a robot in which joints were struck, if anything is.
+/// The first deviation from the expected state, if there is one.
 type Verdict = Result<(), String>;
 
-/// Has every joint struck, one of every bus at a time, on a robot that is well.
+/// Runs a test row for every joint, one of every bus at a time, each time on a robot without faults.
 fn in_turn(rig: &mut Rig, row: impl Fn(&mut Rig, &[usize]) -> Verdict) {
     for struck in rounds(rig) {
         calm(rig);
-        // All joints are on their way somewhere.
+        // All joints are in motion.
         rig.share = -rig.share;
         let verdict = row(rig, &struck);
         let names: Vec<&str> = struck.iter().map(|joint| &*rig.robot.motor.joints[*joint].name).collect();
@@ -108,27 +107,27 @@ fn expect(holds: bool, what: impl FnOnce() -> String) -> Verdict {
 /// A counter of a bus.
 type Counter = fn(&BusCounts) -> u64;
 
-/// What was counted so far, bus by bus.
+/// The counter of each bus.
 fn counted(rig: &Rig, of: Counter) -> Vec<u64> {
     (0..rig.robot.motor.buses.len()).map(|bus| of(&rig.motor.bus_counts(bus))).collect()
 }
 
-/// Whether each of these joints was counted once since then on its bus, and nothing else was.
+/// Checks that the counter increased by one for each of these joints, on its bus, and not otherwise.
 fn counted_once(rig: &Rig, joints: &[usize], of: Counter, mut before: Vec<u64>) -> Verdict {
     joints.iter().for_each(|&joint| before[rig.robot.motor.joints[joint].bus] += 1);
     let counts = counted(rig, of);
     expect(counts == before, || format!("counted {counts:?}, not {before:?}"))
 }
 
-/// The joints of the groups of others, without them.
+/// The other joints of the groups of these joints.
 fn companions(rig: &Rig, joints: &[usize]) -> Vec<usize> {
     let group = |joint: usize| rig.robot.motor.joints[joint].group;
     let groups: Vec<usize> = joints.iter().map(|&joint| group(joint)).collect();
     (0..65).filter(|joint| groups.contains(&group(*joint)) && !joints.contains(joint)).collect()
 }
 
-/// Whether every joint but those that are struck was read in this cycle, and follows, unless one of its group is struck:
-/// then it may have to stand still.
+/// Checks that every joint without a fault was read in this cycle and follows. A joint whose group has a fault may
+/// stand still.
 fn others_go_on(rig: &Rig, struck: &[usize]) -> Verdict {
     let companions = companions(rig, struck);
     for joint in (0..65).filter(|joint| !struck.contains(joint)) {
@@ -143,7 +142,7 @@ fn others_go_on(rig: &Rig, struck: &[usize]) -> Verdict {
     Ok(())
 }
 
-/// Whether joints are in a mode for a cause.
+/// Checks that joints are in a mode for a cause.
 fn are(rig: &Rig, joints: &[usize], mode: JointMode, cause: JointCause) -> Verdict {
     for &joint in joints {
         let state = (rig.mode(joint), rig.cause(joint));
@@ -158,7 +157,7 @@ fn all_follow(rig: &Rig) -> Verdict {
     are(rig, &everybody(), JointMode::Following, JointCause::None)
 }
 
-/// Cycles, at most so many, until a verdict is well.
+/// Cycles until the check passes, at most `cycles`.
 fn within(rig: &mut Rig, cycles: u32, verdict: impl Fn(&Rig) -> Verdict) -> Verdict {
     for _ in 0..cycles {
         rig.cycle();
@@ -169,12 +168,12 @@ fn within(rig: &mut Rig, cycles: u32, verdict: impl Fn(&Rig) -> Verdict) -> Verd
     verdict(rig).map_err(|wrong| format!("after {cycles} cycles: {wrong}"))
 }
 
-/// So many cycles of simulated time.
+/// Number of cycles in a simulated time.
 fn cycles_in(time: Duration) -> u32 {
     u32::try_from(time.as_millis() / PERIOD.as_millis()).unwrap()
 }
 
-/// The rows of the tables of the docs whose heads begin so, by their cells.
+/// Rows of the table in the documentation whose header begins with `head`, as cells.
 fn table(head: &str) -> Vec<Vec<&'static str>> {
     let docs = include_str!("../../../../../../docs/servo-bus.md");
     let lines = docs.lines().skip_while(|line| !line.starts_with(head)).skip(2);

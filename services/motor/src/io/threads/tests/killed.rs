@@ -1,5 +1,5 @@
-//! A motor process that is killed while every joint moves: what the servos do without it, and the next one.
-//! In simulated time, so that nothing is missed between two looks.
+//! A motor process is killed while every joint moves: behaviour of the servos alone, and of the next process. Time is
+//! simulated, so that no state between two checks is missed.
 
 use message::JointGoal;
 use servo::table::{GOAL_POSITION, PRESENT_POSITION, PRESENT_VELOCITY};
@@ -10,10 +10,10 @@ use super::*;
 const COUNT_RAD: f64 = std::f64::consts::TAU / 4096.0;
 const COUNT_RAD_S: f64 = 0.229 * std::f64::consts::TAU / 60.0;
 
-/// The servos' own watchdog, and some more.
+/// Timeout of the servos' bus watchdog, and some more.
 const STANDS_WITHIN: Duration = Duration::from_millis(220);
 
-/// What an item of the servo of a joint says now.
+/// Value of an item of a joint's servo.
 fn says(rig: &Rig, joint: usize, item: Item) -> i32 {
     let bytes = rig.servo(joint, |servo| servo.read(item.address, item.length).unwrap().to_vec());
     match *bytes {
@@ -23,7 +23,7 @@ fn says(rig: &Rig, joint: usize, item: Item) -> i32 {
     }
 }
 
-/// A cycle in which every joint shall be at a share of its range.
+/// A cycle with goals at a share of every joint's range.
 fn cycle(rig: &mut Rig, share: f64) {
     let goal = |(joint, settings): (u32, &config::motor::Joint)| {
         let goal_position_rad = settings.min_rad + share * (settings.max_rad - settings.min_rad);
@@ -33,7 +33,7 @@ fn cycle(rig: &mut Rig, share: f64) {
     rig.cycle();
 }
 
-/// A robot whose soft start is over, and all of whose joints are on their way.
+/// A robot whose soft start is over, with all joints in motion.
 fn on_the_way() -> Rig {
     let mut rig = Rig::new(Time::Lockstep);
     for _ in 0..2000 {
@@ -66,7 +66,7 @@ fn servos_whose_commander_is_killed_in_motion_stand_within_their_watchdogs_time(
     assert!((0..65).all(|joint| says(&rig, joint, PRESENT_POSITION) == stood[joint]));
 }
 
-/// Has another motor take up all joints, whose servos were alone for a while: where they stand, and slowly.
+/// Starts another motor process after the servos were alone for a while. It must begin slowly, at their positions.
 fn taken_up(alone: Duration) {
     let mut rig = on_the_way();
     let killed_at = rig.now;
@@ -75,7 +75,7 @@ fn taken_up(alone: Duration) {
     let (soft_start, most_rad_s) =
         (rig.robot.leo.motor.soft_start_ms.duration(), rig.robot.leo.motor.soft_start_rad_s.get());
     assert!(soft_start >= Duration::from_secs(1));
-    // Since when each follows, and what it was commanded last.
+    // Since when each joint follows, and its last setpoint.
     let mut followed: Vec<Option<(Instant, f64)>> = vec![None; 65];
     let (mut fastest_rad_s, mut steps) = (0.0_f64, 0);
     let is_soft = |rig: &Rig, followed: &Option<(Instant, f64)>| {
@@ -89,7 +89,7 @@ fn taken_up(alone: Duration) {
             let settings = &rig.robot.motor.joints[joint];
             let Some(command_rad) = rig.state(joint).command_position_rad() else {
                 assert_eq!(*followed, None, "{} does not go on following", settings.name);
-                // Who is asked every so often does not notice that nobody commands it: it stands all the same.
+                // A servo that is still read does not notice that no goals arrive, but must stand all the same.
                 let stands = says(&rig, joint, PRESENT_VELOCITY) == 0;
                 assert!(stands || rig.now <= killed_at + STANDS_WITHIN, "{} moves by itself", settings.name);
                 continue;
@@ -105,10 +105,10 @@ fn taken_up(alone: Duration) {
             if rig.now > since + Duration::from_secs(1) {
                 continue;
             }
-            // What it was told first, as its servo has heard it.
+            // Its first goal, as the servo received it.
             if rig.now == since + PERIOD {
                 let told = says(&rig, joint, GOAL_POSITION).abs_diff(says(&rig, joint, PRESENT_POSITION));
-                // Where it would come to a stop by the slow profile of the soft start.
+                // The stopping position by the slow profile of the soft start.
                 assert!(told <= 8, "{} is sent {told} counts away", settings.name);
             }
             let speed_rad_s = (command_rad - before_rad).abs() / PERIOD.as_secs_f64();
@@ -127,7 +127,7 @@ fn taken_up(alone: Duration) {
 
 #[test]
 fn the_next_motor_takes_up_every_joint_where_it_is_and_no_faster_than_the_soft_start_for_a_second() {
-    // At once, when the servos are still on their way to what they were told last, and after their watchdogs.
+    // At once, while the servos still move to their last goals, and after their watchdogs tripped.
     for alone_ms in [0, 300] {
         taken_up(Duration::from_millis(alone_ms));
     }

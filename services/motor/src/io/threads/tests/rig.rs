@@ -18,12 +18,12 @@ pub(super) const LONG: Duration = Duration::from_secs(20);
 /// One count of position.
 const COUNT_RAD: f64 = std::f64::consts::TAU / 4096.0;
 
-/// In whose time a rig lives.
+/// Time base of a rig.
 #[derive(Clone, Copy, PartialEq)]
 pub(super) enum Time {
-    /// The machine's.
+    /// Wall time.
     Wall,
-    /// Simulated: a servo is silent where it is known to say nothing.
+    /// Simulated time: a servo counts as silent once it is known not to answer.
     Lockstep,
 }
 
@@ -36,13 +36,13 @@ pub(super) struct Rig {
     pub(super) motor: Motor,
     pub(super) now: Instant,
     time: Time,
-    /// Where every joint shall be, as a share of its highest position.
+    /// Goal of every joint, as a share of its upper limit.
     pub(super) share: f64,
-    /// Where they shall be instead, if anywhere.
+    /// Other goals for the next cycle, if any.
     pub(super) goals: Option<Vec<JointGoal>>,
-    /// Whether somebody commands.
+    /// Whether there is a commander.
     pub(super) is_commanded: bool,
-    /// Readings that were compared with where the servo was.
+    /// Readings that were compared with the servo's position.
     pub(super) compared: Cell<u64>,
 }
 
@@ -84,7 +84,7 @@ impl Rig {
         }
     }
 
-    /// A cycle in which every joint shall go a share of the way to its upper limit.
+    /// One cycle with goals at a share of each joint's upper limit.
     pub(super) fn cycle(&mut self) {
         self.now += PERIOD;
         if self.time == Time::Wall {
@@ -114,12 +114,12 @@ impl Rig {
         JointGoal { joint, reserved: 0, goal_position_rad, arrive_at_ns: 0 }
     }
 
-    /// Cycles until all joints are as they should be.
+    /// Cycles until all joints satisfy a condition.
     pub(super) fn until(&mut self, what: &str, is_so: impl Fn(&JointState) -> bool) {
         self.until_so(what, |rig| rig.motor.states().all(|state| is_so(&state)));
     }
 
-    /// Cycles until something holds.
+    /// Cycles until a condition holds.
     pub(super) fn until_so(&mut self, what: &str, holds: impl Fn(&Self) -> bool) {
         let give_up = clock::now() + LONG;
         while !holds(self) {
@@ -148,7 +148,7 @@ impl Rig {
         self.state(joint).cause().unwrap()
     }
 
-    /// Whether a joint was read in this cycle. What is believed of it then is where its servo is.
+    /// Whether a joint was read in this cycle. If so, its reading must match the servo's position.
     pub(super) fn is_read(&self, joint: usize) -> bool {
         let state = self.state(joint);
         let is_read = state.sampled_at_ns == self.now.as_nanos();
@@ -166,7 +166,7 @@ impl Rig {
         &self.robot.motor.buses[self.robot.motor.joints[joint].bus].name
     }
 
-    /// Looks at the servo of a joint, or tampers with it.
+    /// Accesses the servo of a joint.
     pub(super) fn servo<T>(&self, joint: usize, with: impl FnOnce(&mut Servo) -> T) -> T {
         let id = self.robot.motor.joints[joint].id;
         let ptys = self.ptys.as_ref().unwrap();
@@ -181,8 +181,7 @@ impl Rig {
         self.servo(joint, |servo| servo.read(TORQUE_ENABLE.address, 1).unwrap() == [1])
     }
 
-    /// Puts a fault into the servos of joints, and takes all others out. What stands behind its name
-    /// is added to each.
+    /// Injects a fault into the servos of joints, with the arguments `more`, and removes all other faults.
     pub(super) fn inject(&self, kind: &str, joints: &[usize], more: &str) {
         let faults: Vec<Injection> = joints
             .iter()
@@ -194,7 +193,7 @@ impl Rig {
         self.ptys.as_ref().unwrap().inject(&faults);
     }
 
-    /// How often a kind of fault happened on the bus of a joint.
+    /// How often a kind of fault occurred on the bus of a joint.
     pub(super) fn injected(&self, joint: usize, kind: Kind) -> u64 {
         let bus = self.bus_of(joint);
         let ptys = self.ptys.as_ref().unwrap();

@@ -4,12 +4,12 @@ use serial::Lost;
 
 use crate::{Line, Port, Received, Sent};
 
-/// How often it is looked how far the servos are.
+/// Polling period of the servos' progress.
 const LOOK: Duration = Duration::from_micros(100);
 
-/// A line to servos in simulated time, where nobody answers any more as soon as they have dealt with all that
-/// was sent and all that they said was received. So no machine is so slow that a well servo looks silent, and
-/// a silent one is waited for no longer than need be.
+/// A line to servos in simulated time. A reply timeout occurs as soon as the servos have processed all bytes sent,
+/// and all their bytes were received. So a slow machine never makes a servo look silent, and a silent servo costs no
+/// waiting.
 pub(super) struct Watched {
     line: Line,
     servos: Progress,
@@ -24,7 +24,7 @@ impl Watched {
 
     fn note<T>(&mut self, result: Result<T, Lost>) -> Result<T, Lost> {
         if result.is_err() {
-            // Another line begins anew, and so do its servos.
+            // A new line starts with new counters on both ends.
             (self.sent, self.received) = (0, 0);
         }
         result
@@ -35,7 +35,7 @@ impl Port for Watched {
     fn send(&mut self, bytes: &[u8], within: Duration) -> Result<Sent, Lost> {
         let mut late = 0;
         let give_up = clock::now() + within;
-        // What is due meanwhile comes before, or never.
+        // Bytes due meanwhile arrive before the request, or never.
         while !self.servos.is_done(self.sent, self.received) && clock::now() < give_up {
             let mut bin = [0; 512];
             let received = self.line.receive(&mut bin, LOOK, give_up);

@@ -1,15 +1,15 @@
-//! Answers that arrive broken, late or not at all.
+//! Answers that arrive corrupt, late or not at all.
 
 use super::*;
 use crate::Trouble;
 
-/// Whatever was counted of the bus of a joint that is not as it should be.
+/// Number of faults counted on the bus of a joint.
 fn noticed(rig: &Rig, joint: usize) -> u64 {
     let counts = rig.motor.bus_counts(rig.robot.motor.joints[joint].bus);
     counts.broken + counts.missed + counts.stale + counts.late_bytes
 }
 
-/// How often something of a kind happened on the bus of a joint, and how often it was noticed.
+/// How often a fault occurred on the bus of each joint, and how many faults were counted.
 fn happened(rig: &Rig, joints: &[usize], kind: Kind) -> Vec<(u64, u64)> {
     joints.iter().map(|&joint| (rig.injected(joint, kind), noticed(rig, joint))).collect()
 }
@@ -24,7 +24,7 @@ fn an_answer_of_older_firmware_that_arrives_broken_costs_no_other_servo_a_readin
     broken_answers(&mut following_on_old_firmware(), false);
 }
 
-/// Spoils an answer of each joint in every way, where they answer in a chain or each for itself.
+/// Corrupts an answer of each joint in every way, with fast sync reads or sync reads.
 fn broken_answers(rig: &mut Rig, is_chain: bool) {
     for kind in [Kind::Flip, Kind::Truncate, Kind::Length, Kind::Noise, Kind::Duplicate, Kind::Swap] {
         let seen = std::cell::Cell::new(0);
@@ -41,7 +41,7 @@ fn broken_answers(rig: &mut Rig, is_chain: bool) {
                 expect(rig.is_read(joint) || ages, || "neither read nor aged".to_owned())?;
             }
             for ((times, counts), (before, counted)) in happened(rig, struck, kind).into_iter().zip(counted) {
-                // Whoever says whose answer it is may say it before others.
+                // Answers that carry their identifiers may arrive in another order.
                 let is_well =
                     kind == Kind::Swap && !is_chain && struck.iter().all(|&joint| rig.is_read(joint));
                 let is_noticed = counts > counted || is_well;
@@ -52,7 +52,7 @@ fn broken_answers(rig: &mut Rig, is_chain: bool) {
             rig.cycle();
             others_go_on(rig, &[])
         });
-        // In a chain only the first servo of each bus tells a length.
+        // In a chain only the first servo of each bus sends a length.
         let least = if kind == Kind::Length && is_chain { 5 } else { 60 };
         assert!(seen.get() >= least, "{kind:?} happened {} times", seen.get());
     }
@@ -78,7 +78,7 @@ fn a_servo_is_quarantined_after_three_silent_cycles_costs_no_other_a_reading_and
             expect(rig.motor.quarantined(bus) == 1, || "not counted as quarantined".to_owned())?;
             expect(counts.missed >= missed + 3, || "not counted as missed".to_owned())?;
         }
-        // It is asked after 0.1 s and after 0.2 s more, and in between not at all.
+        // It is pinged after 0.1 s and after 0.2 s more, and not in between.
         let asked = |rig: &Rig| -> u64 { struck.iter().map(|&joint| rig.injected(joint, Kind::Drop)).sum() };
         let (before, once) = (asked(rig), u64::try_from(struck.len()).unwrap());
         for (time, times) in [(90, 0), (60, 1), (130, 1), (80, 2)] {
@@ -110,7 +110,7 @@ fn a_servo_whose_clock_stands_still_is_quarantined_after_25_readings_and_costs_n
 
 fn stopped_clocks(rig: &mut Rig, struck: &[usize]) -> Verdict {
     rig.inject("stopped-clock", struck, "");
-    // One that was asked for before its clock stood still may be as new as the one before it.
+    // A reading requested before its clock stopped may still be fresh.
     for _ in 0..24 {
         rig.cycle();
         others_go_on(rig, struck)?;
@@ -122,7 +122,7 @@ fn stopped_clocks(rig: &mut Rig, struck: &[usize]) -> Verdict {
         expect(trouble == Some(Trouble::Unbelieved), || format!("{trouble:?}"))?;
         expect(rig.motor.quarantined(bus(rig, joint)) == 1, || "not counted as quarantined".to_owned())?;
     }
-    // It answers again and again, and is believed no more than before.
+    // It keeps answering, but its readings are still rejected.
     for _ in 0..cycles_in(Duration::from_secs(2)) {
         rig.cycle();
         others_go_on(rig, struck)?;
@@ -134,7 +134,7 @@ fn stopped_clocks(rig: &mut Rig, struck: &[usize]) -> Verdict {
 #[test]
 fn an_answer_to_an_earlier_question_is_counted_and_never_believed() {
     let mut rig = following();
-    // Three cycles later an answer of the same length is awaited.
+    // Three cycles later an answer of the same length is expected.
     for late in ["by=3ms", "by=10ms", "by=12ms"] {
         in_turn(&mut rig, |rig, struck| {
             let counted = happened(rig, struck, Kind::Late);
@@ -145,7 +145,7 @@ fn an_answer_to_an_earlier_question_is_counted_and_never_believed() {
             }
             rig.inject("", &[], "");
             for _ in 0..6 {
-                // Whatever is believed is compared with where the servo is.
+                // Accepted readings are compared with the servo's position.
                 rig.cycle();
                 others_go_on(rig, struck)?;
                 struck.iter().for_each(|&joint| _ = rig.is_read(joint));

@@ -1,4 +1,4 @@
-//! What concerns the whole body: its commander, its lines, and an emergency.
+//! Faults that affect the whole body: commander, lines, and emergency stop.
 
 use process::Emergency;
 use servo::table::BUS_WATCHDOG;
@@ -12,7 +12,7 @@ fn all() -> std::ops::Range<usize> {
 #[test]
 fn watchdogs_that_tripped_are_found_within_half_a_second_and_all_joints_go_on() {
     let mut rig = following();
-    // The whole machine stood still: nobody heard an instruction for longer than 200 ms.
+    // The whole machine stalled: no servo received an instruction for longer than 200 ms.
     rig.now += Duration::from_millis(300);
     rig.cycle();
     let watchdog =
@@ -28,7 +28,7 @@ fn watchdogs_that_tripped_are_found_within_half_a_second_and_all_joints_go_on() 
     // The joints of a group wait for each other.
     assert_eq!(within(&mut rig, 250, all_follow), Ok(()));
     assert!(all().all(|joint| watchdog(&rig, joint) == 10), "they are armed again");
-    // Goals are heeded again.
+    // Goals are followed again.
     let is_there = rig.is_there();
     rig.until("there", is_there);
 }
@@ -55,7 +55,7 @@ fn without_a_commander_all_joints_hold_after_200_ms_let_go_5_s_later_and_come_ba
         assert!(all().all(|joint| rig.mode(joint) != JointMode::Limp), "too early");
     }
     assert_eq!(are(&rig, &everybody(), JointMode::Holding, JointCause::CommandTimeout), Ok(()));
-    // Each is told by itself.
+    // Each servo is told separately.
     assert_eq!(
         within(&mut rig, 25, |rig| are(rig, &everybody(), JointMode::Limp, JointCause::CommandTimeout)),
         Ok(())
@@ -65,7 +65,7 @@ fn without_a_commander_all_joints_hold_after_200_ms_let_go_5_s_later_and_come_ba
     rig.until("following", |state| state.mode() == Some(JointMode::Following));
 }
 
-/// Hangs a bus up, for one second.
+/// Hangs up a bus for one second. Returns the joints on it, and the others.
 fn hang_up(rig: &mut Rig, bus: usize) -> (Vec<usize>, Vec<usize>) {
     let words = format!("hang-up bus={} at=0s for=1s", rig.robot.motor.buses[bus].name);
     rig.ptys.as_ref().unwrap().inject(&[words.parse().unwrap()]);
@@ -78,7 +78,7 @@ fn a_line_that_hangs_up_stops_the_body_at_once_and_it_goes_on_when_the_line_is_b
         let mut rig = following();
         rig.share = -rig.share;
         let (lost, others) = hang_up(&mut rig, bus);
-        // It may be found in the middle of an answer, or by the next question.
+        // It is detected in the middle of an answer, or by the next request.
         assert_eq!(
             within(&mut rig, 3, |rig| are(rig, &lost, JointMode::Quarantined, JointCause::BusLost)),
             Ok(())
@@ -99,7 +99,7 @@ fn a_line_that_hangs_up_stops_the_body_at_once_and_it_goes_on_when_the_line_is_b
         rig.until("following", |state| state.mode() == Some(JointMode::Following));
         assert!(!rig.motor.is_lost(bus));
         assert_eq!(rig.motor.quarantined(bus), 0);
-        // As often as it was, however long it lasted.
+        // Counted once, however long it lasted.
         assert_eq!(counted_once(&rig, &lost[..1], |counts| counts.hang_ups, vec![0; 5]), Ok(()));
     }
 }
@@ -155,7 +155,7 @@ fn an_emergency_stop_takes_every_torque_while_the_cycle_hangs() {
     rig.until("following", |state| state.mode() == Some(JointMode::Following));
     assert!(all().all(|joint| rig.has_torque(joint)));
     process::emergency::raise(folder.path(), "a test").unwrap();
-    // From here on there is no cycle.
+    // There are no more cycles from here on.
     let give_up = clock::now() + super::super::rig::LONG;
     while all().any(|joint| rig.has_torque(joint)) {
         assert!(

@@ -1,4 +1,4 @@
-//! Servos that refuse what they are told, for every error number that says that it is a mistake here or in the
+//! Servos that refuse instructions, for every error number that indicates an error in this program or in the
 //! configuration.
 
 use servo::Fault;
@@ -8,21 +8,21 @@ use servo::table::TORQUE_ENABLE;
 use super::*;
 use crate::{Motor, Topic, Trouble};
 
-/// A new motor process, for which some joints are configured otherwise.
+/// Starts a new motor process with another configuration of some joints.
 fn configured(rig: &mut Rig, struck: &[usize], change: impl Fn(&mut config::motor::Joint)) {
     let mut robot = rig.robot.motor.clone();
     struck.iter().for_each(|&joint| change(&mut robot.joints[joint]));
     rig.motor = Motor::new(&robot, &rig.robot.leo.motor).unwrap();
-    // Some have had the limits of another joint before.
+    // Some servos had the limits of another joint before.
     rig.motor.start_anew();
 }
 
-/// No servo turns so far in position mode: a range error.
+/// A limit beyond the range of position mode: a range error.
 fn turns_too_far(rig: &mut Rig, struck: &[usize]) {
     configured(rig, struck, |joint| joint.max_rad = 7.0);
 }
 
-/// Somebody else switches its torque on again and again while it is to be set up: an access error.
+/// Another program switches torque on again and again during setup: an access error.
 fn has_its_torque_switched_on(rig: &mut Rig, struck: &[usize]) {
     configured(rig, struck, |joint| joint.max_rad -= 0.01);
     for _ in 0..cycles_in(Duration::from_millis(2000)) {
@@ -68,7 +68,7 @@ fn refused(rig: &mut Rig, struck: &[usize], fault: Fault) -> Verdict {
 fn a_servo_that_refuses_an_instruction_gets_no_torque_and_is_not_told_again() {
     let mut rig = following();
     type Provoke = fn(&mut Rig, &[usize]);
-    // Limits that somebody else changes are found when torque is found off, and put right.
+    // Limits changed by another program are detected when torque is found off, and corrected.
     let ways: [(Fault, Provoke); 2] =
         [(Fault::Range, turns_too_far), (Fault::Access, has_its_torque_switched_on)];
     for (fault, provoke) in ways {

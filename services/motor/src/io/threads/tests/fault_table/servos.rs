@@ -1,4 +1,4 @@
-//! Servos that are not well, not alone, or not as configured.
+//! Servos with hardware faults, duplicate identifiers, or a wrong configuration.
 
 use config::leo::OnAlert;
 use servo::table::{MIN_VOLTAGE_LIMIT, TEMPERATURE_LIMIT, TORQUE_ENABLE};
@@ -13,7 +13,7 @@ const ALERTS: Counter = |counts| counts.incidents.alerts;
 const RESTARTS: Counter = |counts| counts.incidents.restarts;
 const DUPLICATES: Counter = |counts| counts.duplicates;
 
-/// Whether the groups of joints hold, and nobody else does.
+/// Checks that the groups of these joints hold, and no other joints do.
 fn groups_hold(rig: &Rig, struck: &[usize]) -> Verdict {
     let companions = companions(rig, struck);
     for joint in (0..65).filter(|joint| !struck.contains(joint)) {
@@ -26,7 +26,7 @@ fn groups_hold(rig: &Rig, struck: &[usize]) -> Verdict {
     Ok(())
 }
 
-/// Whether a joint is back without torque, and those of its group that were not struck hold.
+/// Whether a joint is back without torque, and the joints of its group without a fault hold.
 fn holds_its_group(rig: &Rig, joint: usize, struck: &[usize]) -> bool {
     let holds = |companion: &usize| {
         let is_slow = matches!(rig.mode(*companion), JointMode::Decelerating | JointMode::Holding);
@@ -59,7 +59,7 @@ fn an_alert_is_read_in_its_cycle_stops_its_group_takes_its_torque_and_is_reboote
                 expect(!torque, || "it has torque".to_owned())?;
                 are(rig, struck, JointMode::Limp, JointCause::Alert)
             })?;
-            // A second, half a second of a reboot, and what it takes to come up.
+            // One second, half a second of a reboot, and the time to come up.
             within(rig, cycles_in(Duration::from_millis(2000)), all_follow)?;
             counted_once(rig, struck, ALERTS, before)
         });
@@ -73,13 +73,13 @@ fn an_alert_stays_until_a_person_has_looked_where_no_reboot_is_wanted() {
     rig.inject("overload", &struck, "at=0s");
     rig.cycle();
     assert_eq!(are(&rig, &struck, JointMode::Releasing, JointCause::Alert), Ok(()));
-    // Of all on a bus what it is.
+    // The kind of the alert is known for all servos of a bus.
     for &joint in &struck {
         let trouble = rig.motor.trouble(joint).map(|trouble| trouble.to_string()).unwrap_or_default();
         assert!(trouble.starts_with("hardware alert: overload"), "{trouble}");
     }
     rig.inject("", &[], "");
-    // Each is told by itself.
+    // Each servo is told separately.
     let holds = |rig: &Rig| are(rig, &struck, JointMode::Limp, JointCause::Alert);
     assert_eq!(within(&mut rig, 20, holds), Ok(()));
     for _ in 0..cycles_in(Duration::from_secs(2)) {
@@ -87,7 +87,7 @@ fn an_alert_stays_until_a_person_has_looked_where_no_reboot_is_wanted() {
         assert_eq!(holds(&rig).and(groups_hold(&rig, &struck)), Ok(()));
     }
     assert_eq!(counted_once(&rig, &struck, ALERTS, vec![0; 5]), Ok(()));
-    // He reboots the servos by hand, and starts the motor process anew.
+    // The operator reboots the servos by hand, and restarts the motor process.
     struck.iter().for_each(|&joint| rig.servo(joint, servo::mock::Servo::reboot));
     rig.motor.start_anew();
     assert_eq!(within(&mut rig, cycles_in(Duration::from_secs(3)), all_follow), Ok(()));
@@ -121,8 +121,8 @@ fn a_servo_that_rebooted_or_lost_its_power_holds_its_group_once_it_is_back_until
                 others_go_on(rig, struck)?;
             }
             are(rig, struck, JointMode::Quarantined, JointCause::Silent)?;
-            // Nobody knows more before it is back: 0.4 s later, and asked by then in doubled waits, each when its
-            // bus has nothing else to say.
+            // Nothing more is known before it returns after 0.4 s. It is pinged after doubled waiting times, when its
+            // bus has no other job.
             let held = RefCell::new(BTreeSet::<usize>::new());
             within(rig, cycles_in(Duration::from_millis(1600)), |rig| {
                 held.borrow_mut().extend(struck.iter().filter(|joint| holds_its_group(rig, **joint, struck)));
@@ -154,7 +154,7 @@ fn duplicated(rig: &mut Rig, struck: &[usize]) -> Verdict {
     let (on_bus, others): (Vec<usize>, Vec<usize>) = (0..65).partition(|&joint| twin(joint).is_some());
     let ids: Vec<u8> =
         on_bus.iter().filter_map(|&joint| Some(rig.robot.motor.joints[twin(joint)?].id)).collect();
-    // Three spoilt answers, and sixteen questions in cycles with nothing else to say.
+    // Three corrupt answers, and sixteen probes in cycles without other jobs.
     within(rig, 40, |rig| {
         let known = on_bus.iter().all(|&joint| rig.cause(joint) == JointCause::DuplicateId);
         expect(known, || "two of one identifier are not known".to_owned())
@@ -164,7 +164,8 @@ fn duplicated(rig: &mut Rig, struck: &[usize]) -> Verdict {
         expect(trouble == Some(Trouble::Duplicate(id)), || format!("{name}: {trouble:?}, not {id}"))?;
     }
     counted_once(rig, struck, DUPLICATES, before)?;
-    // Each is told by itself, and of the two of one identifier both hear it; what two say at once confirms nothing.
+    // Each servo is told separately, and both servos of one identifier receive it. Their simultaneous answers confirm
+    // nothing.
     let single: Vec<usize> = on_bus.iter().copied().filter(|joint| !struck.contains(joint)).collect();
     within(rig, 40, |rig| {
         let torque = on_bus.iter().find(|joint| rig.has_torque(**joint));
@@ -184,7 +185,7 @@ fn duplicated(rig: &mut Rig, struck: &[usize]) -> Verdict {
     })
 }
 
-/// Servos get into a condition in which they are spared, half of them at a time, and out of it again.
+/// Brings half of the servos at a time into a condition in which they are derated, and out of it again.
 fn spared(worsen: impl Fn(&mut servo::mock::Servo), mend: impl Fn(&mut servo::mock::Servo)) {
     let mut rig = following();
     let look = cycles_in(Duration::from_millis(500)) + 20;
@@ -197,7 +198,7 @@ fn spared(worsen: impl Fn(&mut servo::mock::Servo), mend: impl Fn(&mut servo::mo
         let mut before = vec![None; 65];
         for cycle in 0..3 * look {
             poor.iter().for_each(|&joint| rig.servo(joint, &worsen));
-            // They are always on their way.
+            // The joints are always in motion.
             rig.share = if cycle / 30 % 2 == 0 { 0.9 } else { -0.9 };
             rig.cycle();
             for &joint in &poor {
@@ -220,7 +221,7 @@ fn spared(worsen: impl Fn(&mut servo::mock::Servo), mend: impl Fn(&mut servo::mo
 
 #[test]
 fn a_servo_that_gets_hot_is_seen_within_half_a_second_and_spared_before_it_trips() {
-    // Seven degrees below its limit it has half of its speed.
+    // Seven degrees below its limit a servo has half of its speed.
     let limit = |servo: &servo::mock::Servo| f64::from(servo.read(TEMPERATURE_LIMIT.address, 1).unwrap()[0]);
     spared(|servo| servo.warm_to(limit(servo) - 7.0), |servo| servo.warm_to(30.0));
 }
