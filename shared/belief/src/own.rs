@@ -15,7 +15,7 @@ use crate::{Sample, Unbelievable};
 /// use belief::Distance;
 /// use message::Feature;
 ///
-/// /// How far apart two places are along the floor: a thing that was lifted is where it was.
+/// /// Horizontal distance of two positions; the height does not count.
 /// struct AlongTheFloor;
 ///
 /// impl Distance for AlongTheFloor {
@@ -44,7 +44,7 @@ pub trait Distance: Send + Sync {
 /// ```
 /// use belief::{Cull, Doubtful};
 ///
-/// /// What was seen but once was a reflection.
+/// /// Culls beliefs with a single observation, as reflections.
 /// struct SeenOnce;
 ///
 /// impl Cull for SeenOnce {
@@ -66,7 +66,7 @@ pub trait Cull: Send + Sync {
 /// use belief::{History, Sample, Samples};
 /// use clock::Instant;
 ///
-/// /// The surest sample there ever was.
+/// /// Keeps the sample of the highest confidence.
 /// struct Surest;
 ///
 /// impl History for Surest {
@@ -245,7 +245,7 @@ impl fmt::Debug for Doubtful<'_> {
 /// use config::percepts::{Measure, Percepts};
 /// use message::Feature;
 ///
-/// /// A thing may fade, and is of the same colour still: red and wood are near each other.
+/// /// Distance of colours that may fade: red and wood are near each other.
 /// struct Fading;
 ///
 /// impl Distance for Fading {
@@ -259,7 +259,7 @@ impl fmt::Debug for Doubtful<'_> {
 ///     }
 /// }
 ///
-/// // As if `percepts.toml` said `measure = { own = "fading" }` of the colour.
+/// // Like `measure = { own = "fading" }` for the colour in `percepts.toml`.
 /// let mut percepts = Percepts::builtin();
 /// let colour = percepts.index("colour").unwrap();
 /// for term in percepts.belief.distance.iter_mut().filter(|term| term.percept == colour) {
