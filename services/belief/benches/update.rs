@@ -3,12 +3,12 @@
 //!
 //! Things are tracked at 200 Hz. Nine of ten stand on a grid of 11 cm with a noise of a few millimetres. The tenth
 //! moves back and forth along a lane between them at 0.2 to 1 m/s. At any time one in a hundred of the standing things
-//! is gone for 800 ms and culled, and others appear at free places. After every frame the benchmark checks that each
-//! thing is exactly one belief, from its first observation until 600 ms after the last one, and that there is no other
-//! belief.
+//! is gone for 800 ms and culled, and others appear at free places. After every frame the benchmark checks the beliefs.
+//! Each thing must be exactly one belief, from its first observation until 600 ms after the last one. There must be no
+//! other belief.
 //!
 //! The first table is for one source that sees all things. It has the cost for the robot alone, and for the robot and a
-//! partner who sees all things, up to 1,000 things in three passes over the same frames. Further columns are:
+//! partner that sees all things. Up to 1,000 things there are three passes over the same frames. Further columns are:
 //!
 //! - the cost of a frame itself, which is the minimum over the passes;
 //! - the noise of the machine: a counting loop about as long as the step at p50, run as often;

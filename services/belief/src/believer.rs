@@ -27,8 +27,8 @@ pub enum Unbelieving {
     Perspective(#[from] NoPerspective),
 }
 
-/// All perspectives: the robot's beliefs, the beliefs that the robot attributes to each partner, and those that each
-/// partner is assumed to attribute to the others and to the robot.
+/// All perspectives: the robot's beliefs, the beliefs that the robot attributes to each partner, and nested ones. A
+/// nested perspective has the beliefs that a partner is assumed to attribute to another partner or to the robot.
 ///
 /// Perspective 0 is the robot's, n that of partner n. Perspectives nested deeper follow in the order of [`Nested`].
 /// Without partners, only the robot's perspective is computed. Only `new` allocates.

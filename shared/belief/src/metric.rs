@@ -163,9 +163,9 @@ impl Metric {
         if distance < self.threshold { Some(distance) } else { None }
     }
 
-    /// Upper bound on the pairwise distance within a group, valid under any merge order, provided a merged feature lies
-    /// in the convex hull of its inputs or equals one of them. The features are in the order of the terms. `None` if
-    /// there is no bound below the threshold.
+    /// Upper bound on the pairwise distance within a group, valid under any merge order. A merged feature must lie in
+    /// the convex hull of its inputs or equal one of them. The features are in the order of the terms. `None` if there
+    /// is no bound below the threshold.
     pub(crate) fn spread<'a>(
         &self,
         beliefs: &(impl Iterator<Item = &'a [Option<Feature>]> + Clone),

@@ -6,7 +6,7 @@ const RUNS: usize = 8;
 /// The detection history of each belief, which yields the cannot-link constraints: two things that one sensor sees in
 /// one frame are two.
 ///
-/// A history is a list of intervals of consecutive frames of a source, so a thing seen all the time needs no more
+/// A history is a list of intervals of consecutive frames of a source. So a thing that is always seen needs no more
 /// memory than one seen once. Two beliefs cannot be linked exactly if an interval of one overlaps an interval of the
 /// other. A belief stores eight intervals. When it is full, the two intervals of one source with the shortest gap are
 /// merged. This may add false cannot-links and never removes one. If all intervals are of different sources, the one

@@ -168,7 +168,7 @@ impl BeliefSystem {
     ///
     /// # Errors
     ///
-    /// The capacity is zero or above a million, or the configuration names a function that `own` lacks, or a plug-in
+    /// The capacity is zero or above a million. Or the configuration names a function that `own` lacks. Or a plug-in
     /// history keeps too many samples or none.
     pub fn with_own(percepts: &Percepts, own: &Functions, capacity: usize) -> Result<Self, Unbelievable> {
         if !(1..=MOST).contains(&capacity) {

@@ -8,9 +8,12 @@ use crate::{Mind, Summary};
 
 /// Writes the beliefs of every perspective for programs, one JSON object per line.
 ///
-/// `record` gives the type of a line: `perspective` (one for each perspective and instant), `belief` (one for each
-/// belief of it), `difference` (one for each thing about which a partner differs from the robot), and at the end one
-/// `summary`.
+/// `record` gives the type of a line:
+///
+/// - `perspective`: one for each perspective and instant;
+/// - `belief`: one for each belief of a perspective;
+/// - `difference`: one for each thing about which a partner differs from the robot;
+/// - `summary`: one at the end.
 #[derive(Clone, Debug)]
 pub struct JsonLines {
     words: Words,

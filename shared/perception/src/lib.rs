@@ -5,7 +5,7 @@
 //! m·c > k (Eq. 2). The configuration defines the percepts; a program can add plug-in percepts with [`Classify`].
 //!
 //! Example of Eq. 2 with k = 0.5: an observation has confidence 0.9. Its position has match 1, so m·c = 0.9 passes. Its
-//! colour (0.64, 0.05, 0.05) is 0.16 from the prototype red, so with scale 0.6 the match is 1 − 0.16 / 0.6 = 0.733. The
+//! colour (0.64, 0.05, 0.05) is 0.16 from the prototype red. With scale 0.6 the match is 1 − 0.16 / 0.6 = 0.733. The
 //! second nearest prototype is wood, at |(0.09, −0.30, −0.13)| = 0.339. So the confidence is 0.9 · (1 − (0.16 /
 //! 0.339)²) = 0.700, and 0.733 · 0.700 = 0.513 passes. With a sensor confidence of 0.8 it would be 0.456, which does
 //! not pass.

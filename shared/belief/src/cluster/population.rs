@@ -67,8 +67,11 @@ pub trait Population {
     /// Upper bound on the pairwise distance within a group, valid under any merge order. The first member is the
     /// oldest; the others are new members of different frames.
     ///
-    /// `None` if there is no bound below the threshold. Also `None` if a merged position may lie outside the positions
-    /// of the members, if a gate key may be lost, or if a cannot-link constraint may be evicted.
+    /// `None` if there is no bound below the threshold, or if a merge might do one of the following:
+    ///
+    /// - move a member outside the positions of its parts;
+    /// - lose a gate key;
+    /// - evict a cannot-link constraint.
     fn spread(&self, _members: &[u32]) -> Option<f64> {
         None
     }

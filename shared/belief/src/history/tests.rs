@@ -312,8 +312,8 @@ fn recurrence(x: Feature, share: f64, y: Feature) -> Feature {
     }
 }
 
-/// A query at a `share` of the time since the first sample, asked so long after the last, is answered by a sample at
-/// most twice as old as asked, or as if all samples had been kept.
+/// Checks a query at a `share` of the time since the first sample. The answer is a sample at most twice as old as
+/// asked, or the same as if all samples had been kept.
 fn keeps_octaves(
     histories: &Histories,
     row: u32,
