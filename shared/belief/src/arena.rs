@@ -23,7 +23,7 @@ use crate::vacancies::Vacancies;
 /// B, the current set of beliefs, in preallocated slots.
 ///
 /// Within a step a new belief is only a snapshot, because nearly all new beliefs merge into an older one at once. The
-/// remaining ones get histories when the step [commits](Self::settle). At that point the older beliefs also append the
+/// remaining ones get histories in [`Self::settle`], which commits the step. There the older beliefs also append the
 /// snapshots to their histories, belief by belief in memory order. Association depends on the features alone, and its
 /// merge order would access memory at random.
 #[derive(Clone, Debug)]

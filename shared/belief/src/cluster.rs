@@ -48,9 +48,9 @@ pub struct Clustering {
 }
 
 impl Clustering {
-    /// For at most `slots` members. Two members closer than the threshold have [places](Population::place) at most
-    /// `reach_m` metres apart, the gate radius. With `None` there is no gate: every member is a neighbour of every
-    /// other.
+    /// For at most `slots` members. The positions ([`Population::place`]) of two members closer than the threshold are
+    /// at most `reach_m` metres apart, the gate radius. With `None` there is no gate: every member is a neighbour of
+    /// every other.
     #[must_use]
     pub fn new(slots: usize, reach_m: Option<f64>) -> Self {
         Self {

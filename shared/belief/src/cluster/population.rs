@@ -92,9 +92,9 @@ pub trait Population {
 /// The cached data of a member that the gate tests.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Seen {
-    /// Its [place](Population::place), in metres.
+    /// Its position ([`Population::place`]), in metres.
     pub place_m: [f32; 3],
-    /// Its [symbols](Population::symbols).
+    /// Its gate keys ([`Population::symbols`]).
     pub symbols: Symbols,
 }
 
@@ -133,8 +133,8 @@ impl Symbols {
         }
     }
 
-    /// Whether all keys that were set are represented. If so, two members without a [mismatch](Self::tell_apart) have
-    /// no differing keys.
+    /// Whether all keys that were set are represented. If so, two members without a mismatch ([`Self::tell_apart`])
+    /// have no differing keys.
     #[must_use]
     #[inline]
     pub const fn are_all(self) -> bool {
